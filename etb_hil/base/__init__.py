@@ -1,0 +1,1 @@
+"""The ground floor: errors, units, files that people write, roles of signals, clocks."""

@@ -1,0 +1,34 @@
+"""Time is handed in, never asked of the machine: the same code runs in lock-step and at wall clock."""
+
+from __future__ import annotations
+
+import time
+from typing import Protocol
+
+
+class Clock(Protocol):
+    """A source of time in integer nanoseconds."""
+
+    def now_ns(self) -> int:
+        """Return the present time in nanoseconds since the epoch of this clock."""
+        ...
+
+    def sleep_until_ns(self, deadline_ns: int) -> None:
+        """Return when `now_ns` has reached the deadline; on a virtual clock this moves the world forward."""
+        ...
+
+
+class WallClock:
+    """The machine's clock: epoch time that never steps back while the process lives."""
+
+    def __init__(self) -> None:
+        self._offset_ns = time.time_ns() - time.monotonic_ns()
+
+    def now_ns(self) -> int:
+        """Return nanoseconds since 1970 as they were at start, advanced by the monotonic clock."""
+        return time.monotonic_ns() + self._offset_ns
+
+    def sleep_until_ns(self, deadline_ns: int) -> None:
+        """Sleep to an absolute deadline, so that lateness does not add up."""
+        while (left_ns := deadline_ns - self.now_ns()) > 0:
+            time.sleep(left_ns * 1e-9)

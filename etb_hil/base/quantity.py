@@ -1,0 +1,132 @@
+"""Values with units, as people write them in files: `30 deg`, `0.35 N·m`, `1 kHz`.
+
+A table of our own and not a units library: those take rad as 1 and Hz as 1/s, so that degrees per second, hertz and
+bare numbers pass for one another, which is the very mistake to catch here.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Annotated
+
+from pydantic import BeforeValidator, WithJsonSchema
+
+_RPM = 2.0 * math.pi / 60.0
+_DEG = math.pi / 180.0
+
+# dimension -> (SI unit, {unit as written: (factor, offset)}), value_si = value * factor + offset
+DIMENSIONS: dict[str, tuple[str, dict[str, tuple[float, float]]]] = {
+    "angle": ("rad", {"rad": (1.0, 0.0), "mrad": (1e-3, 0.0), "deg": (_DEG, 0.0), "rev": (2.0 * math.pi, 0.0)}),
+    "angular velocity": ("rad/s", {"rad/s": (1.0, 0.0), "deg/s": (_DEG, 0.0), "rpm": (_RPM, 0.0)}),
+    "angular acceleration": ("rad/s²", {"rad/s²": (1.0, 0.0), "deg/s²": (_DEG, 0.0)}),
+    "torque": ("N·m", {"N·m": (1.0, 0.0), "mN·m": (1e-3, 0.0)}),
+    "voltage": ("V", {"V": (1.0, 0.0), "mV": (1e-3, 0.0)}),
+    "current": ("A", {"A": (1.0, 0.0), "mA": (1e-3, 0.0)}),
+    "time": ("s", {"s": (1.0, 0.0), "ms": (1e-3, 0.0), "us": (1e-6, 0.0), "min": (60.0, 0.0), "h": (3600.0, 0.0)}),
+    "frequency": ("Hz", {"Hz": (1.0, 0.0), "kHz": (1e3, 0.0)}),
+    "resistance": ("ohm", {"ohm": (1.0, 0.0), "mohm": (1e-3, 0.0)}),
+    "inductance": ("H", {"H": (1.0, 0.0), "mH": (1e-3, 0.0), "uH": (1e-6, 0.0)}),
+    "back-EMF constant": ("V·s/rad", {"V·s/rad": (1.0, 0.0)}),
+    "torque constant": ("N·m/A", {"N·m/A": (1.0, 0.0), "mN·m/A": (1e-3, 0.0)}),
+    "inertia": ("kg·m²", {"kg·m²": (1.0, 0.0)}),
+    "stiffness": ("N·m/rad", {"N·m/rad": (1.0, 0.0), "N·m/deg": (1.0 / _DEG, 0.0)}),
+    "rotary damping": ("N·m·s/rad", {"N·m·s/rad": (1.0, 0.0)}),
+    "temperature": ("degC", {"degC": (1.0, 0.0), "K": (1.0, -273.15)}),
+    "temperature coefficient": ("1/K", {"1/K": (1.0, 0.0), "%/K": (1e-2, 0.0)}),
+    "ratio": ("1", {"1": (1.0, 0.0), "%": (1e-2, 0.0)}),
+    "bit rate": ("bit/s", {"bit/s": (1.0, 0.0), "kbit/s": (1e3, 0.0), "Mbit/s": (1e6, 0.0)}),
+    "force": ("N", {"N": (1.0, 0.0)}),
+    "length": ("m", {"m": (1.0, 0.0), "mm": (1e-3, 0.0)}),
+    "speed": ("m/s", {"m/s": (1.0, 0.0), "mm/s": (1e-3, 0.0)}),
+    "mass": ("kg", {"kg": (1.0, 0.0)}),
+    "linear damping": ("N·s/m", {"N·s/m": (1.0, 0.0)}),
+    "force constant": ("N/V", {"N/V": (1.0, 0.0), "N/A": (1.0, 0.0)}),
+}
+
+_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*\Z", re.DOTALL)
+
+
+def tidy_unit(text: str) -> str:
+    """Return a unit in the table's spelling: `Nm`, `N*m` and `N m` become `N·m`, `^2` becomes `²`."""
+    unit = text.strip().replace("^2", "²").replace("Ω", "ohm").replace("µ", "u").replace("μ", "u").replace("°C", "degC")
+    unit = unit.replace("°", "deg")
+    unit = re.sub(r"\s*([*·/])\s*", r"\1", unit).replace("*", "·")
+    unit = re.sub(r"\s+", "·", unit)
+    return re.sub(r"\b(m?)Nm(s?)\b", lambda m: f"{m[1]}N·m" + ("·s" if m[2] else ""), unit)
+
+
+def unit_of(dimension: str) -> str:
+    """Return the SI unit of a dimension of the table."""
+    return DIMENSIONS[dimension][0]
+
+
+def dimension_of_unit(unit: str) -> str | None:
+    """Return the dimension that a unit belongs to, or None where no dimension has it."""
+    tidied = tidy_unit(unit)
+    return next((name for name, (_, units) in DIMENSIONS.items() if tidied in units), None)
+
+
+def to_si(value: float, unit: str, dimension: str) -> float:
+    """Convert a value in a unit of the dimension to SI; ValueError names the units allowed."""
+    units = DIMENSIONS[dimension][1]
+    tidied = tidy_unit(unit)
+    if tidied not in units:
+        wrong = f"'{unit}' is no unit of {dimension}" if unit else "the unit is missing"
+        raise ValueError(f"{wrong}; write the value with one of: {', '.join(units)}")
+    factor, offset = units[tidied]
+    return value * factor + offset
+
+
+def parse_quantity(text: object, dimension: str) -> float:
+    """Read `30 deg` and the like; the result is in the dimension's SI unit. ValueError says what is wrong."""
+    if isinstance(text, bool) or not isinstance(text, str | int | float):
+        raise ValueError(f"a {dimension} is expected, for instance '1 {unit_of(dimension)}'")  # noqa: TRY004 (pydantic wants it)
+    if isinstance(text, int | float):
+        number, unit = float(text), "1" if dimension == "ratio" else ""
+    else:
+        match = _NUMBER.match(text)
+        if match is None:
+            raise ValueError(f"a {dimension} is expected, for instance '1 {unit_of(dimension)}'")
+        number, unit = float(match[1]), match[2] or ("1" if dimension == "ratio" else "")
+    if not math.isfinite(number):
+        raise ValueError(f"a finite {dimension} is expected")
+    return to_si(number, unit, dimension)
+
+
+def format_quantity(value: float, dimension: str, digits: int = 6) -> str:
+    """Write an SI value with its unit, so that `parse_quantity` reads it back."""
+    unit = unit_of(dimension)
+    return f"{value:.{digits}g}" if unit == "1" else f"{value:.{digits}g} {unit}"
+
+
+def _annotation(dimension: str) -> object:
+    units = ", ".join(DIMENSIONS[dimension][1])
+    return Annotated[
+        float,
+        BeforeValidator(lambda text: parse_quantity(text, dimension)),
+        WithJsonSchema(
+            {
+                "type": ["string", "number"] if dimension == "ratio" else "string",
+                "description": f"{dimension} with its unit, one of: {units}",
+                "examples": [f"1 {unit_of(dimension)}"],
+            }
+        ),
+    ]
+
+
+# Fields of pydantic models: the file holds `30 deg`, the model holds radians.
+Angle = _annotation("angle")
+AngularVelocity = _annotation("angular velocity")
+AngularAcceleration = _annotation("angular acceleration")
+Torque = _annotation("torque")
+Voltage = _annotation("voltage")
+Current = _annotation("current")
+Duration = _annotation("time")
+Frequency = _annotation("frequency")
+Temperature = _annotation("temperature")
+TemperatureCoefficient = _annotation("temperature coefficient")
+Ratio = _annotation("ratio")
+BitRate = _annotation("bit rate")
+Force = _annotation("force")
+Length = _annotation("length")

@@ -1,0 +1,49 @@
+"""Where the files that come with the project are: in a checkout, and in an installed wheel."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from etb_hil.base.errors import InputError, Problem
+
+_PACKAGE = Path(__file__).resolve().parent.parent
+_STOCK = _PACKAGE / "stock"
+_CHECKOUT = _PACKAGE.parent
+
+# dbc/ and scenarios/ stand at the top of a checkout and inside the package of a wheel.
+_FOLDERS = {
+    "model": (_STOCK / "models", ".yaml"),
+    "bench": (_STOCK / "benches", ".yaml"),
+    "limits": (_STOCK / "limits", ".yaml"),
+    "scenario": (_STOCK / "scenarios" if (_STOCK / "scenarios").is_dir() else _CHECKOUT / "scenarios", ".yaml"),
+    "dbc": (_STOCK / "dbc" if (_STOCK / "dbc").is_dir() else _CHECKOUT / "dbc", ".dbc"),
+}
+
+
+def stock_names(kind: str) -> list[str]:
+    """Return the names of the stock files of a kind (model, bench, limits, scenario, dbc)."""
+    folder, suffix = _FOLDERS[kind]
+    return sorted(path.stem for path in folder.glob(f"*{suffix}"))
+
+
+def find(kind: str, name: str, beside: Path | None = None) -> Path:
+    """Return the path of a file given by path, by path beside another file, or by the name of a stock file.
+
+    Raises InputError that lists the stock names where there is no such file.
+    """
+    given = Path(name)
+    if given.is_file():
+        return given
+    if beside is not None and (beside.parent / given).is_file():
+        return beside.parent / given
+    folder, suffix = _FOLDERS[kind]
+    stock = folder / f"{given.name.removesuffix(suffix)}{suffix}"
+    if given.name == str(given) and stock.is_file():
+        return stock
+    raise InputError(
+        Problem(
+            f"no {kind} file '{name}'",
+            allowed=f"a path, or one of: {', '.join(stock_names(kind))}",
+            remedy="check the spelling and the folder you are in",
+        )
+    )

@@ -1,0 +1,245 @@
+"""YAML files that people write: read as YAML 1.2 with positions kept, checked by a pydantic model.
+
+PyYAML reads YAML 1.1, where `off` is False, `0123` is 83 and `1:30` is 90. Only its parser is used here; scalars are
+resolved by the core schema of YAML 1.2. Anchors, aliases and tags are refused: nothing that people write here needs
+them, and they are how a small file becomes a huge one.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Generic, TypeVar
+
+import yaml
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from etb_hil.base.errors import InputError, Place, Problem
+
+MAX_BYTES = 1 << 20
+MAX_DEPTH = 32
+
+_INT = re.compile(r"[-+]?(0|[1-9][0-9]*)\Z")
+_HEX = re.compile(r"0x[0-9a-fA-F]+\Z")
+_OCTAL = re.compile(r"0o[0-7]+\Z")
+_FLOAT = re.compile(r"[-+]?(\.[0-9]+|(0|[1-9][0-9]*)(\.[0-9]*)?)([eE][-+]?[0-9]+)?\Z")
+_WORDS: dict[str, object] = {
+    "": None, "~": None, "null": None, "Null": None, "NULL": None,
+    "true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False,
+}  # fmt: skip
+
+Path_ = tuple[str | int, ...]
+ModelT = TypeVar("ModelT", bound=BaseModel)
+
+
+class FileModel(BaseModel):
+    """Base of every model of a file: unknown keys are refused, values cannot change after reading."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Document(Generic[ModelT]):
+    """A file that was read and checked, and where each of its keys stands."""
+
+    path: Path
+    content: ModelT
+    lines: dict[Path_, int]
+
+    def place(self, *key: str | int) -> Place:
+        """Return file, line and key of a value, or of the nearest key above it that the file has."""
+        return _place(self.path, self.lines, key)
+
+
+def load(path: Path, model: type[ModelT]) -> Document[ModelT]:
+    """Read a YAML file into a pydantic model; InputError lists every problem with file, line, key and value."""
+    data, lines = parse(path)
+    try:
+        content = model.model_validate(data)
+    except ValidationError as error:
+        raise InputError(*_problems(path, lines, model, error)) from None
+    return Document(path, content, lines)
+
+
+def parse(path: Path) -> tuple[object, dict[Path_, int]]:
+    """Read a YAML file; return plain data and the line of each key path."""
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        raise InputError(
+            Problem(f"cannot be read: {error.strerror or error}", Place(path), remedy="check the path and its permissions")
+        ) from None
+    if len(raw) > MAX_BYTES:
+        raise InputError(Problem("is too large", Place(path), value=f"{len(raw)} bytes", allowed=f"up to {MAX_BYTES} bytes"))
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = raw[: error.start].count(b"\n") + 1
+        raise InputError(Problem("is not UTF-8 text", Place(path, line), remedy="save it as UTF-8")) from None
+    return _Reader(path).read(text)
+
+
+class _Reader:
+    """Builds plain data from the parser's events."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self.lines: dict[Path_, int] = {}
+
+    def read(self, text: str) -> tuple[object, dict[Path_, int]]:
+        try:
+            self._events = yaml.parse(text, Loader=yaml.SafeLoader)
+            self._expect(yaml.StreamStartEvent)
+            event = next(self._events)
+            if isinstance(event, yaml.StreamEndEvent):
+                raise InputError(Problem("is empty", Place(self._path), remedy="write at least its schema and name"))
+            data = self._node(next(self._events), (), 0)
+            self._expect(yaml.DocumentEndEvent)
+            event = next(self._events)
+            if not isinstance(event, yaml.StreamEndEvent):
+                self._refuse(event, (), "holds more than one document", "keep one document a file")
+        except yaml.MarkedYAMLError as error:
+            mark = error.problem_mark or error.context_mark
+            line = None if mark is None else mark.line + 1
+            raise InputError(
+                Problem(f"is not YAML: {error.problem or error}", Place(self._path, line), remedy="mend the line")
+            ) from None
+        except yaml.YAMLError as error:
+            raise InputError(Problem(f"is not YAML: {error}", Place(self._path), remedy="mend the file")) from None
+        return data, self.lines
+
+    def _expect(self, kind: type) -> None:
+        event = next(self._events)
+        if not isinstance(event, kind):
+            self._refuse(event, (), "is not a plain YAML document", "keep one plain document a file")
+
+    def _refuse(self, event: yaml.Event, key: Path_, what: str, remedy: str) -> None:
+        raise InputError(Problem(what, Place(self._path, event.start_mark.line + 1, _key_text(key)), remedy=remedy))
+
+    def _node(self, event: yaml.Event, key: Path_, depth: int) -> object:
+        self.lines[key] = event.start_mark.line + 1
+        if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None) is not None:
+            self._refuse(event, key, "anchors and aliases are not read", "write the value out")
+        if getattr(event, "tag", None) is not None:
+            self._refuse(event, key, f"the tag {event.tag} is not read", "remove the tag")
+        if depth > MAX_DEPTH:
+            self._refuse(event, key, f"is nested deeper than {MAX_DEPTH} levels", "flatten it")
+        if isinstance(event, yaml.ScalarEvent):
+            return _scalar(event.value) if event.implicit[0] else event.value
+        if isinstance(event, yaml.SequenceStartEvent):
+            return self._sequence(key, depth)
+        return self._mapping(key, depth)
+
+    def _sequence(self, key: Path_, depth: int) -> list[object]:
+        items: list[object] = []
+        while not isinstance(event := next(self._events), yaml.SequenceEndEvent):
+            items.append(self._node(event, (*key, len(items)), depth + 1))
+        return items
+
+    def _mapping(self, key: Path_, depth: int) -> dict[str, object]:
+        entries: dict[str, object] = {}
+        while not isinstance(event := next(self._events), yaml.MappingEndEvent):
+            if not isinstance(event, yaml.ScalarEvent):
+                self._refuse(event, key, "a key is not a word", "use plain words as keys")
+            name = event.value
+            if name in entries:
+                self._refuse(event, (*key, name), "stands twice", "keep one of them")
+            entries[name] = self._node(next(self._events), (*key, name), depth + 1)
+            self.lines[(*key, name)] = event.start_mark.line + 1
+        return entries
+
+
+def _scalar(text: str) -> object:
+    if text in _WORDS:
+        return _WORDS[text]
+    if _INT.match(text):
+        return int(text) if len(text) <= 20 else float(text)
+    if _HEX.match(text):
+        return int(text, 16)
+    if _OCTAL.match(text):
+        return int(text[2:], 8)
+    if _FLOAT.match(text):
+        return float(text)
+    return text
+
+
+def _key_text(key: Path_) -> str | None:
+    text = ""
+    for part in key:
+        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
+    return text or None
+
+
+def _place(path: Path, lines: dict[Path_, int], key: Path_) -> Place:
+    for end in range(len(key), -1, -1):
+        if key[:end] in lines:
+            return Place(path, lines[key[:end]], _key_text(key))
+    return Place(path, None, _key_text(key))
+
+
+def _problems(path: Path, lines: dict[Path_, int], model: type[BaseModel], error: ValidationError) -> list[Problem]:
+    found = []
+    for detail in error.errors(include_url=False):
+        key = _file_key(tuple(detail["loc"]), lines)
+        place = _place(path, lines, key)
+        value = detail.get("input")
+        shown = value if isinstance(value, str | int | float | bool) else None
+        message = str(detail["msg"]).removeprefix("Value error, ")
+        if detail["type"] == "extra_forbidden":
+            names = _allowed_names(model, detail["loc"])
+            near = difflib.get_close_matches(str(key[-1]), names, n=1)
+            remedy = f"did you mean '{near[0]}'?" if near else "remove it"
+            found.append(Problem("unknown key", place, allowed=", ".join(names) or None, remedy=remedy))
+        elif detail["type"] == "missing":
+            found.append(Problem("this key is missing", place, remedy=f"add '{key[-1]}'" if key else None))
+        else:
+            found.append(Problem(message, place, value=shown))
+    return found
+
+
+def _file_key(location: tuple[str | int, ...], lines: dict[Path_, int]) -> Path_:
+    """Drop the parts of pydantic's location that are names of union members and stand nowhere in the file."""
+    key: Path_ = ()
+    for index, part in enumerate(location):
+        if (*key, part) in lines or index == len(location) - 1:
+            key = (*key, part)
+    return key
+
+
+def _allowed_names(model: type[BaseModel], location: tuple[str | int, ...]) -> list[str]:
+    schema = model.model_json_schema()
+    definitions = schema.get("$defs", {})
+    nodes = [schema]
+    for part in location[:-1]:
+        nodes = [child for node in nodes for child in _children(node, part, definitions)]
+    names = {name for node in nodes for name in _resolve(node, definitions).get("properties", {})}
+    return sorted(names)
+
+
+def _resolve(node: dict[str, object], definitions: dict[str, dict[str, object]]) -> dict[str, object]:
+    reference = node.get("$ref")
+    return definitions[str(reference).rsplit("/", 1)[-1]] if reference else node
+
+
+def _children(
+    node: dict[str, object], part: str | int, definitions: dict[str, dict[str, object]]
+) -> list[dict[str, object]]:
+    node = _resolve(node, definitions)
+    variants: list[dict[str, object]] = [
+        _resolve(v, definitions) for key in ("anyOf", "oneOf") for v in node.get(key, [])  # type: ignore[attr-defined]
+    ]
+    found = []
+    for candidate in [node, *variants]:
+        if isinstance(part, int):
+            child = candidate.get("items")
+        else:
+            properties = candidate.get("properties", {})
+            child = properties.get(part) or candidate.get("additionalProperties")  # type: ignore[attr-defined]
+        if isinstance(child, dict):
+            found.append(child)
+    if not found and isinstance(part, str):  # the name of a union's member: stay among the variants it may mean
+        named = [v for v in variants if v.get("properties", {}).get("kind", {}).get("const") == part]  # type: ignore[attr-defined]
+        found = named or variants
+    return found

@@ -1,0 +1,1 @@
+"""Bench and scenario files, the sequence runner, its safe stop, sessions."""

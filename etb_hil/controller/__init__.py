@@ -1,0 +1,1 @@
+"""The virtual throttle controller: answers on CAN in place of hardware."""

@@ -1,0 +1,1 @@
+"""From friction torque to T_st, T_c, exceedances and a verdict."""

@@ -1,0 +1,1 @@
+"""What a simulation gets wrong, why, and how much better it gets."""

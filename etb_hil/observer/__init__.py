@@ -1,0 +1,1 @@
+"""Friction torque from current and angle, by sliding modes."""

@@ -1,0 +1,1 @@
+"""The throttle as equations: motor, gear, LuGre friction, two springs, stops."""

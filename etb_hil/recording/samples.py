@@ -1,0 +1,107 @@
+"""A stretch of samples, as they come off a bus or a file, and the same joined over several sources."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Int64 = NDArray[np.int64]
+Float64 = NDArray[np.float64]
+
+LOSS_UNKNOWN = -1
+
+
+@dataclass(frozen=True, slots=True)
+class SampleBlock:
+    """Samples of some roles that were taken at the same instants, all from one source (one message of the bus).
+
+    `time_ns` (n) is on the controller's sample clock, strictly increasing within a source; `stamp_ns` (n) is when the
+    frame with the sample was received; `columns` maps roles to values (n) in SI units, NaN where a sample is bad;
+    `lost_before` (n) counts the samples missing right before each one, `LOSS_UNKNOWN` where nothing can count them.
+    """
+
+    source: str
+    time_ns: Int64
+    stamp_ns: Int64
+    columns: Mapping[str, Float64]
+    lost_before: Int64
+
+    def __len__(self) -> int:
+        return len(self.time_ns)
+
+    def rows(self, part: slice | NDArray[np.bool_]) -> SampleBlock:
+        """Return some of the samples."""
+        return SampleBlock(
+            self.source,
+            self.time_ns[part],
+            self.stamp_ns[part],
+            {role: values[part] for role, values in self.columns.items()},
+            self.lost_before[part],
+        )
+
+
+def concatenate(blocks: Iterable[SampleBlock]) -> SampleBlock:
+    """Join blocks of one source and the same roles end to end; raises ValueError without any block."""
+    parts = list(blocks)
+    if len(parts) == 1:
+        return parts[0]
+    first = parts[0] if parts else None
+    if first is None:
+        raise ValueError("there is no block to join")
+    return SampleBlock(
+        first.source,
+        np.concatenate([b.time_ns for b in parts]),
+        np.concatenate([b.stamp_ns for b in parts]),
+        {role: np.concatenate([b.columns[role] for b in parts]) for role in first.columns},
+        np.concatenate([b.lost_before for b in parts]),
+    )
+
+
+class Joiner:
+    """Joins the samples of several sources that were taken at the same instants, while they arrive.
+
+    A row comes out once every source has delivered its sample of that instant; an instant that one source lacks is
+    dropped and counted in `unmatched`. The rows do not depend on how the samples were cut into blocks. A column that
+    several sources carry is taken from the first of `sources` that has it.
+    """
+
+    def __init__(self, sources: Iterable[str], name: str = "joined") -> None:
+        self._pending: dict[str, list[SampleBlock]] = {source: [] for source in sources}
+        self._name = name
+        self.unmatched = 0
+        if not self._pending:
+            raise ValueError("a join needs at least one source")
+
+    def push(self, blocks: Iterable[SampleBlock]) -> SampleBlock | None:
+        """Take new blocks (those of other sources are left alone); return the rows that became whole, if any."""
+        for block in blocks:
+            if block.source in self._pending and len(block):
+                self._pending[block.source].append(block)
+        if not all(self._pending.values()):
+            return None
+        heads = {source: concatenate(parts) for source, parts in self._pending.items()}
+        ready_until = min(block.time_ns[-1] for block in heads.values())
+        ready, rest = {}, {}
+        for source, block in heads.items():
+            cut = int(np.searchsorted(block.time_ns, ready_until, side="right"))
+            ready[source] = block.rows(slice(0, cut))
+            rest[source] = block.rows(slice(cut, None))
+        self._pending = {source: [block] if len(block) else [] for source, block in rest.items()}
+        return self._match(list(ready.values()))
+
+    def _match(self, blocks: list[SampleBlock]) -> SampleBlock | None:
+        common = blocks[0].time_ns
+        for block in blocks[1:]:
+            if len(common) != len(block) or not np.array_equal(common, block.time_ns):
+                common = np.intersect1d(common, block.time_ns, assume_unique=True)
+        self.unmatched += max(len(block) for block in blocks) - len(common)
+        if not len(common):
+            return None
+        picked = [b if len(b) == len(common) else b.rows(np.searchsorted(b.time_ns, common)) for b in blocks]  # type: ignore[arg-type]
+        columns = {role: values for block in reversed(picked) for role, values in block.columns.items()}
+        stamp_ns = np.max([block.stamp_ns for block in picked], axis=0)
+        lost = np.max([block.lost_before for block in picked], axis=0)
+        return SampleBlock(self._name, common, stamp_ns, columns, lost)
