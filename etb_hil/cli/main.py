@@ -1,0 +1,63 @@
+"""The entry of `etb-hil`: finds the command, loads only what it needs, turns errors into exit codes."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+
+from etb_hil import __version__
+
+# command -> what it does; each has a module of its name in this folder with `add_arguments` and `run`
+COMMANDS = {
+    "run": "run a scenario on a bench and judge the unit",
+    "replay": "judge a recorded session or log again, with the same code",
+    "controller": "be the virtual throttle controller on a bus",
+    "check": "check bench, scenario, model and limits without moving anything",
+}
+
+DESCRIPTION = "Hardware-in-the-loop bench for electronic throttle bodies over CAN."
+EXIT_CODES = "exit codes: 0 pass or done, 2 bad input, 3 bench fault, 4 inconclusive, 5 aborted, 10 unit failed"
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run one command and return its exit code."""
+    words = sys.argv[1:] if arguments is None else arguments
+    command = next((word for word in words if not word.startswith("-")), None)
+    parser = _parser(command if command in COMMANDS else None)
+    options = parser.parse_args(words)
+    module = importlib.import_module(f"etb_hil.cli.{options.command}")
+    return _guarded(module.run, options)
+
+
+def _parser(command: str | None) -> argparse.ArgumentParser:
+    """Build the parser; only the named command's options are loaded."""
+    parser = argparse.ArgumentParser("etb-hil", description=DESCRIPTION, epilog=EXIT_CODES)
+    parser.add_argument("--version", action="version", version=f"etb-hil {__version__}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    for name, summary in COMMANDS.items():
+        sub = commands.add_parser(name, help=summary, description=summary.capitalize() + ".", epilog=EXIT_CODES)
+        if name == command:
+            importlib.import_module(f"etb_hil.cli.{name}").add_arguments(sub)
+    return parser
+
+
+def _guarded(run: object, options: argparse.Namespace) -> int:
+    from etb_hil.base.errors import BenchFault, EtbHilError, InputError, RunAborted
+    from etb_hil.base.outcome import ExitCode
+
+    try:
+        return int(run(options))  # type: ignore[operator]
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return ExitCode.BAD_INPUT
+    except (RunAborted, KeyboardInterrupt) as error:
+        print(f"aborted: {error}" if str(error) else "aborted", file=sys.stderr)
+        return ExitCode.ABORTED
+    except (BenchFault, EtbHilError) as error:
+        print(f"bench fault: {error}", file=sys.stderr)
+        return ExitCode.BENCH_FAULT
+
+
+if __name__ == "__main__":
+    sys.exit(main())
