@@ -1,0 +1,104 @@
+"""Runs a command where vcan0 is up: in a network namespace of this kernel, else under User Mode Linux.
+
+User Mode Linux is an ordinary process: Debian's kernel `linux.uml` with the host's own files as its root, read-only.
+"""
+
+from __future__ import annotations
+
+import functools
+import json
+import os
+import platform
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+CHECKOUT = Path(__file__).resolve().parents[2]
+GUEST = Path(__file__).with_name("vcan_guest.py")
+MODULES = ("net/can/can", "net/can/can-raw", "net/can/can-bcm", "drivers/net/can/dev/can-dev", "drivers/net/can/vcan")
+VCAN_UP = "ip link set lo up && ip link add dev vcan0 type vcan && ip link set vcan0 mtu 72 up"  # 72: CAN FD frames
+IN_NAMESPACE = ("unshare", "--map-root-user", "--net")
+SYSTEM_PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
+
+
+@functools.cache
+def machine() -> str:
+    """Return `namespace` or `uml`, the way to a vcan0 on this machine; RuntimeError says why there is none."""
+    if shutil.which("ip", path=SYSTEM_PATH) is None:
+        raise RuntimeError("vcan0 needs the command `ip` (Debian package iproute2)")
+    try:
+        native = subprocess.run([*IN_NAMESPACE, "sh", "-c", VCAN_UP], capture_output=True, check=False, timeout=30)
+        if native.returncode == 0:
+            return "namespace"
+    except OSError:
+        pass  # no `unshare` here: User Mode Linux needs none
+    if platform.machine() == "x86_64" and shutil.which("linux.uml"):
+        return "uml"
+    raise RuntimeError("this kernel has no vcan, and User Mode Linux is not installed (Debian package user-mode-linux)")
+
+
+def run(command: list[str], folder: Path, timeout_s: float) -> subprocess.CompletedProcess[str]:
+    """Run a command beside a vcan0 that is up; `folder` and the package's folder (compiled kernels) are writable.
+
+    The caller's kernel and other users' CAN interfaces are left alone. Raises subprocess.TimeoutExpired.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    in_guest = machine() == "uml"
+    scratch = "/dev/shm" if in_guest else str(folder)
+    env = {
+        "PATH": f"{Path(sys.executable).parent}:{SYSTEM_PATH}",
+        "HOME": scratch,
+        "TMPDIR": scratch,
+        "LANG": "C.UTF-8",
+        "PYTHONDONTWRITEBYTECODE": "1",
+        "OMP_NUM_THREADS": "1",
+    }
+    shell = ["sh", "-c", f'{VCAN_UP} && exec "$@"', "sh", *command]
+    if in_guest:
+        return _run_in_guest(shell, folder, env, timeout_s)
+    return subprocess.run(
+        [*IN_NAMESPACE, *shell], env=env, cwd=CHECKOUT, capture_output=True, text=True, timeout=timeout_s, check=False
+    )
+
+
+def _run_in_guest(
+    command: list[str], folder: Path, env: dict[str, str], timeout_s: float
+) -> subprocess.CompletedProcess[str]:
+    kernel = Path(shutil.which("linux.uml") or "").resolve()
+    modules = next((kernel.parent.parent / "lib/uml/modules").iterdir()) / "kernel"
+    job = {
+        "command": command,
+        "env": env,
+        "cwd": str(CHECKOUT),
+        "modules": [str(modules / f"{name}.ko") for name in MODULES],
+        "writable": [str(CHECKOUT / "etb_hil")],
+    }
+    (folder / "job.json").write_text(json.dumps(job))
+    (folder / "returncode").unlink(missing_ok=True)
+    boot = [
+        str(kernel), "mem=1G", "root=/dev/root", "rootfstype=hostfs", "rootflags=/", "ro", "quiet", "con=null",
+        "con0=null,fd:1", f"uml_dir={folder}", f"init={sys.executable}", "--", str(GUEST), str(folder),
+    ]  # fmt: skip
+    with (folder / "console").open("wb") as console:
+        process = subprocess.Popen(
+            boot, stdin=subprocess.DEVNULL, stdout=console, stderr=console, start_new_session=True
+        )
+        try:
+            process.wait(timeout_s)
+        finally:
+            if process.poll() is None:
+                process.terminate()  # lets the machine clean up; its children share the session
+                try:
+                    process.wait(10)
+                except subprocess.TimeoutExpired:
+                    os.killpg(process.pid, signal.SIGKILL)
+                    process.wait()
+    try:
+        code = int((folder / "returncode").read_text())
+    except FileNotFoundError:
+        text = (folder / "console").read_text(errors="replace")
+        raise RuntimeError(f"the guest ended before its command did; its console:\n{text}") from None
+    out, err = ((folder / name).read_text(errors="replace") for name in ("stdout", "stderr"))
+    return subprocess.CompletedProcess(command, code, out, err)
