@@ -1,0 +1,199 @@
+"""Set-points over time: everything that a phase can ask of the controller, as closed forms.
+
+Motions are chains of velocity pieces that rise or fall along half a cosine, so that a velocity is smooth and, where a
+phase needs it, monotone (seed paper, property 3).
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from dataclasses import dataclass
+from itertools import accumulate
+from typing import Protocol
+
+from etb_hil.base.modes import Mode
+
+SETTLE_S = 0.05  # half a cosine of this length starts and ends a ramp
+
+
+@dataclass(frozen=True, slots=True)
+class SetPoint:
+    """One command to the controller; throttle shaft, SI units."""
+
+    mode: Mode
+    position: float = 0.0
+    velocity: float = 0.0
+    voltage: float = 0.0
+
+    @property
+    def enable(self) -> bool:
+        """Whether the bridge has to be on."""
+        return self.mode is not Mode.OFF
+
+
+OFF = SetPoint(Mode.OFF)
+
+
+class Trajectory(Protocol):
+    """Set-points from the start of a phase to its end."""
+
+    @property
+    def duration(self) -> float:
+        """Length in seconds."""
+        ...
+
+    def at(self, t: float) -> SetPoint:
+        """Return the set-point t seconds after the start."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Released:
+    """The bridge is off; the plate goes where springs and friction leave it."""
+
+    duration: float
+
+    def at(self, t: float) -> SetPoint:  # noqa: ARG002 (a Trajectory's signature)
+        """Return the same set-point at any time."""
+        return OFF
+
+
+@dataclass(frozen=True, slots=True)
+class Held:
+    """One position from start to end."""
+
+    position: float
+    duration: float
+
+    def at(self, t: float) -> SetPoint:  # noqa: ARG002 (a Trajectory's signature)
+        """Return the same set-point at any time."""
+        return SetPoint(Mode.POSITION, self.position)
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """A stretch in which the velocity goes from `start` to `end` (rad/s) along half a cosine in `length` seconds."""
+
+    start: float
+    end: float
+    length: float
+
+    def velocity(self, t: float) -> float:
+        """Return rad/s after t seconds."""
+        return self.start + (self.end - self.start) * 0.5 * (1.0 - math.cos(math.pi * t / self.length))
+
+    def travel(self, t: float) -> float:
+        """Return rad covered after t seconds."""
+        swing = self.length / math.pi * math.sin(math.pi * t / self.length)
+        return self.start * t + 0.5 * (self.end - self.start) * (t - swing)
+
+
+class Motion:
+    """A position trajectory made of velocity pieces, from `start` (rad)."""
+
+    def __init__(self, start: float, pieces: list[Piece]) -> None:
+        self._pieces = [piece for piece in pieces if piece.length > 0.0]
+        self._times = [0.0, *accumulate(piece.length for piece in self._pieces)]
+        self._positions = list(accumulate((p.travel(p.length) for p in self._pieces), initial=start))
+
+    @property
+    def duration(self) -> float:
+        """Length in seconds."""
+        return self._times[-1]
+
+    @property
+    def end(self) -> float:
+        """Position at the end, in rad."""
+        return self._positions[-1]
+
+    def at(self, t: float) -> SetPoint:
+        """Return position and velocity t seconds after the start."""
+        if t >= self.duration:
+            return SetPoint(Mode.POSITION, self.end)
+        index = bisect_right(self._times, max(t, 0.0)) - 1
+        piece, since = self._pieces[index], max(t, 0.0) - self._times[index]
+        return SetPoint(Mode.POSITION, self._positions[index] + piece.travel(since), piece.velocity(since))
+
+
+def move(start: float, end: float, speed: float) -> Motion:
+    """Go from start to end (rad) at a speed (rad/s), with soft ends; short ways stay below that speed."""
+    way = abs(end - start)
+    reached = min(speed, way / SETTLE_S)
+    signed = math.copysign(reached, end - start)
+    if way == 0.0:
+        return Motion(start, [])
+    cruise = way / reached - SETTLE_S
+    return Motion(start, [Piece(0.0, signed, SETTLE_S), Piece(signed, signed, cruise), Piece(signed, 0.0, SETTLE_S)])
+
+
+def dash(start: float, peak: float, against: float, rise: float, fall: float) -> Motion:
+    """Move against the dash first, then let the velocity rise monotonically to its peak, and stop.
+
+    `start` rad; `peak` rad/s, its sign is the direction of the dash; `against` rad/s, the speed of the first, opposite
+    motion; `rise`, `fall` s. Seed paper, properties 2 and 3: from one sign smoothly and monotonically to well beyond
+    omega_s of the other, so that friction passes T_st and settles at T_c.
+    """
+    first = -math.copysign(against, peak)
+    pieces = [Piece(0.0, first, SETTLE_S), Piece(first, first, SETTLE_S), Piece(first, peak, rise), Piece(peak, 0.0, fall)]
+    return Motion(start, pieces)
+
+
+@dataclass(frozen=True, slots=True)
+class Sinusoid:
+    """A sine about a centre whose amplitude grows in over its first period."""
+
+    centre: float
+    amplitude: float
+    angular_frequency: float
+    duration: float
+
+    def at(self, t: float) -> SetPoint:
+        """Return position and velocity t seconds after the start."""
+        phase = self.angular_frequency * t
+        if phase < 2.0 * math.pi:
+            grown = 0.5 * (1.0 - math.cos(0.5 * phase))
+            growing = 0.25 * self.angular_frequency * math.sin(0.5 * phase)
+        else:
+            grown, growing = 1.0, 0.0
+        position = self.centre + self.amplitude * grown * math.sin(phase)
+        velocity = self.amplitude * (
+            growing * math.sin(phase) + grown * self.angular_frequency * math.cos(phase)
+        )
+        return SetPoint(Mode.POSITION, position, velocity)
+
+
+@dataclass(frozen=True, slots=True)
+class Steps:
+    """Positions that follow each other at once, each held for the same time."""
+
+    positions: tuple[float, ...]
+    hold: float
+
+    @property
+    def duration(self) -> float:
+        """Length in seconds."""
+        return self.hold * len(self.positions)
+
+    def at(self, t: float) -> SetPoint:
+        """Return the level that holds t seconds after the start."""
+        index = min(int(t / self.hold), len(self.positions) - 1)
+        return SetPoint(Mode.POSITION, self.positions[index])
+
+
+class Chain:
+    """Trajectories one after another."""
+
+    def __init__(self, *parts: Trajectory) -> None:
+        self._parts = parts
+        self._starts = list(accumulate((part.duration for part in parts), initial=0.0))
+
+    @property
+    def duration(self) -> float:
+        """Length in seconds."""
+        return self._starts[-1]
+
+    def at(self, t: float) -> SetPoint:
+        """Return the set-point of the part that is due t seconds after the start."""
+        index = min(max(bisect_right(self._starts, t) - 1, 0), len(self._parts) - 1)
+        return self._parts[index].at(t - self._starts[index])
