@@ -122,78 +122,77 @@ def _frame_bits(
     data_rate: NDArray[np.int64],
 ) -> None:
     for row in range(len(ident)):
-        flag = flags[row]
+        flag, size = np.int64(flags[row]), np.int64(length[row])
         if flag & _ERROR:
             nominal[row], data_rate[row] = ERROR_FRAME_BITS, 0
         elif flag & _FD:
-            nominal[row], data_rate[row] = _fd_bits(ident[row], flag, length[row], data[row])
+            nominal[row], data_rate[row] = _fd_bits(np.int64(ident[row]), flag, size, data[row])
         else:
-            nominal[row], data_rate[row] = _classic_bits(ident[row], flag, length[row], data[row]), 0
+            nominal[row], data_rate[row] = _classic_bits(np.int64(ident[row]), flag, size, data[row]), 0
 
 
 @njit(cache=True, error_model="numpy")
-def _arbitration(ident: int, extended: bool, remote: int) -> tuple[int, int]:
+def _arbitration(ident: np.int64, extended: bool, remote: np.int64) -> tuple[np.int64, np.int64]:
     """Return the bits from SOF to IDE (base) or RTR (extended), and how many they are."""
-    word = np.int64(ident)
     if extended:
-        return ((word >> 18) & 0x7FF) << 21 | 3 << 19 | (word & 0x3FFFF) << 1 | remote, 33
-    return (word & 0x7FF) << 2 | remote << 1, 14
+        return ((ident >> 18) & 0x7FF) << 21 | 3 << 19 | (ident & 0x3FFFF) << 1 | remote, np.int64(33)
+    return (ident & 0x7FF) << 2 | remote << 1, np.int64(14)
 
 
 @njit(cache=True, error_model="numpy")
-def _classic_bits(ident: int, flag: int, length: int, data: NDArray[np.uint8]) -> int:
+def _classic_bits(ident: np.int64, flag: np.int64, length: np.int64, data: NDArray[np.uint8]) -> np.int64:
     remote = np.int64(1 if flag & _REMOTE else 0)
-    extended = flag & _EXTENDED != 0
+    extended = (flag & _EXTENDED) != 0
     word, count = _arbitration(ident, extended, remote)
     reserved = 2 if extended else 1
     word = word << (reserved + 4) | np.int64(min(length, 15))
     count += reserved + 4
-    state, stuffed, crc = np.uint8(0), 0, np.uint16(0)  # the state after SOF, the first dominant bit
+    state, stuffed, crc = np.int64(0), np.int64(0), np.int64(0)  # the state after SOF, the first dominant bit
     for shift in range(count - 2, -1, -1):
         bit = word >> shift & 1
-        stuffed += _STUFFED_BIT[state, bit]
-        state = _FOLLOW_BIT[state, bit]
-        crc = np.uint16((crc << 1 & 0x7FFF) ^ (_CRC15 if crc >> 14 != bit else 0))
-    payload = 0 if remote else np.int64(min(length, 8))
+        stuffed += np.int64(_STUFFED_BIT[state, bit])
+        state = np.int64(_FOLLOW_BIT[state, bit])
+        crc = (crc << 1 & 0x7FFF) ^ np.int64(_CRC15 if crc >> 14 != bit else 0)
+    payload = np.int64(0 if remote else min(length, 8))
     for column in range(payload):
         byte = data[column]
-        stuffed += _STUFFED[state, byte]
-        state = _FOLLOW[state, byte]
-        crc = np.uint16((crc << 8 & 0x7FFF) ^ _CRC15_TABLE[(crc >> 7 ^ byte) & 0xFF])
+        stuffed += np.int64(_STUFFED[state, byte])
+        state = np.int64(_FOLLOW[state, byte])
+        crc = (crc << 8 & 0x7FFF) ^ np.int64(_CRC15_TABLE[(crc >> 7 ^ byte) & 0xFF])
     for shift in range(14, -1, -1):
         bit = crc >> shift & 1
-        stuffed += _STUFFED_BIT[state, bit]
-        state = _FOLLOW_BIT[state, bit]
+        stuffed += np.int64(_STUFFED_BIT[state, bit])
+        state = np.int64(_FOLLOW_BIT[state, bit])
     if state % 5 == 4:
         stuffed += 1
     return count + 8 * payload + 15 + stuffed + 1 + _TAIL
 
 
 @njit(cache=True, error_model="numpy")
-def _fd_bits(ident: int, flag: int, length: int, data: NDArray[np.uint8]) -> tuple[int, int]:
+def _fd_bits(ident: np.int64, flag: np.int64, length: np.int64, data: NDArray[np.uint8]) -> tuple[np.int64, np.int64]:
     switch = np.int64(1 if flag & _BRS else 0)
-    word, count = _arbitration(ident, flag & _EXTENDED != 0, np.int64(0))
+    word, count = _arbitration(ident, (flag & _EXTENDED) != 0, np.int64(0))
     word = word << 3 | 4 | switch  # FDF recessive, res dominant, BRS
     count += 3
-    state, stuffed = np.uint8(0), 0
+    state, stuffed = np.int64(0), np.int64(0)
     for shift in range(count - 2, -1, -1):
         bit = word >> shift & 1
-        stuffed += _STUFFED_BIT[state, bit]
-        state = _FOLLOW_BIT[state, bit]
+        stuffed += np.int64(_STUFFED_BIT[state, bit])
+        state = np.int64(_FOLLOW_BIT[state, bit])
     head = count + stuffed
     dlc = np.int64(_DLC_OF_LENGTH[min(length, 64)])
     payload = np.int64(_LENGTH_OF_DLC[dlc])
-    word, stuffed = (16 if flag & _ESI else 0) | dlc, 0
+    word, stuffed = np.int64(16 if flag & _ESI else 0) | dlc, np.int64(0)
     for shift in range(4, -1, -1):
         bit = word >> shift & 1
-        stuffed += _STUFFED_BIT[state, bit]
-        state = _FOLLOW_BIT[state, bit]
+        stuffed += np.int64(_STUFFED_BIT[state, bit])
+        state = np.int64(_FOLLOW_BIT[state, bit])
     for column in range(payload):
         byte = data[column] if column < len(data) else np.uint8(0)
-        stuffed += _STUFFED[state, byte]
-        state = _FOLLOW[state, byte]
+        stuffed += np.int64(_STUFFED[state, byte])
+        state = np.int64(_FOLLOW[state, byte])
     crc = 4 + 21 + 7 if payload > _LONG_FD else 4 + 17 + 6  # stuff count, CRC, their fixed stuff bits
     rest = 5 + 8 * payload + stuffed + crc + 1
     if switch:
         return head + _TAIL, rest
-    return head + rest + _TAIL, 0
+    return head + rest + _TAIL, np.int64(0)
