@@ -1,0 +1,77 @@
+"""The equations of the throttle, compiled; shared by the plant, the observers and the fits.
+
+Everything is at the throttle shaft and in SI. `p` is the parameter vector of `ThrottleParameters.vector()`; the
+constants below are its indices. Effects append theirs behind the base parameters.
+"""
+
+from __future__ import annotations
+
+from numba import njit
+
+from etb_hil.plant.exactmath import exp_neg
+
+RESISTANCE = 0
+INDUCTANCE = 1
+BACK_EMF = 2
+TORQUE_PER_AMPERE = 3
+GEAR_RATIO = 4
+INERTIA = 5
+PRELOAD_OPEN = 6
+PRELOAD_CLOSE = 7
+SLOPE_OPEN = 8
+SLOPE_CLOSE = 9
+LIMP_HOME = 10
+DEAD_ZONE = 11
+STOP_LOW = 12
+STOP_HIGH = 13
+STOP_STIFFNESS = 14
+STOP_DAMPING = 15
+COULOMB = 16
+STICTION = 17
+STRIBECK_VELOCITY = 18
+BRISTLE_STIFFNESS = 19
+BRISTLE_DAMPING = 20
+VISCOUS = 21
+SUPPLY_VOLTAGE = 22
+VOLTAGE_LIMIT = 23
+PARAMETERS = 24
+
+
+@njit(cache=True, error_model="numpy")
+def spring_torque(theta, p):  # type: ignore[no-untyped-def]
+    """Return the springs' torque in N·m at an angle in rad, positive where it closes the plate (seed paper, fig. 3).
+
+    The jump at limp-home is smoothed over the dead zone (half width `DEAD_ZONE`) by 3 u^2 - 2 u^3: zero and flat at
+    limp-home, the full preload and slope outside, and no kink that would cost the integrator its order.
+    """
+    x = theta - p[LIMP_HOME]
+    distance = abs(x)
+    torque = p[PRELOAD_OPEN] + p[SLOPE_OPEN] * distance if x > 0.0 else p[PRELOAD_CLOSE] + p[SLOPE_CLOSE] * distance
+    if distance < p[DEAD_ZONE]:
+        u = distance / p[DEAD_ZONE]
+        torque *= u * u * (3.0 - 2.0 * u)
+    return torque if x > 0.0 else -torque
+
+
+@njit(cache=True, error_model="numpy")
+def stop_torque(theta, omega, p):  # type: ignore[no-untyped-def]
+    """Return the torque of the hard stops in N·m, positive at the upper one: spring and damper that push, never pull."""
+    if theta > p[STOP_HIGH]:
+        return max(p[STOP_STIFFNESS] * (theta - p[STOP_HIGH]) + p[STOP_DAMPING] * omega, 0.0)
+    if theta < p[STOP_LOW]:
+        return min(p[STOP_STIFFNESS] * (theta - p[STOP_LOW]) + p[STOP_DAMPING] * omega, 0.0)
+    return 0.0
+
+
+@njit(cache=True, error_model="numpy")
+def stribeck(omega, p):  # type: ignore[no-untyped-def]
+    """Return g(omega) in N·m: friction of steady sliding without viscosity (seed paper, eq. 2)."""
+    ratio = omega / p[STRIBECK_VELOCITY]
+    return p[COULOMB] + (p[STICTION] - p[COULOMB]) * exp_neg(ratio * ratio)
+
+
+@njit(cache=True, error_model="numpy")
+def friction_torque(omega, bristle, p):  # type: ignore[no-untyped-def]
+    """Return the LuGre friction torque in N·m at a velocity and a bristle deflection in rad (seed paper, eq. 2)."""
+    rate = omega - p[BRISTLE_STIFFNESS] * abs(omega) / stribeck(omega, p) * bristle
+    return p[BRISTLE_STIFFNESS] * bristle + p[BRISTLE_DAMPING] * rate + p[VISCOUS] * omega
