@@ -13,6 +13,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 CHECKOUT = Path(__file__).resolve().parents[2]
@@ -34,9 +35,14 @@ def machine() -> str:
             return "namespace"
     except OSError:
         pass  # no `unshare` here: User Mode Linux needs none
-    if platform.machine() == "x86_64" and shutil.which("linux.uml"):
-        return "uml"
-    raise RuntimeError("this kernel has no vcan, and User Mode Linux is not installed (Debian package user-mode-linux)")
+    if platform.machine() != "x86_64" or shutil.which("linux.uml") is None:
+        raise RuntimeError("this kernel has no vcan, and there is no User Mode Linux (Debian package user-mode-linux)")
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            _run_in_guest(["true"], Path(folder), {}, timeout_s=60)
+        except (RuntimeError, subprocess.TimeoutExpired) as error:
+            raise RuntimeError(f"this kernel has no vcan, and User Mode Linux does not start here: {error}") from None
+    return "uml"
 
 
 def run(command: list[str], folder: Path, timeout_s: float) -> subprocess.CompletedProcess[str]:
@@ -73,7 +79,7 @@ def _run_in_guest(
         "env": env,
         "cwd": str(CHECKOUT),
         "modules": [str(modules / f"{name}.ko") for name in MODULES],
-        "writable": [str(CHECKOUT / "etb_hil")],
+        "writable": [str(CHECKOUT / "etb_hil")],  # numba keeps compiled kernels beside the source
     }
     (folder / "job.json").write_text(json.dumps(job))
     (folder / "returncode").unlink(missing_ok=True)

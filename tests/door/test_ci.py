@@ -1,0 +1,26 @@
+"""What a newcomer types is what the door checks."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from pathlib import Path
+
+CHECKOUT = Path(__file__).resolve().parents[2]
+GATE = (CHECKOUT / ".ci" / "run").read_text()
+
+
+def test_the_readme_has_one_test_command_that_the_gate_finds():
+    pattern = re.search(r"grep -m1 -e '([^']+)' README\.md", GATE)
+    assert pattern is not None
+    found = [line for line in (CHECKOUT / "README.md").read_text().splitlines() if re.search(pattern[1], line)]
+    assert found == ["python3 -m venv .venv && .venv/bin/pip install -q -e '.[test]' && .venv/bin/python -m pytest"]
+
+
+def test_the_gate_is_valid_bash_and_executable():
+    assert subprocess.run(["bash", "-n", CHECKOUT / ".ci" / "run"], check=False).returncode == 0
+    assert (CHECKOUT / ".ci" / "run").stat().st_mode & 0o111
+
+
+def test_the_gate_names_no_machine_and_no_package_host():
+    assert not re.findall(r"https?://|/home/|/root/|/work/|--index-url|--extra-index-url", GATE)
