@@ -13,7 +13,7 @@ GATE = (CHECKOUT / ".ci" / "run").read_text()
 def test_the_readme_has_one_test_command_that_the_gate_finds():
     pattern = re.search(r"grep -m1 -e '([^']+)' README\.md", GATE)
     assert pattern is not None
-    found = [line for line in (CHECKOUT / "README.md").read_text().splitlines() if re.search(pattern[1], line)]
+    found = [line.strip() for line in (CHECKOUT / "README.md").read_text().splitlines() if re.search(pattern[1], line)]
     assert found == ["python3 -m venv .venv && .venv/bin/pip install -q -e '.[test]' && .venv/bin/python -m pytest"]
 
 
