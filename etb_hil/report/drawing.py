@@ -1,0 +1,141 @@
+"""How every plot of the project looks, and how it becomes a PNG file and an SVG that follows light and dark."""
+
+from __future__ import annotations
+
+import io
+import re
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from etb_hil.recording.samples import Float64, Int64
+
+# Okabe and Ito's colours, told apart with any colour vision; what a colour says, a line style or a marker says again.
+INK, MUTED, GRID, PAPER = "#1b1f24", "#5c6670", "#d5dae0", "#fdfefe"
+MEASURED, OPENING, CLOSING, LIMIT = "#0072b2", "#00765a", "#a8479a", "#d55e00"
+
+# The variables that a page sets to make an SVG follow its light or dark colours.
+_VARIABLES = {
+    INK: "--plot-ink",
+    MUTED: "--plot-muted",
+    GRID: "--plot-grid",
+    PAPER: "--plot-paper",
+    MEASURED: "--plot-measured",
+    OPENING: "--plot-opening",
+    CLOSING: "--plot-closing",
+    LIMIT: "--plot-limit",
+}
+
+# Matplotlib reads some of these when a plot is made and others when it is written: `@mpl.rc_context(STYLE)` on both.
+STYLE: dict[Any, Any] = {  # Any: matplotlib spells the keys out as a type of a thousand words
+    "font.family": ["DejaVu Sans"],
+    "font.size": 10,
+    "axes.titlesize": 11,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.edgecolor": MUTED,
+    "axes.labelcolor": INK,
+    "axes.titlecolor": INK,
+    "axes.facecolor": PAPER,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "grid.color": GRID,
+    "grid.linewidth": 0.6,
+    "figure.facecolor": PAPER,
+    "text.color": INK,
+    "text.parse_math": False,  # a name in somebody's file may hold a dollar sign
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "legend.frameon": False,
+    "legend.fontsize": 9,
+    "lines.linewidth": 1.3,
+    "svg.fonttype": "none",  # text stays text: small, searchable, read out by screen readers
+    "axes.unicode_minus": True,
+}
+
+PNG_DPI = 160
+COLUMNS = 1400
+
+
+@mpl.rc_context(STYLE)
+def new_figure(
+    width_in: float, height_in: float, rows: int = 1, ratios: list[float] | None = None
+) -> tuple[Figure, list[Axes]]:
+    """Return a figure with `rows` plots above each other that share their x axis; no global state is touched."""
+    figure = Figure(figsize=(width_in, height_in), layout="constrained")
+    grid = figure.subplots(rows, 1, sharex=True, squeeze=False, height_ratios=ratios)
+    return figure, list(grid[:, 0])
+
+
+@mpl.rc_context(STYLE)
+def save_png(figure: Figure, path: Path) -> None:
+    """Write a figure as PNG."""
+    figure.savefig(path, dpi=PNG_DPI)
+
+
+def inline_svg(figure: Figure, name: str) -> str:
+    """Return a figure as an `<svg>` element for a page; `name` keeps its ids apart from those of other figures."""
+    text = io.StringIO()
+    with mpl.rc_context({**STYLE, "svg.hashsalt": name}):
+        figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    svg = text.getvalue()
+    svg = svg[svg.index("<svg") :]
+    svg = re.sub(r'(\bid="|href="#|url\(#)', rf"\g<1>{name}-", svg)
+    svg = re.sub(r'(<svg [^>]*?) (?:width|height)="[^"]*"', r"\1", svg, count=1)
+    svg = re.sub(r'(<svg [^>]*?) (?:width|height)="[^"]*"', r'\1 role="img"', svg, count=1)
+    for colour, variable in _VARIABLES.items():
+        svg = svg.replace(colour, f"var({variable}, {colour})")
+    return svg
+
+
+def envelope(time: Float64, values: Float64, columns: int = COLUMNS) -> tuple[Float64, Float64]:
+    """Return the least and the greatest sample of each of `columns` stretches, in their order: a peak stays a peak."""
+    count = len(values)
+    if count <= 2 * columns:
+        return time, values
+    width = -(-count // columns)
+    padded = np.full(width * columns, np.nan)
+    padded[:count] = values
+    table = padded.reshape(columns, width)
+    least = np.where(np.isnan(table), np.inf, table).argmin(axis=1)
+    most = np.where(np.isnan(table), -np.inf, table).argmax(axis=1)
+    picked: Int64 = np.sort(np.stack([least, most], axis=1), axis=1) + width * np.arange(columns)[:, None]
+    index = np.unique(np.minimum(picked.ravel(), count - 1))
+    return time[index], values[index]
+
+
+def broken_at_gaps(time: Float64, values: Float64) -> tuple[Float64, Float64]:
+    """Return the samples with a NaN wherever time jumps, so that no line is drawn over a gap."""
+    if len(time) < 3:
+        return time, values
+    steps = np.diff(time)
+    after = np.flatnonzero(steps > 10.0 * np.median(steps)) + 1
+    return np.insert(time, after, time[after - 1]), np.insert(values, after, np.nan)
+
+
+def thinned(*columns: Float64, most: int = 900) -> list[Float64]:
+    """Return every n-th value of columns of one length, `most` at the utmost."""
+    stride = max(1, -(-len(columns[0]) // most))
+    return [column[::stride] for column in columns]
+
+
+def say_empty(axes: Axes, text: str) -> None:
+    """Write into an empty plot why it is empty."""
+    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color=MUTED)
+    axes.set_yticks([])
+    if len(axes.get_shared_x_axes().get_siblings(axes)) == 1:
+        axes.set_xticks([])
+
+
+def legend_below(figure: Figure, columns: int) -> None:
+    """Put one legend for all plots of a figure under them, where it hides no data."""
+    if any(axes.get_legend_handles_labels()[1] for axes in figure.axes):
+        figure.legend(loc="outside lower center", ncols=columns)

@@ -1,0 +1,163 @@
+"""The plots of a run: friction over speed, friction over angle, and the traces over time."""
+
+from __future__ import annotations
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from etb_hil.report.drawing import (
+    CLOSING,
+    INK,
+    LIMIT,
+    MEASURED,
+    MUTED,
+    OPENING,
+    STYLE,
+    broken_at_gaps,
+    envelope,
+    legend_below,
+    new_figure,
+    say_empty,
+    thinned,
+)
+from etb_hil.report.model import Phase, ReportSeries, Results
+
+_FAR_ABOVE = 2.15  # beyond this many omega_s the Stribeck curve has fallen to T_c within 1 %
+
+FRICTION = "friction torque / N·m"
+
+
+@mpl.rc_context(STYLE)
+def friction_over_speed(series: ReportSeries, results: Results) -> Figure:
+    """Draw the estimated friction over speed with the fitted Stribeck curve, its 95 % band and the limits."""
+    figure, (axes,) = new_figure(5.2, 4.2)
+    axes.set(title="Friction over speed", xlabel="throttle speed / rad/s", ylabel=FRICTION)
+    if not len(series.point_velocity) and not len(series.curve_velocity):
+        say_empty(axes, "no friction estimated in this run")
+        return figure
+    if len(series.point_velocity):
+        velocity, friction = thinned(series.point_velocity, series.point_friction)
+        axes.plot(velocity, friction, ".", color=MUTED, markersize=2.5, alpha=0.55, label="estimated")
+    if len(series.curve_velocity):
+        for side in (series.curve_velocity < 0, series.curve_velocity >= 0):
+            velocity = series.curve_velocity[side]
+            if len(series.curve_low):
+                low, high = series.curve_low[side], series.curve_high[side]
+                axes.fill_between(velocity, low, high, color=MEASURED, alpha=0.25, linewidth=0)
+            label = "fitted curve" if side[-1] else None
+            axes.plot(velocity, series.curve_friction[side], color=MEASURED, linewidth=2, label=label)
+    _speed_limits(axes, results)
+    axes.axhline(0, color=MUTED, linewidth=0.8)
+    axes.axvline(0, color=MUTED, linewidth=0.8)
+    legend_below(figure, 2)
+    return figure
+
+
+def _speed_limits(axes: Axes, results: Results) -> None:
+    """Draw each limit where it is compared: T_st below omega_s, T_c (and the viscous torque) far above it."""
+    reach = max(abs(bound) for bound in axes.get_xlim())
+    axes.set_xlim(-reach, reach)
+    scale = results.number("omega_s")
+    omega_s = scale.value if scale is not None and scale.value else None
+    near = min(omega_s, reach) if omega_s else reach
+    damping = results.number("viscous")
+    slope = damping.value if damping is not None and damping.value else 0.0
+    stiction, coulomb = _limit(results, "T_st"), _limit(results, "T_c")
+    for sign in (1.0, -1.0):
+        if stiction is not None:
+            label = f"limit T_st {stiction:.3f} N·m" if sign > 0 else None
+            axes.plot([-near, near], [sign * stiction] * 2, color=LIMIT, linestyle="--", linewidth=1.6, label=label)
+        far = _FAR_ABOVE * omega_s if omega_s else 0.0
+        if coulomb is not None and far < reach:
+            label = f"limit T_c {coulomb:.3f} N·m" if sign > 0 else None
+            speed = sign * np.array([far, reach])
+            torque = sign * (coulomb + slope * np.abs(speed))
+            axes.plot(speed, torque, color=LIMIT, linestyle=":", linewidth=2, label=label)
+
+
+@mpl.rc_context(STYLE)
+def friction_over_angle(series: ReportSeries, results: Results) -> Figure:
+    """Draw the friction over the plate's angle, opening and closing apart."""
+    figure, (axes,) = new_figure(5.2, 4.2)
+    axes.set(title="Friction over angle", xlabel="throttle angle / deg", ylabel=FRICTION)
+    if not len(series.opening_angle) and not len(series.closing_angle):
+        say_empty(axes, "no friction estimated in this run")
+        return figure
+    for name, colour, style, angle, friction in (
+        ("opening", OPENING, "-", series.opening_angle, series.opening_friction),
+        ("closing", CLOSING, "-.", series.closing_angle, series.closing_friction),
+    ):
+        if len(angle):
+            axes.plot(np.degrees(angle), friction, style, color=colour, linewidth=1.6, label=name)
+    stiction, coulomb = _limit(results, "T_st"), _limit(results, "T_c")
+    _level(axes, stiction, "--", "limit T_st")
+    _level(axes, coulomb, ":", "limit T_c")
+    axes.axhline(0, color=MUTED, linewidth=0.8)
+    legend_below(figure, 2)
+    return figure
+
+
+@mpl.rc_context(STYLE)
+def time_traces(series: ReportSeries, results: Results) -> Figure:
+    """Draw angle, velocity, current and friction over time; phases as a strip, exceedances shaded and marked."""
+    figure, (strip, *rows) = new_figure(10.4, 7.4, rows=5, ratios=[0.16, 1, 1, 1, 1.3])
+    strip.set(title="Traces over time", yticks=[], ylim=(0, 1))
+    strip.grid(visible=False)
+    strip.spines[:].set_visible(False)
+    strip.tick_params(bottom=False)
+    rows[-1].set_xlabel("time / s")
+    friction = rows[-1]
+    traces = (
+        ("angle / deg", np.degrees(series.angle)),
+        ("velocity / rad/s", series.velocity),
+        ("current / A", series.current),
+        ("friction / N·m", series.friction),
+    )
+    for axes, (label, values) in zip(rows, traces, strict=True):
+        axes.set_ylabel(label)
+        if len(values) and not np.all(np.isnan(values)):
+            axes.plot(*broken_at_gaps(*envelope(series.time, values)), color=MEASURED, linewidth=1.0)
+        else:
+            say_empty(axes, "not measured in this run")
+    figure.align_ylabels(rows)
+    if len(series.time):
+        strip.set_xlim(series.time[0], series.time[-1])
+    _phase_strip(strip, rows, results.phases)
+    _level(friction, _limit(results, "T_st"), "--", "limit T_st")
+    _level(friction, _limit(results, "T_c"), ":", "limit T_c")
+    for index, episode in enumerate(results.exceedances):
+        for axes in rows:
+            axes.axvspan(episode.start_s, episode.end_s, color=LIMIT, alpha=0.22, linewidth=0)
+        middle = 0.5 * (episode.start_s + episode.end_s)
+        name = "exceedance" if index == 0 else None
+        friction.plot([middle], [episode.peak], "v", color=LIMIT, markersize=6, label=name)
+    legend_below(figure, 3)
+    return figure
+
+
+def _phase_strip(strip: Axes, rows: list[Axes], phases: tuple[Phase, ...]) -> None:
+    start, end = strip.get_xlim()
+    for index, phase in enumerate(phases):
+        stop = phase.end_s if phase.end_s is not None else end
+        strip.axvspan(phase.start_s, stop, color=MUTED, alpha=0.15 if index % 2 else 0.35, linewidth=0)
+        for axes in rows:
+            axes.axvline(phase.start_s, color=MUTED, linewidth=0.6, linestyle=(0, (2, 3)))
+        share = (stop - phase.start_s) / (end - start)
+        name = f"{index + 1} {phase.name or phase.id}"
+        fits = share * 125 > len(name)  # 125 characters of this size fit across the figure
+        label = name if fits else str(index + 1) if share > 0.012 else ""
+        middle = 0.5 * (phase.start_s + stop)
+        strip.text(middle, 0.45, label, ha="center", va="center", fontsize=8, color=INK, clip_on=True)
+
+
+def _level(axes: Axes, level: float | None, style: str, name: str) -> None:
+    if level is not None:
+        axes.axhline(level, color=LIMIT, linestyle=style, label=f"{name} {level:.3f} N·m")
+        axes.axhline(-level, color=LIMIT, linestyle=style)
+
+
+def _limit(results: Results, number_id: str) -> float | None:
+    number = results.number(number_id)
+    return None if number is None else number.limit_high

@@ -1,0 +1,150 @@
+"""A run as the report sees it, made by hand: a plate that is swept, dashed and let go."""
+
+import numpy as np
+
+from etb_hil.report.model import (
+    Bench,
+    Bus,
+    Exceedance,
+    InputFile,
+    MessageStatistics,
+    Number,
+    Phase,
+    ReportSeries,
+    Results,
+    Unit,
+)
+
+T_C, T_ST, OMEGA_S, VISCOUS = 0.144, 0.171, 7.8, 0.001
+DURATION_S = 24.0
+PHASES = (
+    ("home", 0, 3),
+    ("bridge off", 3, 5),
+    ("ramp opening", 5, 11),
+    ("ramp closing", 11, 17),
+    ("dash", 17, 21),
+    ("teardown", 21, 24),
+)
+
+HASH = "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08"
+FILES = (
+    ("model", "paper.yaml"),
+    ("limits", "paper.yaml"),
+    ("bench", "virtual.yaml"),
+    ("scenario", "friction_check.yaml"),
+    ("dbc", "etb.dbc"),
+)
+
+
+def stribeck(velocity, stiction=T_ST):
+    level = T_C + (stiction - T_C) * np.exp(-((velocity / OMEGA_S) ** 2))
+    return np.sign(velocity) * level + VISCOUS * velocity
+
+
+def series(stiction=T_ST, rate_hz=1000):
+    rng = np.random.default_rng(7)
+    time = np.arange(int(DURATION_S * rate_hz)) / rate_hz
+    ramp = np.interp(
+        time,
+        [0, 1, 2, 3, 5, 11, 17, 18, 18.08, 19, 19.08, 21, 24],
+        [0.14, 1.48, 0, 0.14, 0.14, 1.4, 0.05, 0.05, 1.3, 1.3, 0.1, 0.14, 0.14],
+    )
+    velocity = np.gradient(ramp, time)
+    moving = np.abs(velocity) > 1e-6
+    friction = np.where(moving, stribeck(velocity, stiction), 0.05) + rng.normal(0, 0.004, len(time))
+    current = 0.9 * np.tanh(8 * (ramp - 0.14)) + friction / 0.36 + rng.normal(0, 0.02, len(time))
+    speeds = np.concatenate([-np.geomspace(18, 0.05, 300), np.geomspace(0.05, 18, 300)])
+    curve = np.concatenate([np.linspace(-18, -0.01, 150), np.linspace(0.01, 18, 150)])
+    angles = np.linspace(0.02, 1.46, 90)
+    wave = 0.006 * np.sin(9 * angles)
+    return ReportSeries(
+        time=time,
+        angle=ramp,
+        velocity=velocity,
+        current=current,
+        friction=friction,
+        point_velocity=speeds,
+        point_friction=stribeck(speeds, stiction) + rng.normal(0, 0.006, len(speeds)),
+        curve_velocity=curve,
+        curve_friction=stribeck(curve, stiction),
+        curve_low=stribeck(curve, stiction) - 0.006,
+        curve_high=stribeck(curve, stiction) + 0.006,
+        opening_angle=angles,
+        opening_friction=stribeck(0.2, stiction) + wave,
+        closing_angle=angles,
+        closing_friction=-stribeck(0.2, stiction) + wave,
+    )
+
+
+def results(stiction=T_ST, **changes):
+    failed = stiction > 0.25
+    unit = Unit(
+        "fail" if failed else "pass",
+        "stiction_above_limit" if failed else "within_limits",
+        serial="ETB-0042",
+        part_number="A 113",
+        revision="C",
+    )
+    fields = {
+        "run_id": "20261120T070000Z-friction_check-ETB-0042",
+        "unit": unit,
+        "bench": Bench("ok", safe_state=True, name="virtual classic"),
+        "started": "2026-11-20T07:00:00Z",
+        "duration_s": DURATION_S,
+        "timestamp_grade": "sample counter",
+        "numbers": numbers(stiction),
+        "exceedances": exceedances(stiction) if failed else (),
+        "phases": tuple(Phase(name.replace(" ", "_"), name, start, end, "done") for name, start, end in PHASES),
+        "bus": Bus(
+            "etb_virtual, classic, 500 kbit/s",
+            load=0.614,
+            load_peak=0.66,
+            error_frames=0,
+            messages=(
+                MessageStatistics("Measurement", 24000, 0),
+                MessageStatistics("Position", 24000, 0),
+                MessageStatistics("Status", 2400, 0),
+            ),
+        ),
+        "versions": {"etb_hil": "0.1.0", "python": "3.11.9", "numpy": "2.4.6", "numba": "0.63.0"},
+        "inputs": tuple(InputFile(kind, name, HASH) for kind, name in FILES),
+    }
+    return Results(**{**fields, **changes})
+
+
+def numbers(stiction):
+    margin = 0.35 - stiction
+    above, short = stiction > 0.25, margin < 0.05
+    return (
+        Number(
+            "T_st",
+            "break-away friction",
+            stiction,
+            "N·m",
+            stiction - 0.004,
+            stiction + 0.004,
+            limit_high=0.25,
+            verdict="fail" if above else "pass",
+        ),
+        Number("T_c", "sliding friction", T_C, "N·m", T_C - 0.002, T_C + 0.002, limit_high=0.18, verdict="pass"),
+        Number(
+            "return_margin",
+            "return margin",
+            margin,
+            "N·m",
+            margin - 0.01,
+            margin + 0.01,
+            limit_low=0.05,
+            verdict="fail" if short else "pass",
+        ),
+        Number("omega_s", "Stribeck velocity", OMEGA_S, "rad/s", 7.1, 8.4),
+        Number("viscous", "viscous friction", VISCOUS, "N·m·s/rad", 0.0008, 0.0012),
+        Number("temperature", "housing temperature", 23.4, "degC"),
+    )
+
+
+def exceedances(stiction):
+    return (
+        Exceedance("T_st", 5.0, 5.4, stiction, 0.25, 0.2, 0.21, 23.4, "ramp opening"),
+        Exceedance("T_st", 11.0, 11.3, -stiction * 0.97, 0.25, 1.39, -0.2, 23.4, "ramp closing"),
+    )
