@@ -100,33 +100,33 @@ def format_quantity(value: float, dimension: str, digits: int = 6) -> str:
     return f"{value:.{digits}g}" if unit == "1" else f"{value:.{digits}g} {unit}"
 
 
-def _annotation(dimension: str) -> object:
+def _reader(dimension: str) -> BeforeValidator:
+    return BeforeValidator(lambda text: parse_quantity(text, dimension))
+
+
+def _schema(dimension: str) -> WithJsonSchema:
     units = ", ".join(DIMENSIONS[dimension][1])
-    return Annotated[
-        float,
-        BeforeValidator(lambda text: parse_quantity(text, dimension)),
-        WithJsonSchema(
-            {
-                "type": ["string", "number"] if dimension == "ratio" else "string",
-                "description": f"{dimension} with its unit, one of: {units}",
-                "examples": [f"1 {unit_of(dimension)}"],
-            }
-        ),
-    ]
+    return WithJsonSchema(
+        {
+            "type": ["string", "number"] if dimension == "ratio" else "string",
+            "description": f"{dimension} with its unit, one of: {units}",
+            "examples": [f"1 {unit_of(dimension)}"],
+        }
+    )
 
 
 # Fields of pydantic models: the file holds `30 deg`, the model holds radians.
-Angle = _annotation("angle")
-AngularVelocity = _annotation("angular velocity")
-AngularAcceleration = _annotation("angular acceleration")
-Torque = _annotation("torque")
-Voltage = _annotation("voltage")
-Current = _annotation("current")
-Duration = _annotation("time")
-Frequency = _annotation("frequency")
-Temperature = _annotation("temperature")
-TemperatureCoefficient = _annotation("temperature coefficient")
-Ratio = _annotation("ratio")
-BitRate = _annotation("bit rate")
-Force = _annotation("force")
-Length = _annotation("length")
+Angle = Annotated[float, _reader("angle"), _schema("angle")]
+AngularVelocity = Annotated[float, _reader("angular velocity"), _schema("angular velocity")]
+AngularAcceleration = Annotated[float, _reader("angular acceleration"), _schema("angular acceleration")]
+Torque = Annotated[float, _reader("torque"), _schema("torque")]
+Voltage = Annotated[float, _reader("voltage"), _schema("voltage")]
+Current = Annotated[float, _reader("current"), _schema("current")]
+Duration = Annotated[float, _reader("time"), _schema("time")]
+Frequency = Annotated[float, _reader("frequency"), _schema("frequency")]
+Temperature = Annotated[float, _reader("temperature"), _schema("temperature")]
+TemperatureCoefficient = Annotated[float, _reader("temperature coefficient"), _schema("temperature coefficient")]
+Ratio = Annotated[float, _reader("ratio"), _schema("ratio")]
+BitRate = Annotated[float, _reader("bit rate"), _schema("bit rate")]
+Force = Annotated[float, _reader("force"), _schema("force")]
+Length = Annotated[float, _reader("length"), _schema("length")]
