@@ -28,9 +28,9 @@ _SUBNORMAL = -1021
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _power_of_two(k):  # type: ignore[no-untyped-def]
+def _power_of_two(k: np.int64) -> float:
     """Return 2**k for -1022 <= k <= 1023, put together from its bits."""
-    return np.int64((np.int64(k) + 1023) << 52).view(np.float64)
+    return np.int64((k + 1023) << 52).view(np.float64)
 
 
 @njit(cache=True, error_model="numpy")
@@ -48,7 +48,7 @@ def exp(x: float) -> float:
     c = r - s * (_B1 + s * (_B2 + s * (_B3 + s * (_B4 + s * (_B5 + s * _B6)))))
     y = 1.0 - ((low - (r * c) / (2.0 - c)) - high)
     if k < _SUBNORMAL:
-        return y * _power_of_two(k + 100) * _power_of_two(-100)
+        return y * _power_of_two(k + 100) * _power_of_two(np.int64(-100))
     if k > 1023:
         return y * 2.0 * _power_of_two(k - 1)
     return y * _power_of_two(k)

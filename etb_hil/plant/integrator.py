@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from etb_hil.plant.exactmath import exp_neg
 from etb_hil.plant.physics import (
@@ -17,6 +16,7 @@ from etb_hil.plant.physics import (
     TORQUE_PER_AMPERE,
     VISCOUS,
     VOLTAGE_LIMIT,
+    Vector,
     spring_torque,
     stop_torque,
     stribeck,
@@ -32,7 +32,7 @@ CURRENT = 3
 STATES = 4
 
 
-def new_state(theta: float) -> NDArray[np.float64]:
+def new_state(theta: float) -> Vector:
     """Return the state (float64, `STATES`) of a throttle at rest at an angle in rad, bristles and current at zero."""
     state = np.zeros(STATES)
     state[THETA] = theta
@@ -40,7 +40,7 @@ def new_state(theta: float) -> NDArray[np.float64]:
 
 
 @njit(cache=True, error_model="numpy")
-def _drift(theta, omega, bristle, h, p):  # type: ignore[no-untyped-def]
+def _drift(theta: float, omega: float, bristle: float, h: float, p: Vector) -> tuple[float, float]:
     g = stribeck(omega, p)
     speed = abs(omega)
     settled = g / p[BRISTLE_STIFFNESS]
@@ -51,7 +51,7 @@ def _drift(theta, omega, bristle, h, p):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def advance(state, p, voltage, ticks):  # type: ignore[no-untyped-def]
+def advance(state: Vector, p: Vector, voltage: float, ticks: int) -> None:
     """Move `state` in place by whole ticks of 50 us under a constant voltage in V; NaN is an open bridge."""
     theta, omega, bristle, current = state[THETA], state[OMEGA], state[BRISTLE], state[CURRENT]
     is_open = np.isnan(voltage)

@@ -6,7 +6,9 @@ constants below are its indices. Effects append theirs behind the base parameter
 
 from __future__ import annotations
 
+import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from etb_hil.plant.exactmath import exp_neg
 
@@ -36,9 +38,11 @@ SUPPLY_VOLTAGE = 22
 VOLTAGE_LIMIT = 23
 PARAMETERS = 24
 
+Vector = NDArray[np.float64]
+
 
 @njit(cache=True, error_model="numpy")
-def spring_torque(theta, p):  # type: ignore[no-untyped-def]
+def spring_torque(theta: float, p: Vector) -> float:
     """Return the springs' torque in N·m at an angle in rad, positive where it closes the plate (seed paper, fig. 3).
 
     The jump at limp-home is smoothed over the dead zone (half width `DEAD_ZONE`) by 3 u^2 - 2 u^3: zero and flat at
@@ -54,8 +58,8 @@ def spring_torque(theta, p):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def stop_torque(theta, omega, p):  # type: ignore[no-untyped-def]
-    """Return the torque of the hard stops in N·m, positive at the upper one: spring and damper that push, never pull."""
+def stop_torque(theta: float, omega: float, p: Vector) -> float:
+    """Return the torque of the hard stops in N·m, positive at the upper one; spring and damper push, never pull."""
     if theta > p[STOP_HIGH]:
         return max(p[STOP_STIFFNESS] * (theta - p[STOP_HIGH]) + p[STOP_DAMPING] * omega, 0.0)
     if theta < p[STOP_LOW]:
@@ -64,14 +68,14 @@ def stop_torque(theta, omega, p):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def stribeck(omega, p):  # type: ignore[no-untyped-def]
+def stribeck(omega: float, p: Vector) -> float:
     """Return g(omega) in N·m: friction of steady sliding without viscosity (seed paper, eq. 2)."""
     ratio = omega / p[STRIBECK_VELOCITY]
     return p[COULOMB] + (p[STICTION] - p[COULOMB]) * exp_neg(ratio * ratio)
 
 
 @njit(cache=True, error_model="numpy")
-def friction_torque(omega, bristle, p):  # type: ignore[no-untyped-def]
+def friction_torque(omega: float, bristle: float, p: Vector) -> float:
     """Return the LuGre friction torque in N·m at a velocity and a bristle deflection in rad (seed paper, eq. 2)."""
     rate = omega - p[BRISTLE_STIFFNESS] * abs(omega) / stribeck(omega, p) * bristle
     return p[BRISTLE_STIFFNESS] * bristle + p[BRISTLE_DAMPING] * rate + p[VISCOUS] * omega

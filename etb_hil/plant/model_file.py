@@ -1,0 +1,183 @@
+"""Model files: YAML with a value, unit, shaft, tolerance and source for every parameter."""
+
+from __future__ import annotations
+
+import dataclasses
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field, create_model
+
+from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.quantity import Angle, Current, Temperature, TemperatureCoefficient, Voltage, parse_quantity
+from etb_hil.base.yamlfile import Document, FileModel, load
+from etb_hil.plant.model_check import (
+    ParameterRangeWarning,
+    impossible,
+    motor_constants_differ,
+    outside_table_one,
+)
+from etb_hil.plant.parameter import Parameter, TemperatureLaw, Tolerance
+from etb_hil.plant.table_one import KINDS, Shaft
+
+Text = Annotated[str, Field(min_length=1, max_length=2000)]
+
+
+class TemperatureEntry(FileModel):
+    """How a parameter changes with the housing's temperature: linearly about a reference."""
+
+    coefficient: TemperatureCoefficient
+    reference: Temperature
+
+
+class ParameterEntry(FileModel):
+    """One parameter of a model file."""
+
+    value: Annotated[str | float, Field(description="the value with its unit, for instance '0.35 N·m'")]
+    shaft: Annotated[Shaft | None, Field(description="the shaft that a rotary value is stated for")] = None
+    tolerance: Annotated[str | float, Field(description="a share ('3 %') or an amount with its unit ('0.2 deg')")]
+    source: Annotated[Text, Field(description="where the value comes from; 'chosen' is an honest source")]
+    temperature: TemperatureEntry | None = None
+    outside_table_one: Annotated[
+        Text | None, Field(description="why the value rightly lies outside table I; silences the warning")
+    ] = None
+
+
+class Sensors(FileModel):
+    """The data sheet of the controller's sensors."""
+
+    motor_counts_per_turn: Annotated[int, Field(ge=4, le=1 << 24, description="quadrature counts a motor turn")]
+    plate_bits: Annotated[int, Field(ge=6, le=24, description="resolution of each plate track")]
+    plate_range: Angle
+    plate_noise: Angle
+    current_step: Current
+    current_noise: Current
+    voltage_step: Voltage
+    voltage_noise: Voltage
+
+
+class EffectEntry(FileModel):
+    """An effect that the base model leaves out, with its strengths."""
+
+    id: Text
+    strengths: dict[str, str | float] = Field(default_factory=dict)
+
+
+if TYPE_CHECKING:
+
+    class ParameterTable(FileModel):
+        """Every parameter of the base model, a field each."""
+
+else:
+    # One field a parameter: unknown and missing names are found, and spelt out in the JSON schema, by pydantic itself.
+    ParameterTable = create_model(
+        "ParameterTable",
+        __base__=FileModel,
+        __doc__="Every parameter of the base model.",
+        **{name: (ParameterEntry, Field(description=kind.symbol)) for name, kind in KINDS.items()},
+    )
+
+
+class ModelFile(FileModel):
+    """A model file."""
+
+    schema_: Annotated[Literal["etb_hil/model/1"], Field(alias="schema")]
+    name: Text
+    description: Text
+    parameters: ParameterTable
+    sensors: Sensors
+    effects: list[EffectEntry] = Field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True)
+class ModelContent:
+    """What a model file says, checked and in SI."""
+
+    name: str
+    parameters: Mapping[str, Parameter]
+    sensors: Sensors
+    effects: tuple[EffectEntry, ...]
+
+
+def read_model_file(path: Path) -> ModelContent:
+    """Read and check a model file; InputError lists the problems, `ParameterRangeWarning` what is unusual."""
+    document = load(path, ModelFile)
+    parameters = _parameters(document)
+    problems = [
+        dataclasses.replace(problem, place=document.place("parameters", name, "value"))
+        for name, problem in impossible(parameters).items()
+    ]
+    if not problems and (problem := motor_constants_differ(parameters)):
+        problems.append(dataclasses.replace(problem, place=document.place("parameters", "back_emf_constant", "value")))
+    problems += [_unknown_effect(document, index) for index in range(len(document.content.effects))]
+    if problems:
+        raise InputError(*problems)
+    _warn_of_ranges(document, parameters)
+    content = document.content
+    return ModelContent(content.name, parameters, content.sensors, tuple(content.effects))
+
+
+def _parameters(document: Document[ModelFile]) -> dict[str, Parameter]:
+    parameters, problems = {}, []
+    for name in KINDS:
+        found = _parameter(document, name, getattr(document.content.parameters, name))
+        if isinstance(found, Parameter):
+            parameters[name] = found
+        else:
+            problems.append(found)
+    if problems:
+        raise InputError(*problems)
+    return parameters
+
+
+def _parameter(document: Document[ModelFile], name: str, entry: ParameterEntry) -> Parameter | Problem:
+    kind = KINDS[name]
+    if kind.gear_power is not None and entry.shaft is None:
+        place = document.place("parameters", name, "shaft")
+        return Problem(f"{kind.symbol} needs its shaft", place, allowed="motor, throttle", remedy="add 'shaft'")
+    if kind.gear_power is None and entry.shaft is not None:
+        place = document.place("parameters", name, "shaft")
+        return Problem(f"{kind.symbol} belongs to no shaft", place, remedy="remove 'shaft'")
+    try:
+        value = parse_quantity(entry.value, kind.dimension)
+    except ValueError as error:
+        return Problem(f"{kind.symbol}: {error}", document.place("parameters", name, "value"), value=entry.value)
+    try:
+        tolerance = _tolerance(entry.tolerance, kind.dimension)
+    except ValueError as error:
+        place = document.place("parameters", name, "tolerance")
+        return Problem(
+            f"{kind.symbol}: {error}", place, value=entry.tolerance, allowed="'3 %' or an amount with its unit"
+        )
+    if tolerance.half_width(value) >= abs(value) and value != 0.0 and not kind.may_be_zero:
+        place = document.place("parameters", name, "tolerance")
+        return Problem(
+            f"the tolerance of {kind.symbol} reaches zero", place, entry.tolerance, allowed="less than the value"
+        )
+    law = entry.temperature and TemperatureLaw(entry.temperature.coefficient, entry.temperature.reference)
+    return Parameter(name, value, entry.shaft, tolerance, entry.source, law or None)
+
+
+def _tolerance(text: str | float, dimension: str) -> Tolerance:
+    is_relative = isinstance(text, str) and text.rstrip().endswith("%")
+    amount = parse_quantity(text, "ratio" if is_relative else dimension)
+    if amount < 0.0:
+        raise ValueError("a tolerance is not negative")
+    return Tolerance(amount, is_relative)
+
+
+def _unknown_effect(document: Document[ModelFile], index: int) -> Problem:
+    place = document.place("effects", index, "id")
+    return Problem("unknown effect", place, document.content.effects[index].id, remedy="remove it")
+
+
+def _warn_of_ranges(document: Document[ModelFile], parameters: Mapping[str, Parameter]) -> None:
+    gear = parameters["gear_ratio"].value
+    for name, parameter in parameters.items():
+        sentence = outside_table_one(parameter, gear)
+        if sentence and getattr(document.content.parameters, name).outside_table_one is None:
+            where = document.place("parameters", name, "value")
+            warnings.warn(f"{where}: {sentence}", ParameterRangeWarning, stacklevel=4)

@@ -1,0 +1,82 @@
+"""A model: what is known of a throttle, with tolerances and sources; read from a model file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from etb_hil.base.errors import InputError, Problem
+from etb_hil.plant.model_check import impossible
+from etb_hil.plant.model_file import EffectEntry, Sensors, read_model_file
+from etb_hil.plant.parameter import Parameter, referred
+from etb_hil.plant.values import ThrottleParameters
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
+__all__ = ["Model", "ThrottleParameters", "load_model"]
+
+_DRAWS = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """A throttle as a model file states it, or as drawn from one."""
+
+    name: str
+    parameters: Mapping[str, Parameter]
+    sensors: Sensors
+    effects: tuple[EffectEntry, ...] = ()
+
+    @property
+    def values(self) -> ThrottleParameters:
+        """The values of the equations, as stated: at the throttle shaft, in SI."""
+        return referred(self.parameters)
+
+    def values_at(self, temperature: float) -> ThrottleParameters:
+        """Return the values of the equations at a temperature in degC, where parameters have a law for it."""
+        return referred(
+            {
+                name: replace(p, value=p.value * p.temperature.factor(temperature)) if p.temperature else p
+                for name, p in self.parameters.items()
+            }
+        )
+
+    def tolerance(self, name: str) -> float:
+        """Return how far a field of `ThrottleParameters` may be off, in SI: the worst case over what it is made of."""
+        nominal = getattr(self.values, name)
+        moved = [
+            replace(parameter, value=parameter.value + parameter.half_width)
+            for parameter in self.parameters.values()
+            if parameter.half_width
+        ]
+        return float(sum(abs(getattr(referred({**self.parameters, p.name: p}), name) - nominal) for p in moved))
+
+    def drawn(self, rng: Generator) -> Model:
+        """Return a unit of this model: every parameter drawn evenly inside its tolerance, K_e and K_t by one factor.
+
+        InputError where the tolerances leave next to no unit that is physically possible.
+        """
+        for _ in range(_DRAWS):
+            drawn = {
+                name: replace(p, value=p.value + p.half_width * rng.uniform(-1.0, 1.0))
+                for name, p in self.parameters.items()
+            }
+            torque, back_emf = self.parameters["torque_constant"], self.parameters["back_emf_constant"]
+            factor = drawn["torque_constant"].value / torque.value
+            drawn["back_emf_constant"] = replace(back_emf, value=back_emf.value * factor)
+            if not impossible(drawn):
+                return replace(self, name=f"{self.name} (drawn)", parameters=drawn)
+        raise InputError(Problem(f"no unit could be drawn from the model {self.name}", remedy="narrow its tolerances"))
+
+
+def load_model(path: Path) -> Model:
+    """Read a model file.
+
+    Raises InputError that lists every problem with file, line and key; warns with `ParameterRangeWarning` of values
+    outside table I of the seed paper.
+    """
+    content = read_model_file(path)
+    return Model(content.name, content.parameters, content.sensors, content.effects)
