@@ -71,7 +71,7 @@ def _speed_limits(axes: Axes, results: Results) -> None:
             axes.plot([-near, near], [sign * stiction] * 2, color=LIMIT, linestyle="--", linewidth=1.6, label=label)
         far = _FAR_ABOVE * omega_s if omega_s else 0.0
         if coulomb is not None and far < reach:
-            label = f"limit T_c {coulomb:.3f} N·m" if sign > 0 else None
+            label = f"limit T_c {coulomb:.3f} N·m{' + viscous' if slope else ''}" if sign > 0 else None
             speed = sign * np.array([far, reach])
             torque = sign * (coulomb + slope * np.abs(speed))
             axes.plot(speed, torque, color=LIMIT, linestyle=":", linewidth=2, label=label)

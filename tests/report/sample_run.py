@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.report.model import (
     Bench,
     Bus,
@@ -79,7 +80,7 @@ def series(stiction=T_ST, rate_hz=1000):
 def results(stiction=T_ST, **changes):
     failed = stiction > 0.25
     unit = Unit(
-        "fail" if failed else "pass",
+        UnitVerdict.FAIL if failed else UnitVerdict.PASS,
         "stiction_above_limit" if failed else "within_limits",
         serial="ETB-0042",
         part_number="A 113",
@@ -88,7 +89,7 @@ def results(stiction=T_ST, **changes):
     fields = {
         "run_id": "20261120T070000Z-friction_check-ETB-0042",
         "unit": unit,
-        "bench": Bench("ok", safe_state=True, name="virtual classic"),
+        "bench": Bench(BenchOutcome.OK, safe_state=True, name="virtual classic"),
         "started": "2026-11-20T07:00:00Z",
         "duration_s": DURATION_S,
         "timestamp_grade": "sample counter",

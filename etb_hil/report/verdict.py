@@ -1,0 +1,116 @@
+"""The verdict as it stands on the screen and in a log: large, why, what to do next, where the report is."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from etb_hil.base.outcome import BenchOutcome, UnitVerdict
+from etb_hil.report import show
+from etb_hil.report.model import Results
+from etb_hil.report.wording import bench_wording, further_reasons, spring_or_friction, unit_wording
+
+WIDTH = 80
+_HELD = "\N{NO-BREAK SPACE}"
+
+# Five rows of a letter each, in characters that every terminal and every log has.
+_LETTERS = {
+    "A": " ### |#   #|#####|#   #|#   #",
+    "B": "#### |#   #|#### |#   #|#### ",
+    "C": " ####|#    |#    |#    | ####",
+    "D": "#### |#   #|#   #|#   #|#### ",
+    "E": "#####|#    |#### |#    |#####",
+    "F": "#####|#    |#### |#    |#    ",
+    "H": "#   #|#   #|#####|#   #|#   #",
+    "I": "###| # | # | # |###",
+    "L": "#    |#    |#    |#    |#####",
+    "N": "#   #|##  #|# # #|#  ##|#   #",
+    "O": " ### |#   #|#   #|#   #| ### ",
+    "P": "#### |#   #|#### |#    |#    ",
+    "R": "#### |#   #|#### |#  # |#   #",
+    "S": " ####|#    | ### |    #|#### ",
+    "T": "#####|  #  |  #  |  #  |  #  ",
+    "U": "#   #|#   #|#   #|#   #| ### ",
+    "V": "#   #|#   #|#   #| # # |  #  ",
+    " ": "  |  |  |  |  ",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """The one outcome that people look for; `tone` is good, bad, unsure or fault."""
+
+    headline: str
+    tone: str
+    reason: str
+    next_step: str
+    further: tuple[str, ...]
+
+
+def verdict_of(results: Results) -> Verdict:
+    """Return the outcome to show first: what happened to the bench outranks what was measured of the unit."""
+    bench = bench_wording(results)
+    if results.bench.outcome is BenchOutcome.FAULT:
+        return Verdict("BENCH FAULT", "fault", bench.reason, bench.next_step, _not_the_unit(results))
+    if results.bench.outcome is BenchOutcome.ABORTED:
+        return Verdict("ABORTED", "unsure", bench.reason, bench.next_step, _not_the_unit(results))
+    unit = unit_wording(results)
+    further = [*further_reasons(results), spring_or_friction(results)]
+    headline, tone = {
+        UnitVerdict.PASS: ("PASS", "good"),
+        UnitVerdict.FAIL: ("FAIL", "bad"),
+        UnitVerdict.INCONCLUSIVE: ("INCONCLUSIVE", "unsure"),
+        None: ("INCONCLUSIVE", "unsure"),
+    }[results.unit.verdict]
+    return Verdict(headline, tone, unit.reason, unit.next_step, tuple(filter(None, further)))
+
+
+def _not_the_unit(results: Results) -> tuple[str, ...]:
+    if results.unit.verdict is None:
+        return ("The unit was not judged.",)
+    return (f"Measured of the unit up to then ({results.unit.verdict.value}): {unit_wording(results).reason}",)
+
+
+def unit_line(results: Results) -> str:
+    """Return which unit it is: serial, part number and revision, as far as they are known."""
+    unit = results.unit
+    parts = [f"serial {unit.serial}" if unit.serial else "", f"part {unit.part_number}" if unit.part_number else ""]
+    parts.append(f"revision {unit.revision}" if unit.revision else "")
+    return show.printable(", ".join(filter(None, parts)) or "unit without a serial number", 120)
+
+
+def banner(headline: str) -> list[str]:
+    """Return a headline in letters of five rows."""
+    letters = [_LETTERS[letter].split("|") for letter in headline]
+    return [" ".join(letter[row] for letter in letters).rstrip() for row in range(5)]
+
+
+def verdict_text(results: Results | Mapping[str, Any], report: Path | None = None) -> str:
+    """Return the verdict as plain text of at most 80 columns, for a terminal or a log file.
+
+    Takes `Results` or the dictionary of `results.json`; raises InputError where that is wrong.
+    """
+    if not isinstance(results, Results):
+        results = Results.from_dict(results)
+    verdict = verdict_of(results)
+    lines = ["", *(f"  {row}" for row in banner(verdict.headline)), ""]
+    lines += _entry("Result", f"{verdict.headline} - {unit_line(results)}")
+    lines += _entry("Why", verdict.reason)
+    for sentence in verdict.further:
+        lines += _entry("", sentence)
+    if results.bench.safe_state is False:
+        lines += _entry("Caution", "The drive was not seen to be off: switch the supply off before you touch the unit.")
+    lines += _entry("Next", verdict.next_step)
+    if report is not None:  # never broken, so that a terminal can open it
+        lines.append(f"  {'Report':8} {report}")
+    return "\n".join([*lines, ""])
+
+
+def _entry(name: str, text: str) -> list[str]:
+    held = re.sub(r"(?<=\d) (?=\D)", _HELD, show.printable(text, 600))  # a value stays with its unit
+    lines = textwrap.wrap(held, WIDTH - 12)
+    return [f"  {name if index == 0 else '':8} {line.replace(_HELD, ' ')}" for index, line in enumerate(lines)]
