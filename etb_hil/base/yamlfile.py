@@ -11,7 +11,7 @@ import difflib
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -69,10 +69,14 @@ def parse(path: Path) -> tuple[object, dict[Path_, int]]:
         raw = path.read_bytes()
     except OSError as error:
         raise InputError(
-            Problem(f"cannot be read: {error.strerror or error}", Place(path), remedy="check the path and its permissions")
+            Problem(
+                f"cannot be read: {error.strerror or error}", Place(path), remedy="check the path and its permissions"
+            )
         ) from None
     if len(raw) > MAX_BYTES:
-        raise InputError(Problem("is too large", Place(path), value=f"{len(raw)} bytes", allowed=f"up to {MAX_BYTES} bytes"))
+        raise InputError(
+            Problem("is too large", Place(path), value=f"{len(raw)} bytes", allowed=f"up to {MAX_BYTES} bytes")
+        )
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -83,6 +87,8 @@ def parse(path: Path) -> tuple[object, dict[Path_, int]]:
 
 class _Reader:
     """Builds plain data from the parser's events."""
+
+    _events: Any  # PyYAML's stubs give every event the attributes of the barest one
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -116,14 +122,14 @@ class _Reader:
             self._refuse(event, (), "is not a plain YAML document", "keep one plain document a file")
 
     def _refuse(self, event: yaml.Event, key: Path_, what: str, remedy: str) -> None:
-        raise InputError(Problem(what, Place(self._path, event.start_mark.line + 1, _key_text(key)), remedy=remedy))
+        raise InputError(Problem(what, Place(self._path, _line(event), _key_text(key)), remedy=remedy))
 
     def _node(self, event: yaml.Event, key: Path_, depth: int) -> object:
-        self.lines[key] = event.start_mark.line + 1
+        self.lines[key] = _line(event)
         if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None) is not None:
             self._refuse(event, key, "anchors and aliases are not read", "write the value out")
-        if getattr(event, "tag", None) is not None:
-            self._refuse(event, key, f"the tag {event.tag} is not read", "remove the tag")
+        if (tag := getattr(event, "tag", None)) is not None:
+            self._refuse(event, key, f"the tag {tag} is not read", "remove the tag")
         if depth > MAX_DEPTH:
             self._refuse(event, key, f"is nested deeper than {MAX_DEPTH} levels", "flatten it")
         if isinstance(event, yaml.ScalarEvent):
@@ -147,8 +153,12 @@ class _Reader:
             if name in entries:
                 self._refuse(event, (*key, name), "stands twice", "keep one of them")
             entries[name] = self._node(next(self._events), (*key, name), depth + 1)
-            self.lines[(*key, name)] = event.start_mark.line + 1
+            self.lines[(*key, name)] = _line(event)
         return entries
+
+
+def _line(event: yaml.Event) -> int:
+    return 1 if event.start_mark is None else event.start_mark.line + 1
 
 
 def _scalar(text: str) -> object:
@@ -159,7 +169,7 @@ def _scalar(text: str) -> object:
     if _HEX.match(text):
         return int(text, 16)
     if _OCTAL.match(text):
-        return int(text[2:], 8)
+        return int(text, 0)
     if _FLOAT.match(text):
         return float(text)
     return text
@@ -191,7 +201,7 @@ def _problems(path: Path, lines: dict[Path_, int], model: type[BaseModel], error
             names = _allowed_names(model, detail["loc"])
             near = difflib.get_close_matches(str(key[-1]), names, n=1)
             remedy = f"did you mean '{near[0]}'?" if near else "remove it"
-            found.append(Problem("unknown key", place, allowed=", ".join(names) or None, remedy=remedy))
+            found.append(Problem("unknown key", place, value=shown, allowed=", ".join(names) or None, remedy=remedy))
         elif detail["type"] == "missing":
             found.append(Problem("this key is missing", place, remedy=f"add '{key[-1]}'" if key else None))
         else:
@@ -218,28 +228,24 @@ def _allowed_names(model: type[BaseModel], location: tuple[str | int, ...]) -> l
     return sorted(names)
 
 
-def _resolve(node: dict[str, object], definitions: dict[str, dict[str, object]]) -> dict[str, object]:
+def _resolve(node: dict[str, Any], definitions: dict[str, dict[str, Any]]) -> dict[str, Any]:
     reference = node.get("$ref")
     return definitions[str(reference).rsplit("/", 1)[-1]] if reference else node
 
 
-def _children(
-    node: dict[str, object], part: str | int, definitions: dict[str, dict[str, object]]
-) -> list[dict[str, object]]:
+def _children(node: dict[str, Any], part: str | int, definitions: dict[str, dict[str, Any]]) -> list[dict[str, Any]]:
     node = _resolve(node, definitions)
-    variants: list[dict[str, object]] = [
-        _resolve(v, definitions) for key in ("anyOf", "oneOf") for v in node.get(key, [])  # type: ignore[attr-defined]
-    ]
+    variants: list[dict[str, Any]] = [_resolve(v, definitions) for key in ("anyOf", "oneOf") for v in node.get(key, [])]
     found = []
     for candidate in [node, *variants]:
         if isinstance(part, int):
             child = candidate.get("items")
         else:
             properties = candidate.get("properties", {})
-            child = properties.get(part) or candidate.get("additionalProperties")  # type: ignore[attr-defined]
+            child = properties.get(part) or candidate.get("additionalProperties")
         if isinstance(child, dict):
             found.append(child)
     if not found and isinstance(part, str):  # the name of a union's member: stay among the variants it may mean
-        named = [v for v in variants if v.get("properties", {}).get("kind", {}).get("const") == part]  # type: ignore[attr-defined]
+        named = [v for v in variants if v.get("properties", {}).get("kind", {}).get("const") == part]
         found = named or variants
     return found

@@ -176,4 +176,3 @@ Phase = Annotated[
     OffPhase | CurrentZeroPhase | HomePhase | RampPhase | DashPhase | SinusoidPhase | StepPhase | HoldPhase,
     Field(discriminator="kind"),
 ]
-

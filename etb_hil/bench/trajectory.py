@@ -135,7 +135,12 @@ def dash(start: float, peak: float, against: float, rise: float, fall: float) ->
     omega_s of the other, so that friction passes T_st and settles at T_c.
     """
     first = -math.copysign(against, peak)
-    pieces = [Piece(0.0, first, SETTLE_S), Piece(first, first, SETTLE_S), Piece(first, peak, rise), Piece(peak, 0.0, fall)]
+    pieces = [
+        Piece(0.0, first, SETTLE_S),
+        Piece(first, first, SETTLE_S),
+        Piece(first, peak, rise),
+        Piece(peak, 0.0, fall),
+    ]
     return Motion(start, pieces)
 
 
@@ -157,9 +162,7 @@ class Sinusoid:
         else:
             grown, growing = 1.0, 0.0
         position = self.centre + self.amplitude * grown * math.sin(phase)
-        velocity = self.amplitude * (
-            growing * math.sin(phase) + grown * self.angular_frequency * math.cos(phase)
-        )
+        velocity = self.amplitude * (growing * math.sin(phase) + grown * self.angular_frequency * math.cos(phase))
         return SetPoint(Mode.POSITION, position, velocity)
 
 
