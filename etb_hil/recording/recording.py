@@ -43,10 +43,14 @@ class Gap:
 
 @dataclass(slots=True)
 class Recording:
-    """Signals in SI units on the controller's sample clock; grows by `append`, is read by role."""
+    """Signals in SI units on the controller's sample clock; grows by `append`, is read by role.
+
+    `notes` says in words what of the source could not be read or was left out.
+    """
 
     origin: str
     clock: ClockGrade
+    notes: list[str] = field(default_factory=list)
     _blocks: dict[str, list[SampleBlock]] = field(default_factory=dict)
 
     def append(self, blocks: Iterable[SampleBlock]) -> None:

@@ -1,0 +1,81 @@
+"""Tables in MATLAB's MAT files: every numeric vector as long as the time is a column."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.recording.columns import NS_PER_UNIT, TimeColumn
+from etb_hil.recording.samples import Float64, Int64
+
+
+class MatTable:
+    """A table in a MAT file up to version 7; needs SciPy."""
+
+    header_line = None
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._vectors = {name: value.reshape(-1) for name, value in self._load().items() if _is_vector(value)}
+        self.names = tuple(self._vectors)
+
+    def read(self, time: TimeColumn, names: Sequence[str]) -> tuple[Int64, dict[str, Float64]]:
+        """Return the time in ns and the named vectors; InputError names the vector and the row that is wrong."""
+        seconds = self._vectors[time.column]
+        if not np.all(np.isfinite(seconds)) or np.any(np.abs(seconds) * float(NS_PER_UNIT[time.unit]) > 2.0**62):
+            raise self._wrong(time.column, "holds a value that is no time", "remove those rows")
+        if np.issubdtype(seconds.dtype, np.integer):
+            time_ns = seconds.astype(np.int64) * NS_PER_UNIT[time.unit]
+        else:
+            time_ns = np.rint(seconds.astype(np.float64) * NS_PER_UNIT[time.unit]).astype(np.int64)
+        backwards = np.flatnonzero(np.diff(time_ns) < 0)
+        if len(backwards):
+            raise self._wrong(time.column, f"goes back after row {int(backwards[0]) + 1}", "sort the rows")
+        columns = {name: self._vectors[name].astype(np.float64) for name in names}
+        for name, values in columns.items():
+            if len(values) != len(time_ns):
+                wrong = f"has {len(values)} values, the time {time.column} has {len(time_ns)}"
+                raise self._wrong(name, wrong, "map a vector of the same length")
+            infinite = np.flatnonzero(np.isinf(values))
+            if len(infinite):
+                raise self._wrong(
+                    name, f"is infinite in row {int(infinite[0]) + 1}", "write NaN where there is no value"
+                )
+        return time_ns, columns
+
+    def _load(self) -> dict[str, Any]:
+        try:
+            from scipy.io import loadmat  # noqa: PLC0415 (an extra, and heavy)
+        except ImportError:
+            raise InputError(
+                Problem("MAT files need SciPy", Place(self._path), remedy="pip install 'etb-hil[mat]'")
+            ) from None
+        try:
+            return {k: v for k, v in loadmat(self._path).items() if not k.startswith("__")}
+        except OSError as error:
+            wrong = f"cannot be read: {error.strerror or error}"
+            raise InputError(Problem(wrong, Place(self._path), remedy="check the path and its permissions")) from None
+        except NotImplementedError:
+            raise InputError(
+                Problem("is a MAT file of version 7.3", Place(self._path), remedy="save it with '-v7'")
+            ) from None
+        except Exception as error:  # noqa: BLE001 (SciPy raises anything on a broken file)
+            raise InputError(
+                Problem(f"is no whole MAT file: {error}", Place(self._path), remedy="save it again")
+            ) from None
+
+    def _wrong(self, name: str, what: str, remedy: str) -> InputError:
+        return InputError(Problem(what, Place(self._path, key=name), remedy=remedy))
+
+
+def _is_vector(value: object) -> bool:
+    return (
+        isinstance(value, np.ndarray)
+        and value.dtype.kind in "iufb"
+        and value.size > 1
+        and value.size == max(value.shape, default=0)
+    )

@@ -1,0 +1,86 @@
+"""Map files: a table with names of its own becomes roles, scale and offset included."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from etb_hil.base.errors import InputError
+from etb_hil.recording.tables import read_table
+
+scipy_io = pytest.importorskip("scipy.io", reason="MAT files need SciPy")
+
+MAP = """schema: etb_hil/table_map/1
+time: {column: zeit, unit: ms}
+roles:
+  throttle_angle: {column: winkel, unit: deg, scale: 2, offset: 90}
+  motor_voltage: {column: u, unit: mV}
+  drive_force: {column: u, unit: N, scale: 0.5}
+"""
+
+
+@pytest.fixture
+def map_file(tmp_path):
+    path = tmp_path / "map.yaml"
+    path.write_text(MAP)
+    return path
+
+
+def check(recording):
+    np.testing.assert_array_equal(recording.series("throttle_angle").time_ns, [0, 1_500_000])
+    np.testing.assert_allclose(recording.series("throttle_angle").values, [np.pi / 2, np.pi], rtol=1e-15)
+    np.testing.assert_allclose(recording.series("motor_voltage").values, [1.0, 2.0], rtol=1e-15)
+    np.testing.assert_array_equal(recording.series("drive_force").values, [500.0, 1000.0])
+
+
+def test_a_csv_file_through_a_map(tmp_path, map_file):
+    path = tmp_path / "t.csv"
+    path.write_text("zeit;winkel;u;bemerkung\n0;0;1000;gut\n1,5;45;2000;gut\n")
+    check(read_table(path, map_file))
+
+
+def test_a_mat_file_through_a_map(tmp_path, map_file):
+    path = tmp_path / "t.mat"
+    scipy_io.savemat(path, {"zeit": [0, 1.5], "winkel": [[0.0], [45.0]], "u": [1000, 2000], "k": 3.0, "text": "a"})
+    check(read_table(path, map_file))
+
+
+@pytest.mark.parametrize(
+    ("vectors", "says"),
+    [
+        ({"winkel": [0, 1]}, "has no such column (it is 'u')"),
+        ({"winkel": [0, 1], "u": [0, 1, 2]}, "u: has 3 values, the time zeit has 2"),
+        ({"winkel": [0, np.inf], "u": [0, 1]}, "winkel: is infinite in row 2"),
+        ({"winkel": [0, 1], "u": [0, 1], "zeit": [1, 0.5]}, "zeit: goes back after row 1"),
+        ({"winkel": [0, 1], "u": [0, 1], "zeit": [1, np.nan]}, "zeit: holds a value that is no time"),
+    ],
+)
+def test_a_broken_mat_file_names_the_vector(tmp_path, map_file, vectors, says):
+    path = tmp_path / "t.mat"
+    scipy_io.savemat(path, {"zeit": [0.0, 1.0]} | vectors)
+    with pytest.raises(InputError) as caught:
+        read_table(path, map_file)
+    assert says in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right", "says"),
+    [
+        ("column: winkel", "column: winkle", "map.yaml:4: roles.throttle_angle.column"),
+        ("column: winkel", "column: winkle", "did you mean 'winkel'?"),
+        ("unit: deg", "unit: V", "'V' does not fit; allowed: rad, mrad, deg"),
+        ("unit: deg", "unit: furlong", "is no unit that etb_hil knows"),
+        ("motor_voltage:", "motor_volts:", "'motor_volts' is no role"),
+        ("unit: ms", "unit: fortnight", "'ns', 'us', 'ms'"),
+        ("scale: 2", "scaling: 2", "did you mean 'scale'?"),
+        ("scale: 2", "scale: .inf", "scale"),
+    ],
+)
+def test_a_wrong_map_says_file_line_and_remedy(tmp_path, map_file, wrong, right, says):
+    path = tmp_path / "t.csv"
+    path.write_text("zeit,winkel,u\n0,0,0\n")
+    map_file.write_text(MAP.replace(wrong, right, 1))
+    with pytest.raises(InputError) as caught:
+        read_table(path, map_file)
+    assert says in str(caught.value)
+    assert "map.yaml" in str(caught.value)

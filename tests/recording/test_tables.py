@@ -1,0 +1,167 @@
+"""Tables from anywhere become Recordings in SI units, or say where they are broken."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from etb_hil.base.errors import InputError
+from etb_hil.base.roles import ROLES
+from etb_hil.recording.recording import ClockGrade
+from etb_hil.recording.tables import read_table
+
+FINITE = st.floats(allow_nan=False, allow_infinity=False)
+VALUES = st.one_of(FINITE, st.just(math.nan))
+TIMES_US = st.lists(st.integers(-(10**12), 10**12), min_size=1, max_size=30, unique=True).map(sorted)
+
+
+def table(folder, text, name="table.csv"):
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def problems(path, map_file=None):
+    with pytest.raises(InputError) as caught:
+        read_table(path, map_file)
+    return [str(problem) for problem in caught.value.problems]
+
+
+@given(data=st.data(), times_us=TIMES_US, delimiter=st.sampled_from(",;\t"))
+def test_what_was_written_is_read_back_exactly(tmp_path_factory, data, times_us, delimiter):
+    roles = data.draw(st.lists(st.sampled_from(sorted(ROLES)), min_size=1, max_size=5, unique=True))
+    columns = {role: data.draw(st.lists(VALUES, min_size=len(times_us), max_size=len(times_us))) for role in roles}
+    comma = delimiter != "," and data.draw(st.booleans())
+    unit = {"V·s/rad": "", "rad/s": "rad_per_s"}
+    header = ["time_us", *(f"{role}_{unit.get(ROLES[role].unit, ROLES[role].unit)}" for role in roles)]
+    rows = [[str(t), *(repr(columns[role][i]) for role in roles)] for i, t in enumerate(times_us)]
+    text = "\n".join(delimiter.join(cell.replace(".", ",") if comma else cell for cell in row) for row in rows)
+    path = table(tmp_path_factory.mktemp("t"), delimiter.join(header) + "\n" + text + "\n")
+
+    recording = read_table(path)
+
+    assert recording.clock is ClockGrade.TABLE
+    assert sorted(recording.roles) == sorted(roles)
+    for role in roles:
+        series = recording.series(role)
+        assert series.unit == ROLES[role].unit
+        np.testing.assert_array_equal(series.time_ns, np.array(times_us) * 1000)
+        np.testing.assert_array_equal(series.values, columns[role])
+
+
+@given(text=st.text(max_size=300))
+def test_any_text_is_read_or_refused_with_its_place(tmp_path_factory, text):
+    path = table(tmp_path_factory.mktemp("t"), "time_s,motor_voltage_V\n0,1\n" + text)
+    try:
+        recording = read_table(path)
+    except InputError as error:
+        places = [str(problem) for problem in error.problems]
+        assert places
+        assert all(place.startswith(f"{path}:") for place in places)
+    else:
+        series = recording.series("motor_voltage")
+        assert np.all(np.diff(series.time_ns) > 0)
+        assert not np.any(np.isinf(series.values))
+
+
+@given(content=st.binary(max_size=400), suffix=st.sampled_from([".csv", ".mat", ".txt"]))
+def test_any_bytes_are_read_or_refused(tmp_path_factory, content, suffix):
+    path = tmp_path_factory.mktemp("t") / f"table{suffix}"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match="table"):
+        read_table(path)
+
+
+@given(
+    rows=st.integers(1, 40),
+    at=st.integers(0, 39),
+    broken=st.sampled_from(["1e999", "inf", "0x10", "1_0", "twelve", "1 2", "--1"]),
+)
+def test_a_broken_cell_is_named_with_line_column_and_value(tmp_path_factory, rows, at, broken):
+    lines = ["# a rig", "time_s,motor_current_A", *(f"{i},{i / 8}" for i in range(rows))]
+    lines[2 + at % rows] = f"{at % rows},{broken}"
+    path = table(tmp_path_factory.mktemp("t"), "\n".join(lines))
+    (problem,) = problems(path)
+    assert problem.startswith(f"{path}:{3 + at % rows}: motor_current_A: ")
+    assert repr(broken) in problem
+    assert "correct the cell" in problem
+
+
+def test_units_come_from_the_names(tmp_path):
+    text = "t_ms,throttle_angle_deg,throttle_angle_2 [mrad],motor_duty_pct,engine_speed_rpm,temperature_K,note\n"
+    recording = read_table(table(tmp_path, text + "0.5,90,1500,-50,60,273.15,1\n"))
+    got = {role: recording.series(role).values[0] for role in recording.roles}
+    assert got == pytest.approx(
+        {
+            "throttle_angle": math.pi / 2,
+            "throttle_angle_2": 1.5,
+            "motor_duty": -0.5,
+            "engine_speed": 2 * math.pi,
+            "temperature": 0.0,
+        }
+    )
+    assert recording.series("motor_duty").time_ns[0] == 500_000
+
+
+@pytest.mark.parametrize(
+    ("header", "says"),
+    [
+        ("time_s,motor_volage_V", "did you mean 'motor_voltage'?"),
+        ("time_s,motor_voltage", "has no unit; allowed: V, mV"),
+        ("time_s,motor_voltage_A", "'A' is no unit of the role motor_voltage; allowed: V, mV"),
+        ("time,motor_voltage_V", "the time has no unit; allowed: ns, us"),
+        ("motor_voltage_V,motor_current_A", "no column is the time"),
+        ("time_s,t_ms,motor_voltage_V", "more than one column is the time"),
+        ("time_s,motor_voltage_V,motor_voltage_mV", "has the role motor_voltage already"),
+        ("time_s,motor_voltage_V,motor_voltage_V", "columns have the same name"),
+        ("time_s,colour,shape", "no column is a role"),
+    ],
+)
+def test_a_header_that_cannot_be_read_says_why(tmp_path, header, says):
+    found = problems(table(tmp_path, "\n" + header + "\n0,1,2\n"))
+    assert any(says in problem and "table.csv:2" in problem for problem in found), found
+
+
+@pytest.mark.parametrize(
+    ("rows", "line", "says"),
+    [
+        ("0,1\n1,2,3", 3, "a row of 3 cells under 2 names"),
+        ("0,1\n1", 3, "a row of 1 cells under 2 names"),
+        ("0,1\n2,1\n1,1", 4, "lies before the time of the row above"),
+        ("0,1\nnan,1", 3, "is no number"),
+        ("0,1\n1e30,1", 3, "is too large a time"),
+        ('0,"1\n1,2\n2,3', 2, "a quote that does not close"),
+    ],
+)
+def test_a_broken_row_is_named(tmp_path, rows, line, says):
+    (problem,) = problems(table(tmp_path, "time_s,motor_voltage_V\n" + rows))
+    assert f"table.csv:{line}: " in problem
+    assert says in problem
+
+
+def test_a_file_of_broken_rows_ends_in_a_short_list(tmp_path):
+    assert len(problems(table(tmp_path, "time_s,motor_voltage_V\n" + "x,y\n" * 10_000))) <= 21
+
+
+def test_rows_with_the_same_time_are_left_out_and_said(tmp_path):
+    recording = read_table(table(tmp_path, "time_s,motor_voltage_V\n0,1\n1,2\n1,3\n2,4\n"))
+    assert list(recording.series("motor_voltage").values) == [1, 2, 4]
+    assert recording.notes == ["1 rows had the time of the row before and were left out"]
+
+
+def test_a_long_step_is_a_gap_of_unknown_length(tmp_path):
+    recording = read_table(table(tmp_path, "time_s,motor_voltage_V\n" + "".join(f"{t},0\n" for t in (0, 1, 2, 9, 10))))
+    (gap,) = recording.gaps()
+    assert (gap.start_ns, gap.end_ns, gap.lost) == (2_000_000_000, 9_000_000_000, None)
+
+
+@pytest.mark.parametrize(
+    ("path", "says"), [("no.csv", "cannot be read"), ("no.mat", "cannot be read"), ("no.xls", "allowed: .csv")]
+)
+def test_a_path_that_is_no_table_is_refused(tmp_path, path, says):
+    (problem,) = problems(tmp_path / path)
+    assert says in problem
