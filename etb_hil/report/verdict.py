@@ -15,6 +15,7 @@ from etb_hil.report.model import Results
 from etb_hil.report.wording import bench_wording, further_reasons, spring_or_friction, unit_wording
 
 WIDTH = 80
+_NOT_THE_UNIT = ("The unit was not judged: what was measured of it until then does not count.",)
 _HELD = "\N{NO-BREAK SPACE}"
 
 # Five rows of a letter each, in characters that every terminal and every log has.
@@ -55,9 +56,9 @@ def verdict_of(results: Results) -> Verdict:
     """Return the outcome to show first: what happened to the bench outranks what was measured of the unit."""
     bench = bench_wording(results)
     if results.bench.outcome is BenchOutcome.FAULT:
-        return Verdict("BENCH FAULT", "fault", bench.reason, bench.next_step, _not_the_unit(results))
+        return Verdict("BENCH FAULT", "fault", bench.reason, bench.next_step, _NOT_THE_UNIT)
     if results.bench.outcome is BenchOutcome.ABORTED:
-        return Verdict("ABORTED", "unsure", bench.reason, bench.next_step, _not_the_unit(results))
+        return Verdict("ABORTED", "unsure", bench.reason, bench.next_step, _NOT_THE_UNIT)
     unit = unit_wording(results)
     further = [*further_reasons(results), spring_or_friction(results)]
     headline, tone = {
@@ -67,12 +68,6 @@ def verdict_of(results: Results) -> Verdict:
         None: ("INCONCLUSIVE", "unsure"),
     }[results.unit.verdict]
     return Verdict(headline, tone, unit.reason, unit.next_step, tuple(filter(None, further)))
-
-
-def _not_the_unit(results: Results) -> tuple[str, ...]:
-    if results.unit.verdict is None:
-        return ("The unit was not judged.",)
-    return (f"Measured of the unit up to then ({results.unit.verdict.value}): {unit_wording(results).reason}",)
 
 
 def unit_line(results: Results) -> str:

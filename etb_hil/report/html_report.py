@@ -1,0 +1,99 @@
+"""The report: one HTML page that needs nothing beside it, and its plots as PNG files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+
+from etb_hil.report import plots, show
+from etb_hil.report.drawing import inline_svg, save_png
+from etb_hil.report.model import Exceedance, ReportSeries, Results
+from etb_hil.report.verdict import unit_line, verdict_of
+from etb_hil.report.wording import TIMESTAMP_GRADES
+
+REPORT_NAME = "report.html"
+
+# What two printed pages hold; the rest is in results.json, and the page says so.
+_MOST_NUMBERS, _MOST_PHASES, _MOST_EXCEEDANCES, _MOST_MESSAGES, _MOST_INPUTS, _MOST_VERSIONS = 20, 24, 8, 8, 8, 12
+_SAFE_STATE = {True: "yes, seen in the measured current", False: "NOT VERIFIED", None: "not looked at"}
+
+_PLOTS = {
+    "friction_over_speed": plots.friction_over_speed,
+    "friction_over_angle": plots.friction_over_angle,
+    "time_traces": plots.time_traces,
+}
+
+
+def write_report(results: Results | Mapping[str, Any], series: ReportSeries | Mapping[str, Any], folder: Path) -> Path:
+    """Write `report.html` and a PNG file for each plot into a folder that exists; return the page's path.
+
+    Takes `Results` or the dictionary of `results.json`, and `ReportSeries` or its columns by name. Raises InputError
+    where the dictionary is wrong.
+    """
+    results = results if isinstance(results, Results) else Results.from_dict(results)
+    series = series if isinstance(series, ReportSeries) else ReportSeries.from_mapping(series)
+    drawn = {}
+    for name, draw in _PLOTS.items():
+        figure = draw(series, results)
+        save_png(figure, folder / f"{name}.png")
+        drawn[name] = inline_svg(figure, name)
+    page = folder / REPORT_NAME
+    page.write_text(render_page(results, drawn), encoding="utf-8")
+    return page
+
+
+def render_page(results: Results, drawn: Mapping[str, str]) -> str:
+    """Return the page; `drawn` maps the plots' names to their `<svg>` elements."""
+    here = Path(__file__).parent
+    environment = Environment(
+        loader=FileSystemLoader(here),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        finalize=_finalize,
+    )
+    environment.filters.update(
+        plain=show.plain,
+        unit_shown=show.unit_shown,
+        interval=show.interval,
+        limits=show.limits,
+        share=show.share,
+        seconds=lambda value: show.quantity(value, "s"),
+        count=lambda value: show.UNKNOWN if value is None else str(value),
+    )
+    return environment.get_template("report.html.jinja").render(
+        results=results,
+        verdict=verdict_of(results),
+        unit_line=unit_line(results),
+        safe_state=_SAFE_STATE[results.bench.safe_state],
+        grade=TIMESTAMP_GRADES.get(results.timestamp_grade, ""),
+        numbers=results.numbers[:_MOST_NUMBERS],
+        phases=results.phases[:_MOST_PHASES],
+        exceedances=_highest(results.exceedances),
+        messages=results.bus.messages[:_MOST_MESSAGES],
+        inputs=results.inputs[:_MOST_INPUTS],
+        versions=list(results.versions.items())[:_MOST_VERSIONS],
+        style=_ours((here / "report.css").read_text(encoding="utf-8")),
+        speed_plot=_ours(drawn["friction_over_speed"]),
+        angle_plot=_ours(drawn["friction_over_angle"]),
+        time_plot=_ours(drawn["time_traces"]),
+    )
+
+
+def _ours(text: str) -> Markup:
+    """Mark what the project itself made, with every name in it escaped already, as safe."""
+    return Markup(text)  # noqa: S704 (style sheet and plots; matplotlib escapes the texts that it draws)
+
+
+def _finalize(value: object) -> object:
+    """Take control characters and endless names out of everything that goes into the page."""
+    return show.printable(value, 400) if isinstance(value, str) and not isinstance(value, Markup) else value
+
+
+def _highest(exceedances: tuple[Exceedance, ...]) -> list[Exceedance]:
+    highest = sorted(exceedances, key=lambda e: abs(e.peak) - e.limit, reverse=True)[:_MOST_EXCEEDANCES]
+    return sorted(highest, key=lambda e: e.start_s)
