@@ -145,7 +145,7 @@ def _classic_bits(ident: np.int64, flag: np.int64, length: np.int64, data: NDArr
     extended = (flag & _EXTENDED) != 0
     word, count = _arbitration(ident, extended, remote)
     reserved = 2 if extended else 1
-    word = word << (reserved + 4) | np.int64(min(length, 15))
+    word = word << (reserved + 4) | min(length, np.int64(15))
     count += reserved + 4
     state, stuffed, crc = np.int64(0), np.int64(0), np.int64(0)  # the state after SOF, the first dominant bit
     for shift in range(count - 2, -1, -1):
@@ -153,7 +153,7 @@ def _classic_bits(ident: np.int64, flag: np.int64, length: np.int64, data: NDArr
         stuffed += np.int64(_STUFFED_BIT[state, bit])
         state = np.int64(_FOLLOW_BIT[state, bit])
         crc = (crc << 1 & 0x7FFF) ^ np.int64(_CRC15 if crc >> 14 != bit else 0)
-    payload = np.int64(0 if remote else min(length, 8))
+    payload = np.int64(0) if remote else min(length, np.int64(8))
     for column in range(payload):
         byte = data[column]
         stuffed += np.int64(_STUFFED[state, byte])
@@ -180,7 +180,7 @@ def _fd_bits(ident: np.int64, flag: np.int64, length: np.int64, data: NDArray[np
         stuffed += np.int64(_STUFFED_BIT[state, bit])
         state = np.int64(_FOLLOW_BIT[state, bit])
     head = count + stuffed
-    dlc = np.int64(_DLC_OF_LENGTH[min(length, 64)])
+    dlc = np.int64(_DLC_OF_LENGTH[min(length, np.int64(64))])
     payload = np.int64(_LENGTH_OF_DLC[dlc])
     word, stuffed = np.int64(16 if flag & _ESI else 0) | dlc, np.int64(0)
     for shift in range(4, -1, -1):

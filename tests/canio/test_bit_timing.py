@@ -7,11 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from etb_hil.canio.bit_timing import ERROR_FRAME_BITS, FD_LENGTHS, frame_bits, worst_case_bits
-from etb_hil.canio.frames import FrameBlock
+from etb_hil.canio.messages import from_messages
 
 
 def bits_of(message):
-    nominal, data = frame_bits(FrameBlock.from_messages([message]))
+    nominal, data = frame_bits(from_messages([message]))
     return int(nominal[0]), int(data[0])
 
 
@@ -111,7 +111,7 @@ def test_the_reference_crc_gives_the_published_check_value():
 
 @given(st.lists(messages(), max_size=8))
 def test_every_frame_is_as_long_as_its_bits_written_out(batch):
-    nominal, data = frame_bits(FrameBlock.from_messages(batch))
+    nominal, data = frame_bits(from_messages(batch))
     assert list(zip(nominal.tolist(), data.tolist(), strict=True)) == [reference(m) for m in batch]
 
 
