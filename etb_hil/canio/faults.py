@@ -1,0 +1,103 @@
+"""What goes wrong on a bus on purpose: put a fault into `VirtualNetwork.faults` and it strikes inside its window."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from etb_hil.canio.frames import concatenate_frames
+
+if TYPE_CHECKING:
+    from etb_hil.canio.frames import FrameBlock
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """When and whom a fault strikes: frames that start in [`from_ns`, `until_ns`) with one of `idents` (None: all)."""
+
+    from_ns: int
+    until_ns: int
+    idents: frozenset[int] | None = None
+
+    def holds(self, frame: FrameBlock, start_ns: int) -> bool:
+        """Return whether a frame (a block of one row) that starts at `start_ns` is struck."""
+        return self.from_ns <= start_ns < self.until_ns and (self.idents is None or int(frame.ident[0]) in self.idents)
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """Base of all faults: strikes nobody in its window."""
+
+    window: Window
+
+    def destroys(self, frame: FrameBlock, start_ns: int) -> bool:  # noqa: ARG002 (for those that override it)
+        """Return whether an error frame ends this attempt to send `frame` (a block of one row)."""
+        return False
+
+    def deliver(self, frame: FrameBlock, start_ns: int) -> FrameBlock:  # noqa: ARG002 (likewise)
+        """Return what the receivers get in place of `frame` (a block of one row): none, one or more; never earlier."""
+        return frame
+
+
+class ErrorFrames(Fault):
+    """Every attempt in the window ends in an error frame; 32 in a row take the sender off the bus."""
+
+    __slots__ = ()
+
+    def destroys(self, frame: FrameBlock, start_ns: int) -> bool:
+        """Destroy the frame inside the window."""
+        return self.window.holds(frame, start_ns)
+
+
+class Lost(Fault):
+    """Frames that were acknowledged and yet reach no receiver, as behind a gateway or a full driver."""
+
+    __slots__ = ()
+
+    def deliver(self, frame: FrameBlock, start_ns: int) -> FrameBlock:
+        """Deliver nothing inside the window."""
+        return frame.rows(slice(0)) if self.window.holds(frame, start_ns) else frame
+
+
+@dataclass(frozen=True, slots=True)
+class Duplicated(Fault):
+    """Frames that arrive twice, as when an error in the last bit makes the sender repeat what was already taken."""
+
+    delay_ns: int = 0
+
+    def deliver(self, frame: FrameBlock, start_ns: int) -> FrameBlock:
+        """Deliver the frame and, `delay_ns` later, its copy."""
+        if not self.window.holds(frame, start_ns):
+            return frame
+        return concatenate_frames([frame, replace(frame, stamp_ns=frame.stamp_ns + self.delay_ns)])
+
+
+@dataclass(frozen=True, slots=True)
+class Delayed(Fault):
+    """Frames that arrive `delay_ns` late, behind others that were sent after them."""
+
+    delay_ns: int = 0
+
+    def deliver(self, frame: FrameBlock, start_ns: int) -> FrameBlock:
+        """Deliver the frame late."""
+        if not self.window.holds(frame, start_ns):
+            return frame
+        return replace(frame, stamp_ns=frame.stamp_ns + self.delay_ns)
+
+
+@dataclass(frozen=True, slots=True)
+class Corrupted(Fault):
+    """Frames whose payload changed although the bus saw a right checksum: `flip` is XORed onto the first bytes."""
+
+    flip: bytes = field(default=b"\x01")
+
+    def deliver(self, frame: FrameBlock, start_ns: int) -> FrameBlock:
+        """Deliver the frame with another payload."""
+        if not self.window.holds(frame, start_ns):
+            return frame
+        data = frame.data.copy()
+        count = min(len(self.flip), int(frame.length[0]))
+        data[0, :count] ^= np.frombuffer(self.flip, np.uint8)[:count]
+        return replace(frame, data=data)
