@@ -1,0 +1,166 @@
+"""The controller and its plant, compiled: many milliseconds a call, in whole ticks of 50 us."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from numba import njit
+
+from etb_hil.base.modes import Mode
+from etb_hil.controller import events, reference, sensors, supervision
+from etb_hil.controller.drive import drive_voltage
+from etb_hil.controller.laws.interface import CONTROL_PERIOD
+from etb_hil.controller.state import (
+    BURST_SAMPLES,
+    CONTROL_TICKS,
+    STATUS_TICKS,
+    TICK_NS,
+    DataSheet,
+    Fault,
+    Sample,
+    Settings,
+    State,
+    Status,
+)
+from etb_hil.plant.integrator import CURRENT, OMEGA, THETA, advance
+from etb_hil.plant.physics import BACK_EMF, GEAR_RATIO, SUPPLY_VOLTAGE, Vector
+from etb_hil.plant.physics import LIMP_HOME as LIMP_HOME_ANGLE
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+LIMP_HOME = int(Mode.LIMP_HOME)
+CRC = int(Fault.CRC)
+COUNTER = int(Fault.COUNTER)
+
+VELOCITY_SMOOTHING = 0.6  # of the newest difference: one encoder count is 0.02 rad/s at 1 kHz
+SLOWEST_ORIGIN = 1000  # ticks over which the plate tracks correct the encoder's origin
+ARRIVED = 0.01  # rad
+DECAYED = 1e-3  # A
+
+
+@njit(cache=True, error_model="numpy")
+def run_ticks(
+    end_tick: int,
+    s: State,
+    settings: Settings,
+    sheet: DataSheet,
+    plant: Vector,
+    laws: NDArray[np.float64],
+    unit: Vector,
+    nominal: Vector,
+    event_ns: NDArray[np.int64],
+    event: NDArray[np.float64],
+    samples: NDArray[np.void],
+    statuses: NDArray[np.void],
+    switches: NDArray[np.void],
+) -> tuple[int, int, int, int]:
+    """Run to `end_tick` (exclusive) and return how many events were used and samples, statuses, switches written.
+
+    `s`, `settings`, `sheet` are records (`state.record`); `plant` is the integrator's state; `unit`, `nominal` are
+    parameter vectors, `laws` float64 (2, p) the unit's at the ambient temperature and its change in a kelvin;
+    `event_ns` int64 (n), `event` float64 (n, `EVENT_WIDTH`) are sorted by stamp; the last three are written to and have
+    room for one row a tick, a status and a control tick.
+    """
+    used = sampled = stated = switched = 0
+    while s.tick < end_tick:
+        if s.tick % CONTROL_TICKS == 0:
+            now_ns = settings.start_ns + s.tick * TICK_NS
+            _measure(s, plant, unit, nominal, sheet)
+            while used < len(event_ns) and event_ns[used] <= now_ns:
+                events.apply_event(s, now_ns, event_ns[used], event[used])
+                used += 1
+            if _control(s, settings, sheet, plant, unit, nominal, now_ns):
+                row = switches[switched]
+                row.tick, row.on, row.faults, row.command_ns = s.tick, s.driving, s.faults, s.command_ns
+                switched += 1
+            if s.tick % STATUS_TICKS == 0:
+                _warm(s, settings, unit, laws)
+                _state(s, unit, statuses[stated])
+                stated += 1
+        sampling = s.sample_ticks > 0
+        if sampling and s.tick >= s.sample_end and s.tick % BURST_SAMPLES == 0:
+            s.sample_ticks, sampling = 0, False
+        if sampling and s.tick % s.sample_ticks == 0:
+            _sample(s, plant, unit, sheet, samples[sampled])
+            sampled += 1
+        next_tick = min(end_tick, (s.tick // CONTROL_TICKS + 1) * CONTROL_TICKS)
+        if sampling:
+            next_tick = min(next_tick, (s.tick // s.sample_ticks + 1) * s.sample_ticks)
+        advance(plant, unit, s.voltage, next_tick - s.tick)
+        s.tick = next_tick
+    return used, sampled, stated, switched
+
+
+@njit(cache=True, error_model="numpy")
+def _control(
+    s: State, settings: Settings, sheet: DataSheet, plant: Vector, unit: Vector, nominal: Vector, now_ns: int
+) -> bool:
+    """Do one control tick; return whether the bridge was switched on or off."""
+    current, _ = sensors.current_and_voltage(plant[CURRENT], 0.0, s.tick, sheet)
+    supervision.warm_up(s, settings, unit, plant[CURRENT], CONTROL_PERIOD)
+    supervision.watch(s, now_ns)
+    supervision.protect(s, current, nominal)
+    _show_refusals(s)
+    was = s.driving
+    s.driving = 1 if s.mode != 0 and not s.released and supervision.may_drive(s) else 0
+    if not s.driving:
+        s.voltage = math.nan
+        return was != s.driving
+    if not was:
+        s.law_memory[:] = 0.0
+    if s.mode != events.VOLTAGE:
+        reference.step(s, settings, nominal, now_ns)
+    s.voltage = drive_voltage(s, settings, nominal)
+    if s.mode == LIMP_HOME and s.velocity == 0.0 and abs(s.measured_position - nominal[LIMP_HOME_ANGLE]) < ARRIVED:
+        s.released = 1
+    return was != s.driving
+
+
+@njit(cache=True, error_model="numpy")
+def _measure(s: State, plant: Vector, unit: Vector, nominal: Vector, sheet: DataSheet) -> None:
+    """Read encoder and plate tracks: the tracks say, slowly, where the encoder's origin is."""
+    encoder = sensors.encoder_angle(plant[THETA] * unit[GEAR_RATIO], sheet) / nominal[GEAR_RATIO]
+    track, track_2 = sensors.track_angles(plant[THETA], s.tick, sheet)
+    s.origin_samples = min(s.origin_samples + 1, SLOWEST_ORIGIN)
+    s.encoder_origin += (0.5 * (track + track_2) - encoder - s.encoder_origin) / s.origin_samples
+    velocity = (encoder - s.encoder) / CONTROL_PERIOD
+    s.measured_velocity += VELOCITY_SMOOTHING * (velocity - s.measured_velocity)
+    s.encoder = encoder
+    s.measured_position = encoder + s.encoder_origin
+
+
+@njit(cache=True, error_model="numpy")
+def _show_refusals(s: State) -> None:
+    s.faults = s.faults | CRC if s.tick < s.crc_until else s.faults & ~CRC
+    s.faults = s.faults | COUNTER if s.tick < s.counter_until else s.faults & ~COUNTER
+
+
+@njit(cache=True, error_model="numpy")
+def _sample(s: State, plant: Vector, unit: Vector, sheet: DataSheet, row: Sample) -> None:
+    """Write one sampled instant; the voltage is the one that the bridge gives from this instant on."""
+    current, omega = plant[CURRENT], plant[OMEGA]
+    terminals = s.voltage
+    if math.isnan(terminals):  # open: the diodes while current flows, then the motor is a generator
+        decaying = abs(current) > DECAYED
+        terminals = -math.copysign(unit[SUPPLY_VOLTAGE], current) if decaying else unit[BACK_EMF] * omega
+    row.tick, row.signals, row.burst = s.tick, s.signals, s.burst
+    row.current, row.voltage = sensors.current_and_voltage(current, terminals, s.tick, sheet)
+    row.motor_angle = sensors.encoder_angle(plant[THETA] * unit[GEAR_RATIO], sheet)
+    row.track, row.track_2 = sensors.track_angles(plant[THETA], s.tick, sheet)
+
+
+@njit(cache=True, error_model="numpy")
+def _warm(s: State, settings: Settings, unit: Vector, laws: NDArray[np.float64]) -> None:
+    """Bring the unit's parameters to the housing's temperature."""
+    above = s.temperature - settings.ambient
+    for index in range(len(unit)):
+        unit[index] = laws[0, index] + above * laws[1, index]
+
+
+@njit(cache=True, error_model="numpy")
+def _state(s: State, unit: Vector, row: Status) -> None:
+    row.tick, row.mode, row.enable, row.faults = s.tick, s.mode, s.driving, s.faults
+    row.temperature, row.supply = s.temperature, unit[SUPPLY_VOLTAGE]

@@ -1,0 +1,29 @@
+"""Sliding-mode law with a boundary layer (Slotine and Li 1991, section 7.2)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from etb_hil.plant.physics import Vector
+from etb_hil.plant.values import ThrottleParameters
+
+SLOPE = 90.0  # 1/s; errors on the sliding surface die with this rate
+LAYER = 1.2  # rad/s; inside it the law is linear, which keeps the 1 ms tick from chattering
+
+
+def gains(nominal: ThrottleParameters) -> Vector:
+    """Return the surface's slope (1/s), the inertia (kg·m²), the reaching torque (N·m) and 1 / layer (s/rad).
+
+    The reaching torque covers what the feed-forward may have wrong: a preload on the wrong side of limp-home.
+    """
+    reach = nominal.preload_open + nominal.preload_close
+    return np.array([SLOPE, nominal.inertia, reach, 1.0 / LAYER])
+
+
+@njit(cache=True, error_model="numpy")
+def torque(gain: Vector, memory: Vector, error: float, rate: float) -> float:  # noqa: ARG001 (every law's signature)
+    """Return the torque in N·m for an angle error in rad and a velocity error in rad/s."""
+    surface = rate + gain[0] * error
+    reaching = min(max(surface * gain[3], -1.0), 1.0)
+    return gain[1] * gain[0] * rate + gain[2] * reaching

@@ -1,0 +1,144 @@
+"""The throttle with its controller, without a bus: events in, samples and statuses out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.controller.kernel import ARRIVED, run_ticks
+from etb_hil.controller.laws.choice import law_gains, law_number
+from etb_hil.controller.sensors import data_sheet
+from etb_hil.controller.state import (
+    CONTROL_TICKS,
+    EVENT_WIDTH,
+    STATUS_TICKS,
+    TICK_NS,
+    Sample,
+    Settings,
+    State,
+    Status,
+    Switch,
+    record,
+)
+from etb_hil.plant.integrator import THETA, new_state
+from etb_hil.plant.parameters import Model, ThrottleParameters
+
+AMBIENT_C = 20.0  # where the stock models state their values
+HEATING_K_PER_W = 3.0  # housing over ambient; a throttle body in still air
+HEATING_TIME_S = 600.0
+BRAKING_SHARE = 0.6  # of the torque at stall: what is counted on for braking before a stop
+
+_SLICE_TICKS = 20_000  # a second a call of the kernel, so that its buffers stay in the cache's reach
+_FIRST_INTERVAL = 10e-3  # s
+_NO_EVENTS_NS = np.empty(0, np.int64)
+_NO_EVENTS = np.empty((0, EVENT_WIDTH))
+
+
+@dataclass(frozen=True, slots=True)
+class Output:
+    """What came out of one stretch: rows of `state.Sample`, `Status` and `Switch`, valid until the next."""
+
+    samples: NDArray[np.void]
+    statuses: NDArray[np.void]
+    switches: NDArray[np.void]
+
+
+class Machine:
+    """One unit and its controller, switched on at `start_ns` with its plate at `start_angle` (rad, at rest).
+
+    `nominal` is what the controller believes of the unit and need not be true; `law` names its position law. Without a
+    `start_angle` the plate rests where springs and friction may have left it.
+    """
+
+    def __init__(
+        self,
+        unit: Model,
+        nominal: Model,
+        seed: int,
+        *,
+        start_ns: int = 0,
+        start_angle: float | None = None,
+        law: str = "pd",
+        ambient: float = AMBIENT_C,
+    ) -> None:
+        values, known = unit.values_at(ambient), nominal.values
+        angle = resting_angle(values, seed) if start_angle is None else start_angle
+        self._state = record(State)
+        self._state["voltage"] = math.nan
+        self._state["interval"] = _FIRST_INTERVAL
+        self._state["temperature"] = ambient
+        self._settings = record(Settings)
+        self._settings["start_ns"] = start_ns
+        self._settings["law"] = law_number(law)
+        self._settings["gain"] = law_gains(law, known)
+        stall_torque = known.torque_per_ampere * known.voltage_limit / known.resistance
+        self._settings["braking"] = BRAKING_SHARE * stall_torque / known.inertia
+        self._settings["ambient"] = ambient
+        self._settings["heating"] = HEATING_K_PER_W
+        self._settings["heating_time"] = HEATING_TIME_S
+        self._sheet = data_sheet(unit.sensors, values.gear_ratio, angle, seed)
+        self._plant = new_state(angle)
+        change = unit.values_at(ambient + 1.0).vector() - values.vector()
+        self._laws = np.stack([values.vector(), change])
+        self._unit = values.vector()
+        self._nominal = known.vector()
+        self._samples = record(Sample, _SLICE_TICKS + 1)
+        self._statuses = record(Status, _SLICE_TICKS // STATUS_TICKS + 1)
+        self._switches = record(Switch, _SLICE_TICKS // CONTROL_TICKS + 1)
+        self._start_ns = start_ns
+
+    @property
+    def tick(self) -> int:
+        """The next tick of 50 us, counted from power-on."""
+        return int(self._state["tick"][0])
+
+    @property
+    def start_ns(self) -> int:
+        """The instant of tick 0 on the bus's clock."""
+        return self._start_ns
+
+    @property
+    def plate_angle(self) -> float:
+        """The plate's true angle in rad, for tests and benchmarks."""
+        return float(self._plant[THETA])
+
+    def run(
+        self,
+        until_ns: int,
+        event_ns: NDArray[np.int64] = _NO_EVENTS_NS,
+        event: NDArray[np.float64] = _NO_EVENTS,
+    ) -> tuple[int, list[Output]]:
+        """Run every tick before `until_ns`; return how many of the events took effect, and the output in order.
+
+        `event_ns` int64 (n), `event` float64 (n, `EVENT_WIDTH`) are sorted by stamp; an event takes effect at the first
+        control tick at or after its stamp. Each output is overwritten by the next, so a stretch of more than a second
+        comes as copies.
+        """
+        end = -((self._start_ns - until_ns) // TICK_NS)
+        used = 0
+        outputs: list[Output] = []
+        while self.tick < end:
+            slice_end = min(end, self.tick + _SLICE_TICKS)
+            taken, sampled, stated, switched = run_ticks(
+                slice_end, self._state[0], self._settings[0], self._sheet[0], self._plant, self._laws, self._unit,
+                self._nominal, event_ns[used:], event[used:], self._samples, self._statuses, self._switches,
+            )  # fmt: skip
+            used += taken
+            rows = self._samples[:sampled], self._statuses[:stated], self._switches[:switched]
+            outputs.append(Output(*rows) if slice_end == end and not outputs else Output(*(r.copy() for r in rows)))
+        return used, outputs
+
+
+def resting_angle(values: ThrottleParameters, seed: int) -> float:
+    """Return an angle in rad about limp-home at which a released plate may have come to rest.
+
+    Break-away friction holds it wherever the springs pull less: inside the dead zone, or, in a unit whose plate does
+    not come back by itself, as far off as the controller's own limp-home drive leaves it.
+    """
+    rng = np.random.default_rng([seed, 2])
+    above = min(values.dead_zone * values.stiction / values.preload_open, ARRIVED)
+    below = min(values.dead_zone * values.stiction / values.preload_close, ARRIVED)
+    return float(values.limp_home + rng.uniform(-below, above))

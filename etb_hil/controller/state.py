@@ -1,0 +1,164 @@
+"""What the controller remembers from tick to tick, and the constants of its machine.
+
+The classes below are the fields of records: rows of a numpy array that compiled code reads and writes by name.
+Ticks count 50 us from power-on; angles are at the throttle shaft and in rad unless a field says otherwise.
+"""
+
+from __future__ import annotations
+
+from enum import IntFlag
+from typing import Annotated, get_args, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.controller.laws.interface import GAINS, MEMORY
+
+TICK_NS = 50_000  # plant and sampling, 20 kHz
+CONTROL_TICKS = 20  # 1 kHz
+STATUS_TICKS = 200  # 100 Hz
+BURST_SAMPLES = 10
+SAMPLE_RATE = 20_000
+CONTROL_NS = CONTROL_TICKS * TICK_NS
+
+WATCHDOG_NS = 30_000_000  # the bridge is off at the latest this long after the last good command
+
+# What happens to the controller from outside, one row an event: kind, then its values.
+COMMAND = 0  # mode, enable, position, velocity, voltage
+REQUEST = 1  # signals, rate, burst, duration
+REFUSED_CRC = 2
+REFUSED_COUNTER = 3
+EVENT_WIDTH = 6
+
+CURRENT_SIGNALS, ENCODER_SIGNALS = 1, 2  # bits of a request
+
+
+class Fault(IntFlag):
+    """Fault bits of the status frame, as `dbc/` lists them.
+
+    A refused command frame shows for 100 ms; the others hold until a command takes the drive off.
+    """
+
+    TIMEOUT = 1
+    CRC = 2
+    COUNTER = 4
+    OVER_CURRENT = 8
+    OVER_TEMPERATURE = 64
+
+
+LATCHED = int(Fault.TIMEOUT | Fault.OVER_CURRENT | Fault.OVER_TEMPERATURE)
+
+
+class State:
+    """What changes from tick to tick."""
+
+    tick: int
+    mode: int
+    driving: int  # 1 while the bridge is on
+    released: int  # 1 once limp-home mode has done its work
+    faults: int
+    crc_until: int  # ticks until which a refused frame shows in the status
+    counter_until: int
+    command_ns: int  # stamp of the last good command
+    has_command: int
+    interval: float  # s between good commands, smoothed
+    setpoint_voltage: float
+    # a stretch of the reference: from where it was to the newest set-point
+    stretch_ns: int
+    stretch: float  # s
+    start_position: float
+    start_velocity: float
+    end_position: float
+    end_velocity: float
+    position: float  # the reference now
+    velocity: float
+    acceleration: float
+    # what the sensors said
+    encoder: float  # throttle angle since power-on
+    encoder_origin: float  # throttle angle at power-on, learnt from the plate tracks
+    origin_samples: int
+    measured_position: float
+    measured_velocity: float
+    voltage: float  # V over the motor, NaN with the bridge open
+    law_memory: Annotated[NDArray[np.float64], MEMORY]
+    over_current_ms: int
+    over_duty_ms: int
+    temperature: float  # degC of the housing
+    # the measurement that is under way
+    sample_ticks: int  # between samples, 0 when nothing is asked for
+    sample_end: int  # first tick without samples
+    signals: int
+    burst: int
+
+
+class Settings:
+    """What never changes while the controller runs."""
+
+    start_ns: int
+    law: int
+    gain: Annotated[NDArray[np.float64], GAINS]
+    braking: float  # rad/s², what the bridge can do against the motion on approach to a stop
+    ambient: float  # degC
+    heating: float  # K/W, housing over ambient
+    heating_time: float  # s
+
+
+class DataSheet:
+    """One set of sensors; the encoder at the motor shaft."""
+
+    encoder_step: float  # rad a count
+    encoder_phase: float  # where inside a count the motor stood at power-on, 0 to 1
+    encoder_zero: float  # motor angle at power-on: the encoder is incremental
+    track_step: float  # rad a bit
+    track_low: float
+    track_high: float
+    track_noise: float  # rad rms
+    current_step: float  # A
+    current_noise: float  # A rms
+    voltage_step: float  # V
+    voltage_noise: float  # V rms
+    seed: int
+
+
+class Sample:
+    """One sampled instant, what the measuring frames are made from."""
+
+    tick: int
+    signals: int
+    burst: int
+    current: float  # A
+    voltage: float  # V
+    motor_angle: float  # motor shaft, since power-on
+    track: float
+    track_2: float
+
+
+class Status:
+    """What the status frame says."""
+
+    tick: int
+    mode: int
+    enable: int
+    faults: int
+    temperature: float  # degC
+    supply: float  # V
+
+
+class Switch:
+    """The bridge went on or off."""
+
+    tick: int
+    on: int
+    faults: int
+    command_ns: int
+
+
+def record(kind: type, rows: int = 1) -> NDArray[np.void]:
+    """Return zeroed rows (n) with the fields of one of the classes above: int64, float64 and float64 (m)."""
+    fields: list[tuple[str, type, tuple[int, ...]]] = []
+    for name, hint in get_type_hints(kind, include_extras=True).items():
+        if hint in (int, float):
+            fields.append((name, np.int64 if hint is int else np.float64, ()))
+        else:
+            fields.append((name, np.float64, (get_args(hint)[1],)))
+    return np.zeros(rows, np.dtype(fields, align=True))
