@@ -1,0 +1,135 @@
+"""Logs in the formats that python-can reads; a broken end costs what is broken, not what came before."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from contextlib import closing, nullcontext
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import can
+from can.util import dlc2len
+
+from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.canio.frames import FrameBlock
+from etb_hil.canio.log_source import LineSource, reader_warnings
+from etb_hil.canio.messages import from_messages
+
+CHUNK = 8192
+_INDEX = re.compile(r"[0-9]+\Z")
+
+
+@dataclass(frozen=True, slots=True)
+class _Format:
+    """A format that python-can reads; `step_ns` is the finest step of its stamps."""
+
+    name: str
+    reader: Callable[..., Any]
+    step_ns: int
+    text: bool = True
+    ends_lines: bool = False  # its writers end every line, so that a last line without an end was cut off
+    fd_codes: bool = False  # python-can gives the code 0 to 15 as `dlc` of its FD frames, not the bytes
+
+
+# python-can's stamps are floats. Those of TRC and candump count whole microseconds, which a float of today's epoch
+# still tells apart (its own step is 0.24 us): rounding to the step undoes every error. ASC counts from zero, so that a
+# nanosecond survives. CSV, SQLite and MF4 hold the float itself.
+FORMATS = {
+    ".asc": _Format("ASC", can.ASCReader, 1),
+    ".trc": _Format("TRC", can.TRCReader, 1000, fd_codes=True),
+    ".log": _Format("candump", can.CanutilsLogReader, 1000, ends_lines=True),
+    ".csv": _Format("python-can CSV", can.CSVReader, 1, ends_lines=True),
+    ".db": _Format("python-can SQLite", can.SqliteReader, 1, text=False),
+    ".mf4": _Format("MF4", can.MF4Reader, 1, text=False),
+}
+
+
+class ForeignLog:
+    """A log file, read anew by each iteration; afterwards `notes` says what could not be read, and where."""
+
+    def __init__(self, path: Path) -> None:
+        suffix = Path(path.stem).suffix if path.suffix.lower() == ".gz" else path.suffix
+        known = FORMATS.get(suffix.lower())
+        if known is None or (suffix != path.suffix and not known.text):
+            allowed = f".blf, {', '.join(FORMATS)}; those of text also with .gz"
+            raise InputError(Problem("is no log format that can be read", Place(path), path.name, allowed=allowed))
+        self.path = path
+        self.notes: list[str] = []
+        self._format = known
+
+    def __iter__(self) -> Iterator[FrameBlock]:
+        """Yield the frames in blocks; InputError where not even the first frame can be read."""
+        self.notes = []
+        frames = 0
+        fault: Exception | None = None
+        lines = self._lines()
+        with closing(lines) if lines else nullcontext(), reader_warnings() as warnings:
+            messages = self._messages(lines or self.path)
+            more = True
+            while more:
+                chunk, fault = _take(messages)
+                if chunk:
+                    frames += len(chunk)
+                    yield self._block(chunk)
+                more = len(chunk) == CHUNK and fault is None
+            self.notes += [f"{self.path}: {text}" for text in warnings]
+        line = lines.line if lines else None
+        if fault is not None:
+            self._stopped(fault, frames, line)
+        if lines and lines.cut:
+            self.notes.append(f"{Place(self.path, line)}: the last line is cut off and was left out")
+
+    def _lines(self) -> LineSource | None:
+        try:
+            if self._format.text:
+                return LineSource(self.path, ends_lines=self._format.ends_lines)
+            self.path.open("rb").close()  # here, where the error is of one kind, whichever library reads it
+        except OSError as error:
+            wrong = f"cannot be read: {error.strerror or error}"
+            raise InputError(Problem(wrong, Place(self.path), remedy="check the path and its permissions")) from None
+        return None
+
+    def _messages(self, source: LineSource | Path) -> Iterator[can.Message]:
+        with self._format.reader(source) as reader:
+            for message in reader:
+                if len(message.data) < self._announced(message):
+                    raise ValueError(f"{len(message.data)} bytes of {message.dlc}")
+                if isinstance(message.channel, str):  # vcan1 is channel 1
+                    index = _INDEX.search(message.channel)
+                    message.channel = int(index[0]) if index else 0
+                yield message
+
+    def _announced(self, message: can.Message) -> int:
+        """Return how many bytes the frame must have."""
+        if message.is_remote_frame or message.is_error_frame:
+            return 0
+        if message.is_fd:
+            return dlc2len(message.dlc) if self._format.fd_codes else message.dlc
+        return min(message.dlc, 8)  # classic frames may say 9 to 15 and mean 8
+
+    def _block(self, messages: list[can.Message]) -> FrameBlock:
+        block = from_messages(messages)
+        step = self._format.step_ns
+        return replace(block, stamp_ns=(block.stamp_ns + step // 2) // step * step)
+
+    def _stopped(self, fault: Exception, frames: int, line: int | None) -> None:
+        place = Place(self.path, line, frame=frames)
+        what = f"is not readable as {self._format.name} from here: {fault or type(fault).__name__}"
+        if not frames:
+            raise InputError(Problem(what, place, remedy="check that the file is what its name says")) from None
+        self.notes.append(f"{place}: {what}; the {frames} frames before are kept")
+
+
+def _take(messages: Iterator[can.Message]) -> tuple[list[can.Message], Exception | None]:
+    """Return the next messages and what stopped the reader, if anything did."""
+    chunk: list[can.Message] = []
+    try:
+        for message in messages:
+            chunk.append(message)
+            if len(chunk) == CHUNK:
+                break
+    except Exception as error:  # noqa: BLE001 (readers of eight formats raise what their parsers raise)
+        return chunk, error
+    return chunk, None

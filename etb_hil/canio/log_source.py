@@ -1,0 +1,62 @@
+"""What surrounds python-can's readers of logs: lines are counted, a cut end is seen, warnings are kept."""
+
+from __future__ import annotations
+
+import gzip
+import logging
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TextIO, cast
+
+MAX_WARNINGS = 20
+_HALF_BYTE = re.compile(r"\b[0-9A-Fa-f]{2} [0-9A-Fa-f]\Z")
+
+
+class LineSource:
+    """The lines of a text file, plain or gzip, counted in `line`; a last line that was cut off is left out.
+
+    A line without an end is cut off where the format always ends its lines, else where it stops within a byte.
+    """
+
+    def __init__(self, path: Path, *, ends_lines: bool) -> None:
+        opened = gzip.open if path.suffix.lower() == ".gz" else open
+        self._file = cast("TextIO", opened(path, "rt", encoding="utf-8", errors="replace"))
+        self._ends_lines = ends_lines
+        self.line = 0
+        self.cut = False
+
+    def __iter__(self) -> Iterator[str]:
+        return self
+
+    def __next__(self) -> str:
+        text = next(self._file)
+        self.line += 1
+        if not text.endswith("\n") and (self._ends_lines or _HALF_BYTE.search(text)):
+            self.cut = True
+            raise StopIteration
+        return text
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+@contextmanager
+def reader_warnings() -> Iterator[list[str]]:
+    """Collect what python-can's readers log: they skip a line that they cannot read and go on."""
+    warnings: list[str] = []
+
+    class Collector(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            if len(warnings) < MAX_WARNINGS:
+                warnings.append(record.getMessage())
+
+    collector = Collector(logging.WARNING)
+    logger = logging.getLogger("can.io")
+    logger.addHandler(collector)
+    try:
+        yield warnings
+    finally:
+        logger.removeHandler(collector)

@@ -1,0 +1,188 @@
+"""Logs of every format give the frames that python-can gives, and a cut log gives those before the cut."""
+
+from __future__ import annotations
+
+import gzip
+import os
+import sqlite3
+from pathlib import Path
+
+import can
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from etb_hil.base.errors import InputError
+from etb_hil.canio.frames import FrameBlock, concatenate_frames
+from etb_hil.canio.logs import read_log
+from etb_hil.canio.messages import from_messages
+
+CHECKOUT = Path(__file__).resolve().parents[2]
+DATA = Path(os.environ.get("ETB_HIL_REAL_DATA", CHECKOUT.parent / "shared" / "data"))
+PEERS = sorted((DATA / "peers" / "python_can_logs").glob("*.[at][sr]c"))
+
+# without 0: python-can reads an empty FD frame of an ASC file as a remote frame
+FD_LENGTHS = (1, 7, 8, 12, 16, 20, 24, 32, 48, 64)
+
+
+@st.composite
+def messages(draw, formats_without_fd=False):
+    """Frames as a bus delivers them: stamps of whole microseconds, never going back."""
+    stamp_us = draw(st.integers(0, 10**12))
+    found = []
+    for step_us in draw(st.lists(st.integers(0, 10**7), min_size=1, max_size=12)):
+        stamp_us += step_us
+        fd = not formats_without_fd and draw(st.booleans())
+        extended = draw(st.booleans())
+        length = draw(st.sampled_from(FD_LENGTHS) if fd else st.integers(0, 8))
+        found.append(
+            can.Message(
+                timestamp=stamp_us / 1e6,
+                arbitration_id=draw(st.integers(0, 0x1FFFFFFE if extended else 0x7FF)),
+                is_extended_id=extended,
+                is_fd=fd,
+                bitrate_switch=fd and draw(st.booleans()),
+                data=draw(st.binary(min_size=length, max_size=length)),
+                channel=0,
+                is_rx=True,
+            )
+        )
+    return found
+
+
+def write(path, frames):
+    with can.Logger(path) as logger:
+        for message in frames:
+            logger.on_message_received(message)
+
+
+def same(got: FrameBlock, expected: FrameBlock, rows=slice(None)):
+    for column in ("ident", "flags", "length"):
+        np.testing.assert_array_equal(getattr(got, column), getattr(expected, column)[rows], err_msg=column)
+    width = min(got.data.shape[1], expected.data.shape[1])
+    np.testing.assert_array_equal(got.data[:, :width], expected.data[rows][:, :width])
+    assert not got.data[:, width:].any()
+
+
+def read(path):
+    log = read_log(path)
+    return concatenate_frames(log), log.notes
+
+
+@pytest.mark.parametrize("suffix", [".asc", ".log", ".csv", ".db", ".asc.gz", ".log.gz"])
+@given(data=st.data())
+@settings(max_examples=30)
+def test_what_python_can_writes_is_read_back(tmp_path_factory, suffix, data):
+    frames = data.draw(messages(formats_without_fd=suffix in {".csv", ".db"}))
+    path = tmp_path_factory.mktemp("log") / f"frames{suffix}"
+    write(path, frames)
+    got, notes = read(path)
+    assert notes == []
+    expected = from_messages(frames)
+    same(got, expected)
+    if suffix.startswith((".log", ".asc")):  # whole microseconds survive to the nanosecond
+        np.testing.assert_array_equal(
+            np.diff(got.stamp_ns), np.diff(np.rint(expected.stamp_ns / 1000).astype(np.int64) * 1000)
+        )
+    else:
+        np.testing.assert_array_equal(got.stamp_ns, expected.stamp_ns)
+
+
+@pytest.mark.parametrize("suffix", [".asc", ".log", ".csv", ".trc"])
+@given(data=st.data())
+@settings(max_examples=60)
+def test_a_cut_log_gives_the_frames_before_the_cut(tmp_path_factory, suffix, data):
+    frames = data.draw(messages(formats_without_fd=suffix in {".csv", ".trc"}))
+    path = tmp_path_factory.mktemp("log") / f"frames{suffix}"
+    write(path, frames)
+    whole, _ = read(path)
+    content = path.read_bytes()
+    path.write_bytes(content[: data.draw(st.integers(0, len(content)))])
+    try:
+        got, _ = read(path)
+    except InputError as error:
+        assert str(error).startswith(str(path))  # noqa: PT017
+    else:
+        same(got, whole, slice(0, len(got)))
+
+
+def test_a_cut_log_says_where(tmp_path):
+    path = tmp_path / "cut.log"
+    path.write_text("(1.000000) can0 123#0011\n(1.500000) can0 123#0022\n(2.000000) can0 123#00")
+    got, notes = read(path)
+    assert list(got.stamp_ns) == [1_000_000_000, 1_500_000_000]
+    assert notes == [f"{path}:3: the last line is cut off and was left out"]
+
+
+def test_a_line_that_cannot_be_read_keeps_what_came_before(tmp_path):
+    path = tmp_path / "broken.log"
+    path.write_text("(1.0) can0 123#00\n(2.0) can1 124#01\n(3.0) nonsense\n(4.0) can0 123#00\n")
+    got, notes = read(path)
+    assert list(got.ident) == [0x123, 0x124]
+    assert list(got.channel) == [0, 1]
+    assert len(notes) == 1
+    assert notes[0].startswith(f"{path}:3: frame 2: is not readable as candump from here")
+    assert notes[0].endswith("the 2 frames before are kept")
+
+
+def test_a_line_that_python_can_skips_is_said(tmp_path):
+    path = tmp_path / "short.trc"
+    head = ";$FILEVERSION=1.1\n;$STARTTIME=45332.7893418634\n;\n"
+    path.write_text(
+        head + "     1)  1.0  Rx  0480  2  C2 08\n     2)  2.0  Rx  0480  2  C2\n     3)  3.0  Rx  0480  2  C2 09\n"
+    )
+    got, notes = read(path)
+    assert list(got.data[:, 1]) == [8, 9]
+    assert len(notes) == 1
+    assert "2)" in notes[0]
+
+
+@pytest.mark.parametrize("suffix", [".asc", ".trc", ".log", ".csv", ".db", ".log.gz"])
+@given(content=st.binary(max_size=300))
+@settings(max_examples=25)
+def test_any_bytes_are_read_or_refused(tmp_path_factory, suffix, content):
+    path = tmp_path_factory.mktemp("log") / f"log{suffix}"
+    path.write_bytes(content)
+    try:
+        got, notes = read(path)
+    except InputError as error:
+        assert str(path) in str(error)  # noqa: PT017
+    else:
+        assert len(got) == 0 or content
+        assert all(str(path) in note for note in notes)
+
+
+def test_a_log_that_is_not_what_its_name_says_is_refused(tmp_path):
+    path = tmp_path / "session.db"
+    with sqlite3.connect(path) as database:
+        database.execute("CREATE TABLE other (a INTEGER)")
+    database.close()
+    with pytest.raises(InputError, match="is not readable as python-can SQLite"):
+        read(path)
+
+
+@pytest.mark.parametrize("name", ["log.exe", "log", "log.gz", "log.db.gz"])
+def test_an_unknown_format_names_those_that_are_read(tmp_path, name):
+    with pytest.raises(InputError, match=r"\.asc, \.trc"):
+        read_log(tmp_path / name)
+
+
+def test_a_missing_file_is_said(tmp_path):
+    with pytest.raises(InputError, match="cannot be read: No such file"):
+        read(tmp_path / "no.trc")
+
+
+@pytest.mark.skipif(not PEERS, reason="no measured data beside the checkout (ETB_HIL_REAL_DATA)")
+@pytest.mark.parametrize("path", PEERS, ids=lambda path: path.name)
+def test_the_peers_files_are_read_as_python_can_reads_them(path, tmp_path):
+    with can.LogReader(path) as reader:
+        expected = from_messages(list(reader))
+    got, notes = read(path)
+    assert notes == []
+    same(got, expected)
+    np.testing.assert_array_equal(got.channel, expected.channel)
+    assert np.max(np.abs(got.stamp_ns - expected.stamp_ns)) < 500
+    packed = tmp_path / f"{path.name}.gz"
+    packed.write_bytes(gzip.compress(path.read_bytes()))
+    same(read(packed)[0], expected)
