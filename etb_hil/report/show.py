@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
-from etb_hil.report.model import Number
+if TYPE_CHECKING:  # the live panel shows values too, and starts in a tenth of the time without numpy and pydantic
+    from etb_hil.report.model import Number
 
 # SI unit -> (unit shown, factor, decimals); units that are not here are shown as they are, with four digits.
 _SHOWN = {

@@ -63,7 +63,7 @@ UNIT_REASONS = {
 }
 
 BENCH_REASONS = {
-    "bus_silent": Wording(
+    "frames_stopped": Wording(
         "The controller's frames stopped arriving.", "Check the CAN plug, the supply and the termination, then repeat."
     ),
     "bus_off": Wording(
@@ -73,19 +73,19 @@ BENCH_REASONS = {
         "The bench could not see that the drive is off.",
         "Switch the supply off before you touch the unit. Then check the CAN plug and repeat.",
     ),
-    "over_current": Wording(
+    "current_limit": Wording(
         "The bench stopped the run: the motor current passed the bench's limit.",
         "Check that the plate moves freely by hand with the supply off, then repeat.",
     ),
-    "over_speed": Wording(
+    "velocity_limit": Wording(
         "The bench stopped the run: the plate passed the bench's speed limit.",
         "Have an engineer check the scenario against the bench's limits.",
     ),
-    "over_angle": Wording(
+    "angle_limit": Wording(
         "The bench stopped the run: the plate left the range of angles that the bench allows.",
         "Check the homing and the mounting of the unit, then repeat.",
     ),
-    "over_temperature": Wording(
+    "temperature_limit": Wording(
         "The bench stopped the run: the housing is hotter than the bench allows.", "Let the unit cool, then repeat."
     ),
     "controller_fault": Wording(
@@ -128,10 +128,12 @@ def unit_wording(results: Results) -> Wording:
 
 
 def bench_wording(results: Results) -> Wording:
-    """Return why the bench ended as it did and what to do; words in the results outrank those of this file."""
+    """Return why the bench ended as it did and what to do; what the bench measured stands behind it in brackets."""
     bench = results.bench
     known = BENCH_REASONS.get(bench.reason_id, _BENCH_DEFAULTS[bench.outcome])
-    return _outranked(known, bench.reason, bench.next_step)
+    if not bench.reason or bench.reason.startswith(known.reason):
+        return _outranked(known, bench.reason, bench.next_step)
+    return _outranked(known, f"{known.reason} ({bench.reason})", bench.next_step)
 
 
 def further_reasons(results: Results) -> list[str]:
