@@ -9,8 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
+from etb_hil.canio.bit_timing import frame_bits
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from etb_hil.canio.frames import FrameBlock
 
 WINDOW_NS = 100_000_000  # long enough for every cyclic message, short enough to show a burst
 BINS = 10  # the window slides by a tenth of itself
@@ -48,16 +52,18 @@ class BusHealth:
 
 
 class LoadMeter:
-    """Bus load from the time that each frame occupies the bus."""
+    """Bus load from the time for which each frame occupies the bus, at these bit rates (bit/s)."""
 
-    def __init__(self, start_ns: int) -> None:
-        self.bins = np.zeros(_BINS + BINS, np.int64)  # written by the bus kernel too
+    def __init__(self, start_ns: int, bitrate: int, data_bitrate: int) -> None:
+        self._bitrate, self._data_bitrate = bitrate, data_bitrate
+        self.bins = np.zeros(_BINS + BINS, np.int64)  # the kernel of the virtual bus writes here too
         self.bins[_FIRST] = self.bins[_CURRENT] = start_ns // BIN_NS + 1  # the bin under way at start is not whole
         self.bins[_FULL] = self.bins[_PEAK] = -1
 
-    def note(self, end_ns: NDArray[np.int64], busy_ns: NDArray[np.int64]) -> None:
-        """Count frames that ended at `end_ns` (n), in rising order, and occupied the bus for `busy_ns` (n)."""
-        _note_all(self.bins, end_ns, busy_ns)
+    def note(self, frames: FrameBlock) -> None:
+        """Count frames, in rising order of their stamps; all of them were on the bus, sent or received."""
+        nominal, data = frame_bits(frames)
+        _note_all(self.bins, frames.stamp_ns, nominal, data, self._bitrate, self._data_bitrate)
 
     def load(self, now_ns: int) -> tuple[float | None, float | None]:
         """Return the load of the last full window and the highest so far; None before the first full window."""
@@ -91,6 +97,14 @@ def note_busy(meter: NDArray[np.int64], end_ns: int, busy_ns: int) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def _note_all(meter: NDArray[np.int64], end_ns: NDArray[np.int64], busy_ns: NDArray[np.int64]) -> None:
+def _note_all(
+    meter: NDArray[np.int64],
+    end_ns: NDArray[np.int64],
+    nominal_bits: NDArray[np.int64],
+    data_bits: NDArray[np.int64],
+    bitrate: int,
+    data_bitrate: int,
+) -> None:
     for row in range(len(end_ns)):
-        note_busy(meter, end_ns[row], busy_ns[row])
+        busy_ns = nominal_bits[row] * 1_000_000_000 // bitrate + data_bits[row] * 1_000_000_000 // data_bitrate
+        note_busy(meter, end_ns[row], busy_ns)

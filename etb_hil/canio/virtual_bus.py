@@ -8,52 +8,23 @@ from __future__ import annotations
 
 from collections import deque
 from typing import TYPE_CHECKING
-from weakref import WeakValueDictionary
 
 import can
 
-from etb_hil.base.errors import EtbHilError, InputError, Problem
+from etb_hil.base.errors import EtbHilError
 from etb_hil.canio.frames import FrameFlag
 from etb_hil.canio.health import BusState
 from etb_hil.canio.messages import from_messages, to_message
-from etb_hil.canio.virtual_network import VirtualNetwork
+from etb_hil.canio.virtual_network import named_network, network_names
 
 if TYPE_CHECKING:
     from can.typechecking import AutoDetectedConfig, CanFilters
-
-# A network lives as long as somebody holds it: a bus, or the bench that attached nodes to it.
-_NETWORKS: WeakValueDictionary[str, VirtualNetwork] = WeakValueDictionary()
 
 _STATES = {
     BusState.ERROR_ACTIVE: can.BusState.ACTIVE,
     BusState.ERROR_PASSIVE: can.BusState.PASSIVE,
     BusState.BUS_OFF: can.BusState.ERROR,
 }
-
-
-def named_network(
-    name: str, bitrate: int = 500_000, data_bitrate: int = 2_000_000, *, fd: bool = False
-) -> VirtualNetwork:
-    """Return the network of that name in this process, created where there is none yet.
-
-    Raises InputError where it exists with other bit rates.
-    """
-    network = _NETWORKS.get(name)
-    if network is None:
-        _NETWORKS[name] = network = VirtualNetwork(bitrate, data_bitrate, fd=fd)
-        return network
-    there = (network.bitrate, network.data_bitrate if network.fd else None, network.fd)
-    asked = (bitrate, data_bitrate if fd else None, fd)
-    if there != asked:
-        raise InputError(
-            Problem(
-                f"the virtual bus '{name}' is open with other settings",
-                value=asked,
-                allowed=f"(bitrate, data_bitrate, fd) = {there}",
-                remedy="open all its buses alike, or choose another channel name",
-            )
-        )
-    return network
 
 
 class VirtualBus(can.BusABC):
@@ -143,4 +114,4 @@ class VirtualBus(can.BusABC):
 
     @staticmethod
     def _detect_available_configs() -> list[AutoDetectedConfig]:
-        return [{"interface": "etb_virtual", "channel": name} for name in sorted(_NETWORKS)]
+        return [{"interface": "etb_virtual", "channel": name} for name in network_names()]

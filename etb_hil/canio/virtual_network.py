@@ -6,6 +6,7 @@ import heapq
 import itertools
 from threading import RLock
 from typing import TYPE_CHECKING, Protocol, TypeVar
+from weakref import WeakValueDictionary
 
 import numpy as np
 
@@ -79,7 +80,7 @@ class VirtualNetwork:
         self._payload = np.zeros((0, _QUEUE_ROWS, self._width), np.uint8)
         self._log = np.zeros((_LOG_ROWS, arb.ROW), np.int64)
         self._log_payload = np.zeros((_LOG_ROWS, self._width), np.uint8)
-        self._meter = LoadMeter(start_ns)
+        self._meter = LoadMeter(start_ns, bitrate, data_bitrate)
         self._bus = np.zeros(arb.BUS, np.int64)
         self._bus[arb.SENDER] = -1
         self._bus[arb.FREE] = start_ns
@@ -337,3 +338,37 @@ def _error_row(stamp_ns: int, seen_by: int) -> NDArray[np.int64]:
     row = np.zeros(arb.ROW, np.int64)
     row[arb.STAMP], row[arb.SOURCE], row[arb.SEEN_BY], row[arb.FLAGS] = stamp_ns, -1, seen_by, FrameFlag.ERROR
     return row
+
+
+# A network lives as long as somebody holds it: a bus, or the bench that attached nodes to it.
+_NETWORKS: WeakValueDictionary[str, VirtualNetwork] = WeakValueDictionary()
+
+
+def network_names() -> list[str]:
+    """Return the names of the networks that are alive in this process."""
+    return sorted(_NETWORKS)
+
+
+def named_network(
+    name: str, bitrate: int = 500_000, data_bitrate: int = 2_000_000, *, fd: bool = False
+) -> VirtualNetwork:
+    """Return the network of that name in this process, created where there is none yet.
+
+    Raises InputError where it exists with other bit rates.
+    """
+    network = _NETWORKS.get(name)
+    if network is None:
+        _NETWORKS[name] = network = VirtualNetwork(bitrate, data_bitrate, fd=fd)
+        return network
+    there = (network.bitrate, network.data_bitrate if network.fd else None, network.fd)
+    asked = (bitrate, data_bitrate if fd else None, fd)
+    if there != asked:
+        raise InputError(
+            Problem(
+                f"the virtual bus '{name}' is open with other settings",
+                value=asked,
+                allowed=f"(bitrate, data_bitrate, fd) = {there}",
+                remedy="open all its buses alike, or choose another channel name",
+            )
+        )
+    return network

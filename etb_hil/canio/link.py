@@ -1,0 +1,105 @@
+"""One side's access to a bus, the same whatever the bus is: frames in columns out and in, and the bus's health."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+from pydantic import Field, field_validator
+
+from etb_hil.base.quantity import BitRate
+from etb_hil.base.yamlfile import FileModel
+from etb_hil.canio.virtual_network import VirtualNetwork, named_network
+
+if TYPE_CHECKING:
+    from etb_hil.base.clock import Clock
+    from etb_hil.canio.frames import FrameBlock
+    from etb_hil.canio.health import BusHealth
+
+VIRTUAL = "etb_virtual"
+
+
+class BusSettings(FileModel):
+    """Which bus: interface and channel as python-can names them, bit rates, and further options of that interface."""
+
+    interface: str = VIRTUAL
+    channel: str = "bench"
+    bitrate: BitRate = 500_000.0
+    data_bitrate: BitRate = 2_000_000.0
+    fd: bool = False
+    options: dict[str, str | int | float | bool] = Field(default_factory=dict)
+
+    @field_validator("bitrate", "data_bitrate")
+    @classmethod
+    def _is_a_rate_of_can(cls, rate: float) -> float:
+        if not 1e3 <= rate <= 20e6 or rate != round(rate):
+            raise ValueError("no bit rate of CAN; allowed: whole bits per second from 1 kbit/s to 20 Mbit/s")
+        return rate
+
+
+class Link(Protocol):
+    """One side's access to a bus. Every method raises BenchFault where the bus has gone away."""
+
+    def send(self, frames: FrameBlock) -> None:
+        """Hand frames to the transmitter now, in order; their stamps are not looked at."""
+        ...
+
+    def receive(self) -> FrameBlock:
+        """Return all frames seen since the last call, in order of time, those of this side flagged `SENT`."""
+        ...
+
+    def health(self) -> BusHealth:
+        """Return load, counts and error state of the bus as this side knows them."""
+        ...
+
+    def close(self) -> None:
+        """Leave the bus."""
+        ...
+
+
+class VirtualLink:
+    """A link straight into a virtual network, without python-can between."""
+
+    def __init__(self, network: VirtualNetwork) -> None:
+        self._network = network
+        self._port = network.open_port()
+
+    def send(self, frames: FrameBlock) -> None:
+        """Hand frames to the transmitter now."""
+        self._network.send(self._port, frames)
+
+    def receive(self) -> FrameBlock:
+        """Return all frames seen since the last call, stamped with virtual time at their end."""
+        return self._network.collect(self._port)
+
+    def health(self) -> BusHealth:
+        """Return load, counts and error state."""
+        return self._network.health(self._port)
+
+    def close(self) -> None:
+        """Leave the network; what is still queued is not sent."""
+        self._network.close_port(self._port)
+
+
+def virtual_network(settings: BusSettings) -> VirtualNetwork:
+    """Return the virtual network that the settings name, so that nodes can be attached and its clock be used.
+
+    Raises InputError where it is open with other bit rates.
+    """
+    return named_network(settings.channel, int(settings.bitrate), int(settings.data_bitrate), fd=settings.fd)
+
+
+def open_link(settings: BusSettings, clock: Clock) -> Link:
+    """Open the bus that the settings name.
+
+    `clock` stamps what the driver does not stamp; a virtual network has a clock of its own. Raises InputError where
+    python-can knows no such interface, BenchFault where the bus cannot be opened.
+    """
+    if settings.interface == VIRTUAL:
+        return VirtualLink(virtual_network(settings))
+    if settings.interface == "socketcan":
+        from etb_hil.canio.socketcan_link import SocketCanLink  # noqa: PLC0415 (does not exist on every platform)
+
+        return SocketCanLink(settings, clock)
+    from etb_hil.canio.python_can_link import PythonCanLink  # noqa: PLC0415 (importing can is slow)
+
+    return PythonCanLink(settings, clock)

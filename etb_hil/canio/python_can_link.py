@@ -1,0 +1,117 @@
+"""A link over any interface of python-can, at wall clock."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import can
+import numpy as np
+
+from etb_hil.base.errors import BenchFault, InputError, Problem
+from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
+from etb_hil.canio.health import BusHealth, LoadMeter
+from etb_hil.canio.messages import from_messages, to_message
+
+if TYPE_CHECKING:
+    from etb_hil.base.clock import Clock
+    from etb_hil.canio.link import BusSettings
+
+_BATCH = 10_000  # frames taken in one call: a flooded bus must not hold the bench up for ever
+_SAME_EPOCH_NS = 10_000_000_000  # a driver's first stamp farther from our clock than this counts from another epoch
+
+
+class PythonCanLink:
+    """A link over `can.Bus`; frames of this side are stamped when the driver took them.
+
+    python-can's interfaces report neither error state nor lost frames in a way that means the same for all, so that
+    these stay unknown.
+    """
+
+    def __init__(self, settings: BusSettings, clock: Clock) -> None:
+        self._settings = settings
+        self._clock = clock
+        self._bus = _open(settings)
+        self._sent: list[FrameBlock] = []
+        self._offset_ns: int | None = None
+        self._meter = LoadMeter(clock.now_ns(), int(settings.bitrate), int(settings.data_bitrate))
+        self._sent_count = self._received_count = self._error_frames = 0
+
+    def send(self, frames: FrameBlock) -> None:
+        """Hand frames to the driver one by one."""
+        stamps = np.empty(len(frames), np.int64)
+        for row in range(len(frames)):
+            message = to_message(frames, row)
+            message.channel = None  # an index in our columns, an address to some drivers
+            try:
+                self._bus.send(message)
+            except (can.CanError, OSError) as error:
+                raise self._gone("sent no frame", error) from error
+            stamps[row] = self._clock.now_ns()
+        self._sent_count += len(frames)
+        self._sent.append(replace(frames, stamp_ns=stamps, flags=frames.flags | np.uint8(FrameFlag.SENT)))
+
+    def receive(self) -> FrameBlock:
+        """Return all frames that came or were sent since the last call."""
+        messages: list[can.Message] = []
+        try:
+            while len(messages) < _BATCH and (message := self._bus.recv(0)) is not None:
+                messages.append(message)
+        except (can.CanError, OSError) as error:
+            raise self._gone("cannot be read", error) from error
+        received = from_messages(messages)
+        received = replace(received, stamp_ns=self._on_our_clock(received), channel=np.zeros(len(received), np.uint8))
+        errors = int(np.count_nonzero(received.flags & FrameFlag.ERROR))
+        self._error_frames += errors
+        self._received_count += len(received) - errors
+        frames = concatenate_frames([received, *self._sent])
+        self._sent = []
+        order = np.argsort(frames.stamp_ns, kind="stable")
+        frames = frames.rows(order)
+        self._meter.note(frames)
+        return frames
+
+    def health(self) -> BusHealth:
+        """Return load and counts; error state, error counters and drops are unknown."""
+        load, peak = self._meter.load(self._clock.now_ns())
+        return BusHealth(load, peak, self._sent_count, self._received_count, self._error_frames, None, None, None, None)
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self._bus.shutdown()
+
+    def _on_our_clock(self, received: FrameBlock) -> np.ndarray[Any, np.dtype[np.int64]]:
+        """Return stamps on our clock: some drivers count from power-on, some do not stamp at all (0)."""
+        if not len(received):
+            return received.stamp_ns
+        now = self._clock.now_ns()
+        stamped = received.stamp_ns > 0
+        if self._offset_ns is None and stamped.any():
+            ahead = now - int(received.stamp_ns[stamped][-1])
+            self._offset_ns = 0 if abs(ahead) < _SAME_EPOCH_NS else ahead
+        return np.where(stamped, received.stamp_ns + (self._offset_ns or 0), now)
+
+    def _gone(self, what: str, error: Exception) -> BenchFault:
+        settings = self._settings
+        return BenchFault(
+            f"{settings.interface} channel '{settings.channel}' {what}: {error}; check that the adapter is plugged "
+            "in, its driver up, and another node on the bus to acknowledge"
+        )
+
+
+def _open(settings: BusSettings) -> can.BusABC:
+    if settings.interface not in can.VALID_INTERFACES:
+        known = ", ".join(sorted(can.VALID_INTERFACES))
+        raise InputError(
+            Problem("no such CAN interface", value=settings.interface, allowed=known, remedy="mend bus.interface")
+        )
+    rates: dict[str, Any] = {"bitrate": int(settings.bitrate), "fd": settings.fd}
+    if settings.fd:
+        rates["data_bitrate"] = int(settings.data_bitrate)
+    try:
+        return can.Bus(interface=settings.interface, channel=settings.channel, **(rates | settings.options))
+    except (can.CanError, OSError, ImportError, ValueError, TypeError, NotImplementedError) as error:
+        raise BenchFault(
+            f"{settings.interface} channel '{settings.channel}' cannot be opened: {error}; check the channel's "
+            "name, the adapter's driver, and that the options are those of python-can for this interface"
+        ) from error
