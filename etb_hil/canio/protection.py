@@ -101,7 +101,7 @@ def crc_profile_2(payload: NDArray[np.uint8], length: int, data_id: np.int64) ->
 
 @njit(cache=True, error_model="numpy")
 def crc_profile_5(payload: NDArray[np.uint8], length: int, data_id: np.int64) -> np.int64:
-    """Return the CRC-16/CCITT-FALSE (start 0xFFFF) of a payload's bytes from 2 on, then of the data id's low, high byte."""
+    """Return the CRC-16/CCITT-FALSE (start 0xFFFF) of the bytes from 2 on, then of the data id, low byte first."""
     crc = np.int64(0xFFFF)
     for index in range(2, length):
         crc = (crc << 8 & 0xFF00) ^ np.int64(_CRC16[crc >> 8 ^ payload[index]])

@@ -1,0 +1,284 @@
+"""Where the signals of one message lie, as tables of numbers, and the compiled functions that read and write them."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numba import njit
+
+from etb_hil.base.errors import InputError, Problem
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from cantools.database.can import Message, Signal
+    from numpy.typing import NDArray
+
+    Float64 = NDArray[np.float64]
+    Int64 = NDArray[np.int64]
+    Bytes = NDArray[np.uint8]
+
+
+class Overflow(IntEnum):
+    """What is done with a value that the bits of its signal cannot hold."""
+
+    REFUSE = 0
+    SATURATE = 1
+    WRAP = 2
+
+
+_SATURATE, _WRAP = int(Overflow.SATURATE), int(Overflow.WRAP)
+
+# Columns of the table of places. A signal is read from its most significant byte on, stepping +1 (Motorola) or -1
+# (Intel); `_SHIFT` bits at the low end of the last byte belong to other signals.
+_FIRST, _STEP, _BYTES, _SHIFT, _LENGTH, _SIGNED, _KIND, _SCALE, _OFFSET, _PARENT, _IDS, _ID_COUNT = range(12)
+# What the bits are: an integer scaled in float64; one whose scaling, or whose product with the scale, is exact in 64
+# bits; floats. Integers whose scaled range is beyond 64 bits are rounded twice.
+_LINEAR, _EXACT, _EXACT_PRODUCT, _FLOAT16, _FLOAT32, _FLOAT64 = range(6)
+
+
+class SignalLayout:
+    """The places and scalings of some signals of a message, and of the multiplexers that they hang on.
+
+    Raises InputError where a signal does not lie inside its message.
+    """
+
+    def __init__(self, message: Message, names: Sequence[str]) -> None:
+        order = {signal.name: index for index, signal in enumerate(message.signals)}
+        self.names = tuple(names)
+        self.length = message.length
+        self.wanted = np.array([order[name] for name in names], np.int64)
+        self._places = np.zeros((len(order), 12), np.int64)
+        self._factors = np.ones((len(order), 2))
+        ids: list[int] = []
+        for index, signal in enumerate(message.signals):
+            parent = order[signal.multiplexer_signal] if signal.multiplexer_signal else -1
+            chosen = list(signal.multiplexer_ids or []) if parent >= 0 else []
+            self._places[index] = (*_place(signal), *_scaling(signal), parent, len(ids), len(chosen))
+            self._factors[index] = float(signal.scale), float(signal.offset)
+            ids += chosen
+        self._ids = np.array(ids or [0], np.int64)
+        self._rank = _parents_first(self._places[:, _PARENT])
+        for index in self.wanted:
+            _require_inside(message, message.signals[index], self._places[index])
+
+    def decode(self, data: Bytes, rows: Int64) -> Float64:
+        """Return the signals' values (s, n) in some rows of payloads uint8 (m, w), NaN where multiplexed out."""
+        out = np.empty((len(self.wanted), len(rows)))
+        _decode(data, rows, self.wanted, self._places, self._factors, self._ids, out)
+        return out
+
+    def encode(self, values: Float64, overflow: Int64, out: Bytes) -> tuple[int, int] | None:
+        """Write values (s, n) into payloads uint8 (n, w) that are zero; `overflow` (s) holds an `Overflow` each.
+
+        Returns the signal and row of the first value that was refused, or None.
+        """
+        ranks = np.argsort(self._rank[self.wanted], kind="stable")
+        signal, row = _encode(values, ranks, self.wanted, overflow, self._places, self._factors, self._ids, out)
+        return None if signal < 0 else (int(signal), int(row))
+
+    def half_floats(self) -> list[int]:
+        """Return which of the signals are floats of 16 bits."""
+        return [k for k, index in enumerate(self.wanted) if self._places[index, _KIND] == _FLOAT16]
+
+
+def _place(signal: Signal) -> tuple[int, int, int, int, int, int]:
+    start, length = signal.start, signal.length
+    if signal.byte_order == "little_endian":
+        first, last = (start + length - 1) // 8, start // 8
+        return first, -1, first - last + 1, start % 8, length, int(signal.is_signed)
+    head = start % 8 + 1
+    count = 1 + max(0, -(-(length - head) // 8))
+    return start // 8, 1, count, head + 8 * (count - 1) - length, length, int(signal.is_signed)
+
+
+def _scaling(signal: Signal) -> tuple[int, int, int]:
+    if signal.is_float:
+        return {16: _FLOAT16, 32: _FLOAT32, 64: _FLOAT64}[signal.length], 1, 0
+    scale, offset = signal.scale, signal.offset
+    whole = float(scale).is_integer() and float(offset).is_integer()
+    if whole or isinstance(scale, int):
+        factor, shift = int(scale), int(offset) if whole else 0
+        span = (-(1 << signal.length - 1), 1 << signal.length - 1) if signal.is_signed else (0, 1 << signal.length)
+        if all(abs(raw * factor) + abs(shift) < 1 << 63 for raw in (*span, 1)):
+            return (_EXACT if whole else _EXACT_PRODUCT), factor, shift
+    return _LINEAR, 1, 0
+
+
+def _parents_first(parents: Int64) -> Int64:
+    rank = np.zeros(len(parents), np.int64)
+    for index, above in enumerate(parents):
+        parent = int(above)
+        while parent >= 0:
+            rank[index] += 1
+            parent = int(parents[parent])
+    return rank
+
+
+def _require_inside(message: Message, signal: Signal, place: Int64) -> None:
+    first, last = int(place[_FIRST]), int(place[_FIRST] + place[_STEP] * (place[_BYTES] - 1))
+    if min(first, last) < 0 or max(first, last) >= message.length:
+        raise InputError(
+            Problem(
+                f"the signal {message.name}.{signal.name} does not lie inside its message",
+                value=f"bits up to byte {max(first, last)}",
+                allowed=f"bytes 0 to {message.length - 1}",
+                remedy="mend the DBC file",
+            )
+        )
+
+
+@njit(cache=True, error_model="numpy")
+def raw_bits(payload: Bytes, place: Int64) -> np.uint64:
+    """Return the bits of a signal as an unsigned integer."""
+    position = place[_FIRST]
+    bits = np.uint64(0)
+    for _ in range(place[_BYTES] - 1):
+        bits = bits << np.uint64(8) | np.uint64(payload[position])
+        position += place[_STEP]
+    shift = np.uint64(place[_SHIFT])
+    bits = bits << (np.uint64(8) - shift) | np.uint64(payload[position]) >> shift
+    return np.uint64(bits & np.uint64(0xFFFFFFFFFFFFFFFF) >> np.uint64(64 - place[_LENGTH]))
+
+
+@njit(cache=True, error_model="numpy")
+def signed_bits(payload: Bytes, place: Int64) -> np.int64:
+    """Return the bits of a signal as an integer with its sign."""
+    bits = np.int64(raw_bits(payload, place))
+    room = 64 - place[_LENGTH]
+    return np.int64((bits << room) >> room) if place[_SIGNED] else bits
+
+
+@njit(cache=True, error_model="numpy")
+def _is_active(payload: Bytes, signal: int, places: Int64, ids: Int64) -> bool:
+    while places[signal, _PARENT] >= 0:
+        parent = places[signal, _PARENT]
+        switch = signed_bits(payload, places[parent])
+        start = places[signal, _IDS]
+        found = False
+        for index in range(start, start + places[signal, _ID_COUNT]):
+            if ids[index] == switch:
+                found = True
+                break
+        if not found:
+            return False
+        signal = parent
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def _half(bits: np.uint64) -> float:
+    """Return the value of a 16-bit float."""
+    word = np.int64(bits)
+    exponent, fraction = word >> 10 & 0x1F, word & 0x3FF
+    if exponent == 31:
+        value = np.inf if fraction == 0 else np.nan
+    elif exponent == 0:
+        value = fraction * 2.0**-24
+    else:
+        value = (1024 + fraction) * 2.0**-25 * (1 << exponent)
+    return -value if word >> 15 else value
+
+
+@njit(cache=True, error_model="numpy")
+def _value(payload: Bytes, place: Int64, scale: float, offset: float) -> float:
+    kind = place[_KIND]
+    if kind == _EXACT:
+        return float(signed_bits(payload, place) * place[_SCALE] + place[_OFFSET])
+    if kind == _EXACT_PRODUCT:
+        return float(signed_bits(payload, place) * place[_SCALE]) + offset
+    bits = raw_bits(payload, place)
+    if kind == _FLOAT64:
+        raw = np.uint64(bits).view(np.float64)
+    elif kind == _FLOAT32:
+        raw = np.float64(np.uint32(bits).view(np.float32))
+    elif kind == _FLOAT16:
+        raw = np.float64(_half(bits))
+    else:
+        raw = np.float64(signed_bits(payload, place)) if place[_SIGNED] else np.float64(bits)
+    return float(raw) * scale + offset
+
+
+@njit(cache=True, error_model="numpy")
+def _decode(data: Bytes, rows: Int64, wanted: Int64, places: Int64, factors: Float64, ids: Int64, out: Float64) -> None:
+    for k in range(len(wanted)):
+        signal = wanted[k]
+        place = places[signal]
+        scale, offset = factors[signal]
+        multiplexed = place[_PARENT] >= 0
+        for n in range(len(rows)):
+            payload = data[rows[n]]
+            if multiplexed and not _is_active(payload, signal, places, ids):
+                out[k, n] = np.nan
+            else:
+                out[k, n] = _value(payload, place, scale, offset)
+
+
+@njit(cache=True, error_model="numpy")
+def _put(payload: Bytes, place: Int64, bits: np.uint64) -> None:
+    shift = np.uint64(place[_SHIFT])
+    position = place[_FIRST] + place[_STEP] * (place[_BYTES] - 1)
+    payload[position] |= np.uint8((bits << shift) & np.uint64(0xFF))
+    bits = bits >> (np.uint64(8) - shift)
+    for _ in range(place[_BYTES] - 1):
+        position -= place[_STEP]
+        payload[position] |= np.uint8(bits & np.uint64(0xFF))
+        bits = bits >> np.uint64(8)
+
+
+@njit(cache=True, error_model="numpy")
+def _integer_bits(raw: float, place: Int64, overflow: int) -> tuple[np.uint64, bool]:
+    """Return an integral value as the bits of a signal, and whether they hold it."""
+    length = place[_LENGTH]
+    span = 2.0**length
+    low = -0.5 * span if place[_SIGNED] else 0.0
+    high = low + span
+    if overflow == _WRAP:
+        raw -= np.floor((raw - low) / span) * span
+    mask = np.uint64(0xFFFFFFFFFFFFFFFF) >> np.uint64(64 - length)
+    inside = low <= raw < high
+    if raw >= high:
+        return (mask >> np.uint64(1) if place[_SIGNED] else mask), overflow == _SATURATE
+    if not inside:
+        raw, inside = low, overflow == _SATURATE and raw < low
+    if raw >= 2.0**63:
+        return np.uint64(raw) & mask, inside
+    return np.uint64(np.int64(raw)) & mask, inside
+
+
+@njit(cache=True, error_model="numpy")
+def _encode(
+    values: Float64,
+    ranks: Int64,
+    wanted: Int64,
+    overflow: Int64,
+    places: Int64,
+    factors: Float64,
+    ids: Int64,
+    out: Bytes,
+) -> tuple[int, int]:
+    for k in ranks:
+        signal = wanted[k]
+        place = places[signal]
+        scale, offset = factors[signal]
+        kind = place[_KIND]
+        multiplexed = place[_PARENT] >= 0
+        for n in range(len(out)):
+            payload = out[n]
+            if multiplexed and not _is_active(payload, signal, places, ids):
+                continue
+            raw = (values[k, n] - offset) / scale
+            if kind == _FLOAT64:
+                bits = np.float64(raw).view(np.uint64)
+            elif kind == _FLOAT32:
+                bits = np.uint64(np.float32(raw).view(np.uint32))
+            elif kind == _FLOAT16:
+                bits = np.uint64(values[k, n])  # the caller rounded it: numba has no 16-bit floats
+            else:
+                bits, held = _integer_bits(np.rint(raw), place, overflow[k])
+                if not held:
+                    return k, n
+            _put(payload, place, bits)
+    return -1, -1
