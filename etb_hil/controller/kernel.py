@@ -57,7 +57,7 @@ def run_ticks(
     statuses: NDArray[np.void],
     switches: NDArray[np.void],
 ) -> tuple[int, int, int, int]:
-    """Run to `end_tick` (exclusive) and return how many events were used and samples, statuses, switches written.
+    """Run every tick before `end_tick` and return how many events were used and samples, statuses, switches written.
 
     `s`, `settings`, `sheet` are records (`state.record`); `plant` is the integrator's state; `unit`, `nominal` are
     parameter vectors, `laws` float64 (2, p) the unit's at the ambient temperature and its change in a kelvin;
@@ -86,7 +86,8 @@ def run_ticks(
         if sampling and s.tick % s.sample_ticks == 0:
             _sample(s, plant, unit, sheet, samples[sampled])
             sampled += 1
-        next_tick = min(end_tick, (s.tick // CONTROL_TICKS + 1) * CONTROL_TICKS)
+        # Up to the next tick at which something happens, even past the end: the plant must not feel how time is cut.
+        next_tick = (s.tick // CONTROL_TICKS + 1) * CONTROL_TICKS
         if sampling:
             next_tick = min(next_tick, (s.tick // s.sample_ticks + 1) * s.sample_ticks)
         advance(plant, unit, s.voltage, next_tick - s.tick)
