@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import vcan_machine
 
-ECHO = Path(__file__).with_name("vcan_echo.py")
+HERE = Path(__file__).parent
 
 
 @pytest.fixture(autouse=True)
@@ -21,9 +21,24 @@ def vcan():
 
 
 def test_two_processes_exchange_classic_and_fd_frames(tmp_path):
-    done = vcan_machine.run([sys.executable, str(ECHO)], tmp_path / "job", timeout_s=120)
+    done = vcan_machine.run([sys.executable, str(HERE / "vcan_echo.py")], tmp_path / "job", timeout_s=120)
     assert done.returncode == 0, done.stderr
     assert done.stdout == "200 frames answered\n"
+
+
+def test_a_link_over_socketcan_keeps_its_promises(tmp_path):
+    checks = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-q",
+        "--tb=short",
+        "-p",
+        "no:cacheprovider",
+        str(HERE / "socketcan_link_checks.py"),
+    ]
+    done = vcan_machine.run(checks, tmp_path / "job", timeout_s=120)
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_the_exit_code_and_the_error_text_come_back(tmp_path):
