@@ -18,6 +18,9 @@ from etb_hil.canio.log_source import LineSource, reader_warnings
 from etb_hil.canio.messages import from_messages
 
 CHUNK = 8192
+MAX_CHANNEL = 255
+MAX_IDENT = 0x1FFFFFFF
+MAX_SECONDS = 9e9  # what int64 holds in nanoseconds
 _INDEX = re.compile(r"[0-9]+\Z")
 
 
@@ -94,12 +97,20 @@ class ForeignLog:
     def _messages(self, source: LineSource | Path) -> Iterator[can.Message]:
         with self._format.reader(source) as reader:
             for message in reader:
-                if len(message.data) < self._announced(message):
-                    raise ValueError(f"{len(message.data)} bytes of {message.dlc}")
-                if isinstance(message.channel, str):  # vcan1 is channel 1
-                    index = _INDEX.search(message.channel)
-                    message.channel = int(index[0]) if index else 0
+                self._check(message)
+                index = _INDEX.search(str(message.channel))  # vcan1 is channel 1
+                message.channel = min(int(index[0]), MAX_CHANNEL) if index else 0
                 yield message
+
+    def _check(self, message: can.Message) -> None:
+        """Refuse a frame that is not whole or that no bus can carry; python-can's readers let such lines through."""
+        length = len(message.data)
+        if not self._announced(message) <= length <= (64 if message.is_fd else 8):
+            raise ValueError(f"{length} bytes of {message.dlc}")
+        if not 0 <= message.arbitration_id <= MAX_IDENT:
+            raise ValueError(f"no identifier: {message.arbitration_id:x}")
+        if not abs(message.timestamp) < MAX_SECONDS:  # nan, too
+            raise ValueError(f"no time: {message.timestamp}")
 
     def _announced(self, message: can.Message) -> int:
         """Return how many bytes the frame must have."""

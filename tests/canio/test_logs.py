@@ -126,6 +126,33 @@ def test_a_line_that_cannot_be_read_keeps_what_came_before(tmp_path):
     assert notes[0].endswith("the 2 frames before are kept")
 
 
+@pytest.mark.parametrize(
+    "line",
+    [
+        "(nan) can0 1#00",
+        "(1e300) can0 1#00",
+        "(2.0) can0 123#000102030405060708",
+        "(2.0) can0 123##1" + "00" * 65,
+    ],
+)
+def test_a_frame_that_no_bus_can_carry_is_refused(tmp_path, line):
+    path = tmp_path / "broken.log"
+    path.write_text(f"(1.0) can999 123#00\n{line}\n")
+    got, notes = read(path)
+    assert len(got) == 1
+    assert len(notes) == 1
+    assert notes[0].startswith(f"{path}:2: frame 1: is not readable as candump from here")
+
+
+def test_an_identifier_of_more_than_29_bits_is_refused(tmp_path):
+    path = tmp_path / "broken.trc"
+    lines = ["     1)  1.0  Rx  0480  1  C2", "     2)  2.0  Rx  20000000  1  C2"]
+    path.write_text("\n".join([";$FILEVERSION=1.1", ";$STARTTIME=45332.7893418634", *lines, ""]))
+    got, notes = read(path)
+    assert len(got) == 1
+    assert "no identifier: 20000000" in notes[0]
+
+
 def test_a_line_that_python_can_skips_is_said(tmp_path):
     path = tmp_path / "short.trc"
     head = ";$FILEVERSION=1.1\n;$STARTTIME=45332.7893418634\n;\n"
