@@ -27,7 +27,7 @@ def from_messages(messages: Iterable[can.Message], *, sent: bool = False) -> Fra
         np.array([_flags_of(m) | (FrameFlag.SENT if sent or not m.is_rx else 0) for m in items], np.uint8),
         np.array([m.dlc if m.is_remote_frame else len(m.data) for m in items], np.uint8),
         data,
-        np.array([m.channel if isinstance(m.channel, int) else 0 for m in items], np.uint8),
+        np.array([min(max(m.channel, 0), 255) if isinstance(m.channel, int) else 0 for m in items], np.uint8),
     )
 
 

@@ -1,0 +1,279 @@
+"""The raw log: Vector's Binary Logging Format, written so that a killed process leaves a file that can be read.
+
+The file starts with its start time, and every flush hands whole containers to the operating system. python-can's
+writer writes the start time at the end and one frame at a time.
+"""
+
+from __future__ import annotations
+
+import os
+import struct
+import zlib
+from datetime import UTC, datetime, timedelta
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from etb_hil.base.errors import BenchFault, InputError, Place, Problem
+from etb_hil.canio.blf_objects import HEADER, MAX_PADDING, SIGNATURE, pack, unpack
+from etb_hil.canio.frames import FrameBlock, concatenate_frames
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+# Signature, header size, application, its version, the format's version, file size, size unpacked, objects, objects
+# read, start and stop as SYSTEMTIME (year, month, weekday, day, hour, minute, second, millisecond).
+_FILE_HEADER = struct.Struct("<4sLBBBBBBBBQQLL8H8H")
+_FILE_HEADER_BYTES = 144
+_FORMAT_VERSION = (2, 6, 8, 1)
+_APPLICATION = 5  # python-can writes the same number; those known belong to Vector's tools
+
+_OBJECT = struct.Struct("<4sHHLL")
+_CONTAINER = struct.Struct("<H6xL4x")
+_CONTAINER_TYPE = 10
+_STORED, _DEFLATED = 0, 2
+_LEVEL = 1  # the default level takes twice as long for a tenth less
+
+_ROWS = 2048  # frames a container: 100 to 240 KB, which stays in the processor's cache
+_PARSE_BYTES = 256 << 10
+_MAX_CONTAINER = 256 << 20  # a container that claims more is refused: a small file can inflate to any size
+_MAX_OBJECT = 16 << 20  # likewise for the bytes that an object waits for
+_MILLISECOND_NS = 1_000_000
+
+
+class BlfLog:
+    """A BLF file that grows while frames arrive.
+
+    `start_ns` (ns since 1970, no later than any frame's stamp) stands in the header, rounded down to a millisecond;
+    stamps are kept to the nanosecond. Raises BenchFault where the disk refuses; what was half written is cut off.
+    """
+
+    def __init__(self, path: Path, start_ns: int) -> None:
+        self._path = path
+        self.start_ns = start_ns - start_ns % _MILLISECOND_NS
+        self._stop_ns = self.start_ns
+        self._waiting: list[FrameBlock] = []
+        self._rows = self._objects = 0
+        self._unpacked = _FILE_HEADER_BYTES
+        try:
+            self._file = path.open("wb", buffering=0)
+        except OSError as error:
+            raise self._refused(error) from error
+        self._size = 0
+        self._append(self._header())
+
+    def write(self, frames: FrameBlock) -> None:
+        """Take frames in the order in which they were seen; full containers go to the file."""
+        if not len(frames):
+            return
+        if int(frames.stamp_ns.min()) < self.start_ns:
+            raise BenchFault(
+                f"{self._path}: a frame of {int(frames.stamp_ns.min())} ns is older than the log, which starts at "
+                f"{self.start_ns} ns; open the log before the bus, on the clock of the bus"
+            )
+        self._waiting.append(frames)
+        self._rows += len(frames)
+        if self._rows >= _ROWS:
+            self.flush()
+
+    def flush(self) -> None:
+        """Hand all that was written to the operating system, as whole containers."""
+        frames = concatenate_frames(self._waiting)
+        self._waiting, self._rows = [], 0
+        for first in range(0, len(frames), _ROWS):
+            part = frames.rows(slice(first, first + _ROWS))
+            objects = pack(part, self.start_ns)
+            packed = zlib.compress(objects, _LEVEL)
+            size = _OBJECT.size + _CONTAINER.size + len(packed)
+            head = _OBJECT.pack(SIGNATURE, _OBJECT.size, 1, size, _CONTAINER_TYPE)
+            self._append(head + _CONTAINER.pack(_DEFLATED, len(objects)) + packed + bytes(size % 4))
+            self._objects += len(part)
+            self._unpacked += _OBJECT.size + _CONTAINER.size + len(objects)
+            self._stop_ns = max(self._stop_ns, int(part.stamp_ns.max()))
+
+    def close(self) -> None:
+        """Flush, complete the header with size, count and stop time, and close."""
+        if self._file.closed:
+            return
+        try:
+            self.flush()
+            self._file.seek(0)
+            self._file.write(self._header())
+        except OSError as error:
+            raise self._refused(error) from error
+        finally:
+            self._file.close()
+
+    def _header(self) -> bytes:
+        size = max(self._size, _FILE_HEADER_BYTES)
+        return _FILE_HEADER.pack(
+            b"LOGG", _FILE_HEADER_BYTES, _APPLICATION, 0, 0, 0, *_FORMAT_VERSION,
+            size, self._unpacked, self._objects, 0, *_system_time(self.start_ns), *_system_time(self._stop_ns),
+        ).ljust(_FILE_HEADER_BYTES, b"\0")  # fmt: skip
+
+    def _append(self, data: bytes) -> None:
+        try:
+            written = self._file.write(data)
+            while written < len(data):
+                written += self._file.write(data[written:])
+        except OSError as error:
+            os.ftruncate(self._file.fileno(), self._size)
+            self._file.seek(self._size)
+            raise self._refused(error) from error
+        self._size += len(data)
+
+    def _refused(self, error: OSError) -> BenchFault:
+        return BenchFault(f"{self._path}: the raw log cannot be written: {error.strerror}; check the disk's space")
+
+
+class BlfReader:
+    """A BLF file, read anew by each iteration in blocks of bounded size; `notes` says afterwards what was broken."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self.notes: list[str] = []
+        self.start_ns = 0
+        self._frames = 0
+
+    def __iter__(self) -> Iterator[FrameBlock]:
+        """Yield the frames in the file's order; InputError where it is no BLF file at all."""
+        self.notes, self._frames = [], 0
+        tail, parts, size = b"", [], 0
+        for inflated in self._containers():
+            parts.append(inflated)
+            size += len(inflated)
+            if size >= _PARSE_BYTES:
+                frames, tail = self._parse(b"".join([tail, *parts]))
+                parts, size = [], 0
+                if len(frames):
+                    yield frames
+        frames, tail = self._parse(b"".join([tail, *parts]))
+        if len(frames):
+            yield frames
+        if len(tail) > MAX_PADDING:
+            self._note(None, f"the last object is cut off ({len(tail)} bytes of it are left)")
+
+    def _containers(self) -> Iterator[bytes]:
+        """Yield the inflated bytes of one container after the other."""
+        try:
+            file = self._path.open("rb")
+        except OSError as error:
+            wrong = f"cannot be read: {error.strerror or error}"
+            raise InputError(Problem(wrong, Place(self._path), remedy="check the path and its permissions")) from None
+        with file:
+            self._read_header(file.read(_FILE_HEADER.size))
+            position = self._header_bytes
+            while True:
+                file.seek(position)
+                head = file.read(_OBJECT.size)
+                if len(head) < _OBJECT.size:
+                    if head:
+                        self._note(position, "the file is cut off here")
+                    return
+                signature, _, _, size, kind = _OBJECT.unpack(head)
+                if signature != SIGNATURE or size < _OBJECT.size:
+                    self._note(position, "no object starts here; nothing behind it was read")
+                    return
+                body = file.read(size - _OBJECT.size)
+                if kind == _CONTAINER_TYPE and len(body) >= _CONTAINER.size:
+                    if len(body) < size - _OBJECT.size:
+                        self._note(position, "the last container is cut off; what it still holds was read")
+                    yield self._inflate(body, position)
+                position += size + size % 4
+
+    def _read_header(self, raw: bytes) -> None:
+        if len(raw) < _FILE_HEADER.size or raw[:4] != b"LOGG":
+            raise InputError(
+                Problem("is no BLF file", Place(self._path), remedy="give a log with the ending of its format")
+            )
+        header = _FILE_HEADER.unpack(raw)
+        self._header_bytes = max(int(header[1]), _FILE_HEADER.size)
+        year, month, _, day, hour, minute, second, millisecond = header[14:22]
+        try:
+            start = datetime(year, month, day, hour, minute, second, tzinfo=UTC)
+        except ValueError:  # unset: stamps count from zero
+            self.start_ns = 0
+        else:
+            seconds = (start - _EPOCH) // timedelta(seconds=1)
+            self.start_ns = seconds * 1_000_000_000 + millisecond * _MILLISECOND_NS
+
+    def _inflate(self, body: bytes, position: int) -> bytes:
+        method, claimed = _CONTAINER.unpack_from(body)
+        data = body[_CONTAINER.size :]
+        if method == _STORED:
+            return data
+        if method != _DEFLATED or claimed > _MAX_CONTAINER:
+            self._note(position, f"a container of method {method} and {claimed} bytes was left out")
+            return b""
+        try:
+            return zlib.decompressobj().decompress(data, max(claimed, 1))
+        except zlib.error as error:
+            self._note(position, f"a container is damaged and was left out ({error})")
+            return b""
+
+    def _parse(self, data: bytes) -> tuple[FrameBlock, bytes]:
+        """Return the frames of whole objects in `data`, and the bytes of the object that goes on behind it."""
+        starts, end = self._starts(data)
+        frames = unpack(np.frombuffer(data + bytes(64), np.uint8), starts, self.start_ns)
+        self._frames += len(frames)
+        return frames, data[end:]
+
+    def _starts(self, data: bytes) -> tuple[np.ndarray[tuple[int], np.dtype[np.int64]], int]:
+        """Return where whole objects start, and where the first that is not whole does."""
+        words = np.frombuffer(data, "<u4", len(data) // 4)
+        starts = np.flatnonzero(words == int.from_bytes(SIGNATURE, "little")) * 4
+        starts = starts[starts + HEADER.itemsize <= len(data)]
+        if len(starts):
+            ends = starts + words[starts // 4 + 2]
+            gaps = starts[1:] - ends[:-1]
+            # A payload that spells the signature, or objects off the grid of 4 bytes, break the chain.
+            if starts[0] <= MAX_PADDING and bool(((gaps >= 0) & (gaps <= MAX_PADDING)).all()):
+                whole = len(starts) if ends[-1] <= len(data) else len(starts) - 1
+                return starts[:whole], int(ends[-1] if whole == len(starts) else starts[-1])
+        return self._walk(data)
+
+    def _walk(self, data: bytes) -> tuple[np.ndarray[tuple[int], np.dtype[np.int64]], int]:
+        """Follow the chain object by object; what does not belong to it is skipped with a note."""
+        starts: list[int] = []
+        position = 0
+        while (start := data.find(SIGNATURE, position)) >= 0:
+            if start - position > MAX_PADDING:
+                self._note(None, f"{start - position} bytes between objects make no sense and were skipped")
+            if start + HEADER.itemsize > len(data):
+                return np.array(starts, np.int64), start
+            size = int.from_bytes(data[start + 8 : start + 12], "little")
+            if not HEADER.itemsize <= size <= _MAX_OBJECT:
+                self._note(None, f"an object of {size} bytes makes no sense and was skipped")
+                position = start + len(SIGNATURE)
+                continue
+            if start + size > len(data):
+                return np.array(starts, np.int64), start
+            starts.append(start)
+            position = start + size
+        return np.array(starts, np.int64), min(position, len(data))
+
+    def _note(self, position: int | None, text: str) -> None:
+        where = "" if position is None else f" at byte {position}"
+        self.notes.append(f"{self._path}: after frame {self._frames}{where}: {text}")
+
+
+def read_blf(path: Path) -> BlfReader:
+    """Open a BLF file; iterated, it yields its frames as FrameBlocks with stamps exact to the nanosecond.
+
+    A broken end or a damaged container costs only itself, and `notes` says where it was. Raises InputError, on
+    iteration, where the file cannot be read or is no BLF file.
+    """
+    return BlfReader(path)
+
+
+_EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
+
+
+def _system_time(time_ns: int) -> tuple[int, ...]:
+    moment = _EPOCH + timedelta(milliseconds=time_ns // _MILLISECOND_NS)
+    weekday = moment.isoweekday() % 7
+    return (
+        moment.year, moment.month, weekday, moment.day, moment.hour, moment.minute, moment.second,
+        moment.microsecond // 1000,
+    )  # fmt: skip
