@@ -2,16 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Protocol
 
-from etb_hil.canio.foreign_logs import ForeignLog
+from etb_hil.canio.blf import read_blf
+from etb_hil.canio.frames import FrameBlock
 
 
-def read_log(path: Path) -> ForeignLog:
-    """Open a log; iterated, it yields its frames as FrameBlocks, in order and in bounded memory.
+class LogReader(Protocol):
+    """A log file, read anew by each iteration; afterwards `notes` says what could not be read, and where."""
+
+    notes: list[str]
+
+    def __iter__(self) -> Iterator[FrameBlock]:
+        """Yield the frames in the file's order; InputError where none can be read."""
+        ...
+
+
+def read_log(path: Path) -> LogReader:
+    """Open a log by its suffix; iterated, it yields its frames as FrameBlocks in bounded memory.
 
     BLF, ASC, TRC, candump's `.log`, python-can's CSV and SQLite, MF4; text also as `.gz`. Stamps are as exact as the
-    format holds them. Its `notes` say afterwards what could not be read. Raises InputError where the format is unknown
-    or, while reading, where no frame can be read.
+    format holds them. A broken end costs what is broken, not what came before. Raises InputError where the format is
+    unknown.
     """
+    if path.suffix.lower() == ".blf":
+        return read_blf(path)
+    from etb_hil.canio.foreign_logs import ForeignLog  # noqa: PLC0415 (importing can is slow)
+
     return ForeignLog(path)

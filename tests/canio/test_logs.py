@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import os
 import sqlite3
+from dataclasses import replace
 from pathlib import Path
 
 import can
@@ -14,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from etb_hil.base.errors import InputError
+from etb_hil.canio.blf import BlfLog
 from etb_hil.canio.frames import FrameBlock, concatenate_frames
 from etb_hil.canio.logs import read_log
 from etb_hil.canio.messages import from_messages
@@ -105,6 +107,19 @@ def test_a_cut_log_gives_the_frames_before_the_cut(tmp_path_factory, suffix, dat
         assert str(error).startswith(str(path))  # noqa: PT017
     else:
         same(got, whole, slice(0, len(got)))
+
+
+def test_the_raw_log_of_a_session_is_read_to_the_nanosecond(tmp_path):
+    frames = replace(
+        from_messages([can.Message(arbitration_id=0x123, data=b"12")]), stamp_ns=np.array([1_700_000_000_123_456_789])
+    )
+    log = BlfLog(tmp_path / "raw.blf", int(frames.stamp_ns[0]))
+    log.write(frames)
+    log.close()
+    got, notes = read(tmp_path / "raw.blf")
+    assert notes == []
+    same(got, frames)
+    assert got.stamp_ns[0] == frames.stamp_ns[0]
 
 
 def test_a_cut_log_says_where(tmp_path):
