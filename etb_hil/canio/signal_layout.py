@@ -79,6 +79,14 @@ class SignalLayout:
         signal, row = _encode(values, ranks, self.wanted, overflow, self._places, self._factors, self._ids, out)
         return None if signal < 0 else (int(signal), int(row))
 
+    def tables(self) -> tuple[Int64, Float64]:
+        """Return places (s, c), and scales and offsets (s, 2), as `read_value` and `write_value` take them."""
+        return self._places[self.wanted], self._factors[self.wanted]
+
+    def place(self, k: int) -> Int64:
+        """Return the place of one of the signals, as `raw_bits` takes it."""
+        return self._places[self.wanted[k]]
+
     def half_floats(self) -> list[int]:
         """Return which of the signals are floats of 16 bits."""
         return [k for k, index in enumerate(self.wanted) if self._places[index, _KIND] == _FLOAT16]
@@ -183,7 +191,8 @@ def _half(bits: np.uint64) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def _value(payload: Bytes, place: Int64, scale: float, offset: float) -> float:
+def read_value(payload: Bytes, place: Int64, scale: float, offset: float) -> float:
+    """Return the value of a signal that no multiplexer leaves out."""
     kind = place[_KIND]
     if kind == _EXACT:
         return float(signed_bits(payload, place) * place[_SCALE] + place[_OFFSET])
@@ -213,7 +222,7 @@ def _decode(data: Bytes, rows: Int64, wanted: Int64, places: Int64, factors: Flo
             if multiplexed and not _is_active(payload, signal, places, ids):
                 out[k, n] = np.nan
             else:
-                out[k, n] = _value(payload, place, scale, offset)
+                out[k, n] = read_value(payload, place, scale, offset)
 
 
 @njit(cache=True, error_model="numpy")
@@ -249,6 +258,25 @@ def _integer_bits(raw: float, place: Int64, overflow: int) -> tuple[np.uint64, b
 
 
 @njit(cache=True, error_model="numpy")
+def write_value(payload: Bytes, place: Int64, scale: float, offset: float, value: float, overflow: int) -> bool:
+    """Write the value of a signal into bits that are zero; return False where they cannot hold it and stay zero."""
+    raw = (value - offset) / scale
+    kind = place[_KIND]
+    if kind == _FLOAT64:
+        bits = np.float64(raw).view(np.uint64)
+    elif kind == _FLOAT32:
+        bits = np.uint64(np.float32(raw).view(np.uint32))
+    elif kind == _FLOAT16:
+        bits = np.uint64(value)  # the caller rounded it: numba has no 16-bit floats
+    else:
+        bits, held = _integer_bits(np.rint(raw), place, overflow)
+        if not held:
+            return False
+    _put(payload, place, bits)
+    return True
+
+
+@njit(cache=True, error_model="numpy")
 def _encode(
     values: Float64,
     ranks: Int64,
@@ -263,22 +291,11 @@ def _encode(
         signal = wanted[k]
         place = places[signal]
         scale, offset = factors[signal]
-        kind = place[_KIND]
         multiplexed = place[_PARENT] >= 0
         for n in range(len(out)):
             payload = out[n]
             if multiplexed and not _is_active(payload, signal, places, ids):
                 continue
-            raw = (values[k, n] - offset) / scale
-            if kind == _FLOAT64:
-                bits = np.float64(raw).view(np.uint64)
-            elif kind == _FLOAT32:
-                bits = np.uint64(np.float32(raw).view(np.uint32))
-            elif kind == _FLOAT16:
-                bits = np.uint64(values[k, n])  # the caller rounded it: numba has no 16-bit floats
-            else:
-                bits, held = _integer_bits(np.rint(raw), place, overflow[k])
-                if not held:
-                    return k, n
-            _put(payload, place, bits)
+            if not write_value(payload, place, scale, offset, values[k, n], overflow[k]):
+                return k, n
     return -1, -1
