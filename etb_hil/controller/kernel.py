@@ -100,7 +100,7 @@ def _control(
     s: State, settings: Settings, sheet: DataSheet, plant: Vector, unit: Vector, nominal: Vector, now_ns: int
 ) -> bool:
     """Do one control tick; return whether the bridge was switched on or off."""
-    current, _ = sensors.current_and_voltage(plant[CURRENT], 0.0, s.tick, sheet)
+    current = sensors.measured_current(plant[CURRENT], s.tick, sheet)
     supervision.warm_up(s, settings, unit, plant[CURRENT], CONTROL_PERIOD)
     supervision.watch(s, now_ns)
     supervision.protect(s, current, nominal)
@@ -141,16 +141,28 @@ def _show_refusals(s: State) -> None:
 
 @njit(cache=True, error_model="numpy")
 def _sample(s: State, plant: Vector, unit: Vector, sheet: DataSheet, row: Sample) -> None:
-    """Write one sampled instant; the voltage is the one that the bridge gives from this instant on."""
-    current, omega = plant[CURRENT], plant[OMEGA]
-    terminals = s.voltage
-    if math.isnan(terminals):  # open: the diodes while current flows, then the motor is a generator
-        decaying = abs(current) > DECAYED
-        terminals = -math.copysign(unit[SUPPLY_VOLTAGE], current) if decaying else unit[BACK_EMF] * omega
+    """Write one sampled instant; the voltage is the one that the bridge gives from this instant on.
+
+    Within a burst frame voltage and tracks are those of its first sample.
+    """
     row.tick, row.signals, row.burst = s.tick, s.signals, s.burst
-    row.current, row.voltage = sensors.current_and_voltage(current, terminals, s.tick, sheet)
+    row.current = sensors.measured_current(plant[CURRENT], s.tick, sheet)
     row.motor_angle = sensors.encoder_angle(plant[THETA] * unit[GEAR_RATIO], sheet)
+    if s.burst and s.tick % BURST_SAMPLES:
+        row.voltage = row.track = row.track_2 = math.nan
+        return
+    row.voltage = sensors.measured_voltage(_terminal_voltage(s, plant, unit), s.tick, sheet)
     row.track, row.track_2 = sensors.track_angles(plant[THETA], s.tick, sheet)
+
+
+@njit(cache=True, error_model="numpy")
+def _terminal_voltage(s: State, plant: Vector, unit: Vector) -> float:
+    """Return the voltage over the motor: the bridge's, or with it open the diodes', or the motor's own as a generator."""
+    if not math.isnan(s.voltage):
+        return s.voltage
+    if abs(plant[CURRENT]) > DECAYED:
+        return -math.copysign(unit[SUPPLY_VOLTAGE], plant[CURRENT])
+    return unit[BACK_EMF] * plant[OMEGA]
 
 
 @njit(cache=True, error_model="numpy")

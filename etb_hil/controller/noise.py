@@ -7,9 +7,8 @@ import math
 import numpy as np
 from numba import njit
 
-# Channels of one sample; each pair of values costs one logarithm.
-CURRENT_AND_VOLTAGE = 0
-TRACKS = 1
+# Channels of one sample
+CURRENT, VOLTAGE, TRACK, TRACK_2 = range(4)
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
@@ -27,11 +26,10 @@ def _mixed(word: np.uint64) -> np.uint64:
 
 
 @njit(cache=True, error_model="numpy")
-def normal_pair(seed: int, counter: int, channel: int) -> tuple[float, float]:
-    """Return two independent standard normal values of one sample and channel (Box and Muller 1958)."""
+def normal(seed: int, counter: int, channel: int) -> float:
+    """Return the standard normal value of one sample and channel (Box and Muller 1958)."""
     key = _mixed(np.uint64(seed) + _GOLDEN)
     word = _mixed(key + _GOLDEN * (np.uint64(4) * np.uint64(counter) + np.uint64(channel)))
     other = _mixed(word + _GOLDEN)
     radius = math.sqrt(-2.0 * math.log((float(word >> _S11) + 1.0) * _TO_UNIT))
-    angle = 2.0 * math.pi * float(other >> _S11) * _TO_UNIT
-    return radius * math.cos(angle), radius * math.sin(angle)
+    return radius * math.cos(2.0 * math.pi * float(other >> _S11) * _TO_UNIT)

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from etb_hil.controller.noise import CURRENT_AND_VOLTAGE, TRACKS, normal_pair
+from etb_hil.controller.noise import CURRENT, TRACK, TRACK_2, VOLTAGE, normal
 from etb_hil.controller.state import DataSheet, record
 from etb_hil.plant.model_file import Sensors
 
@@ -53,18 +53,19 @@ def encoder_angle(motor_angle: float, sheet: DataSheet) -> float:
 @njit(cache=True, error_model="numpy")
 def track_angles(theta: float, counter: int, sheet: DataSheet) -> tuple[float, float]:
     """Return both plate tracks in rad; the second one falls as the plate opens and is given as the angle it means."""
-    first, second = normal_pair(sheet.seed, counter, TRACKS)
-    one = rounded(theta + first * sheet.track_noise, sheet.track_step)
-    two = -rounded(-theta + second * sheet.track_noise, sheet.track_step)
+    one = rounded(theta + normal(sheet.seed, counter, TRACK) * sheet.track_noise, sheet.track_step)
+    two = -rounded(-theta + normal(sheet.seed, counter, TRACK_2) * sheet.track_noise, sheet.track_step)
     low, high = sheet.track_low, sheet.track_high
     return min(max(one, low), high), min(max(two, low), high)
 
 
 @njit(cache=True, error_model="numpy")
-def current_and_voltage(current: float, voltage: float, counter: int, sheet: DataSheet) -> tuple[float, float]:
-    """Return the readings of the current sensor in A and of the voltage at the motor's terminals in V."""
-    first, second = normal_pair(sheet.seed, counter, CURRENT_AND_VOLTAGE)
-    return (
-        rounded(current + first * sheet.current_noise, sheet.current_step),
-        rounded(voltage + second * sheet.voltage_noise, sheet.voltage_step),
-    )
+def measured_current(current: float, counter: int, sheet: DataSheet) -> float:
+    """Return the reading of the current sensor in A."""
+    return rounded(current + normal(sheet.seed, counter, CURRENT) * sheet.current_noise, sheet.current_step)
+
+
+@njit(cache=True, error_model="numpy")
+def measured_voltage(voltage: float, counter: int, sheet: DataSheet) -> float:
+    """Return the reading of the voltage at the motor's terminals in V."""
+    return rounded(voltage + normal(sheet.seed, counter, VOLTAGE) * sheet.voltage_noise, sheet.voltage_step)

@@ -22,6 +22,11 @@ def _is_multiple(values, step):
     return np.abs(values / step - np.round(values / step)).max() < 1e-6
 
 
+def test_voltage_and_tracks_come_once_a_burst_frame(at_rest):
+    for field in ("voltage", "track", "track_2"):
+        assert np.array_equal(np.flatnonzero(~np.isnan(at_rest.samples[field])), np.arange(0, 80_000, 10))
+
+
 def test_every_tick_is_sampled_once(at_rest):
     assert np.array_equal(at_rest.samples["tick"], np.arange(80_000))
 
@@ -37,6 +42,7 @@ def test_every_tick_is_sampled_once(at_rest):
 )
 def test_steps_and_noise_are_those_of_the_data_sheet(at_rest, field, step, noise):
     values = at_rest.samples[field]
+    values = values[~np.isnan(values)]
     assert _is_multiple(values, step)
     if noise >= step:  # where the noise spans steps, the converter adds step^2 / 12 to its variance
         expected = math.sqrt(noise**2 + step**2 / 12.0)
@@ -47,13 +53,13 @@ def test_steps_and_noise_are_those_of_the_data_sheet(at_rest, field, step, noise
 
 def test_tracks_and_current_have_no_bias_beyond_half_a_step(at_rest):
     step = math.radians(90) / 4096
-    assert abs(at_rest.samples["track"].mean() - UNIT.values.limp_home) < 0.5 * step
-    assert abs(at_rest.samples["track_2"].mean() - UNIT.values.limp_home) < 0.5 * step
+    assert abs(at_rest.samples["track"][::10].mean() - UNIT.values.limp_home) < 0.5 * step
+    assert abs(at_rest.samples["track_2"][::10].mean() - UNIT.values.limp_home) < 0.5 * step
     assert abs(at_rest.samples["current"].mean()) < 5 * SENSORS.current_noise / math.sqrt(len(at_rest.samples))
 
 
 def test_the_two_tracks_have_noise_of_their_own(at_rest):
-    one, two = at_rest.samples["track"], at_rest.samples["track_2"]
+    one, two = at_rest.samples["track"][::10], at_rest.samples["track_2"][::10]
     assert abs(np.corrcoef(one, two)[0, 1]) < 5.0 / math.sqrt(len(one))
 
 
