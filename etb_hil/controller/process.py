@@ -1,0 +1,125 @@
+"""The controller on a real bus, at wall clock: the same object as in lock-step, driven by absolute deadlines."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TextIO
+
+import numpy as np
+
+from etb_hil.base.clock import Clock
+from etb_hil.base.errors import BenchFault
+from etb_hil.canio.frames import FrameFlag
+
+if TYPE_CHECKING:
+    from etb_hil.canio.frames import FrameBlock
+    from etb_hil.canio.link import Link
+    from etb_hil.controller.virtual_controller import DriveSwitch, VirtualController
+
+PERIOD_NS = 1_000_000
+STALL_NS = 5_000_000  # later than this the host stalled; below it is an ordinary scheduler
+
+
+@dataclass(slots=True)
+class HostLateness:
+    """How late the host woke the controller; sample counts are kept whatever it did."""
+
+    wakes: int = 0
+    sum_ns: int = 0
+    worst_ns: int = 0
+    stalls: int = 0
+
+    def note(self, late_ns: int) -> None:
+        """Count one wake that came `late_ns` after its deadline."""
+        self.wakes += 1
+        self.sum_ns += late_ns
+        self.worst_ns = max(self.worst_ns, late_ns)
+        self.stalls += late_ns > STALL_NS
+
+    def __str__(self) -> str:
+        mean_ms = self.sum_ns * 1e-6 / max(self.wakes, 1)
+        worst_ms = self.worst_ns * 1e-6
+        return f"{self.wakes} wakes, late by {mean_ms:.3f} ms on average, {worst_ms:.1f} ms at worst, {self.stalls} stalls"
+
+
+class EventLog:
+    """Drive on and off as JSON lines with controller time, flushed one by one: what a killed bench is judged by."""
+
+    def __init__(self, stream: TextIO | None) -> None:
+        self._stream = stream
+
+    def write(self, event: str, **values: object) -> None:
+        """Write one line; nothing where no log was asked for."""
+        if self._stream is not None:
+            self._stream.write(json.dumps({"event": event, **values}) + "\n")
+            self._stream.flush()
+
+    def switch(self, switch: DriveSwitch) -> None:
+        """Write that the bridge went on or off."""
+        self.write(
+            "drive_on" if switch.on else "drive_off",
+            controller_time_s=switch.controller_time,
+            stamp_ns=switch.stamp_ns,
+            last_command_ns=switch.last_command_ns,
+            since_command_ms=(switch.stamp_ns - switch.last_command_ns) * 1e-6,
+            reason=switch.reason,
+        )
+
+
+def serve(
+    controller: VirtualController, link: Link, clock: Clock, log: EventLog, is_stopped: Callable[[], bool]
+) -> HostLateness:
+    """Be the controller on a bus until told to stop; return how late the host was.
+
+    After a stall it lives through what it missed, tick by tick, with the frames that came meanwhile. Where the bus goes
+    away, it lives on without frames until its own watchdog has taken the drive off, and then raises the BenchFault.
+    """
+    lateness = HostLateness()
+    log.write("power_on", controller_time_s=0.0, stamp_ns=controller.start_ns)
+    deadline_ns = seen_ns = controller.start_ns
+    fault: BenchFault | None = None
+    while not is_stopped():
+        deadline_ns += PERIOD_NS
+        clock.sleep_until_ns(deadline_ns)
+        now_ns = clock.now_ns()
+        inbox, gone = _received(link, fault)  # after `now_ns`: no frame stamped before it can come later
+        lateness.note(max(now_ns - deadline_ns, 0))
+        deadline_ns = max(deadline_ns, now_ns - (now_ns - deadline_ns) % PERIOD_NS)
+        frames = controller.run(now_ns, _plausible(inbox, seen_ns, now_ns))
+        seen_ns = now_ns
+        fault = fault or gone or _sent(link, frames)
+        if fault is not None and not controller.driving:
+            log.write("bus_lost", controller_time_s=controller.time, stamp_ns=now_ns, reason=str(fault))
+            raise fault
+    log.write("power_off", controller_time_s=controller.time, stamp_ns=clock.now_ns(), reason="stopped")
+    return lateness
+
+
+def _received(link: Link, fault: BenchFault | None) -> tuple[FrameBlock | None, BenchFault | None]:
+    if fault is not None:
+        return None, fault
+    try:
+        frames = link.receive()
+    except BenchFault as gone:
+        return None, gone
+    others = frames.flags & FrameFlag.SENT == 0
+    return (frames if others.all() else frames.rows(others)), None
+
+
+def _sent(link: Link, frames: FrameBlock) -> BenchFault | None:
+    try:
+        if len(frames):
+            link.send(frames)
+    except BenchFault as gone:
+        return gone
+    return None
+
+
+def _plausible(inbox: FrameBlock | None, seen_ns: int, now_ns: int) -> FrameBlock | None:
+    """Keep stamps inside the time since the last look: the host's epoch clock may be set while the process lives."""
+    if inbox is None or not len(inbox):
+        return None
+    np.clip(inbox.stamp_ns, seen_ns - PERIOD_NS, now_ns, out=inbox.stamp_ns)
+    return inbox
