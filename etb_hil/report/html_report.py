@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from etb_hil.report import plots, show
 from etb_hil.report.drawing import inline_svg, save_png
@@ -18,7 +18,8 @@ from etb_hil.report.wording import TIMESTAMP_GRADES
 REPORT_NAME = "report.html"
 
 # What two printed pages hold; the rest is in results.json, and the page says so.
-_MOST_NUMBERS, _MOST_PHASES, _MOST_EXCEEDANCES, _MOST_MESSAGES, _MOST_INPUTS, _MOST_VERSIONS = 20, 24, 8, 8, 8, 12
+_MOST_NUMBERS, _MOST_PHASES, _MOST_EXCEEDANCES, _MOST_MESSAGES, _MOST_INPUTS = 16, 20, 7, 7, 7
+_LONGEST_NAME, _LONGEST_SENTENCE = 40, 320
 _SAFE_STATE = {True: "yes, seen in the measured current", False: "NOT VERIFIED", None: "not looked at"}
 
 _PLOTS = {
@@ -63,20 +64,26 @@ def render_page(results: Results, drawn: Mapping[str, str]) -> str:
         limits=show.limits,
         share=show.share,
         seconds=lambda value: show.quantity(value, "s"),
+        whole=_sentence,
         count=lambda value: show.UNKNOWN if value is None else str(value),
     )
+    verdict = verdict_of(results)
     return environment.get_template("report.html.jinja").render(
         results=results,
-        verdict=verdict_of(results),
-        unit_line=unit_line(results),
+        verdict=verdict,
+        reason=_sentence(verdict.reason),
+        further=[_sentence(text) for text in verdict.further],
+        next_step=_sentence(verdict.next_step),
+        unit_line=_sentence(unit_line(results)),
         safe_state=_SAFE_STATE[results.bench.safe_state],
-        grade=TIMESTAMP_GRADES.get(results.timestamp_grade, ""),
+        grade=_sentence(TIMESTAMP_GRADES.get(results.timestamp_grade, "")),
         numbers=results.numbers[:_MOST_NUMBERS],
         phases=results.phases[:_MOST_PHASES],
         exceedances=_highest(results.exceedances),
         messages=results.bus.messages[:_MOST_MESSAGES],
         inputs=results.inputs[:_MOST_INPUTS],
-        versions=list(results.versions.items())[:_MOST_VERSIONS],
+        run_id=_sentence(results.run_id[:90]),
+        versions=_sentence(", ".join(f"{name} {version}" for name, version in results.versions.items())),
         style=_ours((here / "report.css").read_text(encoding="utf-8")),
         speed_plot=_ours(drawn["friction_over_speed"]),
         angle_plot=_ours(drawn["friction_over_angle"]),
@@ -91,7 +98,11 @@ def _ours(text: str) -> Markup:
 
 def _finalize(value: object) -> object:
     """Take control characters and endless names out of everything that goes into the page."""
-    return show.printable(value, 400) if isinstance(value, str) and not isinstance(value, Markup) else value
+    return show.printable(value, _LONGEST_NAME) if isinstance(value, str) and not isinstance(value, Markup) else value
+
+
+def _sentence(text: str) -> Markup:
+    return escape(show.printable(text, _LONGEST_SENTENCE))
 
 
 def _highest(exceedances: tuple[Exceedance, ...]) -> list[Exceedance]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
@@ -59,7 +59,7 @@ class Number:
     high: float | None = None
     limit_low: float | None = None
     limit_high: float | None = None
-    verdict: str | None = None
+    verdict: Literal["pass", "marginal", "fail"] | None = None
     note: str = ""
 
 

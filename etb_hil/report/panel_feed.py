@@ -50,7 +50,6 @@ class PanelSnapshot:
     exceedances: int | None = None
     load: float | None = None
     lost: int | None = None
-    bad: int | None = None
     messages: tuple[str, ...] = ()
 
 

@@ -91,8 +91,8 @@ def _against(value: float | None, limit: float | None) -> Text:
 
 
 def _bus(snapshot: PanelSnapshot) -> str:
-    lost, bad = (show.UNKNOWN if count is None else str(count) for count in (snapshot.lost, snapshot.bad))
-    return f"bus load {show.share(snapshot.load)}  lost frames {lost}  bad frames {bad}"
+    lost = show.UNKNOWN if snapshot.lost is None else str(snapshot.lost)
+    return f"bus load {show.share(snapshot.load)}  lost frames {lost}"
 
 
 def _limit(limit: float | None) -> str:

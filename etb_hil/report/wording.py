@@ -63,8 +63,16 @@ UNIT_REASONS = {
 }
 
 BENCH_REASONS = {
+    "no_answer": Wording(
+        "The controller did not answer.", "Check its supply, the CAN plug and the bench's bit rate, then repeat."
+    ),
     "frames_stopped": Wording(
         "The controller's frames stopped arriving.", "Check the CAN plug, the supply and the termination, then repeat."
+    ),
+    "bus_fault": Wording("The CAN interface failed.", "Check the adapter, its driver and the CAN plug, then repeat."),
+    "duration_limit": Wording(
+        "The bench stopped the run: it took longer than the bench allows.",
+        "Have an engineer check the scenario against the bench's limits.",
     ),
     "bus_off": Wording(
         "The CAN interface went bus-off.", "Check wiring, termination and bit rate of the bench, then repeat."
@@ -97,7 +105,7 @@ BENCH_REASONS = {
     "host_late": Wording(
         "The computer of the bench was too late with its commands.", "Close other programs on it, then repeat."
     ),
-    "stopped_by_operator": Wording("Somebody stopped the run.", "Repeat the test when the bench is clear."),
+    "stopped_by_user": Wording("Somebody stopped the run.", "Repeat the test when the bench is clear."),
 }
 
 _UNIT_DEFAULTS = {

@@ -1,4 +1,4 @@
-"""A run that only pretends: feeds the panel as the runner does, then prints the verdict. Started by the panel's tests."""
+"""A run that only pretends: feeds the panel, then prints the verdict; the panel's tests start it."""
 
 import os
 import signal
@@ -28,7 +28,6 @@ FULL = PanelSnapshot(
     exceedances=1,
     load=0.614,
     lost=0,
-    bad=2,
     messages=("homing done", "\x1b[31mred\x07 herring", "[bold]no markup[/bold]"),
 )
 

@@ -1,0 +1,76 @@
+"""Makes the panel's snapshots out of what the runner tells its watcher."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import deque
+from dataclasses import dataclass, field
+
+from etb_hil.bench.snapshot import Snapshot
+from etb_hil.report.panel_feed import PanelFeed, PanelSnapshot
+
+_FAR_ABOVE = 2.15  # beyond this many omega_s friction is compared with the limit of T_c
+
+
+@dataclass(frozen=True, slots=True)
+class PanelLimits:
+    """Limits of T_st and T_c in N·m and the model's Stribeck velocity in rad/s, at the throttle shaft."""
+
+    stiction: float | None = None
+    coulomb: float | None = None
+    stribeck_velocity: float | None = None
+
+    def at(self, velocity: float) -> float | None:
+        """Return the limit that friction is held against at a velocity; None between the two regimes."""
+        if self.stribeck_velocity is None or abs(velocity) < self.stribeck_velocity:
+            return self.stiction
+        return self.coulomb if abs(velocity) > _FAR_ABOVE * self.stribeck_velocity else None
+
+
+@dataclass(slots=True)
+class PanelWatcher:
+    """A watcher of the runner that feeds the panel; call it with each snapshot."""
+
+    feed: PanelFeed
+    title: str
+    limits: PanelLimits
+    _messages: deque[str] = field(default_factory=lambda: deque(maxlen=3))
+    _start_s: float = field(default_factory=time.monotonic)
+
+    def __call__(self, snapshot: Snapshot) -> None:
+        """Hand a snapshot on where the panel would show it; returns at once."""
+        if snapshot.message and (not self._messages or self._messages[-1] != snapshot.message):
+            self._messages.append(snapshot.message)
+        if self.feed.due(snapshot.phase):
+            self.feed.update(self._shown(snapshot))
+
+    def _shown(self, snapshot: Snapshot) -> PanelSnapshot:
+        progress = min(snapshot.time_s / snapshot.total_s, 1.0) if snapshot.total_s > 0.0 else None
+        # On the clock of whoever waits: a run in lock-step goes faster than its own time.
+        waited_s = time.monotonic() - self._start_s
+        return PanelSnapshot(
+            title=self.title,
+            phase=snapshot.phase,
+            time_s=snapshot.time_s,
+            progress=progress,
+            time_left_s=waited_s * (1.0 / progress - 1.0) if progress else None,
+            angle=_known(snapshot.angle),
+            velocity=_known(snapshot.velocity),
+            current=_known(snapshot.current),
+            temperature=_known(snapshot.temperature),
+            friction=_known(snapshot.friction),
+            friction_limit=self.limits.at(snapshot.velocity),
+            stiction=_known(snapshot.stiction),
+            stiction_limit=self.limits.stiction,
+            coulomb=_known(snapshot.coulomb),
+            coulomb_limit=self.limits.coulomb,
+            exceedances=snapshot.exceedances,
+            load=snapshot.bus_load,
+            lost=snapshot.frames_lost,
+            messages=tuple(self._messages),
+        )
+
+
+def _known(value: float) -> float | None:
+    return value if math.isfinite(value) else None

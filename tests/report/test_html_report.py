@@ -1,0 +1,127 @@
+"""The report: everything escaped, nothing fetched, two sheets of paper, light and dark."""
+
+import re
+
+import browser
+import pytest
+import sample_run
+from matplotlib.image import imread
+
+from etb_hil.base.outcome import BenchOutcome, UnitVerdict
+from etb_hil.report.html_report import render_page, write_report
+from etb_hil.report.model import Bench, Bus, Exceedance, InputFile, MessageStatistics, Number, Phase, ReportSeries, Unit
+
+chromium = pytest.mark.skipif(browser.EXECUTABLE is None, reason="no Chromium on this machine")
+
+EVIL = "<script>console.error('ran')</script><img src=http://example.com/x.png>\"'&{{ 7*7 }}\x00\x1b[2J"
+
+
+def full_run():
+    """Return results in which every list is long and every text is hostile."""
+    return sample_run.results(
+        0.567,
+        run_id=EVIL,
+        started=EVIL,
+        timestamp_grade=EVIL,
+        unit=Unit(UnitVerdict.FAIL, EVIL, EVIL * 9, EVIL * 9, (), EVIL * 9, EVIL, EVIL),
+        bench=Bench(BenchOutcome.OK, EVIL, EVIL, EVIL, False, EVIL),
+        numbers=tuple(Number(EVIL, EVIL, 0.1, EVIL, note=EVIL) for _ in range(3))
+        + tuple(Number(f"n{i}", "a number", 0.1, "N·m", 0.09, 0.11, None, 0.2, "pass") for i in range(40)),
+        exceedances=tuple(Exceedance("T_st", i * 0.05, i * 0.05 + 0.01, 0.3 + i, 0.25, phase=EVIL) for i in range(300)),
+        phases=tuple(Phase(EVIL, f"{EVIL} {i}", i * 0.4, i * 0.4 + 0.4, EVIL) for i in range(60)),
+        bus=Bus(EVIL, messages=tuple(MessageStatistics(f"{EVIL}{i}", 10, None) for i in range(40))),
+        versions={f"{EVIL}{i}": EVIL for i in range(40)},
+        inputs=tuple(InputFile(EVIL, EVIL, sample_run.HASH) for _ in range(40)),
+    )
+
+
+RUNS = {
+    "passed": (sample_run.results(), sample_run.series()),
+    "failed": (sample_run.results(0.567), sample_run.series(0.567)),
+    "hostile": (full_run(), sample_run.series(0.567)),
+    "nothing": (
+        sample_run.results(unit=Unit(None), bench=Bench(BenchOutcome.ABORTED), numbers=(), phases=(), inputs=()),
+        ReportSeries(),
+    ),
+}
+
+
+@pytest.fixture(scope="module", params=RUNS)
+def report(request, tmp_path_factory):
+    folder = tmp_path_factory.mktemp(request.param)
+    results, series = RUNS[request.param]
+    return write_report(results.as_dict(), series, folder)
+
+
+def test_page_and_pictures_are_written(report):
+    assert sorted(p.name for p in report.parent.glob("*.*")) >= [
+        "friction_over_angle.png",
+        "friction_over_speed.png",
+        "report.html",
+        "time_traces.png",
+    ]
+
+
+def test_nothing_in_the_page_points_outside_it(report):
+    page = report.read_text("utf-8")
+    tags = re.findall(r"<[a-zA-Z][^>]*>", page)
+    assert not [tag for tag in tags if re.search(r"\b(src|action|data|poster|srcset)\s*=", tag)]
+    assert {m[1][0] for tag in tags if (m := re.search(r"\bhref=\"([^\"]*)", tag)) and m[1] != "data:,"} <= {"#"}
+    assert "@import" not in page
+    assert not re.search(r"url\((?!#)", page)
+    assert not [tag for tag in tags if tag.lower().startswith(("<script", "<iframe", "<object", "<embed", "<img"))]
+
+
+def test_hostile_names_are_text(tmp_path):
+    page = write_report(full_run(), sample_run.series(), tmp_path).read_text("utf-8")
+    assert "&lt;script&gt;console.error(&#39;ran&#39;)&lt;/script&gt;" in page
+    assert "{{ 7*7 }}" in page
+    assert not re.search(r"[\x00-\x08\x0b-\x1f\x7f]", page)
+
+
+def test_values_limits_and_grades_are_there():
+    plots = dict.fromkeys(("friction_over_speed", "friction_over_angle", "time_traces"), "<svg></svg>")
+    page = render_page(sample_run.results(0.567), plots)
+    text = re.sub(r"(<[^>]*>|\s)+", " ", page)
+    for expected in (
+        "break-away friction T_st 0.567 N·m 0.563 to 0.571 at most 0.250 fail",
+        "return margin return_margin -0.217 N·m -0.227 to -0.207 at least 0.050 fail",
+        "T_st 5.000 5.400 0.567 0.250 11.46 0.21 23.4 ramp opening",
+        "load 61.4 %, peak 66.0 %, error frames 0, unknown frames 0",
+        "sample counter (samples carry the controller&#39;s own counter",
+        "Measurement 24000 0 0 0 0",
+        f"model: paper.yaml {sample_run.HASH}",
+        "etb_hil 0.1.0, python 3.11.9",
+        "yes, seen in the measured current",
+    ):
+        assert expected in text
+
+
+@chromium
+def test_light_and_dark_without_a_word_or_a_request(report, tmp_path):
+    shown = {}
+    for theme in ("light", "dark"):
+        picture = tmp_path / f"{theme}.png"
+        flags = (f"--screenshot={picture}", "--window-size=1200,2200")
+        assert browser.open_page(report, tmp_path, *flags, dark=theme == "dark") == ([], set())
+        shown[theme] = imread(picture)[..., :3].mean(axis=2)
+    assert shown["light"][2, 2] > 0.95
+    assert shown["dark"][2, 2] < 0.15
+    assert shown["dark"].mean() < 0.3  # the plots too: no white sheet in a dark page
+    assert shown["dark"].std() > 0.05
+
+
+@chromium
+def test_prints_on_two_sheets_at_most(report, tmp_path):
+    paper = tmp_path / "report.pdf"
+    browser.open_page(report, tmp_path, f"--print-to-pdf={paper}", "--no-pdf-header-footer", dark=True)
+    assert len(re.findall(rb"/Type\s*/Page\b", paper.read_bytes())) == 2
+
+
+@chromium
+def test_the_browser_would_have_told(tmp_path):
+    page = tmp_path / "bad.html"
+    page.write_text('<!DOCTYPE html><img src="http://example.com/a.png"><script>console.error("oh no")</script>')
+    console, requests = browser.open_page(page, tmp_path, f"--screenshot={tmp_path / 'bad.png'}")
+    assert "oh no" in console[0]
+    assert requests == {"http://example.com/a.png"}

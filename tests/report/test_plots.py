@@ -1,0 +1,128 @@
+"""The plots say what they show, keep peaks and gaps, and stand missing data and odd names."""
+
+import re
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+import sample_run
+from hypothesis import given
+from hypothesis import strategies as st
+from matplotlib.colors import to_hex
+
+from etb_hil.base.errors import InputError
+from etb_hil.recording.recording import ClockGrade, Recording
+from etb_hil.recording.samples import SampleBlock
+from etb_hil.report import plots
+from etb_hil.report.drawing import LIMIT, broken_at_gaps, envelope, inline_svg
+from etb_hil.report.model import Number, Phase, ReportSeries
+from etb_hil.report.recording_plot import plot_recording
+
+ALL = [plots.friction_over_speed, plots.friction_over_angle, plots.time_traces]
+
+
+@pytest.mark.parametrize("draw", ALL)
+def test_units_stand_on_every_axis(draw):
+    figure = draw(sample_run.series(), sample_run.results())
+    drawn = [axes for axes in figure.axes if axes.lines and axes.get_ylabel()]
+    assert all(re.search(r" / (deg|rad/s|A|N·m)$", axes.get_ylabel()) for axes in drawn)
+    assert re.search(r" / (s|deg|rad/s)$", figure.axes[-1].get_xlabel())
+
+
+@pytest.mark.parametrize("draw", ALL)
+def test_a_run_without_data_gives_a_plot_that_says_so(draw):
+    figure = draw(ReportSeries(), sample_run.results(numbers=(), phases=()))
+    texts = [text.get_text() for axes in figure.axes for text in axes.texts]
+    assert any("in this run" in text for text in texts)
+    assert "<svg" in inline_svg(figure, "empty")
+
+
+@pytest.mark.parametrize("draw", ALL)
+def test_svg_is_well_formed_with_ids_of_its_own_and_no_address(draw):
+    svg = inline_svg(draw(sample_run.series(0.567), sample_run.results(0.567)), "one")
+    root = ET.fromstring(svg)  # noqa: S314 (our own)
+    ids = [element.get("id") for element in root.iter() if element.get("id")]
+    assert all(i.startswith("one-") for i in ids)
+    links = [value for e in root.iter() for name, value in e.attrib.items() if name.endswith("href")]
+    assert set(links) <= {f"#{i}" for i in ids}
+    assert LIMIT not in svg.replace(f", {LIMIT})", "")  # every colour follows the page's light and dark
+
+
+def test_same_input_gives_the_same_svg():
+    first, second = (inline_svg(plots.time_traces(sample_run.series(), sample_run.results()), "t") for _ in range(2))
+    assert first == second
+
+
+def test_limits_are_drawn_where_they_are_compared():
+    (axes,) = plots.friction_over_speed(sample_run.series(), sample_run.results()).axes
+    stiction, coulomb = [
+        line.get_xydata() for line in axes.lines if str(line.get_label()).startswith(("limit T_st", "limit T_c"))
+    ]
+    assert np.allclose(stiction, [[-sample_run.OMEGA_S, 0.25], [sample_run.OMEGA_S, 0.25]])
+    assert coulomb[0, 0] == pytest.approx(2.15 * sample_run.OMEGA_S)
+    assert coulomb[0, 1] == pytest.approx(0.18 + sample_run.VISCOUS * 2.15 * sample_run.OMEGA_S)
+
+
+def test_exceedances_are_shaded_in_every_trace_and_marked_at_their_peak():
+    figure = plots.time_traces(sample_run.series(0.567), sample_run.results(0.567))
+    for axes in figure.axes[1:]:
+        assert sum(to_hex(patch.get_facecolor()) == LIMIT for patch in axes.patches) == 2
+    marks = [line.get_ydata()[0] for line in figure.axes[-1].lines if line.get_marker() == "v"]
+    assert marks == pytest.approx([0.567, -0.97 * 0.567])
+
+
+def test_names_are_no_formulas():
+    name = "ramp $\\frac{$ <b>&amp;"
+    results = sample_run.results(phases=(Phase("p", name, 0.0, 24.0),))
+    svg = inline_svg(plots.time_traces(sample_run.series(), results), "t")
+    assert "1 ramp $\\frac{$ &lt;b&gt;&amp;amp;" in svg
+
+
+@given(st.lists(st.one_of(st.floats(-1e3, 1e3), st.just(float("nan"))), max_size=300), st.integers(1, 40))
+def test_envelope_keeps_order_and_extremes(values, columns):
+    values = np.array(values, float)
+    time, kept = envelope(np.arange(len(values), dtype=float), values, columns)
+    assert np.all(np.diff(time) > 0)
+    assert len(time) <= max(2 * columns, 1)
+    assert np.array_equal(kept, values[time.astype(int)], equal_nan=True)
+    if np.any(np.isfinite(values)):
+        assert np.nanmin(kept) == np.nanmin(values)
+        assert np.nanmax(kept) == np.nanmax(values)
+
+
+def test_no_line_over_a_gap():
+    time = np.array([0.0, 0.1, 0.2, 0.3, 5.0, 5.1])
+    gone, values = broken_at_gaps(time, np.ones(6))
+    assert np.flatnonzero(np.isnan(values)).tolist() == [4]
+    assert len(gone) == 7
+
+
+def recording(**columns):
+    count = len(next(iter(columns.values())))
+    stamps = np.arange(count) * 1_000_000
+    lost = np.zeros(count, np.int64)
+    lost[count // 2] = 3
+    grown = Recording("a log with $ and <b> in its name" * 5, ClockGrade.RECEIVE_STAMPS)
+    grown.append([SampleBlock("m", stamps, stamps, {k: np.asarray(v, float) for k, v in columns.items()}, lost)])
+    return grown
+
+
+def test_any_recording_becomes_a_picture(tmp_path):
+    wave = np.sin(np.arange(4000) * 0.01)
+    rec = recording(throttle_angle=wave, motor_duty=wave, throttle_position=np.full(4000, np.nan))
+    plot_recording(rec, ["throttle_angle", "motor_duty", "throttle_position"], tmp_path / "all.png")
+    assert (tmp_path / "all.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_role_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(InputError, match=r"no signal for the role 'temperature'.*throttle_angle"):
+        plot_recording(recording(throttle_angle=[1, 2]), ["temperature"], tmp_path / "x.png")
+    with pytest.raises(InputError, match="no role to plot"):
+        plot_recording(recording(throttle_angle=[1, 2]), [], tmp_path / "x.png")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_infinite_and_missing_numbers_do_not_stop_a_plot():
+    numbers = (Number("T_st", "x", None, "N·m"), Number("omega_s", "x", 0.0, "rad/s"))
+    figure = plots.friction_over_speed(sample_run.series(), sample_run.results(numbers=numbers))
+    assert not any(str(line.get_label()).startswith("limit") for line in figure.axes[0].lines)

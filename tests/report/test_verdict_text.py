@@ -1,0 +1,51 @@
+"""The verdict on a screen of 80 columns and in a log."""
+
+from pathlib import Path
+
+import pytest
+import sample_run
+
+from etb_hil.base.outcome import BenchOutcome, UnitVerdict
+from etb_hil.report.model import Bench, Unit
+from etb_hil.report.verdict import WIDTH, banner, verdict_of, verdict_text
+
+CASES = {
+    "PASS": sample_run.results(),
+    "FAIL": sample_run.results(0.567),
+    "INCONCLUSIVE": sample_run.results(unit=Unit(UnitVerdict.INCONCLUSIVE, "speed_not_reached")),
+    "BENCH FAULT": sample_run.results(0.567, bench=Bench(BenchOutcome.FAULT, "frames_stopped", safe_state=False)),
+    "ABORTED": sample_run.results(unit=Unit(None), bench=Bench(BenchOutcome.ABORTED, "stopped_by_user")),
+}
+
+
+@pytest.mark.parametrize("headline", CASES)
+def test_says_it_large_and_why_and_what_next(headline):
+    text = verdict_text(CASES[headline].as_dict(), Path("sessions/one/report.html"))
+    lines = text.splitlines()
+    assert max(len(line) for line in lines) <= WIDTH
+    assert len(lines) < 24
+    for row in banner(headline):
+        assert f"  {row}" in lines
+    assert f"Result   {headline} - " in text
+    assert "Why      " in text
+    assert "Next     " in text
+    assert "Report   sessions/one/report.html" in text
+
+
+def test_bench_fault_outranks_and_never_blames_the_unit():
+    verdict = verdict_of(CASES["BENCH FAULT"])
+    assert verdict.tone == "fault"
+    assert "0.567" not in verdict.reason + " ".join(verdict.further)
+    assert "switch the supply off" in verdict_text(CASES["BENCH FAULT"])
+
+
+def test_names_cannot_steer_the_terminal():
+    unit = Unit(UnitVerdict.PASS, serial="\x1b[2J\x07 1\r\n2", reason="a\x1b]0;title\x07b")
+    text = verdict_text(sample_run.results(unit=unit))
+    assert all(character.isprintable() or character == "\n" for character in text)
+
+
+def test_values_stay_with_their_units():
+    lines = verdict_text(CASES["PASS"]).splitlines()
+    assert not any(line[-1:].isdigit() for line in lines)
+    assert any(line.endswith("N·m") or "N·m)" in line for line in lines)
