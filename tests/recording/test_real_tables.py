@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from etb_hil.recording.tables import read_table
+from etb_hil.report.recording_plot import plot_recording
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 DATA = Path(os.environ.get("ETB_HIL_REAL_DATA", CHECKOUT.parent / "shared" / "data"))
@@ -32,6 +33,12 @@ def test_the_throttle_sweep_has_duty_and_both_tracks_in_volts():
     assert (first.time_ns[0], first.time_ns[-1]) == (5_070_000_000, 501_338_000_000)
     assert len(first.values) == 45_100 - 68  # 68 rows repeat the millisecond of the row before
     assert recording.notes == ["68 rows had the time of the row before and were left out"]
+
+
+def test_the_throttle_sweep_is_drawn(tmp_path):
+    recording = read_table(DATA / "etb_tbcp" / "tbcp_open_loop_duty_staircase.csv", MAPS / "etb_tbcp.map.yaml")
+    plot_recording(recording, recording.roles, tmp_path / "sweep.png")
+    assert (tmp_path / "sweep.png").read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize("name", ["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"])
