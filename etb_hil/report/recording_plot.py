@@ -68,7 +68,7 @@ def _shown(signal: Series) -> tuple[Float64, str]:
         return np.degrees(signal.values).astype(np.float64), "deg"
     if signal.unit == "degC":
         return signal.values, "°C"
-    if signal.role in {"pedal_position", "throttle_opening", "motor_duty"}:
+    if signal.role in {"pedal_position", "throttle_opening", "motor_duty", "command_duty"}:
         return signal.values * 100.0, "%"
     if ROLES[signal.role].unit == "1":
         return signal.values, ""
