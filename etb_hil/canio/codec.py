@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from etb_hil.base.errors import InputError, Problem
 from etb_hil.canio.signal_layout import Overflow, SignalLayout
 
 if TYPE_CHECKING:
@@ -52,21 +51,5 @@ class MessageCodec:
             signal = self.message.get_signal_by_name(layout.names[k])
             rounded = ((columns[k] - float(signal.offset)) / float(signal.scale)).astype(np.float16)
             columns[k] = rounded.view(np.uint16)
-        refused = layout.encode(columns, np.full(len(values), int(overflow), np.int64), out)
-        if refused is not None:
-            raise _refusal(self.message, layout.names[refused[0]], float(columns[refused]))
+        layout.encode(columns, np.full(len(values), int(overflow), np.int64), out)
         return out
-
-
-def _refusal(message: Message, name: str, value: float) -> InputError:
-    signal = message.get_signal_by_name(name)
-    low = -(1 << signal.length - 1) if signal.is_signed else 0
-    ends = sorted(raw * float(signal.scale) + float(signal.offset) for raw in (low, low + (1 << signal.length) - 1))
-    return InputError(
-        Problem(
-            f"{message.name}.{name} cannot hold this value",
-            value=value,
-            allowed=f"{ends[0]:.9g} to {ends[1]:.9g} {signal.unit or ''}".rstrip(),
-            remedy="keep the value inside the signal's range",
-        )
-    )

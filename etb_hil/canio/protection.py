@@ -65,7 +65,7 @@ UNPROTECTED = Protection(Profile.NONE)
 
 def protect(data: NDArray[np.uint8], length: int, protection: Protection, first_counter: int) -> None:
     """Write alive counters, rising by one from row to row, and CRCs into payloads `data` uint8 (n, w) in place."""
-    _protect(data, length, int(protection.profile), protection.id_table(), first_counter)
+    protect_rows(data, length, int(protection.profile), protection.id_table(), first_counter)
 
 
 def verify(data: NDArray[np.uint8], length: int, protection: Protection) -> NDArray[np.bool_]:
@@ -144,9 +144,10 @@ def write_protection(
 
 
 @njit(cache=True, error_model="numpy")
-def _protect(
+def protect_rows(
     data: NDArray[np.uint8], length: int, profile: int, data_ids: NDArray[np.uint16], first_counter: int
 ) -> None:
+    """Write alive counters, rising by one from row to row, and CRCs into payloads: `protect` without its lookups."""
     for row in range(len(data)):
         write_protection(data[row], length, profile, data_ids, first_counter + row)
 

@@ -48,7 +48,7 @@ class SignalLayout:
     def __init__(self, message: Message, names: Sequence[str]) -> None:
         order = {signal.name: index for index, signal in enumerate(message.signals)}
         self.names = tuple(names)
-        self.length = message.length
+        self._message = message
         self.wanted = np.array([order[name] for name in names], np.int64)
         self._places = np.zeros((len(order), 12), np.int64)
         self._factors = np.ones((len(order), 2))
@@ -60,7 +60,7 @@ class SignalLayout:
             self._factors[index] = float(signal.scale), float(signal.offset)
             ids += chosen
         self._ids = np.array(ids or [0], np.int64)
-        self._rank = _parents_first(self._places[:, _PARENT])
+        self._order = np.argsort(_depth(self._places[:, _PARENT])[self.wanted], kind="stable")
         for index in self.wanted:
             _require_inside(message, message.signals[index], self._places[index])
 
@@ -70,18 +70,14 @@ class SignalLayout:
         _decode(data, rows, self.wanted, self._places, self._factors, self._ids, out)
         return out
 
-    def encode(self, values: Float64, overflow: Int64, out: Bytes) -> tuple[int, int] | None:
-        """Write values (s, n) into payloads uint8 (n, w) that are zero; `overflow` (s) holds an `Overflow` each.
+    def encode(self, values: Float64, overflow: Int64, out: Bytes) -> None:
+        """Write values (s, n) into payloads uint8 (n, w) that are zero, each signal with its `Overflow` (s).
 
-        Returns the signal and row of the first value that was refused, or None.
+        Raises InputError for the first value that is refused.
         """
-        ranks = np.argsort(self._rank[self.wanted], kind="stable")
-        signal, row = _encode(values, ranks, self.wanted, overflow, self._places, self._factors, self._ids, out)
-        return None if signal < 0 else (int(signal), int(row))
-
-    def tables(self) -> tuple[Int64, Float64]:
-        """Return places (s, c), and scales and offsets (s, 2), as `read_value` and `write_value` take them."""
-        return self._places[self.wanted], self._factors[self.wanted]
+        k, row = _encode(values, self._order, self.wanted, overflow, self._places, self._factors, self._ids, out)
+        if k >= 0:
+            raise _refusal(self._message, self.names[k], float(values[k, row]))
 
     def place(self, k: int) -> Int64:
         """Return the place of one of the signals, as `raw_bits` takes it."""
@@ -115,14 +111,15 @@ def _scaling(signal: Signal) -> tuple[int, int, int]:
     return _LINEAR, 1, 0
 
 
-def _parents_first(parents: Int64) -> Int64:
-    rank = np.zeros(len(parents), np.int64)
+def _depth(parents: Int64) -> Int64:
+    """Return how many multiplexers stand above each signal: those above are written first."""
+    depth = np.zeros(len(parents), np.int64)
     for index, above in enumerate(parents):
         parent = int(above)
         while parent >= 0:
-            rank[index] += 1
+            depth[index] += 1
             parent = int(parents[parent])
-    return rank
+    return depth
 
 
 def _require_inside(message: Message, signal: Signal, place: Int64) -> None:
@@ -136,6 +133,20 @@ def _require_inside(message: Message, signal: Signal, place: Int64) -> None:
                 remedy="mend the DBC file",
             )
         )
+
+
+def _refusal(message: Message, name: str, value: float) -> InputError:
+    signal = message.get_signal_by_name(name)
+    low = -(1 << signal.length - 1) if signal.is_signed else 0
+    ends = sorted(raw * float(signal.scale) + float(signal.offset) for raw in (low, low + (1 << signal.length) - 1))
+    return InputError(
+        Problem(
+            f"{message.name}.{name} cannot hold this value",
+            value=value,
+            allowed=f"{ends[0]:.9g} to {ends[1]:.9g} {signal.unit or ''}".rstrip(),
+            remedy="keep the value inside the signal's range",
+        )
+    )
 
 
 @njit(cache=True, error_model="numpy")
@@ -279,7 +290,7 @@ def write_value(payload: Bytes, place: Int64, scale: float, offset: float, value
 @njit(cache=True, error_model="numpy")
 def _encode(
     values: Float64,
-    ranks: Int64,
+    order: Int64,
     wanted: Int64,
     overflow: Int64,
     places: Int64,
@@ -287,7 +298,7 @@ def _encode(
     ids: Int64,
     out: Bytes,
 ) -> tuple[int, int]:
-    for k in ranks:
+    for k in order:
         signal = wanted[k]
         place = places[signal]
         scale, offset = factors[signal]

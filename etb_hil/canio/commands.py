@@ -1,0 +1,63 @@
+"""Commands to the controller: set-points, enable and measurement requests as protected frames."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.canio.frames import FrameBlock, concatenate_frames
+from etb_hil.canio.signal_layout import Overflow
+from etb_hil.canio.writer import MessageWriter
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from etb_hil.canio.dialect import Dialect
+
+
+class CommandEncoder:
+    """Encodes values of commanded roles; each message's alive counter runs on from call to call."""
+
+    def __init__(self, dialect: Dialect) -> None:
+        """Raise InputError where a message that goes to the controller cannot be written."""
+        self._path = dialect.path
+        self._writers = {
+            message.name: MessageWriter(dialect, message.name, Overflow.REFUSE)
+            for message in dialect.messages
+            if message.commanded
+        }
+        self._routes: dict[tuple[str, ...], list[tuple[MessageWriter, tuple[str, ...]]]] = {}
+
+    def encode(self, values: Mapping[str, float], stamp_ns: int) -> FrameBlock:
+        """Return one frame for each message that carries one of the roles; what a frame lacks is 0 in it.
+
+        Raises InputError for a role that no message carries, and for a value that its signal cannot hold.
+        """
+        keys = tuple(values)
+        routes = self._routes.get(keys)
+        if routes is None:
+            routes = self._routes[keys] = self._route(keys)
+        frames = [writer.write({role: values[role] for role in roles}, stamp_ns) for writer, roles in routes]
+        return frames[0] if len(frames) == 1 else concatenate_frames(frames)
+
+    def _route(self, roles: tuple[str, ...]) -> list[tuple[MessageWriter, tuple[str, ...]]]:
+        carried = [role for writer in self._writers.values() for role in writer.roles]
+        missing = [role for role in roles if role not in carried]
+        if missing:
+            raise InputError(
+                *(
+                    Problem(
+                        f"no message to the controller carries the role '{role}'",
+                        Place(self._path),
+                        allowed=", ".join(carried),
+                        remedy="map the role to a signal",
+                    )
+                    for role in missing
+                )
+            )
+        routes = []
+        for writer in self._writers.values():
+            own = tuple(role for role in roles if role in writer.roles)
+            if own:
+                routes.append((writer, own))
+        return routes

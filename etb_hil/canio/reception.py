@@ -1,0 +1,234 @@
+"""Which received frames are accepted, when their samples were taken, and how many were lost before: one compiled pass.
+
+Frames are taken one by one in the order in which they came, with the state of every message kept from call to call, so
+that nothing depends on how a stream was cut into blocks.
+
+Sample time. All sample counters of a dialect count one clock of the controller, each to its own width. A frame's place
+on that clock is first predicted from its stamp and from the last frame of any message; its counter then decides among
+the places that have its low bits. The first frame of a message is aligned by the width of the narrowest counter, so
+that samples of one instant get one time whichever message comes first. The first sample's time is its stamp.
+
+Loss. The alive counter says how many frames are missing within its wrap, the sample counter within its own; where both
+agree with the interval that the message keeps, the count is exact.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numba import njit
+
+from etb_hil.canio.frames import FrameFlag
+from etb_hil.canio.protection import alive_counter, crc_is_right
+from etb_hil.canio.signal_layout import raw_bits
+from etb_hil.recording.samples import LOSS_UNKNOWN
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Int64 = NDArray[np.int64]
+    Bytes = NDArray[np.uint8]
+
+# Columns of the table of messages.
+IDENT, EXTENDED, LENGTH, PROFILE, MODULUS, TICK, COUNTER_BITS, CYCLE, COMMANDED, REQUEST, INTERVAL = range(11)
+# Columns of the state of a message; `KNOWN_INTERVAL` is in ticks from frame to frame, 0 while it is not known.
+SEEN, ALIVE, STAMP, PLACE, SHIFT, KNOWN_INTERVAL, LAST_STEP, FRESH, REPEATS, TIME = range(10)
+# Columns of the counts of a message.
+FRAMES, TOO_SHORT, CRC_FAILURES, REPEATED, STUCK, JUMPS, LOST, UNKNOWN, BACKWARDS = range(9)
+# The sample clock that all messages share.
+RUNNING, CLOCK_PLACE, CLOCK_STAMP, EPOCH, NARROWEST = range(5)
+
+STUCK_AFTER = 3  # so many repeats in a row are no longer a doubled frame
+
+_NO_DATA = int(FrameFlag.REMOTE | FrameFlag.ERROR)
+_EXTENDED = int(FrameFlag.EXTENDED)
+_SENT = int(FrameFlag.SENT)
+_UNKNOWN = int(LOSS_UNKNOWN)
+_NEAR = 4  # wraps of a counter to either side of the prediction that are tried
+
+
+@njit(cache=True, error_model="numpy")
+def receive(
+    stamp_ns: Int64,
+    ident: NDArray[np.uint32],
+    flags: Bytes,
+    length: Bytes,
+    data: Bytes,
+    table: Int64,
+    data_ids: NDArray[np.uint16],
+    counter_places: Int64,
+    state: Int64,
+    counts: Int64,
+    clock: Int64,
+    out: Int64,
+) -> None:
+    """Fill `out` (3, n): the message's row in `table` or -1, the time of the first sample, the frames lost before."""
+    for n in range(len(stamp_ns)):
+        out[0, n] = -1
+        k = _message_of(ident[n], flags[n], table)
+        if k < 0 or not _is_whole(length[n], data[n], table[k], data_ids[k], counts[k]):
+            continue
+        step, alive = _alive_step(data[n], table[k], state[k])
+        if table[k, COUNTER_BITS]:
+            counter = np.int64(raw_bits(data[n], counter_places[k]))
+            accepted, time, lost = _by_counter(stamp_ns[n], counter, step, table[k], state[k], clock)
+        else:
+            accepted, time, lost = _by_stamp(stamp_ns[n], step, table[k], state[k], counts[k])
+        if accepted:
+            state[k, SEEN], state[k, ALIVE], state[k, STAMP], state[k, TIME] = 1, alive, stamp_ns[n], time
+            state[k, REPEATS], state[k, FRESH] = 0, 0
+            if table[k, REQUEST]:
+                state[:, FRESH] = 1  # what comes next may come at another rate, and after a pause
+            _count(step, lost, counts[k])
+            out[0, n], out[1, n], out[2, n] = k, time, lost
+        else:
+            counts[k, REPEATED] += 1
+            state[k, REPEATS] += 1
+            counts[k, STUCK] += state[k, REPEATS] == STUCK_AFTER
+
+
+@njit(cache=True, error_model="numpy")
+def _message_of(ident: int, flag: int, table: Int64) -> int:
+    if flag & _NO_DATA:
+        return -1
+    extended = np.int64(1 if flag & _EXTENDED else 0)
+    for k in range(len(table)):
+        if table[k, IDENT] == ident and table[k, EXTENDED] == extended:
+            # What this side sent measures nothing, even where it bears the id of a measurement.
+            return k if table[k, COMMANDED] or not flag & _SENT else -1
+    return -1
+
+
+@njit(cache=True, error_model="numpy")
+def _is_whole(length: int, payload: Bytes, message: Int64, data_ids: NDArray[np.uint16], counts: Int64) -> bool:
+    if length < message[LENGTH]:
+        counts[TOO_SHORT] += 1
+        return False
+    if not crc_is_right(payload, message[LENGTH], message[PROFILE], data_ids):
+        counts[CRC_FAILURES] += 1
+        return False
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def _alive_step(payload: Bytes, message: Int64, state: Int64) -> tuple[int, int]:
+    """Return by how much the alive counter rose, -1 where nothing says it, and the counter."""
+    if not message[MODULUS]:
+        return np.int64(-1), np.int64(0)
+    alive = alive_counter(payload, message[PROFILE])
+    return ((alive - state[ALIVE]) % message[MODULUS] if state[SEEN] else np.int64(-1)), alive
+
+
+@njit(cache=True, error_model="numpy")
+def _count(step: int, lost: int, counts: Int64) -> None:
+    counts[FRAMES] += 1
+    counts[JUMPS] += step > 1
+    if lost == _UNKNOWN:
+        counts[UNKNOWN] += 1
+    else:
+        counts[LOST] += lost
+
+
+@njit(cache=True, error_model="numpy")
+def _by_counter(
+    stamp: int, counter: int, step: int, message: Int64, state: Int64, clock: Int64
+) -> tuple[bool, int, int]:
+    """Return whether a frame with a sample counter brings something new, its time, and the frames lost before it."""
+    if not clock[RUNNING]:
+        clock[RUNNING], clock[EPOCH] = 1, stamp - counter * message[TICK]
+        clock[CLOCK_PLACE], clock[CLOCK_STAMP] = counter, stamp
+    place = _place(stamp, counter, step, message, state, clock)
+    moved = place - state[PLACE]
+    lost = np.int64(0)
+    if state[SEEN]:
+        if moved <= 0:
+            return False, 0, 0
+        lost = _lost(moved, step, message, state)
+        if step == 0 and lost <= 0:
+            return False, 0, 0  # new samples under an old alive counter: it is stuck
+        _learn_interval(moved, step, state)
+    state[PLACE] = place
+    clock[CLOCK_PLACE], clock[CLOCK_STAMP] = place, stamp
+    return True, clock[EPOCH] + place * message[TICK], lost
+
+
+@njit(cache=True, error_model="numpy")
+def _nearest(value: int, to: int, modulus: int) -> int:
+    """Return the integer that is `value` modulo `modulus` and nearest to `to`."""
+    half = modulus // 2
+    return to + (value - to + half) % modulus - half
+
+
+@njit(cache=True, error_model="numpy")
+def _place(stamp: int, counter: int, step: int, message: Int64, state: Int64, clock: Int64) -> int:
+    """Return a frame's place on the sample clock, in ticks."""
+    tick = message[TICK]
+    expected = clock[CLOCK_PLACE] + (stamp - clock[CLOCK_STAMP] + tick // 2) // tick
+    if not state[SEEN]:
+        place = _nearest(counter, expected, clock[NARROWEST])
+        state[SHIFT] = place - counter
+        return place
+    modulus = np.int64(1) << message[COUNTER_BITS]
+    place = _nearest(counter + state[SHIFT], expected, modulus)
+    interval = state[KNOWN_INTERVAL]
+    if step < 0 or interval == 0 or state[FRESH]:
+        return place
+    # Receive stamps may be late by more than half a wrap: prefer a place on which both counters agree.
+    for near in range(_NEAR + 1):
+        for side in (1, -1):
+            moved = place + side * near * modulus - state[PLACE]
+            if moved > 0 and moved % interval == 0 and (moved // interval - step) % message[MODULUS] == 0:
+                return place + side * near * modulus
+    return place
+
+
+@njit(cache=True, error_model="numpy")
+def _lost(moved: int, step: int, message: Int64, state: Int64) -> int:
+    """Return the frames missing before one whose sample counter moved by so many ticks."""
+    interval = state[KNOWN_INTERVAL]
+    if state[FRESH] and step > 0:
+        return step - 1
+    whole = interval > 0 and moved % interval == 0
+    if step < 0:
+        if moved <= interval or interval == 0 or moved == state[LAST_STEP]:
+            return np.int64(0)  # a shorter or a steady step is a new rate
+        return moved // interval - 1 if whole else _UNKNOWN
+    if whole and (moved // interval - step) % message[MODULUS] == 0:
+        return moved // interval - 1
+    if step <= 1:
+        return step - 1  # no frame is missing: a pause, or a new rate
+    return _UNKNOWN
+
+
+@njit(cache=True, error_model="numpy")
+def _learn_interval(moved: int, step: int, state: Int64) -> None:
+    """Keep the ticks from frame to frame: known once two frames in a row, or the first two, are as far apart."""
+    if step > 1:
+        return
+    if state[KNOWN_INTERVAL] == 0 or moved == state[LAST_STEP]:
+        state[KNOWN_INTERVAL] = moved
+    state[LAST_STEP] = moved
+
+
+@njit(cache=True, error_model="numpy")
+def _by_stamp(stamp: int, step: int, message: Int64, state: Int64, counts: Int64) -> tuple[bool, int, int]:
+    """Return whether a frame without a sample counter is new, its time, and the frames lost before it."""
+    if not state[SEEN]:
+        return True, stamp, 0
+    gap, cycle, modulus = stamp - state[STAMP], message[CYCLE], message[MODULUS]
+    lost = np.int64(0)
+    if step >= 0:
+        wraps = 0
+        if cycle > 0:
+            wraps = max(0, (gap + cycle * (modulus // 2 - step)) // (cycle * modulus))
+        lost = step + modulus * wraps - 1
+        if lost < 0:
+            return False, 0, 0
+    elif cycle > 0 and 2 * gap > 3 * cycle:
+        lost = np.int64(_UNKNOWN)
+    time = stamp
+    if time <= state[TIME]:
+        counts[BACKWARDS] += 1
+        time = state[TIME] + 1  # times of one source rise strictly, whatever the stamps do
+    return True, time, lost
