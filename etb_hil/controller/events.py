@@ -16,6 +16,7 @@ from etb_hil.controller.state import (
     REFUSED_CRC,
     REQUEST,
     SAMPLE_RATE,
+    Settings,
     State,
 )
 from etb_hil.plant.physics import Vector
@@ -30,13 +31,13 @@ LONGEST = 30e-3  # s, a longer pause is no interval: the watchdog has come betwe
 
 
 @njit(cache=True, error_model="numpy")
-def apply_event(s: State, now_ns: int, stamp_ns: int, event: Vector) -> None:
+def apply_event(s: State, settings: Settings, now_ns: int, stamp_ns: int, event: Vector) -> None:
     """Take one event (float64, `EVENT_WIDTH`) that was received at `stamp_ns`, at the control tick of `now_ns`."""
     kind = int(event[0])
     if kind == COMMAND:
         _command(s, now_ns, stamp_ns, event)
     elif kind == REQUEST:
-        _request(s, event)
+        _request(s, settings, event)
     elif kind == REFUSED_CRC:
         s.crc_until = s.tick + SHOW_TICKS
     else:
@@ -67,11 +68,11 @@ def _command(s: State, now_ns: int, stamp_ns: int, event: Vector) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def _request(s: State, event: Vector) -> None:
-    """Signals, rate in Hz, burst, duration in s; no signal or no rate ends the measurement."""
+def _request(s: State, settings: Settings, event: Vector) -> None:
+    """Signals, rate in Hz, burst, duration in s; without a signal, a rate or a frame for it the measurement ends."""
     signals, rate, duration = int(event[1]), event[2], event[4]
-    s.burst = 1 if event[3] > 0.0 else 0
-    if signals == 0 or (rate <= 0.0 and not s.burst):
+    s.burst = settings.has_burst if event[3] > 0.0 else 0
+    if signals == 0 or not (s.burst or (rate > 0.0 and settings.has_single)):
         s.sample_ticks = 0
         return
     s.signals = signals

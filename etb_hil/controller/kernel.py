@@ -56,13 +56,14 @@ def run_ticks(
     samples: NDArray[np.void],
     statuses: NDArray[np.void],
     switches: NDArray[np.void],
+    burst: NDArray[np.float64],
 ) -> tuple[int, int, int, int]:
     """Run every tick before `end_tick` and return how many events were used and samples, statuses, switches written.
 
     `s`, `settings`, `sheet` are records (`state.record`); `plant` is the integrator's state; `unit`, `nominal` are
     parameter vectors, `laws` float64 (2, p) the unit's at the ambient temperature and its change in a kelvin;
-    `event_ns` int64 (n), `event` float64 (n, `EVENT_WIDTH`) are sorted by stamp; the last three are written to and have
-    room for one row a tick, a status and a control tick.
+    `event_ns` int64 (n), `event` float64 (n, `EVENT_WIDTH`) are sorted by stamp; the next three are written to and
+    have room for one row a tick, a status and a control tick; `burst` is room for a frame that is under way.
     """
     used = sampled = stated = switched = 0
     while s.tick < end_tick:
@@ -70,11 +71,12 @@ def run_ticks(
             now_ns = settings.start_ns + s.tick * TICK_NS
             _measure(s, plant, unit, nominal, sheet)
             while used < len(event_ns) and event_ns[used] <= now_ns:
-                events.apply_event(s, now_ns, event_ns[used], event[used])
+                events.apply_event(s, settings, now_ns, event_ns[used], event[used])
                 used += 1
             if _control(s, settings, sheet, plant, unit, nominal, now_ns):
                 row = switches[switched]
-                row.tick, row.on, row.faults, row.command_ns = s.tick, s.driving, s.faults, s.command_ns
+                row.tick, row.on, row.mode = s.tick, s.driving, s.mode
+                row.faults, row.command_ns = s.faults, s.command_ns
                 switched += 1
             if s.tick % STATUS_TICKS == 0:
                 _warm(s, settings, unit, laws)
@@ -83,8 +85,7 @@ def run_ticks(
         sampling = s.sample_ticks > 0
         if sampling and s.tick >= s.sample_end and s.tick % BURST_SAMPLES == 0:
             s.sample_ticks, sampling = 0, False
-        if sampling and s.tick % s.sample_ticks == 0:
-            _sample(s, plant, unit, sheet, samples[sampled])
+        if sampling and s.tick % s.sample_ticks == 0 and _sample(s, plant, unit, sheet, samples[sampled], burst):
             sampled += 1
         # Up to the next tick at which something happens, even past the end: the plant must not feel how time is cut.
         next_tick = (s.tick // CONTROL_TICKS + 1) * CONTROL_TICKS
@@ -140,24 +141,28 @@ def _show_refusals(s: State) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def _sample(s: State, plant: Vector, unit: Vector, sheet: DataSheet, row: Sample) -> None:
-    """Write one sampled instant; the voltage is the one that the bridge gives from this instant on.
+def _sample(s: State, plant: Vector, unit: Vector, sheet: DataSheet, row: Sample, burst: NDArray[np.float64]) -> bool:
+    """Sample this instant; return whether it completed the row, which only the last one of a burst does.
 
-    Within a burst frame voltage and tracks are those of its first sample.
+    The voltage is the one that the bridge gives from this instant on.
     """
-    row.tick, row.signals, row.burst = s.tick, s.signals, s.burst
-    row.current = sensors.measured_current(plant[CURRENT], s.tick, sheet)
-    row.motor_angle = sensors.encoder_angle(plant[THETA] * unit[GEAR_RATIO], sheet)
-    if s.burst and s.tick % BURST_SAMPLES:
-        row.voltage = row.track = row.track_2 = math.nan
-        return
-    row.voltage = sensors.measured_voltage(_terminal_voltage(s, plant, unit), s.tick, sheet)
-    row.track, row.track_2 = sensors.track_angles(plant[THETA], s.tick, sheet)
+    index = s.tick % BURST_SAMPLES if s.burst else 0
+    burst[0, index] = sensors.measured_current(plant[CURRENT], s.tick, sheet)
+    burst[1, index] = sensors.encoder_angle(plant[THETA] * unit[GEAR_RATIO], sheet)
+    if index == 0:
+        burst[2, 0] = sensors.measured_voltage(_terminal_voltage(s, plant, unit), s.tick, sheet)
+        burst[2, 1], burst[2, 2] = sensors.track_angles(plant[THETA], s.tick, sheet)
+    if s.burst and index < BURST_SAMPLES - 1:
+        return False
+    row.tick, row.last_tick, row.signals, row.burst = s.tick - index, s.tick, s.signals, s.burst
+    row.current[:], row.motor_angle[:] = burst[0], burst[1]
+    row.voltage, row.track, row.track_2 = burst[2, 0], burst[2, 1], burst[2, 2]
+    return True
 
 
 @njit(cache=True, error_model="numpy")
 def _terminal_voltage(s: State, plant: Vector, unit: Vector) -> float:
-    """Return the voltage over the motor: the bridge's, or with it open the diodes', or the motor's own as a generator."""
+    """Return the voltage over the motor; with the bridge open the diodes', then the motor's own as a generator."""
     if not math.isnan(s.voltage):
         return s.voltage
     if abs(plant[CURRENT]) > DECAYED:

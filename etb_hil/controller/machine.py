@@ -12,6 +12,7 @@ from etb_hil.controller.kernel import ARRIVED, run_ticks
 from etb_hil.controller.laws.choice import law_gains, law_number
 from etb_hil.controller.sensors import data_sheet
 from etb_hil.controller.state import (
+    BURST_SAMPLES,
     CONTROL_TICKS,
     EVENT_WIDTH,
     STATUS_TICKS,
@@ -50,7 +51,8 @@ class Machine:
     """One unit and its controller, switched on at `start_ns` with its plate at `start_angle` (rad, at rest).
 
     `nominal` is what the controller believes of the unit and need not be true; `law` names its position law. Without a
-    `start_angle` the plate rests where springs and friction may have left it.
+    `start_angle` the plate rests where springs and friction may have left it. `has_single` and `has_burst` say for
+    which kinds of measurement there are frames.
     """
 
     def __init__(
@@ -63,6 +65,8 @@ class Machine:
         start_angle: float | None = None,
         law: str = "pd",
         ambient: float = AMBIENT_C,
+        has_single: bool = True,
+        has_burst: bool = True,
     ) -> None:
         values, known = unit.values_at(ambient), nominal.values
         angle = resting_angle(values, seed) if start_angle is None else start_angle
@@ -72,6 +76,7 @@ class Machine:
         self._state["temperature"] = ambient
         self._settings = record(Settings)
         self._settings["start_ns"] = start_ns
+        self._settings["has_single"], self._settings["has_burst"] = has_single, has_burst
         self._settings["law"] = law_number(law)
         self._settings["gain"] = law_gains(law, known)
         stall_torque = known.torque_per_ampere * known.voltage_limit / known.resistance
@@ -85,9 +90,13 @@ class Machine:
         self._laws = np.stack([values.vector(), change])
         self._unit = values.vector()
         self._nominal = known.vector()
-        self._samples = record(Sample, _SLICE_TICKS + 1)
-        self._statuses = record(Status, _SLICE_TICKS // STATUS_TICKS + 1)
-        self._switches = record(Switch, _SLICE_TICKS // CONTROL_TICKS + 1)
+        self._rows = (
+            record(Sample, _SLICE_TICKS + 1),
+            record(Status, _SLICE_TICKS // STATUS_TICKS + 1),
+            record(Switch, _SLICE_TICKS // CONTROL_TICKS + 1),
+        )
+        self._records = self._state[0], self._settings[0], self._sheet[0]  # views
+        self._burst = np.zeros((3, BURST_SAMPLES))
         self._start_ns = start_ns
 
     @property
@@ -120,15 +129,17 @@ class Machine:
         end = -((self._start_ns - until_ns) // TICK_NS)
         used = 0
         outputs: list[Output] = []
-        while self.tick < end:
-            slice_end = min(end, self.tick + _SLICE_TICKS)
+        while (tick := int(self._records[0]["tick"])) < end:
+            slice_end = min(end, tick + _SLICE_TICKS)
             taken, sampled, stated, switched = run_ticks(
-                slice_end, self._state[0], self._settings[0], self._sheet[0], self._plant, self._laws, self._unit,
-                self._nominal, event_ns[used:], event[used:], self._samples, self._statuses, self._switches,
+                slice_end, *self._records, self._plant, self._laws, self._unit, self._nominal,
+                event_ns[used:], event[used:], *self._rows, self._burst,
             )  # fmt: skip
             used += taken
-            rows = self._samples[:sampled], self._statuses[:stated], self._switches[:switched]
-            outputs.append(Output(*rows) if slice_end == end and not outputs else Output(*(r.copy() for r in rows)))
+            samples, statuses, switches = self._rows
+            rows = samples[:sampled], statuses[:stated], switches[:switched]
+            is_whole = slice_end == end and not outputs
+            outputs.append(Output(*rows) if is_whole else Output(*(part.copy() for part in rows)))
         return used, outputs
 
 

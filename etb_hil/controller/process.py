@@ -41,7 +41,9 @@ class HostLateness:
     def __str__(self) -> str:
         mean_ms = self.sum_ns * 1e-6 / max(self.wakes, 1)
         worst_ms = self.worst_ns * 1e-6
-        return f"{self.wakes} wakes, late by {mean_ms:.3f} ms on average, {worst_ms:.1f} ms at worst, {self.stalls} stalls"
+        return (
+            f"{self.wakes} wakes, late by {mean_ms:.3f} ms on average, {worst_ms:.1f} ms at worst, {self.stalls} stalls"
+        )
 
 
 class EventLog:

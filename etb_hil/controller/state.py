@@ -95,6 +95,8 @@ class Settings:
     """What never changes while the controller runs."""
 
     start_ns: int
+    has_single: int  # 1 where the dialect has frames of one sample
+    has_burst: int  # 1 where it has frames of a burst
     law: int
     gain: Annotated[NDArray[np.float64], GAINS]
     braking: float  # rad/s², what the bridge can do against the motion on approach to a stop
@@ -121,16 +123,20 @@ class DataSheet:
 
 
 class Sample:
-    """One sampled instant, what the measuring frames are made from."""
+    """What measuring frames are made from: one sampled instant, or the instants of one burst frame.
 
-    tick: int
+    Voltage and tracks are those of the first instant.
+    """
+
+    tick: int  # of the first instant
+    last_tick: int
     signals: int
     burst: int
-    current: float  # A
     voltage: float  # V
-    motor_angle: float  # motor shaft, since power-on
     track: float
     track_2: float
+    current: Annotated[NDArray[np.float64], BURST_SAMPLES]  # A; one instant fills the first only
+    motor_angle: Annotated[NDArray[np.float64], BURST_SAMPLES]  # motor shaft, since power-on
 
 
 class Status:
@@ -149,6 +155,7 @@ class Switch:
 
     tick: int
     on: int
+    mode: int
     faults: int
     command_ns: int
 

@@ -75,4 +75,27 @@ def drive(machine: Machine, rows, end_s, cuts=()):
         used, outputs = machine.run(until, stamps[at:arrived], events[at:arrived])
         at += used
         parts += [(o.samples.copy(), o.statuses.copy(), o.switches.copy()) for o in outputs]
-    return Trace(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+    samples, statuses, switches = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return Trace(_instants(samples), statuses, switches)
+
+
+_INSTANT = np.dtype(
+    [(name, int) for name in ("tick", "signals")]
+    + [(name, float) for name in ("current", "motor_angle", "voltage", "track", "track_2")]
+)
+
+
+def _instants(rows):
+    """Return one row a sampled instant; voltage and tracks are NaN but for the first one of a burst."""
+    count = np.where(rows["burst"] > 0, 10, 1)
+    out = np.zeros(count.sum(), _INSTANT)
+    first = np.repeat(np.cumsum(count) - count, count)
+    index = np.arange(len(out)) - first
+    source = np.repeat(np.arange(len(rows)), count)
+    out["tick"] = rows["tick"][source] + index
+    out["signals"] = rows["signals"][source]
+    for name in ("current", "motor_angle"):
+        out[name] = rows[name][source, index]
+    for name in ("voltage", "track", "track_2"):
+        out[name] = np.where(index == 0, rows[name][source], np.nan)
+    return out

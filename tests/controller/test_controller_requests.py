@@ -36,7 +36,9 @@ def test_a_request_without_signals_ends_the_measurement():
 
 
 def test_a_new_request_takes_the_place_of_the_one_before():
-    samples = drive(Machine(UNIT, UNIT, seed=1), [(0, request()), (50 * MS, request(signals=1, rate=100.0))], 0.1).samples
+    samples = drive(
+        Machine(UNIT, UNIT, seed=1), [(0, request()), (50 * MS, request(signals=1, rate=100.0))], 0.1
+    ).samples
     assert np.array_equal(samples["tick"][50:], np.arange(1000, 2000, 200))
     assert set(samples["signals"][:50]) == {BOTH}
     assert set(samples["signals"][50:]) == {1}

@@ -1,0 +1,216 @@
+"""Samples and statuses become frames with counter and CRC, compiled.
+
+One call for all messages of a stretch: a lock-step bench asks for a few frames some hundred times a simulated second,
+and there a writer a message would cost more than the plant.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numba import njit
+
+from etb_hil.canio.frames import FrameBlock, FrameFlag
+from etb_hil.canio.protection import write_protection
+from etb_hil.canio.signal_layout import Overflow, write_value
+from etb_hil.controller.signal_tables import signal_tables
+from etb_hil.controller.state import BURST_SAMPLES, CURRENT_SIGNALS, ENCODER_SIGNALS, TICK_NS, Sample, Status
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from etb_hil.canio.dialect import Dialect
+    from etb_hil.canio.dialect_message import DialectMessage
+
+    Bytes = NDArray[np.uint8]
+    Int64 = NDArray[np.int64]
+    Float64 = NDArray[np.float64]
+
+# Where each role's value stands among those that a frame may carry; a burst's samples follow one another.
+_COUNTER, _TURNS = 0, 1
+_SCALARS = {
+    "motor_voltage": 2,
+    "throttle_angle": 3,
+    "throttle_angle_2": 4,
+    "mode": 5,
+    "enable": 6,
+    "faults": 7,
+    "temperature": 8,
+    "supply_voltage": 9,
+    "controller_time": 10,
+}
+_CURRENT = 11
+_ANGLE = _CURRENT + BURST_SAMPLES
+_VALUES = _ANGLE + BURST_SAMPLES
+_GROUPS = {"motor_current": CURRENT_SIGNALS, "motor_voltage": CURRENT_SIGNALS, "motor_angle": ENCODER_SIGNALS,
+           "throttle_angle": ENCODER_SIGNALS, "throttle_angle_2": ENCODER_SIGNALS}  # fmt: skip
+_WRAPPING = ("motor_angle", "controller_time")  # registers that count on, as the encoder's does
+
+# Columns of a message
+_IDENT, _FLAGS, _LENGTH, _PROFILE, _KIND, _SIGNALS, _FIRST, _END, _TURN_BITS, _COLUMNS = range(10)
+_SINGLE, _BURST, _STATUS = 0, 1, 2
+
+
+class FrameWriter:
+    """Makes the frames of one dialect; keeps the alive counters.
+
+    `has_single` and `has_burst` say which measurements the dialect has frames for. Roles that this controller does not
+    know stay 0 in their frames.
+    """
+
+    def __init__(self, dialect: Dialect, start_ns: int) -> None:
+        messages = [m for m in dialect.messages if not m.commanded]
+        self._start_ns = start_ns
+        self._messages = np.zeros((len(messages), _COLUMNS), np.int64)
+        self._turn_scale = np.ones((len(messages), 2))
+        self._data_ids = np.zeros((len(messages), 16), np.uint16)
+        self._counters = np.zeros(len(messages), np.int64)
+        tables = [_Entries(message) for message in messages]
+        end = 0
+        for index, (message, entries) in enumerate(zip(messages, tables, strict=True)):
+            first, end = end, end + len(entries.source)
+            flags = FrameFlag.EXTENDED if message.extended else FrameFlag(0)
+            flags |= FrameFlag.FD if message.fd else FrameFlag(0)
+            flags |= FrameFlag.BITRATE_SWITCH if message.bitrate_switch else FrameFlag(0)
+            self._messages[index] = (
+                message.ident, int(flags), message.length, int(message.protection.profile),
+                entries.kind, entries.signals, first, end, entries.turn_bits,
+            )  # fmt: skip
+            self._turn_scale[index] = entries.turn_scale
+            self._data_ids[index] = message.protection.id_table()
+        kinds = self._messages[:, _KIND]
+        self.has_single, self.has_burst = bool((kinds == _SINGLE).any()), bool((kinds == _BURST).any())
+        self._a_sample = int(max((kinds == _SINGLE).sum(), (kinds == _BURST).sum()))
+        self._a_status = int((kinds == _STATUS).sum())
+        self._source = np.concatenate([entries.source for entries in tables])
+        self._overflow = np.concatenate([entries.overflow for entries in tables])
+        self._places = np.concatenate([entries.places for entries in tables])
+        self._factors = np.concatenate([entries.factors for entries in tables])
+        self._values = np.zeros(_VALUES)
+        self._width = 8 if self._messages[:, _LENGTH].max(initial=0) <= 8 else 64
+
+    def frames(self, samples: NDArray[np.void], statuses: NDArray[np.void]) -> FrameBlock:
+        """Return the frames for rows of `state.Sample` and `state.Status`, in the order of time."""
+        most = len(samples) * self._a_sample + len(statuses) * self._a_status
+        if not most:
+            return FrameBlock.empty(self._width)
+        stamp_ns, ident = np.empty(most, np.int64), np.empty(most, np.uint32)
+        flags, length, channel = np.empty(most, np.uint8), np.empty(most, np.uint8), np.zeros(most, np.uint8)
+        data = np.zeros((most, self._width), np.uint8)
+        count = _write(
+            samples, statuses, self._start_ns, self._messages, self._turn_scale, self._data_ids, self._counters,
+            self._source, self._overflow, self._places, self._factors, self._values,
+            stamp_ns, ident, flags, length, data,
+        )  # fmt: skip
+        block = FrameBlock(stamp_ns, ident, flags, length, data, channel)
+        return block if count == most else block.rows(slice(0, count))
+
+
+class _Entries:
+    """The signals of one message, a row each: where the value comes from, and where and how it goes."""
+
+    def __init__(self, message: DialectMessage) -> None:
+        names: list[str] = []
+        source: list[int] = []
+        overflow: list[int] = []
+        mapped: list[tuple[float, float]] = []
+        self.turn_bits, self.turn_scale = 0, (1.0, 0.0)
+
+        def add(name: str, column: int, mode: Overflow, scale: float = 1.0, offset: float = 0.0) -> None:
+            names.append(name)
+            source.append(column)
+            overflow.append(int(mode))
+            mapped.append((scale, offset))
+
+        for column in message.columns:
+            first = {"motor_current": _CURRENT, "motor_angle": _ANGLE}.get(column.role, _SCALARS.get(column.role))
+            if first is None:
+                continue
+            mode = Overflow.WRAP if column.role in _WRAPPING else Overflow.SATURATE
+            for index, name in enumerate(column.signals):
+                add(name, first + index, mode, column.scale, column.offset)
+            if column.turns is not None:
+                signal = message.message.get_signal_by_name(column.signals[0])
+                self.turn_bits = signal.length
+                self.turn_scale = (
+                    float(signal.scale) * column.scale, float(signal.offset) * column.scale + column.offset,
+                )  # fmt: skip
+                add(column.turns, _TURNS, Overflow.WRAP)
+        if message.counter is not None:
+            add(message.counter.signal, _COUNTER, Overflow.WRAP)
+        self.signals = 0
+        for role in message.roles:
+            self.signals |= _GROUPS.get(role, 0)
+        self.kind = _STATUS if not self.signals else _BURST if message.samples > 1 else _SINGLE
+        self.places, self.factors = signal_tables(message.message, names, mapped)
+        self.source = np.array(source, np.int64)
+        self.overflow = np.array(overflow, np.int64)
+
+
+@njit(cache=True, error_model="numpy")
+def _write(
+    samples: NDArray[np.void],
+    statuses: NDArray[np.void],
+    start_ns: int,
+    messages: Int64,
+    turn_scale: Float64,
+    data_ids: NDArray[np.uint16],
+    counters: Int64,
+    source: Int64,
+    overflow: Int64,
+    places: Int64,
+    factors: Float64,
+    values: Float64,
+    stamp_ns: Int64,
+    ident: NDArray[np.uint32],
+    flags: Bytes,
+    length: Bytes,
+    data: Bytes,
+) -> int:
+    """Write the frames of samples and statuses in the order of time; return how many."""
+    count = sampled = stated = 0
+    while sampled < len(samples) or stated < len(statuses):
+        is_sample = sampled < len(samples) and (
+            stated == len(statuses) or samples[sampled].last_tick <= statuses[stated].tick
+        )
+        if is_sample:
+            _sample_values(samples[sampled], values)
+            tick, signals = samples[sampled].last_tick, samples[sampled].signals
+            kind = _BURST if samples[sampled].burst else _SINGLE
+            sampled += 1
+        else:
+            _status_values(statuses[stated], values)
+            tick, signals, kind = statuses[stated].tick, 0, _STATUS
+            stated += 1
+        for index in range(len(messages)):
+            message = messages[index]
+            if message[_KIND] != kind or (kind != _STATUS and not message[_SIGNALS] & signals):
+                continue
+            if message[_TURN_BITS]:
+                raw = np.rint((values[_ANGLE] - turn_scale[index, 1]) / turn_scale[index, 0])
+                values[_TURNS] = np.floor(raw / 2.0 ** message[_TURN_BITS])
+            payload = data[count]
+            for entry in range(message[_FIRST], message[_END]):
+                scale, offset = factors[entry]
+                write_value(payload, places[entry], scale, offset, values[source[entry]], overflow[entry])
+            write_protection(payload, message[_LENGTH], message[_PROFILE], data_ids[index], counters[index] & 0xFF)
+            counters[index] += 1
+            stamp_ns[count] = start_ns + tick * TICK_NS
+            ident[count], flags[count], length[count] = message[_IDENT], message[_FLAGS], message[_LENGTH]
+            count += 1
+    return count
+
+
+@njit(cache=True, error_model="numpy")
+def _sample_values(row: Sample, values: Float64) -> None:
+    values[_COUNTER] = row.tick
+    values[2], values[3], values[4] = row.voltage, row.track, row.track_2
+    values[_CURRENT : _CURRENT + BURST_SAMPLES] = row.current
+    values[_ANGLE : _ANGLE + BURST_SAMPLES] = row.motor_angle
+
+
+@njit(cache=True, error_model="numpy")
+def _status_values(row: Status, values: Float64) -> None:
+    values[5], values[6], values[7] = row.mode, row.enable, row.faults
+    values[8], values[9], values[10] = row.temperature, row.supply, row.tick * (TICK_NS * 1e-9)
