@@ -1,0 +1,151 @@
+"""The room on the bus: what is going to be sent, summed in worst-case bits before anything moves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.canio.bit_timing import worst_case_bits
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping
+
+    from etb_hil.canio.dialect import Dialect
+    from etb_hil.canio.dialect_message import DialectMessage
+
+LIMIT = 0.8  # share of the bus beyond which frames of low priority wait too long
+
+_SIGNALS = {"current": ("motor_current", "motor_voltage"), "encoder": ("motor_angle", "throttle_angle")}
+
+
+class BusRates(Protocol):
+    """What the budget needs of a bus: bit rates in bit/s, and whether FD frames may be sent."""
+
+    @property
+    def bitrate(self) -> float:
+        """Nominal bit rate."""
+        ...
+
+    @property
+    def data_bitrate(self) -> float:
+        """Bit rate behind the bit rate switch of FD frames."""
+        ...
+
+    @property
+    def fd(self) -> bool:
+        """Whether the bus takes FD frames."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class BudgetLine:
+    """One message's part: frames a second, worst-case bits at both rates, share of the bus's time (0 to 1)."""
+
+    message: str
+    rate: float
+    nominal_bits: int
+    data_bits: int
+    share: float
+
+    def __str__(self) -> str:
+        bits = f"{self.nominal_bits} bits" + (f" + {self.data_bits} fast bits" if self.data_bits else "")
+        return f"{self.message} {self.rate:g}/s x {bits} = {self.share:.1%}"
+
+
+@dataclass(frozen=True, slots=True)
+class BusBudget:
+    """The sum, with a line for each message."""
+
+    lines: tuple[BudgetLine, ...]
+    limit: float
+
+    @property
+    def share(self) -> float:
+        """Share of the bus's time that all messages take together in the worst case."""
+        return sum(line.share for line in self.lines)
+
+    def __str__(self) -> str:
+        return " + ".join(map(str, self.lines)) + f"; together {self.share:.1%}"
+
+
+def bus_budget(
+    dialect: Dialect,
+    bus: BusRates,
+    *,
+    command_rate: float,
+    signals: Collection[str],
+    sample_rate: float,
+    burst: bool,
+    limit: float = LIMIT,
+) -> BusBudget:
+    """Return what commands (Hz), cyclic messages and a measurement put on the bus.
+
+    `signals` holds "current", "encoder" or both; `sample_rate` is in Hz and means nothing in bursts, which come at the
+    sample counter's own rate. Raises InputError with the sum where it is more than `limit` of the bus, where the bus
+    takes no FD frames that are needed, or where no message brings what is asked for.
+    """
+    rates: dict[str, float] = {}
+    for message in dialect.messages:
+        if "command_mode" in message.roles or "command_position" in message.roles:
+            rates[message.name] = command_rate
+        elif message.counter is not None:
+            if _brings(message, signals) and (message.samples > 1) == burst:
+                rates[message.name] = 1e9 / (message.counter.tick_ns * message.samples) if burst else sample_rate
+        elif message.cycle_ns:
+            rates[message.name] = 1e9 / message.cycle_ns
+    _require_measurement(dialect, rates, signals, burst)
+    return budget_of(dialect, rates, bus, limit)
+
+
+def budget_of(dialect: Dialect, rates: Mapping[str, float], bus: BusRates, limit: float = LIMIT) -> BusBudget:
+    """Return the budget of messages sent at the given rates (name -> Hz); raises InputError as `bus_budget` does."""
+    lines = []
+    for name, rate in rates.items():
+        message = dialect.message(name)
+        if message.fd and not bus.fd:
+            raise InputError(
+                Problem(
+                    f"{name} is an FD frame, and the bus takes none",
+                    Place(dialect.path),
+                    remedy="switch FD on in the bench's bus, or use a DBC file of classic frames",
+                )
+            )
+        nominal, data = worst_case_bits(
+            message.length, extended=message.extended, fd=message.fd, bitrate_switch=message.bitrate_switch
+        )
+        share = rate * (nominal / bus.bitrate + data / bus.data_bitrate)
+        lines.append(BudgetLine(name, rate, nominal, data, share))
+    budget = BusBudget(tuple(lines), limit)
+    if budget.share > limit:
+        raise InputError(
+            Problem(
+                f"the bus cannot carry this: {budget}",
+                allowed=f"up to {limit:.0%} of {_speed(bus)}",
+                remedy="ask for fewer samples a second, or use a faster bus",
+            )
+        )
+    return budget
+
+
+def _brings(message: DialectMessage, signals: Collection[str]) -> bool:
+    return any(role in message.roles for signal in signals for role in _SIGNALS[signal])
+
+
+def _require_measurement(dialect: Dialect, rates: Mapping[str, float], signals: Collection[str], burst: bool) -> None:
+    asked = [dialect.message(name) for name in rates]
+    for signal in signals:
+        if not any(message.counter is not None and _brings(message, [signal]) for message in asked):
+            what = "bursts" if burst else "single samples"
+            raise InputError(
+                Problem(
+                    f"no message brings {what} of the {signal}",
+                    Place(dialect.path),
+                    remedy=f"ask for {'single samples' if burst else 'bursts'}, or map the roles of such a message",
+                )
+            )
+
+
+def _speed(bus: BusRates) -> str:
+    nominal = f"{bus.bitrate / 1e3:g} kbit/s"
+    return nominal + (f" and {bus.data_bitrate / 1e3:g} kbit/s" if bus.fd else "")
