@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
@@ -42,6 +42,9 @@ class Measure(FileModel):
 
 
 class _Phase(FileModel):
+    angles: ClassVar[tuple[str, ...]] = ()  # keys whose values the plate is sent to
+    speeds: ClassVar[tuple[str, ...]] = ()  # keys whose values are velocities of the plate
+
     id: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,39}$", description="name of the phase, once a scenario")]
     measure: Annotated[Measure | None, Field(description="in place of the bench's usual request")] = None
 
@@ -71,6 +74,8 @@ class CurrentZeroPhase(_Phase):
 class HomePhase(_Phase):
     """Presses on both stops, then lets the plate return to limp-home with the bridge off."""
 
+    speeds: ClassVar = ("speed",)
+
     kind: Literal["home"]
     speed: PositiveSpeed
     press: Annotated[PositiveAngle, Field(description="how far beyond a stop the set-point goes")]
@@ -92,6 +97,9 @@ class HomePhase(_Phase):
 class RampPhase(_Phase):
     """Goes up and down between two angles at one speed."""
 
+    angles: ClassVar = ("between",)
+    speeds: ClassVar = ("speed", "approach")
+
     kind: Literal["ramp"]
     between: Between
     speed: PositiveSpeed
@@ -107,6 +115,9 @@ class RampPhase(_Phase):
 
 class DashPhase(_Phase):
     """Monotone velocity dashes, opening from the lower angle and closing from the upper one."""
+
+    angles: ClassVar = ("between",)
+    speeds: ClassVar = ("against", "peak", "approach")
 
     kind: Literal["dash"]
     between: Between
@@ -133,6 +144,9 @@ class DashPhase(_Phase):
 class SinusoidPhase(_Phase):
     """A sinusoidal position reference about a centre."""
 
+    angles: ClassVar = ("centre",)
+    speeds: ClassVar = ("approach",)
+
     kind: Literal["sinusoid"]
     centre: Angle
     amplitude: PositiveAngle
@@ -149,6 +163,9 @@ class SinusoidPhase(_Phase):
 class StepPhase(_Phase):
     """Positions that follow each other at once."""
 
+    angles: ClassVar = ("positions",)
+    speeds: ClassVar = ("approach",)
+
     kind: Literal["step"]
     positions: Annotated[tuple[Angle, ...], Field(min_length=1, max_length=1000)]
     hold: PositiveTime
@@ -161,6 +178,9 @@ class StepPhase(_Phase):
 
 class HoldPhase(_Phase):
     """Holds one position."""
+
+    angles: ClassVar = ("position",)
+    speeds: ClassVar = ("approach",)
 
     kind: Literal["hold"]
     position: Angle

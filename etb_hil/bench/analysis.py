@@ -1,0 +1,97 @@
+"""The one path from frames to a verdict: live, in replay, and over logs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from etb_hil.bench.rows import RowBuilder
+from etb_hil.canio.decoder import Decoder
+from etb_hil.diagnosis.diagnosis import Diagnosis
+from etb_hil.recording.recording import ClockGrade, Recording
+
+if TYPE_CHECKING:
+    from etb_hil.canio.dialect import Dialect
+    from etb_hil.canio.frames import FrameBlock
+    from etb_hil.diagnosis.diagnosis import Snapshot
+    from etb_hil.diagnosis.limits import Limits
+    from etb_hil.diagnosis.result import DiagnosisResult
+    from etb_hil.plant.parameters import Model
+    from etb_hil.recording.samples import SampleBlock
+
+SLOW_ROLES = ("temperature", "supply_voltage")
+
+
+@dataclass(frozen=True, slots=True)
+class PhaseMark:
+    """After this stamp, samples belong to this phase."""
+
+    stamp_ns: int
+    id: str
+    kind: str
+
+
+class Analysis:
+    """Decodes frames, keeps the Recording, and runs observer and diagnosis on it while it grows.
+
+    Its results depend on the frames, their stamps and the phases' marks alone, not on how they were cut into calls.
+    """
+
+    def __init__(self, dialect: Dialect, model: Model, limits: Limits, origin: str) -> None:
+        self.model = model
+        self.recording = Recording(origin, ClockGrade.SAMPLE_COUNTER)
+        self.decoder = Decoder(dialect)
+        self.diagnosis = Diagnosis(model, limits)
+        self.samples_seen = 0
+        self._newest_ns = 0
+        self._dialect = dialect
+        self._rows = RowBuilder(
+            list(dict.fromkeys(dialect.source_of(role) for role in ("motor_current", "motor_angle"))),
+            {role: dialect.source_of(role) for role in SLOW_ROLES if dialect.has(role)},
+        )
+        self._marks: list[PhaseMark] = []
+
+    def reports(self, role: str) -> bool:
+        """Return whether the controller sends a signal of this role."""
+        return self._dialect.has(role)
+
+    def begin_phase(self, stamp_ns: int, phase_id: str, kind: str) -> int:
+        """Let the samples after this stamp, and after all that was pushed, belong to a phase; return where it begins."""
+        begins_ns = max(stamp_ns, self._newest_ns)  # else a replay would give this phase what another one judged
+        self._marks.append(PhaseMark(begins_ns, phase_id, kind))
+        return begins_ns
+
+    def push(self, frames: FrameBlock) -> list[SampleBlock]:
+        """Take frames in the order of their stamps; return the samples that they brought."""
+        if len(frames):
+            self._newest_ns = max(self._newest_ns, int(frames.stamp_ns.max()))
+        blocks = self.decoder.push(frames)
+        self.recording.append(blocks)
+        rows = self._rows.push(blocks)
+        if rows is not None:
+            self.samples_seen += len(rows)
+            self._judge(rows)
+        return blocks
+
+    def snapshot(self) -> Snapshot:
+        """Return friction now, and what is known of T_st and T_c so far."""
+        return self.diagnosis.snapshot()
+
+    @property
+    def frames_lost(self) -> int:
+        """Frames that the counters say are missing, so far."""
+        return self.decoder.lost
+
+    def finish(self) -> DiagnosisResult:
+        """Return the verdict on the unit, from all that was pushed."""
+        return self.diagnosis.finish()
+
+    def _judge(self, rows: SampleBlock) -> None:
+        """Hand each row to the diagnosis as part of the phase that its stamp lies in; what came before all is left."""
+        edges = np.searchsorted(rows.stamp_ns, [mark.stamp_ns for mark in self._marks], side="right")
+        for index, mark in enumerate(self._marks):
+            stop = int(edges[index + 1]) if index + 1 < len(edges) else len(rows)
+            if stop > (start := int(edges[index])):
+                self.diagnosis.push(rows.rows(slice(start, stop)), mark.kind)

@@ -1,0 +1,63 @@
+"""Bench files: the bus, the controller's DBC with roles and protection, how it is asked, and the safety limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from etb_hil.base.quantity import Frequency, Ratio
+from etb_hil.base.stock import find
+from etb_hil.base.yamlfile import Document, FileModel, load
+from etb_hil.bench.phases import Measure
+from etb_hil.bench.supervision import SafetyLimits
+from etb_hil.canio.dialect import Dialect
+from etb_hil.canio.link import BusSettings
+from etb_hil.canio.role_map import ProtectionSettings, RoleMap
+
+
+class Bench(FileModel):
+    """One bench: a bus with a controller on it, and what the bench may do to a unit."""
+
+    schema_: Annotated[Literal["etb_hil/bench/1"], Field(alias="schema")]
+    name: Annotated[str, Field(min_length=1, max_length=80)]
+    bus: BusSettings
+    dbc: Annotated[str, Field(description="path, also beside this file, or the name of a stock DBC file")]
+    roles: RoleMap
+    protection: ProtectionSettings = {}
+    id_offset: Annotated[int, Field(ge=0, description="added to every arbitration id of the DBC file")] = 0
+    command_rate: Annotated[Frequency, Field(ge=50, le=1000, description="set-points a second")] = 100.0
+    measure: Annotated[Measure, Field(description="what the controller is asked to send")] = Measure()
+    bus_share: Annotated[Ratio, Field(gt=0, le=1, description="largest share of the bus that may be planned")] = 0.8
+    limits: SafetyLimits
+
+
+@dataclass(frozen=True, slots=True)
+class BenchSetup:
+    """A bench file with the DBC file that it names."""
+
+    document: Document[Bench]
+    dbc: Path
+    dialect: Dialect
+
+    @property
+    def bench(self) -> Bench:
+        """The contents of the file."""
+        return self.document.content
+
+
+def load_bench(path: Path, dbc: Path | None = None) -> BenchSetup:
+    """Read a bench file and its DBC (or the one given instead); InputError lists every problem with its place."""
+    document = load(path, Bench)
+    bench = document.content
+    dbc = dbc or find("dbc", bench.dbc, beside=path)
+    dialect = Dialect.load(
+        dbc,
+        bench.roles,
+        bench.protection,
+        id_offset=bench.id_offset,
+        place=lambda *key: document.place(*key),
+    )
+    return BenchSetup(document, dbc, dialect)

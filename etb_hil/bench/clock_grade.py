@@ -1,0 +1,55 @@
+"""How well the stamps of the computer follow the controller's sample clock: offset, drift, and what is left."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from etb_hil.recording.recording import ClockGrade, Recording
+from etb_hil.recording.samples import Int64
+
+
+@dataclass(frozen=True, slots=True)
+class ClockFit:
+    """The stamps as a line over the sample clock; None where there is no sample clock, or too little of it."""
+
+    drift_ppm: float | None
+    residual_rms_us: float | None
+    residual_worst_us: float | None
+
+
+def grade_clock(recording: Recording) -> ClockFit:
+    """Fit stamp = offset + (1 + drift) time over the busiest source and return drift and residual."""
+    if recording.clock is not ClockGrade.SAMPLE_COUNTER or not recording.sources:
+        return ClockFit(None, None, None)
+    block = max((recording.block(source) for source in recording.sources), key=len)
+    if len(block) < 3:
+        return ClockFit(None, None, None)
+    slope, rms, worst = _line(block.time_ns, block.stamp_ns)
+    return ClockFit(slope * 1e6, rms * 1e-3, worst * 1e-3)
+
+
+@njit(cache=True, error_model="numpy")
+def _line(time_ns: Int64, stamp_ns: Int64) -> tuple[float, float, float]:
+    """Return slope, rms and worst residual (ns) of stamp - time over time, summed in order."""
+    n = len(time_ns)
+    t_mean, y_mean = 0.0, 0.0
+    for i in range(n):
+        t_mean += float(time_ns[i] - time_ns[0])
+        y_mean += float((stamp_ns[i] - stamp_ns[0]) - (time_ns[i] - time_ns[0]))
+    t_mean, y_mean = t_mean / n, y_mean / n
+    tt, ty = 0.0, 0.0
+    for i in range(n):
+        t = float(time_ns[i] - time_ns[0]) - t_mean
+        tt += t * t
+        ty += t * (float((stamp_ns[i] - stamp_ns[0]) - (time_ns[i] - time_ns[0])) - y_mean)
+    slope = ty / tt if tt > 0.0 else 0.0
+    square, worst = 0.0, 0.0
+    for i in range(n):
+        t = float(time_ns[i] - time_ns[0]) - t_mean
+        left = float((stamp_ns[i] - stamp_ns[0]) - (time_ns[i] - time_ns[0])) - y_mean - slope * t
+        square += left * left
+        worst = max(worst, abs(left))
+    return slope, np.sqrt(square / n), worst

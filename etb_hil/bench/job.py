@@ -1,0 +1,122 @@
+"""A run from files to results: everything is read and checked first, then the scenario runs, then the unit is judged."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from etb_hil.base.clock import Clock, WallClock
+from etb_hil.base.yamlfile import Document
+from etb_hil.bench.analysis import Analysis
+from etb_hil.bench.bench_file import BenchSetup, load_bench
+from etb_hil.bench.events import EventLog
+from etb_hil.bench.preflight import check_scenario
+from etb_hil.bench.results import results_of
+from etb_hil.bench.runner import Runner
+from etb_hil.bench.scenario_file import Scenario, load_scenario
+from etb_hil.bench.session import Session, create
+from etb_hil.bench.snapshot import Watcher, nobody
+from etb_hil.bench.tap import Tap
+from etb_hil.canio.blf import BlfLog
+from etb_hil.canio.commands import CommandEncoder
+from etb_hil.canio.link import VIRTUAL, Link, VirtualLink, open_link
+from etb_hil.canio.virtual_network import VirtualNetwork
+from etb_hil.controller.virtual_controller import VirtualController
+from etb_hil.diagnosis.limits import Limits, load_limits
+from etb_hil.plant.parameters import Model, load_model
+
+if TYPE_CHECKING:
+    from etb_hil.canio.budget import BusBudget
+    from etb_hil.diagnosis.result import DiagnosisResult
+
+
+@dataclass(frozen=True, slots=True)
+class JobFiles:
+    """The files of a run; `unit` is the virtual unit's model, which only the virtual controller reads."""
+
+    scenario: Path
+    bench: Path
+    model: Path
+    limits: Path
+    unit: Path
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """Files that were read and found to fit together."""
+
+    files: JobFiles
+    scenario: Document[Scenario]
+    setup: BenchSetup
+    model: Model
+    limits: Limits
+    unit: Model
+    budgets: list[BusBudget]
+
+    @property
+    def is_virtual(self) -> bool:
+        """Whether the bench is the embedded one, with the virtual controller in this process."""
+        return self.setup.bench.bus.interface == VIRTUAL
+
+
+@dataclass(frozen=True, slots=True)
+class Finished:
+    """A run that was recorded and judged."""
+
+    session: Session
+    results: dict[str, Any]
+    analysis: Analysis
+    found: DiagnosisResult
+
+
+def prepare(files: JobFiles) -> Job:
+    """Read and check all files of a run; InputError lists what is wrong, before anything moves."""
+    scenario = load_scenario(files.scenario)
+    setup = load_bench(files.bench)
+    model = load_model(files.model)
+    limits = load_limits(files.limits).content
+    unit = load_model(files.unit)
+    budgets = check_scenario(scenario, setup.bench, setup.dialect, model.values)
+    return Job(files, scenario, setup, model, limits, unit, budgets)
+
+
+def execute(job: Job, folder: Path, serial: str, seed: int, watcher: Watcher = nobody) -> Finished:
+    """Run the scenario and judge the unit; the session lies in a new folder under `folder`."""
+    inputs = {
+        "scenario": job.files.scenario,
+        "bench": job.files.bench,
+        "model": job.files.model,
+        "limits": job.files.limits,
+        "dbc": job.setup.dbc,
+    }
+    if job.is_virtual:
+        inputs["unit"] = job.files.unit
+    session = create(folder, job.scenario.content.name, serial, inputs)
+    link, clock = connect(job, seed)
+    log = BlfLog(session.raw_log, clock.now_ns())
+    events = EventLog(session.events)
+    try:
+        analysis = Analysis(job.setup.dialect, job.model, job.limits, str(session.folder))
+        encoder = CommandEncoder(job.setup.dialect)
+        tap = Tap(link, encoder, analysis, log, events, clock)
+        record = Runner(job.setup.bench, job.scenario.content, analysis, tap, clock, watcher).run()
+    finally:
+        log.close()
+        events.close()
+        link.close()
+    found = analysis.finish()
+    results = results_of(session, job.setup.bench, job.limits, record, analysis, found)
+    session.write_results(results)
+    return Finished(session, results, analysis, found)
+
+
+def connect(job: Job, seed: int) -> tuple[Link, Clock]:
+    """Open the bench's bus; on the virtual one, switch the virtual controller with its unit on."""
+    bench = job.setup.bench
+    if not job.is_virtual:
+        clock = WallClock()
+        return open_link(bench.bus, clock), clock
+    network = VirtualNetwork(int(bench.bus.bitrate), int(bench.bus.data_bitrate), fd=bench.bus.fd)
+    network.attach(VirtualController(job.unit, job.setup.dialect, seed, nominal=job.model))
+    return VirtualLink(network), network.clock

@@ -1,0 +1,137 @@
+"""Everything that is refused before anything moves: limits of the bench, roles, and the room on the bus."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.quantity import format_quantity
+from etb_hil.bench.phases import Measure, Phase
+from etb_hil.canio.budget import bus_budget
+
+if TYPE_CHECKING:
+    from etb_hil.base.yamlfile import Document
+    from etb_hil.bench.bench_file import Bench
+    from etb_hil.bench.scenario_file import Scenario
+    from etb_hil.bench.supervision import SafetyLimits
+    from etb_hil.canio.budget import BusBudget
+    from etb_hil.canio.dialect import Dialect
+    from etb_hil.plant.values import ThrottleParameters
+
+SAMPLE_S = 0.001  # set-points are looked at this often
+
+
+def check_scenario(
+    scenario: Document[Scenario], bench: Bench, dialect: Dialect, throttle: ThrottleParameters
+) -> list[BusBudget]:
+    """Hold every phase against the bench's limits, its roles and its bus; return the budget of each kind of request.
+
+    Raises InputError with every problem found, each with file, line, key, value and what is allowed.
+    """
+    problems: list[Problem] = []
+    total = 0.0
+    start = throttle.limp_home
+    for index, phase in enumerate(scenario.content.phases):
+        where = _Where(scenario, index)
+        found = [*_outside(phase, bench.limits, where)]
+        trajectory = phase.trajectory(start, throttle)
+        total += trajectory.duration
+        if not found and trajectory.duration <= bench.limits.duration:
+            found = [*_strays(phase, start, throttle, bench.limits, where)]
+        last = trajectory.at(trajectory.duration)
+        start = last.position if last.enable else throttle.limp_home
+        problems += found
+    if total > bench.limits.duration:
+        allowed = f"up to {bench.limits.duration:g} s (the bench's limit)"
+        problems.append(
+            Problem("the scenario takes too long", scenario.place("phases"), f"{total:.1f} s", allowed, "shorten it")
+        )
+    problems += _missing_roles(bench, dialect)
+    if problems:
+        raise InputError(*problems)
+    return [bus_budget_of(bench, measure, dialect) for measure in _requests(bench, scenario.content)]
+
+
+def bus_budget_of(bench: Bench, measure: Measure, dialect: Dialect) -> BusBudget:
+    """Return what a measurement request puts on the bench's bus; InputError with the sum where it does not fit."""
+    return bus_budget(
+        dialect,
+        bench.bus,
+        command_rate=bench.command_rate,
+        signals=measure.signals,
+        sample_rate=measure.rate,
+        burst=measure.burst,
+    )
+
+
+class _Where:
+    def __init__(self, scenario: Document[Scenario], index: int) -> None:
+        self._scenario, self._index = scenario, index
+
+    def __call__(self, *key: str | int) -> Place:
+        return self._scenario.place("phases", self._index, *key)
+
+
+def _outside(phase: Phase, limits: SafetyLimits, where: _Where) -> Iterator[Problem]:
+    """Find values of a phase that lie outside the bench's limits by themselves."""
+    low, high = limits.angle
+    angles = f"{format_quantity(low, 'angle', 4)} to {format_quantity(high, 'angle', 4)} (the bench's limit)"
+    for key in phase.angles:
+        value = getattr(phase, key)
+        for position, angle in enumerate(value) if isinstance(value, tuple) else [(None, value)]:
+            if not low <= angle <= high:
+                place = where(key) if position is None else where(key, position)
+                shown = format_quantity(angle, "angle")
+                yield Problem("the angle is outside the bench's limits", place, shown, angles, "choose one inside")
+    for key in phase.speeds:
+        if getattr(phase, key) > limits.velocity:
+            shown = format_quantity(getattr(phase, key), "angular velocity")
+            allowed = f"up to {format_quantity(limits.velocity, 'angular velocity')} (the bench's limit)"
+            yield Problem(
+                "the velocity is outside the bench's limits", where(key), shown, allowed, "choose a lower one"
+            )
+
+
+def _strays(
+    phase: Phase, start: float, throttle: ThrottleParameters, limits: SafetyLimits, where: _Where
+) -> Iterator[Problem]:
+    """Find set-points on the way that leave the limits, although each value of the phase is inside."""
+    trajectory = phase.trajectory(start, throttle)
+    points = [trajectory.at(i * SAMPLE_S) for i in range(int(trajectory.duration / SAMPLE_S) + 1)]
+    driven = [point for point in points if point.enable]
+    low, high = limits.angle
+    for what, dimension, worst, least, most in (
+        ("angle", "angle", min((p.position for p in driven), default=low), low, high),
+        ("angle", "angle", max((p.position for p in driven), default=high), low, high),
+        ("velocity", "angular velocity", max((abs(p.velocity) for p in driven), default=0.0), 0.0, limits.velocity),
+        ("voltage", "voltage", max((abs(p.voltage) for p in driven), default=0.0), 0.0, limits.voltage),
+    ):
+        if not least <= worst <= most:
+            allowed = f"{format_quantity(least, dimension, 4)} to {format_quantity(most, dimension, 4)}"
+            yield Problem(
+                f"the phase's set-points leave the bench's limits of {what}",
+                where(),
+                format_quantity(worst, dimension),
+                f"{allowed} (the bench's limit)",
+                "change the phase's angles, speeds or times",
+            )
+
+
+def _missing_roles(bench: Bench, dialect: Dialect) -> Iterator[Problem]:
+    for role, use in (
+        ("motor_current", "friction torque cannot be told without it"),
+        ("motor_angle", "friction torque cannot be told without it"),
+        ("throttle_angle", "the encoder's zero and the stops cannot be found without it"),
+        ("command_mode", "the controller cannot be switched off without it"),
+        ("command_position", "no motion can be commanded without it"),
+    ):
+        if not dialect.has(role):
+            yield Problem(
+                f"no signal has the role '{role}': {use}", Place(bench.dbc, key=f"roles.{role}"), remedy="map the role"
+            )
+
+
+def _requests(bench: Bench, scenario: Scenario) -> list[Measure]:
+    asked = [bench.measure, *(phase.measure for phase in scenario.phases if phase.measure is not None)]
+    return list({request.model_dump_json(): request for request in asked}.values())

@@ -1,0 +1,72 @@
+"""How a run went, apart from what was measured; kept in the events, so that a replay knows it too."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from etb_hil.base.outcome import BenchOutcome
+from etb_hil.bench.events import Event
+from etb_hil.bench.safe_state import SafeState
+
+CUT_SHORT = "the run was cut short: its end was never written"
+
+
+@dataclass(frozen=True, slots=True)
+class PhaseTime:
+    """When a phase ran, on the clock of the bus; `end_ns` is None where the run ended inside it."""
+
+    id: str
+    kind: str
+    start_ns: int
+    end_ns: int | None = None
+
+
+@dataclass(slots=True)
+class RunRecord:
+    """Start and end, phases, how the bench fared; `health` holds the fields of `BusHealth` at the end."""
+
+    start_ns: int = 0
+    end_ns: int = 0
+    outcome: BenchOutcome = BenchOutcome.OK
+    reason_id: str = ""
+    reason: str = ""
+    phases: list[PhaseTime] = field(default_factory=list)
+    safe_state: SafeState = SafeState.NOT_VERIFIED
+    late_worst_ns: int = 0
+    late_mean_ns: int = 0
+    health: dict[str, Any] = field(default_factory=dict)
+
+    def details(self) -> dict[str, Any]:
+        """Return what the last event of a run keeps."""
+        plain = asdict(self)
+        del plain["phases"]
+        return plain
+
+
+def record_of(events: Iterable[Event]) -> RunRecord:
+    """Return the record that the events of a run tell; a run without an end is a bench fault."""
+    record = RunRecord(outcome=BenchOutcome.FAULT, reason_id="cut_short", reason=CUT_SHORT)
+    for event in events:
+        details = event.details
+        if event.event == "start":
+            record.start_ns = record.end_ns = event.stamp_ns
+        elif event.event == "phase":
+            record.phases.append(PhaseTime(details["id"], details["kind"], event.stamp_ns))
+        elif event.event == "phase_end":
+            begun = record.phases[-1]
+            record.phases[-1] = PhaseTime(begun.id, begun.kind, begun.start_ns, event.stamp_ns)
+        elif event.event == "end":
+            outcome, safe_state = BenchOutcome(details["outcome"]), SafeState(details["safe_state"])
+            kept = {key: details[key] for key in ("start_ns", "end_ns", "reason_id", "reason", "late_worst_ns")}
+            return RunRecord(
+                **kept,
+                outcome=outcome,
+                safe_state=safe_state,
+                phases=record.phases,
+                late_mean_ns=details["late_mean_ns"],
+                health=details["health"],
+            )
+        record.end_ns = max(record.end_ns, event.stamp_ns)
+    return record

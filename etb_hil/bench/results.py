@@ -1,0 +1,107 @@
+"""What `results.json` says of a run: made from what was recorded alone, so that a replay writes the same."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from etb_hil.base.outcome import BenchOutcome, UnitVerdict, exit_code
+from etb_hil.bench.clock_grade import grade_clock
+from etb_hil.bench.safe_state import SafeState
+from etb_hil.bench.session import versions
+
+if TYPE_CHECKING:
+    from etb_hil.bench.analysis import Analysis
+    from etb_hil.bench.bench_file import Bench
+    from etb_hil.bench.record import RunRecord
+    from etb_hil.bench.session import Session
+    from etb_hil.diagnosis.limits import Limits
+    from etb_hil.diagnosis.result import DiagnosisResult
+
+SCHEMA_VERSION = 1
+
+
+def results_of(
+    session: Session, bench: Bench, limits: Limits, record: RunRecord, analysis: Analysis, found: DiagnosisResult
+) -> dict[str, Any]:
+    """Return the contents of `results.json`; times in seconds since the run began."""
+    judged = record.outcome is BenchOutcome.OK
+    verdict = found.verdict if judged else None
+    plain = found.as_dict(found.start_ns)
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "run_id": session.run_id,
+        "started": session.started,
+        "duration_s": (record.end_ns - record.start_ns) * 1e-9,
+        "exit_code": int(exit_code(record.outcome, verdict)),
+        "unit": {
+            "verdict": verdict,
+            "reason_id": plain["reason_id"] if judged else "run_not_finished",
+            "reason": plain["reason"] if judged else "",
+            "next_step": plain["next_step"] if judged else "",
+            "also": plain["also"] if judged else [],
+            "serial": session.serial,
+            "part_number": limits.part_number,
+            "revision": limits.revision,
+        },
+        "bench": {
+            "outcome": record.outcome,
+            "reason_id": record.reason_id,
+            "reason": record.reason,
+            "safe_state": record.safe_state is SafeState.VERIFIED,
+            "name": bench.name,
+            "lateness": {"worst_ms": record.late_worst_ns * 1e-6, "mean_ms": record.late_mean_ns * 1e-6},
+        },
+        "timestamp_grade": str(analysis.recording.clock),
+        "clock": asdict(grade_clock(analysis.recording)),
+        "numbers": plain["numbers"],
+        "exceedances": plain["exceedances"],
+        "phases": [
+            _phase(phase.id, phase.kind, phase.start_ns, phase.end_ns, record.start_ns) for phase in record.phases
+        ],
+        "bus": _bus(bench, record, analysis),
+        "versions": versions(),
+        "inputs": [asdict(entry) for entry in session.inputs],
+    }
+
+
+def verdict_of(results: dict[str, Any]) -> tuple[BenchOutcome, UnitVerdict | None]:
+    """Return the two outcomes of a results file."""
+    unit = results["unit"]["verdict"]
+    return BenchOutcome(results["bench"]["outcome"]), None if unit is None else UnitVerdict(unit)
+
+
+def _phase(phase_id: str, kind: str, start_ns: int, end_ns: int | None, origin_ns: int) -> dict[str, Any]:
+    return {
+        "id": phase_id,
+        "name": kind.replace("_", " "),
+        "start_s": (start_ns - origin_ns) * 1e-9,
+        "end_s": None if end_ns is None else (end_ns - origin_ns) * 1e-9,
+        "outcome": "done" if end_ns is not None else "stopped",
+    }
+
+
+def _bus(bench: Bench, record: RunRecord, analysis: Analysis) -> dict[str, Any]:
+    health = record.health
+    messages = [
+        {
+            "name": name,
+            "frames": counted.frames,
+            "lost": None if counted.unknown else counted.lost,
+            "crc_failures": counted.crc_failures,
+            "counter_jumps": counted.counter_jumps,
+            "repeated_counters": counted.repeated,
+        }
+        for name, counted in analysis.decoder.statistics().items()
+    ]
+    return {
+        "name": f"{bench.bus.interface} {bench.bus.channel}",
+        "load": health.get("load"),
+        "load_peak": health.get("peak_load"),
+        "error_frames": health.get("error_frames"),
+        "state": health.get("state"),
+        "transmit_errors": health.get("transmit_errors"),
+        "receive_errors": health.get("receive_errors"),
+        "dropped": health.get("dropped"),
+        "messages": messages,
+    }

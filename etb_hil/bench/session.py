@@ -1,0 +1,165 @@
+"""A session: the folder with everything that a run measured, was told and concluded."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+import re
+import shutil
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from etb_hil import __version__
+from etb_hil.base.errors import InputError, Place, Problem
+
+INPUT_KINDS = ("scenario", "bench", "model", "limits", "dbc", "unit")
+RAW_LOG = "raw.blf"
+EVENTS = "events.jsonl"
+RESULTS = "results.json"
+MANIFEST = "session.json"
+SCHEMA = "etb_hil/session/1"
+
+
+@dataclass(frozen=True, slots=True)
+class InputFile:
+    """A file that the run was made with, as it was then."""
+
+    kind: str
+    name: str
+    sha256: str
+
+
+@dataclass(frozen=True, slots=True)
+class Session:
+    """An opened session folder."""
+
+    folder: Path
+    run_id: str
+    serial: str
+    started: str
+    inputs: tuple[InputFile, ...]
+
+    def input_path(self, kind: str) -> Path:
+        """Return the session's own copy of an input; InputError where it has none of that kind."""
+        for entry in self.inputs:
+            if entry.kind == kind:
+                return self.folder / "inputs" / entry.name
+        raise InputError(Problem(f"the session has no {kind} file", Place(self.folder / MANIFEST)))
+
+    @property
+    def raw_log(self) -> Path:
+        """Path of the raw frames."""
+        return self.folder / RAW_LOG
+
+    @property
+    def events(self) -> Path:
+        """Path of the events."""
+        return self.folder / EVENTS
+
+    def write_results(self, results: dict[str, Any]) -> Path:
+        """Write `results.json` whole or not at all."""
+        path = self.folder / RESULTS
+        part = path.with_suffix(".part")
+        part.write_text(json.dumps(results, indent=1, ensure_ascii=False) + "\n", "utf-8")
+        part.replace(path)
+        return path
+
+    def read_results(self) -> dict[str, Any]:
+        """Return the contents of `results.json`; InputError where the run left none."""
+        return _read_json(self.folder / RESULTS)
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of the program and of what it computes with."""
+    names = ("numpy", "numba", "python-can", "cantools")
+    return {"etb-hil": __version__, "python": platform.python_version()} | {n: metadata.version(n) for n in names}
+
+
+def create(parent: Path, scenario: str, serial: str, inputs: dict[str, Path]) -> Session:
+    """Make a session folder under `parent`, with copies of the inputs, and return it."""
+    now = datetime.now(UTC)
+    label = "_".join(part for part in (_slug(scenario), _slug(serial)) if part)
+    stem = f"{now:%Y%m%d-%H%M%S}_{label}"
+    try:
+        folder = _new_folder(parent, stem)
+        (folder / "inputs").mkdir()
+        entries = []
+        for kind, path in inputs.items():
+            name = f"{kind}{path.suffix}"
+            shutil.copyfile(path, folder / "inputs" / name)
+            digest = hashlib.sha256((folder / "inputs" / name).read_bytes()).hexdigest()
+            entries.append(InputFile(kind, name, digest))
+        session = Session(folder, folder.name, serial, now.isoformat(timespec="milliseconds"), tuple(entries))
+        manifest = {
+            "schema": SCHEMA,
+            "run_id": session.run_id,
+            "serial": serial,
+            "started": session.started,
+            "inputs": [
+                {"kind": e.kind, "name": e.name, "sha256": e.sha256, "given_as": str(inputs[e.kind])} for e in entries
+            ],
+            "versions": versions(),
+        }
+        (folder / MANIFEST).write_text(json.dumps(manifest, indent=1) + "\n", "utf-8")
+    except OSError as error:
+        raise InputError(
+            Problem(
+                f"the session folder cannot be written: {error.strerror}",
+                Place(parent),
+                remedy="give another folder with --out, or make room",
+            )
+        ) from None
+    return session
+
+
+def open_session(folder: Path) -> Session:
+    """Open a session folder; InputError says what is missing."""
+    manifest = _read_json(folder / MANIFEST)
+    if manifest.get("schema") != SCHEMA:
+        raise InputError(
+            Problem("is of an unknown schema", Place(folder / MANIFEST, key="schema"), manifest.get("schema"), SCHEMA)
+        )
+    entries = tuple(InputFile(e["kind"], _plain_name(folder, e["name"]), e["sha256"]) for e in manifest["inputs"])
+    return Session(folder, manifest["run_id"], manifest.get("serial", ""), manifest.get("started", ""), entries)
+
+
+def _plain_name(folder: Path, name: str) -> str:
+    if Path(name).name != name:
+        raise InputError(Problem("an input's name leaves the session's folder", Place(folder / MANIFEST), value=name))
+    return name
+
+
+def _new_folder(parent: Path, stem: str) -> Path:
+    number = 1
+    while True:
+        folder = parent / (stem if number == 1 else f"{stem}_{number}")
+        try:
+            folder.mkdir(parents=True)
+        except FileExistsError:
+            if not parent.is_dir():
+                raise
+            number += 1
+        else:
+            return folder
+
+
+def _slug(text: str) -> str:
+    return re.sub(r"[^A-Za-z0-9]+", "-", text).strip("-").lower()[:40]
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    try:
+        data = json.loads(path.read_text("utf-8"))
+    except OSError as error:
+        raise InputError(
+            Problem(f"cannot be read: {error.strerror}", Place(path), remedy="give the folder of a session")
+        ) from None
+    except ValueError as error:
+        raise InputError(Problem(f"is not JSON: {error}", Place(path), remedy="restore the file")) from None
+    if not isinstance(data, dict):
+        raise InputError(Problem("is not a JSON object", Place(path), remedy="restore the file"))
+    return data

@@ -1,0 +1,133 @@
+"""Watches what comes back while the plate moves, and says when the run must stop."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from etb_hil.base.quantity import Angle, AngularVelocity, Current, Duration, Temperature, Voltage
+from etb_hil.base.yamlfile import FileModel
+from etb_hil.recording.samples import Float64, SampleBlock
+
+SPEED_SPAN_S = 0.005  # velocity is the travel over this time: long enough for an encoder's steps
+STATUS_AGE = 10  # a status frame may be this many times older than a sample before the run stops
+
+
+class SafetyLimits(FileModel):
+    """What the bench never commands and never lets happen."""
+
+    current: Annotated[Current, Field(gt=0)]
+    voltage: Annotated[Voltage, Field(gt=0)]
+    angle: tuple[Angle, Angle]
+    velocity: Annotated[AngularVelocity, Field(gt=0)]
+    temperature: Temperature
+    duration: Annotated[Duration, Field(gt=0, description="of a whole run")]
+    frame_age: Annotated[Duration, Field(gt=0, description="oldest sample on which the plate may move")] = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Trip:
+    """A limit was passed: the reason's id, and the sentence for people."""
+
+    reason_id: str
+    reason: str
+
+
+class Supervisor:
+    """Holds the newest measurements against the limits."""
+
+    def __init__(self, limits: SafetyLimits, gear_ratio: float, start_ns: int) -> None:
+        self._limits = limits
+        self._gear_ratio = gear_ratio
+        self._newest_ns = start_ns
+        self._newest_status_ns = start_ns
+        self._travel: tuple[Float64, Float64] = (np.empty(0), np.empty(0))
+        self.current = np.nan
+        self.angle = np.nan
+        self.velocity = np.nan
+        self.temperature = np.nan
+        self.enabled: bool | None = None
+        self.faults = 0
+
+    @property
+    def newest_ns(self) -> int:
+        """Stamp of the newest measured sample."""
+        return self._newest_ns
+
+    def look(self, blocks: Iterable[SampleBlock]) -> Trip | None:
+        """Take new samples; return what was passed, if anything."""
+        for block in blocks:
+            if not len(block):
+                continue
+            if (trip := self._look_at(block)) is not None:
+                return trip
+        return None
+
+    def age(self, now_ns: int) -> Trip | None:
+        """Return a trip when the newest sample or status is too old to move on."""
+        allowed = self._limits.frame_age
+        for name, newest, limit in (
+            ("measured sample", self._newest_ns, allowed),
+            ("status frame", self._newest_status_ns, allowed * STATUS_AGE),
+        ):
+            age = (now_ns - newest) * 1e-9
+            if age > limit:
+                return Trip("frames_stopped", f"no {name} for {age * 1e3:.0f} ms (allowed: {limit * 1e3:.0f} ms)")
+        return None
+
+    def _look_at(self, block: SampleBlock) -> Trip | None:
+        columns, limits = block.columns, self._limits
+        if "motor_current" in columns or "throttle_angle" in columns or "motor_angle" in columns:
+            self._newest_ns = int(block.stamp_ns[-1])
+        if "motor_current" in columns:
+            self.current = float(columns["motor_current"][-1])
+            peak = float(np.nanmax(np.abs(columns["motor_current"])))
+            if peak > limits.current:
+                return Trip(
+                    "current_limit", f"measured current {peak:.2f} A is above the limit of {limits.current:g} A"
+                )
+        if "throttle_angle" in columns:
+            angle = columns["throttle_angle"]
+            self.angle = float(angle[-1])
+            low, high = limits.angle
+            if float(np.nanmin(angle)) < low or float(np.nanmax(angle)) > high:
+                worst = float(angle[np.nanargmax(np.abs(angle - 0.5 * (low + high)))])
+                return Trip("angle_limit", f"plate at {worst:.3f} rad, outside {low:.3f} to {high:.3f} rad")
+        if "motor_angle" in columns:
+            self.velocity = self._speed(block.time_ns * 1e-9, columns["motor_angle"] / self._gear_ratio)
+            if abs(self.velocity) > limits.velocity:
+                return Trip(
+                    "velocity_limit",
+                    f"plate at {self.velocity:.1f} rad/s, above the limit of {limits.velocity:g} rad/s",
+                )
+        return self._look_at_status(block)
+
+    def _look_at_status(self, block: SampleBlock) -> Trip | None:
+        columns = block.columns
+        if "enable" in columns:
+            self._newest_status_ns = int(block.stamp_ns[-1])
+            self.enabled = bool(columns["enable"][-1])
+        if "temperature" in columns:
+            self.temperature = float(columns["temperature"][-1])
+            if self.temperature > self._limits.temperature:
+                return Trip(
+                    "temperature_limit",
+                    f"housing at {self.temperature:.0f} degC, above the limit of {self._limits.temperature:g} degC",
+                )
+        if "faults" in columns and (faults := int(columns["faults"][-1])):
+            self.faults = faults
+            return Trip("controller_fault", f"the controller reports fault bits {faults:#x}")
+        return None
+
+    def _speed(self, time_s: Float64, angle: Float64) -> float:
+        times = np.concatenate([self._travel[0], time_s])
+        angles = np.concatenate([self._travel[1], angle])
+        start = int(np.searchsorted(times, times[-1] - SPEED_SPAN_S))
+        start = max(min(start, len(times) - 2), 0)
+        self._travel = times[start:], angles[start:]
+        span = float(times[-1] - times[start])
+        return float(angles[-1] - angles[start]) / span if span > 0.0 else 0.0

@@ -1,0 +1,92 @@
+"""The one place through which the bench talks to its bus: commands out, frames in, and all of it into the raw log."""
+
+from __future__ import annotations
+
+import time
+from typing import Protocol
+
+from etb_hil.base.clock import Clock
+from etb_hil.bench.analysis import Analysis
+from etb_hil.bench.events import EventLog
+from etb_hil.bench.phases import Measure
+from etb_hil.bench.trajectory import SetPoint
+from etb_hil.canio.commands import CommandEncoder
+from etb_hil.canio.frames import FrameBlock
+from etb_hil.canio.health import BusHealth
+from etb_hil.canio.link import Link
+from etb_hil.recording.samples import SampleBlock
+
+FLUSH_S = 0.05  # what a killed run may lose, at most
+SIGNAL_BITS = {"current": 1, "encoder": 2}
+
+
+class RawLog(Protocol):
+    """Where frames are written while they arrive."""
+
+    def write(self, frames: FrameBlock) -> None:
+        """Take frames in the order in which they were seen."""
+        ...
+
+    def flush(self) -> None:
+        """Hand all that was written to the operating system."""
+        ...
+
+    def close(self) -> None:
+        """Flush and close."""
+        ...
+
+
+class Tap:
+    """Sends commands, receives frames, logs both, and hands what arrived to the analysis."""
+
+    def __init__(
+        self, link: Link, encoder: CommandEncoder, analysis: Analysis, log: RawLog, events: EventLog, clock: Clock
+    ) -> None:
+        self._link = link
+        self._encoder = encoder
+        self._analysis = analysis
+        self._log = log
+        self._clock = clock
+        self._flushed = time.monotonic()
+        self.events = events
+        self.reports_enable = analysis.reports("enable")
+
+    def command(self, set_point: SetPoint) -> None:
+        """Send one set-point."""
+        self._send(
+            {
+                "command_mode": float(set_point.mode),
+                "command_enable": float(set_point.enable),
+                "command_position": set_point.position,
+                "command_velocity": set_point.velocity,
+                "command_voltage": set_point.voltage,
+            }
+        )
+
+    def request(self, measure: Measure) -> None:
+        """Ask the controller for samples until told otherwise."""
+        self._send(
+            {
+                "request_signals": float(sum(SIGNAL_BITS[name] for name in set(measure.signals))),
+                "request_rate": measure.rate,
+                "request_burst": float(measure.burst),
+                "request_duration": 0.0,
+            }
+        )
+
+    def receive(self) -> list[SampleBlock]:
+        """Return the samples of all frames that arrived since the last call."""
+        frames = self._link.receive()
+        if len(frames):
+            self._log.write(frames)
+        if time.monotonic() - self._flushed > FLUSH_S:  # the machine's time: it is the machine that may be killed
+            self._log.flush()
+            self._flushed = time.monotonic()
+        return self._analysis.push(frames)
+
+    def health(self) -> BusHealth:
+        """Return how the bus fares."""
+        return self._link.health()
+
+    def _send(self, values: dict[str, float]) -> None:
+        self._link.send(self._encoder.encode(values, self._clock.now_ns()))

@@ -1,0 +1,18 @@
+"""What a command prints and writes once a run has been judged."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from etb_hil.bench.job import Finished
+
+
+def show_finished(finished: Finished) -> int:
+    """Write the report beside the results, print the verdict, and return the exit code."""
+    from etb_hil.report.html_report import write_report
+    from etb_hil.report.verdict import verdict_text
+
+    page = write_report(finished.results, finished.found.series, finished.session.folder)
+    print(verdict_text(finished.results, page))
+    return int(finished.results["exit_code"])
