@@ -83,6 +83,7 @@ def receive(
             _count(step, lost, counts[k])
             out[0, n], out[1, n], out[2, n] = k, time, lost
         else:
+            state[k, STAMP] = stamp_ns[n]  # so that a counter that stays stuck is never taken for one whole wrap
             counts[k, REPEATED] += 1
             state[k, REPEATS] += 1
             counts[k, STUCK] += state[k, REPEATS] == STUCK_AFTER
@@ -146,6 +147,7 @@ def _by_counter(
             return False, 0, 0
         lost = _lost(moved, step, message, state)
         if step == 0 and lost <= 0:
+            state[PLACE] = place
             return False, 0, 0  # new samples under an old alive counter: it is stuck
         _learn_interval(moved, step, state)
     state[PLACE] = place
