@@ -58,7 +58,7 @@ class Analysis:
         return self._dialect.has(role)
 
     def begin_phase(self, stamp_ns: int, phase_id: str, kind: str) -> int:
-        """Let the samples after this stamp, and after all that was pushed, belong to a phase; return where it begins."""
+        """Let what is sampled after this stamp, and after all that was pushed, belong to a phase; return its begin."""
         begins_ns = max(stamp_ns, self._newest_ns)  # else a replay would give this phase what another one judged
         self._marks.append(PhaseMark(begins_ns, phase_id, kind))
         return begins_ns

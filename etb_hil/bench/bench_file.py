@@ -26,7 +26,7 @@ class Bench(FileModel):
     bus: BusSettings
     dbc: Annotated[str, Field(description="path, also beside this file, or the name of a stock DBC file")]
     roles: RoleMap
-    protection: ProtectionSettings = {}
+    protection: Annotated[ProtectionSettings, Field(default_factory=dict)]
     id_offset: Annotated[int, Field(ge=0, description="added to every arbitration id of the DBC file")] = 0
     command_rate: Annotated[Frequency, Field(ge=50, le=1000, description="set-points a second")] = 100.0
     measure: Annotated[Measure, Field(description="what the controller is asked to send")] = Measure()
@@ -58,6 +58,6 @@ def load_bench(path: Path, dbc: Path | None = None) -> BenchSetup:
         bench.roles,
         bench.protection,
         id_offset=bench.id_offset,
-        place=lambda *key: document.place(*key),
+        place=document.place,
     )
     return BenchSetup(document, dbc, dialect)

@@ -1,4 +1,4 @@
-"""A run from files to results: everything is read and checked first, then the scenario runs, then the unit is judged."""
+"""A run from files to results: all is read and checked first, then the scenario runs, then the unit is judged."""
 
 from __future__ import annotations
 

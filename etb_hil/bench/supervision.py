@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from etb_hil.base.quantity import Angle, AngularVelocity, Current, Duration, Temperature, Voltage
@@ -98,7 +99,7 @@ class Supervisor:
                 worst = float(angle[np.nanargmax(np.abs(angle - 0.5 * (low + high)))])
                 return Trip("angle_limit", f"plate at {worst:.3f} rad, outside {low:.3f} to {high:.3f} rad")
         if "motor_angle" in columns:
-            self.velocity = self._speed(block.time_ns * 1e-9, columns["motor_angle"] / self._gear_ratio)
+            self.velocity = self._motor_speed(block.time_ns * 1e-9, columns["motor_angle"]) / self._gear_ratio
             if abs(self.velocity) > limits.velocity:
                 return Trip(
                     "velocity_limit",
@@ -123,7 +124,7 @@ class Supervisor:
             return Trip("controller_fault", f"the controller reports fault bits {faults:#x}")
         return None
 
-    def _speed(self, time_s: Float64, angle: Float64) -> float:
+    def _motor_speed(self, time_s: NDArray[np.floating], angle: Float64) -> float:
         times = np.concatenate([self._travel[0], time_s])
         angles = np.concatenate([self._travel[1], angle])
         start = int(np.searchsorted(times, times[-1] - SPEED_SPAN_S))
