@@ -1,0 +1,239 @@
+"""A throttle to judge observers and diagnosis on, written apart from the project's plant and sharing no line with it.
+
+Seed paper, eq. (1) and (2), by the classical Runge-Kutta method at 12.5 us with math.exp. The project's plant uses a
+splitting scheme and an exponential of its own: an error in either shows as a difference between the two.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numba import njit
+
+SAMPLE_S = 50e-6
+SUBSTEPS = 4
+PER_CONTROL = 20  # samples in one period of the 1 kHz controller
+COUNTS_PER_TURN = 16384
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A throttle; every value at the throttle shaft in SI units."""
+
+    resistance: float = 1.5
+    inductance: float = 1.5e-3
+    back_emf: float = 0.36
+    torque_per_ampere: float = 0.36
+    gear_ratio: float = 18.0
+    inertia: float = 1.336e-3
+    preload_open: float = 0.35
+    preload_close: float = 0.35
+    slope_open: float = 0.05
+    slope_close: float = 0.05
+    limp_home: float = 0.14
+    dead_zone: float = 2e-3
+    stop_low: float = 0.0
+    stop_high: float = 1.484
+    stop_stiffness: float = 300.0
+    stop_damping: float = 0.3
+    coulomb: float = 0.144
+    stiction: float = 0.171
+    stribeck_velocity: float = 140.0 / 18.0
+    bristle_stiffness: float = 60.0
+    bristle_damping: float = 0.1
+    viscous: float = 1e-3
+    voltage_limit: float = 12.0
+    bump_angle: float = 0.0
+    bump_width: float = 1.0
+    bump: float = 0.0
+
+    def vector(self):
+        return np.array([getattr(self, name) for name in self.__dataclass_fields__], float)
+
+
+FAULTY = Unit(stiction=18 * 0.0315)
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What really happened, every 50 us: (n) arrays."""
+
+    time: np.ndarray
+    angle: np.ndarray
+    velocity: np.ndarray
+    current: np.ndarray
+    voltage: np.ndarray
+    friction: np.ndarray
+
+
+@njit
+def _derivative(y, u, bridge, p, out):
+    """Fill out with d/dt of (angle, velocity, bristle, current); return the friction torque."""
+    (r, inductance, ke, kt, _, j, po, pc, so, sc, lh, dz, lo, hi, ks, ds, tc, ts, ws, s0, s1, s2, _, ba, bw, b) = p
+    a, w, z, i = y
+    gap = a - lh
+    if gap > dz:
+        spring = po + so * (gap - dz)
+    elif gap < -dz:
+        spring = -pc + sc * (gap + dz)
+    elif gap > 0.0:
+        spring = po * gap / dz
+    else:
+        spring = pc * gap / dz
+    stop = 0.0
+    if a < lo:
+        stop = min(ks * (a - lo) + ds * w, 0.0)
+    elif a > hi:
+        stop = max(ks * (a - hi) + ds * w, 0.0)
+    local = 1.0 + b * math.exp(-(((a - ba) / bw) ** 2))
+    g = (tc + (ts - tc) * math.exp(-((w / ws) ** 2))) * local
+    dz_dt = w - s0 * abs(w) * z / g
+    friction = s0 * z + s1 * dz_dt + s2 * w
+    out[0] = w
+    out[1] = (kt * i - friction - spring - stop) / j
+    out[2] = dz_dt
+    out[3] = (u - r * i - ke * w) / inductance if bridge else -i / 1e-4
+    return friction
+
+
+@njit
+def _simulate(p, reference, velocity, mode, limp_angle, out):
+    """Mode of each control period: 0 bridge off, 1 position loop (volts), 2 position loop (torque, no motor)."""
+    y = np.array([limp_angle, 0.0, 0.0, 0.0])
+    k1, k2, k3, k4 = np.zeros(4), np.zeros(4), np.zeros(4), np.zeros(4)
+    h = SAMPLE_S / SUBSTEPS
+    r, ke, kt, limit = p[0], p[2], p[3], p[22]
+    turn = 2.0 * math.pi / COUNTS_PER_TURN / p[4]
+    last = math.floor(y[0] / turn) * turn
+    row = 0
+    slope = 0.0
+    for n in range(len(reference)):
+        seen = math.floor(y[0] / turn) * turn
+        slope += 0.3 * ((seen - last) / (SAMPLE_S * PER_CONTROL) - slope)
+        last = seen
+        torque = 6.0 * (reference[n] - seen) + 0.12 * (velocity[n] - slope)
+        u = 0.0
+        if mode[n] == 1:
+            direction = 0.0 if velocity[n] == 0.0 else math.copysign(1.0, velocity[n])
+            spring = p[6] if seen > p[10] else -p[7]
+            torque += spring + 0.8 * p[16] * direction
+            u = min(max(r * torque / kt + ke * slope, -limit), limit)
+        for _ in range(PER_CONTROL):
+            friction = _derivative(y, u, mode[n] == 1, p, k1)
+            out[0, row], out[1, row], out[2, row] = y[0], y[1], y[3]
+            out[3, row], out[4, row] = u if mode[n] == 1 else ke * y[1], friction
+            row += 1
+            for _ in range(SUBSTEPS):
+                if mode[n] == 2:
+                    y[3] = (6.0 * (reference[n] - y[0]) + 0.12 * (velocity[n] - y[1])) / kt
+                _derivative(y, u, mode[n] == 1, p, k1)
+                _derivative(y + 0.5 * h * k1, u, mode[n] == 1, p, k2)
+                _derivative(y + 0.5 * h * k2, u, mode[n] == 1, p, k3)
+                _derivative(y + h * k3, u, mode[n] == 1, p, k4)
+                y += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+
+
+def simulate(unit, reference, velocity, mode):
+    """Run a unit through set-points at 1 kHz: `reference` rad, `velocity` rad/s, `mode` 0 off, 1 volts, 2 torque."""
+    n = len(reference) * PER_CONTROL
+    out = np.empty((5, n))
+    start = unit.limp_home if mode[0] != 2 else reference[0]
+    _simulate(unit.vector(), reference, velocity, mode, start, out)
+    angle, speed, current, voltage, friction = out
+    return Truth(np.arange(n) * SAMPLE_S, angle, speed, current, voltage, friction)
+
+
+def _glide(start, end, speed, soft=0.05):
+    way = end - start
+    cruise = max(abs(way) / speed - soft, 0.0)
+    t = np.arange(0.0, cruise + 2 * soft, 1e-3)
+    v = speed * np.clip(np.minimum(t, cruise + 2 * soft - t) / soft, 0.0, 1.0)
+    v *= abs(way) / max(v.sum() * 1e-3, 1e-12)
+    return np.sign(way) * v
+
+
+def _dash(peak, against, rise, fall):
+    def cosine(a, b, length):
+        t = np.arange(0.0, length, 1e-3)
+        return a + (b - a) * 0.5 * (1.0 - np.cos(np.pi * t / length))
+
+    first = -math.copysign(against, peak)
+    return np.concatenate(
+        [cosine(0, first, 0.05), np.full(50, first), cosine(first, peak, rise), cosine(peak, 0, fall)]
+    )
+
+
+def friction_check(unit, *, low=0.035, high=1.396, speeds=(0.4, 1.2), dashes=2):
+    """Return Truth and a list of (kind, first sample, end sample) for the phases of a friction check."""
+    pieces, kinds, at = [], [], 0.0
+
+    def add(kind, velocity, mode=1):
+        nonlocal at
+        position = at + np.cumsum(velocity) * 1e-3
+        pieces.append((position, velocity, np.full(len(velocity), mode)))
+        kinds.append((kind, len(velocity)))
+        at = position[-1]
+
+    at = unit.limp_home
+    add("current_zero", np.zeros(1000), 0)
+    for speed in speeds:
+        add("ramp", np.concatenate([_glide(at, low, 1.5), _glide(low, high, speed), _glide(high, low, speed)]))
+    for _ in range(dashes):
+        for begin, peak in ((math.radians(12), 17.5), (math.radians(74), -17.5)):
+            still = np.zeros(150)
+            add("dash", np.concatenate([_glide(at, begin, 1.5), still, _dash(peak, 1.5, 0.075, 0.045), still]))
+    add("off", np.zeros(500), 0)
+    reference, velocity, mode = (np.concatenate(part) for part in zip(*pieces, strict=True))
+    ends = np.cumsum([length for _, length in kinds]) * PER_CONTROL
+    phases = [
+        (kind, int(end - length * PER_CONTROL), int(end)) for (kind, length), end in zip(kinds, ends, strict=True)
+    ]
+    return simulate(unit, reference, velocity, mode), phases
+
+
+@dataclass(frozen=True)
+class Sensed:
+    """What the sensors said, at one rate: `time_ns` (n), the rest (n) in SI; `angle` at the motor shaft."""
+
+    time_ns: np.ndarray
+    current: np.ndarray
+    voltage: np.ndarray
+    motor_angle: np.ndarray
+    throttle_angle: np.ndarray
+
+
+def sense(unit, truth, rate, rng, *, current_offset=0.02):
+    """Sample at 20 kHz or a divisor of it: 5 mA rms and 1 mA steps, 16 384 edges a turn, 12 bits over 90 deg."""
+    every = round(1.0 / SAMPLE_S / rate)
+    part = slice(None, None, every)
+    n = len(truth.time[part])
+    current = truth.current[part] + current_offset + 5e-3 * rng.standard_normal(n)
+    turn = 2.0 * math.pi / COUNTS_PER_TURN
+    plate_bit = math.radians(90.0) / 4096
+    plate = truth.angle[part] + math.radians(0.01) * rng.standard_normal(n)
+    return Sensed(
+        np.round(truth.time[part] * 1e9).astype(np.int64),
+        np.round(current / 1e-3) * 1e-3,
+        np.round((truth.voltage[part] + 0.01 * rng.standard_normal(n)) / 0.01) * 0.01,
+        np.floor(truth.angle[part] * unit.gear_ratio / turn) * turn,
+        np.round(plate / plate_bit) * plate_bit,
+    )
+
+
+def off_by_tolerances(unit, rng, *, constant=0.03, spring=0.03, inertia=0.05):
+    """Return the bench's idea of a unit: motor constant, springs and inertia drawn inside their tolerances."""
+
+    def off(share):
+        return 1.0 + share * rng.uniform(-1.0, 1.0)
+
+    k = off(constant)
+    return replace(
+        unit,
+        torque_per_ampere=unit.torque_per_ampere * k,
+        back_emf=unit.back_emf * k,
+        preload_open=unit.preload_open * off(spring),
+        preload_close=unit.preload_close * off(spring),
+        inertia=unit.inertia * off(inertia),
+    )

@@ -1,0 +1,67 @@
+"""The independent throttle in the terms of the project: parameters, sensors, models and rows."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields, replace
+
+import numpy as np
+from independent_throttle import PER_CONTROL, SAMPLE_S
+
+from etb_hil.base.stock import find
+from etb_hil.observer.estimate import SensorNoise
+from etb_hil.plant.parameters import ThrottleParameters, load_model
+from etb_hil.recording.samples import SampleBlock
+
+
+def parameters(unit):
+    """Return the project's parameters of an independent throttle."""
+    known = {f.name: getattr(unit, f.name) for f in fields(ThrottleParameters) if hasattr(unit, f.name)}
+    return ThrottleParameters(**known, supply_voltage=13.5)
+
+
+def noise(gear_ratio=18.0):
+    """Return the sensors' noise as the default plant's data sheet has it."""
+    return SensorNoise.of_steps(2.0 * math.pi / 16384 / gear_ratio, 1e-3, current_noise=5e-3)
+
+
+def bench_model(unit):
+    """Return the stock model with the values of an independent throttle and the stock model's tolerances."""
+    stock = load_model(find("model", "default"))
+    values = parameters(unit)
+    gear = values.gear_ratio
+    at_motor = {
+        "back_emf_constant": values.back_emf / gear,
+        "torque_constant": values.torque_per_ampere / gear,
+        "motor_inertia": (values.inertia - stock.parameters["throttle_inertia"].value) / gear**2,
+        "coulomb": values.coulomb / gear,
+        "stiction": values.stiction / gear,
+        "stribeck_velocity": values.stribeck_velocity * gear,
+    }
+    changed = {
+        name: replace(parameter, value=at_motor.get(name, getattr(values, name, parameter.value)))
+        for name, parameter in stock.parameters.items()
+    }
+    return replace(stock, parameters=changed)
+
+
+def rows_of(sensed, phases, rate, *, chunk=None, keep=None, temperature=20.0):
+    """Yield SampleBlocks with the kind of their phase, in chunks; `keep` (n) marks the samples that arrive."""
+    every = round(1.0 / SAMPLE_S / rate)
+    kept = np.ones(len(sensed.time_ns), bool) if keep is None else keep
+    for kind, first, end in phases:
+        size = chunk or (end - first) // every + PER_CONTROL
+        for start in range(first // every, end // every, size):
+            part = np.arange(start, min(start + size, end // every))
+            part = part[kept[part]]
+            if not len(part):
+                continue
+            lost = np.diff(part, prepend=start - 1) - 1
+            columns = {
+                "motor_current": sensed.current[part],
+                "motor_angle": sensed.motor_angle[part],
+                "motor_voltage": sensed.voltage[part],
+                "throttle_angle": sensed.throttle_angle[part],
+                "temperature": np.full(len(part), temperature),
+            }
+            yield SampleBlock("joined", sensed.time_ns[part], sensed.time_ns[part], columns, lost), kind

@@ -1,0 +1,131 @@
+"""From the ticks of a whole run to fitted friction: which windows count, the fits, and the numbers with intervals."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from etb_hil.diagnosis.current_zero import Zero
+from etb_hil.diagnosis.friction_model import COULOMB, DROP, LOG_SPEED, VISCOUS
+from etb_hil.diagnosis.prior import PRELOAD_CLOSE, PRELOAD_OPEN, prior_of
+from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit, fit_stribeck, gather_evidence
+from etb_hil.diagnosis.ticks import Ticks
+from etb_hil.diagnosis.voltage_balance import VoltageBalance, voltage_balance
+from etb_hil.diagnosis.windows import RATE_KERNEL, Windows, place_windows, window_means
+from etb_hil.plant.exactmath import exp
+from etb_hil.plant.parameters import Model, ThrottleParameters
+from etb_hil.recording.samples import Float64, Int64
+
+TWO_SIDED_95 = 1.96
+JUDGED = 1  # code of ticks in phases whose motion is judged
+
+_ANGLE_ERROR = 1e-3  # rad: encoder's zero against the plate
+_SLOWEST = 0.025  # rad/s: below that the encoder's steps are a large share of the way
+_FEWEST = 60  # windows
+_CLUSTER = 50  # ticks that share their noise
+_UNKNOWN_ZERO = 0.02  # A, where the current's zero was not measured
+_STEP_OF_ZERO = 2e-4  # A: drift of the zero over a run
+
+
+@dataclass(frozen=True, slots=True)
+class Assessment:
+    """Everything that the whole run says of friction; the fits are None where the run does not carry them."""
+
+    ticks: Ticks
+    windows: Windows
+    evidence: Evidence
+    fit: StribeckFit | None
+    balance: VoltageBalance | None
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """A value with its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero) -> Assessment:
+    """Fit motor and friction to the ticks of a run."""
+    windows, velocity = _moving_windows(ticks, _usable(ticks, model, throttle))
+    cluster = windows.centre // _CLUSTER
+    evidence = gather_evidence(ticks, windows, velocity, throttle, cluster)
+    if len(windows) < _FEWEST:
+        return Assessment(ticks, windows, evidence, None, None)
+    balance = voltage_balance(ticks, windows, cluster)
+    error = _UNKNOWN_ZERO
+    if zero.is_measured:
+        error = math.sqrt(zero.current_error * zero.current_error + _STEP_OF_ZERO * _STEP_OF_ZERO)
+    fit = fit_stribeck(ticks, windows, evidence, prior_of(model, throttle, error, balance))
+    return Assessment(ticks, windows, evidence, fit, balance)
+
+
+def fitted_numbers(fit: StribeckFit, throttle: ThrottleParameters) -> dict[str, Interval]:
+    """Return T_st, T_c, omega_s, viscosity and the return margin with their intervals, at the throttle shaft in SI."""
+    q = fit.parameters
+    stiction, stiction_error = fit.stiction
+    speed, speed_error = float(exp(q[LOG_SPEED])), TWO_SIDED_95 * fit.error(LOG_SPEED)
+    return {
+        "T_st": _around(stiction, stiction_error),
+        "T_c": _around(float(q[COULOMB]), fit.error(COULOMB)),
+        "omega_s": Interval(speed, speed * float(exp(-speed_error)), speed * float(exp(speed_error))),
+        "viscous": _around(float(q[VISCOUS]), fit.error(VISCOUS)),
+        "return_margin": _return_margin(fit, throttle),
+    }
+
+
+def fitted_curve(fit: StribeckFit, speeds: Float64) -> tuple[Float64, Float64]:
+    """Return the friction of steady sliding at speeds (n) in rad/s, and its standard error (n), in N·m."""
+    q = fit.parameters
+    value, error = np.empty(len(speeds)), np.empty(len(speeds))
+    used = [COULOMB, DROP, LOG_SPEED, VISCOUS]
+    for k, omega in enumerate(speeds.tolist()):
+        ratio = omega * float(exp(-q[LOG_SPEED]))
+        gauss = float(exp(-ratio * ratio))
+        direction = 1.0 if omega >= 0.0 else -1.0
+        gradient = [direction, direction * gauss, direction * float(q[DROP]) * gauss * 2.0 * ratio * ratio, omega]
+        value[k] = direction * (q[COULOMB] + q[DROP] * gauss) + q[VISCOUS] * omega
+        total = 0.0
+        for a, left in zip(used, gradient, strict=True):
+            for b, right in zip(used, gradient, strict=True):
+                total += left * right * float(fit.covariance[a, b])
+        error[k] = math.sqrt(max(total, 0.0))
+    return value, error
+
+
+def _return_margin(fit: StribeckFit, throttle: ThrottleParameters) -> Interval:
+    """Return the weaker spring's preload less T_st; both hang on the motor's constant, so their errors go together."""
+    margins = []
+    for index, preload in ((PRELOAD_OPEN, throttle.preload_open), (PRELOAD_CLOSE, throttle.preload_close)):
+        weights = {index: 1.0, COULOMB: -1.0, DROP: -1.0}
+        variance = 0.0
+        for a, left in weights.items():
+            for b, right in weights.items():
+                variance += left * right * float(fit.covariance[a, b])
+        value = preload + float(fit.parameters[index]) - fit.stiction[0]
+        margins.append(_around(value, math.sqrt(max(variance, 0.0))))
+    return min(margins, key=lambda margin: margin.value)
+
+
+def _around(value: float, error: float) -> Interval:
+    return Interval(value, value - TWO_SIDED_95 * error, value + TWO_SIDED_95 * error)
+
+
+def _usable(ticks: Ticks, model: Model, throttle: ThrottleParameters) -> Int64:
+    """Mark ticks (n) of judged phases that are clear of limp-home's jump and of the stops, tolerances included."""
+    jump = throttle.dead_zone + model.tolerance("dead_zone") + model.tolerance("limp_home") + _ANGLE_ERROR
+    low = throttle.stop_low + model.tolerance("stop_low") + _ANGLE_ERROR
+    high = throttle.stop_high - model.tolerance("stop_high") - _ANGLE_ERROR
+    clear = (np.abs(ticks.angle - throttle.limp_home) > jump) & (ticks.angle > low) & (ticks.angle < high)
+    return ((ticks.kind == JUDGED) & clear).astype(np.int64)
+
+
+def _moving_windows(ticks: Ticks, usable: Int64) -> tuple[Windows, Float64]:
+    windows = place_windows(ticks, usable)
+    velocity = window_means(ticks.angle, RATE_KERNEL, windows)
+    moving = np.abs(velocity) > _SLOWEST
+    return Windows(windows.centre[moving]), velocity[moving]

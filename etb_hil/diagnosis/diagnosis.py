@@ -1,0 +1,191 @@
+"""The diagnosis of a unit, fed by the stream: the same object live and in replay."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from etb_hil.diagnosis.assessment import JUDGED, assess
+from etb_hil.diagnosis.current_zero import Zero, ZeroMeter
+from etb_hil.diagnosis.exceedance import ExceedanceDetector
+from etb_hil.diagnosis.limits import Limits
+from etb_hil.diagnosis.numbers import report_numbers
+from etb_hil.diagnosis.result import DiagnosisResult
+from etb_hil.diagnosis.series import plot_columns
+from etb_hil.diagnosis.tally import LiveReading, Tally
+from etb_hil.diagnosis.ticks import TickMaker
+from etb_hil.diagnosis.verdict import Grounds, conclude
+from etb_hil.observer.angle import AngleObserver
+from etb_hil.observer.estimate import Observer, SensorNoise
+from etb_hil.plant.parameters import Model, ThrottleParameters
+from etb_hil.recording.samples import Float64, Int64, SampleBlock
+
+ObserverFactory = Callable[[ThrottleParameters, SensorNoise], Observer]
+
+# Phases whose motion is judged, and those where a plate at rest may exceed a limit too.
+MOVING = frozenset({"ramp", "dash", "sinusoid", "step"})
+WATCHED = MOVING | {"hold"}
+ZERO = "current_zero"
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """What the panel shows: the live reading, limits in N·m at the throttle shaft, how many exceedances so far."""
+
+    reading: LiveReading | None
+    stiction_limit: float
+    coulomb_limit: float
+    exceedances: int
+
+
+class Diagnosis:
+    """Turns joined rows into a verdict; sees the bench's model and limits and nothing of the unit's."""
+
+    def __init__(self, model: Model, limits: Limits, observer: ObserverFactory = AngleObserver) -> None:
+        self._model, self._limits, self._make_observer = model, limits, observer
+        gear = model.values.gear_ratio
+        self._stiction_limit = limits.stiction.at_throttle(gear)
+        self._coulomb_limit = limits.coulomb.at_throttle(gear)
+        self._meter: ZeroMeter | None = None
+        self._zero = Zero(math.nan, math.nan, math.nan, None, math.nan)
+        self._ticks = TickMaker()
+        self._running: _Running | None = None
+        self._finished: list[ExceedanceDetector] = []
+        self._samples = self._lost = 0
+        self._lowest, self._highest, self._highest_current = math.inf, -math.inf, 0.0
+        self._start_ns: int | None = None
+
+    def push(self, rows: SampleBlock, phase: str) -> None:
+        """Take rows of a phase, named by its kind.
+
+        Roles `motor_current` and `motor_angle` are needed, `motor_voltage`, `throttle_angle` and `temperature` are used
+        where they are there. KeyError where a needed role is missing.
+        """
+        if not len(rows):
+            return
+        if self._start_ns is None:
+            self._start_ns = int(rows.time_ns[0])
+        missing = np.full(len(rows), np.nan)
+        current, motor_angle = rows.columns["motor_current"], rows.columns["motor_angle"]
+        temperature = rows.columns.get("temperature", missing)
+        encoder = motor_angle / self._model.values.gear_ratio
+        plate_less_encoder = rows.columns.get("throttle_angle", missing) - encoder
+        if phase == ZERO:
+            if self._meter is None:
+                self._meter = ZeroMeter()
+            self._meter.push(rows.time_ns, current, plate_less_encoder, temperature)
+            return
+        running = self._start_or_go_on(plate_less_encoder)
+        angle = encoder + (self._zero.angle or 0.0)
+        true_current = current - self._zero.current if self._zero.is_measured else current
+        estimate = running.observer.push(rows.time_ns, true_current, angle)
+        judged = JUDGED if phase in MOVING else 0
+        self._ticks.push(
+            rows.time_ns,
+            angle,
+            true_current,
+            rows.columns.get("motor_voltage", missing),
+            temperature,
+            estimate.velocity,
+            estimate.friction,
+            judged,
+        )
+        if phase in WATCHED:
+            running.tally.push(true_current, angle, estimate.velocity, estimate.friction, estimate.delay_ns)
+            running.detector.push(
+                rows.time_ns,
+                true_current,
+                angle,
+                temperature,
+                estimate.velocity,
+                estimate.friction,
+                estimate.delay_ns,
+                phase,
+            )
+            self._count(rows.lost_before, angle, true_current)
+
+    def snapshot(self) -> Snapshot:
+        """Return what is known so far; cheap enough for every refresh of a panel."""
+        detectors = self._detectors()
+        episodes = sum(len(d.episodes) + d.open_episodes for d in detectors)
+        reading = None if self._running is None else self._running.tally.reading()
+        return Snapshot(reading, self._stiction_limit, self._coulomb_limit, episodes)
+
+    def finish(self) -> DiagnosisResult:
+        """Fit the whole run and return the verdict with everything behind it."""
+        throttle = self._throttle()
+        detectors = self._detectors()
+        for detector in detectors:
+            detector.close()
+        exceedances = tuple(episode for detector in detectors for episode in detector.episodes)
+        assessment = assess(self._ticks.ticks(), self._model, throttle, self._zero)
+        reading = Tally(throttle).reading() if self._running is None else self._running.tally.reading()
+        numbers = report_numbers(assessment, reading, self._zero, self._limits, throttle)
+        grounds = Grounds(
+            exceedances,
+            max(self._highest - self._lowest, 0.0),
+            reading.fastest,
+            throttle.stribeck_velocity,
+            self._lost,
+            self._samples,
+            self._zero.is_measured,
+            self._highest_current,
+        )
+        verdict, reasons = conclude(numbers, grounds)
+        series = plot_columns(assessment)
+        return DiagnosisResult(verdict, reasons, numbers, exceedances, self._start_ns or 0, series)
+
+    def _throttle(self) -> ThrottleParameters:
+        temperature = self._zero.temperature
+        return self._model.values if math.isnan(temperature) else self._model.values_at(temperature)
+
+    def _start_or_go_on(self, plate_less_encoder: Float64) -> _Running:
+        """Return what runs; a current zero that has just ended starts it afresh with what it measured."""
+        if self._meter is not None:
+            self._zero, self._meter = self._meter.zero(), None
+            if self._running is not None:
+                self._finished.append(self._running.detector)
+                self._running = None
+        if self._running is None:
+            if self._zero.angle is None and np.isfinite(plate_less_encoder[0]):
+                z = self._zero
+                self._zero = Zero(z.current, z.current_error, z.noise, float(plate_less_encoder[0]), z.temperature)
+            throttle = self._throttle()
+            self._running = _Running(
+                self._make_observer(throttle, _noise(self._model)),
+                Tally(throttle),
+                ExceedanceDetector(self._model, throttle, self._stiction_limit, self._coulomb_limit),
+            )
+        return self._running
+
+    def _detectors(self) -> list[ExceedanceDetector]:
+        return self._finished if self._running is None else [*self._finished, self._running.detector]
+
+    def _count(self, lost_before: Int64, angle: Float64, current: Float64) -> None:
+        self._samples += len(angle)
+        self._lost += int(np.sum(lost_before[lost_before > 0]))
+        known = angle[np.isfinite(angle)]
+        if len(known):
+            self._lowest = min(self._lowest, float(known.min()))
+            self._highest = max(self._highest, float(known.max()))
+        flowing = np.abs(current[np.isfinite(current)])
+        if len(flowing):
+            self._highest_current = max(self._highest_current, float(flowing.max()))
+
+
+@dataclass(frozen=True, slots=True)
+class _Running:
+    observer: Observer
+    tally: Tally
+    detector: ExceedanceDetector
+
+
+def _noise(model: Model) -> SensorNoise:
+    sensors = model.sensors
+    turn = 2.0 * math.pi / sensors.motor_counts_per_turn
+    return SensorNoise.of_steps(
+        turn / model.values.gear_ratio, float(sensors.current_step), current_noise=float(sensors.current_noise)
+    )

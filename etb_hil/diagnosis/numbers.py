@@ -1,0 +1,90 @@
+"""The numbers of a result: fitted ones with intervals and limits, the paper's own readings, and what they rest on."""
+
+from __future__ import annotations
+
+from etb_hil.diagnosis.assessment import Assessment, Interval, fitted_numbers
+from etb_hil.diagnosis.current_zero import Zero
+from etb_hil.diagnosis.limits import Limits
+from etb_hil.diagnosis.result import Number
+from etb_hil.diagnosis.tally import LiveReading
+from etb_hil.diagnosis.verdict import stand
+from etb_hil.diagnosis.voltage_balance import VoltageBalance
+from etb_hil.plant.parameters import ThrottleParameters
+
+_NAMES = {
+    "T_st": ("stiction torque T_st", "N·m"),
+    "T_c": ("Coulomb torque T_c", "N·m"),
+    "return_margin": ("return margin", "N·m"),
+    "omega_s": ("Stribeck velocity omega_s", "rad/s"),
+    "viscous": ("viscous coefficient sigma_2", "N·m·s/rad"),
+}
+
+
+def report_numbers(
+    assessment: Assessment, reading: LiveReading, zero: Zero, limits: Limits, throttle: ThrottleParameters
+) -> tuple[Number, ...]:
+    """Return every number of a run, those that decide first."""
+    gear = throttle.gear_ratio
+    bounds = {
+        "T_st": (None, limits.stiction.at_throttle(gear)),
+        "T_c": (None, limits.coulomb.at_throttle(gear)),
+        "return_margin": (limits.return_margin.at_throttle(gear), None),
+    }
+    fitted = {} if assessment.fit is None else fitted_numbers(assessment.fit, throttle)
+    numbers = []
+    for name in _NAMES:
+        if name in fitted:
+            low, high = bounds.get(name, (None, None))
+            numbers.append(_fitted(name, fitted[name], low, high, limits.marginal_band))
+    return (*numbers, *_paper(reading), *_motor(assessment.balance), *_basis(assessment, reading, zero))
+
+
+def _fitted(name: str, interval: Interval, limit_low: float | None, limit_high: float | None, band: float) -> Number:
+    words, unit = _NAMES[name]
+    verdict = None
+    if limit_low is not None or limit_high is not None:
+        verdict = stand(interval.value, interval.low, interval.high, limit_low, limit_high, band)
+    return Number(name, words, interval.value, unit, interval.low, interval.high, limit_low, limit_high, verdict)
+
+
+def _paper(reading: LiveReading) -> tuple[Number, ...]:
+    strategy = "seed paper, section III.C, strategy"
+    return (
+        Number("T_st_live", "T_st from slow sliding, live", reading.stiction, "N·m"),
+        Number("T_st_peak", "highest estimate below omega_s", reading.peak, "N·m", note=f"{strategy} 1"),
+        Number(
+            "T_c_live",
+            "friction beyond 2.15 omega_s less viscosity",
+            reading.coulomb,
+            "N·m",
+            note=f"{strategy} 2, corrected",
+        ),
+        Number(
+            "T_c_literal",
+            "friction beyond 2.15 omega_s",
+            reading.coulomb_literal,
+            "N·m",
+            note=f"{strategy} 2 as printed",
+        ),
+    )
+
+
+def _motor(balance: VoltageBalance | None) -> tuple[Number, ...]:
+    if balance is None:
+        return ()
+    return tuple(
+        Number(name, words, value, unit, value - 1.96 * error, value + 1.96 * error)
+        for name, words, value, unit, error in (
+            ("back_emf", "back-EMF constant K_e G_r", balance.back_emf, "V·s/rad", balance.back_emf_error),
+            ("resistance", "resistance R_a", balance.resistance, "ohm", balance.resistance_error),
+        )
+    )
+
+
+def _basis(assessment: Assessment, reading: LiveReading, zero: Zero) -> tuple[Number, ...]:
+    return (
+        Number("fastest", "highest speed", reading.fastest, "rad/s"),
+        Number("current_zero", "zero of the current sensor", zero.current if zero.is_measured else None, "A"),
+        Number("current_noise", "noise of the current sensor", zero.noise if zero.is_measured else None, "A"),
+        Number("windows", "windows behind the fit", float(len(assessment.windows)), "1"),
+    )

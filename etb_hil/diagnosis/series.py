@@ -1,0 +1,44 @@
+"""Columns for the plots of a diagnosis."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from etb_hil.diagnosis.assessment import TWO_SIDED_95, Assessment, fitted_curve
+from etb_hil.recording.samples import Float64
+
+_POINTS = 201
+_SLOW = 0.3  # of the highest speed: beyond it, friction over angle would show the Stribeck curve
+
+
+def plot_columns(assessment: Assessment) -> dict[str, Float64]:
+    """Return the columns that `DiagnosisResult.series` names; groups that the run does not carry are left out."""
+    ticks, evidence, fit = assessment.ticks, assessment.evidence, assessment.fit
+    columns = {
+        "time": ticks.time,
+        "angle": ticks.angle,
+        "velocity": ticks.velocity,
+        "current": ticks.current,
+        "friction": ticks.friction,
+        "temperature": ticks.temperature,
+    }
+    if fit is None:
+        return columns
+    fastest = float(np.abs(evidence.velocity).max())
+    speeds: Float64 = np.arange(1 - _POINTS, _POINTS, 2, dtype=np.float64) * (fastest / (_POINTS - 1))
+    value, error = fitted_curve(fit, speeds)
+    slow = np.abs(evidence.velocity) < _SLOW * fastest
+    opening, closing = slow & (evidence.velocity > 0.0), slow & (evidence.velocity < 0.0)
+    return columns | {
+        "point_velocity": evidence.velocity,
+        "point_friction": fit.friction,
+        "point_angle": evidence.position,
+        "curve_velocity": speeds,
+        "curve_friction": value,
+        "curve_low": value - TWO_SIDED_95 * error,
+        "curve_high": value + TWO_SIDED_95 * error,
+        "opening_angle": evidence.position[opening],
+        "opening_friction": fit.friction[opening],
+        "closing_angle": evidence.position[closing],
+        "closing_friction": fit.friction[closing],
+    }

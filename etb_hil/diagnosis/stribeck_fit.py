@@ -1,0 +1,226 @@
+"""T_st, T_c, omega_s and viscosity from a whole run: LuGre's friction fitted to Newton's law over windows.
+
+Friction is odd in the direction of motion. What the bench's model has wrong (springs, inertia, motor constant, zero
+of the current) is not, or goes with current and acceleration; it is fitted along, held by the model's tolerances, so
+that it neither biases the friction nor is left out of its interval.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from etb_hil.diagnosis.friction_model import (
+    COULOMB,
+    DROP,
+    FRICTION_PARAMETERS,
+    LOG_SPEED,
+    friction_along,
+)
+from etb_hil.diagnosis.normal_equations import accumulate, inverse, robust_covariance, times
+from etb_hil.diagnosis.prior import CONSTANT, INERTIA, OFFSET, PARAMETERS, Prior
+from etb_hil.diagnosis.ticks import Ticks
+from etb_hil.diagnosis.windows import ACCELERATION_KERNEL, TORQUE_KERNEL, WINDOW, Windows, window_means
+from etb_hil.plant.parameters import ThrottleParameters
+from etb_hil.recording.samples import Float64, Int64
+
+_STARTS = (1.0, 0.5, 2.0)  # times the model's omega_s: the cost has more than one valley
+_ITERATIONS = 40
+_CONVERGED = 1e-5  # in standard errors
+_NUDGE = 1e-4
+_LEAST_NOISE = 2e-4  # N·m
+_OVERLAP = 3.0  # windows a stride apart share this many times their noise
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """The windows of a run as the fit takes them.
+
+    `motor` (m) N·m, torque of the measured current; `load` (m) N·m, springs and inertia by the bench's model;
+    `velocity` rad/s, `position` rad (m); `errors` (m, 5), what inertia, preloads and slopes would add to the load for a
+    unit of their error; `per_ampere` N·m/A; `cluster` (m) numbers stretches that share their noise.
+    """
+
+    motor: Float64
+    load: Float64
+    velocity: Float64
+    position: Float64
+    errors: Float64
+    per_ampere: float
+    cluster: Int64
+
+
+@dataclass(frozen=True, slots=True)
+class StribeckFit:
+    """The fitted parameters (13) in the order of `prior`, their covariance (13, 13), and what was left over.
+
+    `friction` (m) is what the windows say of friction once the model's errors are taken off; `residual` (m) N·m.
+    """
+
+    parameters: Float64
+    covariance: Float64
+    friction: Float64
+    residual: Float64
+
+    def error(self, index: int) -> float:
+        """Return the standard error of a parameter."""
+        return float(np.sqrt(self.covariance[index, index]))
+
+    @property
+    def stiction(self) -> tuple[float, float]:
+        """T_st and its standard error, in N·m."""
+        c = self.covariance
+        variance = c[COULOMB, COULOMB] + 2.0 * c[COULOMB, DROP] + c[DROP, DROP]
+        return float(self.parameters[COULOMB] + self.parameters[DROP]), float(np.sqrt(variance))
+
+
+def gather_evidence(
+    ticks: Ticks, windows: Windows, velocity: Float64, throttle: ThrottleParameters, cluster: Int64
+) -> Evidence:
+    """Return what the windows (m) hold; `velocity` (m) rad/s is theirs."""
+    p = throttle
+    above = ticks.angle > p.limp_home
+    distance = np.abs(ticks.angle - p.limp_home)
+    side = np.where(above, 1.0, -1.0)
+    opened, closed = np.where(above, 1.0, 0.0), np.where(above, 0.0, -1.0)
+    basis = (opened, closed, opened * distance, closed * distance)
+    spring = side * np.where(
+        above, p.preload_open + p.slope_open * distance, p.preload_close + p.slope_close * distance
+    )
+    motor = window_means(p.torque_per_ampere * ticks.current, TORQUE_KERNEL, windows)
+    inertia = window_means(p.inertia * ticks.angle, ACCELERATION_KERNEL, windows)
+    errors = np.stack([inertia, *(window_means(column, TORQUE_KERNEL, windows) for column in basis)], axis=1)
+    load = window_means(spring, TORQUE_KERNEL, windows) + inertia
+    return Evidence(motor, load, velocity, ticks.angle[windows.centre], errors, p.torque_per_ampere, cluster)
+
+
+def fit_stribeck(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior) -> StribeckFit | None:
+    """Fit by Levenberg's and Marquardt's method from several starts; None where none of them comes to an end."""
+    best: tuple[float, Float64] | None = None
+    for factor in _STARTS:
+        found = _descend(ticks, windows, evidence, prior, _start(evidence, prior, factor))
+        if found is not None and (best is None or found[0] < best[0]):
+            best = found
+    if best is None:
+        return None
+    return _conclude(ticks, windows, evidence, prior, best[1])
+
+
+def _start(evidence: Evidence, prior: Prior, factor: float) -> Float64:
+    q = prior.mean.copy()
+    omega_s = factor * prior.stribeck_velocity
+    q[LOG_SPEED] += {1.0: 0.0, 0.5: -0.6931471805599453, 2.0: 0.6931471805599453}[factor]
+    slow = np.abs(evidence.velocity) < 0.3 * omega_s
+    fast = np.abs(evidence.velocity) > 1.5 * omega_s
+    torque = evidence.motor - evidence.load
+    along = np.where(evidence.velocity > 0.0, torque, -torque)
+    if np.any(slow):
+        q[COULOMB], q[DROP] = 0.9 * float(np.median(along[slow])), 0.1 * float(np.median(along[slow]))
+    if np.any(slow) and np.any(fast):
+        q[COULOMB] = max(float(np.median(along[fast])), 1e-2 * q[COULOMB])
+        q[DROP] = float(np.median(along[slow])) - q[COULOMB]
+    return q
+
+
+def _predict(ticks: Ticks, windows: Windows, evidence: Evidence, q: Float64) -> tuple[Float64, Float64]:
+    """Return the motor torque (m) that the parameters call for, and the torque (m) on the shaft that it must balance.
+
+    The measured current is what carries the noise, so it stands alone: were it multiplied by a fitted constant, a
+    smaller constant would shrink the noise and pass for a better fit.
+    """
+    along = np.empty(len(ticks))
+    friction_along(ticks.angle, q, along)
+    friction = window_means(along, WINDOW, windows)
+    shaft = friction + evidence.load + times(evidence.errors, q[INERTIA:OFFSET])
+    return shaft / (1.0 + q[CONSTANT]) + evidence.per_ampere * q[OFFSET], shaft
+
+
+def _linearise(ticks: Ticks, windows: Windows, evidence: Evidence, q: Float64) -> tuple[Float64, Float64]:
+    """Return residuals (m) and the Jacobian (m, 13) of what the parameters predict."""
+    scale = 1.0 / (1.0 + q[CONSTANT])
+    predicted, shaft = _predict(ticks, windows, evidence, q)
+    jacobian = np.empty((len(windows), PARAMETERS))
+    jacobian[:, CONSTANT] = -shaft * scale * scale
+    jacobian[:, INERTIA:OFFSET] = evidence.errors * scale
+    jacobian[:, OFFSET] = evidence.per_ampere
+    for index in range(FRICTION_PARAMETERS):
+        moved = q.copy()
+        moved[index] = q[index] + _NUDGE
+        ahead, _ = _predict(ticks, windows, evidence, moved)
+        moved[index] = q[index] - _NUDGE
+        behind, _ = _predict(ticks, windows, evidence, moved)
+        jacobian[:, index] = (ahead - behind) / (2.0 * _NUDGE)
+    return evidence.motor - predicted, jacobian
+
+
+@njit(cache=True, error_model="numpy")
+def _cost(residual: Float64, q: Float64, prior_mean: Float64, prior_precision: Float64, precision: float) -> float:
+    total = 0.0
+    for r in residual:
+        total += precision * r * r
+    for a in range(len(q)):
+        d = q[a] - prior_mean[a]
+        total += prior_precision[a] * d * d
+    return total
+
+
+@njit(cache=True, error_model="numpy")
+def _mean_square(residual: Float64) -> float:
+    total = 0.0
+    for r in residual:
+        total += r * r
+    return total / len(residual)
+
+
+def _precision(residual: Float64) -> float:
+    """Return the weight of a window: by what is left over, windows that overlap counted for what they are worth."""
+    return 1.0 / (_OVERLAP * max(_mean_square(residual), _LEAST_NOISE * _LEAST_NOISE))
+
+
+def _descend(
+    ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, start: Float64
+) -> tuple[float, Float64] | None:
+    q, damping = start, 1e-3
+    residual, jacobian = _linearise(ticks, windows, evidence, q)
+    for _ in range(_ITERATIONS):
+        weight = np.full(len(windows), precision := _precision(residual))
+        matrix, gradient = accumulate(jacobian, residual, weight)
+        gradient += prior.precision * (prior.mean - q)
+        matrix[np.diag_indices(PARAMETERS)] += prior.precision
+        cost = _cost(residual, q, prior.mean, prior.precision, precision)
+        for _ in range(8):
+            damped = matrix.copy()
+            damped[np.diag_indices(PARAMETERS)] *= 1.0 + damping
+            covariance = inverse(damped)
+            step = times(covariance, gradient)
+            if not np.all(np.isfinite(step)):
+                return None
+            tried, tried_jacobian = _linearise(ticks, windows, evidence, q + step)
+            if _cost(tried, q + step, prior.mean, prior.precision, precision) < cost:
+                q, residual, jacobian, damping = q + step, tried, tried_jacobian, 0.1 * damping
+                break
+            damping = 10.0 * damping
+        else:
+            break
+        if np.all(np.abs(step) < _CONVERGED * np.sqrt(np.diag(covariance))):
+            break
+    # Costs of different starts compare only at one precision; the profile over the noise level is its logarithm,
+    # and the mean square orders the starts in the same way.
+    return _mean_square(residual), q
+
+
+def _conclude(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, q: Float64) -> StribeckFit | None:
+    residual, jacobian = _linearise(ticks, windows, evidence, q)
+    weight = np.full(len(windows), _precision(residual))
+    matrix, _ = accumulate(jacobian, residual, weight)
+    held = np.zeros_like(matrix)
+    held[np.diag_indices(PARAMETERS)] = prior.precision
+    bread = inverse(matrix + held)
+    covariance = robust_covariance(bread, held, jacobian, residual, weight, evidence.cluster)
+    if not np.all(np.isfinite(covariance)):
+        return None
+    measured = (evidence.motor - evidence.per_ampere * q[OFFSET]) * (1.0 + q[CONSTANT])
+    friction = measured - evidence.load - times(evidence.errors, q[INERTIA:OFFSET])
+    return StribeckFit(q, covariance, friction, residual)

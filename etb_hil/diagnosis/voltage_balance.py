@@ -1,0 +1,66 @@
+"""The motor's constant from its voltage: K_e = K_t in SI, and the encoder and a voltmeter know K_e well."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from etb_hil.diagnosis.normal_equations import accumulate, inverse, robust_covariance, times
+from etb_hil.diagnosis.ticks import Ticks
+from etb_hil.diagnosis.windows import RATE_KERNEL, TORQUE_KERNEL, Windows, window_means
+from etb_hil.plant.parameters import ThrottleParameters
+from etb_hil.recording.samples import Int64
+
+# What one motor's K_e and K_t may differ by: armature reaction and the voltage drop over the brushes.
+_ONE_MOTOR = 0.005
+_FEWEST = 20
+_RESISTANCE, _BACK_EMF = 0, 1
+
+
+@dataclass(frozen=True, slots=True)
+class VoltageBalance:
+    """What the voltage says of the motor: `back_emf` (K_e G_r) in V s/rad, `resistance` in ohm, standard errors."""
+
+    back_emf: float
+    back_emf_error: float
+    resistance: float
+    resistance_error: float
+
+    def torque_constant_shift(self, throttle: ThrottleParameters) -> tuple[float, float]:
+        """Return by what share the motor's constant differs from the model's, and the standard error of that."""
+        share = self.back_emf_error / throttle.back_emf
+        return self.back_emf / throttle.back_emf - 1.0, math.sqrt(share * share + _ONE_MOTOR * _ONE_MOTOR)
+
+
+def voltage_balance(ticks: Ticks, windows: Windows, cluster: Int64) -> VoltageBalance | None:
+    """Fit the first line of eq. (1) of the seed paper, in windows (m) whose `cluster` (m) is given.
+
+    An offset of the voltage and a delay between voltage and current are fitted along. Returns None where no voltage was
+    measured, or the run does not tell resistance from back-EMF.
+    """
+    voltage = window_means(ticks.voltage, TORQUE_KERNEL, windows)
+    known = np.isfinite(voltage)
+    if np.count_nonzero(known) < _FEWEST:
+        return None
+    columns = (
+        window_means(ticks.current, TORQUE_KERNEL, windows),
+        window_means(ticks.angle, RATE_KERNEL, windows),
+        window_means(ticks.current, RATE_KERNEL, windows),
+        window_means(ticks.voltage, RATE_KERNEL, windows),
+        np.ones(len(windows)),
+    )
+    jacobian = np.stack([column[known] for column in columns], axis=1)
+    weight = np.ones(len(jacobian))
+    matrix, vector = accumulate(jacobian, voltage[known], weight)
+    bread = inverse(matrix)
+    solution = times(bread, vector)
+    residual = voltage[known] - times(jacobian, solution)
+    covariance = robust_covariance(bread, np.zeros_like(bread), jacobian, residual, weight, cluster[known])
+    errors = np.sqrt(np.diag(covariance))
+    if not (np.all(np.isfinite(errors)) and np.all(np.isfinite(solution))):
+        return None
+    return VoltageBalance(
+        float(solution[_BACK_EMF]), float(errors[_BACK_EMF]), float(solution[_RESISTANCE]), float(errors[_RESISTANCE])
+    )

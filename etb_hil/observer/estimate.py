@@ -1,0 +1,52 @@
+"""What every observer takes and gives."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+from etb_hil.recording.samples import Float64, Int64
+
+
+@dataclass(frozen=True, slots=True)
+class SensorNoise:
+    """One standard deviation of the white noise that sensors add, quantisation included.
+
+    `angle` rad at the throttle shaft; `current` A.
+    """
+
+    angle: float
+    current: float
+
+    @staticmethod
+    def of_steps(
+        angle_step: float, current_step: float, angle_noise: float = 0.0, current_noise: float = 0.0
+    ) -> SensorNoise:
+        """Return the noise of sensors that round to whole steps: a uniform error of one step, and their own noise."""
+        return SensorNoise(
+            math.sqrt(angle_step * angle_step / 12.0 + angle_noise * angle_noise),
+            math.sqrt(current_step * current_step / 12.0 + current_noise * current_noise),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """Velocity and friction torque at the instants of the samples that were pushed.
+
+    `time_ns` (n); `velocity` rad/s and `friction` N·m (n), at the throttle shaft, NaN while the observer settles and
+    where a sample is bad; `delay_ns` (n), how far the friction lags behind a slow change.
+    """
+
+    time_ns: Int64
+    velocity: Float64
+    friction: Float64
+    delay_ns: Int64
+
+
+class Observer(Protocol):
+    """An estimator of the friction torque that runs on a stream; the same bits however the stream is cut."""
+
+    def push(self, time_ns: Int64, current: Float64, angle: Float64) -> Estimate:
+        """Take samples (n): instants in ns, motor current in A, throttle-shaft angle in rad; NaN is a bad sample."""
+        ...

@@ -1,0 +1,127 @@
+"""What every observer keeps to, whichever it is."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from independent_throttle import FAULTY, Unit, friction_check, sense
+from throttle_as_model import noise, parameters
+
+from etb_hil.observer.angle import AngleObserver
+from etb_hil.observer.estimate import SensorNoise
+from etb_hil.observer.sliding_mode import SlidingModeObserver
+
+OBSERVERS = {
+    "angle": lambda: AngleObserver(parameters(Unit()), noise()),
+    "sliding mode": lambda: SlidingModeObserver(parameters(Unit())),
+}
+
+every_observer = pytest.mark.parametrize("make", OBSERVERS.values(), ids=OBSERVERS)
+
+
+@pytest.fixture(scope="module")
+def healthy():
+    truth, _ = friction_check(Unit())
+    return truth, {
+        rate: sense(Unit(), truth, rate, np.random.default_rng(1), current_offset=0.0) for rate in (1000, 20000)
+    }
+
+
+def _push(observer, sensed, part=slice(None)):
+    return observer.push(sensed.time_ns[part], sensed.current[part], sensed.motor_angle[part] / 18.0)
+
+
+@every_observer
+@settings(max_examples=20, deadline=None)
+@given(cuts=st.lists(st.integers(0, 4000), max_size=12), rate=st.sampled_from([1000, 20000]))
+def test_same_bits_however_the_stream_is_cut(make, healthy, cuts, rate):
+    sensed = healthy[1][rate]
+    whole = _push(make(), sensed, slice(0, 4000))
+    observer = make()
+    edges = [0, *sorted(cuts), 4000]
+    pieces = [_push(observer, sensed, slice(a, b)) for a, b in pairwise(edges)]
+    for name in ("velocity", "friction", "delay_ns"):
+        np.testing.assert_array_equal(np.concatenate([getattr(p, name) for p in pieces]), getattr(whole, name))
+
+
+@every_observer
+@pytest.mark.parametrize("rate", [1000, 20000])
+def test_friction_of_a_slow_ramp_is_found(make, healthy, rate):
+    truth, sensed = healthy[0], healthy[1][rate]
+    estimate = _push(make(), sensed)
+    ramp = slice(int(2.5 * rate), int(4.4 * rate))
+    assert np.mean(estimate.friction[ramp]) == pytest.approx(np.mean(truth.friction[50000:88000]), rel=0.02)
+    assert np.mean(estimate.velocity[ramp]) == pytest.approx(0.4, abs=0.02)
+
+
+@every_observer
+@pytest.mark.parametrize(("rate", "lost"), [(1000, 1), (1000, 8), (1000, 60), (20000, 10), (20000, 100), (20000, 4000)])
+def test_lost_samples_never_become_a_spike(make, healthy, rate, lost):
+    """A gap costs no more than what the same stretch shows without one, beyond a tenth of T_st."""
+    sensed = healthy[1][rate]
+    unbroken = _push(make(), sensed)
+    keep = np.ones(len(sensed.time_ns), bool)
+    for at in np.arange(1.3, 13.0, 0.35):
+        keep[int(at * rate) : int(at * rate) + lost] = False
+    broken = _push(make(), sensed, keep)
+    highest = np.nanmax(np.abs(unbroken.friction))
+    assert np.nanmax(np.abs(broken.friction)) < highest + 0.1 * Unit().stiction
+
+
+@every_observer
+def test_bad_samples_give_no_estimate_and_do_no_harm(make, healthy):
+    sensed = healthy[1][1000]
+    current = sensed.current.copy()
+    current[2000:2003] = np.nan
+    estimate = make().push(sensed.time_ns, current, sensed.motor_angle / 18.0)
+    assert np.all(np.isnan(estimate.friction[2000:2003]))
+    assert np.all(np.isfinite(estimate.friction[2100:]))
+
+
+@every_observer
+def test_rate_that_changes_while_it_runs(make, healthy):
+    """A burst at 20 kHz in a stream at 1 kHz keeps the estimate within what the slower rate shows."""
+    truth, sensed = healthy[0], healthy[1][20000]
+    keep = np.zeros(len(sensed.time_ns), bool)
+    keep[::20] = True
+    keep[60000:80000] = True
+    estimate = _push(make(), sensed, keep)
+    ramp = (estimate.time_ns > 2.6e9) & (estimate.time_ns < 4.4e9)
+    error = estimate.friction[ramp] - truth.friction[keep][ramp]
+    assert np.all(np.isfinite(error))
+    assert np.abs(np.mean(error)) < 0.02 * Unit().stiction
+
+
+@pytest.mark.parametrize("rate", [1000, 20000])
+def test_stated_delay_is_the_one_that_fits(rate):
+    truth, _ = friction_check(FAULTY)
+    sensed = sense(FAULTY, truth, rate, np.random.default_rng(2), current_offset=0.0)
+    estimate = _push(OBSERVERS["angle"](), sensed)
+    every = 20000 // rate
+    inside = slice(int(1.2 * rate), int(13.0 * rate))
+
+    def error(delay_ns):
+        late = round(delay_ns * 1e-9 * 20000)
+        shifted = truth.friction[inside.start * every - late : inside.stop * every - late : every]
+        return np.sqrt(np.mean((estimate.friction[inside] - shifted) ** 2))
+
+    stated = int(estimate.delay_ns[-1])
+    assert error(stated) < 0.8 * error(0)
+    assert error(stated) < 1.1 * min(error(d) for d in range(0, 4_000_000, 250_000))
+
+
+def test_velocity_may_be_measured(healthy):
+    truth, sensed = healthy[0], healthy[1][20000]
+    observer = SlidingModeObserver(parameters(Unit()))
+    estimate = observer.push(sensed.time_ns, sensed.current, sensed.motor_angle / 18.0, truth.velocity)
+    late = round(int(estimate.delay_ns[0]) * 1e-9 * 20000)
+    error = estimate.friction[24000:260000] - truth.friction[24000 - late : 260000 - late]
+    assert np.sqrt(np.mean(error**2)) < 0.06 * Unit().coulomb
+
+
+def test_noise_of_sensors_that_round():
+    noise = SensorNoise.of_steps(12.0, 0.0, angle_noise=2.0, current_noise=3.0)
+    assert noise.angle == pytest.approx(4.0)
+    assert noise.current == pytest.approx(3.0)
