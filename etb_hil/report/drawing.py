@@ -84,11 +84,13 @@ def save_png(figure: Figure, path: Path) -> None:
 def inline_svg(figure: Figure, name: str) -> str:
     """Return a figure as an `<svg>` element for a page; `name` keeps its ids apart from those of other figures."""
     text = io.StringIO()
-    with mpl.rc_context({**STYLE, "svg.hashsalt": name}):
+    with mpl.rc_context(STYLE):
         figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     svg = text.getvalue()
     svg = svg[svg.index("<svg") :]
-    svg = re.sub(r'(\bid="|href="#|url\(#)', rf"\g<1>{name}-", svg)
+    # matplotlib's own ids differ from run to run and repeat in the next figure of a page
+    ids = {given: f"{name}-{k}" for k, given in enumerate(dict.fromkeys(re.findall(r'\bid="([^"]*)"', svg)))}
+    svg = re.sub(r'(\bid="|href="#|url\(#)([^")]*)', lambda found: found[1] + ids[found[2]], svg)
     svg = re.sub(r'(<svg [^>]*?) (?:width|height)="[^"]*"', r"\1", svg, count=1)
     svg = re.sub(r'(<svg [^>]*?) (?:width|height)="[^"]*"', r'\1 role="img"', svg, count=1)
     for colour, variable in _VARIABLES.items():

@@ -19,7 +19,7 @@ REPORT_NAME = "report.html"
 
 # What two printed pages hold; the rest is in results.json, and the page says so.
 _MOST_NUMBERS, _MOST_PHASES, _MOST_EXCEEDANCES, _MOST_MESSAGES, _MOST_INPUTS = 16, 20, 7, 7, 7
-_LONGEST_NAME, _LONGEST_SENTENCE = 40, 320
+_LONGEST_NAME, _LONGEST_SENTENCE, _LONGEST_VERSIONS = 44, 320, 160
 _SAFE_STATE = {True: "yes, seen in the measured current", False: "NOT VERIFIED", None: "not looked at"}
 
 _PLOTS = {
@@ -68,6 +68,7 @@ def render_page(results: Results, drawn: Mapping[str, str]) -> str:
         count=lambda value: show.UNKNOWN if value is None else str(value),
     )
     verdict = verdict_of(results)
+    versions = ", ".join(f"{name} {version}" for name, version in results.versions.items())
     return environment.get_template("report.html.jinja").render(
         results=results,
         verdict=verdict,
@@ -83,7 +84,7 @@ def render_page(results: Results, drawn: Mapping[str, str]) -> str:
         messages=results.bus.messages[:_MOST_MESSAGES],
         inputs=results.inputs[:_MOST_INPUTS],
         run_id=_sentence(results.run_id[:90]),
-        versions=_sentence(", ".join(f"{name} {version}" for name, version in results.versions.items())),
+        versions=_sentence(versions[:_LONGEST_VERSIONS]),
         style=_ours((here / "report.css").read_text(encoding="utf-8")),
         speed_plot=_ours(drawn["friction_over_speed"]),
         angle_plot=_ours(drawn["friction_over_angle"]),

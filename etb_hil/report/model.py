@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Any, Literal, Self
+from typing import Any, Self
 
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
@@ -59,13 +59,16 @@ class Number:
     high: float | None = None
     limit_low: float | None = None
     limit_high: float | None = None
-    verdict: Literal["pass", "marginal", "fail"] | None = None
+    verdict: UnitVerdict | None = None
     note: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class Exceedance:
-    """An episode of friction above its limit; `kind` is the id of the number whose limit it is (`T_st` or `T_c`)."""
+    """An episode of friction above its limit; `kind` is the id of the number whose limit it is (`T_st` or `T_c`).
+
+    `peak` and `limit` are amounts in N·m; `allowance` is by how much the model may be off at the peak.
+    """
 
     kind: str
     start_s: float
@@ -76,6 +79,7 @@ class Exceedance:
     velocity: float | None = None
     temperature: float | None = None
     phase: str = ""
+    allowance: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,7 +197,8 @@ class ReportSeries:
     Traces (n): `time` s, `angle` rad, `velocity` rad/s, `current` A, `friction` N·m, `temperature` degC (or empty).
     Points that the Stribeck curve was fitted to (m): `point_velocity` rad/s, `point_friction` N·m.
     The curve (k): `curve_velocity`, `curve_friction`, and its 95 % band `curve_low`, `curve_high`.
-    Friction over angle by direction: `opening_angle`, `opening_friction`; `closing_angle`, `closing_friction`.
+    Friction over angle while sliding slowly, points in any order: `opening_angle`, `opening_friction`;
+    `closing_angle`, `closing_friction`.
     """
 
     time: Float64 = field(default_factory=_none)

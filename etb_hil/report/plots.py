@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from etb_hil.recording.samples import Float64
 from etb_hil.report.drawing import (
     CLOSING,
     INK,
@@ -25,6 +28,8 @@ from etb_hil.report.drawing import (
 from etb_hil.report.model import Phase, ReportSeries, Results
 
 _FAR_ABOVE = 2.15  # beyond this many omega_s the Stribeck curve has fallen to T_c within 1 %
+
+_STRETCHES, _FEWEST = 24, 3  # of angle, and points in one
 
 FRICTION = "friction torque / N·m"
 
@@ -90,7 +95,9 @@ def friction_over_angle(series: ReportSeries, results: Results) -> Figure:
         ("closing", CLOSING, "-.", series.closing_angle, series.closing_friction),
     ):
         if len(angle):
-            axes.plot(np.degrees(angle), friction, style, color=colour, linewidth=1.6, label=name)
+            points = thinned(np.degrees(angle), friction)
+            axes.plot(*points, ".", color=colour, markersize=2.0, alpha=0.35)
+            axes.plot(*_medians(np.degrees(angle), friction), style, color=colour, linewidth=2, label=f"{name}, median")
     stiction, coulomb = _limit(results, "T_st"), _limit(results, "T_c")
     _level(axes, stiction, "--", "limit T_st")
     _level(axes, coulomb, ":", "limit T_c")
@@ -102,7 +109,7 @@ def friction_over_angle(series: ReportSeries, results: Results) -> Figure:
 @mpl.rc_context(STYLE)
 def time_traces(series: ReportSeries, results: Results) -> Figure:
     """Draw angle, velocity, current and friction over time; phases as a strip, exceedances shaded and marked."""
-    figure, (strip, *rows) = new_figure(10.4, 7.4, rows=5, ratios=[0.16, 1, 1, 1, 1.3])
+    figure, (strip, *rows) = new_figure(10.4, 6.2, rows=5, ratios=[0.16, 1, 1, 1, 1.3])
     strip.set(title="Traces over time", yticks=[], ylim=(0, 1))
     strip.grid(visible=False)
     strip.spines[:].set_visible(False)
@@ -132,9 +139,19 @@ def time_traces(series: ReportSeries, results: Results) -> Figure:
             axes.axvspan(episode.start_s, episode.end_s, color=LIMIT, alpha=0.22, linewidth=0)
         middle = 0.5 * (episode.start_s + episode.end_s)
         name = "exceedance" if index == 0 else None
-        friction.plot([middle], [episode.peak], "v", color=LIMIT, markersize=6, label=name)
+        peak = math.copysign(episode.peak, episode.velocity or 1.0)  # friction has the direction of the motion
+        friction.plot([middle], [peak], "v", color=LIMIT, markersize=6, label=name)
     legend_below(figure, 3)
     return figure
+
+
+def _medians(angle: Float64, friction: Float64) -> tuple[Float64, Float64]:
+    """Return middle angle and median friction of equal stretches of angle, NaN where there is next to nothing."""
+    edges = np.linspace(angle.min(), angle.max(), _STRETCHES + 1)
+    which = np.clip(np.searchsorted(edges, angle, side="right") - 1, 0, _STRETCHES - 1)
+    parts = [friction[which == k] for k in range(_STRETCHES)]
+    medians = [float(np.median(part)) if len(part) >= _FEWEST else np.nan for part in parts]
+    return 0.5 * (edges[1:] + edges[:-1]), np.array(medians)
 
 
 def _phase_strip(strip: Axes, rows: list[Axes], phases: tuple[Phase, ...]) -> None:

@@ -1,25 +1,28 @@
-"""What a technician reads: one reason in a sentence and one thing to do next, for every reason id.
+"""What a technician reads: one reason in a sentence and one thing to do next, for each reason id.
 
 In a reason, `{T_st}` stands for the number of that id with its unit, `{T_st.limit}` for its limit.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.report import show
 from etb_hil.report.model import Number, Results
 
 _REPLACE = "Replace the throttle body, or clean it and test again. Keep this report with the unit."
+_NOT_FITTED = "Do not fit this unit to a vehicle. " + _REPLACE
+_AGAIN = "Repeat the test. Where it happens again, have an engineer look at the plots."
 
 
 @dataclass(frozen=True, slots=True)
 class Wording:
-    """A reason in a sentence, and what to do next."""
+    """A reason in a sentence, and what to do next; `with_detail` puts the given text behind it, in brackets."""
 
     reason: str
     next_step: str
+    with_detail: bool = False
 
 
 UNIT_REASONS = {
@@ -27,37 +30,32 @@ UNIT_REASONS = {
         "Friction is within its limits: break-away {T_st} (limit {T_st.limit}), sliding {T_c} (limit {T_c.limit}).",
         "Release the unit.",
     ),
-    "marginal": Wording(
-        "Friction is within its limits but inside the marginal band: break-away {T_st} (limit {T_st.limit}), "
-        "sliding {T_c} (limit {T_c.limit}).",
-        "Test the unit once more after it has stood for ten minutes; have an engineer look where it stays marginal.",
+    "T_st_beyond_limit": Wording("Break-away friction is {T_st}; the limit is {T_st.limit}.", _REPLACE),
+    "T_c_beyond_limit": Wording("Sliding friction is {T_c}; the limit is {T_c.limit}.", _REPLACE),
+    "return_margin_beyond_limit": Wording(
+        "The return spring has {return_margin} left over friction; at least {return_margin.limit} is needed for the "
+        "plate to come back without power.",
+        _NOT_FITTED,
     ),
-    "stiction_above_limit": Wording("Break-away friction is {T_st}; the limit is {T_st.limit}.", _REPLACE),
-    "coulomb_above_limit": Wording("Sliding friction is {T_c}; the limit is {T_c.limit}.", _REPLACE),
-    "return_margin_low": Wording(
-        "The return spring has only {return_margin} left over friction; at least {return_margin.limit} is needed for "
-        "the plate to come back without power.",
-        "Do not fit this unit. " + _REPLACE,
+    "T_st_exceeded": Wording("The plate sticks: friction was above the limit of break-away.", _REPLACE, True),
+    "T_c_exceeded": Wording("Friction was above the limit while the plate moved fast.", _REPLACE, True),
+    "T_st_undecided": Wording("Break-away friction {T_st} is too close to its limit {T_st.limit} to tell.", _AGAIN),
+    "T_c_undecided": Wording("Sliding friction {T_c} is too close to its limit {T_c.limit} to tell.", _AGAIN, True),
+    "return_margin_undecided": Wording(
+        "The return spring's margin over friction {return_margin} is too close to {return_margin.limit} to tell.",
+        _AGAIN,
     ),
-    "plate_did_not_return": Wording(
-        "Without power the plate did not come back to limp-home.",
-        "Do not fit this unit. " + _REPLACE,
+    "samples_lost": Wording(
+        "Too many samples were lost to judge the unit.", "Check the CAN wiring and the bus load, then repeat.", True
     ),
-    "curve_not_fitted": Wording(
-        "No friction curve could be fitted to this run, so that nothing is said of the limits.",
-        "Repeat the test. Where it happens again, check the model file and have an engineer look at the plots.",
+    "no_samples": Wording(
+        "No sample of current and angle arrived while the plate moved.",
+        "Check the CAN wiring and the scenario's measurement request, then repeat.",
     ),
-    "speed_not_reached": Wording(
-        "The plate never moved fast enough to measure sliding friction far above the Stribeck velocity.",
-        "Check the supply voltage, then repeat the test with a scenario that has a dash.",
-    ),
-    "too_few_samples": Wording(
-        "Too few good samples arrived to judge the unit.",
-        "Check the CAN wiring and the bus load, then repeat the test.",
-    ),
-    "interval_spans_limit": Wording(
-        "The measurement is not exact enough to tell on which side of the limit the unit is.",
-        "Repeat the test. Where it happens again, have an engineer check the model's tolerances.",
+    "too_little_motion": Wording(
+        "The plate moved too little to measure friction.",
+        "Check that the plate moves by hand with the supply off, and the supply voltage; then repeat.",
+        True,
     ),
     "run_not_finished": Wording("The run ended before the unit could be judged.", "Repeat the test."),
 }
@@ -119,6 +117,8 @@ _BENCH_DEFAULTS = {
     BenchOutcome.ABORTED: Wording("The run was ended before it was done.", "Repeat the test."),
 }
 
+_EXCEEDED = {"T_st_exceeded", "T_c_exceeded"}
+
 TIMESTAMP_GRADES = {
     "sample counter": "samples carry the controller's own counter: exact to its clock",
     "receive stamps": "samples are dated by their arrival: late by the bus and the host",
@@ -127,21 +127,23 @@ TIMESTAMP_GRADES = {
 
 
 def unit_wording(results: Results) -> Wording:
-    """Return why the unit got its verdict and what to do; words in the results outrank those of this file."""
+    """Return why the unit got its verdict and what to do; of an unknown reason, the words that came with it."""
     unit = results.unit
-    default = _UNIT_DEFAULTS.get(unit.verdict, UNIT_REASONS["run_not_finished"]) if unit.verdict else None
-    known = UNIT_REASONS.get(unit.reason_id) or default or UNIT_REASONS["run_not_finished"]
-    words = Wording(_filled(known.reason, results), known.next_step)
-    return _outranked(words, unit.reason, unit.next_step)
+    if unit.verdict is None:
+        return UNIT_REASONS["run_not_finished"]
+    known = UNIT_REASONS.get(unit.reason_id)
+    if known is None:
+        default = _UNIT_DEFAULTS[unit.verdict]
+        return Wording(unit.reason or default.reason, unit.next_step or default.next_step)
+    return Wording(_detailed(_filled(known.reason, results), unit.reason if known.with_detail else ""), known.next_step)
 
 
 def bench_wording(results: Results) -> Wording:
     """Return why the bench ended as it did and what to do; what the bench measured stands behind it in brackets."""
     bench = results.bench
-    known = BENCH_REASONS.get(bench.reason_id, _BENCH_DEFAULTS[bench.outcome])
-    if not bench.reason or bench.reason.startswith(known.reason):
-        return _outranked(known, bench.reason, bench.next_step)
-    return _outranked(known, f"{known.reason} ({bench.reason})", bench.next_step)
+    default = _BENCH_DEFAULTS[bench.outcome]
+    known = BENCH_REASONS.get(bench.reason_id, default)
+    return Wording(_detailed(known.reason, bench.reason), bench.next_step if known is default else known.next_step)
 
 
 def further_reasons(results: Results) -> list[str]:
@@ -155,39 +157,35 @@ def spring_or_friction(results: Results) -> str:
 
     The code's two official causes are a failed return spring and a rise of friction; a controller cannot tell which.
     """
-    margin = results.number("return_margin")
-    friction = [n for n in (results.number("T_st"), results.number("T_c")) if n is not None]
-    springs = [n for n in (results.number("preload_open"), results.number("preload_close")) if n is not None]
-    high = any(n.verdict == "fail" for n in friction)
-    weak = any(n.verdict == "fail" for n in springs)
-    short = margin is not None and margin.verdict == "fail"
-    if not (high or weak or short):
+    standing = {n.id: n.verdict for n in results.numbers}
+    reasons = {results.unit.reason_id, *results.unit.also}
+    high = UnitVerdict.FAIL in (standing.get("T_st"), standing.get("T_c")) or reasons & {
+        "T_st_exceeded",
+        "T_c_exceeded",
+    }
+    good = standing.get("T_st") == standing.get("T_c") == UnitVerdict.PASS
+    short = standing.get("return_margin") == UnitVerdict.FAIL
+    if not (high or short):
         return ""
-    opening = "A vehicle may set P2119 (throttle body range/performance) for this unit. The code does not say whether "
-    opening += "the return spring failed or friction rose. Here "
-    if high and weak:
-        return opening + "it is both: friction is above its limit and the return spring is weak."
-    if weak:
-        return opening + "it is the return spring: its torque is outside its limits, friction is not."
-    if high and springs:
-        return opening + "it is friction: it is above its limit, the return spring is within its limits."
+    stiction, margin = results.number("T_st"), results.number("return_margin")
+    preload = ""
+    if stiction is not None and stiction.value is not None and margin is not None and margin.value is not None:
+        shown = show.quantity(margin.value + stiction.value, "N·m")
+        preload = f" The weaker spring's preload came out as {shown}."
     if high:
-        return opening + "it is friction: it is above its limit. The spring's torque was not measured on its own."
-    return opening + "the spring has too little margin over friction, though friction is within its limits."
-
-
-def with_words(results: Results) -> Results:
-    """Return the results with every reason and next step written out, as `results.json` holds them."""
-    unit, bench = unit_wording(results), bench_wording(results)
-    return replace(
-        results,
-        unit=replace(results.unit, reason=unit.reason, next_step=unit.next_step),
-        bench=replace(results.bench, reason=bench.reason, next_step=bench.next_step),
+        cause = "it is friction, which is above its limit."
+    elif good:
+        cause = "it is the return spring: friction is within its limits, and the spring has too little left over it."
+    else:
+        cause = "the spring has too little left over friction; which of the two is at fault, this run does not tell."
+    return (
+        "A vehicle may set P2119 (throttle body range/performance) for this unit. The code does not say whether the "
+        f"return spring failed or friction rose: here {cause}{preload}"
     )
 
 
-def _outranked(words: Wording, reason: str, next_step: str) -> Wording:
-    return Wording(reason or words.reason, next_step or words.next_step)
+def _detailed(sentence: str, detail: str) -> str:
+    return f"{sentence} ({detail})" if detail else sentence
 
 
 class _Shown:

@@ -81,7 +81,7 @@ def results(stiction=T_ST, **changes):
     failed = stiction > 0.25
     unit = Unit(
         UnitVerdict.FAIL if failed else UnitVerdict.PASS,
-        "stiction_above_limit" if failed else "within_limits",
+        "T_st_beyond_limit" if failed else "within_limits",
         serial="ETB-0042",
         part_number="A 113",
         revision="C",
@@ -125,9 +125,11 @@ def numbers(stiction):
             stiction - 0.004,
             stiction + 0.004,
             limit_high=0.25,
-            verdict="fail" if above else "pass",
+            verdict=UnitVerdict.FAIL if above else UnitVerdict.PASS,
         ),
-        Number("T_c", "sliding friction", T_C, "N·m", T_C - 0.002, T_C + 0.002, limit_high=0.18, verdict="pass"),
+        Number(
+            "T_c", "sliding friction", T_C, "N·m", T_C - 0.002, T_C + 0.002, limit_high=0.18, verdict=UnitVerdict.PASS
+        ),
         Number(
             "return_margin",
             "return margin",
@@ -136,7 +138,7 @@ def numbers(stiction):
             margin - 0.01,
             margin + 0.01,
             limit_low=0.05,
-            verdict="fail" if short else "pass",
+            verdict=UnitVerdict.FAIL if short else UnitVerdict.PASS,
         ),
         Number("omega_s", "Stribeck velocity", OMEGA_S, "rad/s", 7.1, 8.4),
         Number("viscous", "viscous friction", VISCOUS, "N·m·s/rad", 0.0008, 0.0012),
@@ -147,5 +149,5 @@ def numbers(stiction):
 def exceedances(stiction):
     return (
         Exceedance("T_st", 5.0, 5.4, stiction, 0.25, 0.2, 0.21, 23.4, "ramp opening"),
-        Exceedance("T_st", 11.0, 11.3, -stiction * 0.97, 0.25, 1.39, -0.2, 23.4, "ramp closing"),
+        Exceedance("T_st", 11.0, 11.3, stiction * 0.97, 0.25, 1.39, -0.2, 23.4, "ramp closing"),
     )

@@ -26,7 +26,7 @@ def full_run():
         unit=Unit(UnitVerdict.FAIL, EVIL, EVIL * 9, EVIL * 9, (), EVIL * 9, EVIL, EVIL),
         bench=Bench(BenchOutcome.OK, EVIL, EVIL, EVIL, False, EVIL),
         numbers=tuple(Number(EVIL, EVIL, 0.1, EVIL, note=EVIL) for _ in range(3))
-        + tuple(Number(f"n{i}", "a number", 0.1, "N·m", 0.09, 0.11, None, 0.2, "pass") for i in range(40)),
+        + tuple(Number(f"n{i}", "a number", 0.1, "N·m", 0.09, 0.11, None, 0.2, UnitVerdict.PASS) for i in range(40)),
         exceedances=tuple(Exceedance("T_st", i * 0.05, i * 0.05 + 0.01, 0.3 + i, 0.25, phase=EVIL) for i in range(300)),
         phases=tuple(Phase(EVIL, f"{EVIL} {i}", i * 0.4, i * 0.4 + 0.4, EVIL) for i in range(60)),
         bus=Bus(EVIL, messages=tuple(MessageStatistics(f"{EVIL}{i}", 10, None) for i in range(40))),

@@ -12,7 +12,9 @@ from etb_hil.report.verdict import WIDTH, banner, verdict_of, verdict_text
 CASES = {
     "PASS": sample_run.results(),
     "FAIL": sample_run.results(0.567),
-    "INCONCLUSIVE": sample_run.results(unit=Unit(UnitVerdict.INCONCLUSIVE, "speed_not_reached")),
+    "INCONCLUSIVE": sample_run.results(
+        unit=Unit(UnitVerdict.INCONCLUSIVE, "too_little_motion", "the plate moved by 0.01 rad")
+    ),
     "BENCH FAULT": sample_run.results(0.567, bench=Bench(BenchOutcome.FAULT, "frames_stopped", safe_state=False)),
     "ABORTED": sample_run.results(unit=Unit(None), bench=Bench(BenchOutcome.ABORTED, "stopped_by_user")),
 }
@@ -40,7 +42,7 @@ def test_bench_fault_outranks_and_never_blames_the_unit():
 
 
 def test_names_cannot_steer_the_terminal():
-    unit = Unit(UnitVerdict.PASS, serial="\x1b[2J\x07 1\r\n2", reason="a\x1b]0;title\x07b")
+    unit = Unit(UnitVerdict.PASS, "invented_later", serial="\x1b[2J\x07 1\r\n2", reason="a\x1b]0;title\x07b")
     text = verdict_text(sample_run.results(unit=unit))
     assert all(character.isprintable() or character == "\n" for character in text)
 

@@ -14,7 +14,6 @@ from etb_hil.report.wording import (
     further_reasons,
     spring_or_friction,
     unit_wording,
-    with_words,
 )
 
 
@@ -37,14 +36,13 @@ def test_bench_reasons_say_what_was_measured_and_what_to_do(reason_id):
 
 
 def test_numbers_that_are_missing_are_said_to_be():
-    results = sample_run.results(unit=Unit(UnitVerdict.FAIL, "stiction_above_limit"), numbers=())
+    results = sample_run.results(unit=Unit(UnitVerdict.FAIL, "T_st_beyond_limit"), numbers=())
     assert unit_wording(results).reason == "Break-away friction is not measured; the limit is none."
 
 
-def test_words_of_the_results_outrank_ours():
-    results = sample_run.results(unit=Unit(UnitVerdict.FAIL, "stiction_above_limit", "Because.", "Do this."))
-    assert unit_wording(results).reason == "Because."
-    assert unit_wording(results).next_step == "Do this."
+def test_details_stand_behind_the_sentence():
+    results = sample_run.results(unit=Unit(UnitVerdict.INCONCLUSIVE, "samples_lost", "7.0% of the samples are lost"))
+    assert unit_wording(results).reason.endswith("to judge the unit. (7.0% of the samples are lost)")
 
 
 @pytest.mark.parametrize("verdict", UnitVerdict)
@@ -52,41 +50,37 @@ def test_unknown_reasons_still_say_what_to_do(verdict):
     words = unit_wording(sample_run.results(unit=Unit(verdict, "invented_later")))
     assert words.reason
     assert words.next_step
+    given = unit_wording(sample_run.results(unit=Unit(verdict, "invented_later", "Because.", "Do this.")))
+    assert (given.reason, given.next_step) == ("Because.", "Do this.")
 
 
 def test_further_reasons_come_after_the_first():
-    unit = Unit(UnitVerdict.FAIL, "stiction_above_limit", also=("return_margin_low", "invented_later"))
+    unit = Unit(UnitVerdict.FAIL, "T_st_beyond_limit", also=("return_margin_beyond_limit", "invented_later"))
     (sentence,) = further_reasons(sample_run.results(0.567, unit=unit))
     assert "-0.217 N·m" in sentence
 
 
-def test_words_written_out_stay_the_same_when_read_again():
-    results = sample_run.results(bench=Bench(BenchOutcome.FAULT, "current_limit", "12.3 A"))
-    once = with_words(results)
-    assert with_words(once) == once
-
-
-def standing(*failed, springs=True):
-    ids = ["T_st", "T_c", "return_margin", *(["preload_open", "preload_close"] if springs else [])]
-    return sample_run.results(
-        numbers=tuple(Number(i, i, 0.1, "N·m", verdict="fail" if i in failed else "pass") for i in ids)
-    )
+def standing(reason_id="", **verdicts):
+    marks = {"T_st": "pass", "T_c": "pass", "return_margin": "pass"} | verdicts
+    numbers = tuple(Number(i, i, 0.15, "N·m", verdict=UnitVerdict(mark)) for i, mark in marks.items())
+    return sample_run.results(unit=Unit(UnitVerdict.FAIL, reason_id), numbers=numbers)
 
 
 @pytest.mark.parametrize(
     ("results", "said"),
     [
-        (standing("T_st"), "it is friction: it is above its limit, the return spring is within its limits"),
-        (standing("T_c", springs=False), "The spring's torque was not measured on its own"),
-        (standing("preload_close", "return_margin"), "it is the return spring"),
-        (standing("preload_open", "T_st"), "it is both"),
-        (standing("return_margin"), "too little margin over friction, though friction is within its limits"),
+        (standing(T_st="fail"), "here it is friction, which is above its limit. The weaker spring's preload came out"),
+        (standing(T_c="fail", return_margin="fail"), "here it is friction"),
+        (standing("T_st_exceeded"), "here it is friction"),
+        (standing(return_margin="fail"), "here it is the return spring: friction is within its limits"),
+        (standing(return_margin="fail", T_st="inconclusive"), "which of the two is at fault, this run does not tell"),
     ],
 )
 def test_p2119_names_spring_or_friction(results, said):
     sentence = spring_or_friction(results)
     assert "P2119" in sentence
     assert said in sentence
+    assert sentence.endswith("0.300 N·m.")
 
 
 def test_p2119_is_not_spoken_of_for_a_good_unit():
