@@ -128,7 +128,7 @@ def _read(
             extended = 1 if flags[row] & _EXTENDED_FLAG else 0
             if np.int64(ident[row]) != message[_IDENT] or extended != message[_EXTENDED] or flags[row] & _NO_DATA:
                 continue
-            refused = _refusal(data[row], np.int64(length[row]), message, data_ids[index], counters, index)
+            refused = _refusal(data[row], int(length[row]), message, data_ids[index], counters, index)
             if refused != 0:
                 event_ns[count], events[count, 0] = stamp_ns[row], refused
                 count += 1

@@ -11,10 +11,9 @@ import numpy as np
 
 from etb_hil.base.clock import Clock
 from etb_hil.base.errors import BenchFault
-from etb_hil.canio.frames import FrameFlag
+from etb_hil.canio.frames import FrameBlock, FrameFlag
 
 if TYPE_CHECKING:
-    from etb_hil.canio.frames import FrameBlock
     from etb_hil.canio.link import Link
     from etb_hil.controller.virtual_controller import DriveSwitch, VirtualController
 
@@ -68,6 +67,20 @@ class EventLog:
             since_command_ms=(switch.stamp_ns - switch.last_command_ns) * 1e-6,
             reason=switch.reason,
         )
+
+
+def compile_kernels(controller: VirtualController) -> None:
+    """Have everything compiled before power-on, by a controller that is thrown away: compiling takes seconds."""
+    for width in (8, 64):
+        frame = FrameBlock(
+            np.zeros(1, np.int64),
+            np.zeros(1, np.uint32),
+            np.full(1, int(FrameFlag.REMOTE), np.uint8),
+            np.zeros(1, np.uint8),
+            np.zeros((1, width), np.uint8),
+            np.zeros(1, np.uint8),
+        )
+        controller.run(PERIOD_NS * width, frame)
 
 
 def serve(

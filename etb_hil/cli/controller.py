@@ -1,0 +1,105 @@
+"""`etb-hil controller`: be the virtual throttle controller on a bus, until stopped."""
+
+from __future__ import annotations
+
+import argparse
+from contextlib import ExitStack
+from functools import partial
+from pathlib import Path
+from typing import TextIO
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    parser.add_argument(
+        "--unit", default="default", metavar="MODEL", help="what the throttle is: a model file or stock name"
+    )
+    parser.add_argument(
+        "--nominal", metavar="MODEL", help="what the controller takes it for (default: the stock default)"
+    )
+    parser.add_argument(
+        "--bench", metavar="FILE", help="bench file with bus, DBC and roles (default: the stock vcan_classic)"
+    )
+    parser.add_argument("--interface", help="python-can's name of the interface, in place of the bench file's")
+    parser.add_argument("--channel", help="channel of the interface, in place of the bench file's")
+    parser.add_argument("--fd", action="store_true", help="CAN FD: the stock vcan_fd where no bench file is given")
+    parser.add_argument("--law", default="pd", help="position law: pd, pid or sliding-mode (default: pd)")
+    parser.add_argument("--seed", type=int, default=1, help="of all noise (default: 1)")
+    parser.add_argument("--start-angle", metavar="ANGLE", help="where the plate stands at power-on, as '8 deg'")
+    parser.add_argument("--ambient", metavar="TEMPERATURE", default="20 degC", help="as '20 degC' (the default)")
+    parser.add_argument("--log", type=Path, metavar="FILE", help="JSON lines: drive on and off with controller time")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Serve until Ctrl-C or SIGTERM; print how late the host was."""
+    from etb_hil.base.clock import WallClock
+    from etb_hil.base.errors import InputError, Problem
+    from etb_hil.base.outcome import ExitCode
+    from etb_hil.base.stock import find
+    from etb_hil.bench.bench_file import load_bench
+    from etb_hil.bench.stop_signals import StopSignals
+    from etb_hil.canio.link import VIRTUAL, open_link
+    from etb_hil.cli.compiling import announced
+    from etb_hil.controller.process import EventLog, compile_kernels, serve
+    from etb_hil.controller.virtual_controller import VirtualController
+    from etb_hil.plant.parameters import load_model
+
+    setup = load_bench(find("bench", args.bench or ("vcan_fd" if args.fd else "vcan_classic")))
+    chosen = {key: value for key in ("interface", "channel") if (value := getattr(args, key)) is not None}
+    settings = setup.bench.bus.model_copy(update=chosen)
+    if settings.interface == VIRTUAL:
+        what = "the deterministic bus lives inside one process and cannot be reached from another"
+        raise InputError(Problem(what, value=settings.interface, remedy="give --interface and --channel of a real bus"))
+    if args.fd and not settings.fd:
+        raise InputError(
+            Problem("this bench file's bus has no CAN FD", setup.document.place("bus"), remedy="leave --fd out")
+        )
+    unit = load_model(find("model", args.unit))
+    nominal = load_model(find("model", args.nominal or "default"))
+    start_angle = None if args.start_angle is None else _quantity("--start-angle", args.start_angle, "angle")
+    ambient = _quantity("--ambient", args.ambient, "temperature")
+    clock = WallClock()
+    with ExitStack() as stack:
+        stop = stack.enter_context(StopSignals())
+        log = EventLog(None if args.log is None else stack.enter_context(_created(args.log)))
+        link = open_link(settings, clock)
+        stack.callback(link.close)
+        power_on = partial(
+            VirtualController,
+            unit,
+            setup.dialect,
+            args.seed,
+            nominal=nominal,
+            law=args.law,
+            start_angle=start_angle,
+            ambient=ambient,
+            on_switch=log.switch,
+        )
+        with announced():
+            compile_kernels(power_on())
+        controller = power_on(start_ns=clock.now_ns())
+        print(f"controller of '{unit.name}' on {settings.interface}:{settings.channel}, stop with Ctrl-C", flush=True)
+        lateness = serve(controller, link, clock, log, lambda: stop.received is not None)
+    print(f"stopped by {stop.received}; {lateness}", flush=True)
+    return ExitCode.DONE
+
+
+def _quantity(option: str, text: str, dimension: str) -> float:
+    from etb_hil.base.errors import InputError, Problem
+    from etb_hil.base.quantity import parse_quantity
+
+    try:
+        return parse_quantity(text, dimension)
+    except ValueError as error:
+        raise InputError(Problem(f"{option}: {error}", value=text)) from None
+
+
+def _created(path: Path) -> TextIO:
+    from etb_hil.base.errors import InputError, Place, Problem
+
+    try:
+        return path.open("w", encoding="utf-8")
+    except OSError as error:
+        raise InputError(
+            Problem(f"cannot be written: {error.strerror}", Place(path), remedy="choose another file")
+        ) from None
