@@ -139,11 +139,10 @@ def unpack(data: Bytes, starts: Offsets, start_ns: int) -> FrameBlock:
         np.zeros(count, np.uint8),
     )
     for number, layout in _BODIES.items():
-        rows: Rows = kind == number
-        if not np.any(rows):
+        mask = kind == number
+        if not mask.any():
             continue
-        if np.all(rows):
-            rows = slice(None)  # a view where a mask would copy
+        rows: Rows = slice(None) if mask.all() else mask  # a view where a mask would copy
         at = body_at[rows]
         body = _gather(data, at, layout)
         if number == CAN_FD_MESSAGE_64:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from etb_hil.canio.link import BusSettings
 
 _BATCH = 10_000  # frames taken in one call: a flooded bus must not hold the bench up for ever
+_LOOPING = {"udp_multicast"}  # interfaces that give a sender its own frames back, and cannot be told not to
 _SAME_EPOCH_NS = 10_000_000_000  # a driver's first stamp farther from our clock than this counts from another epoch
 
 
@@ -33,6 +35,7 @@ class PythonCanLink:
         self._clock = clock
         self._bus = _open(settings)
         self._sent: list[FrameBlock] = []
+        self._looped: deque[bytes] | None = deque(maxlen=_BATCH) if settings.interface in _LOOPING else None
         self._offset_ns: int | None = None
         self._meter = LoadMeter(clock.now_ns(), int(settings.bitrate), int(settings.data_bitrate))
         self._sent_count = self._received_count = self._error_frames = 0
@@ -48,6 +51,8 @@ class PythonCanLink:
             except (can.CanError, OSError) as error:
                 raise self._gone("sent no frame", error) from error
             stamps[row] = self._clock.now_ns()
+            if self._looped is not None:
+                self._looped.append(_content(frames, row))
         self._sent_count += len(frames)
         self._sent.append(replace(frames, stamp_ns=stamps, flags=frames.flags | np.uint8(FrameFlag.SENT)))
 
@@ -59,7 +64,7 @@ class PythonCanLink:
                 messages.append(message)
         except (can.CanError, OSError) as error:
             raise self._gone("cannot be read", error) from error
-        received = from_messages(messages)
+        received = self._without_own(from_messages(messages))
         received = replace(received, stamp_ns=self._on_our_clock(received), channel=np.zeros(len(received), np.uint8))
         errors = int(np.count_nonzero(received.flags & FrameFlag.ERROR))
         self._error_frames += errors
@@ -80,6 +85,18 @@ class PythonCanLink:
         """Leave the bus."""
         self._bus.shutdown()
 
+    def _without_own(self, received: FrameBlock) -> FrameBlock:
+        """Leave out what the network looped back to its sender."""
+        if not self._looped:
+            return received
+        others = np.ones(len(received), np.bool_)
+        for row in range(len(received)):
+            content = _content(received, row)
+            if content in self._looped:
+                self._looped.remove(content)
+                others[row] = False
+        return received.rows(others)
+
     def _on_our_clock(self, received: FrameBlock) -> np.ndarray[Any, np.dtype[np.int64]]:
         """Return stamps on our clock: some drivers count from power-on, some do not stamp at all (0)."""
         if not len(received):
@@ -97,6 +114,11 @@ class PythonCanLink:
             f"{settings.interface} channel '{settings.channel}' {what}: {error}; check that the adapter is plugged "
             "in, its driver up, and another node on the bus to acknowledge"
         )
+
+
+def _content(frames: FrameBlock, row: int) -> bytes:
+    flags = frames.flags[row] & ~np.uint8(FrameFlag.SENT)
+    return bytes((flags,)) + frames.ident[row].tobytes() + frames.data[row, : frames.length[row]].tobytes()
 
 
 def _open(settings: BusSettings) -> can.BusABC:

@@ -1,0 +1,225 @@
+"""What a link promises, over every kind of bus that this machine has."""
+
+import time
+from contextlib import contextmanager
+
+import can
+import numpy as np
+import pytest
+from bus_tools import block, frame, rows_of
+from pydantic import ValidationError
+
+from etb_hil.base.clock import WallClock
+from etb_hil.base.errors import BenchFault, InputError
+from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
+from etb_hil.canio.link import BusSettings, open_link, virtual_network
+from etb_hil.canio.virtual_network import VirtualNetwork
+
+RATES = {"bitrate": "500 kbit/s", "data_bitrate": "2 Mbit/s"}
+FD = FrameFlag.FD | FrameFlag.BITRATE_SWITCH
+
+
+@contextmanager
+def virtual_links(fd):
+    settings = BusSettings(channel="links", fd=fd, **RATES)
+    network = virtual_network(settings)
+    yield settings, network.clock
+
+
+@contextmanager
+def python_can_links(fd):
+    yield BusSettings(interface="virtual", channel="links", fd=fd, **RATES), WallClock()
+
+
+@contextmanager
+def multicast_links(fd):
+    settings = BusSettings(
+        interface="udp_multicast", channel="239.74.163.2", fd=fd, options={"port": 43900 + fd}, **RATES
+    )
+    try:
+        open_link(settings, WallClock()).close()
+    except BenchFault as reason:
+        pytest.skip(str(reason))
+    yield settings, WallClock()
+
+
+@contextmanager
+def socketcan_links(fd):
+    settings = BusSettings(interface="socketcan", channel="vcan0", fd=fd, **RATES)
+    try:
+        open_link(settings, WallClock()).close()
+    except BenchFault as reason:
+        pytest.skip(str(reason))
+    yield settings, WallClock()
+
+
+KINDS = {
+    "etb_virtual": virtual_links,
+    "virtual": python_can_links,
+    "udp_multicast": multicast_links,
+    "socketcan": socketcan_links,
+}
+
+
+@pytest.fixture(params=KINDS)
+def kind(request):
+    return request.param
+
+
+@pytest.fixture
+def bus(kind):
+    with KINDS[kind](False) as settings_and_clock:
+        yield settings_and_clock
+
+
+def opened(bus, count=2):
+    settings, clock = bus
+    return [open_link(settings, clock) for _ in range(count)], clock
+
+
+def closed(links):
+    for link in links:
+        link.close()
+
+
+def received(link, clock, count):
+    """What a link sees, until it is `count` frames or two seconds are over."""
+    parts, deadline = [], clock.now_ns() + 2_000_000_000
+    while sum(map(len, parts)) < count and clock.now_ns() < deadline:
+        clock.sleep_until_ns(clock.now_ns() + 5_000_000)
+        parts.append(link.receive())
+    return concatenate_frames(parts)
+
+
+def test_frames_arrive_in_order_and_the_sender_sees_them_too(bus):
+    (one, other), clock = opened(bus)
+    sent = block([(0, 0x100 + i, 0, i.to_bytes(2, "big")) for i in range(100)])
+    before = clock.now_ns()
+    one.send(sent)
+    got, own = received(other, clock, 100), received(one, clock, 100)
+    assert [row[1:] for row in rows_of(got)] == [row[1:] for row in rows_of(sent)]
+    assert [row[1:] for row in rows_of(own)] == [(i, FrameFlag.SENT, p) for _, i, _, p in rows_of(sent)]
+    for frames in (got, own):
+        assert before - 1_000_000_000 < frames.stamp_ns[0] <= frames.stamp_ns[-1] <= clock.now_ns()
+        assert (np.diff(frames.stamp_ns) >= 0).all()
+    assert (one.health().sent, one.health().received, other.health().sent, other.health().received) == (100, 0, 0, 100)
+    closed((one, other))
+
+
+def test_fd_frames_arrive_as_they_were_sent(kind):
+    with KINDS[kind](True) as bus:
+        (one, other), clock = opened(bus)
+        sent = block([(0, 0x10, FD, bytes(range(64))), (0, 0x1ABCDEF, FrameFlag.EXTENDED, b"classic")], 64)
+        one.send(sent)
+        got = received(other, clock, 2)
+        assert [row[1:] for row in rows_of(got)] == [row[1:] for row in rows_of(sent)]
+        closed((one, other))
+
+
+def test_nothing_sent_is_nothing_received(bus):
+    (one, other), _ = opened(bus)
+    one.send(FrameBlock.empty())
+    assert len(other.receive()) == len(one.receive()) == 0
+    health = other.health()
+    assert (health.sent, health.received, health.error_frames) == (0, 0, 0)
+    closed((one, other))
+
+
+def test_load_is_what_the_frames_take(bus):
+    (one, other), clock = opened(bus)
+    seen = []
+    begin = clock.now_ns()
+    for millisecond in range(0, 400, 4):
+        clock.sleep_until_ns(begin + millisecond * 1_000_000)
+        one.send(frame(0x123, b"12345678"))
+        seen.append(other.receive())
+    load = other.health().load
+    assert load is not None
+    assert 0 < load < 1
+    assert other.health().peak_load >= load
+    closed((one, other))
+
+
+def test_what_cannot_be_known_is_none():
+    with python_can_links(False) as bus:
+        (link,), _ = opened(bus, 1)
+        health = link.health()
+        assert health.state is health.dropped is health.transmit_errors is health.receive_errors is None
+        closed((link,))
+
+
+def test_an_unknown_interface_is_an_input_error():
+    with pytest.raises(InputError, match=r"no such CAN interface .*'canalyser'.*socketcan"):
+        open_link(BusSettings(interface="canalyser", channel="0"), WallClock())
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        BusSettings(interface="socketcan", channel="can77"),
+        BusSettings(interface="slcan", channel="/dev/none"),
+        BusSettings(interface="udp_multicast", channel="not an address"),
+    ],
+    ids=lambda settings: settings.interface,
+)
+def test_a_bus_that_is_not_there_is_a_bench_fault_that_says_what_to_do(settings):
+    with pytest.raises(BenchFault, match=r"; (check|load|plug)"):
+        open_link(settings, WallClock())
+
+
+@pytest.mark.parametrize("rate", ["0 bit/s", "30 Mbit/s", "1000.5 bit/s", "500"])
+def test_a_bit_rate_that_no_bus_has_is_refused(rate):
+    with pytest.raises(ValidationError):
+        BusSettings(bitrate=rate)
+
+
+class Broken(can.BusABC):
+    """A bus whose adapter is pulled out."""
+
+    def __init__(self):
+        super().__init__("broken")
+
+    def send(self, _msg, timeout=None):  # noqa: ARG002 (python-can's name)
+        raise can.CanOperationError("Network is down", 100)
+
+    def _recv_internal(self, timeout):  # noqa: ARG002 (likewise)
+        raise can.CanOperationError("No such device", 19)
+
+
+def test_a_bus_that_goes_away_is_a_bench_fault(monkeypatch):
+    monkeypatch.setattr(can, "Bus", lambda **_: Broken())
+    link = open_link(BusSettings(interface="virtual", channel="gone"), WallClock())
+    with pytest.raises(BenchFault, match="sent no frame: Network is down"):
+        link.send(frame(1))
+    with pytest.raises(BenchFault, match="cannot be read: No such device"):
+        link.receive()
+    link.close()
+
+
+class Stamped(Broken):
+    """A bus whose driver counts from power-on."""
+
+    def __init__(self, stamps):
+        super().__init__()
+        self._stamps = list(stamps)
+
+    def _recv_internal(self, timeout):  # noqa: ARG002 (likewise)
+        return (can.Message(timestamp=self._stamps.pop(0)) if self._stamps else None), True
+
+
+@pytest.mark.parametrize(("stamps", "steps"), [((5.0, 5.001), 1_000_000), ((0.0, 0.0), 0)])
+def test_stamps_of_another_epoch_are_brought_onto_our_clock(monkeypatch, stamps, steps):
+    monkeypatch.setattr(can, "Bus", lambda **_: Stamped(stamps))
+    clock = WallClock()
+    link = open_link(BusSettings(interface="virtual", channel="stamps"), clock)
+    got = link.receive()
+    assert abs(int(got.stamp_ns[-1]) - time.time_ns()) < 5_000_000_000
+    assert int(got.stamp_ns[1] - got.stamp_ns[0]) == pytest.approx(steps, abs=2)
+    link.close()
+
+
+def test_a_virtual_link_is_one_of_the_network_s_ports():
+    settings = BusSettings(channel="shared")
+    network = virtual_network(settings)
+    assert isinstance(network, VirtualNetwork)
+    assert virtual_network(settings) is network
