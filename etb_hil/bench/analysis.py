@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from etb_hil.recording.samples import SampleBlock
 
 SLOW_ROLES = ("temperature", "supply_voltage")
+JUDGE_NS = 50_000_000  # rows are judged in stretches of this length, which costs a fifth of judging every tick
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +45,8 @@ class Analysis:
         self.recording = Recording(origin, ClockGrade.SAMPLE_COUNTER)
         self.decoder = Decoder(dialect)
         self.diagnosis = Diagnosis(model, limits)
-        self.samples_seen = 0
+        self._waiting: list[SampleBlock] = []
+        self._judged_ns = 0
         self._newest_ns = 0
         self._dialect = dialect
         self._rows = RowBuilder(
@@ -69,10 +71,9 @@ class Analysis:
             self._newest_ns = max(self._newest_ns, int(frames.stamp_ns.max()))
         blocks = self.decoder.push(frames)
         self.recording.append(blocks)
-        rows = self._rows.push(blocks)
-        if rows is not None:
-            self.samples_seen += len(rows)
-            self._judge(rows)
+        self._waiting += blocks
+        if self._newest_ns - self._judged_ns >= JUDGE_NS:
+            self._catch_up()
         return blocks
 
     def snapshot(self) -> Snapshot:
@@ -86,7 +87,15 @@ class Analysis:
 
     def finish(self) -> DiagnosisResult:
         """Return the verdict on the unit, from all that was pushed."""
+        self._catch_up()
         return self.diagnosis.finish()
+
+    def _catch_up(self) -> None:
+        rows = self._rows.push(self._waiting)
+        self._waiting.clear()
+        self._judged_ns = self._newest_ns
+        if rows is not None:
+            self._judge(rows)
 
     def _judge(self, rows: SampleBlock) -> None:
         """Hand each row to the diagnosis as part of the phase that its stamp lies in; what came before all is left."""

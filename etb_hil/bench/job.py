@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from etb_hil.base.clock import Clock, WallClock
 from etb_hil.base.yamlfile import Document
 from etb_hil.bench.analysis import Analysis
 from etb_hil.bench.bench_file import BenchSetup, load_bench
 from etb_hil.bench.events import EventLog
+from etb_hil.bench.finished import Finished
 from etb_hil.bench.preflight import check_scenario
 from etb_hil.bench.results import results_of
 from etb_hil.bench.runner import Runner
 from etb_hil.bench.scenario_file import Scenario, load_scenario
-from etb_hil.bench.session import Session, create
+from etb_hil.bench.session import create
 from etb_hil.bench.snapshot import Watcher, nobody
 from etb_hil.bench.tap import Tap
 from etb_hil.canio.blf import BlfLog
@@ -28,7 +29,6 @@ from etb_hil.plant.parameters import Model, load_model
 
 if TYPE_CHECKING:
     from etb_hil.canio.budget import BusBudget
-    from etb_hil.diagnosis.result import DiagnosisResult
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,16 +58,6 @@ class Job:
     def is_virtual(self) -> bool:
         """Whether the bench is the embedded one, with the virtual controller in this process."""
         return self.setup.bench.bus.interface == VIRTUAL
-
-
-@dataclass(frozen=True, slots=True)
-class Finished:
-    """A run that was recorded and judged."""
-
-    session: Session
-    results: dict[str, Any]
-    analysis: Analysis
-    found: DiagnosisResult
 
 
 def prepare(files: JobFiles) -> Job:

@@ -8,7 +8,7 @@ from pathlib import Path
 from etb_hil.bench.analysis import Analysis
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.bench.events import read_events
-from etb_hil.bench.job import Finished
+from etb_hil.bench.finished import Finished
 from etb_hil.bench.record import record_of
 from etb_hil.bench.results import results_of
 from etb_hil.bench.session import open_session

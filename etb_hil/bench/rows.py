@@ -20,11 +20,6 @@ class RowBuilder:
         self._joiner = Joiner(joined)
         self._held = {role: _Held(source, role) for role, source in slow.items()}
 
-    @property
-    def unmatched(self) -> int:
-        """Instants at which one of the sources lacked its sample."""
-        return self._joiner.unmatched
-
     def push(self, blocks: Iterable[SampleBlock]) -> SampleBlock | None:
         """Take new samples; return the rows that became whole, if any."""
         arrived = list(blocks)

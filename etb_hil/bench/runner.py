@@ -81,7 +81,7 @@ class Runner:
         """Ask for samples with the drive off, until the first ones arrive."""
         self._tap.request(self._bench.measure)
         deadline = self._clock.now_ns() + round(ANSWER_S * 1e9)
-        while self._analysis.samples_seen == 0:
+        while "motor_current" not in self._analysis.recording.roles:
             self._tick(OFF, supervise_age=False)
             if self._clock.now_ns() > deadline:
                 raise _Stopped(

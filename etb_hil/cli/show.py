@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from etb_hil.bench.job import Finished
+    from etb_hil.bench.finished import Finished
 
 
 def show_finished(finished: Finished) -> int:

@@ -32,7 +32,7 @@ class SampleBlock:
     def __len__(self) -> int:
         return len(self.time_ns)
 
-    def rows(self, part: slice | NDArray[np.bool_]) -> SampleBlock:
+    def rows(self, part: slice | NDArray[np.bool_ | np.signedinteger]) -> SampleBlock:
         """Return some of the samples."""
         return SampleBlock(
             self.source,
@@ -64,14 +64,14 @@ class Joiner:
     """Joins the samples of several sources that were taken at the same instants, while they arrive.
 
     A row comes out once every source has delivered its sample of that instant; an instant that one source lacks is
-    dropped and counted in `unmatched`. The rows do not depend on how the samples were cut into blocks. A column that
-    several sources carry is taken from the first of `sources` that has it.
+    dropped, and counts as lost before the next row. The rows do not depend on how the samples were cut into blocks. A
+    column that several sources carry is taken from the first of `sources` that has it.
     """
 
     def __init__(self, sources: Iterable[str], name: str = "joined") -> None:
         self._pending: dict[str, list[SampleBlock]] = {source: [] for source in sources}
         self._name = name
-        self.unmatched = 0
+        self._missing = dict.fromkeys(self._pending, 0)  # since the last row, `LOSS_UNKNOWN` where nothing counts them
         if not self._pending:
             raise ValueError("a join needs at least one source")
 
@@ -90,18 +90,46 @@ class Joiner:
             ready[source] = block.rows(slice(0, cut))
             rest[source] = block.rows(slice(cut, None))
         self._pending = {source: [block] if len(block) else [] for source, block in rest.items()}
-        return self._match(list(ready.values()))
+        return self._match(ready)
 
-    def _match(self, blocks: list[SampleBlock]) -> SampleBlock | None:
+    def _match(self, ready: dict[str, SampleBlock]) -> SampleBlock | None:
+        blocks = list(ready.values())
         common = blocks[0].time_ns
         for block in blocks[1:]:
             if len(common) != len(block) or not np.array_equal(common, block.time_ns):
                 common = np.intersect1d(common, block.time_ns, assume_unique=True)
-        self.unmatched += max(len(block) for block in blocks) - len(common)
+        lost = _most([self._lost_before(source, block, common) for source, block in ready.items()])
         if not len(common):
             return None
-        picked = [b if len(b) == len(common) else b.rows(np.searchsorted(b.time_ns, common)) for b in blocks]  # type: ignore[arg-type]
+        picked = [b if len(b) == len(common) else b.rows(np.searchsorted(b.time_ns, common)) for b in blocks]
         columns = {role: values for block in reversed(picked) for role, values in block.columns.items()}
-        stamp_ns = np.max([block.stamp_ns for block in picked], axis=0)
-        lost = np.max([block.lost_before for block in picked], axis=0)
+        stamp_ns = picked[0].stamp_ns
+        for block in picked[1:]:
+            stamp_ns = np.maximum(stamp_ns, block.stamp_ns)
         return SampleBlock(self._name, common, stamp_ns, columns, lost)
+
+    def _lost_before(self, source: str, block: SampleBlock, common: Int64) -> Int64:
+        """Return what one source misses right before each common row: what it lost itself, and what was dropped."""
+        if len(block) == len(common) and not self._missing[source]:
+            return block.lost_before
+        group = np.searchsorted(common, block.time_ns)  # the common row that each sample belongs to, or comes before
+        known = block.lost_before != LOSS_UNKNOWN
+        dropped = np.ones(len(block), np.int64)
+        dropped[np.searchsorted(block.time_ns, common)] = 0
+        missing = np.bincount(group, np.where(known, block.lost_before, 0) + dropped, len(common) + 1).astype(np.int64)
+        unknown = np.bincount(group, ~known, len(common) + 1) > 0
+        if self._missing[source] == LOSS_UNKNOWN:
+            unknown[0] = True
+        else:
+            missing[0] += self._missing[source]
+        missing[unknown] = LOSS_UNKNOWN
+        self._missing[source] = int(missing[-1])
+        return missing[:-1]
+
+
+def _most(losses: list[Int64]) -> Int64:
+    """Return the largest loss of several sources, unknown where one of them is."""
+    most = losses[0]
+    for lost in losses[1:]:
+        most = np.where((most == LOSS_UNKNOWN) | (lost == LOSS_UNKNOWN), LOSS_UNKNOWN, np.maximum(most, lost))
+    return most

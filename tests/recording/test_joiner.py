@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from etb_hil.recording.recording import ClockGrade, Recording
-from etb_hil.recording.samples import Joiner, SampleBlock
+from etb_hil.recording.samples import LOSS_UNKNOWN, Joiner, SampleBlock
 
 
 def block(source, role, times, stamp_after=0):
@@ -41,6 +41,14 @@ def test_rows_are_the_common_instants_for_any_chunks(first, second, cuts_a, cuts
     for joined in rows:
         assert list(joined.columns["motor_current"]) == [t * 0.5 for t in joined.time_ns]
         assert set(joined.columns) == {"motor_current", "motor_angle"}
+    lost = [int(n) for joined in rows for n in joined.lost_before]
+    assert lost == [missing_before(t, got, first, second) for t in got]
+
+
+def missing_before(time, rows, *sources):
+    """Count, per source, what lies between the row before and this one."""
+    earlier = max((t for t in rows if t < time), default=-1)
+    return max(sum(earlier < t < time for t in source) for source in sources)
 
 
 def test_other_sources_are_left_alone_and_missing_instants_are_counted():
@@ -49,7 +57,17 @@ def test_other_sources_are_left_alone_and_missing_instants_are_counted():
     joined = joiner.push([block("a", "motor_current", [1, 2, 3], 5), block("b", "motor_angle", [1, 3], 7)])
     assert list(joined.time_ns) == [1, 3]
     assert list(joined.stamp_ns) == [8, 10]
-    assert joiner.unmatched == 1
+    assert list(joined.lost_before) == [0, 1]
+
+
+def test_losses_of_both_sources_add_up_and_unknown_stays_unknown():
+    first, second = block("a", "motor_current", [1, 3, 4, 9]), block("b", "motor_angle", [1, 2, 4, 9])
+    first.lost_before[1] = 1  # 2 was lost
+    second.lost_before[2] = 1  # 3 was lost
+    second.lost_before[3] = LOSS_UNKNOWN
+    joined = Joiner(["a", "b"]).push([first, second])
+    assert list(joined.time_ns) == [1, 4, 9]
+    assert list(joined.lost_before) == [0, 2, LOSS_UNKNOWN]
 
 
 def test_a_recording_gives_series_joins_and_gaps():
