@@ -2,61 +2,81 @@
 
 from __future__ import annotations
 
+import math
+
 from numba import njit
 
 from etb_hil.plant.exactmath import exp_neg
-from etb_hil.plant.physics import BRISTLE_STIFFNESS, STICTION, Vector
+from etb_hil.plant.physics import BRISTLE_STIFFNESS, STICTION, Values
 
-_SERIES_BELOW = 0.0625
-
-
-@njit(cache=True, error_model="numpy")
-def slide(bristle: float, travel: float, g_start: float, g_end: float, stiffness: float) -> tuple[float, float]:
-    """Return bristle deflection at the end of a travel in one direction, and its mean over the travel, in rad.
-
-    Over the travel x, eq. (2) of the seed paper reads dz/dx = 1 - sigma_0 sgn(omega) z / g. With g linear between its
-    values at both ends this has a solution in exponentials, exact in presliding and in steady sliding alike.
-    """
-    g_mean = 0.5 * (g_start + g_end)
-    y = stiffness * abs(travel) / g_mean
-    start, end = g_start / stiffness, g_end / stiffness
-    if travel < 0.0:
-        start, end = -start, -end
-    if y < _SERIES_BELOW:
-        phi_2 = 0.5 - y / 6.0 + y * y * (1.0 / 24.0 - y * (1.0 / 120.0 - y * (1.0 / 720.0 - y / 5040.0)))
-        phi_1 = 1.0 - y * phi_2
-        decay = 1.0 - y * phi_1
-    else:
-        decay = exp_neg(y)
-        phi_1 = (1.0 - decay) / y
-        phi_2 = (1.0 - phi_1) / y
-    change = end - start
-    away = bristle - start
-    return end - change * phi_1 + away * decay, 0.5 * (start + end) + away * phi_1 - change * phi_2
+_SERIES_BELOW = 0.5
+_C2, _C3, _C4, _C5, _C6, _C7, _C8, _C9, _C10 = (1.0 / math.factorial(n) for n in range(2, 11))
+_THIRD = 1.0 / 3.0
+_TWELFTH = 1.0 / 12.0
 
 
-@njit(cache=True, error_model="numpy")
-def strain(
-    bristle: float, omega: float, omega_end: float, g: float, g_end: float, h: float, p: Vector
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _phi_2(y: float) -> float:
+    """Return (exp(-y) - 1 + y) / y^2 for 0 <= y <= 0.5 within 4e-13, without the cancellation of that formula."""
+    s = y * y
+    return (_C2 - y * _C3) + s * (_C4 - y * _C5) + s * s * ((_C6 - y * _C7) + s * ((_C8 - y * _C9) + s * _C10))
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def slide(
+    bristle: float, travel: float, g: float, g_end: float, stiffness: float, compliance: float
 ) -> tuple[float, float, float, float]:
-    """Return the bristles at the end of h s of linear velocity, their mean over time, and both by the end velocity.
+    """Return bristle deflection at the end of a travel in one direction and its mean over it, in rad, and their yield.
 
-    In rad, and rad per rad/s. Where the velocity passes zero the two directions are solved one after the other.
+    Over a travel x, eq. (2) of the seed paper reads dz/dx = 1 - sigma_0 sgn(omega) z / g. With g linear between its
+    values at both ends this has a solution in exponentials, exact in presliding and in steady sliding alike. The
+    yields are dz/dx at the end and at the mean.
+    """
+    inverse_g = 2.0 / (g + g_end)
+    y = stiffness * abs(travel) * inverse_g
+    phi_2 = _phi_2(y) if y < _SERIES_BELOW else (exp_neg(y) - 1.0 + y) / (y * y)
+    sign = 1.0 if travel >= 0.0 else -1.0
+    scale = sign * compliance
+    change = (g_end - g) * scale
+    away = bristle - g * scale
+    lag = phi_2 * (change + y * away)
+    end = bristle + y * (lag - away)
+    mean = bristle + 0.5 * change - lag
+    by_load = sign * stiffness * inverse_g
+    return end, mean, 1.0 - by_load * end, 1.0 - by_load * mean
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def strain(
+    bristle: float,
+    omega: float,
+    rise: float,
+    omega_end: float,
+    g: float,
+    g_end: float,
+    h: float,
+    compliance: float,
+    p: Values,
+) -> tuple[float, float, float, float]:
+    """Return the bristles after h s, their mean over that time (rad), and both by the end velocity (rad per rad/s).
+
+    The velocity runs from `omega` to `omega_end` along a parabola that starts out for `rise`. Where it passes zero the
+    two directions are solved one after the other.
     """
     stiffness = p[BRISTLE_STIFFNESS]
-    before, after, speed, left, g_left = 0.0, bristle, omega, h, g
-    if omega * omega_end < 0.0:
-        share = omega / (omega - omega_end)
-        turn = share * h
-        after, mean = slide(bristle, 0.5 * omega * turn, g, p[STICTION], stiffness)
-        sign = 1.0 if omega > 0.0 else -1.0
-        mean += (1.0 - sign * stiffness * mean / g) * omega * turn / 12.0
-        before = share * mean
-        speed, left, g_left = 0.0, h - turn, p[STICTION]
-    end, mean = slide(after, 0.5 * (speed + omega_end) * left, g_left, g_end, stiffness)
-    sign = 1.0 if speed + omega_end > 0.0 else -1.0
-    give = 1.0 - sign * stiffness * mean / (0.5 * (g_left + g_end))
-    # A velocity that rises leaves the early part of a travel longer in time than the late one.
-    mean -= give * (omega_end - speed) * left / 12.0
-    mean = before + mean * (left / h)
-    return end, mean, 0.5 * h * (1.0 - sign * stiffness * end / g_end), h / 6.0 * give
+    bow = h * (rise - omega_end) * _TWELFTH  # what the parabola adds to the mean travel; twice that to all of it
+    if omega * omega_end >= 0.0:
+        travel = 0.5 * h * (omega + omega_end) + 2.0 * bow
+        end, mean, give_end, give = slide(bristle, travel, g, g_end, stiffness, compliance)
+        # Positions of a velocity that rises lie, in time, closer to the start than to the end.
+        mean += give * h * (omega - omega_end) * _TWELFTH
+    else:
+        turn = h * omega / (omega - omega_end)
+        turned, before, _, give = slide(bristle, 0.5 * omega * turn, g, p[STICTION], stiffness, compliance)
+        before += give * omega * turn * _TWELFTH
+        left = h - turn
+        end, mean, give_end, give = slide(turned, 0.5 * omega_end * left, p[STICTION], g_end, stiffness, compliance)
+        mean -= give * omega_end * left * _TWELFTH
+        mean = (before * turn + mean * left) / h + give * bow
+        end += 2.0 * give_end * bow
+    return end, mean, _THIRD * h * give_end, _TWELFTH * h * give

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from etb_hil.plant.exactmath import exp_neg
+from etb_hil.plant.exactmath import gauss
 
 RESISTANCE = 0
 INDUCTANCE = 1
@@ -36,13 +36,23 @@ BRISTLE_DAMPING = 20
 VISCOUS = 21
 SUPPLY_VOLTAGE = 22
 VOLTAGE_LIMIT = 23
-PARAMETERS = 24
+PARAMETERS = 24  # of the base model
 
 Vector = NDArray[np.float64]
+Values = Vector | tuple[float, ...]  # a tuple lives in registers: the integrator's loops take it
 
 
-@njit(cache=True, error_model="numpy")
-def spring_torque(theta: float, p: Vector) -> float:
+@njit(cache=True, error_model="numpy", forceinline=True)
+def registers(p: Vector) -> Values:
+    """Return the base parameters as a tuple."""
+    return (
+        *(p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11]),
+        *(p[12], p[13], p[14], p[15], p[16], p[17], p[18], p[19], p[20], p[21], p[22], p[23]),
+    )
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def spring_torque(theta: float, p: Values) -> float:
     """Return the springs' torque in N·m at an angle in rad, positive where it closes the plate (seed paper, fig. 3).
 
     The jump at limp-home is smoothed over the dead zone (half width `DEAD_ZONE`) by 3 u^2 - 2 u^3: zero and flat at
@@ -57,8 +67,8 @@ def spring_torque(theta: float, p: Vector) -> float:
     return torque if x > 0.0 else -torque
 
 
-@njit(cache=True, error_model="numpy")
-def stop_torque(theta: float, omega: float, p: Vector) -> float:
+@njit(cache=True, error_model="numpy", forceinline=True)
+def stop_torque(theta: float, omega: float, p: Values) -> float:
     """Return the torque of the hard stops in N·m, positive at the upper one; spring and damper push, never pull."""
     if theta > p[STOP_HIGH]:
         return max(p[STOP_STIFFNESS] * (theta - p[STOP_HIGH]) + p[STOP_DAMPING] * omega, 0.0)
@@ -67,15 +77,14 @@ def stop_torque(theta: float, omega: float, p: Vector) -> float:
     return 0.0
 
 
-@njit(cache=True, error_model="numpy")
-def stribeck(omega: float, p: Vector) -> float:
+@njit(cache=True, error_model="numpy", forceinline=True)
+def stribeck(omega: float, p: Values) -> float:
     """Return g(omega) in N·m: friction of steady sliding without viscosity (seed paper, eq. 2)."""
-    ratio = omega / p[STRIBECK_VELOCITY]
-    return p[COULOMB] + (p[STICTION] - p[COULOMB]) * exp_neg(ratio * ratio)
+    return p[COULOMB] + (p[STICTION] - p[COULOMB]) * gauss(omega / p[STRIBECK_VELOCITY])
 
 
-@njit(cache=True, error_model="numpy")
-def friction_torque(omega: float, bristle: float, p: Vector) -> float:
+@njit(cache=True, error_model="numpy", forceinline=True)
+def friction_torque(omega: float, bristle: float, p: Values) -> float:
     """Return the LuGre friction torque in N·m at a velocity and a bristle deflection in rad (seed paper, eq. 2)."""
     rate = omega - p[BRISTLE_STIFFNESS] * abs(omega) / stribeck(omega, p) * bristle
     return p[BRISTLE_STIFFNESS] * bristle + p[BRISTLE_DAMPING] * rate + p[VISCOUS] * omega
