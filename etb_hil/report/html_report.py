@@ -19,7 +19,7 @@ REPORT_NAME = "report.html"
 
 # What two printed pages hold; the rest is in results.json, and the page says so.
 _MOST_NUMBERS, _MOST_PHASES, _MOST_EXCEEDANCES, _MOST_MESSAGES, _MOST_INPUTS = 16, 20, 7, 7, 7
-_LONGEST_NAME, _LONGEST_SENTENCE, _LONGEST_VERSIONS = 44, 320, 160
+_LONGEST_NAME, _LONGEST_SENTENCE, _LONGEST_VERSIONS = 40, 320, 160
 _SAFE_STATE = {True: "yes, seen in the measured current", False: "NOT VERIFIED", None: "not looked at"}
 
 _PLOTS = {

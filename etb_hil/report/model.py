@@ -18,7 +18,7 @@ from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.recording.samples import Float64
 
-SCHEMA = "etb_hil/results/1"
+SCHEMA_VERSION = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +133,7 @@ class Results:
     run_id: str
     unit: Unit
     bench: Bench
-    schema: str = SCHEMA
+    schema_version: int = SCHEMA_VERSION
     started: str = ""
     duration_s: float | None = None
     timestamp_grade: str = ""
@@ -148,16 +148,17 @@ class Results:
     def from_dict(data: Mapping[str, Any], file: str = "results.json") -> Results:
         """Read the dictionary of `results.json`; keys not known here are left alone.
 
-        Raises InputError that names each wrong key, or a schema that this program does not know.
+        Raises InputError that names each wrong key, or a schema newer than this program.
         """
-        if data.get("schema", SCHEMA) != SCHEMA:
+        version = data.get("schema_version", SCHEMA_VERSION)
+        if isinstance(version, int) and version > SCHEMA_VERSION:
             raise InputError(
                 Problem(
-                    "the results are of an unknown schema",
-                    Place(file, key="schema"),
-                    data["schema"],
-                    SCHEMA,
-                    "open them with the version of etb-hil that wrote them, or a later one",
+                    "the results were written by a newer etb-hil",
+                    Place(file, key="schema_version"),
+                    version,
+                    f"up to {SCHEMA_VERSION}",
+                    "open them with the version that wrote them, or a later one",
                 )
             )
         try:

@@ -36,9 +36,9 @@ def test_wrong_keys_are_all_named():
     assert "numbers.0.value" in text
 
 
-def test_unknown_schema_is_refused_with_the_remedy():
-    with pytest.raises(InputError, match=r"etb_hil/results/1.*version of etb-hil that wrote them"):
-        Results.from_dict({**LEAST, "schema": "etb_hil/results/2"})
+def test_a_newer_schema_is_refused_with_the_remedy():
+    with pytest.raises(InputError, match=r"newer etb-hil \(it is 2\); allowed: up to 1; open them with the version"):
+        Results.from_dict({**LEAST, "schema_version": 2})
 
 
 def test_schema_says_what_a_verdict_may_be():
