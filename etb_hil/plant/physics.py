@@ -45,10 +45,12 @@ Values = Vector | tuple[float, ...]  # a tuple lives in registers: the integrato
 @njit(cache=True, error_model="numpy", forceinline=True)
 def registers(p: Vector) -> Values:
     """Return the base parameters as a tuple."""
+    # fmt: off
     return (
-        *(p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11]),
-        *(p[12], p[13], p[14], p[15], p[16], p[17], p[18], p[19], p[20], p[21], p[22], p[23]),
+        p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11],
+        p[12], p[13], p[14], p[15], p[16], p[17], p[18], p[19], p[20], p[21], p[22], p[23],
     )
+    # fmt: on
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
