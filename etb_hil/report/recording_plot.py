@@ -40,7 +40,7 @@ def plot_recording(recording: Recording, roles: Sequence[str], path: Path) -> No
     begins = [int(signal.time_ns[0]) for signal in signals if len(signal.time_ns)]
     start_ns = min(begins, default=0)
     figure, rows = new_figure(10.4, 1.2 + 1.7 * len(signals), rows=len(signals))
-    title = f"{recording.origin} ({recording.clock.value})"
+    title = f"{Path(recording.origin).name} ({recording.clock.value})"  # no one's folders in a picture
     rows[0].set_title(title if len(title) <= _LONGEST_TITLE else "..." + title[-_LONGEST_TITLE:])
     rows[-1].set_xlabel("time / s")
     for axes, signal in zip(rows, signals, strict=True):

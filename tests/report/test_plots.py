@@ -1,7 +1,9 @@
 """The plots say what they show, keep peaks and gaps, and stand missing data and odd names."""
 
+import os
 import re
 import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,15 +11,19 @@ import sample_run
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.colors import to_hex
+from matplotlib.image import imread
 
 from etb_hil.base.errors import InputError
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock
+from etb_hil.recording.tables import read_table
 from etb_hil.report import plots
 from etb_hil.report.drawing import LIMIT, broken_at_gaps, envelope, inline_svg
 from etb_hil.report.model import Number, Phase, ReportSeries
 from etb_hil.report.recording_plot import plot_recording
 
+CHECKOUT = Path(__file__).resolve().parents[2]
+DATA = Path(os.environ.get("ETB_HIL_REAL_DATA", CHECKOUT.parent / "shared" / "data"))
 ALL = [plots.friction_over_speed, plots.friction_over_angle, plots.time_traces]
 
 
@@ -112,6 +118,25 @@ def test_any_recording_becomes_a_picture(tmp_path):
     rec = recording(throttle_angle=wave, motor_duty=wave, throttle_position=np.full(4000, np.nan))
     plot_recording(rec, ["throttle_angle", "motor_duty", "throttle_position"], tmp_path / "all.png")
     assert (tmp_path / "all.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.skipif(not DATA.is_dir(), reason="no measured data beside the checkout (ETB_HIL_REAL_DATA)")
+@pytest.mark.parametrize(
+    ("table", "mapping", "roles"),
+    [
+        (
+            "etb_tbcp/tbcp_open_loop_duty_staircase.csv",
+            "etb_tbcp.map.yaml",
+            ["motor_duty", "throttle_position", "throttle_position_2"],
+        ),
+        ("emps/DATA_EMPS.mat", "emps.map.yaml", ["linear_position", "drive_force"]),
+    ],
+)
+def test_tables_of_other_rigs_become_pictures(table, mapping, roles, tmp_path):
+    found = read_table(DATA / table, CHECKOUT / "docs" / "examples" / mapping)
+    plot_recording(found, roles, tmp_path / "picture.png")
+    picture = imread(tmp_path / "picture.png")[..., :3]
+    assert np.mean(np.any(picture < 0.9, axis=2)) > 0.03  # something is drawn
 
 
 def test_a_role_that_is_not_there_is_named(tmp_path):
