@@ -136,7 +136,10 @@ class Diagnosis:
         )
         verdict, reasons = conclude(numbers, grounds)
         series = plot_columns(assessment)
-        return DiagnosisResult(verdict, reasons, numbers, exceedances, self._start_ns or 0, series)
+        start_ns = self._start_ns or 0
+        if self._ticks.origin_ns is not None:  # ticks begin with the first phase of motion, the run before it
+            series["time"] = series["time"] + (self._ticks.origin_ns - start_ns) * 1e-9
+        return DiagnosisResult(verdict, reasons, numbers, exceedances, start_ns, series)
 
     def _throttle(self) -> ThrottleParameters:
         temperature = self._zero.temperature

@@ -89,6 +89,11 @@ class TickMaker:
             self._columns.append(columns[:, :closed].copy())
             self._kinds.append(kinds[:closed].copy())
 
+    @property
+    def origin_ns(self) -> int | None:
+        """Instant of the sample clock that the ticks' times count from; None before the first sample."""
+        return self._origin_ns
+
     def ticks(self) -> Ticks:
         """Return all ticks so far, the open one included."""
         last, code = np.empty((COLUMNS, 1)), np.empty(1, np.int64)
