@@ -223,7 +223,7 @@ class BlfReader:
         """Return where whole objects start, and where the first that is not whole does."""
         words = np.frombuffer(data, "<u4", len(data) // 4)
         starts = np.flatnonzero(words == int.from_bytes(SIGNATURE, "little")) * 4
-        starts = starts[starts + HEADER.itemsize <= len(data)]
+        starts = starts[: np.searchsorted(starts, len(data) - HEADER.itemsize, side="right")]
         if len(starts):
             ends = starts + words[starts // 4 + 2]
             gaps = starts[1:] - ends[:-1]

@@ -12,6 +12,10 @@ from etb_hil.canio.frames import FrameBlock, FrameFlag
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+# Plain numbers: an operation on an IntFlag costs as much as all the rest of a message.
+_EXTENDED, _REMOTE, _ERROR, _FD = map(int, (FrameFlag.EXTENDED, FrameFlag.REMOTE, FrameFlag.ERROR, FrameFlag.FD))
+_BITRATE_SWITCH, _ERROR_STATE, _SENT = map(int, (FrameFlag.BITRATE_SWITCH, FrameFlag.ERROR_STATE, FrameFlag.SENT))
+
 
 def from_messages(messages: Iterable[can.Message], *, sent: bool = False) -> FrameBlock:
     """Return python-can's messages as columns; stamps are rounded to the nanosecond; `sent` flags all as `SENT`."""
@@ -24,7 +28,7 @@ def from_messages(messages: Iterable[can.Message], *, sent: bool = False) -> Fra
     return FrameBlock(
         np.array([round(m.timestamp * 1e9) for m in items], np.int64),
         np.array([m.arbitration_id for m in items], np.uint32),
-        np.array([_flags_of(m) | (FrameFlag.SENT if sent or not m.is_rx else 0) for m in items], np.uint8),
+        np.array([_flags_of(m) | (_SENT if sent or not m.is_rx else 0) for m in items], np.uint8),
         np.array([m.dlc if m.is_remote_frame else len(m.data) for m in items], np.uint8),
         data,
         np.array([min(max(m.channel, 0), 255) if isinstance(m.channel, int) else 0 for m in items], np.uint8),
@@ -33,19 +37,19 @@ def from_messages(messages: Iterable[can.Message], *, sent: bool = False) -> Fra
 
 def to_message(frames: FrameBlock, row: int) -> can.Message:
     """Return one frame as python-can's message."""
-    flags = FrameFlag(int(frames.flags[row]))
+    flags = int(frames.flags[row])
     length = int(frames.length[row])
-    remote = bool(flags & FrameFlag.REMOTE)
+    remote = flags & _REMOTE != 0
     return can.Message(
         timestamp=int(frames.stamp_ns[row]) * 1e-9,
         arbitration_id=int(frames.ident[row]),
-        is_extended_id=bool(flags & FrameFlag.EXTENDED),
+        is_extended_id=flags & _EXTENDED != 0,
         is_remote_frame=remote,
-        is_error_frame=bool(flags & FrameFlag.ERROR),
-        is_fd=bool(flags & FrameFlag.FD),
-        bitrate_switch=bool(flags & FrameFlag.BITRATE_SWITCH),
-        error_state_indicator=bool(flags & FrameFlag.ERROR_STATE),
-        is_rx=not flags & FrameFlag.SENT,
+        is_error_frame=flags & _ERROR != 0,
+        is_fd=flags & _FD != 0,
+        bitrate_switch=flags & _BITRATE_SWITCH != 0,
+        error_state_indicator=flags & _ERROR_STATE != 0,
+        is_rx=flags & _SENT == 0,
         dlc=length,
         data=None if remote else frames.data[row, :length].tobytes(),
         channel=int(frames.channel[row]),
@@ -54,10 +58,10 @@ def to_message(frames: FrameBlock, row: int) -> can.Message:
 
 def _flags_of(m: can.Message) -> int:
     return (
-        (FrameFlag.EXTENDED if m.is_extended_id else 0)
-        | (FrameFlag.REMOTE if m.is_remote_frame else 0)
-        | (FrameFlag.ERROR if m.is_error_frame else 0)
-        | (FrameFlag.FD if m.is_fd else 0)
-        | (FrameFlag.BITRATE_SWITCH if m.bitrate_switch else 0)
-        | (FrameFlag.ERROR_STATE if m.error_state_indicator else 0)
+        (_EXTENDED if m.is_extended_id else 0)
+        | (_REMOTE if m.is_remote_frame else 0)
+        | (_ERROR if m.is_error_frame else 0)
+        | (_FD if m.is_fd else 0)
+        | (_BITRATE_SWITCH if m.bitrate_switch else 0)
+        | (_ERROR_STATE if m.error_state_indicator else 0)
     )

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 import can
 
 from etb_hil.base.errors import EtbHilError
-from etb_hil.canio.frames import FrameFlag
 from etb_hil.canio.health import BusState
 from etb_hil.canio.messages import from_messages, to_message
 from etb_hil.canio.virtual_network import named_network, network_names
@@ -77,9 +76,9 @@ class VirtualBus(can.BusABC):
     def _take(self) -> bool:
         frames = self.network.collect(self._port)
         for row in range(len(frames)):
-            if frames.flags[row] & FrameFlag.SENT and not self.receive_own_messages:
-                continue
             message = to_message(frames, row)
+            if not message.is_rx and not self.receive_own_messages:
+                continue
             message.channel = self.channel
             if self._matches_filters(message):
                 self._inbox.append(message)
