@@ -141,21 +141,25 @@ class BlfReader:
         self.notes, self._frames = [], 0
         tail, parts, size = b"", [], 0
         for inflated in self._containers():
-            parts.append(inflated)
-            size += len(inflated)
-            if size >= _PARSE_BYTES:
-                frames, tail = self._parse(b"".join([tail, *parts]))
-                parts, size = [], 0
-                if len(frames):
-                    yield frames
+            if inflated is not None:
+                parts.append(inflated)
+                size += len(inflated)
+                if size < _PARSE_BYTES:
+                    continue
+            frames, tail = self._parse(b"".join([tail, *parts]))
+            parts, size = [], 0
+            if inflated is None:
+                tail = b""  # what follows does not go on with the object that was cut
+            if len(frames):
+                yield frames
         frames, tail = self._parse(b"".join([tail, *parts]))
         if len(frames):
             yield frames
         if len(tail) > MAX_PADDING:
             self._note(None, f"the last object is cut off ({len(tail)} bytes of it are left)")
 
-    def _containers(self) -> Iterator[bytes]:
-        """Yield the inflated bytes of one container after the other."""
+    def _containers(self) -> Iterator[bytes | None]:
+        """Yield the inflated bytes of one container after the other, None where one is missing."""
         try:
             file = self._path.open("rb")
         except OSError as error:
@@ -198,19 +202,19 @@ class BlfReader:
             seconds = (start - _EPOCH) // timedelta(seconds=1)
             self.start_ns = seconds * 1_000_000_000 + millisecond * _MILLISECOND_NS
 
-    def _inflate(self, body: bytes, position: int) -> bytes:
+    def _inflate(self, body: bytes, position: int) -> bytes | None:
         method, claimed = _CONTAINER.unpack_from(body)
         data = body[_CONTAINER.size :]
         if method == _STORED:
             return data
         if method != _DEFLATED or claimed > _MAX_CONTAINER:
             self._note(position, f"a container of method {method} and {claimed} bytes was left out")
-            return b""
+            return None
         try:
             return zlib.decompressobj().decompress(data, max(claimed, 1))
         except zlib.error as error:
             self._note(position, f"a container is damaged and was left out ({error})")
-            return b""
+            return None
 
     def _parse(self, data: bytes) -> tuple[FrameBlock, bytes]:
         """Return the frames of whole objects in `data`, and the bytes of the object that goes on behind it."""

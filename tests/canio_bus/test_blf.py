@@ -187,6 +187,26 @@ def test_a_damaged_container_costs_itself_only_and_is_noted(tmp_path):
     assert "a container is damaged" in note
 
 
+def test_an_object_over_a_damaged_container_is_not_patched_up_from_its_halves(tmp_path):
+    path = tmp_path / "log.blf"
+    frames = traffic(300)
+    with can.BLFWriter(path, max_container_size=1010) as writer:  # 48 bytes a frame: every container cuts two
+        for row in range(len(frames)):
+            writer.on_message_received(to_message(frames, row))
+    raw = bytearray(path.read_bytes())
+    position, originals = 144, {row[1:] for row in rows_of(frames)}
+    for _ in range(5):
+        (size,) = struct.unpack_from("<L", raw, position + 8)
+        position += size + size % 4
+    raw[position + 60] ^= 0xFF
+    path.write_bytes(raw)
+    reader = read_blf(path)
+    got = concatenate_frames(reader)
+    assert len(got) == 300 - 22
+    assert {row[1:] for row in rows_of(got)} <= originals
+    assert len(reader.notes) == 2  # the container, and the half object behind it
+
+
 def test_a_container_that_inflates_without_end_is_held_to_its_word(tmp_path):
     path = tmp_path / "log.blf"
     written(path, traffic(1))
