@@ -62,8 +62,6 @@ def run(args: argparse.Namespace) -> int:
     with ExitStack() as stack:
         stop = stack.enter_context(StopSignals())
         log = EventLog(None if args.log is None else stack.enter_context(_created(args.log)))
-        link = open_link(settings, clock)
-        stack.callback(link.close)
         power_on = partial(
             VirtualController,
             unit,
@@ -77,6 +75,8 @@ def run(args: argparse.Namespace) -> int:
         )
         with announced():
             compile_kernels(power_on())
+        link = open_link(settings, clock)
+        stack.callback(link.close)
         controller = power_on(start_ns=clock.now_ns())
         print(f"controller of '{unit.name}' on {settings.interface}:{settings.channel}, stop with Ctrl-C", flush=True)
         lateness = serve(controller, link, clock, log, lambda: stop.received is not None)

@@ -1,0 +1,46 @@
+"""`etb-hil controller` on real SocketCAN: answers, keeps its samples, and its watchdog holds at wall clock."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+MACHINE = HERE.parent / "vcan" / "vcan_machine.py"
+
+
+@pytest.fixture(scope="module")
+def vcan_machine():
+    spec = importlib.util.spec_from_file_location("vcan_machine_of_the_controller", MACHINE)
+    machine = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(machine)
+    try:
+        machine.machine()
+    except RuntimeError as reason:
+        pytest.skip(str(reason))
+    return machine
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "step"), [("classic", 20), ("fd", 10)])
+def test_a_controller_in_its_own_process_answers_and_lets_go(vcan_machine, tmp_path, kind, step):
+    done = vcan_machine.run([sys.executable, str(HERE / "controller_vcan_checks.py"), kind], tmp_path / "job", 180)
+    assert done.returncode == 0, done.stdout + done.stderr
+    seen = json.loads(done.stdout)
+    assert seen["code"] == 0
+    assert seen["farewell"].startswith("stopped by SIGTERM")
+    assert seen["samples"] > 100  # how many more depends on the host
+    assert seen["steps"] == [step]
+    assert (seen["dropped"], seen["error_frames"]) == (0, 0)
+    events = [(event["event"], event.get("reason")) for event in seen["log"]]
+    assert events[0] == ("power_on", None)
+    assert events[-1] == ("power_off", "stopped")
+    offs = [event for event in seen["log"] if event["event"] == "drive_off"]
+    assert offs
+    for off in offs:  # a host that stalls may cost more than the one at the end, and each must be in time
+        assert off["reason"] == "timeout"
+        assert off["since_command_ms"] <= 30.0
