@@ -75,7 +75,7 @@ class Decoder:
             frames.ident,
             frames.flags,
             frames.length,
-            frames.data,
+            np.ascontiguousarray(frames.data),
             self._table,
             self._data_ids,
             self._counters,

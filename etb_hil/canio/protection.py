@@ -71,76 +71,106 @@ def protect(data: NDArray[np.uint8], length: int, protection: Protection, first_
 def verify(data: NDArray[np.uint8], length: int, protection: Protection) -> NDArray[np.bool_]:
     """Return which payloads (n) of `data` uint8 (n, w) carry the CRC that their content and data id ask for."""
     good = np.empty(len(data), np.bool_)
-    _verify(data, length, int(protection.profile), protection.id_table(), good)
+    _verify(np.ascontiguousarray(data), length, int(protection.profile), protection.id_table(), good)
     return good
 
 
-def _table(polynomial: int, bits: int) -> NDArray[np.uint16]:
+def _table(polynomial: int, bits: int) -> list[int]:
     top, mask = 1 << (bits - 1), (1 << bits) - 1
-    table = np.zeros(256, np.uint16)
+    table = []
     for byte in range(256):
         crc = byte << (bits - 8)
         for _ in range(8):
             crc = (crc << 1) ^ (polynomial if crc & top else 0)
-        table[byte] = crc & mask
+        table.append(crc & mask)
     return table
 
 
-_CRC8 = _table(0x2F, 8)
-_CRC16 = _table(0x1021, 16)
+_CRC8 = np.array(_table(0x2F, 8), np.uint8)
+_CRC16 = np.array(_table(0x1021, 16), np.uint16)
+
+# The compiled functions take a flat array and where a payload starts in it: a view of one row costs more than its CRC.
 
 
-@njit(cache=True, error_model="numpy")
-def crc_profile_2(payload: NDArray[np.uint8], length: int, data_id: np.int64) -> np.int64:
+@njit(cache=True, error_model="numpy", forceinline=True)
+def crc_profile_2(data: NDArray[np.uint8], start: int, length: int, data_id: np.uint16) -> np.uint8:
     """Return the CRC-8H2F (start 0xFF, inverted) of a payload's bytes from 1 on, then of the data id."""
-    crc = np.int64(0xFF)
-    for index in range(1, length):
-        crc = np.int64(_CRC8[crc ^ payload[index]])
-    return np.int64(_CRC8[crc ^ data_id]) ^ 0xFF
+    crc = np.uint8(0xFF)
+    for index in range(start + 1, start + length):
+        crc = _CRC8[crc ^ data[index]]
+    return np.uint8(_CRC8[crc ^ np.uint8(data_id)] ^ np.uint8(0xFF))
 
 
-@njit(cache=True, error_model="numpy")
-def crc_profile_5(payload: NDArray[np.uint8], length: int, data_id: np.int64) -> np.int64:
+@njit(cache=True, error_model="numpy", forceinline=True)
+def crc_profile_5(data: NDArray[np.uint8], start: int, length: int, data_id: np.uint16) -> np.uint16:
     """Return the CRC-16/CCITT-FALSE (start 0xFFFF) of the bytes from 2 on, then of the data id, low byte first."""
-    crc = np.int64(0xFFFF)
-    for index in range(2, length):
-        crc = (crc << 8 & 0xFF00) ^ np.int64(_CRC16[crc >> 8 ^ payload[index]])
-    crc = (crc << 8 & 0xFF00) ^ np.int64(_CRC16[crc >> 8 ^ (data_id & 0xFF)])
-    return (crc << 8 & 0xFF00) ^ np.int64(_CRC16[crc >> 8 ^ (data_id >> 8)])
+    crc = np.uint16(0xFFFF)
+    for index in range(start + 2, start + length):
+        crc = _step_16(crc, data[index])
+    crc = _step_16(crc, np.uint8(data_id & 0xFF))
+    return _step_16(crc, np.uint8(data_id >> 8))
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _step_16(crc: np.uint16, byte: np.uint8) -> np.uint16:
+    return np.uint16(np.uint16(crc << 8) ^ _CRC16[np.uint8(crc >> 8) ^ byte])
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def counter_at(data: NDArray[np.uint8], start: int, profile: int) -> np.int64:
+    """Return the alive counter of the payload that starts at `start`."""
+    return np.int64(data[start + 1] & 0x0F) if profile == _PROFILE_2 else np.int64(data[start + 2])
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def is_right_at(
+    data: NDArray[np.uint8], start: int, length: int, profile: int, data_ids: NDArray[np.uint16], first_id: int
+) -> bool:
+    """Return whether the payload at `start` has its CRC, with the 16 data ids from `first_id` on; True unprotected."""
+    if profile == _NONE:
+        return True
+    if profile == _PROFILE_2:
+        data_id = data_ids[first_id + (data[start + 1] & 0x0F)]
+        return bool(crc_profile_2(data, start, length, data_id) == data[start])
+    found = np.uint16(data[start]) | np.uint16(data[start + 1]) << 8
+    return bool(crc_profile_5(data, start, length, data_ids[first_id]) == found)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def protect_at(
+    data: NDArray[np.uint8], start: int, length: int, profile: int, data_ids: NDArray[np.uint16], counter: int
+) -> None:
+    """Write an alive counter and then the CRC into the payload at `start`; nothing where it is not protected."""
+    if profile == _NONE:
+        return
+    if profile == _PROFILE_2:
+        data[start + 1] = (data[start + 1] & 0xF0) | (counter & 0x0F)
+        data[start] = crc_profile_2(data, start, length, data_ids[counter & 0x0F])
+        return
+    data[start + 2] = counter & 0xFF
+    crc = crc_profile_5(data, start, length, data_ids[0])
+    data[start] = crc & 0xFF
+    data[start + 1] = crc >> 8
 
 
 @njit(cache=True, error_model="numpy")
 def alive_counter(payload: NDArray[np.uint8], profile: int) -> np.int64:
-    """Return the alive counter that a payload carries."""
-    return np.int64(payload[1] & 0x0F) if profile == _PROFILE_2 else np.int64(payload[2])
+    """Return the alive counter that one payload carries."""
+    return counter_at(payload, 0, profile)
 
 
 @njit(cache=True, error_model="numpy")
 def crc_is_right(payload: NDArray[np.uint8], length: int, profile: int, data_ids: NDArray[np.uint16]) -> bool:
-    """Return whether a payload carries the CRC that its content asks for; always where it is not protected."""
-    if profile == _NONE:
-        return True
-    if profile == _PROFILE_2:
-        return bool(crc_profile_2(payload, length, np.int64(data_ids[payload[1] & 0x0F])) == payload[0])
-    found = np.int64(payload[0]) | np.int64(payload[1]) << 8
-    return bool(crc_profile_5(payload, length, np.int64(data_ids[0])) == found)
+    """Return whether one payload carries the CRC that its content asks for; always where it is not protected."""
+    return is_right_at(payload, 0, length, profile, data_ids, 0)
 
 
 @njit(cache=True, error_model="numpy")
 def write_protection(
     payload: NDArray[np.uint8], length: int, profile: int, data_ids: NDArray[np.uint16], counter: int
 ) -> None:
-    """Write an alive counter and then the CRC into a payload; nothing where it is not protected."""
-    if profile == _NONE:
-        return
-    if profile == _PROFILE_2:
-        payload[1] = (payload[1] & 0xF0) | (counter & 0x0F)
-        payload[0] = crc_profile_2(payload, length, np.int64(data_ids[counter & 0x0F]))
-        return
-    payload[2] = counter & 0xFF
-    crc = crc_profile_5(payload, length, np.int64(data_ids[0]))
-    payload[0] = crc & 0xFF
-    payload[1] = crc >> 8
+    """Write an alive counter and then the CRC into one payload; nothing where it is not protected."""
+    protect_at(payload, 0, length, profile, data_ids, counter)
 
 
 @njit(cache=True, error_model="numpy")
@@ -148,13 +178,17 @@ def protect_rows(
     data: NDArray[np.uint8], length: int, profile: int, data_ids: NDArray[np.uint16], first_counter: int
 ) -> None:
     """Write alive counters, rising by one from row to row, and CRCs into payloads: `protect` without its lookups."""
-    for row in range(len(data)):
-        write_protection(data[row], length, profile, data_ids, first_counter + row)
+    count, width = data.shape
+    flat = data.reshape(count * width)
+    for row in range(count):
+        protect_at(flat, row * width, length, profile, data_ids, first_counter + row)
 
 
 @njit(cache=True, error_model="numpy")
 def _verify(
     data: NDArray[np.uint8], length: int, profile: int, data_ids: NDArray[np.uint16], good: NDArray[np.bool_]
 ) -> None:
-    for row in range(len(data)):
-        good[row] = crc_is_right(data[row], length, profile, data_ids)
+    count, width = data.shape
+    flat = data.reshape(count * width)
+    for row in range(count):
+        good[row] = is_right_at(flat, row * width, length, profile, data_ids, 0)

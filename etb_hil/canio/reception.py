@@ -20,7 +20,7 @@ import numpy as np
 from numba import njit
 
 from etb_hil.canio.frames import FrameFlag
-from etb_hil.canio.protection import alive_counter, crc_is_right
+from etb_hil.canio.protection import counter_at, is_right_at
 from etb_hil.canio.signal_layout import raw_bits
 from etb_hil.recording.samples import LOSS_UNKNOWN
 
@@ -64,23 +64,26 @@ def receive(
     out: Int64,
 ) -> None:
     """Fill `out` (3, n): the message's row in `table` or -1, the time of the first sample, the frames lost before."""
-    for n in range(len(stamp_ns)):
+    count, width = data.shape
+    payloads, places, ids = data.reshape(count * width), counter_places.reshape(-1), data_ids.reshape(-1)
+    for n in range(count):
         out[0, n] = -1
         k = _message_of(ident[n], flags[n], table)
-        if k < 0 or not _is_whole(length[n], data[n], table[k], data_ids[k], counts[k]):
+        start = n * width
+        if k < 0 or not _is_whole(payloads, start, length[n], k, table, ids, counts):
             continue
-        step, alive = _alive_step(data[n], table[k], state[k])
+        step, alive = _alive_step(payloads, start, k, table, state)
         if table[k, COUNTER_BITS]:
-            counter = np.int64(raw_bits(data[n], counter_places[k]))
-            accepted, time, lost = _by_counter(stamp_ns[n], counter, step, table[k], state[k], clock)
+            counter = np.int64(raw_bits(payloads, start, places, k * 12))
+            accepted, time, lost = _by_counter(stamp_ns[n], counter, step, k, table, state, clock)
         else:
-            accepted, time, lost = _by_stamp(stamp_ns[n], step, table[k], state[k], counts[k])
+            accepted, time, lost = _by_stamp(stamp_ns[n], step, k, table, state, counts)
         if accepted:
             state[k, SEEN], state[k, ALIVE], state[k, STAMP], state[k, TIME] = 1, alive, stamp_ns[n], time
             state[k, REPEATS], state[k, FRESH] = 0, 0
             if table[k, REQUEST]:
                 state[:, FRESH] = 1  # what comes next may come at another rate, and after a pause
-            _count(step, lost, counts[k])
+            _count(step, lost, k, counts)
             out[0, n], out[1, n], out[2, n] = k, time, lost
         else:
             state[k, STAMP] = stamp_ns[n]  # so that a counter that stays stuck is never taken for one whole wrap
@@ -89,7 +92,7 @@ def receive(
             counts[k, STUCK] += state[k, REPEATS] == STUCK_AFTER
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _message_of(ident: int, flag: int, table: Int64) -> int:
     if flag & _NO_DATA:
         return -1
@@ -101,102 +104,122 @@ def _message_of(ident: int, flag: int, table: Int64) -> int:
     return -1
 
 
-@njit(cache=True, error_model="numpy")
-def _is_whole(length: int, payload: Bytes, message: Int64, data_ids: NDArray[np.uint16], counts: Int64) -> bool:
-    if length < message[LENGTH]:
-        counts[TOO_SHORT] += 1
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _is_whole(
+    data: Bytes, start: int, length: int, k: int, table: Int64, data_ids: NDArray[np.uint16], counts: Int64
+) -> bool:
+    if length < table[k, LENGTH]:
+        counts[k, TOO_SHORT] += 1
         return False
-    if not crc_is_right(payload, message[LENGTH], message[PROFILE], data_ids):
-        counts[CRC_FAILURES] += 1
+    if not is_right_at(data, start, table[k, LENGTH], table[k, PROFILE], data_ids, k * 16):
+        counts[k, CRC_FAILURES] += 1
         return False
     return True
 
 
-@njit(cache=True, error_model="numpy")
-def _alive_step(payload: Bytes, message: Int64, state: Int64) -> tuple[int, int]:
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _alive_step(data: Bytes, start: int, k: int, table: Int64, state: Int64) -> tuple[int, int]:
     """Return by how much the alive counter rose, -1 where nothing says it, and the counter."""
-    if not message[MODULUS]:
+    if not table[k, MODULUS]:
         return np.int64(-1), np.int64(0)
-    alive = alive_counter(payload, message[PROFILE])
-    return ((alive - state[ALIVE]) % message[MODULUS] if state[SEEN] else np.int64(-1)), alive
+    alive = counter_at(data, start, table[k, PROFILE])
+    return ((alive - state[k, ALIVE]) & (table[k, MODULUS] - 1) if state[k, SEEN] else np.int64(-1)), alive
 
 
-@njit(cache=True, error_model="numpy")
-def _count(step: int, lost: int, counts: Int64) -> None:
-    counts[FRAMES] += 1
-    counts[JUMPS] += step > 1
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _count(step: int, lost: int, k: int, counts: Int64) -> None:
+    counts[k, FRAMES] += 1
+    counts[k, JUMPS] += step > 1
     if lost == _UNKNOWN:
-        counts[UNKNOWN] += 1
+        counts[k, UNKNOWN] += 1
     else:
-        counts[LOST] += lost
+        counts[k, LOST] += lost
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _by_counter(
-    stamp: int, counter: int, step: int, message: Int64, state: Int64, clock: Int64
+    stamp: int, counter: int, step: int, k: int, table: Int64, state: Int64, clock: Int64
 ) -> tuple[bool, int, int]:
     """Return whether a frame with a sample counter brings something new, its time, and the frames lost before it."""
     if not clock[RUNNING]:
-        clock[RUNNING], clock[EPOCH] = 1, stamp - counter * message[TICK]
+        clock[RUNNING], clock[EPOCH] = 1, stamp - counter * table[k, TICK]
         clock[CLOCK_PLACE], clock[CLOCK_STAMP] = counter, stamp
-    place = _place(stamp, counter, step, message, state, clock)
-    moved = place - state[PLACE]
+    if step == 1 and _is_next(stamp, counter, k, table, state, clock):
+        place = state[k, PLACE] + state[k, KNOWN_INTERVAL]
+        state[k, PLACE], state[k, LAST_STEP] = place, state[k, KNOWN_INTERVAL]
+        clock[CLOCK_PLACE], clock[CLOCK_STAMP] = place, stamp
+        return True, clock[EPOCH] + place * table[k, TICK], np.int64(0)
+    place = _place(stamp, counter, step, k, table, state, clock)
+    moved = place - state[k, PLACE]
     lost = np.int64(0)
-    if state[SEEN]:
+    if state[k, SEEN]:
         if moved <= 0:
             return False, 0, 0
-        lost = _lost(moved, step, message, state)
+        lost = _lost(moved, step, k, table, state)
         if step == 0 and lost <= 0:
-            state[PLACE] = place
+            state[k, PLACE] = place
             return False, 0, 0  # new samples under an old alive counter: it is stuck
-        _learn_interval(moved, step, state)
-    state[PLACE] = place
+        _learn_interval(moved, step, k, state)
+    state[k, PLACE] = place
     clock[CLOCK_PLACE], clock[CLOCK_STAMP] = place, stamp
-    return True, clock[EPOCH] + place * message[TICK], lost
+    return True, clock[EPOCH] + place * table[k, TICK], lost
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _is_next(stamp: int, counter: int, k: int, table: Int64, state: Int64, clock: Int64) -> bool:
+    """Return whether a frame is the one that was due: what nearly all are, told without a division."""
+    if state[k, FRESH] or state[k, KNOWN_INTERVAL] == 0:
+        return False
+    place = state[k, PLACE] + state[k, KNOWN_INTERVAL]
+    modulus = np.int64(1) << table[k, COUNTER_BITS]
+    if (counter + state[k, SHIFT] - place) & (modulus - 1) != 0:
+        return False
+    late = stamp - clock[CLOCK_STAMP] - (place - clock[CLOCK_PLACE]) * table[k, TICK]
+    return bool(2 * abs(late) < modulus * table[k, TICK])
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _nearest(value: int, to: int, modulus: int) -> int:
-    """Return the integer that is `value` modulo `modulus` and nearest to `to`."""
+    """Return the integer that is `value` modulo `modulus`, a power of two, and nearest to `to`."""
     half = modulus // 2
-    return to + (value - to + half) % modulus - half
+    return to + ((value - to + half) & (modulus - 1)) - half
 
 
 @njit(cache=True, error_model="numpy")
-def _place(stamp: int, counter: int, step: int, message: Int64, state: Int64, clock: Int64) -> int:
+def _place(stamp: int, counter: int, step: int, k: int, table: Int64, state: Int64, clock: Int64) -> int:
     """Return a frame's place on the sample clock, in ticks."""
-    tick = message[TICK]
+    tick = table[k, TICK]
     expected = clock[CLOCK_PLACE] + (stamp - clock[CLOCK_STAMP] + tick // 2) // tick
-    if not state[SEEN]:
+    if not state[k, SEEN]:
         place = _nearest(counter, expected, clock[NARROWEST])
-        state[SHIFT] = place - counter
+        state[k, SHIFT] = place - counter
         return place
-    modulus = np.int64(1) << message[COUNTER_BITS]
-    place = _nearest(counter + state[SHIFT], expected, modulus)
-    interval = state[KNOWN_INTERVAL]
-    if step < 0 or interval == 0 or state[FRESH]:
+    modulus = np.int64(1) << table[k, COUNTER_BITS]
+    place = _nearest(counter + state[k, SHIFT], expected, modulus)
+    interval = state[k, KNOWN_INTERVAL]
+    if step < 0 or interval == 0 or state[k, FRESH]:
         return place
     # Receive stamps may be late by more than half a wrap: prefer a place on which both counters agree.
     for near in range(_NEAR + 1):
         for side in (1, -1):
-            moved = place + side * near * modulus - state[PLACE]
-            if moved > 0 and moved % interval == 0 and (moved // interval - step) % message[MODULUS] == 0:
+            moved = place + side * near * modulus - state[k, PLACE]
+            if moved > 0 and moved % interval == 0 and (moved // interval - step) & (table[k, MODULUS] - 1) == 0:
                 return place + side * near * modulus
     return place
 
 
 @njit(cache=True, error_model="numpy")
-def _lost(moved: int, step: int, message: Int64, state: Int64) -> int:
+def _lost(moved: int, step: int, k: int, table: Int64, state: Int64) -> int:
     """Return the frames missing before one whose sample counter moved by so many ticks."""
-    interval = state[KNOWN_INTERVAL]
-    if state[FRESH] and step > 0:
+    interval = state[k, KNOWN_INTERVAL]
+    if state[k, FRESH] and step > 0:
         return step - 1
     whole = interval > 0 and moved % interval == 0
     if step < 0:
-        if moved <= interval or interval == 0 or moved == state[LAST_STEP]:
+        if moved <= interval or interval == 0 or moved == state[k, LAST_STEP]:
             return np.int64(0)  # a shorter or a steady step is a new rate
         return moved // interval - 1 if whole else _UNKNOWN
-    if whole and (moved // interval - step) % message[MODULUS] == 0:
+    if whole and (moved // interval - step) & (table[k, MODULUS] - 1) == 0:
         return moved // interval - 1
     if step <= 1:
         return step - 1  # no frame is missing: a pause, or a new rate
@@ -204,21 +227,21 @@ def _lost(moved: int, step: int, message: Int64, state: Int64) -> int:
 
 
 @njit(cache=True, error_model="numpy")
-def _learn_interval(moved: int, step: int, state: Int64) -> None:
+def _learn_interval(moved: int, step: int, k: int, state: Int64) -> None:
     """Keep the ticks from frame to frame: known once two frames in a row, or the first two, are as far apart."""
     if step > 1:
         return
-    if state[KNOWN_INTERVAL] == 0 or moved == state[LAST_STEP]:
-        state[KNOWN_INTERVAL] = moved
-    state[LAST_STEP] = moved
+    if state[k, KNOWN_INTERVAL] == 0 or moved == state[k, LAST_STEP]:
+        state[k, KNOWN_INTERVAL] = moved
+    state[k, LAST_STEP] = moved
 
 
 @njit(cache=True, error_model="numpy")
-def _by_stamp(stamp: int, step: int, message: Int64, state: Int64, counts: Int64) -> tuple[bool, int, int]:
+def _by_stamp(stamp: int, step: int, k: int, table: Int64, state: Int64, counts: Int64) -> tuple[bool, int, int]:
     """Return whether a frame without a sample counter is new, its time, and the frames lost before it."""
-    if not state[SEEN]:
+    if not state[k, SEEN]:
         return True, stamp, 0
-    gap, cycle, modulus = stamp - state[STAMP], message[CYCLE], message[MODULUS]
+    gap, cycle, modulus = stamp - state[k, STAMP], table[k, CYCLE], table[k, MODULUS]
     lost = np.int64(0)
     if step >= 0:
         wraps = 0
@@ -230,7 +253,7 @@ def _by_stamp(stamp: int, step: int, message: Int64, state: Int64, counts: Int64
     elif cycle > 0 and 2 * gap > 3 * cycle:
         lost = np.int64(_UNKNOWN)
     time = stamp
-    if time <= state[TIME]:
-        counts[BACKWARDS] += 1
-        time = state[TIME] + 1  # times of one source rise strictly, whatever the stamps do
+    if time <= state[k, TIME]:
+        counts[k, BACKWARDS] += 1
+        time = state[k, TIME] + 1  # times of one source rise strictly, whatever the stamps do
     return True, time, lost

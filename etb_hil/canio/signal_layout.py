@@ -34,6 +34,7 @@ _SATURATE, _WRAP = int(Overflow.SATURATE), int(Overflow.WRAP)
 # Columns of the table of places. A signal is read from its most significant byte on, stepping +1 (Motorola) or -1
 # (Intel); `_SHIFT` bits at the low end of the last byte belong to other signals.
 _FIRST, _STEP, _BYTES, _SHIFT, _LENGTH, _SIGNED, _KIND, _SCALE, _OFFSET, _PARENT, _IDS, _ID_COUNT = range(12)
+_PLACE = 12
 # What the bits are: an integer scaled in float64; one whose scaling, or whose product with the scale, is exact in 64
 # bits; floats. Integers whose scaled range is beyond 64 bits are rounded twice.
 _LINEAR, _EXACT, _EXACT_PRODUCT, _FLOAT16, _FLOAT32, _FLOAT64 = range(6)
@@ -67,6 +68,8 @@ class SignalLayout:
     def decode(self, data: Bytes, rows: Int64) -> Float64:
         """Return the signals' values (s, n) in some rows of payloads uint8 (m, w), NaN where multiplexed out."""
         out = np.empty((len(self.wanted), len(rows)))
+        if not data.flags.c_contiguous:
+            data = np.ascontiguousarray(data)
         _decode(data, rows, self.wanted, self._places, self._factors, self._ids, out)
         return out
 
@@ -149,41 +152,45 @@ def _refusal(message: Message, name: str, value: float) -> InputError:
     )
 
 
-@njit(cache=True, error_model="numpy")
-def raw_bits(payload: Bytes, place: Int64) -> np.uint64:
+# The compiled functions take flat arrays, where a payload starts in its one (`start`), and where a signal's place does
+# in its own (`at`): views of single rows cost more than reading the signal.
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def raw_bits(data: Bytes, start: int, places: Int64, at: int) -> np.uint64:
     """Return the bits of a signal as an unsigned integer."""
-    position = place[_FIRST]
+    position, step = start + places[at + _FIRST], places[at + _STEP]
     bits = np.uint64(0)
-    for _ in range(place[_BYTES] - 1):
-        bits = bits << np.uint64(8) | np.uint64(payload[position])
-        position += place[_STEP]
-    shift = np.uint64(place[_SHIFT])
-    bits = bits << (np.uint64(8) - shift) | np.uint64(payload[position]) >> shift
-    return np.uint64(bits & np.uint64(0xFFFFFFFFFFFFFFFF) >> np.uint64(64 - place[_LENGTH]))
+    for _ in range(places[at + _BYTES] - 1):
+        bits = bits << np.uint64(8) | np.uint64(data[position])
+        position += step
+    shift = np.uint64(places[at + _SHIFT])
+    bits = bits << (np.uint64(8) - shift) | np.uint64(data[position]) >> shift
+    return np.uint64(bits & np.uint64(0xFFFFFFFFFFFFFFFF) >> np.uint64(64 - places[at + _LENGTH]))
 
 
-@njit(cache=True, error_model="numpy")
-def signed_bits(payload: Bytes, place: Int64) -> np.int64:
+@njit(cache=True, error_model="numpy", forceinline=True)
+def signed_bits(data: Bytes, start: int, places: Int64, at: int) -> np.int64:
     """Return the bits of a signal as an integer with its sign."""
-    bits = np.int64(raw_bits(payload, place))
-    room = 64 - place[_LENGTH]
-    return np.int64((bits << room) >> room) if place[_SIGNED] else bits
+    bits = np.int64(raw_bits(data, start, places, at))
+    room = 64 - places[at + _LENGTH]
+    return np.int64((bits << room) >> room) if places[at + _SIGNED] else bits
 
 
 @njit(cache=True, error_model="numpy")
-def _is_active(payload: Bytes, signal: int, places: Int64, ids: Int64) -> bool:
-    while places[signal, _PARENT] >= 0:
-        parent = places[signal, _PARENT]
-        switch = signed_bits(payload, places[parent])
-        start = places[signal, _IDS]
+def _is_active(data: Bytes, start: int, places: Int64, at: int, ids: Int64) -> bool:
+    while places[at + _PARENT] >= 0:
+        parent = places[at + _PARENT] * _PLACE
+        switch = signed_bits(data, start, places, parent)
+        first = places[at + _IDS]
         found = False
-        for index in range(start, start + places[signal, _ID_COUNT]):
+        for index in range(first, first + places[at + _ID_COUNT]):
             if ids[index] == switch:
                 found = True
                 break
         if not found:
             return False
-        signal = parent
+        at = parent
     return True
 
 
@@ -201,66 +208,73 @@ def _half(bits: np.uint64) -> float:
     return -value if word >> 15 else value
 
 
-@njit(cache=True, error_model="numpy")
-def read_value(payload: Bytes, place: Int64, scale: float, offset: float) -> float:
-    """Return the value of a signal that no multiplexer leaves out."""
-    kind = place[_KIND]
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _value_at(data: Bytes, start: int, places: Int64, at: int, scale: float, offset: float) -> float:
+    kind = places[at + _KIND]
     if kind == _EXACT:
-        return float(signed_bits(payload, place) * place[_SCALE] + place[_OFFSET])
+        return float(signed_bits(data, start, places, at) * places[at + _SCALE] + places[at + _OFFSET])
     if kind == _EXACT_PRODUCT:
-        return float(signed_bits(payload, place) * place[_SCALE]) + offset
-    bits = raw_bits(payload, place)
+        return float(signed_bits(data, start, places, at) * places[at + _SCALE]) + offset
+    bits = raw_bits(data, start, places, at)
     if kind == _FLOAT64:
         raw = np.uint64(bits).view(np.float64)
     elif kind == _FLOAT32:
         raw = np.float64(np.uint32(bits).view(np.float32))
     elif kind == _FLOAT16:
         raw = np.float64(_half(bits))
+    elif places[at + _SIGNED]:
+        raw = np.float64(signed_bits(data, start, places, at))
     else:
-        raw = np.float64(signed_bits(payload, place)) if place[_SIGNED] else np.float64(bits)
+        raw = np.float64(bits)
     return float(raw) * scale + offset
 
 
 @njit(cache=True, error_model="numpy")
-def _decode(data: Bytes, rows: Int64, wanted: Int64, places: Int64, factors: Float64, ids: Int64, out: Float64) -> None:
-    for k in range(len(wanted)):
-        signal = wanted[k]
-        place = places[signal]
-        scale, offset = factors[signal]
-        multiplexed = place[_PARENT] >= 0
-        for n in range(len(rows)):
-            payload = data[rows[n]]
-            if multiplexed and not _is_active(payload, signal, places, ids):
-                out[k, n] = np.nan
-            else:
-                out[k, n] = read_value(payload, place, scale, offset)
+def read_value(payload: Bytes, place: Int64, scale: float, offset: float) -> float:
+    """Return the value of a signal of one payload that no multiplexer leaves out."""
+    return _value_at(payload, 0, place, 0, scale, offset)
 
 
 @njit(cache=True, error_model="numpy")
-def _put(payload: Bytes, place: Int64, bits: np.uint64) -> None:
-    shift = np.uint64(place[_SHIFT])
-    position = place[_FIRST] + place[_STEP] * (place[_BYTES] - 1)
-    payload[position] |= np.uint8((bits << shift) & np.uint64(0xFF))
+def _decode(data: Bytes, rows: Int64, wanted: Int64, places: Int64, factors: Float64, ids: Int64, out: Float64) -> None:
+    count, width = data.shape
+    flat, table = data.reshape(count * width), places.reshape(places.size)
+    for index in range(len(wanted)):
+        at = wanted[index] * _PLACE
+        scale, offset = factors[wanted[index], 0], factors[wanted[index], 1]
+        multiplexed = table[at + _PARENT] >= 0
+        for n in range(len(rows)):
+            start = rows[n] * width
+            if multiplexed and not _is_active(flat, start, table, at, ids):
+                out[index, n] = np.nan
+            else:
+                out[index, n] = _value_at(flat, start, table, at, scale, offset)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _put(data: Bytes, start: int, places: Int64, at: int, bits: np.uint64) -> None:
+    shift, step = np.uint64(places[at + _SHIFT]), places[at + _STEP]
+    position = start + places[at + _FIRST] + step * (places[at + _BYTES] - 1)
+    data[position] |= np.uint8((bits << shift) & np.uint64(0xFF))
     bits = bits >> (np.uint64(8) - shift)
-    for _ in range(place[_BYTES] - 1):
-        position -= place[_STEP]
-        payload[position] |= np.uint8(bits & np.uint64(0xFF))
+    for _ in range(places[at + _BYTES] - 1):
+        position -= step
+        data[position] |= np.uint8(bits & np.uint64(0xFF))
         bits = bits >> np.uint64(8)
 
 
-@njit(cache=True, error_model="numpy")
-def _integer_bits(raw: float, place: Int64, overflow: int) -> tuple[np.uint64, bool]:
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _integer_bits(raw: float, length: int, signed: int, overflow: int) -> tuple[np.uint64, bool]:
     """Return an integral value as the bits of a signal, and whether they hold it."""
-    length = place[_LENGTH]
     span = 2.0**length
-    low = -0.5 * span if place[_SIGNED] else 0.0
+    low = -0.5 * span if signed else 0.0
     high = low + span
     if overflow == _WRAP:
         raw -= np.floor((raw - low) / span) * span
     mask = np.uint64(0xFFFFFFFFFFFFFFFF) >> np.uint64(64 - length)
     inside = low <= raw < high
     if raw >= high:
-        return (mask >> np.uint64(1) if place[_SIGNED] else mask), overflow == _SATURATE
+        return (mask >> np.uint64(1) if signed else mask), overflow == _SATURATE
     if not inside:
         raw, inside = low, overflow == _SATURATE and raw < low
     if raw >= 2.0**63:
@@ -268,11 +282,12 @@ def _integer_bits(raw: float, place: Int64, overflow: int) -> tuple[np.uint64, b
     return np.uint64(np.int64(raw)) & mask, inside
 
 
-@njit(cache=True, error_model="numpy")
-def write_value(payload: Bytes, place: Int64, scale: float, offset: float, value: float, overflow: int) -> bool:
-    """Write the value of a signal into bits that are zero; return False where they cannot hold it and stay zero."""
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _write_at(
+    data: Bytes, start: int, places: Int64, at: int, scale: float, offset: float, value: float, overflow: int
+) -> bool:
     raw = (value - offset) / scale
-    kind = place[_KIND]
+    kind = places[at + _KIND]
     if kind == _FLOAT64:
         bits = np.float64(raw).view(np.uint64)
     elif kind == _FLOAT32:
@@ -280,11 +295,17 @@ def write_value(payload: Bytes, place: Int64, scale: float, offset: float, value
     elif kind == _FLOAT16:
         bits = np.uint64(value)  # the caller rounded it: numba has no 16-bit floats
     else:
-        bits, held = _integer_bits(np.rint(raw), place, overflow)
+        bits, held = _integer_bits(np.rint(raw), places[at + _LENGTH], places[at + _SIGNED], overflow)
         if not held:
             return False
-    _put(payload, place, bits)
+    _put(data, start, places, at, bits)
     return True
+
+
+@njit(cache=True, error_model="numpy")
+def write_value(payload: Bytes, place: Int64, scale: float, offset: float, value: float, overflow: int) -> bool:
+    """Write a signal's value into bits of one payload that are zero; False where they cannot hold it and stay zero."""
+    return _write_at(payload, 0, place, 0, scale, offset, value, overflow)
 
 
 @njit(cache=True, error_model="numpy")
@@ -298,15 +319,16 @@ def _encode(
     ids: Int64,
     out: Bytes,
 ) -> tuple[int, int]:
-    for k in order:
-        signal = wanted[k]
-        place = places[signal]
-        scale, offset = factors[signal]
-        multiplexed = place[_PARENT] >= 0
-        for n in range(len(out)):
-            payload = out[n]
-            if multiplexed and not _is_active(payload, signal, places, ids):
+    count, width = out.shape
+    flat, table = out.reshape(count * width), places.reshape(places.size)
+    for index in order:
+        at = wanted[index] * _PLACE
+        scale, offset = factors[wanted[index], 0], factors[wanted[index], 1]
+        multiplexed = table[at + _PARENT] >= 0
+        for n in range(count):
+            start = n * width
+            if multiplexed and not _is_active(flat, start, table, at, ids):
                 continue
-            if not write_value(payload, place, scale, offset, values[k, n], overflow[k]):
-                return k, n
+            if not _write_at(flat, start, table, at, scale, offset, values[index, n], overflow[index]):
+                return index, n
     return -1, -1

@@ -33,9 +33,9 @@ def test_published_check_values(text, crc8, crc16):
     data = bytes.fromhex(text)
     # The last bytes go in as the data id, so that exactly the published bytes are summed.
     head8 = np.frombuffer(b"\0" + data[:-1], np.uint8)
-    assert crc_profile_2(head8, len(head8), data[-1]) == crc8
+    assert crc_profile_2(head8, 0, len(head8), np.uint16(data[-1])) == crc8
     head16 = np.frombuffer(b"\0\0" + data[:-2], np.uint8)
-    assert crc_profile_5(head16, len(head16), data[-2] | data[-1] << 8) == crc16
+    assert crc_profile_5(head16, 0, len(head16), np.uint16(data[-2] | data[-1] << 8)) == crc16
 
 
 def test_published_examples_of_the_profiles():
