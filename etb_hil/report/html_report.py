@@ -12,14 +12,15 @@ from markupsafe import Markup, escape
 from etb_hil.report import plots, show
 from etb_hil.report.drawing import inline_svg, save_png
 from etb_hil.report.model import Exceedance, ReportSeries, Results
+from etb_hil.report.show import phase_name
 from etb_hil.report.verdict import unit_line, verdict_of
-from etb_hil.report.wording import TIMESTAMP_GRADES
+from etb_hil.report.wording import timing_sentence
 
 REPORT_NAME = "report.html"
 
 # What two printed pages hold; the rest is in results.json, and the page says so.
-_MOST_NUMBERS, _MOST_PHASES, _MOST_EXCEEDANCES, _MOST_MESSAGES, _MOST_INPUTS = 16, 20, 7, 7, 7
-_LONGEST_NAME, _LONGEST_SENTENCE, _LONGEST_VERSIONS = 40, 320, 160
+_MOST_NUMBERS, _MOST_PHASES, _MOST_EXCEEDANCES, _MOST_MESSAGES, _MOST_INPUTS = 16, 16, 7, 7, 6
+_LONGEST_WORD, _LONGEST_NAME, _LONGEST_PHRASE, _LONGEST_VERSIONS, _LONGEST_SENTENCE = 20, 40, 56, 160, 320
 _SAFE_STATE = {True: "yes, seen in the measured current", False: "NOT VERIFIED", None: "not looked at"}
 
 _PLOTS = {
@@ -65,6 +66,8 @@ def render_page(results: Results, drawn: Mapping[str, str]) -> str:
         share=show.share,
         seconds=lambda value: show.quantity(value, "s"),
         whole=_sentence,
+        short=lambda text: text[:_LONGEST_WORD],
+        long=lambda text: _sentence(text[:_LONGEST_PHRASE]),
         count=lambda value: show.UNKNOWN if value is None else str(value),
     )
     verdict = verdict_of(results)
@@ -77,7 +80,8 @@ def render_page(results: Results, drawn: Mapping[str, str]) -> str:
         next_step=_sentence(verdict.next_step),
         unit_line=_sentence(unit_line(results)),
         safe_state=_SAFE_STATE[results.bench.safe_state],
-        grade=_sentence(TIMESTAMP_GRADES.get(results.timestamp_grade, "")),
+        grades=_sentence(timing_sentence(results)),
+        phase_name=phase_name,
         numbers=results.numbers[:_MOST_NUMBERS],
         phases=results.phases[:_MOST_PHASES],
         exceedances=_highest(results.exceedances),

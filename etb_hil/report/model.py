@@ -36,6 +36,14 @@ class Unit:
 
 
 @dataclass(frozen=True, slots=True)
+class Lateness:
+    """How late the computer was at its own ticks."""
+
+    mean_ms: float
+    worst_ms: float
+
+
+@dataclass(frozen=True, slots=True)
 class Bench:
     """How the bench fared; `safe_state` is True once drive off was seen in the current, None where nobody looked."""
 
@@ -45,6 +53,16 @@ class Bench:
     next_step: str = ""
     safe_state: bool | None = None
     name: str = ""
+    lateness: Lateness | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """How well the computer's stamps follow the controller's sample clock; None where there is nothing to compare."""
+
+    drift_ppm: float | None = None
+    residual_rms_us: float | None = None
+    residual_worst_us: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,13 +125,14 @@ class MessageStatistics:
 
 @dataclass(frozen=True, slots=True)
 class Bus:
-    """The bus in this run: loads are shares of 1, None where they could not be measured."""
+    """The bus in this run: loads are shares of 1; None where something could not be measured."""
 
     name: str = ""
     load: float | None = None
     load_peak: float | None = None
     error_frames: int | None = None
-    unknown_frames: int = 0
+    dropped: int | None = None
+    state: str | None = None
     messages: tuple[MessageStatistics, ...] = ()
 
 
@@ -137,6 +156,7 @@ class Results:
     started: str = ""
     duration_s: float | None = None
     timestamp_grade: str = ""
+    clock: Clock = field(default_factory=Clock)
     numbers: tuple[Number, ...] = ()
     exceedances: tuple[Exceedance, ...] = ()
     phases: tuple[Phase, ...] = ()

@@ -26,6 +26,7 @@ from etb_hil.report.drawing import (
     thinned,
 )
 from etb_hil.report.model import Phase, ReportSeries, Results
+from etb_hil.report.show import phase_name
 
 _FAR_ABOVE = 2.15  # beyond this many omega_s the Stribeck curve has fallen to T_c within 1 %
 
@@ -129,8 +130,10 @@ def time_traces(series: ReportSeries, results: Results) -> Figure:
         else:
             say_empty(axes, "not measured in this run")
     figure.align_ylabels(rows)
-    if len(series.time):
-        strip.set_xlim(series.time[0], series.time[-1])
+    instants = [*series.time[[0, -1]]] if len(series.time) else []
+    instants += [p.start_s for p in results.phases] + [p.end_s for p in results.phases if p.end_s is not None]
+    if instants and max(instants) > min(instants):
+        strip.set_xlim(min(instants), max(instants))
     _phase_strip(strip, rows, results.phases)
     _level(friction, _limit(results, "T_st"), "--", "limit T_st")
     _level(friction, _limit(results, "T_c"), ":", "limit T_c")
@@ -162,7 +165,7 @@ def _phase_strip(strip: Axes, rows: list[Axes], phases: tuple[Phase, ...]) -> No
         for axes in rows:
             axes.axvline(phase.start_s, color=MUTED, linewidth=0.6, linestyle=(0, (2, 3)))
         share = (stop - phase.start_s) / (end - start)
-        name = f"{index + 1} {phase.name or phase.id}"
+        name = f"{index + 1} {phase_name(phase)}"
         fits = share * 125 > len(name)  # 125 characters of this size fit across the figure
         label = name if fits else str(index + 1) if share > 0.012 else ""
         middle = 0.5 * (phase.start_s + stop)

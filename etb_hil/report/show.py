@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # the live panel shows values too, and starts in a tenth of the time without numpy and pydantic
-    from etb_hil.report.model import Number
+    from etb_hil.report.model import Number, Phase
 
 # SI unit -> (unit shown, factor, decimals); units that are not here are shown as they are, with four digits.
 _SHOWN = {
@@ -17,6 +17,9 @@ _SHOWN = {
     "V": ("V", 1.0, 2),
     "degC": ("°C", 1.0, 1),
     "s": ("s", 1.0, 3),
+    "ohm": ("ohm", 1.0, 3),
+    "V·s/rad": ("V·s/rad", 1.0, 4),
+    "N·m·s/rad": ("N·m·s/rad", 1.0, 5),
 }
 
 UNKNOWN = "-"
@@ -65,3 +68,8 @@ def printable(text: str, longest: int = 200) -> str:
     """Return a text without control characters, cut to a length: no name can steer a terminal or flood a page."""
     clean = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
     return clean if len(clean) <= longest else clean[: longest - 3] + "..."
+
+
+def phase_name(phase: Phase) -> str:
+    """Return the name of a phase as its scenario's author knows it."""
+    return (phase.id or phase.name).replace("_", " ")

@@ -33,7 +33,7 @@ UNIT_REASONS = {
     "T_st_beyond_limit": Wording("Break-away friction is {T_st}; the limit is {T_st.limit}.", _REPLACE),
     "T_c_beyond_limit": Wording("Sliding friction is {T_c}; the limit is {T_c.limit}.", _REPLACE),
     "return_margin_beyond_limit": Wording(
-        "The return spring has {return_margin} left over friction; at least {return_margin.limit} is needed for the "
+        "The return margin, spring less friction, is {return_margin}; at least {return_margin.limit} is needed for the "
         "plate to come back without power.",
         _NOT_FITTED,
     ),
@@ -117,12 +117,13 @@ _BENCH_DEFAULTS = {
     BenchOutcome.ABORTED: Wording("The run was ended before it was done.", "Repeat the test."),
 }
 
+_UNSAFE = "return_margin_beyond_limit"
 _EXCEEDED = {"T_st_exceeded", "T_c_exceeded"}
 
 TIMESTAMP_GRADES = {
-    "sample counter": "samples carry the controller's own counter: exact to its clock",
-    "receive stamps": "samples are dated by their arrival: late by the bus and the host",
-    "time column of a table": "samples carry the time of a table, as it was written",
+    "sample counter": "exact to the controller's own clock",
+    "receive stamps": "late by the bus and the computer",
+    "time column of a table": "as it was written",
 }
 
 
@@ -135,7 +136,9 @@ def unit_wording(results: Results) -> Wording:
     if known is None:
         default = _UNIT_DEFAULTS[unit.verdict]
         return Wording(unit.reason or default.reason, unit.next_step or default.next_step)
-    return Wording(_detailed(_filled(known.reason, results), unit.reason if known.with_detail else ""), known.next_step)
+    reason = _detailed(_filled(known.reason, results), unit.reason if known.with_detail else "")
+    unsafe = _UNSAFE in unit.also  # a plate that may stay open outranks whatever else is to be done
+    return Wording(reason, UNIT_REASONS[_UNSAFE].next_step if unsafe else known.next_step)
 
 
 def bench_wording(results: Results) -> Wording:
@@ -150,6 +153,22 @@ def further_reasons(results: Results) -> list[str]:
     """Return the sentences of the reasons beside the first one."""
     known = (UNIT_REASONS.get(reason_id) for reason_id in results.unit.also)
     return [_filled(wording.reason, results) for wording in known if wording is not None]
+
+
+def timing_sentence(results: Results) -> str:
+    """Return how good the time of the samples is, and how late the computer was."""
+    grade = results.timestamp_grade
+    meaning = TIMESTAMP_GRADES.get(grade, "")
+    text = f"Timestamps: {grade or 'grade unknown'}{', ' + meaning if meaning else ''}."
+    clock, late = results.clock, results.bench.lateness
+    if clock.drift_ppm is not None and clock.residual_rms_us is not None and clock.residual_worst_us is not None:
+        text += (
+            f" Computer against controller: drift {clock.drift_ppm:.1f} ppm, scatter {clock.residual_rms_us:.0f} us "
+        )
+        text += f"rms, {clock.residual_worst_us:.0f} us at most."
+    if late is not None:
+        text += f" The computer was late by {late.mean_ms:.2f} ms on average, {late.worst_ms:.2f} ms at most."
+    return text
 
 
 def spring_or_friction(results: Results) -> str:

@@ -6,8 +6,10 @@ from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.report.model import (
     Bench,
     Bus,
+    Clock,
     Exceedance,
     InputFile,
+    Lateness,
     MessageStatistics,
     Number,
     Phase,
@@ -89,10 +91,11 @@ def results(stiction=T_ST, **changes):
     fields = {
         "run_id": "20261120T070000Z-friction_check-ETB-0042",
         "unit": unit,
-        "bench": Bench(BenchOutcome.OK, safe_state=True, name="virtual classic"),
+        "bench": Bench(BenchOutcome.OK, safe_state=True, name="virtual classic", lateness=Lateness(0.05, 1.25)),
         "started": "2026-11-20T07:00:00Z",
         "duration_s": DURATION_S,
         "timestamp_grade": "sample counter",
+        "clock": Clock(-1.2, 36.0, 121.0),
         "numbers": numbers(stiction),
         "exceedances": exceedances(stiction) if failed else (),
         "phases": tuple(Phase(name.replace(" ", "_"), name, start, end, "done") for name, start, end in PHASES),
@@ -101,6 +104,7 @@ def results(stiction=T_ST, **changes):
             load=0.614,
             load_peak=0.66,
             error_frames=0,
+            state="error-active",
             messages=(
                 MessageStatistics("Measurement", 24000, 0),
                 MessageStatistics("Position", 24000, 0),

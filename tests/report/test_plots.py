@@ -79,7 +79,7 @@ def test_exceedances_are_shaded_in_every_trace_and_marked_at_their_peak():
 
 def test_names_are_no_formulas():
     name = "ramp $\\frac{$ <b>&amp;"
-    results = sample_run.results(phases=(Phase("p", name, 0.0, 24.0),))
+    results = sample_run.results(phases=(Phase(name, "", 0.0, 24.0),))
     svg = inline_svg(plots.time_traces(sample_run.series(), results), "t")
     assert "1 ramp $\\frac{$ &lt;b&gt;&amp;amp;" in svg
 

@@ -6,13 +6,15 @@ import pytest
 import sample_run
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
-from etb_hil.report.model import Bench, Number, Unit
+from etb_hil.recording.recording import ClockGrade
+from etb_hil.report.model import Bench, Clock, Number, Unit
 from etb_hil.report.wording import (
     BENCH_REASONS,
     UNIT_REASONS,
     bench_wording,
     further_reasons,
     spring_or_friction,
+    timing_sentence,
     unit_wording,
 )
 
@@ -56,8 +58,20 @@ def test_unknown_reasons_still_say_what_to_do(verdict):
 
 def test_further_reasons_come_after_the_first():
     unit = Unit(UnitVerdict.FAIL, "T_st_beyond_limit", also=("return_margin_beyond_limit", "invented_later"))
-    (sentence,) = further_reasons(sample_run.results(0.567, unit=unit))
+    results = sample_run.results(0.567, unit=unit)
+    (sentence,) = further_reasons(results)
     assert "-0.217 N·m" in sentence
+    assert unit_wording(results).next_step.startswith("Do not fit this unit to a vehicle.")
+
+
+def test_grades_say_what_is_known_of_time():
+    assert timing_sentence(sample_run.results(timestamp_grade="", clock=Clock(), bench=Bench(BenchOutcome.OK))) == (
+        "Timestamps: grade unknown."
+    )
+    for grade in ClockGrade:
+        assert timing_sentence(sample_run.results(timestamp_grade=grade.value)).startswith(
+            f"Timestamps: {grade.value}, "
+        )
 
 
 def standing(reason_id="", **verdicts):
