@@ -37,8 +37,11 @@ class CommandEncoder:
         routes = self._routes.get(keys)
         if routes is None:
             routes = self._routes[keys] = self._route(keys)
-        frames = [writer.write({role: values[role] for role in roles}, stamp_ns) for writer, roles in routes]
-        return frames[0] if len(frames) == 1 else concatenate_frames(frames)
+        if len(routes) == 1:
+            return routes[0][0].write(values, stamp_ns)
+        return concatenate_frames(
+            writer.write({role: values[role] for role in roles}, stamp_ns) for writer, roles in routes
+        )
 
     def _route(self, roles: tuple[str, ...]) -> list[tuple[MessageWriter, tuple[str, ...]]]:
         carried = [role for writer in self._writers.values() for role in writer.roles]

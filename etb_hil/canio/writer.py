@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from etb_hil.canio.dialect_message import DialectMessage, RoleColumn
 
     Float64 = NDArray[np.float64]
+    _Constants = tuple[NDArray[np.uint32], NDArray[np.uint8], NDArray[np.uint8], NDArray[np.uint8]]
+
+_NUMBER = (float, int)
+_SMALL = 64  # blocks of up to so many frames come again and again
 
 SAMPLE_COUNTER = "sample_counter"
 
@@ -46,6 +50,7 @@ class MessageWriter:
             | (FrameFlag.BITRATE_SWITCH if self._message.bitrate_switch else 0)
         )
         self._plans: dict[tuple[str, ...], _Plan] = {}
+        self._constants: dict[int, _Constants] = {}
         _require_no_overlap(dialect, self._message)
 
     @property
@@ -60,7 +65,11 @@ class MessageWriter:
         roles that are not given are 0. Raises KeyError for what the message does not carry, InputError for a value that
         is refused.
         """
-        stamps = np.atleast_1d(np.asarray(stamp_ns, np.int64))
+        stamps = (
+            np.array([stamp_ns], np.int64)
+            if isinstance(stamp_ns, int)
+            else np.atleast_1d(np.asarray(stamp_ns, np.int64))
+        )
         count = len(stamps)
         keys = tuple(values)
         plan = self._plans.get(keys)
@@ -70,14 +79,22 @@ class MessageWriter:
         plan.fill(values, data)
         protect_rows(data, self._message.length, self._profile, self._data_ids, self._counter)
         self._counter = (self._counter + count) & 0xFF  # a multiple of every profile's wrap
-        return FrameBlock(
-            stamps,
+        ident, flags, length, channel = self._constants.get(count) or self._repeated(count)
+        return FrameBlock(stamps, ident, flags, length, data, channel)
+
+    def _repeated(self, count: int) -> _Constants:
+        """Return the columns that are the same in every frame, made once for each size of a block."""
+        made = (
             np.full(count, self._message.ident, np.uint32),
             np.full(count, self._flags, np.uint8),
             np.full(count, self._message.length, np.uint8),
-            data,
             np.zeros(count, np.uint8),
         )
+        for column in made:
+            column.flags.writeable = False
+        if count <= _SMALL:
+            self._constants[count] = made
+        return made
 
 
 class _Plan:
@@ -104,12 +121,16 @@ class _Plan:
         self._layout = SignalLayout(message.message, names)
         self._modes = np.array([int(mode) for mode in modes], np.int64)
         self._size = len(names)
+        self._plain = all(part.plain for part in self._parts)
 
     def fill(self, values: Mapping[str, ArrayLike], data: NDArray[np.uint8]) -> None:
         """Encode the values into payloads (n, w) that are zero; InputError for a value that is refused."""
-        matrix = np.empty((self._size, len(data)))
-        for part in self._parts:
-            part.put(values[part.key], matrix)
+        if len(data) == 1 and self._plain and all(isinstance(value, _NUMBER) for value in values.values()):
+            matrix = np.array([values[part.key] for part in self._parts], np.float64).reshape(-1, 1)
+        else:
+            matrix = np.empty((self._size, len(data)))
+            for part in self._parts:
+                part.put(values[part.key], matrix)
         self._layout.encode(matrix, self._modes, data)
 
 
@@ -121,6 +142,7 @@ class _Part:
         self.rows = len(column.signals) if column else 1
         self._rows = slice(first, first + self.rows) if self.rows > 1 else first
         self._linear = (column.scale, column.offset) if column and (column.scale, column.offset) != (1.0, 0.0) else None
+        self.plain = self.rows == 1 and self._linear is None and not (column and column.turns)
         self._turns_row = first + self.rows if column and column.turns else None
         if column and column.turns:
             signal = message.message.get_signal_by_name(column.signals[0])
