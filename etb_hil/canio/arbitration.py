@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
+from etb_hil.canio.bit_timing import one_frame_bits
 from etb_hil.canio.frames import FrameFlag
 from etb_hil.canio.health import note_busy
 
@@ -70,28 +71,31 @@ def enqueue(
     flags: Bytes,
     length: Bytes,
     data: Bytes,
-    nominal_bits: Ints,
-    data_bits: Ints,
     first_ns: int,
     last_ns: int,
+    at_once: bool,
 ) -> int:
-    """Append frames to a port's queue; return -1, or the row that is out of order or that this bus cannot carry."""
+    """Append frames to a port's queue; return -1, or the row that is out of order or that this bus cannot carry.
+
+    Stamps rise and lie between `first_ns` and `last_ns`; with `at_once` all is handed over at `last_ns` instead.
+    """
     mask = queue.shape[1] - 1
     width = min(data.shape[1], payload.shape[2])
     tail = ports[port, TAIL]
     for row in range(len(stamp_ns)):
         flag = int(flags[row])
-        if stamp_ns[row] < first_ns or stamp_ns[row] > last_ns or flag & _ERROR or (flag & _FD and not bus[FD]):
+        when = last_ns if at_once else stamp_ns[row]
+        if when < first_ns or when > last_ns or flag & _ERROR or (flag & _FD and not bus[FD]):
             return row
         if length[row] > width and not flag & _REMOTE:
             return row
-        first_ns = stamp_ns[row]
+        first_ns = when
         slot = (tail + row) & mask
         target = queue[port, slot]
-        target[STAMP] = stamp_ns[row]
+        target[STAMP] = when
         target[KEY] = _arbitration_key(int(ident[row]), flag)
-        span = time_ns(nominal_bits[row] - INTERMISSION_BITS, bus[NOMINAL])
-        target[SPAN] = span + time_ns(data_bits[row], bus[DATA])
+        nominal, fast = one_frame_bits(ident[row], flags[row], length[row], data[row])
+        target[SPAN] = time_ns(int(nominal) - INTERMISSION_BITS, bus[NOMINAL]) + time_ns(int(fast), bus[DATA])
         target[IDENT] = ident[row]
         target[FLAGS] = flag & ~_SENT
         target[LENGTH] = length[row]

@@ -122,13 +122,20 @@ def _frame_bits(
     data_rate: NDArray[np.int64],
 ) -> None:
     for row in range(len(ident)):
-        flag, size = np.int64(flags[row]), np.int64(length[row])
-        if flag & _ERROR:
-            nominal[row], data_rate[row] = ERROR_FRAME_BITS, 0
-        elif flag & _FD:
-            nominal[row], data_rate[row] = _fd_bits(np.int64(ident[row]), flag, size, data[row])
-        else:
-            nominal[row], data_rate[row] = _classic_bits(np.int64(ident[row]), flag, size, data[row]), 0
+        nominal[row], data_rate[row] = one_frame_bits(ident[row], flags[row], length[row], data[row])
+
+
+@njit(cache=True, error_model="numpy")
+def one_frame_bits(
+    ident: np.uint32, flags: np.uint8, length: np.uint8, data: NDArray[np.uint8]
+) -> tuple[np.int64, np.int64]:
+    """Return what `frame_bits` returns of one frame, for other kernels."""
+    flag, size = np.int64(flags), np.int64(length)
+    if flag & _ERROR:
+        return np.int64(ERROR_FRAME_BITS), np.int64(0)
+    if flag & _FD:
+        return _fd_bits(np.int64(ident), flag, size, data)
+    return _classic_bits(np.int64(ident), flag, size, data), np.int64(0)
 
 
 @njit(cache=True, error_model="numpy")

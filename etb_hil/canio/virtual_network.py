@@ -12,7 +12,6 @@ import numpy as np
 
 from etb_hil.base.errors import BenchFault, InputError, Problem
 from etb_hil.canio import arbitration as arb
-from etb_hil.canio.bit_timing import frame_bits
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
 from etb_hil.canio.health import BusHealth, BusState, LoadMeter
 
@@ -114,7 +113,7 @@ class VirtualNetwork:
             for port, node in self._nodes.items():
                 frames = node.run(until, self.collect(port))
                 if len(frames):
-                    self._enqueue(port, frames, frames.stamp_ns, now, until)
+                    self._enqueue(port, frames, now, until, at_once=False)
             if self.faults or self._late:
                 self._transmit_with_faults(until)
             else:
@@ -187,7 +186,7 @@ class VirtualNetwork:
     def send(self, port: int, frames: FrameBlock) -> None:
         """Hand frames to the port's transmitter now, in order; their stamps are not looked at."""
         with self.lock:
-            self._enqueue(port, frames, np.full(len(frames), self._now, np.int64), self._now, self._now)
+            self._enqueue(port, frames, self._now, self._now, at_once=True)
 
     def collect(self, port: int) -> FrameBlock:
         """Return what the port has seen since the last call, its own frames flagged `SENT`."""
@@ -228,20 +227,19 @@ class VirtualNetwork:
                 dropped=row[arb.DROPPED],
             )
 
-    def _enqueue(self, port: int, frames: FrameBlock, stamps: NDArray[np.int64], first_ns: int, last_ns: int) -> None:
+    def _enqueue(self, port: int, frames: FrameBlock, first_ns: int, last_ns: int, *, at_once: bool) -> None:
         waiting = int(self._ports[port, arb.TAIL] - self._ports[port, arb.HEAD])
         while waiting + len(frames) > self._queue.shape[1]:
             self._queue, self._payload = _doubled(self._queue), _doubled(self._payload)
-        nominal, data = frame_bits(frames)
         wrong = arb.enqueue(
-            self._queue, self._payload, self._ports, self._bus, port, stamps, frames.ident, frames.flags, frames.length,
-            frames.data, nominal, data, first_ns, last_ns,
+            self._queue, self._payload, self._ports, self._bus, port, frames.stamp_ns, frames.ident, frames.flags,
+            frames.length, frames.data, first_ns, last_ns, at_once,
         )  # fmt: skip
         if wrong >= 0:
             what = f"{frames.ident[wrong]:#x} of {frames.length[wrong]} bytes, flags {int(frames.flags[wrong]):#x}"
             raise BenchFault(
-                f"frame {what}, handed over at {stamps[wrong]} ns, cannot be sent: this bus takes "
-                f"{'FD and classic' if self.fd else 'classic'} frames, in order between {first_ns} and {last_ns} ns"
+                f"frame {what}, stamped {frames.stamp_ns[wrong]} ns, cannot be sent: this bus takes "
+                f"{'FD and classic' if self.fd else 'classic'} frames, a node's in order from {first_ns} to {last_ns} ns"
             )
 
     def _make_room(self) -> None:

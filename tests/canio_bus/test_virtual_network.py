@@ -239,7 +239,7 @@ def test_a_node_that_hands_frames_over_out_of_its_time_is_refused():
     network = VirtualNetwork()
     network.sleep_until_ns(5 * MS)
     network.attach(Script([(4 * MS, 1, 0, b"")]))
-    with pytest.raises(BenchFault, match="handed over at 4000000 ns"):
+    with pytest.raises(BenchFault, match="stamped 4000000 ns"):
         network.sleep_until_ns(6 * MS)
 
 
