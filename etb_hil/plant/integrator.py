@@ -14,8 +14,10 @@ from etb_hil.plant.contact import change_of_contact, contact_of, first_root
 from etb_hil.plant.physics import (
     BACK_EMF,
     BRISTLE_STIFFNESS,
+    DEAD_ZONE,
     INDUCTANCE,
     INERTIA,
+    LIMP_HOME,
     RESISTANCE,
     STRIBECK_VELOCITY,
     SUPPLY_VOLTAGE,
@@ -36,7 +38,10 @@ CURRENT = 3
 STATES = 4
 
 _INSTANT = 1e-15  # s; too short for anything to move
-_CUTS = 8  # in one tick; more would be chatter below what the step resolves
+_CUTS = 16  # in one tick; more would be chatter below what the step resolves
+_QUARTER = 0.25 * TICK
+_SLOW = 0.05  # rad/s; faster than this the plate bounces on a stop, slower it rests there
+_FAST = 0.05  # dead zones in a tick; slower than this the springs' jump is smooth enough
 
 
 def new_state(theta: float) -> Vector:
@@ -44,6 +49,17 @@ def new_state(theta: float) -> Vector:
     state = np.zeros(STATES)
     state[THETA] = theta
     return state
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _stride(theta: float, omega: float, contact: float, left: float, p: Values) -> float:
+    """Return how far to step: to the end of the tick, less while a stop throws back or limp-home flies past."""
+    travel = TICK * abs(omega)
+    if contact != 0.0:
+        fine = abs(omega) > _SLOW
+    else:
+        fine = travel > _FAST * p[DEAD_ZONE] and abs(theta - p[LIMP_HOME]) < p[DEAD_ZONE] + travel
+    return min(left, _QUARTER) if fine else left
 
 
 @njit(cache=True, error_model="numpy")
@@ -67,21 +83,23 @@ def _run(  # noqa: C901 (one loop that must stay in registers)
     if is_open:
         u = -p[SUPPLY_VOLTAGE] if current > 0.0 else p[SUPPLY_VOLTAGE]
     whole = answer(TICK, p) if conducts else NO_CURRENT
-    contact = contact_of(theta, omega, p)
     for tick in range(ticks):
         left = TICK
-        armature = whole
+        contact = contact_of(theta, omega, p)
         for cut in range(_CUTS):
-            end = step(theta, omega, bristle, current, left, u, armature, contact, inverse, p)
-            part, contact_new, is_gone = left, contact, False
-            if cut < _CUTS - 1:
-                part, contact_new = change_of_contact(theta, omega, contact, end[0], end[1], left, p)
+            last = cut == _CUTS - 1
+            h = left if last else _stride(theta, omega, contact, left, p)
+            armature = whole if h == TICK else answer(h, p) if conducts else NO_CURRENT
+            end = step(theta, omega, bristle, current, h, u, armature, contact, inverse, p)
+            part, contact_new, is_gone = h, contact, False
+            if not last:
+                part, contact_new = change_of_contact(theta, omega, contact, end[0], end[1], h, p)
                 if is_open and conducts and end[3] * current <= 0.0:
-                    gone = _end_of_current(omega, current, end[3], u, left, p)
+                    gone = _end_of_current(omega, current, end[3], u, h, p)
                     is_gone = gone <= part
                     part, contact_new = (gone, contact) if gone < part else (part, contact_new)
             if part > _INSTANT:
-                if part < left:
+                if part < h:
                     armature = answer(part, p) if conducts else NO_CURRENT
                     end = step(theta, omega, bristle, current, part, u, armature, contact, inverse, p)
                 theta, omega, bristle, current = end
@@ -91,7 +109,6 @@ def _run(  # noqa: C901 (one loop that must stay in registers)
             left -= part
             if left <= _INSTANT:
                 break
-            armature = answer(left, p) if conducts else NO_CURRENT
         if row >= 0:
             record[row + tick, THETA] = theta
             record[row + tick, OMEGA] = omega

@@ -12,9 +12,7 @@ from etb_hil.plant.physics import (
     BRISTLE_DAMPING,
     BRISTLE_STIFFNESS,
     COULOMB,
-    DEAD_ZONE,
     INERTIA,
-    LIMP_HOME,
     STICTION,
     STOP_DAMPING,
     STOP_HIGH,
@@ -28,21 +26,6 @@ from etb_hil.plant.physics import (
 
 _SIXTH = 1.0 / 6.0
 _TWELFTH = 1.0 / 12.0
-_EIGHTEENTH = 1.0 / 18.0
-_GAUSS_POINT = 0.1127016653792583  # (1 - sqrt(3/5)) / 2
-
-
-@njit(cache=True, error_model="numpy", forceinline=True)
-def _mean_spring(theta: float, omega: float, rise: float, omega_end: float, h: float, p: Values) -> float:
-    """Return the springs' torque averaged over a step: at its mean angle, or over three points near the dead zone."""
-    mean = theta + h * (4.0 * omega + omega_end + rise) * _TWELFTH
-    if abs(mean - p[LIMP_HOME]) > p[DEAD_ZONE] + h * (abs(omega) + abs(omega_end)):
-        return spring_torque(mean, p)
-    travel, bend = h * omega, 0.5 * h * (omega_end - omega)
-    early = theta + _GAUSS_POINT * (travel + _GAUSS_POINT * bend)
-    late = theta + (1.0 - _GAUSS_POINT) * (travel + (1.0 - _GAUSS_POINT) * bend)
-    middle = theta + 0.5 * (travel + 0.5 * bend)
-    return (5.0 * (spring_torque(early, p) + spring_torque(late, p)) + 8.0 * spring_torque(middle, p)) * _EIGHTEENTH
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -96,7 +79,11 @@ def step(
         g_guess = p[COULOMB] + stiction_excess * gauss_near(guess * inverse_stribeck, ratio, here)
         end, mean, end_by, mean_by = strain(bristle, omega, rise, guess, g, g_guess, h, compliance, p)
         by_bristle = sigma_0 * h * mean_by + sigma_1 * end_by
-        load = sigma_0 * h * mean + sigma_1 * end + h * _mean_spring(theta, omega, rise, guess, h, p)
+        load = (
+            sigma_0 * h * mean
+            + sigma_1 * end
+            + h * spring_torque(theta + h * (4.0 * omega + guess + rise) * _TWELFTH, p)
+        )
         new = (known - load + by_bristle * guess) / (by_velocity + by_bristle)
         end += end_by * (new - guess)
         is_turn = omega * new < 0.0 or guess * new < 0.0

@@ -51,25 +51,24 @@ def solve(y, times, v, voltage):
 
 def coast(y, times, v):
     """States (n, 4) with the bridge open: the diodes put the supply against the current until it is gone."""
-    rows = [y]
-    for start, end in zip(times[:-1], times[1:], strict=True):
-        y = rows[-1]
-        if y[3] != 0.0:
-            against = -math.copysign(v.supply_voltage, y[3])
-            whole = solve(y, [start, end], v, against)[-1]
-            if whole[3] * y[3] > 0.0:
-                rows.append(whole)
-                continue
-            low, high = start, end
-            while high - low > 1e-13:
-                middle = 0.5 * (low + high)
-                still = solve(y, [start, middle], v, against)[-1][3] * y[3] > 0.0
-                low, high = (middle, high) if still else (low, middle)
-            y = solve(y, [start, low], v, against)[-1] if low > start else y
-            y[3] = 0.0
-            start = low
-        rows.append(solve(y, [start, end], v, None)[-1])
-    return np.array(rows)
+    if y[3] == 0.0:
+        return solve(y, times, v, None)
+    against = -math.copysign(v.supply_voltage, y[3])
+    rows = solve(y, times, v, against)
+    still = int(np.argmin(rows[:, 3] * y[3] > 0.0)) if np.any(rows[:, 3] * y[3] <= 0.0) else len(rows)
+    if still == len(rows):
+        return rows
+    start, low, high = times[still - 1], times[still - 1], times[still]
+    gone = before = rows[still - 1]
+    while high - low > 1e-13:
+        middle = 0.5 * (low + high)
+        trial = solve(before, [start, middle], v, against)[-1]
+        if trial[3] * y[3] > 0.0:
+            low, gone = middle, trial
+        else:
+            high = middle
+    free = solve([*gone[:3], 0.0], [low, *times[still:]], v, None)[1:]
+    return np.concatenate([rows[:still], free])
 
 
 def closed_loop(v, controller, theta, duration):
