@@ -36,7 +36,7 @@ class PanelWatcher:
     title: str
     limits: PanelLimits
     _messages: deque[str] = field(default_factory=lambda: deque(maxlen=3))
-    _start_s: float = field(default_factory=time.monotonic)
+    _start: tuple[float, float] | None = None
 
     def __call__(self, snapshot: Snapshot) -> None:
         """Hand a snapshot on where the panel would show it; returns at once."""
@@ -47,14 +47,18 @@ class PanelWatcher:
 
     def _shown(self, snapshot: Snapshot) -> PanelSnapshot:
         progress = min(snapshot.time_s / snapshot.total_s, 1.0) if snapshot.total_s > 0.0 else None
-        # On the clock of whoever waits: a run in lock-step goes faster than its own time.
-        waited_s = time.monotonic() - self._start_s
+        # On the clock of whoever waits, since the first snapshot: a run in lock-step goes faster than its own time.
+        now_s = time.monotonic()
+        if self._start is None:
+            self._start = now_s, snapshot.time_s
+        (begun_s, begun_at), left_s = self._start, max(snapshot.total_s - snapshot.time_s, 0.0)
+        gone = snapshot.time_s - begun_at
         return PanelSnapshot(
             title=self.title,
             phase=snapshot.phase,
             time_s=snapshot.time_s,
             progress=progress,
-            time_left_s=waited_s * (1.0 / progress - 1.0) if progress else None,
+            time_left_s=(now_s - begun_s) / gone * left_s if gone > 0.0 else None,
             angle=_known(snapshot.angle),
             velocity=_known(snapshot.velocity),
             current=_known(snapshot.current),

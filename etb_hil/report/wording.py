@@ -162,10 +162,8 @@ def timing_sentence(results: Results) -> str:
     text = f"Timestamps: {grade or 'grade unknown'}{', ' + meaning if meaning else ''}."
     clock, late = results.clock, results.bench.lateness
     if clock.drift_ppm is not None and clock.residual_rms_us is not None and clock.residual_worst_us is not None:
-        text += (
-            f" Computer against controller: drift {clock.drift_ppm:.1f} ppm, scatter {clock.residual_rms_us:.0f} us "
-        )
-        text += f"rms, {clock.residual_worst_us:.0f} us at most."
+        text += f" Computer against controller: drift {clock.drift_ppm:.2f} ppm, "
+        text += f"scatter {clock.residual_rms_us:.0f} us rms, {clock.residual_worst_us:.0f} us at most."
     if late is not None:
         text += f" The computer was late by {late.mean_ms:.2f} ms on average, {late.worst_ms:.2f} ms at most."
     return text

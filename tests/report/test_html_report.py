@@ -98,7 +98,7 @@ def test_values_limits_and_grades_are_there():
         "T_st 5.000 5.400 0.567 0.250 11.46 0.21 23.4 ramp opening",
         "load 61.4 %, peak 66.0 %, error frames 0, dropped by the computer -, error-active.",
         "Timestamps: sample counter, exact to the controller&#39;s own clock.",
-        "drift -1.2 ppm, scatter 36 us rms, 121 us at most. The computer was late by 0.05 ms on average, 1.25 ms at",
+        "drift -1.20 ppm, scatter 36 us rms, 121 us at most. The computer was late by 0.05 ms on average, 1.25 ms at",
         "3 ramp opening: from 5.000 s",
         "Measurement 24000 0 0 0 0",
         f"model: paper.yaml {sample_run.HASH}",

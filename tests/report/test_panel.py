@@ -243,7 +243,11 @@ def test_the_watcher_shows_what_is_known_and_the_limit_that_applies():
     snapshot = feed.kept[0]
     assert (snapshot.temperature, snapshot.friction, snapshot.coulomb) == (None, None, None)
     assert (snapshot.progress, snapshot.stiction, snapshot.stiction_limit) == (0.25, 0.17, 0.25)
-    assert snapshot.time_left_s >= 0.0
+    assert snapshot.time_left_s is None  # one snapshot gives no pace
+    watcher(told(time_s=15.0))
+    watcher(told(time_s=24.0))
+    assert feed.kept[-2].time_left_s > 0.0
+    assert feed.kept[-1].time_left_s == 0.0
 
 
 def test_the_watcher_keeps_the_last_messages_once_each():
