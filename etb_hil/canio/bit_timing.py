@@ -12,14 +12,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
-from etb_hil.canio.frames import FrameFlag
+from etb_hil.canio.frames import FD_LENGTHS, FrameFlag
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from etb_hil.canio.frames import FrameBlock
-
-FD_LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
 
 # Error flag, error delimiter and intermission: the shortest error frame, where all nodes see the error together.
 ERROR_FRAME_BITS = 6 + 8 + 3

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from etb_hil.canio.bit_timing import FD_LENGTHS
-from etb_hil.canio.frames import FrameBlock, FrameFlag
+from etb_hil.canio.frames import FD_LENGTHS, FrameBlock, FrameFlag
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -9,6 +9,8 @@ from enum import IntFlag
 import numpy as np
 from numpy.typing import NDArray
 
+FD_LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)  # payload bytes of DLC 0 to 15
+
 
 class FrameFlag(IntFlag):
     """What kind of frame it is."""

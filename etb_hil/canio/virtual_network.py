@@ -239,7 +239,7 @@ class VirtualNetwork:
             what = f"{frames.ident[wrong]:#x} of {frames.length[wrong]} bytes, flags {int(frames.flags[wrong]):#x}"
             raise BenchFault(
                 f"frame {what}, stamped {frames.stamp_ns[wrong]} ns, cannot be sent: this bus takes "
-                f"{'FD and classic' if self.fd else 'classic'} frames, a node's in order from {first_ns} to {last_ns} ns"
+                f"{'FD and classic' if self.fd else 'classic'} frames, a node's in order from {first_ns} to {last_ns}"
             )
 
     def _make_room(self) -> None:

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from etb_hil.canio.bit_timing import ERROR_FRAME_BITS, FD_LENGTHS, frame_bits, worst_case_bits
+from etb_hil.canio.bit_timing import ERROR_FRAME_BITS, frame_bits, worst_case_bits
+from etb_hil.canio.frames import FD_LENGTHS
 from etb_hil.canio.messages import from_messages
 
 

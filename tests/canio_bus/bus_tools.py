@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import strategies as st
 
-from etb_hil.canio.bit_timing import FD_LENGTHS
-from etb_hil.canio.frames import FrameBlock, FrameFlag
+from etb_hil.canio.frames import FD_LENGTHS, FrameBlock, FrameFlag
 
 COLUMNS = ("stamp_ns", "ident", "flags", "length", "data", "channel")
 
