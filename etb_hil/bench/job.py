@@ -13,6 +13,7 @@ from etb_hil.bench.bench_file import BenchSetup, load_bench
 from etb_hil.bench.events import EventLog
 from etb_hil.bench.finished import Finished
 from etb_hil.bench.preflight import check_scenario
+from etb_hil.bench.rehearsal import rehearse
 from etb_hil.bench.results import results_of
 from etb_hil.bench.runner import Runner
 from etb_hil.bench.scenario_file import Scenario, load_scenario
@@ -68,7 +69,10 @@ def prepare(files: JobFiles) -> Job:
     limits = load_limits(files.limits).content
     unit = load_model(files.unit)
     budgets = check_scenario(scenario, setup.bench, setup.dialect, model.values)
-    return Job(files, scenario, setup, model, limits, unit, budgets)
+    job = Job(files, scenario, setup, model, limits, unit, budgets)
+    if not job.is_virtual:
+        rehearse(scenario, setup.bench, model, limits)
+    return job
 
 
 def execute(job: Job, folder: Path, serial: str, seed: int, watcher: Watcher = nobody) -> Finished:

@@ -10,6 +10,7 @@ from etb_hil.base.clock import Clock
 from etb_hil.base.errors import BenchFault
 from etb_hil.bench.tap import Tap
 from etb_hil.bench.trajectory import OFF
+from etb_hil.recording.samples import SampleBlock
 
 PATIENCE_S = 0.5  # how long drive off may take to show
 QUIET_A = 0.05  # a mean current below this is about zero: ten times the sensor's noise
@@ -27,26 +28,47 @@ def bring_to_rest(tap: Tap, clock: Clock, tick_ns: int) -> SafeState:
     """Command drive off until the current is about zero and the status says off, or until patience ends.
 
     A bus that is gone ends it at once: nothing can be commanded or seen then, and the controller's own watchdog is
-    what switches off.
+    what switches off. Whatever else fails on the way to seeing it, drive off goes on being commanded.
     """
     deadline = clock.now_ns() + round(PATIENCE_S * 1e9)
-    quiet = 0
-    reported_off = False
-    try:
-        while clock.now_ns() < deadline:
-            sent_ns = clock.now_ns()
+    watch = _QuietWatch(tap.reports_enable)
+    failure: Exception | None = None
+    while clock.now_ns() < deadline:
+        sent_ns = clock.now_ns()
+        try:
             tap.command(OFF)
             clock.sleep_until_ns(sent_ns + tick_ns)
-            for block in tap.receive():
-                fresh = block.stamp_ns > sent_ns
-                if "motor_current" in block.columns and fresh.any():
-                    current = block.columns["motor_current"][fresh]
-                    still = bool(abs(np.mean(current)) < QUIET_A)
-                    quiet = quiet + len(current) if still else 0
-                if "enable" in block.columns and fresh.any():
-                    reported_off = not block.columns["enable"][fresh][-1]
-            if quiet >= SAMPLES and (reported_off or not tap.reports_enable):
-                return SafeState.VERIFIED
-    except BenchFault:
-        return SafeState.NOT_VERIFIED
+            if failure is None:
+                watch.look(tap.receive(), sent_ns)
+        except BenchFault:
+            return SafeState.NOT_VERIFIED
+        except Exception as error:  # noqa: BLE001 (a room that fails must not keep the drive on; raised below)
+            failure = error
+        if watch.is_quiet:
+            return SafeState.VERIFIED
+    if failure is not None:
+        raise failure
     return SafeState.NOT_VERIFIED
+
+
+class _QuietWatch:
+    """Looks for the current to be about zero and the bridge to be reported off, in samples taken after a command."""
+
+    def __init__(self, reports_enable: bool) -> None:
+        self._quiet = 0
+        self._is_off = not reports_enable
+
+    @property
+    def is_quiet(self) -> bool:
+        return self._quiet >= SAMPLES and self._is_off
+
+    def look(self, blocks: list[SampleBlock], sent_ns: int) -> None:
+        for block in blocks:
+            fresh = block.stamp_ns > sent_ns
+            if not fresh.any():
+                continue
+            if "motor_current" in block.columns:
+                current = block.columns["motor_current"][fresh]
+                self._quiet = self._quiet + len(current) if abs(float(np.mean(current))) < QUIET_A else 0
+            if "enable" in block.columns:
+                self._is_off = not block.columns["enable"][fresh][-1]

@@ -7,7 +7,6 @@ from typing import Protocol
 
 from etb_hil.base.clock import Clock
 from etb_hil.bench.analysis import Analysis
-from etb_hil.bench.events import EventLog
 from etb_hil.bench.phases import Measure
 from etb_hil.bench.trajectory import SetPoint
 from etb_hil.canio.commands import CommandEncoder
@@ -36,11 +35,19 @@ class RawLog(Protocol):
         ...
 
 
+class EventSink(Protocol):
+    """Where events are written as they happen."""
+
+    def add(self, stamp_ns: int, event: str, **details: object) -> None:
+        """Write one event."""
+        ...
+
+
 class Tap:
     """Sends commands, receives frames, logs both, and hands what arrived to the analysis."""
 
     def __init__(
-        self, link: Link, encoder: CommandEncoder, analysis: Analysis, log: RawLog, events: EventLog, clock: Clock
+        self, link: Link, encoder: CommandEncoder, analysis: Analysis, log: RawLog, events: EventSink, clock: Clock
     ) -> None:
         self._link = link
         self._encoder = encoder

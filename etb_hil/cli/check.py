@@ -15,8 +15,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Read and check all files, and print what the run would do; InputError lists what is wrong."""
     from etb_hil.bench.job import prepare
+    from etb_hil.bench.rehearsal import rehearse
+    from etb_hil.cli.compiling import announced
 
-    job = prepare(job_files(options))
+    with announced():
+        job = prepare(job_files(options))
+        rehearse(job.scenario, job.setup.bench, job.model, job.limits)
     bench, throttle = job.setup.bench, job.model.values
     print(f"scenario  {job.scenario.content.name}: {len(job.scenario.content.phases)} phases")
     for phase in job.scenario.content.phases:

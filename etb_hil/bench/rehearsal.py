@@ -1,0 +1,82 @@
+"""The dry run: the scenario in lock-step on the bench's own model, before a real unit moves.
+
+It finds what set-points alone do not show (the current of a step, the speed of an overshoot), and it has compiled
+everything by the time that frames must be answered within milliseconds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.outcome import BenchOutcome
+from etb_hil.base.stock import find
+from etb_hil.bench.analysis import Analysis
+from etb_hil.bench.bench_file import load_bench
+from etb_hil.bench.runner import Runner
+from etb_hil.bench.tap import Tap
+from etb_hil.canio.commands import CommandEncoder
+from etb_hil.canio.link import VirtualLink
+from etb_hil.canio.virtual_network import VirtualNetwork
+from etb_hil.controller.virtual_controller import VirtualController
+
+if TYPE_CHECKING:
+    from etb_hil.base.yamlfile import Document
+    from etb_hil.bench.bench_file import Bench
+    from etb_hil.bench.record import RunRecord
+    from etb_hil.bench.scenario_file import Scenario
+    from etb_hil.canio.frames import FrameBlock
+    from etb_hil.diagnosis.limits import Limits
+    from etb_hil.plant.parameters import Model
+
+SEED = 0
+
+
+@dataclass(frozen=True, slots=True)
+class _Nowhere:
+    """A log that keeps nothing."""
+
+    def write(self, frames: FrameBlock) -> None:
+        """Drop frames."""
+
+    def flush(self) -> None:
+        """Do nothing."""
+
+    def close(self) -> None:
+        """Do nothing."""
+
+    def add(self, stamp_ns: int, event: str, **details: object) -> None:
+        """Drop an event."""
+
+
+def rehearse(scenario: Document[Scenario], bench: Bench, model: Model, limits: Limits) -> None:
+    """Run the scenario on the bench's model and limits; InputError names the phase and the limit that it passes."""
+    record = _dry_run(scenario.content, bench, model, limits)
+    if record.outcome is BenchOutcome.OK:
+        return
+    index = max(len(record.phases) - 1, 0)
+    raise InputError(
+        Problem(
+            f"a dry run on the bench's model stops in this phase: {record.reason}",
+            scenario.place("phases", index),
+            remedy="make the phase gentler, or mend the model or the bench's limits",
+        )
+    )
+
+
+def _dry_run(scenario: Scenario, bench: Bench, model: Model, limits: Limits) -> RunRecord:
+    """Run on a virtual bus with the project's own controller: the bench's limits, rates and requests."""
+    setup = load_bench(find("bench", "virtual_fd" if bench.bus.fd else "virtual_classic"))
+    bus = setup.bench.bus
+    stand_in = setup.bench.model_copy(
+        update={"limits": bench.limits, "command_rate": bench.command_rate, "measure": bench.measure}
+    )
+    network = VirtualNetwork(int(bus.bitrate), int(bus.data_bitrate), fd=bus.fd)
+    network.attach(VirtualController(model, setup.dialect, SEED, nominal=model))
+    link = VirtualLink(network)
+    analysis = Analysis(setup.dialect, model, limits, "dry run")
+    tap = Tap(link, CommandEncoder(setup.dialect), analysis, _Nowhere(), _Nowhere(), network.clock)
+    record = Runner(stand_in, scenario, analysis, tap, network.clock).run()
+    analysis.finish()
+    return record

@@ -1,0 +1,95 @@
+"""Whatever ends a run, drive off is commanded, looked for, and reported as seen or not."""
+
+import json
+
+import numpy as np
+import pytest
+from whole_run import files
+
+from etb_hil.base.errors import BenchFault
+from etb_hil.base.outcome import BenchOutcome
+from etb_hil.bench import job as job_room
+from etb_hil.bench.analysis import Analysis
+from etb_hil.bench.job import execute, prepare
+from etb_hil.canio.frames import FrameBlock
+from etb_hil.canio.link import VirtualLink
+
+
+class FailingLink:
+    """A link that lets a run go on normally until `after_ns`, then does what the test wants."""
+
+    def __init__(self, link, clock, after_ns, on_receive):
+        self._link, self._clock, self._after_ns, self._on_receive = link, clock, after_ns, on_receive
+
+    def __getattr__(self, name):
+        return getattr(self._link, name)
+
+    def receive(self):
+        frames = self._link.receive()
+        return self._on_receive(frames) if self._clock.now_ns() > self._after_ns else frames
+
+
+@pytest.fixture
+def broken_run(tmp_path, monkeypatch):
+    def run(on_receive, after_s=3.0):
+        connect = job_room.connect
+
+        def connected(job, seed):
+            link, clock = connect(job, seed)
+            assert isinstance(link, VirtualLink)
+            return FailingLink(link, clock, after_s * 1e9, on_receive), clock
+
+        monkeypatch.setattr(job_room, "connect", connected)
+        return execute(prepare(files()), tmp_path, "", 1)
+
+    return run
+
+
+def events_of(finished):
+    return [json.loads(line) for line in finished.session.events.read_text().splitlines()]
+
+
+def test_frames_that_stop_are_a_bench_fault_and_the_safe_state_is_not_verified(broken_run):
+    finished = broken_run(lambda frames: FrameBlock.empty(frames.data.shape[1]))
+    results = finished.results
+    assert results["bench"]["outcome"] == BenchOutcome.FAULT
+    assert results["bench"]["reason_id"] == "frames_stopped"
+    assert results["bench"]["safe_state"] is False
+    assert results["unit"]["verdict"] is None
+    assert results["exit_code"] == 3
+
+
+def test_a_bus_that_goes_away_is_a_bench_fault(broken_run):
+    def gone(_frames):
+        raise BenchFault("the bus is gone")
+
+    results = broken_run(gone).results
+    assert (results["bench"]["reason_id"], results["exit_code"]) == ("bus_fault", 3)
+    assert results["bench"]["safe_state"] is False
+
+
+def test_an_exception_in_a_room_still_ends_in_the_safe_state(tmp_path, monkeypatch):
+    pushes = []
+    push = Analysis.push
+
+    def failing(self, frames):
+        pushes.append(frames)
+        if len(pushes) == 300:
+            raise ZeroDivisionError("a bug")
+        return push(self, frames)
+
+    monkeypatch.setattr(Analysis, "push", failing)
+    with pytest.raises(ZeroDivisionError):
+        execute(prepare(files()), tmp_path, "", 1)
+    (events,) = tmp_path.glob("*/events.jsonl")
+    kinds = {entry["event"]: entry for entry in map(json.loads, events.read_text().splitlines())}
+    assert kinds["safe_state"]["state"] == "verified"
+
+
+def test_the_end_of_a_scenario_is_verified_by_the_measured_current(tmp_path):
+    finished = execute(prepare(files(scenario="paper_step")), tmp_path, "", 1)
+    kinds = [entry["event"] for entry in events_of(finished)]
+    assert kinds[-3:] == ["safe_stop", "safe_state", "end"]
+    current = finished.analysis.recording.series("motor_current").values
+    assert abs(np.mean(current[-10:])) < 0.05
+    assert finished.analysis.recording.series("enable").values[-1] == 0.0

@@ -1,0 +1,28 @@
+"""Runs a stock scenario on a stock virtual bench, as several tests need it."""
+
+from etb_hil.base.stock import find
+from etb_hil.bench.job import JobFiles, execute, prepare
+
+
+def files(**names):
+    chosen = {"scenario": "friction_check", "bench": "virtual_classic", "model": "default", "limits": "default"}
+    chosen |= {"unit": "default"} | names
+    kinds = {"unit": "model"}
+    return JobFiles(**{key: find(kinds.get(key, key), str(name)) for key, name in chosen.items()})
+
+
+def run_on(folder, seed=3, serial="", **names):
+    finished = execute(prepare(files(**names)), folder, serial, seed)
+    assert_bus_was_healthy(finished)
+    return finished
+
+
+def assert_bus_was_healthy(finished):
+    bus = finished.results["bus"]
+    assert bus["error_frames"] == 0
+    assert bus["state"] == "error-active"
+    assert 0.05 < bus["load_peak"] < 0.8
+    for message in bus["messages"]:
+        assert message["frames"] > 0
+        for fault in ("lost", "crc_failures", "counter_jumps", "repeated_counters"):
+            assert message[fault] == 0, (message["name"], fault)
