@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
-from etb_hil.canio.frames import FrameBlock, FrameFlag
+from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
 from etb_hil.canio.protection import write_protection
 from etb_hil.canio.signal_layout import Overflow, write_value
 from etb_hil.controller.signal_tables import signal_tables
@@ -89,12 +89,13 @@ class FrameWriter:
         self._factors = np.concatenate([entries.factors for entries in tables])
         self._values = np.zeros(_VALUES)
         self._width = 8 if self._messages[:, _LENGTH].max(initial=0) <= 8 else 64
+        self._nothing = FrameBlock.empty(self._width)
 
     def frames(self, samples: NDArray[np.void], statuses: NDArray[np.void]) -> FrameBlock:
         """Return the frames for rows of `state.Sample` and `state.Status`, in the order of time."""
         most = len(samples) * self._a_sample + len(statuses) * self._a_status
         if not most:
-            return FrameBlock.empty(self._width)
+            return self._nothing
         stamp_ns, ident = np.empty(most, np.int64), np.empty(most, np.uint32)
         flags, length, channel = np.empty(most, np.uint8), np.empty(most, np.uint8), np.zeros(most, np.uint8)
         data = np.zeros((most, self._width), np.uint8)
@@ -105,6 +106,10 @@ class FrameWriter:
         )  # fmt: skip
         block = FrameBlock(stamp_ns, ident, flags, length, data, channel)
         return block if count == most else block.rows(slice(0, count))
+
+    def joined(self, blocks: list[FrameBlock]) -> FrameBlock:
+        """Return blocks of this writer end to end, as wide as its frames also where there are none."""
+        return concatenate_frames(blocks) if any(map(len, blocks)) else self._nothing
 
 
 class _Entries:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from etb_hil.base.modes import Mode
-from etb_hil.canio.frames import FrameBlock, concatenate_frames
+from etb_hil.canio.frames import FrameBlock
 from etb_hil.controller.frame_reader import FrameReader
 from etb_hil.controller.frame_writer import FrameWriter
 from etb_hil.controller.machine import AMBIENT_C, Machine
@@ -90,7 +90,7 @@ class VirtualController:
             blocks.append(self._writer.frames(output.samples, output.statuses))
             for row in output.switches:
                 self._note(row)
-        return blocks[0] if len(blocks) == 1 else concatenate_frames(blocks)
+        return blocks[0] if len(blocks) == 1 else self._writer.joined(blocks)
 
     def _note(self, row: np.void) -> None:
         self.driving = bool(row["on"])
