@@ -1,0 +1,126 @@
+"""Cases: a measured table and a nominal model for the tool, the truth sealed beside them."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from generator import layout as at
+from generator.recipes import PARAMETER_LIKE, RECIPES, look_alike
+from generator.rig import Rig, no_effects, set_up
+from generator.sensors import Sensors
+from generator.size import OutOfReachError, bring_to_size, ratios
+from generator.wrong_parameter import PARAMETERS, misjudge
+
+COARSE_COUNTS = 64
+VIEWS = ("full", "coarse_encoder", "plate_only", "no_current")
+_DRAWS = 12
+
+
+@dataclass
+class Case:
+    """What the tool may see (`table`, `nominal`, `sensors`, `about`) and what it may not (`truth`, `rig`)."""
+
+    table: dict
+    nominal: dict
+    sensors: Sensors
+    about: dict
+    truth: dict
+    rig: Rig
+    effects: np.ndarray
+
+
+def make_case(seed, effects=(), level="strong", *, excitation="rich", seconds=40.0, rate=2000, view="full"):
+    """Hide `effects` in a record of a unit drawn from `seed`.
+
+    `effects`: none (nothing hidden, nominal up to 10 % off all the same), one or two ids of the catalogue or from
+    outside it, or one `parameter:<name>`. `rate` in Hz; `view`: what of the sensors the tool gets. A draw that cannot
+    reach its size is replaced by the next draw of the same seed; OutOfReachError after some of those.
+    """
+    if view not in VIEWS:
+        raise ValueError(f"view is one of {VIEWS}")
+    for attempt in range(_DRAWS):
+        try:
+            return _drawn(seed * _DRAWS + attempt, seed, tuple(effects), level, excitation, seconds, rate, view)
+        except OutOfReachError:
+            continue
+    raise OutOfReachError(f"{effects} cannot be made {level} with the excitation {excitation}")
+
+
+def make_pair(seed, level="strong", **options):
+    """A case with two effects of the catalogue that are no look-alikes, and that no base parameter imitates."""
+    rng = np.random.default_rng([seed, 2])
+    alone = [name for name in at.CATALOGUE if name not in PARAMETER_LIKE]
+    while True:
+        first, second = rng.choice(alone, 2, replace=False)
+        if not look_alike(first, second):
+            return make_case(seed, (str(first), str(second)), level, **options)
+
+
+def _drawn(number, seed, names, level, excitation, seconds, rate, view):
+    rig = set_up(number, excitation, seconds, rate, _with_visible_peak if "stribeck_shape" in names else None)
+    rng = np.random.default_rng([number, 3])
+    floors = rig.floors()
+    effects = no_effects()
+    hidden = []
+    for name in names:
+        if name.startswith("parameter:"):
+            amount, sizes = misjudge(rig, name.removeprefix("parameter:"), level, rng, floors)
+            hidden.append(
+                {"effect": name, "strength": amount, "unit": "nominal over truth", "level": level, "ratios": sizes}
+            )
+            continue
+        row, sizes = bring_to_size(rig, name, level, rng, floors)
+        effects[at.ROW[name]] = row
+        hidden.append(_entry(name, row, level, sizes))
+    residuals = rig.residuals(effects)
+    sensors = replace(rig.sensors, motor_counts=COARSE_COUNTS) if view == "coarse_encoder" else rig.sensors
+    table = rig.record(effects, sensors)
+    dropped = {"plate_only": "motor_angle", "no_current": "motor_current"}.get(view)
+    if dropped:
+        del table[dropped]
+    about = {
+        "excitation": excitation,
+        "seconds": seconds,
+        "rate_hz": rate,
+        "view": view,
+        "columns": list(table),
+        "voltage": "as commanded, held from its row to the next; at the terminals while the bridge is off",
+    }
+    truth = {
+        "kind": _kind(names),
+        "seed": seed,
+        "effects": hidden,
+        "unit": rig.unit,
+        "floors": floors,
+        "ratios_together": ratios(names[0] if len(names) == 1 else "", residuals, floors),
+    }
+    return Case(table, rig.nominal, sensors, about, truth, rig, effects)
+
+
+def _entry(name, row, level, sizes):
+    return {
+        "effect": name,
+        "strength": float(row[at.STRENGTH]),
+        "unit": RECIPES[name].unit,
+        "form": int(row[at.FORM]),
+        "shape": [float(value) for value in row[at.A :]],
+        "level": level,
+        "ratios": sizes,
+    }
+
+
+def _kind(names):
+    if not names:
+        return "nothing"
+    if len(names) > 1:
+        return "pair"
+    return "outside" if names[0] in at.OUTSIDE else "single"
+
+
+def _with_visible_peak(unit, rng):
+    """The shape of a Stribeck peak can be known only of a unit that has one."""
+    still_returns = min(unit["preload_open"], unit["preload_close"]) - 0.05
+    return {**unit, "stiction": min(still_returns, unit["coulomb"] * float(rng.uniform(1.3, 1.6)))}
+
+
+SINGLES = at.CATALOGUE + tuple(f"parameter:{name}" for name in PARAMETERS)

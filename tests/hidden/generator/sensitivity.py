@@ -1,0 +1,97 @@
+"""What an effect does to the balances along one and the same motion: columns for the separability of effects."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from generator import layout as at
+from generator.balances import CHANNELS, balances, low_passed, split_at_stops
+from generator.recipes import RECIPES
+from generator.replay import shortfall
+from generator.rig import no_effects
+from generator.sensors import Sensors, measure
+from generator.unit import vector
+
+QUIET = Sensors(1 << 28, 1e-9, 0.0, 1e-9, 0.0, 1e-9, 0.0, 1e-3, 0.0)
+_IN_TABLE = {
+    "gear_backlash",
+    "shaft_compliance",
+    "angle_sensor_eccentricity",
+    *(name for name, recipe in RECIPES.items() if recipe.reads_only),
+}
+
+
+class Sensitivities:
+    """Residual of the balances per effect and per base parameter, noise-free, over the noise of each balance."""
+
+    def __init__(self, rig):
+        rig = replace(rig, rate=min(rig.rate, 2000))  # what more rows would show is noise
+        self._rig = replace(rig, sensors=QUIET)
+        self._floors = rig.floors()
+        self._rows = rig.motion(no_effects())
+        self._table = self._measured(no_effects())
+        self._plain = balances(self._table, rig.parameters, rig.rate)
+        self._unchanged = shortfall(self._rows, rig.inputs, rig.parameters, no_effects(), rig.rate)
+
+    def of_effect(self, name, row):
+        """Whitened residual that an effect with this row leaves."""
+        effects = no_effects()
+        effects[at.ROW[name]] = row
+        if name in _IN_TABLE:
+            table = self._loose(row, name) if name in ("gear_backlash", "shaft_compliance") else self._measured(effects)
+            return self._whitened(_difference(balances(table, self._rig.parameters, self._rig.rate), self._plain))
+        with_it = shortfall(self._rows, self._rig.inputs, self._rig.parameters, effects, self._rig.rate)
+        torque, voltage = low_passed(self._unchanged - with_it, self._rig.rate)
+        off, stops = split_at_stops(torque, self._rows[:, at.LOG_ANGLE], self._rig.parameters, self._rig.rate)
+        nothing = np.zeros_like(off)
+        return self._whitened({"torque": off, "torque_at_stops": stops, "voltage": voltage, "angle": nothing})
+
+    def of_parameters(self):
+        """Whitened residual per relative change (per rad for the stops) of each base parameter that the motion shows.
+
+        The plate's inertia adds to the motor's: one of the two stands for both.
+        """
+        columns = {}
+        for name, value in self._rig.unit.items():
+            if name in ("gear_ratio", "plate_inertia"):
+                continue
+            step = 1e-3 if name in ("stop_low", "stop_high") else 0.01 * value
+            moved = balances(self._table, vector({**self._rig.unit, name: value + step}), self._rig.rate)
+            scale = step if name in ("stop_low", "stop_high") else 0.01
+            column = self._whitened(_difference(moved, self._plain)) / scale
+            if np.linalg.norm(column) > 1e-9:
+                columns[name] = column
+        return columns
+
+    def _measured(self, effects):
+        rig = self._rig
+        return measure(self._rows, rig.rate, rig.inputs, rig.parameters, effects, QUIET, np.random.default_rng(0))
+
+    def _loose(self, row, name):
+        """Table of the same plate motion, the motor ahead of the plate by what play or twist takes."""
+        rig, p = self._rig, self._rig.parameters
+        load = self._rows[:, at.LOG_ACCELERATION] * p[at.J_PLATE] + _plate_load(self._rows, rig.inputs, p, rig.rate)
+        if name == "gear_backlash":
+            ahead = 0.5 * row[at.STRENGTH] * np.tanh(load / 0.004)
+        else:
+            ahead = row[at.STRENGTH] * load
+            if row[at.FORM] == 1.0:
+                ahead = ahead / (1.0 + (ahead / 0.01) ** 2)
+            elif row[at.FORM] == 2.0:
+                ahead = ahead / (0.7 + 0.3 / (1.0 + (ahead / 0.004) ** 2))
+        return {**self._table, "motor_angle": self._table["motor_angle"] + p[at.N] * ahead}
+
+    def _whitened(self, residuals):
+        return np.concatenate([residuals[channel] / (self._floors[channel] or np.inf) for channel in CHANNELS])
+
+
+def _difference(first, second):
+    return {channel: first[channel] - second[channel] for channel in CHANNELS}
+
+
+def _plate_load(rows, inputs, p, rate):
+    """Springs and stops along the motion: what is left without them, less what is left with them."""
+    free = p.copy()
+    free[[at.PRELOAD_OPEN, at.PRELOAD_CLOSE, at.SLOPE_OPEN, at.SLOPE_CLOSE, at.STOP_STIFFNESS, at.STOP_DAMPING]] = 0.0
+    without = shortfall(rows, inputs, free, no_effects(), rate)[0]
+    return without - shortfall(rows, inputs, p, no_effects(), rate)[0]

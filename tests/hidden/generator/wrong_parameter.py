@@ -1,0 +1,45 @@
+"""A nominal value outside its stated tolerance, and nothing else wrong."""
+
+import numpy as np
+
+from generator.balances import balances
+from generator.rig import no_effects
+from generator.size import BANDS, find_strength, ratios
+from generator.unit import STATED_TOLERANCE, vector
+
+# Parameters of the model file whose error shows in a balance by itself.
+PARAMETERS = (
+    "resistance",
+    "motor_constant",
+    "motor_inertia",
+    "preload_open",
+    "preload_close",
+    "slope_open",
+    "coulomb",
+    "viscous",
+    "bristle_stiffness",
+)
+_MOST = np.log(4.0)
+_CLEARLY_OUTSIDE = np.log(1.05)  # strong cases: nobody need argue over a slack of the tolerance
+
+
+def misjudge(rig, name, level, rng, floors):
+    """Put the nominal value so far off that its tolerance's near edge still leaves the requested residual.
+
+    Changes `rig.nominal`; returns nominal over truth and the ratios at the edge of the tolerance.
+    """
+    table = rig.record(no_effects())
+    sign = rng.choice([-1.0, 1.0])
+    low, high = BANDS[level]
+    goal = float(np.exp(rng.uniform(np.log(low * 1.06), np.log(high / 1.06))))
+
+    def reached(excess):
+        wrong = {**rig.unit, name: rig.unit[name] * float(np.exp(sign * excess))}
+        return excess, ratios(f"parameter:{name}", balances(table, vector(wrong), rig.rate), floors)
+
+    excess, sizes = find_strength(reached, 0.05, _MOST, goal, (low, high))
+    if level == "strong" and excess < _CLEARLY_OUTSIDE:
+        excess, sizes = reached(_CLEARLY_OUTSIDE)
+    factor = float(np.exp(sign * (excess + np.log(1.0 + STATED_TOLERANCE))))
+    rig.nominal[name] = rig.unit[name] * factor
+    return factor, sizes

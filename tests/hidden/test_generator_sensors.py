@@ -1,0 +1,91 @@
+"""Noise, steps and seeds of the generated records."""
+
+import numpy as np
+import pytest
+from generator import layout as at
+from generator.case import make_case
+from generator.play import play
+from generator.rig import no_effects, set_up
+from generator.sensors import Sensors
+
+
+@pytest.fixture(scope="module")
+def at_rest():
+    """A rig whose bridge stays off: all that is measured is noise."""
+    rig = set_up(11, "slow_sweep", 10.0, 2000)
+    rig.inputs[:, at.IN_MODE] = at.BRIDGE_OFF
+    return rig.record(no_effects()), Sensors()
+
+
+def test_current_noise_is_that_of_the_data_sheet(at_rest):
+    table, sensors = at_rest
+    current = table["motor_current"]
+    expected = np.hypot(sensors.current_noise, sensors.current_step / np.sqrt(12.0))
+    # 20 000 samples: the rms is known to 0.5 %, the mean to 35 uA.
+    assert np.std(current) == pytest.approx(expected, rel=0.025)
+    assert abs(np.mean(current)) < 2e-4
+
+
+def test_noise_is_white(at_rest):
+    table, _ = at_rest
+    current = table["motor_current"] - np.mean(table["motor_current"])
+    correlation = [np.mean(current[lag:] * current[:-lag]) / np.var(current) for lag in range(1, 20)]
+    assert np.abs(correlation).max() < 0.04
+
+
+def test_signals_lie_on_the_steps_of_their_converters(at_rest):
+    table, sensors = at_rest
+    for role, step in [
+        ("motor_current", sensors.current_step),
+        ("motor_voltage", sensors.voltage_step),
+        ("throttle_angle", sensors.plate_step),
+        ("motor_angle", 2.0 * np.pi / sensors.motor_counts),
+    ]:
+        counts = table[role] / step
+        assert np.abs(counts - np.round(counts)).max() < 1e-6, role
+
+
+def test_the_plate_sensor_has_its_noise_and_its_step(at_rest):
+    table, sensors = at_rest
+    spread = np.std(table["throttle_angle"])
+    assert 0.8 * sensors.plate_noise < spread < np.hypot(sensors.plate_noise, sensors.plate_step)
+
+
+def test_a_resting_encoder_does_not_flicker(at_rest):
+    assert np.ptp(at_rest[0]["motor_angle"]) == 0.0
+
+
+def test_the_same_seed_gives_the_same_case_and_another_seed_another():
+    first, again, other = (make_case(seed, ("brush_drop",), seconds=20.0) for seed in (4, 4, 5))
+    assert first.truth == again.truth
+    assert first.nominal == again.nominal
+    for role, values in first.table.items():
+        assert np.array_equal(values, again.table[role]), role
+    assert first.nominal["resistance"] != other.nominal["resistance"]
+    assert not np.array_equal(first.table["motor_current"], other.table["motor_current"])
+
+
+@pytest.mark.parametrize(("rate", "rows"), [(1000, 5000), (2000, 10000), (20000, 100000)])
+def test_rows_come_at_the_asked_rate(rate, rows):
+    table = set_up(2, "rich", 5.0, rate).record(no_effects())
+    assert table["time"].size == rows
+    assert np.diff(table["time"]) == pytest.approx(1.0 / rate)
+
+
+@pytest.mark.parametrize(
+    ("view", "missing"), [("plate_only", "motor_angle"), ("no_current", "motor_current"), ("coarse_encoder", None)]
+)
+def test_views_take_a_sensor_away(view, missing):
+    case = make_case(6, seconds=5.0, view=view)
+    assert missing not in case.table
+    assert case.sensors.motor_counts == (64 if view == "coarse_encoder" else 16384)
+    if view == "coarse_encoder":
+        assert np.unique(np.round(np.diff(case.table["motor_angle"]) * 64 / (2.0 * np.pi), 6) % 1.0).size == 1
+
+
+@pytest.mark.parametrize("form", [0.0, 1.0, 2.0])
+def test_play_lags_by_half_its_width_and_forgets_nothing(form):
+    up = np.linspace(0.0, 1.0, 500)
+    followed = play(np.concatenate([up, up[::-1]]), 0.02, form)
+    assert followed[499] == pytest.approx(0.99, abs=1e-6)
+    assert followed[-1] == pytest.approx(0.01, abs=1e-6)
