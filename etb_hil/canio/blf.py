@@ -40,18 +40,21 @@ _PARSE_BYTES = 256 << 10
 _MAX_CONTAINER = 256 << 20  # a container that claims more is refused: a small file can inflate to any size
 _MAX_OBJECT = 16 << 20  # likewise for the bytes that an object waits for
 _MILLISECOND_NS = 1_000_000
+_HEAD_START_NS = 1_000_000_000
 
 
 class BlfLog:
     """A BLF file that grows while frames arrive.
 
-    `start_ns` (ns since 1970, no later than any frame's stamp) stands in the header, rounded down to a millisecond;
-    stamps are kept to the nanosecond. Raises BenchFault where the disk refuses; what was half written is cut off.
+    `start_ns` (ns since 1970) is when the log is opened. The header's start is a second earlier, rounded down to a
+    millisecond: a driver may hold frames from before. Stamps are kept to the nanosecond. Raises BenchFault where the
+    disk refuses; what was half written is cut off.
     """
 
     def __init__(self, path: Path, start_ns: int) -> None:
         self._path = path
-        self.start_ns = start_ns - start_ns % _MILLISECOND_NS
+        early = max(start_ns - _HEAD_START_NS, 0)
+        self.start_ns = early - early % _MILLISECOND_NS
         self._stop_ns = self.start_ns
         self._waiting: list[FrameBlock] = []
         self._rows = self._objects = 0
@@ -70,7 +73,7 @@ class BlfLog:
         if int(frames.stamp_ns.min()) < self.start_ns:
             raise BenchFault(
                 f"{self._path}: a frame of {int(frames.stamp_ns.min())} ns is older than the log, which starts at "
-                f"{self.start_ns} ns; open the log before the bus, on the clock of the bus"
+                f"{self.start_ns} ns; hand the log a time on the clock of the bus"
             )
         self._waiting.append(frames)
         self._rows += len(frames)

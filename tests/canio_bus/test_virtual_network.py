@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from etb_hil.base.errors import BenchFault, InputError
 from etb_hil.canio import virtual_network as module
 from etb_hil.canio.bit_timing import frame_bits
-from etb_hil.canio.faults import Fault, Window
+from etb_hil.canio.faults import Corrupted, Delayed, Duplicated, ErrorFrames, Fault, Lost, Window
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
 from etb_hil.canio.virtual_network import VirtualNetwork, named_network, network_names
 
@@ -161,6 +161,27 @@ def test_how_time_is_slept_through_changes_nothing(controllers, cuts):
     whole, health = conversation([], controllers)
     assert len(whole) > 40
     cut, cut_health = conversation(cuts, controllers)
+    assert_same(whole, cut)
+    assert health == cut_health
+
+
+FAULTS = [
+    ErrorFrames(Window(2 * MS, 3 * MS)),
+    ErrorFrames(Window(7 * MS, 12 * MS, frozenset({0x100}))),  # long enough for bus-off
+    Lost(Window(5 * MS, 6 * MS)),
+    Delayed(Window(4 * MS, 9 * MS), 1_234_567),
+    Duplicated(Window(9 * MS, 20 * MS), 300_000),
+    Corrupted(Window(0, 20 * MS, frozenset({0x300, 0x010}))),
+]
+
+
+@pytest.mark.parametrize("controllers", [(0x100,), (0x100, 0x200)])
+@given(cuts=st.lists(st.integers(1, 20 * MS), max_size=60), struck=st.sets(st.sampled_from(range(len(FAULTS)))))
+@settings(max_examples=40)
+def test_nor_does_it_while_faults_strike(controllers, cuts, struck):
+    faults = [FAULTS[number] for number in sorted(struck)]
+    whole, health = conversation([], controllers, faults)
+    cut, cut_health = conversation(cuts, controllers, faults)
     assert_same(whole, cut)
     assert health == cut_health
 
