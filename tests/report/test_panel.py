@@ -103,7 +103,7 @@ def test_everything_stands_on_an_80_by_24_screen(variables):
     last = terminal.end()
     assert "#####  ###  ### #" in last  # the verdict has taken the panel's place, and stays
     assert "Break-away friction is 0.567" in last
-    assert "ramp opening" not in last
+    assert "bus load" not in last
     assert not terminal.screen.cursor.hidden
     assert terminal.program.returncode == 0
     if "NO_COLOR" in variables:
