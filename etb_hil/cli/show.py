@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -13,6 +14,10 @@ def show_finished(finished: Finished) -> int:
     from etb_hil.report.html_report import write_report
     from etb_hil.report.verdict import verdict_text
 
-    page = write_report(finished.results, finished.found.series, finished.session.folder)
+    page = None
+    try:
+        page = write_report(finished.results, finished.found.series, finished.session.folder)
+    except OSError as error:  # a full disk must not cost the verdict
+        print(f"the report could not be written: {error}", file=sys.stderr)
     print(verdict_text(finished.results, page))
     return int(finished.results["exit_code"])
