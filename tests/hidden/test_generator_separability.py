@@ -20,7 +20,7 @@ def _cosine(a, b):
     "name", ["friction_load", "stiction_dwell", "torque_ripple", "magnet_temperature", "supply_sag", "gear_backlash"]
 )
 def test_replayed_sensitivities_agree_with_whole_simulations(name):
-    case = make_case(31, (name,), "strong")
+    case = make_case(31, (name,), "medium", seconds=20.0)
     columns = Sensitivities(case.rig)
     replayed = columns.of_effect(name, case.effects[at.ROW[name]])
     floor = case.rig.floors()
@@ -33,24 +33,24 @@ def test_replayed_sensitivities_agree_with_whole_simulations(name):
 
 
 def test_brush_drop_and_dead_time_look_alike():
-    (verdict,) = separability(make_case(32, ("brush_drop",), "medium"))
+    (verdict,) = separability(make_case(32, ("brush_drop",), "medium", seconds=20.0))
     assert "hbridge_dead_time" in verdict.look_alikes
     assert not verdict.top_1_counts
 
 
 def test_a_shift_of_the_preload_is_its_parameter():
-    (verdict,) = separability(make_case(33, ("spring_preload_shift",), "strong"))
+    (verdict,) = separability(make_case(33, ("spring_preload_shift",), "strong", seconds=20.0))
     assert verdict.kept < 0.1
     assert "preload_open" in verdict.parameters
 
 
 def test_a_wrong_preload_looks_like_its_shift():
-    (verdict,) = separability(make_case(34, ("parameter:preload_open",), "strong"))
+    (verdict,) = separability(make_case(34, ("parameter:preload_open",), "strong", seconds=20.0))
     assert "spring_preload_shift" in verdict.look_alikes
 
 
 def test_a_sensor_s_hysteresis_stands_alone_and_stays_visible():
-    case = make_case(35, ("sensor_hysteresis",), "strong")
+    case = make_case(35, ("sensor_hysteresis",), "strong", seconds=20.0)
     (verdict,) = separability(case)
     assert verdict.top_1_counts
     assert verdict.visible > 4.0
