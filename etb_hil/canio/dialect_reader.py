@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import difflib
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import cantools
+from cantools.database.errors import Error as CantoolsError
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.quantity import dimension_of_unit, tidy_unit, to_si
@@ -41,11 +42,11 @@ def read_dialect(
 def load_dbc(path: Path) -> Database:
     """Open a DBC file; messages that break its rules are allowed, for vehicles' files are full of them."""
     try:
-        return cantools.database.load_file(path, database_format="dbc", strict=False)
+        return cast("Database", cantools.database.load_file(path, database_format="dbc", strict=False))
     except OSError as error:
         what = f"cannot be read: {error.strerror or error}"
         raise InputError(Problem(what, Place(path), remedy="check the path and its permissions")) from None
-    except (cantools.database.Error, UnicodeError, ValueError, KeyError, AttributeError) as error:
+    except (CantoolsError, UnicodeError, ValueError, KeyError, AttributeError) as error:
         raise InputError(Problem(f"is no DBC file: {error}", Place(path), remedy="mend the file")) from None
 
 
@@ -138,7 +139,7 @@ class _Reader:
             message.frame_id + id_offset,
             bool(message.is_extended_frame),
             bool(message.is_fd),
-            bool(message.is_fd) and bool(int(_attribute(message, "CANFD_BRS") or 0)),
+            bool(message.is_fd) and _attribute(message, "CANFD_BRS") == "1",
             message.length,
             self._protection(message, protection),
             tuple(columns),

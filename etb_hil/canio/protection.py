@@ -18,6 +18,8 @@ from numba import njit
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    Int = int | np.int64
+
 
 class Profile(IntEnum):
     """Which end-to-end profile a message carries."""
@@ -93,7 +95,7 @@ _CRC16 = np.array(_table(0x1021, 16), np.uint16)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def crc_profile_2(data: NDArray[np.uint8], start: int, length: int, data_id: np.uint16) -> np.uint8:
+def crc_profile_2(data: NDArray[np.uint8], start: Int, length: Int, data_id: np.uint16) -> np.uint8:
     """Return the CRC-8H2F (start 0xFF, inverted) of a payload's bytes from 1 on, then of the data id."""
     crc = np.uint8(0xFF)
     for index in range(start + 1, start + length):
@@ -102,7 +104,7 @@ def crc_profile_2(data: NDArray[np.uint8], start: int, length: int, data_id: np.
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def crc_profile_5(data: NDArray[np.uint8], start: int, length: int, data_id: np.uint16) -> np.uint16:
+def crc_profile_5(data: NDArray[np.uint8], start: Int, length: Int, data_id: np.uint16) -> np.uint16:
     """Return the CRC-16/CCITT-FALSE (start 0xFFFF) of the bytes from 2 on, then of the data id, low byte first."""
     crc = np.uint16(0xFFFF)
     for index in range(start + 2, start + length):
@@ -117,14 +119,14 @@ def _step_16(crc: np.uint16, byte: np.uint8) -> np.uint16:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def counter_at(data: NDArray[np.uint8], start: int, profile: int) -> np.int64:
+def counter_at(data: NDArray[np.uint8], start: Int, profile: Int) -> np.int64:
     """Return the alive counter of the payload that starts at `start`."""
     return np.int64(data[start + 1] & 0x0F) if profile == _PROFILE_2 else np.int64(data[start + 2])
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def is_right_at(
-    data: NDArray[np.uint8], start: int, length: int, profile: int, data_ids: NDArray[np.uint16], first_id: int
+    data: NDArray[np.uint8], start: Int, length: Int, profile: Int, data_ids: NDArray[np.uint16], first_id: Int
 ) -> bool:
     """Return whether the payload at `start` has its CRC, with the 16 data ids from `first_id` on; True unprotected."""
     if profile == _NONE:
@@ -138,7 +140,7 @@ def is_right_at(
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def protect_at(
-    data: NDArray[np.uint8], start: int, length: int, profile: int, data_ids: NDArray[np.uint16], counter: int
+    data: NDArray[np.uint8], start: Int, length: Int, profile: Int, data_ids: NDArray[np.uint16], counter: Int
 ) -> None:
     """Write an alive counter and then the CRC into the payload at `start`; nothing where it is not protected."""
     if profile == _NONE:
@@ -154,20 +156,20 @@ def protect_at(
 
 
 @njit(cache=True, error_model="numpy")
-def alive_counter(payload: NDArray[np.uint8], profile: int) -> np.int64:
+def alive_counter(payload: NDArray[np.uint8], profile: Int) -> np.int64:
     """Return the alive counter that one payload carries."""
     return counter_at(payload, 0, profile)
 
 
 @njit(cache=True, error_model="numpy")
-def crc_is_right(payload: NDArray[np.uint8], length: int, profile: int, data_ids: NDArray[np.uint16]) -> bool:
+def crc_is_right(payload: NDArray[np.uint8], length: Int, profile: Int, data_ids: NDArray[np.uint16]) -> bool:
     """Return whether one payload carries the CRC that its content asks for; always where it is not protected."""
     return is_right_at(payload, 0, length, profile, data_ids, 0)
 
 
 @njit(cache=True, error_model="numpy")
 def write_protection(
-    payload: NDArray[np.uint8], length: int, profile: int, data_ids: NDArray[np.uint16], counter: int
+    payload: NDArray[np.uint8], length: Int, profile: Int, data_ids: NDArray[np.uint16], counter: Int
 ) -> None:
     """Write an alive counter and then the CRC into one payload; nothing where it is not protected."""
     protect_at(payload, 0, length, profile, data_ids, counter)
@@ -175,7 +177,7 @@ def write_protection(
 
 @njit(cache=True, error_model="numpy")
 def protect_rows(
-    data: NDArray[np.uint8], length: int, profile: int, data_ids: NDArray[np.uint16], first_counter: int
+    data: NDArray[np.uint8], length: Int, profile: Int, data_ids: NDArray[np.uint16], first_counter: Int
 ) -> None:
     """Write alive counters, rising by one from row to row, and CRCs into payloads: `protect` without its lookups."""
     count, width = data.shape
@@ -186,7 +188,7 @@ def protect_rows(
 
 @njit(cache=True, error_model="numpy")
 def _verify(
-    data: NDArray[np.uint8], length: int, profile: int, data_ids: NDArray[np.uint16], good: NDArray[np.bool_]
+    data: NDArray[np.uint8], length: Int, profile: Int, data_ids: NDArray[np.uint16], good: NDArray[np.bool_]
 ) -> None:
     count, width = data.shape
     flat = data.reshape(count * width)

@@ -44,7 +44,8 @@ STUCK_AFTER = 3  # so many repeats in a row are no longer a doubled frame
 _NO_DATA = int(FrameFlag.REMOTE | FrameFlag.ERROR)
 _EXTENDED = int(FrameFlag.EXTENDED)
 _SENT = int(FrameFlag.SENT)
-_UNKNOWN = int(LOSS_UNKNOWN)
+_UNKNOWN = np.int64(LOSS_UNKNOWN)
+_NOTHING = np.int64(0)
 _NEAR = 4  # wraps of a counter to either side of the prediction that are tried
 
 
@@ -69,7 +70,7 @@ def receive(
     for n in range(count):
         out[0, n] = -1
         k = _message_of(ident[n], flags[n], table)
-        start = n * width
+        start = np.int64(n * width)
         if k < 0 or not _is_whole(payloads, start, length[n], k, table, ids, counts):
             continue
         step, alive = _alive_step(payloads, start, k, table, state)
@@ -93,20 +94,26 @@ def receive(
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _message_of(ident: int, flag: int, table: Int64) -> int:
+def _message_of(ident: np.uint32, flag: np.uint8, table: Int64) -> np.int64:
     if flag & _NO_DATA:
-        return -1
+        return np.int64(-1)
     extended = np.int64(1 if flag & _EXTENDED else 0)
     for k in range(len(table)):
         if table[k, IDENT] == ident and table[k, EXTENDED] == extended:
             # What this side sent measures nothing, even where it bears the id of a measurement.
-            return k if table[k, COMMANDED] or not flag & _SENT else -1
-    return -1
+            return np.int64(k if table[k, COMMANDED] or not flag & _SENT else -1)
+    return np.int64(-1)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _is_whole(
-    data: Bytes, start: int, length: int, k: int, table: Int64, data_ids: NDArray[np.uint16], counts: Int64
+    data: Bytes,
+    start: np.int64,
+    length: np.int64,
+    k: np.int64,
+    table: Int64,
+    data_ids: NDArray[np.uint16],
+    counts: Int64,
 ) -> bool:
     if length < table[k, LENGTH]:
         counts[k, TOO_SHORT] += 1
@@ -118,16 +125,16 @@ def _is_whole(
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _alive_step(data: Bytes, start: int, k: int, table: Int64, state: Int64) -> tuple[int, int]:
+def _alive_step(data: Bytes, start: np.int64, k: np.int64, table: Int64, state: Int64) -> tuple[np.int64, np.int64]:
     """Return by how much the alive counter rose, -1 where nothing says it, and the counter."""
     if not table[k, MODULUS]:
-        return np.int64(-1), np.int64(0)
+        return np.int64(-1), _NOTHING
     alive = counter_at(data, start, table[k, PROFILE])
     return ((alive - state[k, ALIVE]) & (table[k, MODULUS] - 1) if state[k, SEEN] else np.int64(-1)), alive
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _count(step: int, lost: int, k: int, counts: Int64) -> None:
+def _count(step: np.int64, lost: np.int64, k: np.int64, counts: Int64) -> None:
     counts[k, FRAMES] += 1
     counts[k, JUMPS] += step > 1
     if lost == _UNKNOWN:
@@ -138,8 +145,8 @@ def _count(step: int, lost: int, k: int, counts: Int64) -> None:
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _by_counter(
-    stamp: int, counter: int, step: int, k: int, table: Int64, state: Int64, clock: Int64
-) -> tuple[bool, int, int]:
+    stamp: np.int64, counter: np.int64, step: np.int64, k: np.int64, table: Int64, state: Int64, clock: Int64
+) -> tuple[bool, np.int64, np.int64]:
     """Return whether a frame with a sample counter brings something new, its time, and the frames lost before it."""
     if not clock[RUNNING]:
         clock[RUNNING], clock[EPOCH] = 1, stamp - counter * table[k, TICK]
@@ -148,17 +155,17 @@ def _by_counter(
         place = state[k, PLACE] + state[k, KNOWN_INTERVAL]
         state[k, PLACE], state[k, LAST_STEP] = place, state[k, KNOWN_INTERVAL]
         clock[CLOCK_PLACE], clock[CLOCK_STAMP] = place, stamp
-        return True, clock[EPOCH] + place * table[k, TICK], np.int64(0)
+        return True, clock[EPOCH] + place * table[k, TICK], _NOTHING
     place = _place(stamp, counter, step, k, table, state, clock)
     moved = place - state[k, PLACE]
-    lost = np.int64(0)
+    lost = _NOTHING
     if state[k, SEEN]:
         if moved <= 0:
-            return False, 0, 0
+            return False, _NOTHING, _NOTHING
         lost = _lost(moved, step, k, table, state)
         if step == 0 and lost <= 0:
             state[k, PLACE] = place
-            return False, 0, 0  # new samples under an old alive counter: it is stuck
+            return False, _NOTHING, _NOTHING  # new samples under an old alive counter: it is stuck
         _learn_interval(moved, step, k, state)
     state[k, PLACE] = place
     clock[CLOCK_PLACE], clock[CLOCK_STAMP] = place, stamp
@@ -166,7 +173,7 @@ def _by_counter(
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _is_next(stamp: int, counter: int, k: int, table: Int64, state: Int64, clock: Int64) -> bool:
+def _is_next(stamp: np.int64, counter: np.int64, k: np.int64, table: Int64, state: Int64, clock: Int64) -> bool:
     """Return whether a frame is the one that was due: what nearly all are, told without a division."""
     if state[k, FRESH] or state[k, KNOWN_INTERVAL] == 0:
         return False
@@ -179,14 +186,16 @@ def _is_next(stamp: int, counter: int, k: int, table: Int64, state: Int64, clock
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _nearest(value: int, to: int, modulus: int) -> int:
+def _nearest(value: np.int64, to: np.int64, modulus: np.int64) -> np.int64:
     """Return the integer that is `value` modulo `modulus`, a power of two, and nearest to `to`."""
     half = modulus // 2
     return to + ((value - to + half) & (modulus - 1)) - half
 
 
 @njit(cache=True, error_model="numpy")
-def _place(stamp: int, counter: int, step: int, k: int, table: Int64, state: Int64, clock: Int64) -> int:
+def _place(
+    stamp: np.int64, counter: np.int64, step: np.int64, k: np.int64, table: Int64, state: Int64, clock: Int64
+) -> np.int64:
     """Return a frame's place on the sample clock, in ticks."""
     tick = table[k, TICK]
     expected = clock[CLOCK_PLACE] + (stamp - clock[CLOCK_STAMP] + tick // 2) // tick
@@ -209,7 +218,7 @@ def _place(stamp: int, counter: int, step: int, k: int, table: Int64, state: Int
 
 
 @njit(cache=True, error_model="numpy")
-def _lost(moved: int, step: int, k: int, table: Int64, state: Int64) -> int:
+def _lost(moved: np.int64, step: np.int64, k: np.int64, table: Int64, state: Int64) -> np.int64:
     """Return the frames missing before one whose sample counter moved by so many ticks."""
     interval = state[k, KNOWN_INTERVAL]
     if state[k, FRESH] and step > 0:
@@ -217,7 +226,7 @@ def _lost(moved: int, step: int, k: int, table: Int64, state: Int64) -> int:
     whole = interval > 0 and moved % interval == 0
     if step < 0:
         if moved <= interval or interval == 0 or moved == state[k, LAST_STEP]:
-            return np.int64(0)  # a shorter or a steady step is a new rate
+            return _NOTHING  # a shorter or a steady step is a new rate
         return moved // interval - 1 if whole else _UNKNOWN
     if whole and (moved // interval - step) & (table[k, MODULUS] - 1) == 0:
         return moved // interval - 1
@@ -227,7 +236,7 @@ def _lost(moved: int, step: int, k: int, table: Int64, state: Int64) -> int:
 
 
 @njit(cache=True, error_model="numpy")
-def _learn_interval(moved: int, step: int, k: int, state: Int64) -> None:
+def _learn_interval(moved: np.int64, step: np.int64, k: np.int64, state: Int64) -> None:
     """Keep the ticks from frame to frame: known once two frames in a row, or the first two, are as far apart."""
     if step > 1:
         return
@@ -237,19 +246,21 @@ def _learn_interval(moved: int, step: int, k: int, state: Int64) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def _by_stamp(stamp: int, step: int, k: int, table: Int64, state: Int64, counts: Int64) -> tuple[bool, int, int]:
+def _by_stamp(
+    stamp: np.int64, step: np.int64, k: np.int64, table: Int64, state: Int64, counts: Int64
+) -> tuple[bool, np.int64, np.int64]:
     """Return whether a frame without a sample counter is new, its time, and the frames lost before it."""
     if not state[k, SEEN]:
-        return True, stamp, 0
+        return True, stamp, _NOTHING
     gap, cycle, modulus = stamp - state[k, STAMP], table[k, CYCLE], table[k, MODULUS]
-    lost = np.int64(0)
+    lost = _NOTHING
     if step >= 0:
         wraps = 0
         if cycle > 0:
             wraps = max(0, (gap + cycle * (modulus // 2 - step)) // (cycle * modulus))
         lost = step + modulus * wraps - 1
         if lost < 0:
-            return False, 0, 0
+            return False, _NOTHING, _NOTHING
     elif cycle > 0 and 2 * gap > 3 * cycle:
         lost = np.int64(_UNKNOWN)
     time = stamp

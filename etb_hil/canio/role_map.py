@@ -27,7 +27,7 @@ class RoleSignal(FileModel):
     offset: float = 0.0
     wraps: Annotated[bool, Field(description="the signal wraps around; the role's value goes on")] = False
     turns: Annotated[str | None, Field(description="signal that counts how often the first sample has wrapped")] = None
-    tick: Annotated[Duration | None, Field(description="sample counter: time from one count to the next")] = None  # type: ignore[valid-type]
+    tick: Annotated[Duration | None, Field(description="sample counter: time from one count to the next")] = None
 
     @model_validator(mode="before")
     @classmethod

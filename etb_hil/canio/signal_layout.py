@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     Float64 = NDArray[np.float64]
     Int64 = NDArray[np.int64]
     Bytes = NDArray[np.uint8]
+    Int = int | np.int64
 
 
 class Overflow(IntEnum):
@@ -157,7 +158,7 @@ def _refusal(message: Message, name: str, value: float) -> InputError:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def raw_bits(data: Bytes, start: int, places: Int64, at: int) -> np.uint64:
+def raw_bits(data: Bytes, start: Int, places: Int64, at: Int) -> np.uint64:
     """Return the bits of a signal as an unsigned integer."""
     position, step = start + places[at + _FIRST], places[at + _STEP]
     bits = np.uint64(0)
@@ -170,7 +171,7 @@ def raw_bits(data: Bytes, start: int, places: Int64, at: int) -> np.uint64:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def signed_bits(data: Bytes, start: int, places: Int64, at: int) -> np.int64:
+def signed_bits(data: Bytes, start: Int, places: Int64, at: Int) -> np.int64:
     """Return the bits of a signal as an integer with its sign."""
     bits = np.int64(raw_bits(data, start, places, at))
     room = 64 - places[at + _LENGTH]
@@ -178,7 +179,7 @@ def signed_bits(data: Bytes, start: int, places: Int64, at: int) -> np.int64:
 
 
 @njit(cache=True, error_model="numpy")
-def _is_active(data: Bytes, start: int, places: Int64, at: int, ids: Int64) -> bool:
+def _is_active(data: Bytes, start: Int, places: Int64, at: Int, ids: Int64) -> bool:
     while places[at + _PARENT] >= 0:
         parent = places[at + _PARENT] * _PLACE
         switch = signed_bits(data, start, places, parent)
@@ -209,7 +210,7 @@ def _half(bits: np.uint64) -> float:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _value_at(data: Bytes, start: int, places: Int64, at: int, scale: float, offset: float) -> float:
+def _value_at(data: Bytes, start: Int, places: Int64, at: Int, scale: float, offset: float) -> float:
     kind = places[at + _KIND]
     if kind == _EXACT:
         return float(signed_bits(data, start, places, at) * places[at + _SCALE] + places[at + _OFFSET])
@@ -252,7 +253,7 @@ def _decode(data: Bytes, rows: Int64, wanted: Int64, places: Int64, factors: Flo
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _put(data: Bytes, start: int, places: Int64, at: int, bits: np.uint64) -> None:
+def _put(data: Bytes, start: Int, places: Int64, at: Int, bits: np.uint64) -> None:
     shift, step = np.uint64(places[at + _SHIFT]), places[at + _STEP]
     position = start + places[at + _FIRST] + step * (places[at + _BYTES] - 1)
     data[position] |= np.uint8((bits << shift) & np.uint64(0xFF))
@@ -284,7 +285,7 @@ def _integer_bits(raw: float, length: int, signed: int, overflow: int) -> tuple[
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _write_at(
-    data: Bytes, start: int, places: Int64, at: int, scale: float, offset: float, value: float, overflow: int
+    data: Bytes, start: Int, places: Int64, at: Int, scale: float, offset: float, value: float, overflow: int
 ) -> bool:
     raw = (value - offset) / scale
     kind = places[at + _KIND]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import cantools
 import numpy as np
+from cantools.database.errors import Error as CantoolsError
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.canio.frames import FrameBlock, FrameFlag
@@ -80,7 +80,7 @@ class MessageWriter:
         protect_rows(data, self._message.length, self._profile, self._data_ids, self._counter)
         self._counter = (self._counter + count) & 0xFF  # a multiple of every profile's wrap
         ident, flags, length, channel = self._constants.get(count) or self._repeated(count)
-        return FrameBlock(stamps, ident, flags, length, data, channel)
+        return FrameBlock(stamps, ident.copy(), flags.copy(), length.copy(), data, channel.copy())
 
     def _repeated(self, count: int) -> _Constants:
         """Return the columns that are the same in every frame, made once for each size of a block."""
@@ -90,8 +90,6 @@ class MessageWriter:
             np.full(count, self._message.length, np.uint8),
             np.zeros(count, np.uint8),
         )
-        for column in made:
-            column.flags.writeable = False
         if count <= _SMALL:
             self._constants[count] = made
         return made
@@ -162,7 +160,7 @@ class _Part:
 def _require_no_overlap(dialect: Dialect, message: DialectMessage) -> None:
     try:
         message.message.refresh(strict=True)
-    except cantools.database.Error as error:
+    except CantoolsError as error:
         place = Place(dialect.path, key=message.name)
         remedy = "mend the DBC file: a message that is sent must be free of contradictions"
         raise InputError(Problem(f"cannot be sent: {error}", place, remedy=remedy)) from None
