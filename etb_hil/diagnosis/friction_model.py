@@ -5,6 +5,7 @@ from __future__ import annotations
 from numba import njit
 
 from etb_hil.diagnosis.ticks import TICK
+from etb_hil.diagnosis.windows import bend
 from etb_hil.plant.exactmath import exp, exp_neg, gauss
 from etb_hil.recording.samples import Float64
 
@@ -41,8 +42,10 @@ def level(omega: float, q: Float64, inverse_speed: float) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def friction_along(angle: Float64, q: Float64, out: Float64) -> None:
+def friction_along(angle: Float64, samples: Float64, q: Float64, out: Float64) -> None:
     """Fill out (n) with the friction torque in N·m about ticks whose angles (n) in rad were measured.
+
+    `samples` (n) is how many samples each tick is the mean of: a box of that many widens a curve by its variance.
 
     The bristles start relaxed and are carried exactly along the way (seed paper, eq. 2). Each value is the mean under
     the triangle that reaches to the neighbouring ticks: that is what a second difference of angles answers to. Where
@@ -91,3 +94,4 @@ def friction_along(angle: Float64, q: Float64, out: Float64) -> None:
             out[k + 1] += share * (late * mean + lean * tilt)
             torque, before = torque_after, after
         omega = omega_next
+    bend(out, 1.0 / 24.0, -1.0 / 24.0, samples)

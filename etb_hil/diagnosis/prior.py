@@ -22,22 +22,25 @@ from etb_hil.plant.parameters import Model, ThrottleParameters
 from etb_hil.recording.samples import Float64
 
 # Errors of the bench's model, behind the friction's own parameters: shares of the motor constant and of the inertia,
-# N·m of the preloads, N·m/rad of the slopes, A of the current's zero.
-CONSTANT, INERTIA, PRELOAD_OPEN, PRELOAD_CLOSE, SLOPE_OPEN, SLOPE_CLOSE, OFFSET = range(
-    FRICTION_PARAMETERS, FRICTION_PARAMETERS + 7
+# N·m of the preloads, N·m/rad of the slopes, A of the current's zero, s by which the current samples lag.
+CONSTANT, INERTIA, PRELOAD_OPEN, PRELOAD_CLOSE, SLOPE_OPEN, SLOPE_CLOSE, OFFSET, LAG = range(
+    FRICTION_PARAMETERS, FRICTION_PARAMETERS + 8
 )
-PARAMETERS = FRICTION_PARAMETERS + 7
+PARAMETERS = FRICTION_PARAMETERS + 8
 
 _EVEN = 1.0 / math.sqrt(3.0)  # standard deviation of a value that lies anywhere inside +- 1
 _ANY_TORQUE = 1.0  # N·m: T_c and T_st are what is asked, nothing is assumed of them
 _ANY_FACTOR = 0.5  # of the logarithm of the Stribeck velocity
 _ANY_BRISTLE = 1.0  # of the logarithms of stiffness and damping
 _ANY_VISCOSITY = 1.0  # times the model's
+# Sampled once a control period, just before the voltage steps, the current stands for the end of its period and not
+# for its mean: that is a shift by up to half a period, on top of what a sensor's filter delays.
+_ANY_LAG = 5e-4  # s
 
 
 @dataclass(frozen=True, slots=True)
 class Prior:
-    """Means (13) and inverse variances (13) of the fit's parameters; the model's `stribeck_velocity` in rad/s."""
+    """Means (14) and inverse variances (14) of the fit's parameters; the model's `stribeck_velocity` in rad/s."""
 
     mean: Float64
     precision: Float64
@@ -63,6 +66,7 @@ def prior_of(model: Model, throttle: ThrottleParameters, offset_error: float, ba
     ):
         spread[index] = _EVEN * model.tolerance(name)
     spread[OFFSET] = offset_error
+    spread[LAG] = _ANY_LAG
     precision = 1.0 / (np.maximum(spread, 1e-9) * np.maximum(spread, 1e-9))
     if balance is not None:
         shift, error = balance.torque_constant_shift(throttle)

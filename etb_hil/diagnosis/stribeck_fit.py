@@ -20,9 +20,17 @@ from etb_hil.diagnosis.friction_model import (
     friction_along,
 )
 from etb_hil.diagnosis.normal_equations import accumulate, inverse, robust_covariance, times
-from etb_hil.diagnosis.prior import CONSTANT, INERTIA, OFFSET, PARAMETERS, Prior
+from etb_hil.diagnosis.prior import CONSTANT, INERTIA, LAG, OFFSET, PARAMETERS, Prior
 from etb_hil.diagnosis.ticks import Ticks
-from etb_hil.diagnosis.windows import ACCELERATION_KERNEL, TORQUE_KERNEL, WINDOW, Windows, window_means
+from etb_hil.diagnosis.windows import (
+    ACCELERATION_KERNEL,
+    RATE_KERNEL,
+    TORQUE_KERNEL,
+    WINDOW,
+    Windows,
+    bend,
+    window_means,
+)
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.recording.samples import Float64, Int64
 
@@ -38,12 +46,13 @@ _OVERLAP = 3.0  # windows a stride apart share this many times their noise
 class Evidence:
     """The windows of a run as the fit takes them.
 
-    `motor` (m) N·m, torque of the measured current; `load` (m) N·m, springs and inertia by the bench's model;
-    `velocity` rad/s, `position` rad (m); `errors` (m, 5), what inertia, preloads and slopes would add to the load for a
-    unit of their error; `per_ampere` N·m/A; `cluster` (m) numbers stretches that share their noise.
+    `motor` (m) N·m, torque of the measured current, and `motor_rate` (m) N·m/s; `load` (m) N·m, springs and inertia by
+    the bench's model; `velocity` rad/s, `position` rad (m); `errors` (m, 5), what inertia, preloads and slopes add to
+    the load for a unit of their error; `per_ampere` N·m/A; `cluster` (m) numbers stretches that share their noise.
     """
 
     motor: Float64
+    motor_rate: Float64
     load: Float64
     velocity: Float64
     position: Float64
@@ -54,7 +63,7 @@ class Evidence:
 
 @dataclass(frozen=True, slots=True)
 class StribeckFit:
-    """The fitted parameters (13) in the order of `prior`, their covariance (13, 13), and what was left over.
+    """The fitted parameters (14) in the order of `prior`, their covariance (14, 14), and what was left over.
 
     `friction` (m) is what the windows say of friction once the model's errors are taken off; `residual` (m) N·m.
     """
@@ -89,11 +98,18 @@ def gather_evidence(
     spring = side * np.where(
         above, p.preload_open + p.slope_open * distance, p.preload_close + p.slope_close * distance
     )
-    motor = window_means(p.torque_per_ampere * ticks.current, TORQUE_KERNEL, windows)
+    # The bridge's voltage steps at ticks, and the current's slope with it. Under the triangle that a second difference
+    # answers to, that is 1/6, 4/6, 1/6 of single samples at the kinks, and 1/12, 10/12, 1/12 of means between them.
+    current = ticks.current.copy()
+    bend(current, 1.0 / 12.0, 1.0 / 12.0, ticks.samples)
+    motor = window_means(p.torque_per_ampere * current, WINDOW, windows)
+    motor_rate = window_means(p.torque_per_ampere * ticks.current, RATE_KERNEL, windows)
     inertia = window_means(p.inertia * ticks.angle, ACCELERATION_KERNEL, windows)
     errors = np.stack([inertia, *(window_means(column, TORQUE_KERNEL, windows) for column in basis)], axis=1)
     load = window_means(spring, TORQUE_KERNEL, windows) + inertia
-    return Evidence(motor, load, velocity, ticks.angle[windows.centre], errors, p.torque_per_ampere, cluster)
+    return Evidence(
+        motor, motor_rate, load, velocity, ticks.angle[windows.centre], errors, p.torque_per_ampere, cluster
+    )
 
 
 def fit_stribeck(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior) -> StribeckFit | None:
@@ -131,20 +147,22 @@ def _predict(ticks: Ticks, windows: Windows, evidence: Evidence, q: Float64) -> 
     smaller constant would shrink the noise and pass for a better fit.
     """
     along = np.empty(len(ticks))
-    friction_along(ticks.angle, q, along)
+    friction_along(ticks.angle, ticks.samples, q, along)
     friction = window_means(along, WINDOW, windows)
     shaft = friction + evidence.load + times(evidence.errors, q[INERTIA:OFFSET])
-    return shaft / (1.0 + q[CONSTANT]) + evidence.per_ampere * q[OFFSET], shaft
+    sensed = evidence.per_ampere * q[OFFSET] - q[LAG] * evidence.motor_rate
+    return shaft / (1.0 + q[CONSTANT]) + sensed, shaft
 
 
 def _linearise(ticks: Ticks, windows: Windows, evidence: Evidence, q: Float64) -> tuple[Float64, Float64]:
-    """Return residuals (m) and the Jacobian (m, 13) of what the parameters predict."""
+    """Return residuals (m) and the Jacobian (m, 14) of what the parameters predict."""
     scale = 1.0 / (1.0 + q[CONSTANT])
     predicted, shaft = _predict(ticks, windows, evidence, q)
     jacobian = np.empty((len(windows), PARAMETERS))
     jacobian[:, CONSTANT] = -shaft * scale * scale
     jacobian[:, INERTIA:OFFSET] = evidence.errors * scale
     jacobian[:, OFFSET] = evidence.per_ampere
+    jacobian[:, LAG] = -evidence.motor_rate
     for index in range(FRICTION_PARAMETERS):
         moved = q.copy()
         moved[index] = q[index] + _NUDGE
@@ -221,6 +239,7 @@ def _conclude(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, 
     covariance = robust_covariance(bread, held, jacobian, residual, weight, evidence.cluster)
     if not np.all(np.isfinite(covariance)):
         return None
-    measured = (evidence.motor - evidence.per_ampere * q[OFFSET]) * (1.0 + q[CONSTANT])
+    sensed = evidence.per_ampere * q[OFFSET] - q[LAG] * evidence.motor_rate
+    measured = (evidence.motor - sensed) * (1.0 + q[CONSTANT])
     friction = measured - evidence.load - times(evidence.errors, q[INERTIA:OFFSET])
     return StribeckFit(q, covariance, friction, residual)

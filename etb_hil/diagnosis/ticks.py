@@ -18,8 +18,8 @@ _INDEX, _KIND, _COUNT, _OFFSET = range(4)
 _ANGLE, _CURRENT, _VOLTAGE, _VOLTAGES, _TEMPERATURE, _VELOCITY, _FRICTION = range(7)
 
 # Columns of a closed tick.
-TIME, ANGLE, CURRENT, VOLTAGE, TEMPERATURE, VELOCITY, FRICTION = range(7)
-COLUMNS = 7
+TIME, ANGLE, CURRENT, VOLTAGE, TEMPERATURE, VELOCITY, FRICTION, SAMPLES = range(8)
+COLUMNS = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +28,7 @@ class Ticks:
 
     `time` s since the first tick (n), of the samples themselves; `angle` rad, `current` A, `voltage` V (NaN where
     none) (n); the latest `temperature` degC, and `velocity` rad/s and `friction` N·m of the observer (n), NaN where
-    none; `kind` (n), the code of the phase.
+    none; `samples` (n), how many a tick has; `kind` (n), the code of the phase.
     """
 
     time: Float64
@@ -38,6 +38,7 @@ class Ticks:
     temperature: Float64
     velocity: Float64
     friction: Float64
+    samples: Float64
     kind: Int64
 
     def __len__(self) -> int:
@@ -101,9 +102,9 @@ class TickMaker:
         if has_open:
             _close(self._whole, self._sums, last, code, 0)
         table, codes = [*self._columns, last[:, :has_open]], [*self._kinds, code[:has_open]]
-        time, angle, current, voltage, temperature, velocity, friction = np.concatenate(table, axis=1)
+        time, angle, current, voltage, temperature, velocity, friction, samples = np.concatenate(table, axis=1)
         kinds = np.concatenate(codes)
-        return Ticks(time, angle, current, voltage, temperature, velocity, friction, kinds)
+        return Ticks(time, angle, current, voltage, temperature, velocity, friction, samples, kinds)
 
 
 @njit(cache=True, error_model="numpy")
@@ -116,6 +117,7 @@ def _close(whole: Int64, sums: Float64, columns: Float64, kinds: Int64, row: int
     columns[TEMPERATURE, row] = sums[_TEMPERATURE]
     columns[VELOCITY, row] = sums[_VELOCITY]
     columns[FRICTION, row] = sums[_FRICTION]
+    columns[SAMPLES, row] = whole[_COUNT]
     kinds[row] = whole[_KIND]
 
 

@@ -13,8 +13,8 @@ from etb_hil.diagnosis.windows import RATE_KERNEL, TORQUE_KERNEL, Windows, windo
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.recording.samples import Int64
 
-# What one motor's K_e and K_t may differ by: armature reaction and the voltage drop over the brushes.
-_ONE_MOTOR = 0.005
+# What K_e and K_t of one motor may seem to differ by: brushes whose drop changes with the current.
+_ONE_MOTOR = 0.002
 _FEWEST = 20
 _RESISTANCE, _BACK_EMF = 0, 1
 

@@ -77,6 +77,20 @@ def _place(time: Float64, usable: Int64, centre: Int64) -> int:
 
 
 @njit(cache=True, error_model="numpy")
+def bend(values: Float64, mean: float, single: float, samples: Float64) -> None:
+    """Add to values (n), in place, a share of their second difference.
+
+    The share is `mean` at a tick that is the mean of many samples, and `mean + single` at one of a single sample.
+    """
+    before = values[0]
+    for k in range(1, len(values) - 1):
+        here = values[k]
+        share = mean + single / (samples[k] * samples[k])
+        values[k] += share * (before - 2.0 * here + values[k + 1])
+        before = here
+
+
+@njit(cache=True, error_model="numpy")
 def windowed(values: Float64, kernel: Float64, centre: Int64, out: Float64) -> None:
     """Fill out (m) with the weighted sums of values (n) about the windows' centres (m)."""
     for k in range(len(centre)):

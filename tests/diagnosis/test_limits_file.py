@@ -1,0 +1,87 @@
+"""Limits files: read, refused, and held against numbers."""
+
+import pytest
+
+from etb_hil.base.errors import InputError
+from etb_hil.base.outcome import UnitVerdict
+from etb_hil.base.stock import find
+from etb_hil.diagnosis.limits import load_limits
+from etb_hil.diagnosis.verdict import stand
+
+TEXT = """\
+schema: etb_hil/limits/1
+part_number: A-1
+revision: "2"
+stiction: {max: 0.0144 N·m, shaft: motor, source: chosen}
+coulomb: {max: 0.20 N·m, shaft: throttle, source: chosen}
+return_margin: {min: 0.05 N·m, shaft: throttle, source: chosen}
+marginal_band: 3 %
+"""
+
+
+def test_shaft_is_stated_and_heeded(tmp_path):
+    path = tmp_path / "limits.yaml"
+    path.write_text(TEXT)
+    limits = load_limits(path).content
+    assert limits.stiction.at_throttle(18.0) == pytest.approx(0.2592)
+    assert limits.coulomb.at_throttle(18.0) == 0.20
+    assert limits.marginal_band == pytest.approx(0.03)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "key"),
+    [
+        ("0.20 N·m", "0.20 V", 5, "coulomb.max"),
+        ("0.20 N·m", "-0.20 N·m", 5, "coulomb.max"),
+        ("shaft: motor, ", "", 4, "stiction.shaft"),
+        ("marginal_band: 3 %", "marginal_band: 60 %", 7, "marginal_band"),
+        ("part_number", "part_nummer", 2, "part_nummer"),
+    ],
+)
+def test_what_is_wrong_is_named_with_its_line(tmp_path, old, new, line, key):
+    path = tmp_path / "limits.yaml"
+    path.write_text(TEXT.replace(old, new, 1))
+    with pytest.raises(InputError) as caught:
+        load_limits(path)
+    places = [p.place for p in caught.value.problems]
+    assert any(place.line == line and place.key == key for place in places)
+
+
+def test_stock_limits_let_the_healthy_pass_and_say_where_they_come_from():
+    limits = load_limits(find("limits", "default")).content
+    assert limits.stiction.at_throttle(18.0) > 0.171 * 1.3
+    assert limits.coulomb.at_throttle(18.0) > 0.144 * 1.3
+    assert limits.stiction.at_throttle(18.0) < 0.567
+    assert all(limit.source.startswith("chosen") for limit in (limits.stiction, limits.coulomb, limits.return_margin))
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "verdict"),
+    [
+        (0.8, 0.9, UnitVerdict.PASS),
+        (0.8, 0.951, UnitVerdict.INCONCLUSIVE),
+        (0.96, 0.99, UnitVerdict.INCONCLUSIVE),
+        (0.8, 1.3, UnitVerdict.INCONCLUSIVE),
+        (1.04, 1.3, UnitVerdict.INCONCLUSIVE),
+        (1.06, 1.3, UnitVerdict.FAIL),
+    ],
+)
+def test_interval_against_an_upper_limit_with_a_band_of_5_percent(low, high, verdict):
+    assert stand(0.5 * (low + high), low, high, None, 1.0, 0.05) is verdict
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "verdict"),
+    [
+        (1.06, 1.3, UnitVerdict.PASS),
+        (0.9, 1.3, UnitVerdict.INCONCLUSIVE),
+        (-0.3, -0.2, UnitVerdict.FAIL),
+    ],
+)
+def test_interval_against_a_lower_limit(low, high, verdict):
+    assert stand(0.5 * (low + high), low, high, 1.0, None, 0.05) is verdict
+
+
+def test_a_value_that_is_no_number_decides_nothing():
+    nan = float("nan")
+    assert stand(nan, nan, nan, None, 1.0, 0.05) is UnitVerdict.INCONCLUSIVE

@@ -1,0 +1,75 @@
+"""Newton's law over windows, against motions whose torque is known in closed form."""
+
+import numpy as np
+import pytest
+
+from etb_hil.diagnosis.ticks import TICK, TickMaker
+from etb_hil.diagnosis.windows import (
+    ACCELERATION_KERNEL,
+    HALF_WIDTH,
+    RATE_KERNEL,
+    TORQUE_KERNEL,
+    WINDOW,
+    bend,
+    place_windows,
+    window_means,
+)
+
+
+def ticks_of(time, angle, lost=()):
+    maker = TickMaker()
+    keep = np.setdiff1d(np.arange(len(time)), lost)
+    time_ns = np.round(time * 1e9).astype(np.int64)[keep]
+    nothing = np.full(len(keep), np.nan)
+    maker.push(time_ns, angle[keep], np.zeros(len(keep)), nothing, nothing, nothing, nothing, 1)
+    return maker.ticks()
+
+
+def test_kernels_answer_to_powers_of_time():
+    t = np.arange(-HALF_WIDTH, HALF_WIDTH + 1) * TICK
+    assert WINDOW.sum() == pytest.approx(1.0)
+    assert TORQUE_KERNEL.sum() == pytest.approx(1.0)
+    assert RATE_KERNEL @ np.ones_like(t) == pytest.approx(0.0, abs=1e-9)
+    assert RATE_KERNEL @ t == pytest.approx(1.0)
+    assert ACCELERATION_KERNEL @ t == pytest.approx(0.0, abs=1e-9)
+    assert ACCELERATION_KERNEL @ (t * t) == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("frequency", [2.0, 10.0, 30.0])
+def test_inertia_torque_equals_the_torque_under_the_same_window(frequency):
+    omega = 2.0 * np.pi * frequency
+    time = np.arange(0.0, 0.5, TICK)
+    angle = np.sin(omega * time)
+    ticks = ticks_of(time, angle)
+    windows = place_windows(ticks, np.ones(len(ticks), np.int64))
+    acceleration = -omega * omega * angle
+    bend(acceleration, 1.0 / 12.0, 0.0, ticks.samples)
+    measured = window_means(ticks.angle, ACCELERATION_KERNEL, windows)
+    assert measured == pytest.approx(window_means(acceleration, WINDOW, windows), abs=1e-4 * omega * omega)
+
+
+def test_no_window_spans_a_gap():
+    time = np.arange(0.0, 0.3, TICK)
+    ticks = ticks_of(time, time, lost=[100, 101, 200])
+    windows = place_windows(ticks, np.ones(len(ticks), np.int64))
+    assert len(windows)
+    for centre in windows.centre:
+        spanned = ticks.time[centre - HALF_WIDTH : centre + HALF_WIDTH + 1]
+        assert np.diff(spanned) == pytest.approx(TICK)
+
+
+def test_tick_with_half_its_samples_counts_as_a_gap():
+    time = np.arange(0.0, 0.2, TICK / 20)
+    ticks = ticks_of(time, time, lost=np.arange(2000, 2010))
+    windows = place_windows(ticks, np.ones(len(ticks), np.int64))
+    spans = [(c - HALF_WIDTH, c + HALF_WIDTH) for c in windows.centre]
+    assert spans
+    assert not any(first <= 100 <= last for first, last in spans)
+
+
+def test_ticks_are_means():
+    time = np.arange(0.0, 0.01, TICK / 20)
+    ticks = ticks_of(time, time * 3.0)
+    assert ticks.time == pytest.approx(np.arange(10) * TICK + 0.475 * TICK)
+    assert ticks.angle == pytest.approx(3.0 * ticks.time)
+    assert np.all(ticks.samples == 20)
