@@ -218,11 +218,11 @@ def append(log: Ints, log_payload: Bytes, ports: Ints, bus: Ints, row: Ints, dat
 
 @njit(cache=True, error_model="numpy")
 def audience(ports: Ints, sender: int) -> int:
-    """Return which ports see a frame, a bit each: all that are on the bus, and the sender unless it is a node."""
+    """Return which ports see a frame, a bit each: all on the bus, but nodes neither their own nor error frames (-1)."""
     seen_by = 0
     for port in range(len(ports)):
         on_bus = ports[port, OPEN] != 0 and ports[port, OFF_LEFT] == 0
-        if on_bus and (port != sender or ports[port, NODE] == 0):
+        if on_bus and (ports[port, NODE] == 0 or (sender >= 0 and port != sender)):
             seen_by |= 1 << port
     return seen_by
 
