@@ -10,7 +10,7 @@ from numba import njit
 from etb_hil.base.roles import COMMANDED
 from etb_hil.canio.frames import FrameFlag
 from etb_hil.canio.protection import Profile, alive_counter, crc_is_right
-from etb_hil.canio.signal_layout import read_value
+from etb_hil.canio.signal_bits import read_value
 from etb_hil.controller.signal_tables import signal_tables
 from etb_hil.controller.state import COMMAND, EVENT_WIDTH, REFUSED_COUNTER, REFUSED_CRC, REQUEST
 

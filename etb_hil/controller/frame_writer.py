@@ -13,7 +13,7 @@ from numba import njit
 
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
 from etb_hil.canio.protection import write_protection
-from etb_hil.canio.signal_layout import Overflow, write_value
+from etb_hil.canio.signal_bits import Overflow, write_value
 from etb_hil.controller.signal_tables import signal_tables
 from etb_hil.controller.state import BURST_SAMPLES, CURRENT_SIGNALS, ENCODER_SIGNALS, TICK_NS, Sample, Status
 

@@ -8,8 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from etb_hil.base.errors import InputError, Problem
 from etb_hil.controller.kernel import ARRIVED, run_ticks
 from etb_hil.controller.laws.choice import law_gains, law_number
+from etb_hil.controller.noise import generator
+from etb_hil.controller.reference import PRESS
 from etb_hil.controller.sensors import data_sheet
 from etb_hil.controller.state import (
     BURST_SAMPLES,
@@ -69,7 +72,7 @@ class Machine:
         has_burst: bool = True,
     ) -> None:
         values, known = unit.values_at(ambient), nominal.values
-        angle = resting_angle(values, seed) if start_angle is None else start_angle
+        angle = resting_angle(values, seed) if start_angle is None else _inside_the_stops(start_angle, values)
         self._state = record(State)
         self._state["voltage"] = math.nan
         self._state["interval"] = _FIRST_INTERVAL
@@ -143,13 +146,21 @@ class Machine:
         return used, outputs
 
 
+def _inside_the_stops(angle: float, values: ThrottleParameters) -> float:
+    low, high = values.stop_low - PRESS, values.stop_high + PRESS
+    if not low <= angle <= high:
+        allowed = f"{low:.3f} to {high:.3f} rad"
+        raise InputError(Problem("no plate can stand at this angle", value=f"{angle:g} rad", allowed=allowed))
+    return angle
+
+
 def resting_angle(values: ThrottleParameters, seed: int) -> float:
     """Return an angle in rad about limp-home at which a released plate may have come to rest.
 
     Break-away friction holds it wherever the springs pull less: inside the dead zone, or, in a unit whose plate does
     not come back by itself, as far off as the controller's own limp-home drive leaves it.
     """
-    rng = np.random.default_rng([seed, 2])
+    rng = generator(seed, 2)
     above = min(values.dead_zone * values.stiction / values.preload_open, ARRIVED)
     below = min(values.dead_zone * values.stiction / values.preload_close, ARRIVED)
     return float(values.limp_home + rng.uniform(-below, above))

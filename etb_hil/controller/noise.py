@@ -25,6 +25,11 @@ def _mixed(word: np.uint64) -> np.uint64:
     return word ^ (word >> _S31)
 
 
+def generator(seed: int, purpose: int) -> np.random.Generator:
+    """Return a generator of random numbers for one purpose; any integer is a seed."""
+    return np.random.default_rng([seed % 2**64, purpose])
+
+
 @njit(cache=True, error_model="numpy")
 def normal(seed: int, counter: int, channel: int) -> float:
     """Return the standard normal value of one sample and channel (Box and Muller 1958)."""

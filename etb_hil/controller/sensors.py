@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from etb_hil.controller.noise import CURRENT, TRACK, TRACK_2, VOLTAGE, normal
+from etb_hil.controller.noise import CURRENT, TRACK, TRACK_2, VOLTAGE, generator, normal
 from etb_hil.controller.state import DataSheet, record
 from etb_hil.plant.model_file import Sensors
 
@@ -19,7 +19,7 @@ TRACK_BELOW_STOP = math.radians(2.5)
 def data_sheet(sensors: Sensors, gear_ratio: float, start_angle: float, seed: int) -> NDArray[np.void]:
     """Return the record (1) of a unit's sensors that is switched on with its plate at `start_angle` (rad)."""
     sheet = record(DataSheet)
-    rng = np.random.default_rng([seed, 1])
+    rng = generator(seed, 1)
     step = sensors.plate_range / 2**sensors.plate_bits
     low = -round(TRACK_BELOW_STOP / step) * step
     sheet["encoder_step"] = 2.0 * math.pi / sensors.motor_counts_per_turn

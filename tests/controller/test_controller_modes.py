@@ -126,6 +126,18 @@ def test_an_unknown_law_is_refused_with_the_laws_there_are():
         Machine(UNIT, UNIT, seed=1, law="bang-bang")
 
 
+@pytest.mark.parametrize("angle", [-0.5, 2.0, float("nan")])
+def test_a_plate_beyond_its_stops_is_refused(angle):
+    with pytest.raises(InputError, match="no plate can stand at this angle"):
+        Machine(UNIT, UNIT, seed=1, start_angle=angle)
+
+
+@pytest.mark.parametrize("seed", [-1, 0, 2**80])
+def test_any_integer_is_a_seed_and_the_plate_rests_about_limp_home(seed):
+    assert abs(Machine(UNIT, UNIT, seed=seed).plate_angle - LIMP_HOME) < UNIT.values.dead_zone
+    assert abs(Machine(FAULTY, UNIT, seed=seed).plate_angle - LIMP_HOME) < 0.01
+
+
 def test_a_sticky_plate_stays_where_it_was_let_go():
     trace = _run(lambda t: command(Mode.POSITION, 1.0) if t < 0.5 else OFF, 1.5, start=0.9, unit=FAULTY)
     angle = trace.angle(0.9)
