@@ -77,7 +77,10 @@ else:
         "ParameterTable",
         __base__=FileModel,
         __doc__="Every parameter of the base model.",
-        **{name: (ParameterEntry, Field(description=f"{kind.symbol}, a value of {kind.dimension}")) for name, kind in KINDS.items()},
+        **{
+            name: (ParameterEntry, Field(description=f"{kind.symbol}, a value of {kind.dimension}"))
+            for name, kind in KINDS.items()
+        },
     )
 
 
