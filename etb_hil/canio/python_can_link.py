@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from etb_hil.canio.link import BusSettings
 
 _BATCH = 10_000  # frames taken in one call: a flooded bus must not hold the bench up for ever
+_SEND_TIMEOUT_S = 0.1  # a driver that is not rid of a frame by then has no bus any more
 _LOOPING = {"udp_multicast"}  # interfaces that give a sender its own frames back, and cannot be told not to
 _SAME_EPOCH_NS = 10_000_000_000  # a driver's first stamp farther from our clock than this counts from another epoch
 
@@ -47,7 +48,7 @@ class PythonCanLink:
             message = to_message(frames, row)
             message.channel = None  # an index in our columns, an address to some drivers
             try:
-                self._bus.send(message)
+                self._bus.send(message, _SEND_TIMEOUT_S)
             except (can.CanError, OSError) as error:
                 raise self._gone("sent no frame", error) from error
             stamps[row] = self._clock.now_ns()

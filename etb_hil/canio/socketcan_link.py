@@ -42,11 +42,13 @@ _FD_BRS, _FD_ESI = 1, 2
 _ERR_CONTROLLER, _ERR_BUS_OFF, _ERR_RESTARTED, _ERR_COUNTERS = 0x004, 0x040, 0x100, 0x200
 _CONTROLLER_PASSIVE, _CONTROLLER_ACTIVE = 0x30, 0x4C  # warning still is error active
 
+_QUEUE_FULL = "its transmit queue is full: check that another node acknowledges, and the bit rate"
 _REMEDIES = {
     errno.ENETDOWN: "bring it up: ip link set {channel} up",
     errno.ENODEV: "plug the adapter in, or create the interface, then see: ip link show {channel}",
     errno.ENXIO: "plug the adapter in, or create the interface, then see: ip link show {channel}",
-    errno.ENOBUFS: "its transmit queue is full: check that another node acknowledges, and the bit rate",
+    errno.ENOBUFS: _QUEUE_FULL,
+    errno.EAGAIN: _QUEUE_FULL,
     errno.EINVAL: "it may take no FD frames: ip link set {channel} mtu 72, with fd on and a dbitrate on hardware",
 }
 
@@ -78,7 +80,8 @@ class SocketCanLink:
         for row, flag in enumerate(flags.tolist()):
             size = _FD_BYTES if flag & FrameFlag.FD else _CLASSIC_BYTES
             try:
-                self._socket.send(raw[row * _FD_BYTES : row * _FD_BYTES + size])
+                # A full queue is a fault now, never a wait: on a bus without a listener it would last for ever.
+                self._socket.send(raw[row * _FD_BYTES : row * _FD_BYTES + size], socket.MSG_DONTWAIT)
             except OSError as error:
                 raise self._fault("sent no frame", error) from error
 

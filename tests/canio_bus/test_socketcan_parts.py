@@ -8,7 +8,7 @@ import struct
 import subprocess
 
 import pytest
-from bus_tools import rows_of
+from bus_tools import frame, rows_of
 
 from etb_hil.base.clock import WallClock
 from etb_hil.base.errors import BenchFault, InputError
@@ -29,7 +29,7 @@ class Kernel:
     """A raw CAN socket that gives what a test put in."""
 
     def __init__(self):
-        self.waiting = []
+        self.waiting, self.sent = [], []
         self.fault = None
 
     def __call__(self, *_):
@@ -44,6 +44,13 @@ class Kernel:
 
     def close(self):
         pass
+
+    def send(self, data, flags):
+        assert flags == socket.MSG_DONTWAIT
+        if self.fault:
+            raise OSError(self.fault, os.strerror(self.fault))
+        self.sent.append(data)
+        return len(data)
 
     def recvmsg(self, *_):
         if self.fault:
@@ -129,6 +136,16 @@ def test_a_vcan_says_nothing_and_nothing_is_made_up(kernel, monkeypatch):
     health = opened().health()
     assert health.state is health.transmit_errors is health.receive_errors is health.load is None
     assert kernel.waiting == []
+
+
+@pytest.mark.parametrize("fault", [errno.ENOBUFS, errno.EAGAIN])
+def test_a_full_transmit_queue_is_a_bench_fault_and_no_wait(kernel, fault):
+    link = opened()
+    link.send(frame(0x123, b"abc"))
+    assert kernel.sent == [struct.pack("<IB3x8s", 0x123, 3, b"abc")]
+    kernel.fault = fault
+    with pytest.raises(BenchFault, match=r"sent no frame: .*transmit queue is full"):
+        link.send(frame(0x123))
 
 
 @pytest.mark.usefixtures("kernel")
