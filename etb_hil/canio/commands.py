@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.canio.frames import FrameBlock, concatenate_frames
-from etb_hil.canio.signal_layout import Overflow
+from etb_hil.canio.signal_bits import Overflow
 from etb_hil.canio.writer import MessageWriter
 
 if TYPE_CHECKING:

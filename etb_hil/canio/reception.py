@@ -21,7 +21,7 @@ from numba import njit
 
 from etb_hil.canio.frames import FrameFlag
 from etb_hil.canio.protection import counter_at, is_right_at
-from etb_hil.canio.signal_layout import raw_bits
+from etb_hil.canio.signal_bits import raw_bits
 from etb_hil.recording.samples import LOSS_UNKNOWN
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def receive(
         out[0, n] = -1
         k = _message_of(ident[n], flags[n], table)
         start = np.int64(n * width)
-        if k < 0 or not _is_whole(payloads, start, length[n], k, table, ids, counts):
+        if k < 0 or not _is_whole(payloads, start, min(length[n], width), k, table, ids, counts):
             continue
         step, alive = _alive_step(payloads, start, k, table, state)
         if table[k, COUNTER_BITS]:

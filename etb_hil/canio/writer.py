@@ -10,7 +10,8 @@ from cantools.database.errors import Error as CantoolsError
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.canio.frames import FrameBlock, FrameFlag
 from etb_hil.canio.protection import protect_rows
-from etb_hil.canio.signal_layout import Overflow, SignalLayout
+from etb_hil.canio.signal_bits import Overflow
+from etb_hil.canio.signal_layout import SignalLayout
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
