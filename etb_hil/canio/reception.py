@@ -175,7 +175,7 @@ def _by_counter(
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _is_next(stamp: np.int64, counter: np.int64, k: np.int64, table: Int64, state: Int64, clock: Int64) -> bool:
     """Return whether a frame is the one that was due: what nearly all are, told without a division."""
-    if state[k, FRESH] or state[k, KNOWN_INTERVAL] == 0:
+    if state[k, KNOWN_INTERVAL] == 0:
         return False
     place = state[k, PLACE] + state[k, KNOWN_INTERVAL]
     modulus = np.int64(1) << table[k, COUNTER_BITS]
@@ -206,7 +206,7 @@ def _place(
     modulus = np.int64(1) << table[k, COUNTER_BITS]
     place = _nearest(counter + state[k, SHIFT], expected, modulus)
     interval = state[k, KNOWN_INTERVAL]
-    if step < 0 or interval == 0 or state[k, FRESH]:
+    if step < 0 or interval == 0:
         return place
     # Receive stamps may be late by more than half a wrap: prefer a place on which both counters agree.
     for near in range(_NEAR + 1):

@@ -156,14 +156,18 @@ def test_an_outage_longer_than_the_counters_is_bridged_by_the_stamps(classic, pa
 
 
 @settings(max_examples=60)
-@given(st.integers(0, 1 << 18), st.integers(5, 150), st.integers(0, 450_000_000), st.booleans())
-def test_late_stamps_do_not_move_the_samples(classic, start, row, stall_ns, encoder_first):
+@given(st.integers(0, 1 << 18), st.integers(5, 150), st.integers(0, 450_000_000), st.booleans(), st.booleans())
+def test_late_stamps_do_not_move_the_samples(classic, start, row, stall_ns, encoder_first, asked):
     # A host that stalls stamps a whole queue of frames at once, when it wakes.
     ticks = np.arange(1000) * 20 + start
     frames = streams.classic(classic, ticks, encoder_first)
     awake = frames.stamp_ns[row] + stall_ns
     stamps = np.where(frames.stamp_ns >= frames.stamp_ns[row], np.maximum(frames.stamp_ns, awake), frames.stamp_ns)
-    found, decoder = decode(classic, streams.restamped(frames, stamps))
+    frames = streams.restamped(frames, stamps)
+    if asked:  # the same rate again, sent while the host stalls
+        request = streams.sent(CommandEncoder(classic).encode({"request_rate": 1000.0}, int(stamps[row])))
+        frames = concatenate_frames([frames.rows(slice(0, row)), request, frames.rows(slice(row, None))])
+    found, decoder = decode(classic, frames)
     for name in ("EtbCurrent", "EtbEncoder"):
         np.testing.assert_array_equal(np.diff(found[name].time_ns), 20 * streams.TICK_NS)
         assert decoder.statistics()[name].lost == 0
