@@ -208,7 +208,7 @@ def append(log: Ints, log_payload: Bytes, ports: Ints, bus: Ints, row: Ints, dat
     log_payload[slot] = data
     bus[LOGGED] += 1
     for port in range(len(ports)):
-        if row[SEEN_BY] >> port & 1:
+        if row[SEEN_BY] >> port & 1 and ports[port, OPEN]:
             ports[port, WAITING] += 1
             if row[FLAGS] & _ERROR:
                 ports[port, ERRORS] += 1
@@ -251,6 +251,7 @@ def destroy(ports: Ints, bus: Ints, meter: Ints) -> None:
     for port in range(len(ports)):
         if port != sender and ports[port, OPEN] and ports[port, OFF_LEFT] == 0:
             ports[port, REC] = min(ports[port, REC] + 1, 255)
+    bus[DESTROYED] = 0
     ports[sender, TEC] += 8
     _release(ports, bus, meter)
     if ports[sender, TEC] > 255:

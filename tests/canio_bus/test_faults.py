@@ -140,3 +140,22 @@ def test_duplicated_and_corrupted_frames_add_up():
     assert [row[3] for row in rows] == [b"\x0e", b"\x0e"]
     assert rows[1][0] - rows[0][0] == 10
     assert rows_of(network.collect(sender))[0][3] == b"\x01"
+
+
+def test_an_attempt_that_was_spoilt_stays_so_when_the_fault_is_taken_away():
+    network, sender, receiver = pair(ErrorFrames(ALWAYS))
+    network.send(sender, frame(1))
+    network.sleep_until_ns(10_000)
+    network.faults = []
+    network.sleep_until_ns(MS)
+    assert [FrameFlag(row[2]) for row in rows_of(network.collect(receiver))] == [FrameFlag.ERROR, FrameFlag(0)]
+
+
+def test_a_delayed_frame_finds_nobody_behind_a_closed_port():
+    network, sender, receiver = pair(Delayed(ALWAYS, 2 * MS))
+    network.send(sender, frame(1))
+    network.sleep_until_ns(MS)
+    network.close_port(receiver)
+    network.sleep_until_ns(5 * MS)
+    assert network.open_port() == receiver
+    assert len(network.collect(receiver)) == 0

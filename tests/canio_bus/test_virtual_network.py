@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from etb_hil.base.errors import BenchFault, InputError
-from etb_hil.canio import virtual_network as module
+from etb_hil.canio import wire as module
 from etb_hil.canio.bit_timing import frame_bits
 from etb_hil.canio.faults import Corrupted, Delayed, Duplicated, ErrorFrames, Fault, Lost, Window
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
@@ -222,10 +222,10 @@ def test_a_deep_backlog_and_an_unread_port_keep_every_frame():
 
 
 def test_a_port_that_is_never_read_loses_the_oldest_and_says_so(monkeypatch):
-    monkeypatch.setattr(module, "_MAX_LOG_ROWS", module._LOG_ROWS)
+    monkeypatch.setattr(module, "MAX_LOG_ROWS", module.LOG_ROWS)
     network = VirtualNetwork(1_000_000)
     sender, receiver = network.open_port(), network.open_port()
-    count = 3 * module._LOG_ROWS
+    count = 3 * module.LOG_ROWS
     for first in range(0, count, 100):
         network.send(sender, block([(0, 1, 0, i.to_bytes(4, "big")) for i in range(first, min(first + 100, count))]))
         network.sleep_until_ns(network.now_ns() + 20 * MS)
