@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
+from numba import njit
 from pydantic import Field
 
 from etb_hil.base.quantity import Angle, AngularVelocity, Current, Duration, Temperature, Voltage
 from etb_hil.base.yamlfile import FileModel
 from etb_hil.recording.samples import Float64, SampleBlock
 
-SPEED_SPAN_S = 0.005  # velocity is the travel over this time: long enough for an encoder's steps
+SPEED_SPAN_NS = 5_000_000  # velocity is the travel over this time: long enough for an encoder's steps
 STATUS_AGE = 10  # a status frame may be this many times older than a sample before the run stops
 
 
@@ -46,10 +47,10 @@ class Supervisor:
         self._gear_ratio = gear_ratio
         self._newest_ns = start_ns
         self._newest_status_ns = start_ns
-        self._travel: tuple[Float64, Float64] = (np.empty(0), np.empty(0))
+        self._anchor_ns, self._anchor_angle = 0, math.nan
         self.current = np.nan
         self.angle = np.nan
-        self.velocity = np.nan
+        self.velocity = 0.0
         self.temperature = np.nan
         self.enabled: bool | None = None
         self.faults = 0
@@ -86,8 +87,8 @@ class Supervisor:
             self._newest_ns = int(block.stamp_ns[-1])
         if "motor_current" in columns:
             self.current = float(columns["motor_current"][-1])
-            peak = float(np.nanmax(np.abs(columns["motor_current"])))
-            if peak > limits.current:
+            lowest, highest = _extremes(columns["motor_current"])
+            if (peak := max(-lowest, highest)) > limits.current:
                 return Trip(
                     "current_limit", f"measured current {peak:.2f} A is above the limit of {limits.current:g} A"
                 )
@@ -95,11 +96,12 @@ class Supervisor:
             angle = columns["throttle_angle"]
             self.angle = float(angle[-1])
             low, high = limits.angle
-            if float(np.nanmin(angle)) < low or float(np.nanmax(angle)) > high:
-                worst = float(angle[np.nanargmax(np.abs(angle - 0.5 * (low + high)))])
+            lowest, highest = _extremes(angle)
+            if lowest < low or highest > high:
+                worst = lowest if lowest < low else highest
                 return Trip("angle_limit", f"plate at {worst:.3f} rad, outside {low:.3f} to {high:.3f} rad")
         if "motor_angle" in columns:
-            self.velocity = self._motor_speed(block.time_ns * 1e-9, columns["motor_angle"]) / self._gear_ratio
+            self.velocity = self._motor_speed(block) / self._gear_ratio
             if abs(self.velocity) > limits.velocity:
                 return Trip(
                     "velocity_limit",
@@ -124,11 +126,24 @@ class Supervisor:
             return Trip("controller_fault", f"the controller reports fault bits {faults:#x}")
         return None
 
-    def _motor_speed(self, time_s: NDArray[np.floating], angle: Float64) -> float:
-        times = np.concatenate([self._travel[0], time_s])
-        angles = np.concatenate([self._travel[1], angle])
-        start = int(np.searchsorted(times, times[-1] - SPEED_SPAN_S))
-        start = max(min(start, len(times) - 2), 0)
-        self._travel = times[start:], angles[start:]
-        span = float(times[-1] - times[start])
-        return float(angles[-1] - angles[start]) / span if span > 0.0 else 0.0
+    def _motor_speed(self, block: SampleBlock) -> float:
+        """Return the motor's mean speed since a sample that is at least `SPEED_SPAN_S` old."""
+        angle = float(block.columns["motor_angle"][-1])
+        since_ns = int(block.time_ns[-1]) - self._anchor_ns
+        if math.isnan(self._anchor_angle) or since_ns <= 0:
+            self._anchor_ns, self._anchor_angle = int(block.time_ns[-1]), angle
+            return 0.0
+        speed = (angle - self._anchor_angle) / (since_ns * 1e-9)
+        if since_ns >= SPEED_SPAN_NS:
+            self._anchor_ns, self._anchor_angle = int(block.time_ns[-1]), angle
+        return speed if since_ns >= SPEED_SPAN_NS else self.velocity * self._gear_ratio
+
+
+@njit(cache=True, error_model="numpy")
+def _extremes(values: Float64) -> tuple[float, float]:
+    """Return the lowest and the highest value, bad samples left out; both 0 where all are bad."""
+    low, high = np.inf, -np.inf
+    for value in values:
+        low = min(low, value)
+        high = max(high, value)
+    return (low, high) if low <= high else (0.0, 0.0)
