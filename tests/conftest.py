@@ -1,7 +1,7 @@
-"""What every test shares."""
+"""What holds for every test: kernels are compiled from the source as it is."""
 
-from hypothesis import settings
+from etb_hil.base.compiled_cache import drop_stale
 
-# A machine's load and a kernel's first compilation must not fail a test.
-settings.register_profile("etb_hil", deadline=None)
-settings.load_profile("etb_hil")
+
+def pytest_configure():
+    drop_stale()

@@ -43,9 +43,11 @@ def _parser(command: str | None) -> argparse.ArgumentParser:
 
 
 def _guarded(run: object, options: argparse.Namespace) -> int:
+    from etb_hil.base.compiled_cache import drop_stale
     from etb_hil.base.errors import BenchFault, EtbHilError, InputError, RunAborted
     from etb_hil.base.outcome import ExitCode
 
+    drop_stale()
     try:
         return int(run(options))  # type: ignore[operator]
     except InputError as error:
