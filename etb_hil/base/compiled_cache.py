@@ -11,12 +11,18 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parent.parent
 
+# Rooms with kernels, lowest floor first: a kernel can hold code of its own room and of those before it.
+FLOORS = ("base", "recording", "plant", "observer", "diagnosis", "discrepancy", "canio", "controller", "bench")
+
 
 def drop_stale(package: Path = PACKAGE) -> int:
-    """Delete the cached kernels of a package that are older than its newest source file; return how many there were."""
-    newest = max(path.stat().st_mtime_ns for path in package.rglob("*.py"))
-    stale = [path for path in package.rglob("__pycache__/*.nb[ic]") if path.stat().st_mtime_ns < newest]
-    for path in stale:
-        with contextlib.suppress(OSError):  # a read-only installation does not change its source either
-            path.unlink()
-    return len(stale)
+    """Delete cached kernels that are older than a source they may hold code of; return how many there were."""
+    newest = dropped = 0
+    for room in FLOORS:
+        newest = max([newest, *(path.stat().st_mtime_ns for path in (package / room).rglob("*.py"))])
+        for path in (package / room).rglob("__pycache__/*.nb[ic]"):
+            if path.stat().st_mtime_ns < newest:
+                dropped += 1
+                with contextlib.suppress(OSError):  # a read-only installation does not change its source either
+                    path.unlink()
+    return dropped
