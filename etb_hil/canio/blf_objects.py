@@ -122,29 +122,28 @@ def unpack(data: Bytes, starts: Offsets, start_ns: int) -> FrameBlock:
     version, kind = head["version"], head["type"]
     body_at = starts + np.where(version == 2, _HEADER_BYTES[2], _HEADER_BYTES[1])
     room = np.where((version == 1) | (version == 2), starts + head["size"] - body_at, 0)
+    present = [number for number in _BODIES if (kind == number).any()]
     is_frame = np.zeros(len(starts), np.bool_)
-    for number, layout in _BODIES.items():
-        is_frame |= (kind == number) & (room >= layout.itemsize)
+    for number in present:
+        is_frame |= (kind == number) & (room >= _BODIES[number].itemsize)
     if not is_frame.all():
         head, starts, body_at, kind = head[is_frame], starts[is_frame], body_at[is_frame], kind[is_frame]
     count = len(head)
     step = np.where(head["flags"] == _TEN_MICROSECONDS, np.int64(10_000), np.int64(1))
-    fd = (kind == CAN_FD_MESSAGE) | (kind == CAN_FD_MESSAGE_64)
+    fd = CAN_FD_MESSAGE in present or CAN_FD_MESSAGE_64 in present
     frames = FrameBlock(
         head["stamp"].astype(np.int64) * step + start_ns,
         np.zeros(count, np.uint32),
         np.zeros(count, np.uint8),
         np.zeros(count, np.uint8),
-        np.zeros((count, 64 if fd.any() else 8), np.uint8),
+        np.zeros((count, 64 if fd else 8), np.uint8),
         np.zeros(count, np.uint8),
     )
-    for number, layout in _BODIES.items():
+    for number in present:
         mask = kind == number
-        if not mask.any():
-            continue
         rows: Rows = slice(None) if mask.all() else mask  # a view where a mask would copy
         at = body_at[rows]
-        body = _gather(data, at, layout)
+        body = _gather(data, at, _BODIES[number])
         if number == CAN_FD_MESSAGE_64:
             _fill(frames, rows, number, body, _payload_behind(data, body, starts[rows], at, head["size"][rows]))
         else:
