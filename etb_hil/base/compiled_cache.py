@@ -21,8 +21,9 @@ def drop_stale(package: Path = PACKAGE) -> int:
     for room in FLOORS:
         newest = max([newest, *(path.stat().st_mtime_ns for path in (package / room).rglob("*.py"))])
         for path in (package / room).rglob("__pycache__/*.nb[ic]"):
-            if path.stat().st_mtime_ns < newest:
-                dropped += 1
-                with contextlib.suppress(OSError):  # a read-only installation does not change its source either
+            # A read-only installation does not change its source either; another process may drop the same file.
+            with contextlib.suppress(OSError):
+                if path.stat().st_mtime_ns < newest:
+                    dropped += 1
                     path.unlink()
     return dropped
