@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from etb_hil.bench.analysis import Analysis
+    from etb_hil.bench.record import RunRecord
     from etb_hil.bench.session import Session
     from etb_hil.diagnosis.result import DiagnosisResult
+    from etb_hil.recording.samples import Float64
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,5 +19,12 @@ class Finished:
 
     session: Session
     results: dict[str, Any]
+    record: RunRecord
     analysis: Analysis
     found: DiagnosisResult
+
+    @property
+    def series(self) -> dict[str, Float64]:
+        """Columns for the plots, their time in seconds since the run began, as in the results."""
+        later = (self.found.start_ns - self.record.start_ns) * 1e-9
+        return {**self.found.series, "time": self.found.series["time"] + later}

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from etb_hil.base.clock import Clock, WallClock
+from etb_hil.base.steady import keep_steady
 from etb_hil.base.yamlfile import Document
 from etb_hil.bench.analysis import Analysis
 from etb_hil.bench.bench_file import BenchSetup, load_bench
@@ -86,6 +87,8 @@ def execute(job: Job, folder: Path, serial: str, seed: int, watcher: Watcher = n
     }
     if job.is_virtual:
         inputs["unit"] = job.files.unit
+    else:
+        keep_steady()
     session = create(folder, job.scenario.content.name, serial, inputs)
     link, clock = connect(job, seed)
     log = BlfLog(session.raw_log, clock.now_ns())
@@ -102,7 +105,7 @@ def execute(job: Job, folder: Path, serial: str, seed: int, watcher: Watcher = n
     found = analysis.finish()
     results = results_of(session, job.setup.bench, job.limits, record, analysis, found)
     session.write_results(results)
-    return Finished(session, results, analysis, found)
+    return Finished(session, results, record, analysis, found)
 
 
 def connect(job: Job, seed: int) -> tuple[Link, Clock]:

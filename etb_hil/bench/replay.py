@@ -29,7 +29,8 @@ def replay(folder: Path) -> Finished:
     for frames in read_blf(session.raw_log):
         analysis.push(frames)
     found = analysis.finish()
-    return Finished(session, results_of(session, setup.bench, limits, record, analysis, found), analysis, found)
+    results = results_of(session, setup.bench, limits, record, analysis, found)
+    return Finished(session, results, record, analysis, found)
 
 
 def first_difference(finished: Finished) -> str | None:

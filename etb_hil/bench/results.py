@@ -27,7 +27,7 @@ def results_of(
     """Return the contents of `results.json`; times in seconds since the run began."""
     judged = record.outcome is BenchOutcome.OK
     verdict = found.verdict if judged else None
-    plain = found.as_dict(found.start_ns)
+    plain = found.as_dict(record.start_ns)
     return {
         "schema_version": SCHEMA_VERSION,
         "run_id": session.run_id,

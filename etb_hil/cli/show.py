@@ -16,7 +16,7 @@ def show_finished(finished: Finished) -> int:
 
     page = None
     try:
-        page = write_report(finished.results, finished.found.series, finished.session.folder)
+        page = write_report(finished.results, finished.series, finished.session.folder)
     except OSError as error:  # a full disk must not cost the verdict
         print(f"the report could not be written: {error}", file=sys.stderr)
     print(verdict_text(finished.results, page))
