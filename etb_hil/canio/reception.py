@@ -67,30 +67,56 @@ def receive(
     """Fill `out` (3, n): the message's row in `table` or -1, the time of the first sample, the frames lost before."""
     count, width = data.shape
     payloads, places, ids = data.reshape(count * width), counter_places.reshape(-1), data_ids.reshape(-1)
+    _select(ident, flags, length, payloads, table, ids, counts, out)
+    # A helper that takes arrays costs more than this loop: for what is due, as nearly all frames are, scalars must do.
     for n in range(count):
-        out[0, n] = -1
-        k = _message_of(ident[n], flags[n], table)
-        start = np.int64(n * width)
-        if k < 0 or not _is_whole(payloads, start, min(length[n], width), k, table, ids, counts):
+        k = out[0, n]
+        if k < 0:
             continue
-        step, alive = _alive_step(payloads, start, k, table, state)
+        start, stamp = np.int64(n * width), stamp_ns[n]
+        step, alive, counter = np.int64(-1), _NOTHING, _NOTHING
+        if table[k, MODULUS]:
+            alive = counter_at(payloads, start, table[k, PROFILE])
+            if state[k, SEEN]:
+                step = (alive - state[k, ALIVE]) & (table[k, MODULUS] - 1)
         if table[k, COUNTER_BITS]:
             counter = np.int64(raw_bits(payloads, start, places, k * 12))
-            accepted, time, lost = _by_counter(stamp_ns[n], counter, step, k, table, state, clock)
-        else:
-            accepted, time, lost = _by_stamp(stamp_ns[n], step, k, table, state, counts)
-        if accepted:
-            state[k, SEEN], state[k, ALIVE], state[k, STAMP], state[k, TIME] = 1, alive, stamp_ns[n], time
+        interval = state[k, KNOWN_INTERVAL]
+        place = state[k, PLACE] + interval
+        beside = counter + state[k, SHIFT] - place
+        late = stamp - clock[CLOCK_STAMP] - (place - clock[CLOCK_PLACE]) * table[k, TICK]
+        if step == 1 and _is_due(beside, table[k, COUNTER_BITS], interval, late, table[k, TICK]):
+            state[k, ALIVE], state[k, STAMP], state[k, PLACE], state[k, LAST_STEP] = alive, stamp, place, interval
             state[k, REPEATS], state[k, FRESH] = 0, 0
-            if table[k, REQUEST]:
-                state[:, FRESH] = 1  # what comes next may come at another rate, and after a pause
-            _count(step, lost, k, counts)
-            out[0, n], out[1, n], out[2, n] = k, time, lost
+            clock[CLOCK_PLACE], clock[CLOCK_STAMP] = place, stamp
+            counts[k, FRAMES] += 1
+            out[1, n], out[2, n] = clock[EPOCH] + place * table[k, TICK], 0
         else:
-            state[k, STAMP] = stamp_ns[n]  # so that a counter that stays stuck is never taken for one whole wrap
-            counts[k, REPEATED] += 1
-            state[k, REPEATS] += 1
-            counts[k, STUCK] += state[k, REPEATS] == STUCK_AFTER
+            _settle(np.int64(n), stamp, step, alive, counter, k, table, state, counts, clock, out)
+
+
+@njit(cache=True, error_model="numpy")
+def _select(
+    ident: NDArray[np.uint32],
+    flags: Bytes,
+    length: Bytes,
+    payloads: Bytes,
+    table: Int64,
+    data_ids: NDArray[np.uint16],
+    counts: Int64,
+    out: Int64,
+) -> None:
+    """Write into `out[0]` the message of each frame that is long enough and has its CRC, -1 for the others."""
+    width = len(payloads) // max(len(ident), 1)
+    for n in range(len(ident)):
+        k = _message_of(ident[n], flags[n], table)
+        if k >= 0 and min(length[n], width) < table[k, LENGTH]:
+            counts[k, TOO_SHORT] += 1
+            k = np.int64(-1)
+        if k >= 0 and not is_right_at(payloads, n * width, table[k, LENGTH], table[k, PROFILE], data_ids, k * 16):
+            counts[k, CRC_FAILURES] += 1
+            k = np.int64(-1)
+        out[0, n] = k
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -106,31 +132,44 @@ def _message_of(ident: np.uint32, flag: np.uint8, table: Int64) -> np.int64:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _is_whole(
-    data: Bytes,
-    start: np.int64,
-    length: np.int64,
+def _is_due(beside: np.int64, bits: np.int64, interval: np.int64, late: np.int64, tick: np.int64) -> bool:
+    """Return whether a counter is at the place that follows, or whole wraps beside it, and the stamp says which."""
+    modulus = np.int64(1) << bits
+    return bool(interval > 0 and bits > 0 and beside & (modulus - 1) == 0 and 2 * abs(late) < modulus * tick)
+
+
+@njit(cache=True, error_model="numpy")
+def _settle(
+    n: np.int64,
+    stamp: np.int64,
+    step: np.int64,
+    alive: np.int64,
+    counter: np.int64,
     k: np.int64,
     table: Int64,
-    data_ids: NDArray[np.uint16],
+    state: Int64,
     counts: Int64,
-) -> bool:
-    if length < table[k, LENGTH]:
-        counts[k, TOO_SHORT] += 1
-        return False
-    if not is_right_at(data, start, table[k, LENGTH], table[k, PROFILE], data_ids, k * 16):
-        counts[k, CRC_FAILURES] += 1
-        return False
-    return True
-
-
-@njit(cache=True, error_model="numpy", forceinline=True)
-def _alive_step(data: Bytes, start: np.int64, k: np.int64, table: Int64, state: Int64) -> tuple[np.int64, np.int64]:
-    """Return by how much the alive counter rose, -1 where nothing says it, and the counter."""
-    if not table[k, MODULUS]:
-        return np.int64(-1), _NOTHING
-    alive = counter_at(data, start, table[k, PROFILE])
-    return ((alive - state[k, ALIVE]) & (table[k, MODULUS] - 1) if state[k, SEEN] else np.int64(-1)), alive
+    clock: Int64,
+    out: Int64,
+) -> None:
+    """Accept a frame that is not simply the next one, or refuse it as a repeat."""
+    if table[k, COUNTER_BITS]:
+        accepted, time, lost = _by_counter(stamp, counter, step, k, table, state, clock)
+    else:
+        accepted, time, lost = _by_stamp(stamp, step, k, table, state, counts)
+    state[k, STAMP] = stamp  # of repeats too, so that a counter that stays stuck is never taken for one whole wrap
+    if accepted:
+        state[k, SEEN], state[k, ALIVE], state[k, TIME] = 1, alive, time
+        state[k, REPEATS], state[k, FRESH] = 0, 0
+        if table[k, REQUEST]:
+            state[:, FRESH] = 1  # what comes next may come at another rate, and after a pause
+        _count(step, lost, k, counts)
+        out[1, n], out[2, n] = time, lost
+    else:
+        out[0, n] = -1
+        counts[k, REPEATED] += 1
+        state[k, REPEATS] += 1
+        counts[k, STUCK] += state[k, REPEATS] == STUCK_AFTER
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -151,11 +190,6 @@ def _by_counter(
     if not clock[RUNNING]:
         clock[RUNNING], clock[EPOCH] = 1, stamp - counter * table[k, TICK]
         clock[CLOCK_PLACE], clock[CLOCK_STAMP] = counter, stamp
-    if step == 1 and _is_next(stamp, counter, k, table, state, clock):
-        place = state[k, PLACE] + state[k, KNOWN_INTERVAL]
-        state[k, PLACE], state[k, LAST_STEP] = place, state[k, KNOWN_INTERVAL]
-        clock[CLOCK_PLACE], clock[CLOCK_STAMP] = place, stamp
-        return True, clock[EPOCH] + place * table[k, TICK], _NOTHING
     place = _place(stamp, counter, step, k, table, state, clock)
     moved = place - state[k, PLACE]
     lost = _NOTHING
@@ -170,19 +204,6 @@ def _by_counter(
     state[k, PLACE] = place
     clock[CLOCK_PLACE], clock[CLOCK_STAMP] = place, stamp
     return True, clock[EPOCH] + place * table[k, TICK], lost
-
-
-@njit(cache=True, error_model="numpy", forceinline=True)
-def _is_next(stamp: np.int64, counter: np.int64, k: np.int64, table: Int64, state: Int64, clock: Int64) -> bool:
-    """Return whether a frame is the one that was due: what nearly all are, told without a division."""
-    if state[k, KNOWN_INTERVAL] == 0:
-        return False
-    place = state[k, PLACE] + state[k, KNOWN_INTERVAL]
-    modulus = np.int64(1) << table[k, COUNTER_BITS]
-    if (counter + state[k, SHIFT] - place) & (modulus - 1) != 0:
-        return False
-    late = stamp - clock[CLOCK_STAMP] - (place - clock[CLOCK_PLACE]) * table[k, TICK]
-    return bool(2 * abs(late) < modulus * table[k, TICK])
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
