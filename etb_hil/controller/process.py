@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TextIO
 
 import numpy as np
@@ -136,5 +136,4 @@ def _plausible(inbox: FrameBlock | None, seen_ns: int, now_ns: int) -> FrameBloc
     """Keep stamps inside the time since the last look: the host's epoch clock may be set while the process lives."""
     if inbox is None or not len(inbox):
         return None
-    np.clip(inbox.stamp_ns, seen_ns - PERIOD_NS, now_ns, out=inbox.stamp_ns)
-    return inbox
+    return replace(inbox, stamp_ns=np.clip(inbox.stamp_ns, seen_ns - PERIOD_NS, now_ns))

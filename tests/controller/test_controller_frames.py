@@ -201,7 +201,7 @@ def test_a_stuck_alive_counter_is_refused_until_the_watchdog_takes_the_drive_off
 
 @both
 def test_short_remote_error_own_and_foreign_frames_move_nothing(kind):
-    good = commands(kind, np.arange(5) * 5 * MS + 1)
+    good = commands(kind, np.arange(5) * 5 * MS + 1).rows(np.arange(5))  # a copy that may be written to
     for row, flag in enumerate((FrameFlag.REMOTE, FrameFlag.ERROR, FrameFlag.SENT, FrameFlag.EXTENDED)):
         good.flags[row] |= flag
     good.length[4] -= 1
