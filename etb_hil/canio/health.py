@@ -10,11 +10,10 @@ import numpy as np
 from numba import njit
 
 from etb_hil.canio.bit_timing import frame_bits
+from etb_hil.canio.frames import FrameBlock
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from etb_hil.canio.frames import FrameBlock
 
 WINDOW_NS = 100_000_000  # long enough for every cyclic message, short enough to show a burst
 BINS = 10  # the window slides by a tenth of itself
@@ -59,6 +58,7 @@ class LoadMeter:
         self.bins = np.zeros(_BINS + BINS, np.int64)  # the kernel of the virtual bus writes here too
         self.bins[_FIRST] = self.bins[_CURRENT] = start_ns // BIN_NS + 1  # the bin under way at start is not whole
         self.bins[_FULL] = self.bins[_PEAK] = -1
+        self.note(FrameBlock.empty())  # loads the compiled counting now, not when the first frames wait to be read
 
     def note(self, frames: FrameBlock) -> None:
         """Count frames, in rising order of their stamps; all of them were on the bus, sent or received."""

@@ -35,6 +35,7 @@ def run(args: argparse.Namespace) -> int:
     from etb_hil.base.clock import WallClock
     from etb_hil.base.errors import InputError, Problem
     from etb_hil.base.outcome import ExitCode
+    from etb_hil.base.steady import keep_steady
     from etb_hil.base.stock import find
     from etb_hil.bench.bench_file import load_bench
     from etb_hil.bench.stop_signals import StopSignals
@@ -75,6 +76,7 @@ def run(args: argparse.Namespace) -> int:
         )
         with announced():
             compile_kernels(power_on())
+        keep_steady()
         link = open_link(settings, clock)
         stack.callback(link.close)
         controller = power_on(start_ns=clock.now_ns())
