@@ -20,6 +20,12 @@ CHECKOUT = Path(__file__).resolve().parents[2]
 GUEST = Path(__file__).with_name("vcan_guest.py")
 MODULES = ("net/can/can", "net/can/can-raw", "net/can/can-bcm", "drivers/net/can/dev/can-dev", "drivers/net/can/vcan")
 VCAN_UP = "ip link set lo up && ip link add dev vcan0 type vcan && ip link set vcan0 mtu 72 up"  # 72: CAN FD frames
+# Each system call of the guest goes from one process of the host to another and back. Between two processors that takes
+# three times as long, and with other work in between the guest cannot keep to milliseconds.
+FIRST_ON_ONE_PROCESSOR = """
+{ echo -20 >/proc/self/autogroup; } 2>/dev/null
+exec taskset --cpu-list $1 nice -n -20 "${@:2}"
+"""
 IN_NAMESPACE = ("unshare", "--map-root-user", "--net")
 SYSTEM_PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
 
@@ -84,6 +90,7 @@ def _run_in_guest(
     (folder / "job.json").write_text(json.dumps(job))
     (folder / "returncode").unlink(missing_ok=True)
     boot = [
+        "bash", "-c", FIRST_ON_ONE_PROCESSOR, "bash", str(max(os.sched_getaffinity(0))),
         str(kernel), "mem=1G", "root=/dev/root", "rootfstype=hostfs", "rootflags=/", "ro", "quiet", "con=null",
         "con0=null,fd:1", f"uml_dir={folder}", f"init={sys.executable}", "--", str(GUEST), str(folder),
     ]  # fmt: skip
