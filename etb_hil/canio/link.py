@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
-from pydantic import Field, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 
 from etb_hil.base.quantity import BitRate
 from etb_hil.base.yamlfile import FileModel
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from etb_hil.canio.health import BusHealth
 
 VIRTUAL = "etb_virtual"
+SOCKETCAN = "socketcan"
 
 
 class BusSettings(FileModel):
@@ -34,6 +35,15 @@ class BusSettings(FileModel):
         if not 1e3 <= rate <= 20e6 or rate != round(rate):
             raise ValueError("no bit rate of CAN; allowed: whole bits per second from 1 kbit/s to 20 Mbit/s")
         return rate
+
+    @field_validator("options")
+    @classmethod
+    def _are_read_by_somebody(
+        cls, options: dict[str, str | int | float | bool], info: ValidationInfo
+    ) -> dict[str, str | int | float | bool]:
+        if options and info.data.get("interface") in (VIRTUAL, SOCKETCAN):
+            raise ValueError(f"{info.data['interface']} takes no further options; remove them")
+        return options
 
 
 class Link(Protocol):
@@ -96,7 +106,7 @@ def open_link(settings: BusSettings, clock: Clock) -> Link:
     """
     if settings.interface == VIRTUAL:
         return VirtualLink(virtual_network(settings))
-    if settings.interface == "socketcan":
+    if settings.interface == SOCKETCAN:
         from etb_hil.canio.socketcan_link import SocketCanLink  # noqa: PLC0415 (does not exist on every platform)
 
         return SocketCanLink(settings, clock)

@@ -122,10 +122,6 @@ class SocketCanLink:
 
     def _open(self) -> socket.socket:
         settings = self._settings
-        if settings.options:
-            raise InputError(
-                Problem("socketcan takes no further options", value=settings.options, remedy="remove them")
-            )
         try:
             raw = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
         except OSError as error:

@@ -173,6 +173,12 @@ def test_a_bit_rate_that_no_bus_has_is_refused(rate):
         BusSettings(bitrate=rate)
 
 
+@pytest.mark.parametrize("interface", ["etb_virtual", "socketcan"])
+def test_options_that_nobody_reads_are_refused(interface):
+    with pytest.raises(ValidationError, match="takes no further options"):
+        BusSettings(interface=interface, options={"local_loopback": False})
+
+
 class Broken(can.BusABC):
     """A bus whose adapter is pulled out."""
 

@@ -154,12 +154,6 @@ def test_an_interface_at_another_bit_rate_is_refused():
         opened(bitrate="250 kbit/s")
 
 
-@pytest.mark.usefixtures("kernel")
-def test_options_that_nobody_reads_are_refused():
-    with pytest.raises(InputError, match="takes no further options"):
-        opened(options={"local_loopback": False})
-
-
 @pytest.mark.parametrize(
     ("fault", "remedy"),
     [(errno.ENETDOWN, "bring it up"), (errno.ENODEV, "plug the adapter in"), (errno.EIO, "see: ip")],
