@@ -7,6 +7,7 @@ encoder's increments.
 import math
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from generator import layout as at
 from generator.compiled import compiled
@@ -17,10 +18,14 @@ OUTPUT_RATE = 250.0  # Hz
 _ENDS = 0.3  # s that are dropped at both ends
 _BRISTLE_BAND = 300.0  # Hz: smoothing of the encoder before the bristle sees it
 CHANNELS = ("torque", "torque_at_stops", "voltage", "angle")
+BREAKING_AWAY = "torque_breaking_away"
 
 
 def balances(table, p, rate):
-    """Residuals by channel (N·m, N·m, V, rad), at 250 Hz; the torque is split into off and at the stops."""
+    """Residuals by channel (N·m, N·m, V, rad), at 250 Hz; the torque is split into off and at the stops.
+
+    BREAKING_AWAY repeats the rows of the torque in which the plate leaves a rest: too few to show in the whole.
+    """
     gear = p[at.N]
     angle = table["motor_angle"] / gear
     voltage, current = table["motor_voltage"], table["motor_current"]
@@ -42,6 +47,7 @@ def balances(table, p, rate):
     return {
         "torque": off,
         "torque_at_stops": stops,
+        BREAKING_AWAY: np.where(leaves_rest(velocity, rate)[kept], off, 0.0),
         "voltage": residual_voltage[kept],
         "angle": residual_angle[kept],
     }
@@ -67,8 +73,15 @@ def _kept(rate):
 def near_stops(angle, p, rate):
     """Rows within 10 mrad of a stop or within 40 ms of such a row."""
     near = (angle > p[at.STOP_HIGH] - 0.01) | (angle < p[at.STOP_LOW] + 0.01)
-    width = 2 * round(0.04 * rate) + 1
-    return np.convolve(near, np.ones(width), "same") > 0.5
+    return maximum_filter1d(near, 2 * round(0.04 * rate) + 1)
+
+
+def leaves_rest(velocity, rate):
+    """Rows within 40 ms of the end of a rest of at least 60 ms."""
+    moving = np.abs(velocity) > 0.04
+    rested = ~maximum_filter1d(moving, round(0.06 * rate), origin=round(0.03 * rate) - 1)
+    starts = moving[1:] & rested[:-1]
+    return maximum_filter1d(np.concatenate([[False], starts]), 2 * round(0.04 * rate) + 1)
 
 
 def root_mean_square(values):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from generator import layout as at
-from generator.balances import CHANNELS, balances, low_passed, split_at_stops
+from generator.balances import BREAKING_AWAY, CHANNELS, balances, low_passed, split_at_stops
 from generator.recipes import RECIPES
 from generator.replay import shortfall
 from generator.rig import no_effects
@@ -45,6 +45,17 @@ class Sensitivities:
         off, stops = split_at_stops(torque, self._rows[:, at.LOG_ANGLE], self._rig.parameters, self._rig.rate)
         nothing = np.zeros_like(off)
         return self._whitened({"torque": off, "torque_at_stops": stops, "voltage": voltage, "angle": nothing})
+
+    def visible(self, rest):
+        """Residual over noise of what is left of a column, in the balance or the break-aways that show it most."""
+        channels = rest.reshape(len(CHANNELS), -1)
+        rows = [np.count_nonzero(channel) or 1 for channel in channels]
+        squares = [channel @ channel / count for channel, count in zip(channels, rows, strict=True)]
+        breaking = self._plain[BREAKING_AWAY] != 0.0
+        if breaking.any():
+            scale = self._floors["torque"] / self._floors[BREAKING_AWAY]
+            squares.append(np.mean((channels[0][breaking] * scale) ** 2))
+        return float(np.sqrt(1.0 + max(squares)))
 
     def of_parameters(self):
         """Whitened residual per relative change (per rad for the stops) of each base parameter that the motion shows.

@@ -6,7 +6,6 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from generator import layout as at
-from generator.balances import CHANNELS
 from generator.recipes import RECIPES
 from generator.sensitivity import Sensitivities
 from generator.unit import STATED_TOLERANCE, STOP_TOLERANCE
@@ -73,7 +72,7 @@ def _judge(case, entry, columns, parameters):
         name,
         cosines,
         kept,
-        _visible(case.rig, own, base),
+        columns.visible(_within_tolerances(case.rig, own, base)),
         base.imitators(own) if kept < _ABSORBED else (),
         tuple(rival for rival, cosine in cosines.items() if cosine >= ALIKE),
     )
@@ -138,8 +137,8 @@ def _orders(rig, name, rival, own_row):
     return tuple(sorted(turns * scale for turns in in_turns))
 
 
-def _visible(rig, own, base):
-    """Residual over noise once every base parameter has moved as far as its tolerance lets it."""
+def _within_tolerances(rig, own, base):
+    """What is left of an effect once every base parameter has moved as far as its tolerance lets it."""
     low, high = [], []
     for name in base.names:
         if name in ("stop_low", "stop_high"):
@@ -150,9 +149,7 @@ def _visible(rig, own, base):
             ratio = rig.nominal[name] / rig.unit[name]
             low.append(ratio * (1.0 - STATED_TOLERANCE) - 1.0)
             high.append(ratio * (1.0 + STATED_TOLERANCE) - 1.0)
-    channels = base.least_within(own, np.array(low), np.array(high)).reshape(len(CHANNELS), -1)
-    belongs = [np.count_nonzero(channel) or 1 for channel in channels]
-    return float(max(np.sqrt(1.0 + (c @ c) / n) for c, n in zip(channels, belongs, strict=True)))
+    return base.least_within(own, np.array(low), np.array(high))
 
 
 class _Base:

@@ -3,13 +3,14 @@
 import numpy as np
 
 from generator import layout as at
-from generator.balances import root_mean_square
+from generator.balances import BREAKING_AWAY, root_mean_square
 from generator.recipes import PARAMETER_LIKE, RECIPES
 from generator.rig import no_effects
 
 BANDS = {"weak": (1.2, 2.0), "medium": (2.0, 5.0), "strong": (5.0, 40.0)}
 _STRONG_BEYOND_TOLERANCE = (12.0, 80.0)
 _TRIALS = 12
+_OWN_PLACE = {"end_stop_compliance": "torque_at_stops", "stiction_dwell": BREAKING_AWAY}
 
 
 class OutOfReachError(Exception):
@@ -24,8 +25,9 @@ def band(name, level):
 
 
 def ratios(name, residuals, floors):
-    """Residual over noise-only residual by balance; torque at the stops counts for what sits there alone."""
-    shown = [c for c in floors if floors[c] > 0.0 and (c != "torque_at_stops" or name == "end_stop_compliance")]
+    """Residual over noise-only residual by balance; two parts of the torque count only for what sits there alone."""
+    counted = {"torque", "voltage", "angle", _OWN_PLACE.get(name)}
+    shown = [channel for channel in floors if floors[channel] > 0.0 and channel in counted]
     return {channel: root_mean_square(residuals[channel]) / floors[channel] for channel in shown}
 
 
