@@ -172,7 +172,7 @@ def _settle(
         counts[k, STUCK] += state[k, REPEATS] == STUCK_AFTER
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@njit(cache=True, error_model="numpy")
 def _count(step: np.int64, lost: np.int64, k: np.int64, counts: Int64) -> None:
     counts[k, FRAMES] += 1
     counts[k, JUMPS] += step > 1
@@ -182,7 +182,7 @@ def _count(step: np.int64, lost: np.int64, k: np.int64, counts: Int64) -> None:
         counts[k, LOST] += lost
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@njit(cache=True, error_model="numpy")
 def _by_counter(
     stamp: np.int64, counter: np.int64, step: np.int64, k: np.int64, table: Int64, state: Int64, clock: Int64
 ) -> tuple[bool, np.int64, np.int64]:
