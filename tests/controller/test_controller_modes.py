@@ -101,6 +101,14 @@ def test_velocity_mode_brakes_before_a_stop():
     assert abs(velocity[reached]) < 3.0
 
 
+def test_a_velocity_that_cannot_be_reached_leaves_nothing_to_catch_up_with():
+    trace = _run(lambda t: command(Mode.VELOCITY, 0.0, 30.0 if t < 0.04 else 0.0), 0.3, start=0.1, period_ms=5)
+    angle = trace.angle(0.1)
+    asked_off = int(np.argmax(trace.time >= 0.045))
+    assert np.gradient(angle, trace.time)[asked_off] > 8.0
+    assert angle.max() - angle[asked_off] < 0.1  # braking from there, and no more
+
+
 def test_stalled_at_full_voltage_the_protection_lets_go_after_5_seconds():
     trace = _run(lambda _: command(Mode.VOLTAGE, voltage=12.0), 6.0, start=LIMP_HOME)
     off = trace.switches[-1]

@@ -71,7 +71,7 @@ def test_a_dash_rises_monotonically_beyond_215_omega_s(law, peak, period_ms):
     assert signed[dashing].max() < 18.5
     rising = signed[(time > start + 0.13) & (time < start + 0.16)]
     assert np.diff(rising).min() > -0.1  # the encoder's step is 0.02 rad/s at 1 kHz
-    assert np.abs(angle - reference)[dashing].max() < math.radians(1.0)
+    assert np.abs(angle - reference)[dashing].max() < math.radians(0.5)
     assert np.abs(velocity[time > chain.duration - 0.02]).max() < 0.1
 
 
