@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from numba import njit
 
 from etb_hil.diagnosis.ticks import TICK
@@ -33,30 +34,26 @@ def log(value: float) -> float:
     return guess
 
 
-@njit(cache=True, error_model="numpy", inline="always")
-def level(omega: float, q: Float64, inverse_speed: float) -> float:
-    """Return g(omega) in N·m (seed paper, eq. 2)."""
-    g = q[COULOMB] + q[DROP] * gauss(omega * inverse_speed)
-    least = _LEAST * abs(q[COULOMB]) + 1e-6
-    return max(least, g)
-
-
 @njit(cache=True, error_model="numpy")
 def friction_along(angle: Float64, samples: Float64, q: Float64, out: Float64) -> None:
-    """Fill out (n) with the friction torque in N·m about ticks whose angles (n) in rad were measured.
+    """Fill out (1 + 6, n) with the friction torque in N·m about ticks, and its derivatives by the parameters.
 
-    `samples` (n) is how many samples each tick is the mean of: a box of that many widens a curve by its variance.
+    `angle` (n) rad was measured at the ticks; `samples` (n) is how many samples each tick is the mean of: a box of that
+    many widens a curve by its variance.
 
-    The bristles start relaxed and are carried exactly along the way (seed paper, eq. 2). Each value is the mean under
-    the triangle that reaches to the neighbouring ticks: that is what a second difference of angles answers to. Where
-    the speed changes much within a tick, the motion between is a cubic in steps of a quarter.
+    The bristles start relaxed and are carried exactly along the way (seed paper, eq. 2), their derivatives with them.
+    Each value is the mean under the triangle that reaches to the neighbouring ticks: that is what a second difference
+    of angles answers to. Where the speed changes much within a tick, the motion between is a cubic in steps of a
+    quarter.
     """
     stiffness, damping = exp(q[LOG_STIFFNESS]), exp(q[LOG_DAMPING])
     inverse_speed = exp(-q[LOG_SPEED])
+    least = _LEAST * abs(q[COULOMB]) + 1e-6
     n = len(angle)
     out[:] = 0.0
     bristle, omega = 0.0, 0.0
-    torque = 0.0
+    bristle_by, g_by = np.zeros(FRICTION_PARAMETERS), np.zeros(FRICTION_PARAMETERS)
+    torque, torque_after = np.zeros(1 + FRICTION_PARAMETERS), np.zeros(1 + FRICTION_PARAMETERS)
     for k in range(n - 1):
         way = angle[k + 1] - angle[k]
         ahead = min(k + 2, n - 1)
@@ -80,18 +77,50 @@ def friction_along(angle: Float64, samples: Float64, q: Float64, out: Float64) -
                 )
             moved = after - before
             if moved != 0.0:
-                g = level(moved / (TICK * share), q, inverse_speed)
+                g = _level(moved / (TICK * share), q, inverse_speed, least, g_by)
                 settled = g / stiffness if moved > 0.0 else -g / stiffness
-                bristle = settled + (bristle - settled) * exp_neg(stiffness * abs(moved) / g)
-            rate = omega_after - stiffness * abs(omega_after) * bristle / level(omega_after, q, inverse_speed)
-            torque_after = stiffness * bristle + damping * rate + q[VISCOUS] * omega_after
+                ratio = stiffness * abs(moved) / g
+                kept = exp_neg(ratio)
+                # d kept = -kept d ratio, d ratio = -ratio dg / g; the stiffness divides one and multiplies the other
+                follow = settled / g * (1.0 - kept) + (bristle - settled) * kept * ratio / g
+                for p in range(FRICTION_PARAMETERS):
+                    bristle_by[p] = bristle_by[p] * kept + follow * g_by[p]
+                bristle_by[LOG_STIFFNESS] -= follow * g
+                bristle = settled + (bristle - settled) * kept
+            g = _level(omega_after, q, inverse_speed, least, g_by)
+            drag = stiffness * abs(omega_after) / g
+            rate = omega_after - drag * bristle
+            torque_after[0] = stiffness * bristle + damping * rate + q[VISCOUS] * omega_after
+            for p in range(FRICTION_PARAMETERS):
+                torque_after[1 + p] = (stiffness - damping * drag) * bristle_by[
+                    p
+                ] + damping * drag * bristle / g * g_by[p]
+            torque_after[1 + VISCOUS] += omega_after
+            torque_after[1 + LOG_STIFFNESS] += (stiffness - damping * drag) * bristle
+            torque_after[1 + LOG_DAMPING] += damping * rate
             early, late = 0.5 - (a + b) * 0.5 + 0.5, (a + b) * 0.5
             lean = share / 6.0
             # integral of the triangle's falling and rising side times a torque that is linear over the step
-            mean = 0.5 * (torque + torque_after)
-            tilt = 0.5 * (torque_after - torque)
-            out[k] += share * (early * mean - lean * tilt)
-            out[k + 1] += share * (late * mean + lean * tilt)
-            torque, before = torque_after, after
+            for p in range(1 + FRICTION_PARAMETERS):
+                mean = 0.5 * (torque[p] + torque_after[p])
+                tilt = 0.5 * (torque_after[p] - torque[p])
+                out[p, k] += share * (early * mean - lean * tilt)
+                out[p, k + 1] += share * (late * mean + lean * tilt)
+                torque[p] = torque_after[p]
+            before = after
         omega = omega_next
-    bend(out, 1.0 / 24.0, -1.0 / 24.0, samples)
+    for p in range(1 + FRICTION_PARAMETERS):
+        bend(out[p], 1.0 / 24.0, -1.0 / 24.0, samples)
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _level(omega: float, q: Float64, inverse_speed: float, least: float, by: Float64) -> float:
+    """Return g(omega) in N·m (seed paper, eq. 2) and fill in its derivatives by T_c, drop and log omega_s."""
+    u = omega * inverse_speed
+    bell = gauss(u)
+    g = q[COULOMB] + q[DROP] * bell
+    if g < least:
+        by[COULOMB], by[DROP], by[LOG_SPEED] = 0.0, 0.0, 0.0
+        return least
+    by[COULOMB], by[DROP], by[LOG_SPEED] = 1.0, bell, 2.0 * u * u * bell * q[DROP]
+    return g

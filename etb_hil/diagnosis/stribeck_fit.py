@@ -37,7 +37,6 @@ from etb_hil.recording.samples import Float64, Int64
 _STARTS = (1.0, 0.5, 2.0)  # times the model's omega_s: the cost has more than one valley
 _ITERATIONS = 40
 _CONVERGED = 1e-5  # in standard errors
-_NUDGE = 1e-4
 _LEAST_NOISE = 2e-4  # N·m
 _OVERLAP = 3.0  # windows a stride apart share this many times their noise
 
@@ -140,37 +139,26 @@ def _start(evidence: Evidence, prior: Prior, factor: float) -> Float64:
     return q
 
 
-def _predict(ticks: Ticks, windows: Windows, evidence: Evidence, q: Float64) -> tuple[Float64, Float64]:
-    """Return the motor torque (m) that the parameters call for, and the torque (m) on the shaft that it must balance.
+def _linearise(ticks: Ticks, windows: Windows, evidence: Evidence, q: Float64) -> tuple[Float64, Float64]:
+    """Return residuals (m) of the motor torque that the parameters call for, and their Jacobian (m, 14).
 
     The measured current is what carries the noise, so it stands alone: were it multiplied by a fitted constant, a
     smaller constant would shrink the noise and pass for a better fit.
     """
-    along = np.empty(len(ticks))
+    along = np.empty((1 + FRICTION_PARAMETERS, len(ticks)))
     friction_along(ticks.angle, ticks.samples, q, along)
-    friction = window_means(along, WINDOW, windows)
+    friction = window_means(along[0], WINDOW, windows)
     shaft = friction + evidence.load + times(evidence.errors, q[INERTIA:OFFSET])
-    sensed = evidence.per_ampere * q[OFFSET] - q[LAG] * evidence.motor_rate
-    return shaft / (1.0 + q[CONSTANT]) + sensed, shaft
-
-
-def _linearise(ticks: Ticks, windows: Windows, evidence: Evidence, q: Float64) -> tuple[Float64, Float64]:
-    """Return residuals (m) and the Jacobian (m, 14) of what the parameters predict."""
     scale = 1.0 / (1.0 + q[CONSTANT])
-    predicted, shaft = _predict(ticks, windows, evidence, q)
     jacobian = np.empty((len(windows), PARAMETERS))
+    for index in range(FRICTION_PARAMETERS):
+        jacobian[:, index] = window_means(along[1 + index], WINDOW, windows) * scale
     jacobian[:, CONSTANT] = -shaft * scale * scale
     jacobian[:, INERTIA:OFFSET] = evidence.errors * scale
     jacobian[:, OFFSET] = evidence.per_ampere
     jacobian[:, LAG] = -evidence.motor_rate
-    for index in range(FRICTION_PARAMETERS):
-        moved = q.copy()
-        moved[index] = q[index] + _NUDGE
-        ahead, _ = _predict(ticks, windows, evidence, moved)
-        moved[index] = q[index] - _NUDGE
-        behind, _ = _predict(ticks, windows, evidence, moved)
-        jacobian[:, index] = (ahead - behind) / (2.0 * _NUDGE)
-    return evidence.motor - predicted, jacobian
+    sensed = evidence.per_ampere * q[OFFSET] - q[LAG] * evidence.motor_rate
+    return evidence.motor - (shaft * scale + sensed), jacobian
 
 
 @njit(cache=True, error_model="numpy")
