@@ -1,4 +1,9 @@
-"""The seed paper's observer: first-order sliding mode, its equivalent control read through a low-pass filter."""
+"""Sliding-mode observers of the velocity equation: the seed paper's, and two that chatter less.
+
+All three observe eq. (3) of the seed paper from current and velocity, and read friction off what holds the observed
+velocity to the measured one. The velocity is a measured one where it is given, as in the paper; else a robust
+differentiator takes it from the angle.
+"""
 
 from __future__ import annotations
 
@@ -8,18 +13,21 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from etb_hil.observer.angle import LONGEST_GAP_NS
 from etb_hil.observer.differentiator import differentiate
 from etb_hil.observer.estimate import Estimate
+from etb_hil.observer.kalman import LONGEST_GAP_NS
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.plant.physics import INERTIA, TORQUE_PER_AMPERE, spring_torque
 from etb_hil.recording.samples import Float64, Int64
 
 _LATE = 1.5  # times the step before: a sample that comes later than this has lost one before it
-_SETTLING = 5.0  # time constants of the filter until what it says is the present and not its start
+_SETTLING = 15.0  # time constants of the filter: at the start all of the velocity passes for a torque
+_REVERSAL_S = 0.01  # the shortest time in which friction turns round: what the bound of its rate is made of
 
-_ANGLE, _VELOCITY, _OBSERVED, _FIRST, _FILTERED, _AGE, _CURRENT, _STEP, _RUNNING = range(9)
-_STATES = 9
+_EXPLICIT, _IMPLICIT, _SUPER_TWISTING = range(3)
+_LAG, _BOUND, _SWITCHING, _RATE = range(4)
+_ANGLE, _VELOCITY, _OBSERVED, _FIRST, _FILTERED, _AGE, _CURRENT, _STEP, _RUNNING, _INTEGRAL = range(10)
+_STATES = 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,22 +43,22 @@ class SlidingModeSettings:
     cutoff: float = 60.0
 
 
-class SlidingModeObserver:
-    """Seed paper, eq. (4) to (6), with a second-order low-pass filter on M sgn.
+class _VelocityObserver:
+    """What the three have in common: all but the law that drives the observed velocity to the measured one."""
 
-    The velocity is a measured one where it is given, as in the paper; else a robust differentiator takes it from the
-    angle.
-    """
+    _law: int
 
     def __init__(self, throttle: ThrottleParameters, settings: SlidingModeSettings | None = None) -> None:
         chosen = settings or SlidingModeSettings()
         switching = 4.0 * throttle.stiction if chosen.switching_torque is None else chosen.switching_torque
         strongest = throttle.torque_per_ampere * throttle.voltage_limit / throttle.resistance
+        lag = 1.0 / (2.0 * math.pi * chosen.cutoff)
+        rate = 2.0 * throttle.stiction / throttle.inertia / _REVERSAL_S
         self._p = throttle.vector()
-        self._tuning = np.array([switching, 1.0 / (2.0 * math.pi * chosen.cutoff), strongest / throttle.inertia])
+        self._tuning = np.array([lag, strongest / throttle.inertia, switching, rate])
         self._state = np.zeros(_STATES)
         self._last_ns = np.zeros(1, np.int64)
-        self._delay_ns = round(2e9 * float(self._tuning[1]))
+        self._delay_ns = round(2e9 * lag)
 
     def push(
         self, time_ns: Int64, current: Float64, angle: Float64, measured_velocity: Float64 | None = None
@@ -58,21 +66,66 @@ class SlidingModeObserver:
         """Take samples, with the velocity (n) in rad/s where one is measured; see `Observer.push`."""
         velocity, friction = np.empty(len(time_ns)), np.empty(len(time_ns))
         given = np.empty(0) if measured_velocity is None else measured_velocity
-        _observe(time_ns, current, angle, given, self._p, self._tuning, self._state, self._last_ns, velocity, friction)
+        state = (self._p, self._tuning, self._state, self._last_ns)
+        _observe(time_ns, current, angle, given, *state, self._law, velocity, friction)
         return Estimate(time_ns, velocity, friction, np.full(len(time_ns), self._delay_ns))
 
 
-@njit(cache=True, error_model="numpy", inline="always")
-def _slide(i: float, measured: float, dt: float, p: Float64, tuning: Float64, s: Float64) -> None:
-    """Move eq. (4) and the filter on M sgn by one step."""
-    switching, lag = tuning[0], tuning[1]
-    error = s[_OBSERVED] - s[_VELOCITY]
-    equivalent = switching if error > 0.0 else -switching if error < 0.0 else 0.0
+class SlidingModeObserver(_VelocityObserver):
+    """Seed paper, eq. (4) to (6): M sgn through a second-order low-pass filter.
+
+    The friction lags by twice the filter's time constant. Without any noise, M sgn leaves a ripple that falls with the
+    step; noise of the velocity passes into the sign and is weighed by M, whatever its size.
+    """
+
+    _law = _EXPLICIT
+
+
+class ImplicitSlidingModeObserver(_VelocityObserver):
+    """The same with the sign taken at the end of the step (Acary and Brogliato 2010): a projection, no chattering.
+
+    The friction lags by twice the filter's time constant; noise of the velocity passes as J / step, up to M.
+    """
+
+    _law = _IMPLICIT
+
+
+class SuperTwistingObserver(_VelocityObserver):
+    """Super-twisting (Levant 1993): the switching is integrated, so that the friction torque comes out continuous.
+
+    The bound of its rate is a reversal of the model's stiction in 10 ms. Filter and lag are those of the others.
+    """
+
+    _law = _SUPER_TWISTING
+
+
+@njit(cache=True, error_model="numpy")
+def _equivalent_torque(law: int, dt: float, p: Float64, tuning: Float64, s: Float64, known: float) -> float:
+    """Move the observed velocity by one step and return the torque that held it to the measured one."""
+    inertia, switching = p[INERTIA], tuning[_SWITCHING]
+    free = s[_OBSERVED] + dt * known / inertia
+    if law == _EXPLICIT:
+        error = s[_OBSERVED] - s[_VELOCITY]
+        torque = switching if error > 0.0 else -switching if error < 0.0 else 0.0
+        s[_OBSERVED] = free - dt * torque / inertia
+        return torque
+    if law == _IMPLICIT:
+        torque = min(max((free - s[_VELOCITY]) * inertia / dt, -switching), switching)
+        s[_OBSERVED] = free - dt * torque / inertia
+        return torque
+    s[_OBSERVED], s[_INTEGRAL] = differentiate(free, s[_INTEGRAL], s[_VELOCITY], dt, tuning[_RATE])
+    # All that was injected: noise makes the proportional part lean to one side, and the integral makes up for it.
+    return (free - s[_OBSERVED]) * inertia / dt
+
+
+@njit(cache=True, error_model="numpy")
+def _slide(law: int, i: float, measured: float, dt: float, p: Float64, tuning: Float64, s: Float64) -> None:
+    """Move the observer and the filter behind it by one step."""
     known = p[TORQUE_PER_AMPERE] * 0.5 * (i + s[_CURRENT]) - spring_torque(measured, p)
-    s[_OBSERVED] += dt * (known - equivalent) / p[INERTIA]
+    torque = _equivalent_torque(law, dt, p, tuning, s, known)
     # Backward Euler: stable for any step, and no exponential.
-    share = dt / (lag + dt)
-    s[_FIRST] += share * (equivalent - s[_FIRST])
+    share = dt / (tuning[_LAG] + dt)
+    s[_FIRST] += share * (torque - s[_FIRST])
     s[_FILTERED] += share * (s[_FIRST] - s[_FILTERED])
 
 
@@ -86,10 +139,10 @@ def _observe(
     tuning: Float64,
     s: Float64,
     last_ns: Int64,
+    law: int,
     velocity: Float64,
     friction: Float64,
 ) -> None:
-    lag, bound = tuning[1], tuning[2]
     is_given = len(given) > 0
     for k in range(len(time_ns)):
         i, measured = current[k], angle[k]
@@ -99,24 +152,23 @@ def _observe(
         step_ns = time_ns[k] - last_ns[0]
         last_ns[0] = time_ns[k]
         if s[_RUNNING] == 0.0 or step_ns > LONGEST_GAP_NS or step_ns <= 0:
-            start = given[k] if is_given else 0.0
-            s[_ANGLE], s[_VELOCITY], s[_OBSERVED] = measured, start, start
-            s[_FIRST] = s[_FILTERED] = s[_AGE] = s[_STEP] = 0.0
-            s[_CURRENT], s[_RUNNING] = i, 1.0
+            s[:] = 0.0
+            s[_VELOCITY] = s[_OBSERVED] = given[k] if is_given else 0.0
+            s[_ANGLE], s[_CURRENT], s[_RUNNING] = measured, i, 1.0
             continue
         dt = step_ns * 1e-9
         error = s[_OBSERVED] - s[_VELOCITY]
         if is_given:
             s[_VELOCITY] = given[k]
         else:
-            s[_ANGLE], s[_VELOCITY] = differentiate(s[_ANGLE], s[_VELOCITY], measured, dt, bound)
+            s[_ANGLE], s[_VELOCITY] = differentiate(s[_ANGLE], s[_VELOCITY], measured, dt, tuning[_BOUND])
         if dt > _LATE * s[_STEP] and s[_STEP] > 0.0:
             # A sign held over the gap would pass for a torque: the filter waits, and sliding goes on where it was.
             s[_OBSERVED] = s[_VELOCITY] + error
         else:
-            _slide(i, measured, dt, p, tuning, s)
+            _slide(law, i, measured, dt, p, tuning, s)
         s[_AGE] += dt
         s[_CURRENT], s[_STEP] = i, dt
-        if s[_AGE] >= _SETTLING * 2.0 * lag:
+        if s[_AGE] >= _SETTLING * tuning[_LAG]:
             velocity[k] = s[_VELOCITY]
             friction[k] = s[_FILTERED]

@@ -10,12 +10,18 @@ from independent_throttle import FAULTY, Unit, friction_check, sense
 from throttle_as_model import noise, parameters
 
 from etb_hil.observer.angle import AngleObserver
+from etb_hil.observer.bristle import BristleObserver
 from etb_hil.observer.estimate import SensorNoise
-from etb_hil.observer.sliding_mode import SlidingModeObserver
+from etb_hil.observer.second_order import SecondOrderSlidingModeObserver
+from etb_hil.observer.sliding_mode import ImplicitSlidingModeObserver, SlidingModeObserver, SuperTwistingObserver
 
 OBSERVERS = {
     "angle": lambda: AngleObserver(parameters(Unit()), noise()),
+    "bristle": lambda: BristleObserver(parameters(Unit()), noise()),
     "sliding mode": lambda: SlidingModeObserver(parameters(Unit())),
+    "implicit": lambda: ImplicitSlidingModeObserver(parameters(Unit())),
+    "super-twisting": lambda: SuperTwistingObserver(parameters(Unit())),
+    "second order": lambda: SecondOrderSlidingModeObserver(parameters(Unit())),
 }
 
 every_observer = pytest.mark.parametrize("make", OBSERVERS.values(), ids=OBSERVERS)
@@ -112,9 +118,10 @@ def test_stated_delay_is_the_one_that_fits(rate):
     assert error(stated) < 1.1 * min(error(d) for d in range(0, 4_000_000, 250_000))
 
 
-def test_velocity_may_be_measured(healthy):
+@pytest.mark.parametrize("kind", [SlidingModeObserver, ImplicitSlidingModeObserver, SuperTwistingObserver])
+def test_velocity_may_be_measured(healthy, kind):
     truth, sensed = healthy[0], healthy[1][20000]
-    observer = SlidingModeObserver(parameters(Unit()))
+    observer = kind(parameters(Unit()))
     estimate = observer.push(sensed.time_ns, sensed.current, sensed.motor_angle / 18.0, truth.velocity)
     late = round(int(estimate.delay_ns[0]) * 1e-9 * 20000)
     error = estimate.friction[24000:260000] - truth.friction[24000 - late : 260000 - late]

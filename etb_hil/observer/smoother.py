@@ -1,0 +1,74 @@
+"""For recordings: the same observer, and back over what it kept, so that every estimate uses the whole recording."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from etb_hil.observer.bristle import (
+    COUPLING,
+    COVARIANCE,
+    DECAY,
+    ERROR,
+    GAIN,
+    PREDICTED,
+    RECORDED,
+    TIME_STEP,
+    VARIANCE,
+    BristleObserver,
+)
+from etb_hil.observer.estimate import Estimate, Observer
+from etb_hil.plant.parameters import ThrottleParameters
+from etb_hil.recording.samples import Float64, Int64
+
+
+def smooth(
+    observer: BristleObserver, throttle: ThrottleParameters, time_ns: Int64, current: Float64, angle: Float64
+) -> Estimate:
+    """Return velocity and friction torque of a whole recording (n), without delay, from a fresh observer.
+
+    The backward pass is the fixed-interval smoother of Bryson and Frazier (1963): exact for what the forward pass
+    assumed, and it needs no inverse. Samples that the observer gave no estimate for stay NaN.
+    """
+    trace = np.empty((len(time_ns), RECORDED))
+    observer.record(time_ns, current, angle, trace)
+    velocity, friction = np.empty(len(time_ns)), np.empty(len(time_ns))
+    _backward(trace, throttle.inertia, velocity, friction)
+    return Estimate(time_ns, velocity, friction, np.zeros(len(time_ns), np.int64))
+
+
+def forward_backward(
+    forward: Observer, backward: Observer, time_ns: Int64, current: Float64, angle: Float64
+) -> Estimate:
+    """Return the mean of an observer's pass and of its like's over reversed time, both fresh.
+
+    Delays cancel to first order; what they blur stays blurred. NaN where either pass has no estimate.
+    """
+    ahead = forward.push(time_ns, current, angle)
+    turned = (int(time_ns[0]) + int(time_ns[-1]) - time_ns)[::-1] if len(time_ns) else time_ns
+    back = backward.push(np.ascontiguousarray(turned), current[::-1].copy(), angle[::-1].copy())
+    velocity = 0.5 * (ahead.velocity - back.velocity[::-1])
+    friction = 0.5 * (ahead.friction + back.friction[::-1])
+    return Estimate(time_ns, velocity, friction, np.zeros(len(time_ns), np.int64))
+
+
+@njit(cache=True, error_model="numpy")
+def _backward(trace: Float64, inertia: float, velocity: Float64, friction: Float64) -> None:
+    a, b, c = 0.0, 0.0, 0.0  # the adjoint state
+    for k in range(len(velocity) - 1, -1, -1):
+        row = trace[k]
+        velocity[k] = friction[k] = np.nan
+        if math.isnan(row[TIME_STEP]):
+            continue
+        # Over the measurement: (I - K H)' adjoint, less what the measurement says.
+        a -= row[GAIN] * a + row[GAIN + 1] * b + row[GAIN + 2] * c + row[ERROR] / row[VARIANCE]
+        p01, p02 = row[COVARIANCE + 1], row[COVARIANCE + 2]
+        p11, p12, p22 = row[COVARIANCE + 3], row[COVARIANCE + 4], row[COVARIANCE + 5]
+        velocity[k] = row[PREDICTED + 1] - (p01 * a + p11 * b + p12 * c)
+        friction[k] = (row[PREDICTED + 2] - (p02 * a + p12 * b + p22 * c)) * inertia
+        # Over the step before it: F' adjoint.
+        dt = row[TIME_STEP]
+        b, c = dt * a + b, c - 0.5 * dt * dt * a - dt * b
+        b, c = b + row[COUPLING] * c, row[DECAY] * c

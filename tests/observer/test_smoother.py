@@ -1,0 +1,95 @@
+"""Estimates for recordings: no delay, less noise than live, and safe over gaps."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from independent_throttle import Unit, friction_check, sense
+from throttle_as_model import noise, parameters
+
+from etb_hil.observer.angle import AngleObserver
+from etb_hil.observer.bristle import BristleObserver
+from etb_hil.observer.smoother import forward_backward, smooth
+
+THROTTLE = parameters(Unit())
+
+
+@pytest.fixture(scope="module")
+def run():
+    truth, _ = friction_check(Unit())
+    return truth, {r: sense(Unit(), truth, r, np.random.default_rng(3), current_offset=0.0) for r in (1000, 20000)}
+
+
+def _error(friction, truth, rate):
+    inside = slice(int(1.2 * rate), int(13.0 * rate))
+    return float(np.sqrt(np.nanmean((friction - truth.friction[:: 20000 // rate])[inside] ** 2)))
+
+
+@pytest.mark.parametrize("rate", [1000, 20000])
+def test_whole_recording_beats_the_live_estimate(run, rate):
+    truth, sensed = run[0], run[1][rate]
+    data = (sensed.time_ns, sensed.current, sensed.motor_angle / 18.0)
+    live = BristleObserver(THROTTLE, noise()).push(*data)
+    smoothed = smooth(BristleObserver(THROTTLE, noise()), THROTTLE, *data)
+    both = forward_backward(AngleObserver(THROTTLE, noise()), AngleObserver(THROTTLE, noise()), *data)
+    assert _error(smoothed.friction, truth, rate) < _error(live.friction, truth, rate)
+    assert _error(both.friction, truth, rate) < _error(
+        AngleObserver(THROTTLE, noise()).push(*data).friction, truth, rate
+    )
+    assert not np.any(smoothed.delay_ns)
+    assert np.nanmean(smoothed.velocity[3 * rate : 4 * rate]) == pytest.approx(0.4, abs=0.005)
+    assert np.nanmean(both.velocity[3 * rate : 4 * rate]) == pytest.approx(0.4, abs=0.005)
+
+
+def test_gaps_part_a_recording(run):
+    truth, sensed = run[0], run[1][1000]
+    keep = np.ones(len(sensed.time_ns), bool)
+    keep[3000:3200] = keep[9000] = False
+    data = (sensed.time_ns[keep], sensed.current[keep], sensed.motor_angle[keep] / 18.0)
+    smoothed = smooth(BristleObserver(THROTTLE, noise()), THROTTLE, *data)
+    error = smoothed.friction - truth.friction[::20][keep]
+    assert np.count_nonzero(np.isnan(error)) <= 2
+    assert np.nanmax(np.abs(error[2900:3300])) < 0.1 * Unit().stiction
+
+
+def test_smoother_agrees_with_a_textbook_smoother():
+    """Against Rauch, Tung and Striebel's recursion, while sliding, where the model is linear."""
+    rng = np.random.default_rng(0)
+    throttle = replace(THROTTLE, preload_open=0.0, slope_open=0.0, bristle_stiffness=1e6)
+    n, dt = 400, 1e-3
+    time_ns = np.arange(n) * 1_000_000
+    current = rng.standard_normal(n) * 0.05 + THROTTLE.stiction / THROTTLE.torque_per_ampere
+    angle = 0.3 + 0.5 * np.arange(n) * dt + 1e-4 * rng.standard_normal(n)
+    sensor = type(noise())(1e-4, 0.0)
+    smoothed = smooth(BristleObserver(throttle, sensor), throttle, time_ns, current, angle)
+
+    inertia = throttle.inertia
+    transition = np.array([[1.0, dt, -dt * dt / 2.0], [0.0, 1.0, -dt], [0.0, 0.0, 1.0]])
+    drive = np.array([dt * dt / 2.0, dt, 0.0])
+    q = 0.01 * (2.0 * throttle.stiction / inertia) ** 2
+    spread = q * np.array(
+        [
+            [dt**5 / 20.0, dt**4 / 8.0, -(dt**3) / 6.0],
+            [dt**4 / 8.0, dt**3 / 3.0, -dt * dt / 2.0],
+            [-(dt**3) / 6.0, -dt * dt / 2.0, dt],
+        ]
+    )
+    state, cov = np.array([angle[0], 0.0, 0.0]), np.diag([1e-8, 1e4, 1e7])
+    states, covs, expected, before = [state], [cov], [state], [cov]
+    for k in range(1, n):
+        torque = throttle.torque_per_ampere * 0.5 * (current[k] + current[k - 1]) / inertia
+        state, cov = transition @ state + drive * torque, transition @ cov @ transition.T + spread
+        expected.append(state)
+        before.append(cov)
+        gain = cov[:, 0] / (cov[0, 0] + 1e-8)
+        state, cov = state + gain * (angle[k] - state[0]), cov - np.outer(gain, cov[0])
+        states.append(state)
+        covs.append(cov)
+    smooth_state = states[-1]
+    result = np.empty(n)
+    result[-1] = smooth_state[2] * inertia
+    for k in range(n - 2, 0, -1):
+        back = covs[k] @ transition.T @ np.linalg.inv(before[k + 1])
+        smooth_state = states[k] + back @ (smooth_state - expected[k + 1])
+        result[k] = smooth_state[2] * inertia
+    assert smoothed.friction[100:] == pytest.approx(result[100:], abs=2e-4 * THROTTLE.stiction)
