@@ -16,6 +16,7 @@ SAMPLE_S = 50e-6
 SUBSTEPS = 4
 PER_CONTROL = 20  # samples in one period of the 1 kHz controller
 COUNTS_PER_TURN = 16384
+_OFF, _VOLTS, _TORQUE = 0, 1, 2
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ class Truth:
 
 
 @njit
-def _derivative(y, u, bridge, p, out):
+def _derivative(y, u, mode, p, out):
     """Fill out with d/dt of (angle, velocity, bristle, current); return the friction torque."""
     (r, inductance, ke, kt, _, j, po, pc, so, sc, lh, dz, lo, hi, ks, ds, tc, ts, ws, s0, s1, s2, _, ba, bw, b) = p
     a, w, z, i = y
@@ -94,13 +95,16 @@ def _derivative(y, u, bridge, p, out):
     out[0] = w
     out[1] = (kt * i - friction - spring - stop) / j
     out[2] = dz_dt
-    out[3] = (u - r * i - ke * w) / inductance if bridge else -i / 1e-4
+    if mode == _VOLTS:
+        out[3] = (u - r * i - ke * w) / inductance
+    else:  # an open bridge, or a current that is set from outside
+        out[3] = -i / 1e-4 if mode == _OFF else 0.0
     return friction
 
 
 @njit
 def _simulate(p, reference, velocity, mode, limp_angle, out):
-    """Mode of each control period: 0 bridge off, 1 position loop (volts), 2 position loop (torque, no motor)."""
+    """Mode of each control period: bridge off, position loop in volts, position loop in torque without a motor."""
     y = np.array([limp_angle, 0.0, 0.0, 0.0])
     k1, k2, k3, k4 = np.zeros(4), np.zeros(4), np.zeros(4), np.zeros(4)
     h = SAMPLE_S / SUBSTEPS
@@ -115,23 +119,23 @@ def _simulate(p, reference, velocity, mode, limp_angle, out):
         last = seen
         torque = 6.0 * (reference[n] - seen) + 0.12 * (velocity[n] - slope)
         u = 0.0
-        if mode[n] == 1:
+        if mode[n] == _VOLTS:
             direction = 0.0 if velocity[n] == 0.0 else math.copysign(1.0, velocity[n])
             spring = p[6] if seen > p[10] else -p[7]
             torque += spring + 0.8 * p[16] * direction
             u = min(max(r * torque / kt + ke * slope, -limit), limit)
         for _ in range(PER_CONTROL):
-            friction = _derivative(y, u, mode[n] == 1, p, k1)
+            friction = _derivative(y, u, mode[n], p, k1)
             out[0, row], out[1, row], out[2, row] = y[0], y[1], y[3]
-            out[3, row], out[4, row] = u if mode[n] == 1 else ke * y[1], friction
+            out[3, row], out[4, row] = u if mode[n] == _VOLTS else ke * y[1], friction
             row += 1
             for _ in range(SUBSTEPS):
-                if mode[n] == 2:
+                if mode[n] == _TORQUE:
                     y[3] = (6.0 * (reference[n] - y[0]) + 0.12 * (velocity[n] - y[1])) / kt
-                _derivative(y, u, mode[n] == 1, p, k1)
-                _derivative(y + 0.5 * h * k1, u, mode[n] == 1, p, k2)
-                _derivative(y + 0.5 * h * k2, u, mode[n] == 1, p, k3)
-                _derivative(y + h * k3, u, mode[n] == 1, p, k4)
+                _derivative(y, u, mode[n], p, k1)
+                _derivative(y + 0.5 * h * k1, u, mode[n], p, k2)
+                _derivative(y + 0.5 * h * k2, u, mode[n], p, k3)
+                _derivative(y + h * k3, u, mode[n], p, k4)
                 y += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
 
 
@@ -139,7 +143,7 @@ def simulate(unit, reference, velocity, mode):
     """Run a unit through set-points at 1 kHz: `reference` rad, `velocity` rad/s, `mode` 0 off, 1 volts, 2 torque."""
     n = len(reference) * PER_CONTROL
     out = np.empty((5, n))
-    start = unit.limp_home if mode[0] != 2 else reference[0]
+    start = unit.limp_home if mode[0] != _TORQUE else reference[0]
     _simulate(unit.vector(), reference, velocity, mode, start, out)
     angle, speed, current, voltage, friction = out
     return Truth(np.arange(n) * SAMPLE_S, angle, speed, current, voltage, friction)

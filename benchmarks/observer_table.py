@@ -1,9 +1,9 @@
 """Every observer on one reference set-up from the independent generator: error, delay and noise of the friction torque.
 
 Run: python benchmarks/observer_table.py
-Gains come from the sensors' noise and the model's values, never from the truth. Torque, spring and inertia are known; the
-friction that the observers' model states is wrong (T_st by -39 %, sigma_0 by -50 % and by +50 %), and the worse of the
-two is shown.
+Gains come from the sensors' noise and the model's values, never from the truth. Torque, spring and inertia are known;
+the friction that the observers' model states is wrong (T_st by -39 %, sigma_0 by -50 % and by +50 %), and the worse of
+the two is shown.
 """
 
 from __future__ import annotations
@@ -96,9 +96,7 @@ def reference_table():
     stated = [replace(base, stiction=0.171, bristle_stiffness=300.0 * share) for share in (0.5, 1.5)]
     rng_seed = 0
     for sensor_name, (measure, sensor) in SENSORS.items():
-        print(
-            f"\n{sensor_name}: error of the friction torque, % of T_c   (delay ms, noise gain N·m/mrad at 20 kHz and 1 kHz)"
-        )
+        print(f"\n{sensor_name}: error of the friction torque, % of T_c (delay ms, noise gain N·m/mrad)")
         print(f"{'':32}" + "".join(f"{m} {r // 1000:2d} kHz  " for r in (20000, 1000) for m in runs))
         for name in observers(base, sensor):
             cells, notes = [], []
@@ -115,9 +113,7 @@ def reference_table():
 
 
 def default_plant_table():
-    print(
-        "\ndefault plant, friction check, encoder and current sensor of its data sheet; mN·m (and with the bench's model off)"
-    )
+    print("\ndefault plant, friction check, its own sensors: error in mN·m (with the bench's model off)")
     unit = Unit()
     truth, _ = friction_check(unit)
     models = [parameters(unit)] + [parameters(off_by_tolerances(unit, np.random.default_rng(s))) for s in range(3)]
