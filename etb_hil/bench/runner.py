@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 from etb_hil.base.clock import Clock
 from etb_hil.base.errors import BenchFault
+from etb_hil.base.lateness import Lateness
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.bench.analysis import Analysis
 from etb_hil.bench.bench_file import Bench
-from etb_hil.bench.lateness import Lateness
 from etb_hil.bench.record import PhaseTime, RunRecord
 from etb_hil.bench.safe_state import SafeState, bring_to_rest
 from etb_hil.bench.scenario_file import Scenario
@@ -122,7 +122,9 @@ class Runner:
         self._tap.command(set_point)
         self._commanded = set_point
         self._next_ns += self._tick_ns
-        now_ns = self._lateness.wait(self._clock, self._next_ns)
+        self._clock.sleep_until_ns(self._next_ns)
+        now_ns = self._clock.now_ns()
+        self._lateness.note(max(now_ns - self._next_ns, 0))
         if now_ns - self._next_ns > self._tick_ns:  # a stall is not made up for by a burst of old set-points
             self._next_ns = now_ns
         blocks = self._tap.receive()

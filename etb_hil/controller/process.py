@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, TextIO
 
 import numpy as np
 
 from etb_hil.base.clock import Clock
 from etb_hil.base.errors import BenchFault
+from etb_hil.base.lateness import Lateness
 from etb_hil.canio.frames import FrameBlock, FrameFlag
 
 if TYPE_CHECKING:
@@ -18,31 +19,6 @@ if TYPE_CHECKING:
     from etb_hil.controller.virtual_controller import DriveSwitch, VirtualController
 
 PERIOD_NS = 1_000_000
-STALL_NS = 5_000_000  # later than this the host stalled; below it is an ordinary scheduler
-
-
-@dataclass(slots=True)
-class HostLateness:
-    """How late the host woke the controller; sample counts are kept whatever it did."""
-
-    wakes: int = 0
-    sum_ns: int = 0
-    worst_ns: int = 0
-    stalls: int = 0
-
-    def note(self, late_ns: int) -> None:
-        """Count one wake that came `late_ns` after its deadline."""
-        self.wakes += 1
-        self.sum_ns += late_ns
-        self.worst_ns = max(self.worst_ns, late_ns)
-        self.stalls += late_ns > STALL_NS
-
-    def __str__(self) -> str:
-        mean_ms = self.sum_ns * 1e-6 / max(self.wakes, 1)
-        worst_ms = self.worst_ns * 1e-6
-        return (
-            f"{self.wakes} wakes, late by {mean_ms:.3f} ms on average, {worst_ms:.1f} ms at worst, {self.stalls} stalls"
-        )
 
 
 class EventLog:
@@ -85,13 +61,13 @@ def compile_kernels(controller: VirtualController) -> None:
 
 def serve(
     controller: VirtualController, link: Link, clock: Clock, log: EventLog, is_stopped: Callable[[], bool]
-) -> HostLateness:
+) -> Lateness:
     """Be the controller on a bus until told to stop; return how late the host was.
 
     After a stall it lives through what it missed, tick by tick, with the frames that came meanwhile. Where the bus goes
     away, it lives on without frames until its own watchdog has taken the drive off, and then raises the BenchFault.
     """
-    lateness = HostLateness()
+    lateness = Lateness()
     log.write("power_on", controller_time_s=0.0, stamp_ns=controller.start_ns)
     deadline_ns = seen_ns = controller.start_ns
     fault: BenchFault | None = None

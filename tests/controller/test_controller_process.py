@@ -10,12 +10,13 @@ import pytest
 from controller_harness import MS, model
 
 from etb_hil.base.errors import BenchFault
+from etb_hil.base.lateness import Lateness
 from etb_hil.base.modes import Mode
 from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.canio.frames import FrameBlock, concatenate_frames
 from etb_hil.canio.writer import MessageWriter
-from etb_hil.controller.process import EventLog, HostLateness, compile_kernels, serve
+from etb_hil.controller.process import EventLog, compile_kernels, serve
 from etb_hil.controller.state import WATCHDOG_NS
 from etb_hil.controller.virtual_controller import VirtualController
 
@@ -145,7 +146,7 @@ def test_stamps_of_a_clock_that_was_set_are_kept_near_the_present():
 
 
 def test_lateness_is_told_in_words():
-    lateness = HostLateness()
+    lateness = Lateness()
     for late in (100_000, 300_000, 7_000_000):
         lateness.note(late)
     assert str(lateness) == "3 wakes, late by 2.467 ms on average, 7.0 ms at worst, 1 stalls"
