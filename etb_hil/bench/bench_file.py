@@ -13,8 +13,8 @@ from etb_hil.base.stock import find
 from etb_hil.base.yamlfile import Document, FileModel, load
 from etb_hil.bench.phases import Measure
 from etb_hil.bench.supervision import SafetyLimits
+from etb_hil.canio.bus_settings import BusSettings
 from etb_hil.canio.dialect import Dialect
-from etb_hil.canio.link import BusSettings
 from etb_hil.canio.role_map import ProtectionSettings, RoleMap
 
 

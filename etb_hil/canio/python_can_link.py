@@ -16,7 +16,7 @@ from etb_hil.canio.messages import from_messages, to_message
 
 if TYPE_CHECKING:
     from etb_hil.base.clock import Clock
-    from etb_hil.canio.link import BusSettings
+    from etb_hil.canio.bus_settings import BusSettings
 
 _BATCH = 10_000  # frames taken in one call: a flooded bus must not hold the bench up for ever
 _SEND_TIMEOUT_S = 0.1  # a driver that is not rid of a frame by then has no bus any more

@@ -22,7 +22,7 @@ from etb_hil.canio.health import BusHealth, BusState, LoadMeter
 
 if TYPE_CHECKING:
     from etb_hil.base.clock import Clock
-    from etb_hil.canio.link import BusSettings
+    from etb_hil.canio.bus_settings import BusSettings
 
 _BATCH = 10_000  # frames taken in one call: a flooded bus must not hold the bench up for ever
 _BUFFER_BYTES = 8 << 20  # an unread socket of the default size keeps 278 frames
