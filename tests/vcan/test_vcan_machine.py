@@ -26,21 +26,6 @@ def test_two_processes_exchange_classic_and_fd_frames(tmp_path):
     assert done.stdout == "200 frames answered\n"
 
 
-def test_a_link_over_socketcan_keeps_its_promises(tmp_path):
-    checks = [
-        sys.executable,
-        "-m",
-        "pytest",
-        "-q",
-        "--tb=short",
-        "-p",
-        "no:cacheprovider",
-        str(HERE / "socketcan_link_checks.py"),
-    ]
-    done = vcan_machine.run(checks, tmp_path / "job", timeout_s=120)
-    assert done.returncode == 0, done.stdout + done.stderr
-
-
 def test_the_exit_code_and_the_error_text_come_back(tmp_path):
     done = vcan_machine.run(["sh", "-c", "echo wrong >&2; exit 10"], tmp_path / "job", timeout_s=120)
     assert (done.returncode, done.stderr) == (10, "wrong\n")
@@ -48,4 +33,4 @@ def test_the_exit_code_and_the_error_text_come_back(tmp_path):
 
 def test_a_command_that_hangs_is_ended(tmp_path):
     with pytest.raises(subprocess.TimeoutExpired):
-        vcan_machine.run(["sleep", "600"], tmp_path / "job", timeout_s=6)
+        vcan_machine.run(["sleep", "600"], tmp_path / "job", timeout_s=4)

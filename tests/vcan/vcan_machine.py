@@ -16,6 +16,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+import matplotlib as mpl
+
 CHECKOUT = Path(__file__).resolve().parents[2]
 GUEST = Path(__file__).with_name("vcan_guest.py")
 MODULES = ("net/can/can", "net/can/can-raw", "net/can/can-bcm", "drivers/net/can/dev/can-dev", "drivers/net/can/vcan")
@@ -45,7 +47,7 @@ def machine() -> str:
         raise RuntimeError("this kernel has no vcan, and there is no User Mode Linux (Debian package user-mode-linux)")
     with tempfile.TemporaryDirectory() as folder:
         try:
-            _run_in_guest(["true"], Path(folder), {}, timeout_s=60)
+            _run_in_guest(["true"], Path(folder), {"MPLCONFIGDIR": folder}, timeout_s=60)
         except (RuntimeError, subprocess.TimeoutExpired) as error:
             raise RuntimeError(f"this kernel has no vcan, and User Mode Linux does not start here: {error}") from None
     return "uml"
@@ -66,6 +68,8 @@ def run(command: list[str], folder: Path, timeout_s: float) -> subprocess.Comple
         "LANG": "C.UTF-8",
         "PYTHONDONTWRITEBYTECODE": "1",
         "OMP_NUM_THREADS": "1",
+        "MPLCONFIGDIR": mpl.get_cachedir(),  # building a font cache takes half a minute in the guest
+        "VCAN_MACHINE": machine(),
     }
     shell = ["sh", "-c", f'{VCAN_UP} && exec "$@"', "sh", *command]
     if in_guest:
@@ -85,7 +89,7 @@ def _run_in_guest(
         "env": env,
         "cwd": str(CHECKOUT),
         "modules": [str(modules / f"{name}.ko") for name in MODULES],
-        "writable": [str(CHECKOUT / "etb_hil")],  # numba keeps compiled kernels beside the source
+        "writable": [str(CHECKOUT / "etb_hil"), env["MPLCONFIGDIR"]],  # kernels are cached beside their source
     }
     (folder / "job.json").write_text(json.dumps(job))
     (folder / "returncode").unlink(missing_ok=True)

@@ -1,0 +1,69 @@
+"""The friction check over real SocketCAN: bench and controller in two processes, at wall clock."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import vcan_machine
+
+from etb_hil.base.outcome import ExitCode
+from etb_hil.base.stock import find
+from etb_hil.plant.parameters import load_model
+
+PAIR = Path(__file__).with_name("bench_on_vcan.py")
+ATTEMPTS = 3
+STALLED = {ExitCode.BENCH_FAULT, ExitCode.INCONCLUSIVE}  # what a host that stalls may cost; any other code is an answer
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(autouse=True)
+def vcan():
+    try:
+        vcan_machine.machine()
+    except RuntimeError as reason:
+        pytest.skip(str(reason))
+
+
+def run_until_answered(bench, unit, folder):
+    """Run; repeat where the host stalled. Return the exit code, the session and all that was printed."""
+    told = ""
+    for attempt in range(1, ATTEMPTS + 1):
+        place = folder / str(attempt)
+        done = vcan_machine.run([sys.executable, str(PAIR), bench, unit, str(place)], place, timeout_s=300)
+        told += f"attempt {attempt}: exit code {done.returncode}\n{done.stdout}{done.stderr}\n"
+        if done.returncode not in STALLED:
+            (session,) = (place / "sessions").iterdir()
+            return done.returncode, session, told
+    pytest.fail(f"no answer in {ATTEMPTS} attempts\n{told}")
+
+
+@pytest.mark.parametrize("bench", ["vcan_classic", "vcan_fd"])
+@pytest.mark.parametrize(("unit", "expected"), [("default", ExitCode.DONE), ("faulty", ExitCode.UNIT_FAILED)])
+def test_the_verdict_over_socketcan_is_right(tmp_path, bench, unit, expected):
+    code, session, told = run_until_answered(bench, unit, tmp_path)
+    assert code == expected, told
+    results = json.loads((session / "results.json").read_text())
+
+    truth = load_model(find("model", unit)).values
+    found = {number["id"]: number["value"] for number in results["numbers"]}
+    assert found["T_st"] == pytest.approx(truth.stiction, rel=0.05)
+    assert found["T_c"] == pytest.approx(truth.coulomb, rel=0.05)
+
+    bus = results["bus"]
+    assert (bus["error_frames"], bus["dropped"]) == (0, 0)
+    for message in bus["messages"]:
+        assert message["frames"] > 0, message
+        assert not any(message[fault] for fault in ("lost", "crc_failures", "counter_jumps", "repeated_counters")), (
+            message
+        )
+    assert results["bench"]["safe_state"] is True
+
+    again = [sys.executable, "-m", "etb_hil", "replay", str(session)]  # by this machine's own kernel
+    done = subprocess.run(again, capture_output=True, text=True, check=False)
+    assert done.returncode == expected
+    assert "The same results as live, bit for bit." in done.stdout
