@@ -86,10 +86,13 @@ class Decoder:
         )
         message, time_ns, lost = out
         blocks = []
-        for k, reader in enumerate(self._readers):
-            rows = np.flatnonzero(message == k)
-            if len(rows):
+        order, ends = _grouped(message, len(self._readers))
+        first = 0
+        for reader, end in zip(self._readers, ends.tolist(), strict=True):
+            if end > first:
+                rows = order[first:end]
                 blocks.append(reader.read(frames, rows, time_ns[rows], lost[rows]))
+            first = end
         return blocks
 
     @property
@@ -184,6 +187,24 @@ class _Column:
         if self._linear is not None:
             result = result * self._linear[0] + self._linear[1]
         return result if self._count == self._samples else np.repeat(result, self._samples)
+
+
+@njit(cache=True, error_model="numpy")
+def _grouped(message: Int64, count: int) -> tuple[Int64, Int64]:
+    """Return the rows of each message one after another, in their order, and where each message's rows end."""
+    ends = np.zeros(count, np.int64)
+    for k in message:
+        if k >= 0:
+            ends[k] += 1
+    for k in range(1, count):
+        ends[k] += ends[k - 1]
+    order = np.empty(ends[-1] if count else 0, np.int64)
+    place = ends.copy()
+    for row in range(len(message) - 1, -1, -1):
+        if message[row] >= 0:
+            place[message[row]] -= 1
+            order[place[message[row]]] = row
+    return order, ends
 
 
 @njit(cache=True, error_model="numpy")
