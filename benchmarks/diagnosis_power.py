@@ -3,9 +3,9 @@
 Run: python benchmarks/diagnosis_power.py [--units N] [--rate 1000|20000] [--picture FILE]
 Each unit is of a design of its own, drawn from a box of plausible throttles; its friction differs from its design's by
 10 % (one standard deviation) and falls by 0.3 % per K with 10 % scatter of that law; it is tested at a temperature
-anywhere between 0 and 80 degC, three checks a test, with a bench's model that is off by its tolerances. A test's T_st is
-held against the unit's own baseline (an earlier test at another temperature) and against its population (the design),
-both with the law's mean taken off; beside them, the paper's reading: the highest estimate, against a fixed threshold.
+anywhere between 0 and 80 degC, three checks a test, with a bench's model that is off by its tolerances. A test's T_st
+is held against the unit's own baseline (an earlier test at another temperature) and its population (the design), both
+with the law's mean taken off; beside them, the paper's reading: the highest estimate, against a fixed threshold.
 Thresholds are those with 1 % of false alarms by the healthy units' spread, taken as normal in the logarithm.
 """
 
@@ -126,7 +126,8 @@ def report(ratios, coverage, unfitted):
             print(f"passed 2.15 omega_s: {np.mean(good):.1%} (slowest unit {value.min():.2f})")
             continue
         print(
-            f"{name:8} 95 % intervals cover {np.mean(good):.1%}; bias {np.mean(value):+.2%}, rms {np.sqrt(np.mean(value**2)):.2%}"
+            f"{name:8} 95 % intervals cover {np.mean(good):.1%}; "
+            f"bias {np.mean(value):+.2%}, rms {np.sqrt(np.mean(value**2)):.2%}"
         )
     print(f"{'':12}{'threshold':>10}{'false alarms':>14}{'+25 % found':>13}{'+60 % found':>13}")
     for kind in ("baseline", "population", "paper"):

@@ -58,6 +58,8 @@ def _observe(
     wander, jitter, angle_variance = tuning[0], tuning[1], tuning[2]
     torque_per_ampere, inertia = p[TORQUE_PER_AMPERE], p[INERTIA]
     per_inertia = 1.0 / inertia
+    # What every sample needs stays out of memory: as elements of `s`, they would be stored and loaded sample by sample.
+    theta, omega, drag, before = s[THETA], s[OMEGA], s[FRICTION], s[CURRENT]
     for k in range(len(time_ns)):
         i, measured = current[k], angle[k]
         velocity[k] = friction[k] = np.nan
@@ -68,6 +70,7 @@ def _observe(
         whole[_LAST_NS] = time_ns[k]
         if s[RUNNING] == 0.0 or step_ns > _LONGEST_GAP_NS or step_ns <= 0:
             kalman.restart(s, measured, i, angle_variance)
+            theta, omega, drag, before = s[THETA], s[OMEGA], s[FRICTION], s[CURRENT]
             continue
         dt = step_ns * 1e-9
         if s[STEADY] == 0.0 or dt != s[STEP]:
@@ -75,15 +78,15 @@ def _observe(
                 whole[_DELAY_NS] = kalman.settle(s, dt, wander, jitter, angle_variance)
             kalman.carry(s, dt, wander, jitter)
             kalman.narrow(s, dt, wander, angle_variance)
-        middle = s[THETA] + 0.5 * dt * s[OMEGA]
-        known = (torque_per_ampere * 0.5 * (i + s[CURRENT]) - spring_torque(middle, p)) * per_inertia
-        acceleration = known - s[FRICTION]
-        predicted = s[THETA] + dt * (s[OMEGA] + 0.5 * dt * acceleration)
+        known = torque_per_ampere * 0.5 * (i + before) - spring_torque(theta + 0.5 * dt * omega, p)
+        acceleration = known * per_inertia - drag
+        predicted = theta + dt * (omega + 0.5 * dt * acceleration)
         error = measured - predicted
-        s[THETA] = predicted + s[L0] * error
-        s[OMEGA] += dt * acceleration + s[L1] * error
-        s[FRICTION] += s[L2] * error
-        s[CURRENT] = i
+        theta = predicted + s[L0] * error
+        omega += dt * acceleration + s[L1] * error
+        drag += s[L2] * error
+        before = i
         if kalman.is_settled(s):
-            velocity[k] = s[OMEGA]
-            friction[k] = s[FRICTION] * inertia
+            velocity[k] = omega
+            friction[k] = drag * inertia
+    s[THETA], s[OMEGA], s[FRICTION], s[CURRENT] = theta, omega, drag, before

@@ -116,14 +116,15 @@ def _begin(s: Float64, i: float, measured: float, angle_variance: float, p: Floa
 
 @njit(cache=True, error_model="numpy")
 def _step(
-    s: Float64, whole: Int64, dt: float, i: float, measured: float, p: Float64, tuning: Float64, row: Float64
+    s: Float64, whole: Int64, dt: float, i: float, measured: float, p: Float64, tuning: Float64, trace: Float64, k: int
 ) -> None:
-    """Move by one sample; `row` (RECORDED, or empty) keeps what a smoother needs."""
+    """Move by one sample, number k; `trace` (n, RECORDED), unless empty, keeps what a smoother needs."""
+    keeps = len(trace) > 0
     jitter, angle_variance = tuning[0], tuning[1]
     wander = _turn(s, dt, p)
     if kalman.needs_settling(s, dt):
         whole[_DELAY_NS] = kalman.settle(s, dt, wander, jitter, angle_variance)
-    moves = len(row) > 0 or s[STEADY] == 0.0 or dt != s[STEP] or wander != s[WANDER]
+    moves = keeps or s[STEADY] == 0.0 or dt != s[STEP] or wander != s[WANDER]
     if moves:
         kalman.carry(s, dt, wander, jitter)
     middle = s[THETA] + 0.5 * dt * s[OMEGA]
@@ -132,14 +133,16 @@ def _step(
     predicted = s[THETA] + dt * (s[OMEGA] + 0.5 * dt * acceleration)
     omega = s[OMEGA] + dt * acceleration
     error = measured - predicted
-    if len(row) > 0:
+    if keeps:
+        row = trace[k]
         row[TIME_STEP], row[PREDICTED], row[PREDICTED + 1], row[PREDICTED + 2] = dt, predicted, omega, s[FRICTION]
-        row[COVARIANCE : COVARIANCE + 6] = s[P00 : P22 + 1]
+        for j in range(6):
+            row[COVARIANCE + j] = s[P00 + j]
         row[ERROR], row[VARIANCE], row[DECAY], row[COUPLING] = error, s[P00] + angle_variance, s[_DECAY], s[_COUPLING]
     if moves:
         kalman.narrow(s, dt, wander, angle_variance)
-    if len(row) > 0:
-        row[GAIN], row[GAIN + 1], row[GAIN + 2] = s[L0], s[L1], s[L2]
+    if keeps:
+        trace[k, GAIN], trace[k, GAIN + 1], trace[k, GAIN + 2] = s[L0], s[L1], s[L2]
     s[THETA], s[OMEGA] = predicted + s[L0] * error, omega + s[L1] * error
     s[FRICTION] += s[L2] * error
     s[CURRENT] = i
@@ -159,10 +162,8 @@ def _observe(
     delay_ns: Int64,
     trace: Float64,
 ) -> None:
-    nothing = np.empty(0)
+    trace[:] = np.nan
     for k in range(len(time_ns)):
-        row = trace[k] if len(trace) else nothing
-        row[:] = np.nan
         velocity[k] = friction[k] = np.nan
         delay_ns[k] = whole[_DELAY_NS]
         if math.isnan(current[k]) or math.isnan(angle[k]):
@@ -172,7 +173,7 @@ def _observe(
         if s[RUNNING] == 0.0 or step_ns > _LONGEST_GAP_NS or step_ns <= 0:
             _begin(s, current[k], angle[k], tuning[1], p)
             continue
-        _step(s, whole, step_ns * 1e-9, current[k], angle[k], p, tuning, row)
+        _step(s, whole, step_ns * 1e-9, current[k], angle[k], p, tuning, trace, k)
         if kalman.is_settled(s):
             s[_SETTLED] = 1.0
         if s[_SETTLED] == 1.0:

@@ -99,34 +99,29 @@ class SuperTwistingObserver(_VelocityObserver):
     _law = _SUPER_TWISTING
 
 
-@njit(cache=True, error_model="numpy")
-def _equivalent_torque(law: int, dt: float, p: Float64, tuning: Float64, s: Float64, known: float) -> float:
-    """Move the observed velocity by one step and return the torque that held it to the measured one."""
-    inertia, switching = p[INERTIA], tuning[_SWITCHING]
-    free = s[_OBSERVED] + dt * known / inertia
-    if law == _EXPLICIT:
-        error = s[_OBSERVED] - s[_VELOCITY]
-        torque = switching if error > 0.0 else -switching if error < 0.0 else 0.0
-        s[_OBSERVED] = free - dt * torque / inertia
-        return torque
+@njit(cache=True, error_model="numpy", inline="always")
+def _hold(
+    law: int,
+    observed: float,
+    integral: float,
+    velocity: float,
+    known: float,
+    dt: float,
+    inertia: float,
+    tuning: Float64,
+) -> tuple[float, float, float]:
+    """Move the observed velocity by one step; return it, the integral, and the torque that held it where it was."""
+    switching = tuning[_SWITCHING]
+    free = observed + dt * known / inertia
+    if law == _SUPER_TWISTING:
+        held, integral = differentiate(free, integral, velocity, dt, tuning[_RATE])
+        # All that was injected: noise makes the proportional part lean to one side, and the integral makes up for it.
+        return held, integral, (free - held) * inertia / dt
     if law == _IMPLICIT:
-        torque = min(max((free - s[_VELOCITY]) * inertia / dt, -switching), switching)
-        s[_OBSERVED] = free - dt * torque / inertia
-        return torque
-    s[_OBSERVED], s[_INTEGRAL] = differentiate(free, s[_INTEGRAL], s[_VELOCITY], dt, tuning[_RATE])
-    # All that was injected: noise makes the proportional part lean to one side, and the integral makes up for it.
-    return (free - s[_OBSERVED]) * inertia / dt
-
-
-@njit(cache=True, error_model="numpy")
-def _slide(law: int, i: float, measured: float, dt: float, p: Float64, tuning: Float64, s: Float64) -> None:
-    """Move the observer and the filter behind it by one step."""
-    known = p[TORQUE_PER_AMPERE] * 0.5 * (i + s[_CURRENT]) - spring_torque(measured, p)
-    torque = _equivalent_torque(law, dt, p, tuning, s, known)
-    # Backward Euler: stable for any step, and no exponential.
-    share = dt / (tuning[_LAG] + dt)
-    s[_FIRST] += share * (torque - s[_FIRST])
-    s[_FILTERED] += share * (s[_FIRST] - s[_FILTERED])
+        torque = min(max((free - velocity) * inertia / dt, -switching), switching)
+    else:
+        torque = switching if observed > velocity else -switching if observed < velocity else 0.0
+    return free - dt * torque / inertia, integral, torque
 
 
 @njit(cache=True, error_model="numpy")
@@ -144,6 +139,11 @@ def _observe(
     friction: Float64,
 ) -> None:
     is_given = len(given) > 0
+    lag, bound, torque_per_ampere, inertia = tuning[_LAG], tuning[_BOUND], p[TORQUE_PER_AMPERE], p[INERTIA]
+    settled = _SETTLING * lag
+    # What every sample needs stays out of memory: as elements of `s`, they would be stored and loaded sample by sample.
+    theta, omega, observed, integral = s[_ANGLE], s[_VELOCITY], s[_OBSERVED], s[_INTEGRAL]
+    first, filtered, age, before, step = s[_FIRST], s[_FILTERED], s[_AGE], s[_CURRENT], s[_STEP]
     for k in range(len(time_ns)):
         i, measured = current[k], angle[k]
         velocity[k] = friction[k] = np.nan
@@ -152,23 +152,30 @@ def _observe(
         step_ns = time_ns[k] - last_ns[0]
         last_ns[0] = time_ns[k]
         if s[_RUNNING] == 0.0 or step_ns > LONGEST_GAP_NS or step_ns <= 0:
-            s[:] = 0.0
-            s[_VELOCITY] = s[_OBSERVED] = given[k] if is_given else 0.0
-            s[_ANGLE], s[_CURRENT], s[_RUNNING] = measured, i, 1.0
+            observed = omega = given[k] if is_given else 0.0
+            integral = first = filtered = age = step = 0.0
+            theta, before, s[_RUNNING] = measured, i, 1.0
             continue
         dt = step_ns * 1e-9
-        error = s[_OBSERVED] - s[_VELOCITY]
+        error = observed - omega
         if is_given:
-            s[_VELOCITY] = given[k]
+            omega = given[k]
         else:
-            s[_ANGLE], s[_VELOCITY] = differentiate(s[_ANGLE], s[_VELOCITY], measured, dt, tuning[_BOUND])
-        if dt > _LATE * s[_STEP] and s[_STEP] > 0.0:
+            theta, omega = differentiate(theta, omega, measured, dt, bound)
+        if dt > _LATE * step and step > 0.0:
             # A sign held over the gap would pass for a torque: the filter waits, and sliding goes on where it was.
-            s[_OBSERVED] = s[_VELOCITY] + error
+            observed = omega + error
         else:
-            _slide(law, i, measured, dt, p, tuning, s)
-        s[_AGE] += dt
-        s[_CURRENT], s[_STEP] = i, dt
-        if s[_AGE] >= _SETTLING * tuning[_LAG]:
-            velocity[k] = s[_VELOCITY]
-            friction[k] = s[_FILTERED]
+            known = torque_per_ampere * 0.5 * (i + before) - spring_torque(measured, p)
+            observed, integral, torque = _hold(law, observed, integral, omega, known, dt, inertia, tuning)
+            # Backward Euler: stable for any step, and no exponential.
+            share = dt / (lag + dt)
+            first += share * (torque - first)
+            filtered += share * (first - filtered)
+        age += dt
+        before, step = i, dt
+        if age >= settled:
+            velocity[k] = omega
+            friction[k] = filtered
+    s[_ANGLE], s[_VELOCITY], s[_OBSERVED], s[_INTEGRAL] = theta, omega, observed, integral
+    s[_FIRST], s[_FILTERED], s[_AGE], s[_CURRENT], s[_STEP] = first, filtered, age, before, step
