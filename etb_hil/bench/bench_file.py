@@ -11,7 +11,7 @@ from pydantic import Field
 from etb_hil.base.quantity import Frequency, Ratio
 from etb_hil.base.stock import find
 from etb_hil.base.yamlfile import Document, FileModel, load
-from etb_hil.bench.phases import Measure
+from etb_hil.bench.phase import Measure
 from etb_hil.bench.supervision import SafetyLimits
 from etb_hil.canio.bus_settings import BusSettings
 from etb_hil.canio.dialect import Dialect

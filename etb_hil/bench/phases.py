@@ -4,52 +4,27 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
-from etb_hil.base.quantity import Angle, AngularVelocity, Duration, Frequency
-from etb_hil.base.yamlfile import FileModel
-from etb_hil.bench.trajectory import Chain, Held, Released, Sinusoid, Steps, Trajectory, dash, move
+from etb_hil.base.quantity import Angle
+from etb_hil.bench.excitations import BreakAwayPhase, MultisinePhase, ReversalsPhase, SinusoidPhase, WarmUpPhase
+from etb_hil.bench.phase import (
+    Between,
+    PhaseModel,
+    PositiveAngle,
+    PositiveSpeed,
+    PositiveTime,
+    Repeat,
+    Speeds,
+)
+from etb_hil.bench.trajectory import Chain, Held, Released, Steps, Trajectory, dash, move
+from etb_hil.bench.waiting import PromptPhase, WaitPhase
 from etb_hil.plant.parameters import ThrottleParameters
 
 PRESS_S = 0.3  # how long homing presses on a stop
 
 
-def _positive(value: float) -> float:
-    if value <= 0.0:
-        raise ValueError("a value above zero is expected")
-    return value
-
-
-def _rising(pair: tuple[float, float]) -> tuple[float, float]:
-    if pair[0] >= pair[1]:
-        raise ValueError("the first angle must lie below the second")
-    return pair
-
-
-PositiveSpeed = Annotated[AngularVelocity, AfterValidator(_positive)]
-PositiveAngle = Annotated[Angle, AfterValidator(_positive)]
-PositiveTime = Annotated[Duration, AfterValidator(_positive)]
-PositiveFrequency = Annotated[Frequency, AfterValidator(_positive)]
-Between = Annotated[tuple[Angle, Angle], AfterValidator(_rising)]
-
-
-class Measure(FileModel):
-    """What the controller is asked to send while a phase runs."""
-
-    signals: Annotated[tuple[Literal["current", "encoder"], ...], Field(min_length=1)] = ("current", "encoder")
-    rate: PositiveFrequency = 1000.0
-    burst: bool = False
-
-
-class _Phase(FileModel):
-    angles: ClassVar[tuple[str, ...]] = ()  # keys whose values the plate is sent to
-    speeds: ClassVar[tuple[str, ...]] = ()  # keys whose values are velocities of the plate
-
-    id: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,39}$", description="name of the phase, once a scenario")]
-    measure: Annotated[Measure | None, Field(description="in place of the bench's usual request")] = None
-
-
-class OffPhase(_Phase):
+class OffPhase(PhaseModel):
     """The bridge is off."""
 
     kind: Literal["off"]
@@ -60,7 +35,7 @@ class OffPhase(_Phase):
         return Released(self.duration)
 
 
-class CurrentZeroPhase(_Phase):
+class CurrentZeroPhase(PhaseModel):
     """The bridge is off while the current sensor's zero is measured."""
 
     kind: Literal["current_zero"]
@@ -71,7 +46,7 @@ class CurrentZeroPhase(_Phase):
         return Released(self.duration)
 
 
-class HomePhase(_Phase):
+class HomePhase(PhaseModel):
     """Presses on both stops, then lets the plate return to limp-home with the bridge off."""
 
     speeds: ClassVar = ("speed",)
@@ -94,26 +69,26 @@ class HomePhase(_Phase):
         )
 
 
-class RampPhase(_Phase):
-    """Goes up and down between two angles at one speed."""
+class RampPhase(PhaseModel):
+    """Goes up and down between two angles, at one speed or at several, one after another."""
 
     angles: ClassVar = ("between",)
     speeds: ClassVar = ("speed", "approach")
 
     kind: Literal["ramp"]
     between: Between
-    speed: PositiveSpeed
-    repeat: Annotated[int, Field(ge=1, le=1000)] = 1
+    speed: Speeds
+    repeat: Annotated[Repeat, Field(description="how often at each speed")] = 1
     approach: PositiveSpeed = 1.5
 
     def trajectory(self, start: float, throttle: ThrottleParameters) -> Trajectory:  # noqa: ARG002 (one signature for all)
         """Return the phase's set-points."""
         low, high = self.between
-        ramps = [move(low, high, self.speed), move(high, low, self.speed)] * self.repeat
+        ramps = [leg for speed in self.speed for leg in [move(low, high, speed), move(high, low, speed)] * self.repeat]
         return Chain(move(start, low, self.approach), *ramps)
 
 
-class DashPhase(_Phase):
+class DashPhase(PhaseModel):
     """Monotone velocity dashes, opening from the lower angle and closing from the upper one."""
 
     angles: ClassVar = ("between",)
@@ -126,7 +101,7 @@ class DashPhase(_Phase):
     rise: PositiveTime
     fall: PositiveTime
     settle: Annotated[PositiveTime, Field(description="rest after each dash")]
-    repeat: Annotated[int, Field(ge=1, le=1000)] = 1
+    repeat: Repeat = 1
     approach: PositiveSpeed = 1.5
 
     def trajectory(self, start: float, throttle: ThrottleParameters) -> Trajectory:  # noqa: ARG002 (one signature for all)
@@ -141,26 +116,7 @@ class DashPhase(_Phase):
         return Chain(*parts)
 
 
-class SinusoidPhase(_Phase):
-    """A sinusoidal position reference about a centre."""
-
-    angles: ClassVar = ("centre",)
-    speeds: ClassVar = ("approach",)
-
-    kind: Literal["sinusoid"]
-    centre: Angle
-    amplitude: PositiveAngle
-    angular_frequency: Annotated[PositiveSpeed, Field(description="of the sine, in rad/s")]
-    duration: PositiveTime
-    approach: PositiveSpeed = 1.5
-
-    def trajectory(self, start: float, throttle: ThrottleParameters) -> Trajectory:  # noqa: ARG002 (one signature for all)
-        """Return the phase's set-points."""
-        sine = Sinusoid(self.centre, self.amplitude, self.angular_frequency, self.duration)
-        return Chain(move(start, self.centre, self.approach), Held(self.centre, 0.1), sine)
-
-
-class StepPhase(_Phase):
+class StepPhase(PhaseModel):
     """Positions that follow each other at once."""
 
     angles: ClassVar = ("positions",)
@@ -176,7 +132,7 @@ class StepPhase(_Phase):
         return Chain(move(start, self.positions[0], self.approach), Steps(self.positions, self.hold))
 
 
-class HoldPhase(_Phase):
+class HoldPhase(PhaseModel):
     """Holds one position."""
 
     angles: ClassVar = ("position",)
@@ -193,6 +149,19 @@ class HoldPhase(_Phase):
 
 
 Phase = Annotated[
-    OffPhase | CurrentZeroPhase | HomePhase | RampPhase | DashPhase | SinusoidPhase | StepPhase | HoldPhase,
+    OffPhase
+    | CurrentZeroPhase
+    | HomePhase
+    | RampPhase
+    | DashPhase
+    | SinusoidPhase
+    | MultisinePhase
+    | StepPhase
+    | HoldPhase
+    | BreakAwayPhase
+    | ReversalsPhase
+    | WarmUpPhase
+    | WaitPhase
+    | PromptPhase,
     Field(discriminator="kind"),
 ]

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.quantity import format_quantity
-from etb_hil.bench.phases import Measure, Phase
+from etb_hil.bench.phase import Measure
+from etb_hil.bench.phases import Phase
 from etb_hil.canio.budget import bus_budget
 
 if TYPE_CHECKING:
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from etb_hil.bench.bench_file import Bench
     from etb_hil.bench.scenario_file import Scenario
     from etb_hil.bench.supervision import SafetyLimits
+    from etb_hil.bench.trajectory import Trajectory
     from etb_hil.canio.budget import BusBudget
     from etb_hil.canio.dialect import Dialect
     from etb_hil.plant.values import ThrottleParameters
@@ -32,22 +34,27 @@ def check_scenario(
     problems: list[Problem] = []
     total = 0.0
     start = throttle.limp_home
-    for index, phase in enumerate(scenario.content.phases):
-        where = _Where(scenario, index)
-        found = [*_outside(phase, bench.limits, where)]
+    looked_at: set[tuple[object, ...]] = set()  # a repeated phase has the same problems each time
+    for step in scenario.content.steps:
+        phase, where = step.phase, _Where(scenario, step.key)
         trajectory = phase.trajectory(start, throttle)
         total += trajectory.duration
-        if not found and trajectory.duration <= bench.limits.duration:
-            found = [*_strays(phase, start, throttle, bench.limits, where)]
+        if (*step.key, start) not in looked_at:
+            looked_at.add((*step.key, start))
+            found = [*_outside(phase, bench.limits, where), *_unknown_roles(phase, dialect, where)]
+            if not found and trajectory.duration <= bench.limits.duration:
+                found = [*_strays(trajectory, bench.limits, where)]
+            problems += [problem for problem in found if problem not in problems]
         last = trajectory.at(trajectory.duration)
         start = last.position if last.enable else throttle.limp_home
-        problems += found
     if total > bench.limits.duration:
         allowed = f"up to {bench.limits.duration:g} s (the bench's limit)"
         problems.append(
             Problem("the scenario takes too long", scenario.place("phases"), f"{total:.1f} s", allowed, "shorten it")
         )
     problems += _missing_roles(bench, dialect)
+    if scenario.content.supply is not None and not dialect.has("supply_voltage"):
+        problems.append(_no_such_signal("supply_voltage", scenario.place("supply")))
     if problems:
         raise InputError(*problems)
     return [bus_budget_of(bench, measure, dialect) for measure in _requests(bench, scenario.content)]
@@ -66,38 +73,50 @@ def bus_budget_of(bench: Bench, measure: Measure, dialect: Dialect) -> BusBudget
 
 
 class _Where:
-    def __init__(self, scenario: Document[Scenario], index: int) -> None:
-        self._scenario, self._index = scenario, index
+    def __init__(self, scenario: Document[Scenario], step: tuple[str | int, ...]) -> None:
+        self._scenario, self._step = scenario, step
 
     def __call__(self, *key: str | int) -> Place:
-        return self._scenario.place("phases", self._index, *key)
+        return self._scenario.place(*self._step, *key)
 
 
 def _outside(phase: Phase, limits: SafetyLimits, where: _Where) -> Iterator[Problem]:
     """Find values of a phase that lie outside the bench's limits by themselves."""
     low, high = limits.angle
     angles = f"{format_quantity(low, 'angle', 4)} to {format_quantity(high, 'angle', 4)} (the bench's limit)"
-    for key in phase.angles:
-        value = getattr(phase, key)
-        for position, angle in enumerate(value) if isinstance(value, tuple) else [(None, value)]:
-            if not low <= angle <= high:
-                place = where(key) if position is None else where(key, position)
-                shown = format_quantity(angle, "angle")
-                yield Problem("the angle is outside the bench's limits", place, shown, angles, "choose one inside")
-    for key in phase.speeds:
-        if getattr(phase, key) > limits.velocity:
-            shown = format_quantity(getattr(phase, key), "angular velocity")
+    for place, angle in _values(phase, phase.angles, where):
+        if not low <= angle <= high:
+            shown = format_quantity(angle, "angle")
+            yield Problem("the angle is outside the bench's limits", place, shown, angles, "choose one inside")
+    for place, speed in _values(phase, phase.speeds, where):
+        if speed > limits.velocity:
+            shown = format_quantity(speed, "angular velocity")
             allowed = f"up to {format_quantity(limits.velocity, 'angular velocity')} (the bench's limit)"
-            yield Problem(
-                "the velocity is outside the bench's limits", where(key), shown, allowed, "choose a lower one"
-            )
+            yield Problem("the velocity is outside the bench's limits", place, shown, allowed, "choose a lower one")
 
 
-def _strays(
-    phase: Phase, start: float, throttle: ThrottleParameters, limits: SafetyLimits, where: _Where
-) -> Iterator[Problem]:
+def _values(phase: Phase, keys: tuple[str, ...], where: _Where) -> Iterator[tuple[Place, float]]:
+    """Yield the values of some keys, lists value by value, each with its place."""
+    for key in keys:
+        value = getattr(phase, key)
+        if isinstance(value, tuple):
+            yield from ((where(key, index), each) for index, each in enumerate(value))
+        elif value is not None:
+            yield where(key), value
+
+
+def _unknown_roles(phase: Phase, dialect: Dialect, where: _Where) -> Iterator[Problem]:
+    """Find conditions on signals that this bench does not have."""
+    if phase.until is not None and not dialect.has(phase.until.role):
+        yield _no_such_signal(phase.until.role, where("until", "role"))
+
+
+def _no_such_signal(role: str, place: Place) -> Problem:
+    return Problem("this bench has no signal for the role", place, role, remedy="map the role in the bench file")
+
+
+def _strays(trajectory: Trajectory, limits: SafetyLimits, where: _Where) -> Iterator[Problem]:
     """Find set-points on the way that leave the limits, although each value of the phase is inside."""
-    trajectory = phase.trajectory(start, throttle)
     points = [trajectory.at(i * SAMPLE_S) for i in range(int(trajectory.duration / SAMPLE_S) + 1)]
     driven = [point for point in points if point.enable]
     low, high = limits.angle
@@ -133,5 +152,5 @@ def _missing_roles(bench: Bench, dialect: Dialect) -> Iterator[Problem]:
 
 
 def _requests(bench: Bench, scenario: Scenario) -> list[Measure]:
-    asked = [bench.measure, *(phase.measure for phase in scenario.phases if phase.measure is not None)]
+    asked = [bench.measure, *(step.phase.measure for step in scenario.steps if step.phase.measure is not None)]
     return list({request.model_dump_json(): request for request in asked}.values())

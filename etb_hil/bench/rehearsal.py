@@ -55,11 +55,11 @@ def rehearse(scenario: Document[Scenario], bench: Bench, model: Model, limits: L
     record = _dry_run(scenario.content, bench, model, limits)
     if record.outcome is BenchOutcome.OK:
         return
-    index = max(len(record.phases) - 1, 0)
+    step = scenario.content.steps[max(len(record.phases) - 1, 0)]
     raise InputError(
         Problem(
             f"a dry run on the bench's model stops in this phase: {record.reason}",
-            scenario.place("phases", index),
+            scenario.place(*step.key),
             remedy="make the phase gentler, or mend the model or the bench's limits",
         )
     )

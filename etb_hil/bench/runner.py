@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import TYPE_CHECKING
 
 from etb_hil.base.clock import Clock
 from etb_hil.base.errors import BenchFault
@@ -13,15 +12,12 @@ from etb_hil.bench.analysis import Analysis
 from etb_hil.bench.bench_file import Bench
 from etb_hil.bench.record import PhaseTime, RunRecord
 from etb_hil.bench.safe_state import SafeState, bring_to_rest
-from etb_hil.bench.scenario_file import Scenario
+from etb_hil.bench.scenario_file import Scenario, Step
 from etb_hil.bench.snapshot import Snapshot, Watcher, nobody
 from etb_hil.bench.stop_signals import StopSignals
 from etb_hil.bench.supervision import Supervisor, Trip
 from etb_hil.bench.tap import Tap
 from etb_hil.bench.trajectory import OFF, SetPoint, Trajectory
-
-if TYPE_CHECKING:
-    from etb_hil.bench.phases import Phase
 
 ANSWER_S = 1.0  # how long the controller may take to send its first samples
 WATCH_S = 0.125  # how often a watcher is told
@@ -47,7 +43,9 @@ class Runner:
         self._watcher = watcher
         self._tick_ns = round(1e9 / bench.command_rate)
         self._throttle = analysis.model.values
-        self._total_s = sum(p.trajectory(self._throttle.limp_home, self._throttle).duration for p in scenario.phases)
+        self._total_s = sum(
+            step.phase.trajectory(self._throttle.limp_home, self._throttle).duration for step in scenario.steps
+        )
         self._watch_due_ns = 0
         self._next_ns = clock.now_ns()
         self._record = RunRecord(start_ns=self._next_ns)
@@ -63,8 +61,8 @@ class Runner:
         with StopSignals() as self._signals:
             try:
                 self._wake_controller()
-                for phase in self._scenario.phases:
-                    self._run_phase(phase)
+                for step in self._scenario.steps:
+                    self._run_phase(step)
             except _Stopped as stop:
                 record.outcome, record.reason_id, record.reason = stop.outcome, stop.reason_id, stop.reason
             except BenchFault as fault:
@@ -91,19 +89,19 @@ class Runner:
                     "check that it is powered, on this bus and at this bit rate",
                 )
 
-    def _run_phase(self, phase: Phase) -> None:
-        self._phase_id = phase.id
-        start_ns = self._analysis.begin_phase(self._clock.now_ns(), phase.id, phase.kind)
-        self._tap.events.add(start_ns, "phase", id=phase.id, kind=phase.kind)
-        self._record.phases.append(PhaseTime(phase.id, phase.kind, start_ns))
+    def _run_phase(self, step: Step) -> None:
+        phase, self._phase_id = step.phase, step.id
+        start_ns = self._analysis.begin_phase(self._clock.now_ns(), step.id, phase.kind)
+        self._tap.events.add(start_ns, "phase", id=step.id, kind=phase.kind)
+        self._record.phases.append(PhaseTime(step.id, phase.kind, start_ns))
         if phase.measure is not None:
             self._tap.request(phase.measure)
         self._follow(phase.trajectory(self._start_angle(), self._throttle))
         if phase.measure is not None:
             self._tap.request(self._bench.measure)
         end_ns = self._clock.now_ns()
-        self._tap.events.add(end_ns, "phase_end", id=phase.id)
-        self._record.phases[-1] = PhaseTime(phase.id, phase.kind, start_ns, end_ns)
+        self._tap.events.add(end_ns, "phase_end", id=step.id)
+        self._record.phases[-1] = PhaseTime(step.id, phase.kind, start_ns, end_ns)
 
     def _start_angle(self) -> float:
         """Return where the next motion starts: where the plate was sent, or where it is when it was let go."""

@@ -7,7 +7,7 @@ from typing import Protocol
 
 from etb_hil.base.clock import Clock
 from etb_hil.bench.analysis import Analysis
-from etb_hil.bench.phases import Measure
+from etb_hil.bench.phase import Measure
 from etb_hil.bench.trajectory import SetPoint
 from etb_hil.canio.commands import CommandEncoder
 from etb_hil.canio.frames import FrameBlock

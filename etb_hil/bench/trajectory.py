@@ -145,28 +145,6 @@ def dash(start: float, peak: float, against: float, rise: float, fall: float) ->
 
 
 @dataclass(frozen=True, slots=True)
-class Sinusoid:
-    """A sine about a centre whose amplitude grows in over its first period."""
-
-    centre: float
-    amplitude: float
-    angular_frequency: float
-    duration: float
-
-    def at(self, t: float) -> SetPoint:
-        """Return position and velocity t seconds after the start."""
-        phase = self.angular_frequency * t
-        if phase < 2.0 * math.pi:
-            grown = 0.5 * (1.0 - math.cos(0.5 * phase))
-            growing = 0.25 * self.angular_frequency * math.sin(0.5 * phase)
-        else:
-            grown, growing = 1.0, 0.0
-        position = self.centre + self.amplitude * grown * math.sin(phase)
-        velocity = self.amplitude * (growing * math.sin(phase) + grown * self.angular_frequency * math.cos(phase))
-        return SetPoint(Mode.POSITION, position, velocity)
-
-
-@dataclass(frozen=True, slots=True)
 class Steps:
     """Positions that follow each other at once, each held for the same time."""
 

@@ -22,10 +22,12 @@ def run(options: argparse.Namespace) -> int:
         job = prepare(job_files(options))
         rehearse(job.scenario, job.setup.bench, job.model, job.limits)
     bench, throttle = job.setup.bench, job.model.values
-    print(f"scenario  {job.scenario.content.name}: {len(job.scenario.content.phases)} phases")
-    for phase in job.scenario.content.phases:
-        seconds = phase.trajectory(throttle.limp_home, throttle).duration
-        print(f"          {phase.id} ({phase.kind}), {seconds:.1f} s")
+    steps = job.scenario.content.steps
+    print(f"scenario  {job.scenario.content.name}: {len(steps)} phases")
+    for step in steps:
+        seconds = step.phase.trajectory(throttle.limp_home, throttle).duration
+        until = "" if step.phase.until is None else f" at most, until {step.phase.until}"
+        print(f"          {step.id} ({step.phase.kind}), {seconds:.1f} s{until}")
     print(f"bench     {bench.name}: {bench.bus.interface} {bench.bus.channel}")
     for budget in job.budgets:
         print(f"bus       {budget}")

@@ -26,7 +26,7 @@ from etb_hil.recording.samples import Float64, Int64, SampleBlock
 ObserverFactory = Callable[[ThrottleParameters, SensorNoise], Observer]
 
 # Phases whose motion is judged, and those where a plate at rest may exceed a limit too.
-MOVING = frozenset({"ramp", "dash", "sinusoid", "step"})
+MOVING = frozenset({"ramp", "dash", "sinusoid", "step", "multisine", "break_away", "reversals"})
 WATCHED = MOVING | {"hold"}
 ZERO = "current_zero"
 

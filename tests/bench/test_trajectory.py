@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from etb_hil.base.modes import Mode
-from etb_hil.bench.trajectory import OFF, Chain, Held, Released, Sinusoid, Steps, dash, move
+from etb_hil.bench.sines import Sinusoid
+from etb_hil.bench.trajectory import OFF, Chain, Held, Released, Steps, dash, move
 
 angles = st.floats(0.0, 1.5)
 
