@@ -87,7 +87,11 @@ def _known_role(name: str) -> str:
 RoleMap = dict[
     Annotated[str, BeforeValidator(_known_role)],
     Annotated[
-        tuple[RoleSignal, ...], BeforeValidator(lambda value: value if isinstance(value, list | tuple) else [value])
+        tuple[RoleSignal, ...],
+        BeforeValidator(
+            lambda value: value if isinstance(value, list | tuple) else [value],
+            json_schema_input_type=str | RoleSignal | list[str | RoleSignal],
+        ),
     ],
 ]
 ProtectionSettings = dict[str, MessageProtection]

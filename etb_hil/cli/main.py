@@ -14,6 +14,7 @@ COMMANDS = {
     "replay": "judge a recorded session or log again, with the same code",
     "controller": "be the virtual throttle controller on a bus",
     "check": "check bench, scenario, model and limits without moving anything",
+    "schema": "print the JSON schemas of the files that people write",
 }
 
 DESCRIPTION = "Hardware-in-the-loop bench for electronic throttle bodies over CAN."
