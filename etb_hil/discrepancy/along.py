@@ -1,0 +1,81 @@
+"""The model's torque and voltage along a measured motion, compiled: only bristles and slow states are integrated."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from etb_hil.plant.effects import ports, teeth
+from etb_hil.plant.physics import (
+    BACK_EMF,
+    BRISTLE_DAMPING,
+    BRISTLE_STIFFNESS,
+    RESISTANCE,
+    TORQUE_PER_AMPERE,
+    Vector,
+)
+
+_SETTLE = 0.02  # s in which the smoothing of the record's start would move the bristles
+
+
+@njit(cache=True, error_model="numpy")
+def along(
+    angle: Vector,
+    velocity: Vector,
+    acceleration: Vector,
+    current: Vector,
+    is_open: NDArray[np.bool_],
+    temperature: Vector,
+    dt: float,
+    plate_inertia: float,
+    p: Vector,
+    torque: Vector,
+    voltage: Vector,
+    plate: Vector,
+) -> None:
+    """Fill driving less passive torque (N·m), the voltage but for L di/dt and K_e G_r omega (V), and the plate (rad).
+
+    All columns are (n) at the throttle shaft, `p` is the extended vector. The torque lacks the inertia's share. The
+    bristles follow the way covered exactly (seed paper, eq. 2, solved over the way).
+    """
+    slow = ports.slow_start(temperature[0])
+    loose = ports.is_loose(p)
+    bristle = 0.0
+    friction = 0.0
+    settle = int(_SETTLE / dt)
+    sigma_0, sigma_1 = p[BRISTLE_STIFFNESS], p[BRISTLE_DAMPING]
+    where = angle[0]
+    for k in range(angle.size):
+        theta, omega, i = angle[k], velocity[k], current[k]
+        way = theta - angle[k - 1] if k > settle else 0.0
+        # What the balance itself says of the voltage: losses that scale the measured one would scale its noise away.
+        command = 0.0 if is_open[k] else p[RESISTANCE] * i + p[BACK_EMF] * omega
+        ports.pass_time(slow, omega, way, i, command, temperature[k], dt, p)
+        swing = plate_inertia * acceleration[k]
+        where = teeth.on_plate(theta, where, omega, swing, p) if loose else theta
+        elastic = ports.elastic_torque(where, omega, p)
+        g = ports.friction_level(theta, omega, elastic + swing, temperature[k], slow[ports.AGE], friction, p)
+        before = bristle
+        if way != 0.0:
+            end = math.copysign(g / sigma_0, way)
+            bristle = end + (bristle - end) * math.exp(-sigma_0 * abs(way) / g)
+        friction = sigma_0 * bristle
+        drag = ports.motor_drag(theta, omega, slow[ports.MEMORY], p)
+        passive = (
+            friction
+            + sigma_1 * (bristle - before) / dt
+            + ports.viscosity(omega, temperature[k], p) * omega
+            + elastic
+            + drag
+        )
+        drive = p[TORQUE_PER_AMPERE] * (1.0 + ports.torque_share(theta, slow[ports.MAGNET], p)) * i
+        torque[k] = drive - passive
+        voltage[k] = (
+            p[RESISTANCE] * (1.0 + ports.resistance_share(temperature[k], slow[ports.RISE], p)) * i
+            + ports.voltage_loss(i, command, slow[ports.DRAWN], is_open[k], p)
+            + p[BACK_EMF] * ports.back_emf_share(theta, slow[ports.MAGNET], p) * omega
+        )
+        plate[k] = where

@@ -1,0 +1,209 @@
+"""Torque, voltage and angle balance of a measurement under given parameters: what is left is not in the model.
+
+Nothing raw is differentiated: every signal passes one filter in the frequency domain and is divided there by the noise
+that the data sheet promises, so that a true model leaves about 1 in every balance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy.along import along
+from etb_hil.discrepancy.measurement import Measurement
+from etb_hil.discrepancy.regimes import Regimes
+from etb_hil.discrepancy.spectrum import Spectrum
+from etb_hil.plant.effects import (
+    angle_sensor_eccentricity,
+    current_sensor_gain,
+    current_sensor_offset,
+    measurement_delay,
+    sensor_hysteresis,
+)
+from etb_hil.plant.effects.layout import WIDTH, row
+from etb_hil.plant.parameters import Model
+from etb_hil.plant.physics import (
+    BACK_EMF,
+    INDUCTANCE,
+    INERTIA,
+    RESISTANCE,
+    TORQUE_PER_AMPERE,
+    Vector,
+)
+
+Float64 = NDArray[np.float64]
+Complex128 = NDArray[np.complex128]
+
+CHANNELS = ("torque", "voltage", "angle")
+# Low frequencies would else weigh more than bristles, seen through an encoder, can be trusted.
+_TORQUE_FLOOR = 3.0  # times the current's noise
+# Unknown but small: clock skew of current, voltage and plate sensor, and the plate sensor's zero.
+NUISANCES = ("current_skew", "voltage_skew", "plate_skew", "plate_zero")
+_OPEN_FOR = 0.02  # s
+_SENSORS = (row("current_sensor_gain"), row("measurement_delay") + WIDTH)
+
+
+@dataclass(frozen=True, slots=True)
+class _Truth:
+    """Measured signals as they were before the sensors."""
+
+    current: Float64
+    current_spectrum: Complex128
+    angle_spectrum: Complex128
+    angle: Float64
+    velocity: Float64
+    acceleration: Float64
+
+
+class Balances:
+    """Whitened residuals of one measurement as a function of the extended parameter vector and of the nuisances."""
+
+    def __init__(self, measured: Measurement, model: Model) -> None:
+        self.measured = measured
+        self.gear = model.values.gear_ratio
+        self.plate_inertia = _plate_inertia(model)
+        self.spectrum = spectrum = Spectrum(len(measured), measured.rate)
+        self._voltage = spectrum.of(measured.held_voltage)
+        self._plate = None if measured.plate is None else spectrum.of(measured.plate)
+        self._is_open = _open_bridge(measured, model)
+        self._known: dict[bytes, _Truth] = {}
+        self._torque = np.empty(len(measured))
+        self._drop = np.empty(len(measured))
+        self._place = np.empty(len(measured))
+        base = model.values.vector()
+        self._whiten = _whitening(measured, model, spectrum)
+        truth = self._truth(_no_sensors(base))
+        self.regimes = Regimes.of(measured, model, spectrum, truth.angle, truth.velocity)
+        self.has = (True, measured.current is not None, measured.plate is not None)
+        self.rows = len(self.regimes.label)
+        self.weights = self.regimes.start_weights(self.has)
+
+    def residual(self, p: Vector, nuisance: Float64) -> Float64:
+        """Return all balances (3 m) over their noise, weighted; zero where a balance cannot be judged."""
+        return np.concatenate(self.channels(p, nuisance)) * self.weights
+
+    def channels(self, p: Vector, nuisance: Float64) -> list[Float64]:
+        """Return torque, voltage and angle balance (m each) over their noise."""
+        m, spectrum = self.measured, self.spectrum
+        truth = self._truth(p)
+        s = spectrum.s
+        current = truth.current
+        current_spectrum = truth.current_spectrum
+        if m.current is None:
+            current, current_spectrum = self._current_from_voltage(truth, p)
+        along(
+            truth.angle, truth.velocity, truth.acceleration, current, self._is_open, m.temperature, m.dt,
+            self.plate_inertia, p, self._torque, self._drop, self._place,
+        )  # fmt: skip
+        skew_i, skew_u, skew_plate, zero = nuisance
+        torque = spectrum.of(self._torque) - p[INERTIA] * s * s * truth.angle_spectrum
+        torque += skew_i * p[TORQUE_PER_AMPERE] * s * current_spectrum
+        # In units of the measured current: a gain that shrinks all torques would shrink the noise with them.
+        torque *= 1.0 + p[row("current_sensor_gain")]
+        found = [spectrum.back(torque * self._whiten[0])]
+        if m.current is None:
+            found.append(np.zeros(self.rows))
+        else:
+            voltage = self._voltage * (1.0 + skew_u * s) - spectrum.of(self._drop)
+            voltage -= p[INDUCTANCE] * s * current_spectrum + p[BACK_EMF] * s * truth.angle_spectrum
+            voltage -= skew_i * (p[RESISTANCE] + p[INDUCTANCE] * s) * s * current_spectrum
+            found.append(spectrum.back(voltage * self._whiten[1]))
+        if self._plate is None:
+            found.append(np.zeros(self.rows))
+        else:
+            place = sensor_hysteresis.measured_plate(self._place, p)
+            angle = self._plate * (1.0 + skew_plate * s) - spectrum.of(place)
+            angle[0] -= zero * spectrum.padded
+            found.append(spectrum.back(angle * self._whiten[2]))
+        return found
+
+    def judged_groups(self) -> NDArray[np.int64]:
+        """Return the group (3 m) of each row, -1 where it cannot be judged."""
+        there = np.repeat(np.array(self.has), self.rows)
+        return np.where(there, self.regimes.groups(), -1)
+
+    def whitening(self, channel: int) -> Float64:
+        """Return one over the noise of a balance, by frequency inside the band."""
+        return self._whiten[channel]
+
+    def motion(self, p: Vector) -> tuple[Float64, Float64]:
+        """Return angle and velocity (n) at the throttle shaft, lightly smoothed, as the sensors' effects have them."""
+        truth = self._truth(p)
+        return truth.angle, truth.velocity
+
+    def _current_from_voltage(self, truth: _Truth, p: Vector) -> tuple[Float64, Complex128]:
+        s = self.spectrum.s
+        inside = (self._voltage - p[BACK_EMF] * s * truth.angle_spectrum) / (p[RESISTANCE] + p[INDUCTANCE] * s)
+        whole = np.zeros(self.spectrum.padded // 2 + 1, np.complex128)
+        whole[: self.spectrum.bins] = inside
+        return self.spectrum.signal(whole), inside
+
+    def _truth(self, p: Vector) -> _Truth:
+        key = p[_SENSORS[0] : _SENSORS[1]].tobytes()
+        known = self._known.get(key)
+        if known is None:
+            if len(self._known) > 3:
+                self._known.pop(next(iter(self._known)))
+            self._known[key] = known = self._before_sensors(p)
+        return known
+
+    def _before_sensors(self, p: Vector) -> _Truth:
+        m, spectrum = self.measured, self.spectrum
+        angle = angle_sensor_eccentricity.true_angle(m.angle * self.gear, p) / self.gear
+        whole = spectrum.all_of(angle)
+        smooth, velocity, acceleration = spectrum.motion(whole)
+        if m.current is None:
+            return _Truth(np.zeros(0), np.zeros(0, complex), whole[: spectrum.bins], smooth, velocity, acceleration)
+        current = current_sensor_offset.true_current(m.current, m.temperature, p)
+        current = current_sensor_gain.true_current(current, p)
+        current_spectrum = spectrum.all_of(current)
+        late = measurement_delay.lateness(spectrum.all_s, p)
+        if late is not None:
+            # Beyond the band the inverse of a lag would only raise noise.
+            late[spectrum.bins :] = 1.0
+            current_spectrum = current_spectrum / late
+            current = spectrum.signal(current_spectrum)
+        return _Truth(
+            current, current_spectrum[: spectrum.bins], whole[: spectrum.bins], smooth, velocity, acceleration
+        )
+
+
+def _open_bridge(measured: Measurement, model: Model) -> NDArray[np.bool_]:
+    """Return where (n) no current has flown for some time: with the bridge off its losses are none."""
+    if measured.current is None:
+        return np.zeros(len(measured), np.bool_)
+    width = max(3, round(_OPEN_FOR * measured.rate))
+    rms = np.sqrt(np.convolve(measured.current**2, np.full(width, 1.0 / width), "same"))
+    return rms < 2.0 * np.hypot(model.sensors.current_noise, model.sensors.current_step)
+
+
+def _no_sensors(base: Vector) -> Vector:
+    return np.concatenate([base, np.zeros(_SENSORS[1] - len(base))])
+
+
+def _plate_inertia(model: Model) -> float:
+    return model.parameters["throttle_inertia"].value
+
+
+def _whitening(measured: Measurement, model: Model, spectrum: Spectrum) -> list[Float64]:
+    """Return one over the noise in each balance, by frequency; the band then holds a variance of one."""
+    v, sensors = model.values, model.sensors
+    s = spectrum.s
+    step = 1.0 / np.sqrt(12.0)
+    voltage_noise = np.hypot(sensors.voltage_noise, sensors.voltage_step * step) / np.sqrt(2.0)
+    winding = np.abs(v.resistance + v.inductance * s)
+    if measured.current is None:
+        current_noise = voltage_noise / winding
+    else:
+        current_noise = np.full(len(s), np.hypot(sensors.current_noise, sensors.current_step * step))
+    motion = np.abs(v.inertia * s * s + (v.bristle_damping + v.viscous) * s + v.bristle_stiffness)
+    floor = _TORQUE_FLOOR * v.torque_per_ampere * current_noise
+    torque = np.sqrt(floor**2 + (v.torque_per_ampere * current_noise) ** 2 + (motion * measured.angle_noise) ** 2)
+    voltage = np.sqrt(
+        voltage_noise**2 + (winding * current_noise) ** 2 + (np.abs(v.back_emf * s) * measured.angle_noise) ** 2
+    )
+    plate = np.hypot(sensors.plate_noise, sensors.plate_range / 2**sensors.plate_bits * step)
+    share = np.sqrt(np.sum(spectrum.low**2) / (0.5 * spectrum.padded))
+    return [1.0 / (share * noise) for noise in (torque, voltage, np.full(len(s), plate))]

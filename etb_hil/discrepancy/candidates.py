@@ -1,0 +1,77 @@
+"""Suspects: effects of the catalogue about a shape, and base parameters outside their tolerance."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from etb_hil.discrepancy.balances import Balances
+from etb_hil.discrepancy.unknowns import Unknown, effect_unknowns
+from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.effects.effect import Effect
+
+# In a model file K_t, J and the like are the motor's: that is what a technician would correct.
+MODEL_FILE_NAME = {"torque_per_ampere": "torque_constant", "inertia": "motor_inertia"}
+_NEEDS_TEMPERATURE = ("friction_temperature", "magnet_temperature")
+_NEEDS_CURRENT = (
+    "current_sensor_gain", "current_sensor_offset", "measurement_delay", "resistance_temperature", "brush_drop",
+    "hbridge_dead_time", "supply_sag",
+)  # fmt: skip
+_NEEDS_PLATE = ("sensor_hysteresis",)
+# Too small in any balance to be a cause.
+_TOO_SMALL = ("stop_damping", "bristle_damping", "dead_zone")
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A suspect at one shape: its `unknowns` are fitted beside the base; `frees`: a base parameter let out of its box."""
+
+    id: str
+    effect: Effect | None
+    shape: tuple[float, ...]
+    unknowns: tuple[Unknown, ...]
+    frees: str = ""
+    steps: tuple[float, ...] = ()
+
+    @property
+    def strengths(self) -> tuple[Unknown, ...]:
+        """The unknowns that a search moves."""
+        if self.effect is None:
+            return ()
+        return tuple(self.unknowns[k] for k in self.effect.searched)
+
+
+def suspects(
+    balances: Sequence[Balances], base: Sequence[Unknown], without: Iterable[str] = ()
+) -> dict[str, list[Candidate]]:
+    """Return all that these data can show, by id; `without`: ids that are left out."""
+    out = set(without)
+    has_current = all(b.has[1] for b in balances)
+    has_plate = all(b.has[2] for b in balances)
+    has_temperature = any(b.measured.has_temperature for b in balances)
+    if not has_temperature:
+        out.update(_NEEDS_TEMPERATURE)
+    if not has_current:
+        out.update(_NEEDS_CURRENT)
+    if not has_plate:
+        out.update(_NEEDS_PLATE)
+    found = {id_: _shapes(effect) for id_, effect in CATALOGUE.items() if id_ not in out}
+    for unknown in base:
+        id_ = f"parameter:{MODEL_FILE_NAME.get(unknown.name, unknown.name)}"
+        if id_ not in out and unknown.name not in _TOO_SMALL:
+            found[id_] = [Candidate(id_, None, (), (), unknown.name)]
+    return found
+
+
+def _shapes(effect: Effect) -> list[Candidate]:
+    grids = [(0.0,) if p.is_strength else p.starts for p in effect.parameters]
+    single = len(effect.searched) == 1
+    steps = effect.parameters[effect.searched[0]].starts if single else (0.0,)
+    found = []
+    for values in itertools.product(*grids):
+        unknowns = tuple(effect_unknowns(effect, values))
+        for step in steps:
+            sizes = (step,) if single else tuple(effect.parameters[k].starts[0] for k in effect.searched)
+            found.append(Candidate(effect.id, effect, values, unknowns, steps=sizes))
+    return found

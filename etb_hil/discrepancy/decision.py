@@ -1,0 +1,81 @@
+"""What is said of a search: adequate, explained, ambiguous, unexplained; and when a suspect is taken in.
+
+Balances that know their own noise well (angle, voltage) accuse; the torque nearly at rest and on the stops varies so
+much between devices that it never accuses alone.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy.candidates import MODEL_FILE_NAME
+from etb_hil.discrepancy.floor import LEAST_ROWS
+
+if TYPE_CHECKING:
+    from etb_hil.discrepancy.naming import Findings, Round
+
+Float64 = NDArray[np.float64]
+
+# Mean square over the floor that a healthy case may show: torque, voltage, angle; each on a stop, slow, sliding.
+BAND = np.array([4.0, 4.0, 1.6, 3.0, 1.25, 1.6, 1.6, 1.25, 1.35])
+EXPLAINED_SHARE = 0.93  # of the excess over the floor
+LEAST_GAIN = 0.03  # of the squared residual, beyond what the suspect takes of the model's own simulation
+HEALTHY_TIMES = 2.0
+GROUP_GAIN = np.array([2.0, 1.6, 0.35, 1.2, 0.12, 0.35, 0.4, 0.12, 0.2])  # of a group's floor, likewise
+LEAST_T = 1.0  # over the held-out segments
+LEAST_BEYOND = 1.015  # tolerances by which a parameter must lie outside before it is a cause
+CLASS_MARGIN = 0.05
+CLASS_SHARE = 0.15  # of what the winner gains
+PLACEHOLDER = 0.3  # share of the rest that a nameless spline may take after a true cause
+
+
+def parameter_id(name: str) -> str:
+    """Return the id under which a base parameter is a cause; nothing for nuisances."""
+    if name.endswith(("_skew", "_zero")):
+        return ""
+    return f"parameter:{MODEL_FILE_NAME.get(name, name)}"
+
+
+def class_margin(found: Round) -> float:
+    """Return how close in log cost a rival has to come to be in the winner's class."""
+    gained = float(np.log(found.before.fit.cost / found.winner.fit.cost))
+    return min(CLASS_MARGIN, CLASS_SHARE * max(gained, 0.0))
+
+
+def excess(groups: Float64, rows: NDArray[np.int64]) -> Float64:
+    """Return what each group has over its band, in rows of the floor."""
+    judged = rows >= LEAST_ROWS
+    return np.where(judged, rows * np.maximum(groups - BAND, 0.0), 0.0)
+
+
+def is_accepted(found: Round, findings: Findings) -> bool:
+    """Tell whether the winner explains more than a suspect does where nothing is missing."""
+    drop = (found.before_groups - found.after_groups)[findings.rows >= LEAST_ROWS]
+    by_group = bool((drop > GROUP_GAIN[findings.rows >= LEAST_ROWS]).any())
+    least = LEAST_GAIN + HEALTHY_TIMES * found.healthy_gain
+    return found.gain > least and by_group and found.t > LEAST_T
+
+
+def is_more_missing(findings: Findings) -> bool:
+    """Tell whether the last cause left more than its floor."""
+    return bool(excess(findings.final_groups, findings.rows).sum() > 0.0)
+
+
+def verdict(findings: Findings) -> str:
+    """Return the verdict of a search."""
+    first = excess(_first_groups(findings), findings.rows).sum()
+    last = excess(findings.final_groups, findings.rows).sum()
+    accepted = findings.accepted
+    if not accepted:
+        return "unexplained" if last > 0.0 else "adequate"
+    explained = last <= (1.0 - EXPLAINED_SHARE) * first or last == 0.0
+    if not explained:
+        return "unexplained"
+    return "ambiguous" if any(r.alike for r in accepted) else "explained"
+
+
+def _first_groups(findings: Findings) -> Float64:
+    return findings.rounds[0].before_groups if findings.rounds else findings.final_groups

@@ -1,0 +1,89 @@
+"""Gauss-Newton in a box: damped, its normal equations summed once a linearisation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy.boxed import boxed
+from etb_hil.discrepancy.unknowns import Unknown
+from etb_hil.plant.physics import Vector
+
+Float64 = NDArray[np.float64]
+Residual = Callable[[Vector], Float64]
+
+_RIDGE = 1e-3  # of what is measured nowhere; in squared residuals a scaled unit
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """Where a fit ended: the whole vector, the residual (n) and its sum of squares there."""
+
+    whole: Vector
+    residual: Float64
+    cost: float
+
+
+def columns(residual: Residual, at: Fit, unknowns: Sequence[Unknown]) -> Float64:
+    """Return the residual's derivatives (n, unknowns) by differences, each into the box."""
+    found = np.empty((len(at.residual), len(unknowns)))
+    for k, unknown in enumerate(unknowns):
+        x = unknown.x_of(at.whole)
+        step = unknown.step if x + unknown.step <= unknown.high else -unknown.step
+        moved = at.whole.copy()
+        unknown.put(moved, x + step)
+        found[:, k] = (residual(moved) - at.residual) / step
+    return found
+
+
+def fit_of(residual: Residual, whole: Vector) -> Fit:
+    """Return the residual at a point."""
+    left = residual(whole)
+    return Fit(whole, left, float(left @ left))
+
+
+def gauss_newton(
+    residual: Residual,
+    begin: Fit,
+    unknowns: Sequence[Unknown],
+    rounds: int,
+    kept: Float64 | None = None,
+    tolerance: float = 2e-3,
+) -> tuple[Fit, Float64]:
+    """Return the fit after some rounds, and the last columns (n, unknowns).
+
+    `kept`: columns of the first unknowns that are taken as they are, so that only the others are differenced. It stops
+    where a round gains less than a share `tolerance`.
+    """
+    at, damping = begin, 1e-4
+    low = np.array([u.low for u in unknowns])
+    high = np.array([u.high for u in unknowns])
+    known = 0 if kept is None else kept.shape[1]
+    found = np.empty((len(at.residual), len(unknowns)))
+    for _ in range(rounds):
+        if kept is not None:
+            found[:, :known] = kept
+        found[:, known:] = columns(residual, at, unknowns[known:])
+        normal = found.T @ found
+        right = -found.T @ at.residual
+        x = np.array([u.x_of(at.whole) for u in unknowns])
+        x = np.clip(x, low, high)
+        gained = 0.0
+        for _ in range(6):
+            damped = normal + np.diag(damping * np.diag(normal) + _RIDGE)
+            step = boxed(damped, right, low - x, high - x)
+            moved = at.whole.copy()
+            for unknown, value in zip(unknowns, x + step, strict=True):
+                unknown.put(moved, value)
+            tried = fit_of(residual, moved)
+            if tried.cost < at.cost:
+                gained = 1.0 - tried.cost / at.cost
+                at, damping = tried, max(damping * 0.1, 1e-6)
+                break
+            damping = max(damping * 10.0, 1e-3)
+        if gained < tolerance:
+            break  # the last columns are from next to where it ended
+    return at, found

@@ -1,0 +1,184 @@
+"""What was measured, made ready for the balances: one even clock, one shaft, SI."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.base.errors import InputError, Problem
+from etb_hil.plant.parameters import Model
+from etb_hil.recording.recording import Recording
+
+Float64 = NDArray[np.float64]
+
+SHORTEST = 2.0  # s; what is shorter shows no cause
+LONGEST_GAP = 0.05  # s that are bridged; beyond it the record falls apart
+ROOM_TEMPERATURE = 25.0
+SLOWEST = 200.0  # Hz of sampling; below it the balances see too little of friction
+
+
+@dataclass(frozen=True, slots=True)
+class Measurement:
+    """A stretch without gaps, evenly sampled: columns (n) in SI, angles at the throttle shaft.
+
+    `voltage` is the command or terminal voltage of each row, held until the next. `is_good` (n) is False where samples
+    were bad or bridged.
+    """
+
+    origin: str
+    rate: float
+    start_s: float
+    voltage: Float64
+    angle: Float64
+    angle_noise: float
+    current: Float64 | None
+    plate: Float64 | None
+    temperature: Float64
+    has_temperature: bool
+    supply: Float64 | None
+    is_good: NDArray[np.bool_]
+    flags: tuple[str, ...] = field(default=())
+
+    def __len__(self) -> int:
+        return len(self.angle)
+
+    @property
+    def dt(self) -> float:
+        """Time between two rows in s."""
+        return 1.0 / self.rate
+
+    @property
+    def held_voltage(self) -> Float64:
+        """Mean of the voltage just before and just after each row."""
+        return 0.5 * (self.voltage + np.concatenate([self.voltage[:1], self.voltage[:-1]]))
+
+
+def measurements_of(recording: Recording, model: Model) -> list[Measurement]:
+    """Return the stretches of a recording that are long enough, InputError where the roles do not suffice."""
+    roles = recording.roles
+    if "motor_voltage" not in roles and "motor_duty" not in roles:
+        raise InputError(_lacks(recording, "motor_voltage or motor_duty", "free run is driven by the voltage"))
+    if "motor_angle" not in roles and "throttle_angle" not in roles:
+        raise InputError(
+            _lacks(recording, "motor_angle or throttle_angle", "give the angle, calibrated, in rad or deg")
+        )
+    wanted = [
+        role
+        for role in (
+            "motor_voltage",
+            "motor_duty",
+            "motor_current",
+            "motor_angle",
+            "throttle_angle",
+            "temperature",
+            "supply_voltage",
+        )
+        if role in roles and not (role == "motor_duty" and "motor_voltage" in roles)
+    ]
+    fast = [role for role in wanted if role not in ("temperature", "supply_voltage")]
+    rows = recording.joined(fast)
+    columns = dict(rows.columns)
+    for role in wanted:
+        if role not in columns:
+            series = recording.series(role)
+            known = np.isfinite(series.values)
+            if known.any():
+                columns[role] = np.interp(rows.time_ns, series.time_ns[known], series.values[known])
+    return _stretches(recording.origin, rows.time_ns, columns, model)
+
+
+def _lacks(recording: Recording, what: str, why: str) -> Problem:
+    return Problem(f"{recording.origin} has no {what}", allowed=", ".join(recording.roles), remedy=why)
+
+
+def _stretches(origin: str, time_ns: NDArray[np.int64], columns: dict[str, Float64], model: Model) -> list[Measurement]:
+    if len(time_ns) < 2:
+        raise InputError(Problem(f"{origin} has fewer than two rows"))
+    step = float(np.median(np.diff(time_ns))) * 1e-9
+    cuts = np.flatnonzero(np.diff(time_ns) * 1e-9 > max(LONGEST_GAP, 3.0 * step)) + 1
+    found = [
+        _even(origin, time_ns[part], {role: values[part] for role, values in columns.items()}, step, model)
+        for part in np.split(np.arange(len(time_ns)), cuts)
+        if len(part) > 1 and (time_ns[part[-1]] - time_ns[part[0]]) * 1e-9 >= SHORTEST
+    ]
+    if not found:
+        raise InputError(
+            Problem(
+                f"{origin} has no stretch of {SHORTEST:g} s without a gap", remedy="measure longer, look for losses"
+            )
+        )
+    return found
+
+
+def _even(
+    origin: str, time_ns: NDArray[np.int64], columns: dict[str, Float64], step: float, model: Model
+) -> Measurement:
+    start = int(time_ns[0])
+    seconds = (time_ns - start) * 1e-9
+    count = int(np.floor(seconds[-1] / step + 1e-6)) + 1
+    clock = np.arange(count) * step
+    is_even = count == len(seconds) and float(np.abs(seconds - clock).max()) < 0.02 * step
+    good = np.ones(count, bool)
+    even = {}
+    for role, values in columns.items():
+        known = np.isfinite(values)
+        if not known.any():
+            continue
+        if is_even and known.all():
+            even[role] = np.asarray(values, np.float64)
+            continue
+        even[role] = np.interp(clock, seconds[known], values[known])
+        nearest = np.clip(np.searchsorted(seconds[known], clock), 1, int(known.sum()) - 1)
+        if role not in ("temperature", "supply_voltage"):
+            good &= seconds[known][nearest] - seconds[known][nearest - 1] < 2.5 * step
+    return _measurement(origin, start * 1e-9, 1.0 / step, even, good, model)
+
+
+def _measurement(
+    origin: str, start: float, rate: float, even: dict[str, Float64], good: NDArray[np.bool_], model: Model
+) -> Measurement:
+    gear, sensors = model.values.gear_ratio, model.sensors
+    flags = []
+    plate = even.get("throttle_angle")
+    plate_noise = float(np.hypot(sensors.plate_noise, sensors.plate_range / 2**sensors.plate_bits / np.sqrt(12.0)))
+    if "motor_angle" in even:
+        angle = even["motor_angle"] / gear
+        lsb = max(2.0 * np.pi / sensors.motor_counts_per_turn, _grid(even["motor_angle"])) / gear
+        noise = lsb / np.sqrt(12.0)
+    elif plate is not None:
+        angle, noise, plate = plate, plate_noise, None
+        flags.append("motor_angle is missing: the plate sensor stands for it, and what lies between them is not seen")
+    else:
+        raise InputError(Problem(f"{origin} has no angle"))
+    if "motor_voltage" in even:
+        voltage = even["motor_voltage"]
+    else:
+        voltage = even["motor_duty"] * even.get("supply_voltage", np.full(len(angle), model.values.supply_voltage))
+        flags.append("motor_voltage is duty times supply")
+    temperature = even.get("temperature")
+    return Measurement(
+        origin=origin,
+        rate=rate,
+        start_s=start,
+        voltage=voltage,
+        angle=angle,
+        angle_noise=noise,
+        current=even.get("motor_current"),
+        plate=plate,
+        temperature=np.full(len(angle), ROOM_TEMPERATURE) if temperature is None else temperature,
+        has_temperature=temperature is not None and float(np.ptp(temperature)) > 1.0,
+        supply=even.get("supply_voltage"),
+        is_good=good,
+        flags=tuple(flags),
+    )
+
+
+def _grid(values: Float64) -> float:
+    """Return the step of a quantised signal as it shows itself, 0 where every value is another."""
+    steps = np.abs(np.diff(values[: 1 << 16]))
+    steps = steps[steps > 1e-9]
+    if not len(steps) or np.unique(np.round(steps, 9)).size > 0.2 * len(steps):
+        return 0.0
+    return float(np.percentile(steps, 5))

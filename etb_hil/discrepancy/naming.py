@@ -1,0 +1,184 @@
+"""The loop: calibrate, find the case's own floor, try every suspect, and take in one effect after another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy import decision
+from etb_hil.discrepancy.balances import Balances
+from etb_hil.discrepancy.calibration import Calibration, all_unknowns, calibrate, residual_of
+from etb_hil.discrepancy.candidates import suspects
+from etb_hil.discrepancy.floor import Floor, floor_of, group_means, weigh
+from etb_hil.discrepancy.placeholders import Placeholder, placeholders
+from etb_hil.discrepancy.refining import Refined, fully, quickly
+from etb_hil.discrepancy.screening import Linear, Screened, screen
+from etb_hil.discrepancy.segments import held_out, segment_of
+from etb_hil.discrepancy.similarity import ABSORBED, ALIKE, Projector, cosine, rest_of
+from etb_hil.plant.effects.layout import EXTENDED
+from etb_hil.plant.parameters import Model
+
+Float64 = NDArray[np.float64]
+Progress = Callable[[str], None]
+
+_REFINED = 6
+_FULLY = 2
+_MOST_CAUSES = 3
+
+
+@dataclass(slots=True)
+class Round:
+    """One search: the model that it started from, all suspects as screened, the best as fitted."""
+
+    before: Calibration
+    screened: list[Screened]
+    refined: list[Refined]
+    before_groups: Float64
+    after_groups: Float64
+    t: float
+    healthy_gain: float
+    alike: list[str] = field(default_factory=list)
+    accepted: bool = False
+
+    @property
+    def winner(self) -> Refined:
+        """The suspect that leaves least."""
+        return self.refined[0]
+
+    @property
+    def gain(self) -> float:
+        """Share of the squared residual that the winner takes."""
+        return 1.0 - self.winner.fit.cost / self.before.fit.cost
+
+
+@dataclass(slots=True)
+class Findings:
+    """What the search found: `rounds` in order, the last one of them not accepted unless no more was looked for."""
+
+    model: Model
+    balances: list[Balances]
+    calibration: Calibration
+    floor: Floor
+    rounds: list[Round]
+    final: Calibration
+    final_floor: Floor
+    final_groups: Float64
+    rows: NDArray[np.int64]
+    rest: list[Placeholder]
+    verdict: str = ""
+
+    @property
+    def accepted(self) -> list[Round]:
+        """The rounds whose winner was taken in."""
+        return [r for r in self.rounds if r.accepted]
+
+
+def search(
+    model: Model, balances: Sequence[Balances], without: Sequence[str] = (), progress: Progress = lambda _: None
+) -> Findings:
+    """Look for what a model leaves out of its measurements; `without`: ids that are no suspects."""
+    stretches = list(balances)
+    progress("calibrating inside the stated tolerances")
+    calibration = calibrate(model, stretches)
+    progress("simulating what a true model would leave")
+    floor = floor_of(model, stretches, calibration.fit.whole, all_unknowns(model, stretches))
+    weigh(stretches, floor.level)
+    calibration = calibrate(model, stretches, calibration.fit.whole)
+    groups, rows = group_means(stretches, calibration.fit.whole)
+    findings = Findings(
+        model, stretches, calibration, floor, [], calibration, floor, groups / floor.level, rows, [],
+    )  # fmt: skip
+    taken: list[str] = list(without)
+    while len(findings.accepted) < _MOST_CAUSES:
+        found = _round(findings, taken, progress)
+        findings.rounds.append(found)
+        found.accepted = decision.is_accepted(found, findings)
+        if not found.accepted:
+            break
+        taken.append(found.winner.id)
+        _take_in(findings, found)
+        if not decision.is_more_missing(findings):
+            break
+    findings.rest = placeholders(
+        stretches, findings.final.fit.whole[:EXTENDED], findings.final.columns, findings.final.fit.residual
+    )
+    findings.verdict = decision.verdict(findings)
+    return findings
+
+
+def _round(findings: Findings, taken: Sequence[str], progress: Progress) -> Round:
+    base = findings.final
+    residual = residual_of(findings.balances)
+    screened = screen(
+        residual,
+        Linear.of(base),
+        suspects(findings.balances, base.unknowns, taken),
+        lambda id_: progress(f"trying {id_}"),
+    )
+    progress("fitting the best suspects")
+    refined = sorted((quickly(residual, base, s) for s in screened[:_REFINED]), key=lambda r: r.fit.cost)
+    best = [fully(residual, r) for r in refined[:_FULLY]]
+    refined = sorted(best + refined[_FULLY:], key=lambda r: r.fit.cost)
+    after, _ = group_means(findings.balances, refined[0].fit.whole)
+    segment = segment_of(findings.balances)
+    t = held_out(refined[0].fit, refined[0].columns, refined[0].unknowns, segment).t_against(
+        held_out(base.fit, base.columns, base.unknowns, segment)
+    )
+    healthy = _healthy_gain(findings, refined[0].id)
+    found = Round(base, screened, refined, findings.final_groups, after / findings.final_floor.level, t, healthy)
+    found.alike = _alike(found)
+    return found
+
+
+def _healthy_gain(findings: Findings, id_: str) -> float:
+    """Return what a suspect gains on the model's own simulation, in which it is not."""
+    floor = findings.final_floor
+    weigh(floor.balances, floor.level)
+    calibration = calibrate(
+        findings.model, floor.balances, floor.calibration.fit.whole, floor.calibration.unknowns, rounds=2
+    )
+    shapes = {id_: suspects(floor.balances, calibration.unknowns)[id_]}
+    found = screen(residual_of(floor.balances), Linear.of(calibration), shapes)
+    return 1.0 - found[0].cost / calibration.fit.cost
+
+
+def _take_in(findings: Findings, found: Round) -> None:
+    winner = found.winner
+    unknowns = winner.unknowns
+    floor = floor_of(
+        findings.model, findings.balances, winner.fit.whole, unknowns[: len(findings.calibration.unknowns)]
+    )
+    weigh(findings.balances, floor.level)
+    final = calibrate(findings.model, findings.balances, winner.fit.whole, unknowns, rounds=4)
+    groups, _ = group_means(findings.balances, final.fit.whole)
+    findings.final, findings.final_floor, findings.final_groups = final, floor, groups / floor.level
+
+
+def _alike(found: Round) -> list[str]:
+    """Return the ids that these data cannot tell from the winner, the winner left out."""
+    projector = Projector(found.before)
+    winner = found.winner
+    by_id = {s.candidate.id: s for s in found.screened}
+    own = rest_of(projector, by_id[winner.id])
+    whole = by_id[winner.id].sensitivity
+    names = [
+        id_
+        for id_, screened in by_id.items()
+        if id_ != winner.id
+        and cosine(own, rest_of(projector, screened)) > ALIKE
+        and not _is_nothing(projector, screened)
+    ]
+    margin = decision.class_margin(found)
+    names += [r.id for r in found.refined[1:] if np.log(r.fit.cost / winner.fit.cost) < margin]
+    if float(np.linalg.norm(own)) < ABSORBED * float(np.linalg.norm(whole)):
+        names += [decision.parameter_id(name) for name in projector.imitators(whole)]
+    return list(dict.fromkeys(name for name in names if name and name != winner.id))
+
+
+def _is_nothing(projector: Projector, screened: Screened) -> bool:
+    """Tell whether the base parameters are this suspect: what is left of it is the error of the difference."""
+    rest = float(np.linalg.norm(rest_of(projector, screened)))
+    return rest < 0.03 * float(np.linalg.norm(screened.sensitivity))

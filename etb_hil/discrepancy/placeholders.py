@@ -1,0 +1,100 @@
+"""Splines without a name, fitted on top of the winner: they say that something is left, and where."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy.balances import Balances
+from etb_hil.discrepancy.spectrum import Spectrum
+from etb_hil.plant.physics import Vector
+
+Float64 = NDArray[np.float64]
+
+_KNOTS = 9
+_RIDGE = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class Placeholder:
+    """A spline's take: of which balance, over what, of which parity, and the share of the rest that it explains."""
+
+    balance: str
+    over: str
+    parity: str
+    share: float
+
+
+def placeholders(balances: Sequence[Balances], p: Vector, columns: Float64, residual: Float64) -> list[Placeholder]:
+    """Return what splines take of a residual (n) beside the model's own columns (n, unknowns), the greediest first."""
+    lengths = np.linalg.norm(columns, axis=0)
+    basis = np.linalg.qr(columns[:, lengths > 1e-9] / lengths[lengths > 1e-9])[0]
+    left = residual - basis @ (basis.T @ residual)
+    total = max(float(left @ left), 1e-12)
+    banks = [_bank(b, p) for b in balances]
+    found = []
+    for key in banks[0]:
+        splines = np.concatenate([bank[key] for bank in banks])
+        splines = splines - basis @ (basis.T @ splines)
+        normal = splines.T @ splines
+        right = splines.T @ left
+        took = float(right @ np.linalg.solve(normal + _RIDGE * np.trace(normal) * np.eye(len(right)), right))
+        found.append(Placeholder(*key, share=took / total))
+    return sorted(found, key=lambda spline: -spline.share)
+
+
+def _bank(b: Balances, p: Vector) -> dict[tuple[str, str, str], Float64]:
+    """Return the splines (3 m, knots) of one stretch, whitened and weighted as the residual is."""
+    angle, velocity = b.motion(p)
+    m = b.measured
+    seconds = np.arange(len(m), dtype=np.float64) * m.dt
+    bent: Float64 = np.arcsinh(velocity / 0.3)
+    direction = np.tanh(velocity / 0.05)
+    hats = {
+        "angle": _hats(angle),
+        "velocity": _hats(bent),
+        "time": _hats(seconds),
+    }
+    torque = {
+        ("torque", "angle", "odd"): hats["angle"] * direction[:, None],
+        ("torque", "angle", "even"): hats["angle"],
+        ("torque", "velocity", "odd"): hats["velocity"],
+        ("torque", "time", "odd"): hats["time"] * direction[:, None],
+        ("torque", "time", "even"): hats["time"],
+        ("torque", "angle, times velocity", "odd"): hats["angle"] * velocity[:, None],
+    }
+    found = {key: _filtered(b, splines, 0) for key, splines in torque.items()}
+    if b.has[1] and m.current is not None:
+        current = m.current
+        for key, splines in {
+            ("voltage", "current", "odd"): _hats(current),
+            ("voltage", "time, times current", "odd"): hats["time"] * current[:, None],
+            ("voltage", "time, times velocity", "odd"): hats["time"] * velocity[:, None],
+            ("voltage", "angle", "even"): hats["angle"],
+        }.items():
+            found[key] = _filtered(b, splines, 1)
+    if b.has[2]:
+        found[("angle", "angle", "even")] = _filtered(b, hats["angle"], 2)
+        found[("angle", "angle", "odd")] = _filtered(b, hats["angle"] * direction[:, None], 2)
+    return found
+
+
+def _filtered(b: Balances, splines: Float64, channel: int) -> Float64:
+    spectrum: Spectrum = b.spectrum
+    out = np.zeros((3 * b.rows, splines.shape[1]))
+    part = slice(channel * b.rows, (channel + 1) * b.rows)
+    for k in range(splines.shape[1]):
+        out[part, k] = spectrum.back(spectrum.of(splines[:, k]) * b.whitening(channel)) * b.weights[part]
+    return out
+
+
+def _hats(x: Float64) -> Float64:
+    """Return linear splines (n, knots) over a coordinate, as many rows about each knot."""
+    knots = np.unique(np.quantile(x, np.linspace(0.0, 1.0, _KNOTS)))
+    if len(knots) < 3:
+        knots = np.linspace(float(x.min()) - 1e-9, float(x.max()) + 1e-9, 3)
+    identity = np.eye(len(knots))
+    return np.column_stack([np.interp(x, knots, row) for row in identity])

@@ -1,0 +1,106 @@
+"""The model run along a measured motion and measured by the data sheet's sensors: what a true model would leave."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy.balances import Balances
+from etb_hil.discrepancy.measurement import Measurement
+from etb_hil.plant.effects import (
+    angle_sensor_eccentricity,
+    current_sensor_gain,
+    current_sensor_offset,
+    measurement_delay,
+    sensor_hysteresis,
+)
+from etb_hil.plant.extended import PLATE, advance_extended, new_extended_state
+from etb_hil.plant.integrator import CURRENT, OMEGA, THETA, TICK
+from etb_hil.plant.parameters import Model
+from etb_hil.plant.physics import INERTIA, RESISTANCE, TORQUE_PER_AMPERE, VOLTAGE_LIMIT, Vector
+
+Float64 = NDArray[np.float64]
+
+_BANDWIDTH = 120.0  # rad/s of the weak controller that keeps the model on the measured motion
+
+
+def rerun(balances: Balances, model: Model, p: Vector, seed: int) -> Measurement:
+    """Return what the sensors would have measured, had the extended parameters `p` been the truth."""
+    m = balances.measured
+    rows = _simulated(balances, p)
+    rng = np.random.default_rng(seed)
+    sensors = model.sensors
+    count = len(m)
+    noise = rng.standard_normal((3, count))
+    voltage = _rounded(rows[:, 3] + sensors.voltage_noise * noise[0], sensors.voltage_step)
+    gear = balances.gear
+    motor = angle_sensor_eccentricity.measured_angle(rows[:, 0] * gear, p)
+    plate = None if m.plate is None else _plate(sensor_hysteresis.measured_plate(rows[:, 2], p), model, noise[2])
+    if m.angle_noise > 0.0 and plate is None and "motor_angle is missing" in " ".join(m.flags):
+        angle = _plate(rows[:, 0], model, noise[2])
+    else:
+        grid = m.angle_noise * np.sqrt(12.0) * gear
+        angle = (np.floor(motor / grid) + 0.5) * grid / gear
+    current = None
+    if m.current is not None:
+        current = current_sensor_gain.measured_current(_late(balances, rows[:, 1], p), p)
+        current = current_sensor_offset.measured_current(current, m.temperature, p)
+        current = _rounded(current + sensors.current_noise * noise[1], sensors.current_step)
+    return replace(m, voltage=voltage, angle=angle, plate=plate, current=current)
+
+
+def _late(balances: Balances, current: Float64, p: Vector) -> Float64:
+    spectrum = balances.spectrum
+    late = measurement_delay.lateness(spectrum.all_s, p)
+    return current if late is None else spectrum.signal(spectrum.all_of(current) * late)
+
+
+def _plate(angle: Float64, model: Model, noise: Float64) -> Float64:
+    step = model.sensors.plate_range / 2**model.sensors.plate_bits
+    return _rounded(angle + model.sensors.plate_noise * noise, step)
+
+
+def _rounded(values: Float64, step: float) -> Float64:
+    return np.round(values / step) * step if step > 0.0 else values
+
+
+def _simulated(balances: Balances, p: Vector) -> Float64:
+    """Return angle, current, plate angle and voltage (n, 4) of the model kept on the measured motion."""
+    m = balances.measured
+    angle, velocity = balances.motion(p)
+    rows = np.empty((len(m), 4))
+    state = new_extended_state(float(angle[0]), float(m.temperature[0]))
+    stiff = p[RESISTANCE] * p[INERTIA] / p[TORQUE_PER_AMPERE]
+    _keep_on(
+        state, p, balances.plate_inertia, angle, velocity, m.voltage, m.temperature,
+        max(1, round(m.dt / TICK)), _BANDWIDTH**2 * stiff, _BANDWIDTH * stiff, rows,
+    )  # fmt: skip
+    return rows
+
+
+@njit(cache=True, error_model="numpy")
+def _keep_on(
+    state: Vector,
+    p: Vector,
+    plate_inertia: float,
+    angle: Vector,
+    velocity: Vector,
+    voltage: Vector,
+    temperature: Vector,
+    ticks: int,
+    gain_p: float,
+    gain_d: float,
+    rows: Float64,
+) -> None:
+    limit = p[VOLTAGE_LIMIT]
+    for k in range(angle.size):
+        u = voltage[k] + gain_p * (angle[k] - state[THETA]) + gain_d * (velocity[k] - state[OMEGA])
+        u = min(max(u, -limit), limit)
+        rows[k, 0] = state[THETA]
+        rows[k, 1] = state[CURRENT]
+        rows[k, 2] = state[PLATE]
+        rows[k, 3] = u
+        advance_extended(state, p, plate_inertia, u, ticks, temperature[k])

@@ -1,0 +1,54 @@
+"""How alike two suspects look in these data: the angle between what they explain, base parameters projected out."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy.calibration import Calibration
+from etb_hil.discrepancy.screening import Screened
+
+Float64 = NDArray[np.float64]
+
+ALIKE = 0.95
+ABSORBED = 0.25  # share of an effect beside the base parameters below which they are its name, too
+_GOOD_SHARE = 0.2
+_NOTHING = 1e-9
+
+
+class Projector:
+    """Takes out of a sensitivity (n) what the base parameters imitate."""
+
+    def __init__(self, calibration: Calibration) -> None:
+        self.names = [u.name for u in calibration.unknowns]
+        lengths = np.linalg.norm(calibration.columns, axis=0)
+        self._seen = lengths > 1e-6 * max(float(lengths.max(initial=0.0)), 1e-12)
+        self._columns = calibration.columns[:, self._seen]
+        self._lengths = lengths[self._seen]
+        self._basis, self._triangle = np.linalg.qr(self._columns / self._lengths)
+
+    def rest(self, column: Float64, without: str = "") -> Float64:
+        """Return what of a column is left; the parameter `without` is not used."""
+        basis = self._basis
+        if without:
+            kept = [k for k, name in enumerate(np.array(self.names)[self._seen]) if name != without]
+            basis = np.linalg.qr(self._columns[:, kept] / self._lengths[kept])[0]
+        return np.asarray(column - basis @ (basis.T @ column))
+
+    def imitators(self, column: Float64) -> list[str]:
+        """Return the base parameters that do the imitating of a column."""
+        solved = np.linalg.lstsq(self._triangle, self._basis.T @ column, rcond=None)[0]
+        shares = np.abs(solved) / max(float(np.linalg.norm(column)), _NOTHING)
+        names = np.array(self.names)[self._seen]
+        return [str(name) for name, share in zip(names, shares, strict=True) if share > _GOOD_SHARE]
+
+
+def cosine(first: Float64, second: Float64) -> float:
+    """Return the cosine of two sensitivities (n), its sign dropped."""
+    lengths = float(np.linalg.norm(first) * np.linalg.norm(second))
+    return abs(float(first @ second)) / lengths if lengths > _NOTHING else 0.0
+
+
+def rest_of(projector: Projector, screened: Screened) -> Float64:
+    """Return a suspect's sensitivity without what the base imitates."""
+    return projector.rest(screened.sensitivity, screened.candidate.frees)

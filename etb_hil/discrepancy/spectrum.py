@@ -1,0 +1,89 @@
+"""Signals of a long record in the frequency domain: derivatives, one band for all, and back at a lower rate."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float64 = NDArray[np.float64]
+Complex128 = NDArray[np.complex128]
+
+BAND = 60.0  # Hz that pass whole
+EDGE = 90.0  # Hz from which nothing passes
+OUTPUT_RATE = 250.0  # Hz
+ENDS = 0.3  # s at either end that are not looked at: filter and bristles settle
+_BRISTLE_BAND = 300.0  # Hz of smoothing before the bristles: 4 ms of it would cost ten times the noise
+
+
+class Spectrum:
+    """Transforms for records of one length and rate.
+
+    `s` is j omega over the band only, for what is filtered; `kept` picks the rows at `output_rate` without the ends.
+    """
+
+    def __init__(self, count: int, rate: float, band: float = BAND, edge: float = EDGE) -> None:
+        self.count = count
+        self.rate = rate
+        edge = min(edge, 0.45 * rate)
+        band = min(band, 2.0 / 3.0 * edge)
+        self.every = max(1, round(rate / OUTPUT_RATE))
+        self.padded = _even_length(count + max(round(0.5 * rate), 16), self.every)
+        self.output_rate = rate / self.every
+        frequency = np.fft.rfftfreq(self.padded, 1.0 / rate)
+        self.bins = int(np.searchsorted(frequency, min(edge, 0.5 * self.output_rate)))
+        self.all_s = np.asarray(2j * np.pi * frequency, np.complex128)
+        self.s = self.all_s[: self.bins]
+        x = np.clip((frequency[: self.bins] - band) / (edge - band), 0.0, 1.0)
+        self.low = 0.5 + 0.5 * np.cos(np.pi * x)
+        self._smooth = np.exp(-0.5 * (frequency / min(_BRISTLE_BAND, 0.3 * rate)) ** 2)
+        self._gentle = np.exp(-0.5 * (frequency / 45.0) ** 2)
+        end = round(ENDS * rate / self.every)
+        self.kept = slice(end, count // self.every - end)
+
+    def all_of(self, values: Float64) -> Complex128:
+        """Return the whole spectrum of a signal (n), its ends bridged by a straight line."""
+        bridge = np.linspace(values[-1], values[0], self.padded - self.count + 2)[1:-1]
+        return np.fft.rfft(np.concatenate([values, bridge]))
+
+    def of(self, values: Float64) -> Complex128:
+        """Return the spectrum of a signal (n) inside the band."""
+        return self.all_of(values)[: self.bins]
+
+    def back(self, spectrum: Complex128) -> Float64:
+        """Return the signal of a spectrum inside the band, at the output rate, without the ends."""
+        length = self.padded // self.every
+        return np.fft.irfft(spectrum * self.low, length)[self.kept] * (length / self.padded)
+
+    def picked(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Return the rows (n) at the output rate, without the ends."""
+        return values[:: self.every][: self.count // self.every][self.kept]
+
+    def motion(self, spectrum: Complex128) -> tuple[Float64, Float64, Float64]:
+        """Return angle and velocity, lightly smoothed, and the acceleration inside the band, all (n)."""
+        smooth = spectrum * self._smooth
+        angle = np.fft.irfft(smooth, self.padded)[: self.count]
+        velocity = np.fft.irfft(smooth * self.all_s, self.padded)[: self.count]
+        acceleration = np.fft.irfft(spectrum * self._gentle * self.all_s**2, self.padded)[: self.count]
+        return angle, velocity, acceleration
+
+    def signal(self, spectrum: Complex128) -> Float64:
+        """Return the signal (n) of a whole spectrum."""
+        return np.fft.irfft(spectrum, self.padded)[: self.count]
+
+
+def _even_length(count: int, every: int) -> int:
+    """Return a length from `count` on that is a multiple of 2 `every` and else of 2, 3 and 5 only."""
+    unit = 2 * every
+    blocks = -(-count // unit)
+    while not _is_smooth(blocks):
+        blocks += 1
+    return blocks * unit
+
+
+def _is_smooth(number: int) -> bool:
+    for factor in (2, 3, 5):
+        while number % factor == 0:
+            number //= factor
+    return number == 1

@@ -1,0 +1,95 @@
+"""What a fit may move: base parameters in the box of their tolerances, nuisances, and an effect's parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from etb_hil.discrepancy.balances import NUISANCES
+from etb_hil.plant.effects.effect import Effect
+from etb_hil.plant.effects.layout import EXTENDED, extended
+from etb_hil.plant.parameters import Model
+from etb_hil.plant.physics import BACK_EMF, TORQUE_PER_AMPERE, Vector
+from etb_hil.plant.values import ThrottleParameters
+
+FIELDS = tuple(field.name for field in fields(ThrottleParameters))
+SLACK = 1.02  # of a tolerance: the noise is so low that a hair outside it would count
+WIDEST = 8.0  # tolerances that a parameter may leave its box by, when it is suspected itself
+_NEVER = ("gear_ratio", "supply_voltage", "voltage_limit", "back_emf")
+_SKEW = 0.35  # of a sample period: what rows of one line are apart
+_ZERO = 0.01  # rad of the plate sensor
+
+
+@dataclass(frozen=True, slots=True)
+class Unknown:
+    """A number that is fitted: `value = centre + scale * x` with `low <= x <= high`.
+
+    It stands at `place` of the whole vector (extended parameters, then nuisances); what stands at `tied` moves with it
+    in proportion. `step` is x's step for a difference.
+    """
+
+    name: str
+    place: int
+    centre: float
+    scale: float
+    low: float
+    high: float
+    step: float = 0.05
+    tied: int = -1
+
+    def put(self, whole: Vector, x: float) -> None:
+        """Set the value in a whole vector, in place."""
+        value = self.centre + self.scale * x
+        if self.tied >= 0:
+            whole[self.tied] *= value / whole[self.place]
+        whole[self.place] = value
+
+    def x_of(self, whole: Vector) -> float:
+        """Return x of the value in a whole vector."""
+        return float((whole[self.place] - self.centre) / self.scale)
+
+    def free(self) -> Unknown:
+        """Return it with its box opened."""
+        lowest = (0.15 * self.centre - self.centre) / self.scale if self.centre > 0.0 else -WIDEST
+        return replace(self, low=max(lowest, -6.0 * WIDEST), high=3.0 * WIDEST)
+
+
+def start(model: Model) -> Vector:
+    """Return the whole vector as the model states it, with no effect and no nuisance."""
+    return np.concatenate([extended(model.values.vector()), np.zeros(len(NUISANCES))])
+
+
+def base_unknowns(model: Model) -> list[Unknown]:
+    """Return the base parameters that have a tolerance; K_e moves with K_t, for they are one number."""
+    found = []
+    for index, name in enumerate(FIELDS):
+        half = model.tolerance(name) if name not in _NEVER else 0.0
+        if half > 0.0:
+            tied = BACK_EMF if index == TORQUE_PER_AMPERE else -1
+            found.append(Unknown(name, index, getattr(model.values, name), half, -SLACK, SLACK, tied=tied))
+    return found
+
+
+def nuisance_unknowns(dt: float) -> list[Unknown]:
+    """Return clock skews and the plate sensor's zero."""
+    scales = [_SKEW * dt] * 3 + [_ZERO]
+    return [
+        Unknown(name, EXTENDED + k, 0.0, scale, -1.0, 1.0)
+        for k, (name, scale) in enumerate(zip(NUISANCES, scales, strict=True))
+    ]
+
+
+def effect_unknowns(effect: Effect, values: Iterable[float]) -> list[Unknown]:
+    """Return an effect's parameters, its strengths scaled by their physical step, about given shapes."""
+    found, first = [], 1.0
+    for parameter, place, value in zip(effect.parameters, effect.indices, values, strict=True):
+        if parameter.is_strength:
+            scale = abs(parameter.starts[0]) if parameter.starts else first
+            first = scale
+        else:
+            scale = parameter.scale or max(0.25 * abs(value), 0.02 * (parameter.high - parameter.low))
+        name = f"{effect.id}.{parameter.name}"
+        found.append(Unknown(name, place, 0.0, scale, parameter.low / scale, parameter.high / scale, 0.1))
+    return found

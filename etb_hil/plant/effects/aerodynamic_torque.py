@@ -1,0 +1,42 @@
+"""The air flow turns the plate."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
+from etb_hil.plant.effects.layout import row
+from etb_hil.plant.physics import STOP_HIGH, STOP_LOW, Vector
+
+_K = row("aerodynamic_torque")
+
+EFFECT = Effect(
+    id="aerodynamic_torque",
+    equation="T_a sin(pi x^m)^q, x = (theta - theta_low) / (theta_high - theta_low)",
+    balance=Balance.TORQUE,
+    parity=Parity.EVEN,
+    parameters=(
+        strength("torque", "N·m", -0.3, 0.3, (0.02,), "0.02 to 0.15 N·m: C dp D^3"),
+        shape("lean", "1", 0.3, 3.0, (0.6, 1.0, 1.8), "where over the travel it is largest"),
+        shape("peakedness", "1", 0.4, 6.0, (1.0, 2.0), "how narrow it is"),
+    ),
+    looks_like="a torque humped over the angle, nil at both ends, alike in both directions",
+    check="was the throttle blown through?",
+    look_alikes=("spring_nonlinear",),
+    separated_by="flow on and off at one angle",
+    source="seed paper, II.C; Morris and Dutton 1989 (butterfly valves)",
+    limits="at a constant pressure difference",
+)
+
+
+@njit(cache=True, error_model="numpy")
+def torque(theta: float, p: Vector) -> float:
+    """Return the torque in N·m that brakes opening at an angle."""
+    if p[_K] == 0.0:
+        return 0.0
+    x = (theta - p[STOP_LOW]) / (p[STOP_HIGH] - p[STOP_LOW])
+    if x <= 0.0 or x >= 1.0:
+        return 0.0
+    return p[_K] * math.sin(math.pi * x ** p[_K + 1]) ** p[_K + 2]

@@ -1,0 +1,68 @@
+"""All effects, by id."""
+
+from __future__ import annotations
+
+from etb_hil.plant.effects import (
+    aerodynamic_torque,
+    angle_sensor_eccentricity,
+    brush_drop,
+    cogging_torque,
+    current_sensor_gain,
+    current_sensor_offset,
+    end_stop_compliance,
+    friction_asymmetry,
+    friction_load,
+    friction_position_local,
+    friction_position_periodic,
+    friction_temperature,
+    gear_backlash,
+    hbridge_dead_time,
+    iron_loss,
+    limp_home_dead_zone,
+    magnet_temperature,
+    measurement_delay,
+    presliding_hysteresis,
+    resistance_temperature,
+    sensor_hysteresis,
+    shaft_compliance,
+    spring_nonlinear,
+    spring_preload_shift,
+    stiction_dwell,
+    stribeck_shape,
+    supply_sag,
+    torque_ripple,
+)
+from etb_hil.plant.effects.effect import Effect
+
+_MODULES = (
+    friction_position_periodic,
+    friction_position_local,
+    friction_temperature,
+    friction_asymmetry,
+    friction_load,
+    stiction_dwell,
+    stribeck_shape,
+    presliding_hysteresis,
+    gear_backlash,
+    shaft_compliance,
+    cogging_torque,
+    torque_ripple,
+    spring_nonlinear,
+    spring_preload_shift,
+    limp_home_dead_zone,
+    aerodynamic_torque,
+    end_stop_compliance,
+    iron_loss,
+    resistance_temperature,
+    magnet_temperature,
+    brush_drop,
+    hbridge_dead_time,
+    supply_sag,
+    current_sensor_gain,
+    current_sensor_offset,
+    angle_sensor_eccentricity,
+    sensor_hysteresis,
+    measurement_delay,
+)
+
+CATALOGUE: dict[str, Effect] = {module.EFFECT.id: module.EFFECT for module in _MODULES}

@@ -1,0 +1,40 @@
+"""Friction that is higher at one place of the travel."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
+from etb_hil.plant.effects.layout import row
+from etb_hil.plant.physics import Vector
+
+_K = row("friction_position_local")
+
+EFFECT = Effect(
+    id="friction_position_local",
+    equation="g + a exp(-(|theta - theta_0| / s)^m)",
+    balance=Balance.TORQUE,
+    parity=Parity.ODD,
+    parameters=(
+        strength("peak", "N·m", -0.1, 0.5, (0.03,), "0.03 to 0.15 N·m; varnish near the closed plate"),
+        shape("place", "rad", -0.1, 1.7, tuple(0.02 + 0.11 * k for k in range(14)), "anywhere on the travel"),
+        shape("width", "rad", 0.015, 0.4, (0.04, 0.11), "a few degrees"),
+        shape("steepness", "1", 0.8, 5.0, (2.0,), "1 pointed, 2 a bell, more a plateau"),
+    ),
+    looks_like="the plate drags at one place, in both directions",
+    check="varnish at the bore near the closed plate, a scratch, a worn tooth",
+    look_alikes=("friction_position_periodic", "friction_load"),
+    separated_by="residual over angle, split by direction, at two speeds",
+    source="service bulletins on throttle deposits; chosen form",
+)
+
+
+@njit(cache=True, error_model="numpy")
+def torque(theta: float, p: Vector) -> float:
+    """Return the friction level in N·m that is added at an angle."""
+    if p[_K] == 0.0:
+        return 0.0
+    x = abs(theta - p[_K + 1]) / p[_K + 2]
+    return p[_K] * math.exp(-(x ** p[_K + 3])) if x < 8.0 else 0.0

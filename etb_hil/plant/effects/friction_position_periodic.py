@@ -1,0 +1,46 @@
+"""Friction that comes and goes with the turning of a shaft."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
+from etb_hil.plant.effects.layout import row
+from etb_hil.plant.physics import GEAR_RATIO, Vector
+
+_K = row("friction_position_periodic")
+_SPAN = "bearings and teeth: 2 to 10 % of T_c (Armstrong-Helouvry 1991)"
+
+EFFECT = Effect(
+    id="friction_position_periodic",
+    equation="g (1 + a sin(n N theta) + b cos(n N theta) + c sin(2 n N theta) + d cos(2 n N theta))",
+    balance=Balance.TORQUE,
+    parity=Parity.ODD,
+    parameters=(
+        strength("sine", "1", -0.8, 0.8, (0.05,), _SPAN),
+        strength("cosine", "1", -0.8, 0.8, (0.05,), _SPAN),
+        shape("order", "1/turn", 0.1, 4.0, tuple(0.15 + 0.09 * k for k in range(36)), "per motor turn", 0.02),
+        strength("second_sine", "1", -0.8, 0.8, (), "at twice the order"),
+        strength("second_cosine", "1", -0.8, 0.8, (), "at twice the order"),
+    ),
+    looks_like="friction wavy over the angle, alike in both directions",
+    check="bearings, teeth, a bent shaft: turn by hand and feel for periodic drag",
+    look_alikes=("cogging_torque", "angle_sensor_eccentricity", "friction_position_local"),
+    separated_by="order spectrum of the residual at two speeds, in both directions: friction changes its sign",
+    source="Armstrong-Helouvry, Control of Machines with Friction, 1991",
+)
+
+
+@njit(cache=True, error_model="numpy")
+def share(theta: float, p: Vector) -> float:
+    """Return what of the friction is added at an angle, a share of it."""
+    if p[_K] == 0.0 and p[_K + 1] == 0.0:
+        return 0.0
+    phase = p[_K + 2] * p[GEAR_RATIO] * theta
+    sine, cosine = math.sin(phase), math.cos(phase)
+    found = p[_K] * sine + p[_K + 1] * cosine
+    if p[_K + 3] == 0.0 and p[_K + 4] == 0.0:
+        return found
+    return found + 2.0 * p[_K + 3] * sine * cosine + p[_K + 4] * (1.0 - 2.0 * sine * sine)

@@ -1,0 +1,42 @@
+"""Free play between motor and plate."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
+from etb_hil.plant.effects.layout import row
+from etb_hil.plant.physics import Vector
+
+_K = row("gear_backlash")
+
+EFFECT = Effect(
+    id="gear_backlash",
+    equation="theta_plate = theta_motor / N - b / 2 tanh(tau / tau_0)",
+    balance=Balance.ANGLE,
+    parity=Parity.EVEN,
+    parameters=(
+        strength("play", "rad", -0.005, 0.08, (0.004,), "0.1 to 0.6 deg assumed"),
+        shape("settling", "N·m", 5e-4, 0.08, (0.006, 0.03), "load that lays the teeth on one side"),
+    ),
+    looks_like="motor and plate differ by one of two amounts, by the sign of the load",
+    check="play by hand at limp-home with the motor held",
+    look_alikes=("shaft_compliance", "sensor_hysteresis", "limp_home_dead_zone"),
+    separated_by="dither at limp-home and ramps that press into both stops",
+    source="Nordin and Gutman 2002 (mechanical systems with backlash)",
+    limits="without the plate's inertia swinging in the play",
+)
+
+
+@njit(cache=True, error_model="numpy")
+def is_there(p: Vector) -> bool:
+    """Tell whether there is play."""
+    return p[_K] != 0.0
+
+
+@njit(cache=True, error_model="numpy")
+def lead(load: float, p: Vector) -> float:
+    """Return the angle in rad by which the motor leads the plate under a load in N·m."""
+    return 0.5 * p[_K] * math.tanh(load / p[_K + 1]) if p[_K] != 0.0 else 0.0

@@ -1,0 +1,43 @@
+"""Voltage lost in the bridge's dead times, about zero current less."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
+from etb_hil.plant.effects.layout import row
+from etb_hil.plant.physics import Vector
+
+_K = row("hbridge_dead_time")
+
+EFFECT = Effect(
+    id="hbridge_dead_time",
+    equation="V_d i / (abs(i)^m + i_0^m)^(1/m); V_d = 2 t_d f_pwm U; none with the bridge off",
+    balance=Balance.VOLTAGE,
+    parity=Parity.EVEN,
+    parameters=(
+        strength("error", "V", -0.3, 2.5, (0.1,), "0.5 to 2 us at 10 to 20 kHz"),
+        shape("ripple_current", "A", 0.05, 1.5, (0.2, 0.5), "half the current's ripple"),
+        shape("sharpness", "1", 1.0, 12.0, (2.0, 6.0), "how sharply the error saturates"),
+    ),
+    looks_like="small duties do nothing, large ones lose a constant voltage",
+    check="the PWM frequency: the error grows with it",
+    look_alikes=("brush_drop", "supply_sag"),
+    separated_by="duty staircase at two supply voltages and two PWM frequencies",
+    source="Choi and Sul 1996 (inverter dead time)",
+)
+
+
+@njit(cache=True, error_model="numpy")
+def voltage(current: float, p: Vector) -> float:
+    """Return the voltage that is lost at a current."""
+    if p[_K] == 0.0:
+        return 0.0
+    x = abs(current) / p[_K + 1]
+    if x < 1e-9:
+        return 0.0
+    m = p[_K + 2]
+    share = x / math.pow(1.0 + math.pow(x, m), 1.0 / m)
+    return p[_K] * (share if current > 0.0 else -share)

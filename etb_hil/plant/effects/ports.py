@@ -1,0 +1,155 @@
+"""Where effects enter the equations, compiled: one call an effect, shared by the plant and by what explains data."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from etb_hil.plant.effects import (
+    aerodynamic_torque,
+    brush_drop,
+    cogging_torque,
+    end_stop_compliance,
+    friction_asymmetry,
+    friction_load,
+    friction_position_local,
+    friction_position_periodic,
+    friction_temperature,
+    gear_backlash,
+    hbridge_dead_time,
+    iron_loss,
+    limp_home_dead_zone,
+    magnet_temperature,
+    presliding_hysteresis,
+    resistance_temperature,
+    shaft_compliance,
+    spring_nonlinear,
+    spring_preload_shift,
+    stiction_dwell,
+    stribeck_shape,
+    supply_sag,
+    torque_ripple,
+)
+from etb_hil.plant.physics import (
+    COULOMB,
+    LIMP_HOME,
+    PRELOAD_CLOSE,
+    PRELOAD_OPEN,
+    STICTION,
+    VISCOUS,
+    Vector,
+    spring_torque,
+    stop_torque,
+)
+
+# Slow states: age of contacts (s), memory of reversals, rise of the winding (K), magnets (degC), supply current (A).
+AGE, MEMORY, RISE, MAGNET, DRAWN = range(5)
+SLOW = 5
+
+
+@njit(cache=True, error_model="numpy")
+def slow_start(temperature: float) -> Vector:
+    """Return the slow states (float64, `SLOW`) of a throttle that has long been at a temperature in degC."""
+    slow = np.zeros(SLOW)
+    slow[MAGNET] = temperature
+    return slow
+
+
+@njit(cache=True, error_model="numpy")
+def is_loose(p: Vector) -> bool:
+    """Tell whether motor and plate are two angles."""
+    return gear_backlash.is_there(p) or shaft_compliance.is_there(p)
+
+
+@njit(cache=True, error_model="numpy")
+def lead(load: float, p: Vector) -> float:
+    """Return the angle in rad by which the motor leads the plate under a load in N·m."""
+    return gear_backlash.lead(load, p) + shaft_compliance.lead(load, p)
+
+
+@njit(cache=True, error_model="numpy")
+def elastic_torque(plate: float, omega: float, p: Vector) -> float:
+    """Return the torque in N·m of springs and stops on the plate, positive where it closes it."""
+    moved = limp_home_dead_zone.moved(plate, p)
+    springs = spring_torque(moved, p)
+    if moved != plate:
+        springs = limp_home_dead_zone.softened(
+            plate, springs, p[PRELOAD_OPEN] if plate > p[LIMP_HOME] else p[PRELOAD_CLOSE], p
+        )
+    return (
+        springs
+        + stop_torque(plate, omega, p)
+        + spring_nonlinear.torque(plate, p)
+        + spring_preload_shift.torque(plate, p)
+        + aerodynamic_torque.torque(plate, p)
+        + end_stop_compliance.torque(plate, p)
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def motor_drag(theta: float, omega: float, memory: float, p: Vector) -> float:
+    """Return the torque in N·m that brakes the motor besides LuGre friction, at the throttle shaft."""
+    return cogging_torque.torque(theta, p) + iron_loss.torque(omega, p) + presliding_hysteresis.torque(memory, p)
+
+
+@njit(cache=True, error_model="numpy")
+def friction_level(
+    theta: float, omega: float, load: float, temperature: float, age: float, friction: float, p: Vector
+) -> float:
+    """Return g in N·m: friction of steady sliding without viscosity (seed paper, eq. 2), with what changes it."""
+    g = p[COULOMB] + max(p[STICTION] - p[COULOMB], 0.0) * stribeck_shape.peak(omega, p)
+    share = 1.0 + (
+        friction_position_periodic.share(theta, p)
+        + friction_asymmetry.share(omega, p)
+        + friction_temperature.share(temperature, p)
+    )
+    added = friction_position_local.torque(theta, p) + friction_load.torque(load, friction, p)
+    return max(g * share + added + stiction_dwell.torque(age, p), 0.02 * p[COULOMB])
+
+
+@njit(cache=True, error_model="numpy")
+def viscosity(omega: float, temperature: float, p: Vector) -> float:
+    """Return sigma_2 in N·m·s/rad with what changes it."""
+    return p[VISCOUS] * (
+        1.0 + friction_asymmetry.viscous_share(omega, p) + friction_temperature.viscous_share(temperature, p)
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def torque_share(theta: float, magnet: float, p: Vector) -> float:
+    """Return what is added to the torque per ampere, a share of it."""
+    return torque_ripple.share(theta, p) + magnet_temperature.share(magnet, p)
+
+
+@njit(cache=True, error_model="numpy")
+def back_emf_share(theta: float, magnet: float, p: Vector) -> float:
+    """Return what is added to the back-EMF constant, a share of it."""
+    return torque_ripple.back_emf_share(theta, p) + magnet_temperature.share(magnet, p)
+
+
+@njit(cache=True, error_model="numpy")
+def resistance_share(temperature: float, rise: float, p: Vector) -> float:
+    """Return what is added to the resistance, a share of it."""
+    return resistance_temperature.share(temperature, rise, p)
+
+
+@njit(cache=True, error_model="numpy")
+def voltage_loss(current: float, command: float, drawn: float, is_open: bool, p: Vector) -> float:
+    """Return the voltage in V lost between command and winding; with the bridge off, what the motor itself loses."""
+    lost = brush_drop.voltage(current, p)
+    if is_open:
+        return lost
+    return lost + hbridge_dead_time.voltage(current, p) + supply_sag.voltage(current, command, drawn, p)
+
+
+@njit(cache=True, error_model="numpy")
+def pass_time(
+    slow: Vector, omega: float, way: float, current: float, command: float, temperature: float, dt: float, p: Vector
+) -> None:
+    """Move the slow states by dt s in place."""
+    if stiction_dwell.is_there(p):
+        slow[AGE] = stiction_dwell.older(slow[AGE], omega, dt, p)
+    slow[MEMORY] = presliding_hysteresis.remembered(slow[MEMORY], way, p)
+    slow[RISE] = resistance_temperature.warmed(slow[RISE], current, dt, p)
+    slow[MAGNET] = magnet_temperature.followed(slow[MAGNET], temperature, dt, p)
+    slow[DRAWN] = supply_sag.drawn(slow[DRAWN], current, command, dt, p)

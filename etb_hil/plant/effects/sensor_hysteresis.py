@@ -1,0 +1,52 @@
+"""The plate sensor lags its shaft."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
+from etb_hil.plant.effects.layout import row
+from etb_hil.plant.physics import Vector
+
+_K = row("sensor_hysteresis")
+
+EFFECT = Effect(
+    id="sensor_hysteresis",
+    equation="theta_measured = play of half width h, softened: dy = d theta (abs(e) / h)^m where e grows",
+    balance=Balance.ANGLE,
+    parity=Parity.ODD,
+    parameters=(
+        strength("half_width", "rad", -0.0005, 0.03, (0.0015,), "0.25 %, up to 0.27 deg"),
+        shape("sharpness", "1", 0.3, 20.0, (20.0, 1.5), "20: free play; less: a rounded loop"),
+    ),
+    looks_like="the plate sensor lags by a constant amount, by direction",
+    check="second sensor",
+    look_alikes=("gear_backlash",),
+    separated_by="a second sensor on the same shaft",
+    source="sensor data sheets",
+)
+
+
+def measured_plate(plate: Vector, p: Vector) -> Vector:
+    """Return what the sensor makes of a plate angle (n) in rad."""
+    if p[_K] == 0.0:
+        return plate
+    out = np.empty_like(plate)
+    _lag(plate, max(abs(p[_K]), 1e-6), p[_K + 1], out)
+    return out if p[_K] > 0.0 else 2.0 * plate - out
+
+
+@njit(cache=True, error_model="numpy")
+def _lag(plate: Vector, half: float, sharpness: float, out: Vector) -> None:
+    behind = 0.0
+    out[0] = plate[0]
+    for k in range(1, len(plate)):
+        way = plate[k] - plate[k - 1]
+        if behind * way >= 0.0:
+            share = min(abs(behind) / half, 1.0) ** sharpness
+            behind += way * (1.0 - share)
+        else:
+            behind += way
+        behind = min(max(behind, -half), half)
+        out[k] = plate[k] - behind

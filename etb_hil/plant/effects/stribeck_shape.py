@@ -1,0 +1,38 @@
+"""The friction peak's shape over the velocity is not a bell."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from etb_hil.plant.effects.effect import Balance, Effect, Parity, strength
+from etb_hil.plant.effects.layout import row
+from etb_hil.plant.physics import STRIBECK_VELOCITY, Vector
+
+_K = row("stribeck_shape")
+
+EFFECT = Effect(
+    id="stribeck_shape",
+    equation="g = T_c + (T_st - T_c) exp(-abs(omega / (omega_s (1 + c)))^(2 + e))",
+    balance=Balance.TORQUE,
+    parity=Parity.ODD,
+    parameters=(
+        strength("exponent_change", "1", -1.8, 3.0, (-0.8, 0.5), "exponents of 0.5 to 2 are in use"),
+        strength("velocity_change", "1", -0.9, 4.0, (-0.3, 0.4), "omega_s beyond what the model states"),
+    ),
+    looks_like="friction at creeping or middle speeds is off, at rest and at high speed it is right",
+    check="lubricant; the model's omega_s",
+    look_alikes=("iron_loss", "presliding_hysteresis", "stiction_dwell"),
+    separated_by="three or more speeds that span omega_s",
+    source="Armstrong-Helouvry 1991, exponents of the Stribeck curve",
+)
+
+
+@njit(cache=True, error_model="numpy")
+def peak(omega: float, p: Vector) -> float:
+    """Return the share of T_st - T_c that is left at a velocity."""
+    x = abs(omega) / (p[STRIBECK_VELOCITY] * (1.0 + p[_K + 1]))
+    if p[_K] == 0.0:
+        return math.exp(-x * x)
+    return math.exp(-(x ** (2.0 + p[_K]))) if x > 0.0 else 1.0

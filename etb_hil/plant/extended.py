@@ -1,0 +1,93 @@
+"""The plant with effects: the base integrator, its parameters and its load set anew every tick of 50 us."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from etb_hil.plant.effects import ports, teeth
+from etb_hil.plant.effects.layout import EXTENDED
+from etb_hil.plant.integrator import CURRENT, OMEGA, STATES, THETA, TICK, advance
+from etb_hil.plant.physics import (
+    BACK_EMF,
+    BRISTLE_STIFFNESS,
+    COULOMB,
+    INERTIA,
+    PARAMETERS,
+    RESISTANCE,
+    STICTION,
+    TORQUE_PER_AMPERE,
+    VISCOUS,
+    Vector,
+    spring_torque,
+    stop_torque,
+    stribeck,
+)
+
+PLATE = STATES
+SWING = STATES + 1
+SLOW_STATES = STATES + 2
+EXTENDED_STATES = SLOW_STATES + ports.SLOW
+
+
+def new_extended_state(theta: float, temperature: float) -> Vector:
+    """Return the state (float64, `EXTENDED_STATES`) of a throttle at rest at an angle in rad, long at a temperature."""
+    state = np.zeros(EXTENDED_STATES)
+    state[THETA] = state[PLATE] = theta
+    state[SLOW_STATES + ports.MAGNET] = temperature
+    return state
+
+
+@njit(cache=True, error_model="numpy")
+def has_effects(p: Vector) -> bool:
+    """Tell whether a parameter vector has effects behind the base parameters."""
+    return bool(np.any(p[PARAMETERS:EXTENDED] != 0.0))
+
+
+@njit(cache=True, error_model="numpy")
+def advance_extended(
+    state: Vector, p: Vector, plate_inertia: float, voltage: float, ticks: int, temperature: float
+) -> None:
+    """Move an extended state in place by whole ticks under a constant voltage in V (NaN: bridge open).
+
+    `p` is the extended vector, `temperature` the housing's in degC. What an effect changes is set at the start of a
+    tick and held over it; additional torques come as a kick to the velocity.
+    """
+    if not has_effects(p):
+        advance(state[:STATES], p, voltage, ticks)
+        state[PLATE] = state[THETA]
+        return
+    base = p[:PARAMETERS].copy()
+    slow = state[SLOW_STATES:]
+    loose = ports.is_loose(p)
+    is_open = np.isnan(voltage)
+    command = 0.0 if is_open else voltage
+    for _ in range(ticks):
+        theta, omega, current = state[THETA], state[OMEGA], state[CURRENT]
+        ports.pass_time(slow, omega, omega * TICK, current, command, temperature, TICK, p)
+        plate, swing = theta, state[SWING]
+        if loose:
+            plate = teeth.on_plate(theta, state[PLATE], omega, state[SWING], p)
+        elastic = ports.elastic_torque(plate, omega, p)
+        g = ports.friction_level(
+            theta, omega, elastic + swing, temperature, slow[ports.AGE], p[BRISTLE_STIFFNESS] * state[2], p
+        )
+        ratio = g / stribeck(omega, p)
+        base[COULOMB], base[STICTION] = ratio * p[COULOMB], ratio * p[STICTION]
+        base[VISCOUS] = ports.viscosity(omega, temperature, p)
+        magnet = slow[ports.MAGNET]
+        base[TORQUE_PER_AMPERE] = p[TORQUE_PER_AMPERE] * (1.0 + ports.torque_share(theta, magnet, p))
+        base[BACK_EMF] = p[BACK_EMF] * (1.0 + ports.back_emf_share(theta, magnet, p))
+        base[RESISTANCE] = p[RESISTANCE] * (1.0 + ports.resistance_share(temperature, slow[ports.RISE], p))
+        extra = elastic - spring_torque(theta, p) - stop_torque(theta, omega, p)
+        extra += ports.motor_drag(theta, omega, slow[ports.MEMORY], p)
+        state[OMEGA] = omega - TICK * extra / p[INERTIA]
+        u = voltage - ports.voltage_loss(current, command, slow[ports.DRAWN], is_open, p)
+        advance(state[:STATES], base, u, 1)
+        if loose:
+            # The plate's inertia swings with the motor's acceleration, smoothed over a millisecond against the kicks.
+            now = plate_inertia * (state[OMEGA] - omega) / TICK
+            state[SWING] += 0.05 * (now - state[SWING])
+        state[PLATE] = plate
+    if not loose:
+        state[PLATE] = state[THETA]
