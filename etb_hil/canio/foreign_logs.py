@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Iterator
 from contextlib import closing, nullcontext
 from dataclasses import dataclass, replace
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -75,7 +76,7 @@ class ForeignLog:
                 chunk, fault = _take(messages)
                 if chunk:
                     frames += len(chunk)
-                    yield self._block(chunk)
+                    yield _block(chunk, self._format)
                 more = len(chunk) == CHUNK and fault is None
             self.notes += [f"{self.path}: {text}" for text in warnings]
         line = lines.line if lines else None
@@ -97,33 +98,7 @@ class ForeignLog:
     def _messages(self, source: LineSource | Path) -> Iterator[can.Message]:
         with self._format.reader(source) as reader:
             for message in reader:
-                self._check(message)
-                index = _INDEX.search(str(message.channel))  # vcan1 is channel 1
-                message.channel = min(int(index[0]), MAX_CHANNEL) if index else 0
-                yield message
-
-    def _check(self, message: can.Message) -> None:
-        """Refuse a frame that is not whole or that no bus can carry; python-can's readers let such lines through."""
-        length = len(message.data)
-        if not self._announced(message) <= length <= (64 if message.is_fd else 8):
-            raise ValueError(f"{length} bytes of {message.dlc}")
-        if not 0 <= message.arbitration_id <= MAX_IDENT:
-            raise ValueError(f"no identifier: {message.arbitration_id:x}")
-        if not abs(message.timestamp) < MAX_SECONDS:  # nan, too
-            raise ValueError(f"no time: {message.timestamp}")
-
-    def _announced(self, message: can.Message) -> int:
-        """Return how many bytes the frame must have."""
-        if message.is_remote_frame or message.is_error_frame:
-            return 0
-        if message.is_fd:
-            return dlc2len(message.dlc) if self._format.fd_codes else message.dlc
-        return min(message.dlc, 8)  # classic frames may say 9 to 15 and mean 8
-
-    def _block(self, messages: list[can.Message]) -> FrameBlock:
-        block = from_messages(messages)
-        step = self._format.step_ns
-        return replace(block, stamp_ns=(block.stamp_ns + step // 2) // step * step)
+                yield _checked(message, self._format)
 
     def _stopped(self, fault: Exception, frames: int, line: int | None) -> None:
         place = Place(self.path, line, frame=frames)
@@ -131,6 +106,46 @@ class ForeignLog:
         if not frames:
             raise InputError(Problem(what, place, remedy="check that the file is what its name says")) from None
         self.notes.append(f"{place}: {what}; the {frames} frames before are kept")
+
+
+def frames_of_text(text: str, suffix: str) -> tuple[FrameBlock, list[str], str]:
+    """Return the frames in lines of a format of text, what python-can warned of, and why it stopped, if it did."""
+    known = FORMATS[suffix]
+    with reader_warnings() as warnings, known.reader(StringIO(text, newline=None)) as reader:
+        messages, fault = _take(_checked(message, known) for message in reader)
+    return _block(messages, known), warnings, str(fault) or type(fault).__name__ if fault else ""
+
+
+def _checked(message: can.Message, known: _Format) -> can.Message:
+    """Return a message with its channel as a number; refuse one that is not whole or that no bus can carry.
+
+    python-can's readers let such lines through.
+    """
+    length = len(message.data)
+    if not _announced(message, known) <= length <= (64 if message.is_fd else 8) or message.dlc > 64:
+        raise ValueError(f"{length} bytes of {message.dlc}")
+    if not 0 <= message.arbitration_id <= MAX_IDENT:
+        raise ValueError(f"no identifier: {message.arbitration_id:x}")
+    if not abs(message.timestamp) < MAX_SECONDS:  # nan, too
+        raise ValueError(f"no time: {message.timestamp}")
+    index = _INDEX.search(str(message.channel))  # vcan1 is channel 1
+    message.channel = min(int(index[0]), MAX_CHANNEL) if index else 0
+    return message
+
+
+def _announced(message: can.Message, known: _Format) -> int:
+    """Return how many bytes the frame must have."""
+    if message.is_remote_frame or message.is_error_frame:
+        return 0
+    if message.is_fd:
+        return dlc2len(message.dlc) if known.fd_codes else message.dlc
+    return min(message.dlc, 8)  # classic frames may say 9 to 15 and mean 8
+
+
+def _block(messages: list[can.Message], known: _Format) -> FrameBlock:
+    block = from_messages(messages)
+    step = known.step_ns
+    return replace(block, stamp_ns=(block.stamp_ns + step // 2) // step * step)
 
 
 def _take(messages: Iterator[can.Message]) -> tuple[list[can.Message], Exception | None]:

@@ -29,6 +29,11 @@ def read_log(path: Path) -> LogReader:
     """
     if path.suffix.lower() == ".blf":
         return read_blf(path)
+    suffix = (Path(path.stem).suffix if path.suffix.lower() == ".gz" else path.suffix).lower()
+    if suffix in {".asc", ".log"}:
+        from etb_hil.canio.text_logs import TextLog  # noqa: PLC0415 (nor numba for a raw log)
+
+        return TextLog(path, suffix)
     from etb_hil.canio.foreign_logs import ForeignLog  # noqa: PLC0415 (importing can is slow)
 
     return ForeignLog(path)

@@ -1,0 +1,180 @@
+"""Logs in text, candump's and Vector's ASC, at the speed of a compiled scanner.
+
+Lines that the scanner does not take are read by python-can, one by one, so that every file gives what python-can reads
+of it; importing python-can takes longer than most logs, which is why it happens only there.
+"""
+
+from __future__ import annotations
+
+import gzip
+import re
+import zlib
+from typing import IO, TYPE_CHECKING, cast
+
+import numpy as np
+
+from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.canio import text_scan as scan
+from etb_hil.canio.asc_scan import scan_asc
+from etb_hil.canio.candump_scan import scan_candump
+from etb_hil.canio.frames import FrameBlock, concatenate_frames
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+CHUNK_BYTES = 256 << 10  # which stays in the processor's cache
+MAX_LINE_BYTES = 1 << 20  # a longer line is no line: what claims to be text may be anything
+_TAB, _NEWLINE, _RETURN, _SPACE, _DELETE = 9, 10, 13, 32, 127
+_BROKEN = (EOFError, OSError, zlib.error)  # what a damaged .gz raises, and a disk
+
+_HEADER = re.compile(
+    rb"\s*(date\s+\w+\s+.+|base\s+(?P<base>hex|dec)\b.*|//.*|(no)?\s*internal\s+events\s+logged.*)?", re.IGNORECASE
+)
+# An ASC log may end without an end of line; what ends so was cut off: half a byte, or a remote frame's missing length.
+_HALF = re.compile(rb"(\b[0-9A-F]{2} +[0-9A-F]|\sd\s+\w+\s+[0-9A-F]|\sr\s*)\Z", re.IGNORECASE)
+
+
+class TextLog:
+    """A log in text, read anew by each iteration; afterwards `notes` says what could not be read, and where.
+
+    `suffix` is `.asc` or `.log`; a path that ends in `.gz` is unpacked on the way.
+    """
+
+    def __init__(self, path: Path, suffix: str) -> None:
+        self.path = path
+        self.notes: list[str] = []
+        self._suffix = suffix
+        self._frames = self._line = 0
+        self._base = 16
+        self._width = 8
+        self._fault = ""
+
+    def __iter__(self) -> Iterator[FrameBlock]:
+        """Yield the frames in blocks of bounded size; InputError where not even the first frame can be read."""
+        self.notes, self._frames, self._line, self._base, self._width, self._fault = [], 0, 0, 16, 8, ""
+        for text in self._chunks():
+            if not self._line and self._suffix == ".asc":
+                text = text[self._header(text) :]  # noqa: PLW2901 (the header is no part of the events)
+            frames = concatenate_frames(self._parts(text))
+            self._frames += len(frames)
+            if len(frames):
+                yield frames
+            if self._fault:
+                self._stopped()
+                return
+
+    def _chunks(self) -> Iterator[bytes]:
+        """Yield whole lines, about a chunk at a time; the last line too, unless it was cut off."""
+        try:
+            file = cast("IO[bytes]", (gzip.open if self.path.suffix.lower() == ".gz" else open)(self.path, "rb"))
+        except OSError as error:
+            wrong = f"cannot be read: {error.strerror or error}"
+            raise InputError(Problem(wrong, Place(self.path), remedy="check the path and its permissions")) from None
+        with file:
+            rest = b""
+            while True:
+                try:
+                    read = file.read(CHUNK_BYTES)
+                except _BROKEN as error:
+                    read = b""
+                    self.notes.append(f"{self.path}: the file is damaged: {error}; what came before is kept")
+                end = read.rfind(b"\n") + 1
+                if end:
+                    yield rest + read[:end]
+                rest = read[end:] if end else rest + read
+                if not read or len(rest) > MAX_LINE_BYTES:
+                    break
+        if len(rest) > MAX_LINE_BYTES:
+            self._fault = "a line without an end"
+            self._stopped()
+        elif rest and (self._suffix == ".log" or _HALF.search(rest)):
+            self.notes.append(f"{Place(self.path, self._line + 1)}: the last line is cut off and was left out")
+        elif rest:
+            yield rest + b"\n"
+
+    def _header(self, text: bytes) -> int:
+        """Return where the events of an ASC log start; its header says how numbers are written."""
+        start = 0
+        while start < len(text):
+            end = text.index(b"\n", start)
+            match = _HEADER.fullmatch(text[start:end].rstrip())
+            if not match:
+                break
+            if match["base"]:
+                self._base = 10 if match["base"].lower() == b"dec" else 16
+            self._line += 1
+            start = end + 1
+        return start
+
+    def _parts(self, text: bytes) -> Iterator[FrameBlock]:
+        """Yield the frames of whole lines, up to a line that stops the reading."""
+        raw = np.frombuffer(text, np.uint8)
+        newlines = np.flatnonzero(raw == _NEWLINE)
+        plain = _is_plain(raw, newlines)
+        first, state = self._line, np.zeros(2, np.int64)
+        while True:
+            block = _columns(len(newlines) - int(state[scan.LINE]), self._width)
+            state[scan.ROWS] = 0
+            columns = (block.stamp_ns, block.ident, block.flags, block.length, block.data, block.channel)
+            if self._suffix == ".asc":
+                reason = scan_asc(raw, newlines, plain, self._base, columns, state)
+            else:
+                reason = scan_candump(raw, newlines, plain, columns, state)
+            yield block.rows(slice(int(state[scan.ROWS])))
+            line = int(state[scan.LINE])
+            self._line = first + line
+            if reason == scan.DONE:
+                return
+            if reason == scan.WIDE:
+                self._width = 64
+                continue
+            self._line += 1
+            yield self._odd_line(text[int(newlines[line - 1]) + 1 if line else 0 : int(newlines[line]) + 1])
+            if self._fault:
+                return
+            state[scan.LINE] += 1
+
+    def _odd_line(self, line: bytes) -> FrameBlock:
+        """Return what python-can makes of a line; where it refuses the line, the reading ends."""
+        from etb_hil.canio.foreign_logs import frames_of_text  # noqa: PLC0415 (importing can is slow)
+
+        head = (
+            f"base {'dec' if self._base == 10 else 'hex'}\ninternal events logged\n" if self._suffix == ".asc" else ""
+        )
+        frames, warnings, self._fault = frames_of_text(head + line.decode("utf-8", "replace"), self._suffix)
+        self.notes += [f"{Place(self.path, self._line)}: {warning}" for warning in warnings]
+        return frames
+
+    def _stopped(self) -> None:
+        name = "ASC" if self._suffix == ".asc" else "candump"
+        place = Place(self.path, self._line, frame=self._frames)
+        what = f"is not readable as {name} from here: {self._fault}"
+        if not self._frames:
+            raise InputError(Problem(what, place, remedy="check that the file is what its name says"))
+        self.notes.append(f"{place}: {what}; the {self._frames} frames before are kept")
+
+
+def _is_plain(raw: NDArray[np.uint8], newlines: NDArray[np.int64]) -> bool:
+    """Return whether the text is printable letters, spaces, tabs and ends of lines alone."""
+    low, high = int(raw.min(initial=_DELETE)), int(raw.max(initial=0))
+    if high >= _DELETE:
+        return False
+    control = np.count_nonzero(raw < _SPACE) - len(newlines)
+    if not control:
+        return low >= _TAB
+    returns = np.count_nonzero(raw[newlines[newlines > 0] - 1] == _RETURN)
+    return bool(control == returns + np.count_nonzero(raw == _TAB))
+
+
+def _columns(rows: int, width: int) -> FrameBlock:
+    return FrameBlock(
+        np.empty(rows, np.int64),
+        np.empty(rows, np.uint32),
+        np.empty(rows, np.uint8),
+        np.empty(rows, np.uint8),
+        np.empty((rows, width), np.uint8),
+        np.empty(rows, np.uint8),
+    )

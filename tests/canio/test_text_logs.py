@@ -1,0 +1,191 @@
+"""The compiled scanners give, line by line, the frames that python-can gives."""
+
+from __future__ import annotations
+
+import gzip
+from io import StringIO
+
+import can
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from test_logs import read, same
+
+from etb_hil.base.errors import InputError
+from etb_hil.canio import text_logs
+from etb_hil.canio.frames import FrameFlag
+from etb_hil.canio.messages import from_messages
+
+HEAD = "date Sat Sep 30 15:06:13.191 2017\nbase hex  timestamps absolute\ninternal events logged\n"
+READERS = {".asc": can.ASCReader, ".log": can.CanutilsLogReader}
+
+blanks = st.sampled_from([" ", "  ", "\t", "     "])
+stamps = st.sampled_from(["0.0", "1.5", "12.345678", "3.000001", "86400.999999", "0.1234567", ".5", "-1.0", "7"])
+hexes = st.sampled_from(["0", "7", "A", "1f", "00", "FF", "123", "18EBFF00", "1FFFFFFF", "3FFFFFFF", "G", "_1", "0x1"])
+data_bytes = st.lists(st.sampled_from(["00", "7F", "a5", "FF", "1", "G0", "100"]), max_size=12)
+directions = st.sampled_from(["Rx", "Tx", "rx", "TX", "Rxx", "T", "Foo"])
+OTHER = [
+    "// a comment",
+    "",
+    "0.0 Start of measurement",
+    "1.0 CAN 1 Status:chip status error active",
+    "1.0 1  Statistic: D 0 R 0",
+    "1.0 J1939TP FEE3p 6 0",
+    "3.0 canfd 1 Rx",
+    "ü 1.0 1",
+    "Begin Triggerblock Sat Sep 30 15:06:13.191 2017",
+    "End TriggerBlock",
+]
+
+
+def joined(draw, *parts):
+    return "".join(str(part) + draw(blanks) for part in parts)
+
+
+@st.composite
+def asc_line(draw):
+    kind = draw(st.sampled_from(["classic", "classic", "remote", "error", "fd", "fd error", "other"]))
+    stamp, ident, way = draw(stamps), draw(hexes) + draw(st.sampled_from(["", "x", "X", "y"])), draw(directions)
+    channel = draw(st.sampled_from(["1", "2", "255", "300", "CAN"]))
+    if kind == "classic":
+        length = draw(st.sampled_from(["0", "1", "2", "8", "D", "40", "x"]))
+        text = joined(draw, stamp, channel, ident, way, draw(st.sampled_from("dDe")), length, *draw(data_bytes))
+    elif kind == "remote":
+        text = joined(draw, stamp, channel, ident, way, "r", *draw(st.sampled_from([[], ["8"], ["A"], ["12"], ["L"]])))
+    elif kind == "error":
+        text = joined(draw, stamp, channel, draw(st.sampled_from(["ErrorFrame", "errorframe ECC: 1", "ErrorFram"])))
+    elif kind == "fd":
+        name = draw(st.sampled_from([[], ["Name_12"], ["77x"]]))
+        code, length = draw(
+            st.sampled_from([("8", "8"), ("9", "12"), ("a", "16"), ("0", "0"), ("9", "8"), ("f", "64")])
+        )
+        data = ["5A"] * (int(length) if draw(st.booleans()) else 3)
+        head = (stamp, "CANFD", channel, way, ident, *name, draw(st.sampled_from("012")), "1", code, length)
+        text = joined(draw, *head, *data, "102203", "133", "303000")
+    elif kind == "fd error":
+        text = joined(draw, stamp, "CANFD", channel, way, "ErrorFrame Not Acknowledge error")
+    else:
+        text = draw(st.sampled_from(OTHER))
+    return draw(st.sampled_from(["", "   ", "\t"])) + text + draw(st.sampled_from(["\n", "\r\n"]))
+
+
+@st.composite
+def candump_line(draw):
+    ident = draw(st.sampled_from(["123", "7FF", "00000123", "1FFFFFFF", "20000080", "0012", "G1", "1"]))
+    length = draw(st.integers(0, 9))
+    data = draw(st.sampled_from(["00", "5A", "ff", "5"])) * length
+    middle = draw(st.sampled_from(["#", "#", "##1", "##3", "##0", "#R", "#r8", "#R12", "##1" + "00" * 50, "###"]))
+    tail = draw(st.sampled_from(["", " R", " T", " r", " x"]))
+    stamp = draw(st.sampled_from(["(1.5)", "(1700000000.123456)", "(0.000001)", "(x)", "1.5", "(7)", "(3.)"]))
+    channel = draw(st.sampled_from(["can0", "vcan12", "1", "can999", "slcan"]))
+    line = stamp + draw(blanks) + channel + draw(blanks) + ident + middle + data + tail
+    return draw(st.sampled_from([line, line, line, line, ""])) + draw(st.sampled_from(["\n", "\r\n", "  \n"]))
+
+
+def whole(message, fd):
+    length = len(message.data)
+    if message.dlc > 64 or message.arbitration_id >= 2**29:
+        return False
+    announced = 0 if message.is_remote_frame or message.is_error_frame else message.dlc
+    return (min(announced, 8) if not fd else announced) <= length <= (
+        64 if fd else 8
+    ) and message.arbitration_id < 2**29
+
+
+def peer(text, suffix):
+    """What python-can reads, up to the line at which it stops, or to a frame that is not whole."""
+    found = []
+    try:
+        for message in READERS[suffix](StringIO(text, newline=None)):
+            if not whole(message, message.is_fd):
+                break
+            found.append(message)
+    except (ValueError, IndexError, UnboundLocalError):
+        pass
+    return found
+
+
+@pytest.mark.parametrize("suffix", [".asc", ".log"])
+@given(data=st.data())
+@settings(max_examples=300, deadline=None)
+def test_random_lines_are_read_as_python_can_reads_them(tmp_path_factory, suffix, data):
+    lines = data.draw(st.lists(asc_line() if suffix == ".asc" else candump_line(), min_size=1, max_size=6))
+    text = (HEAD if suffix == ".asc" else "") + "".join(lines)
+    path = tmp_path_factory.mktemp("log") / f"random{suffix}"
+    path.write_bytes(text.encode())
+    messages = peer(text, suffix)
+    try:
+        got, _ = read(path)
+    except InputError:
+        assert not messages
+        return
+    expected = from_messages(messages)
+    same(got, expected, slice(0, len(expected)))
+    assert np.all(np.abs(got.stamp_ns - expected.stamp_ns) < 1000)
+
+
+@pytest.mark.parametrize("size", [1, 7, 64, 1 << 20])
+@given(lines=st.lists(asc_line(), min_size=1, max_size=5))
+@settings(max_examples=25, deadline=None)
+@example(lines=["1.0 CANFD 1 Rx 1x 1 1 9 12 " + "5A " * 12 + "\n", "2.0 1 1 Rx d 1 00\n"])
+def test_the_frames_do_not_depend_on_how_the_file_was_cut(tmp_path_factory, size, lines):
+    path = tmp_path_factory.mktemp("log") / "cut.asc.gz"
+    path.write_bytes(gzip.compress((HEAD + "".join(lines)).encode()))
+
+    def outcome():
+        try:
+            return read(path)
+        except InputError as error:
+            return str(error)
+
+    expected = outcome()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(text_logs, "CHUNK_BYTES", size)
+        got = outcome()
+    if isinstance(expected, str):
+        assert got == expected
+        return
+    assert got[1] == expected[1]
+    same(got[0], expected[0])
+    np.testing.assert_array_equal(got[0].stamp_ns, expected[0].stamp_ns)
+
+
+def test_nanoseconds_survive(tmp_path):
+    path = tmp_path / "fine.log"
+    path.write_text("(1700000000.123456789) can0 123#00\n")
+    assert list(read(path)[0].stamp_ns) == [1_700_000_000_123_456_789]
+
+
+def test_numbers_may_be_decimal(tmp_path):
+    path = tmp_path / "decimal.asc"
+    path.write_text("base dec  timestamps absolute\nno internal events logged\n1.0 1 291x Rx d 3 10 255 0\n")
+    got, notes = read(path)
+    assert notes == []
+    assert list(got.ident) == [291]
+    assert got.data[0, :3].tolist() == [10, 255, 0]
+
+
+def test_an_error_frame_of_any_class_is_no_data_frame(tmp_path):
+    path = tmp_path / "errors.log"
+    path.write_text("(1.0) can0 20000004#0004000000000000\n(2.0) can0 004#00\n")
+    got, _ = read(path)
+    assert (got.flags & FrameFlag.ERROR).astype(bool).tolist() == [True, False]
+
+
+def test_a_damaged_archive_keeps_what_came_before(tmp_path):
+    path = tmp_path / "cut.log.gz"
+    lines = "".join(f"({k}.5) can0 {k % 2048:03X}#{k * 2654435761 % 2**32:08X}\n" for k in range(50_000))
+    packed = gzip.compress(lines.encode())
+    path.write_bytes(packed[: len(packed) // 2])
+    got, notes = read(path)
+    assert 0 < len(got) < 50_000
+    assert list(got.stamp_ns[:2]) == [500_000_000, 1_500_000_000]
+    assert "damaged" in notes[0]
+
+
+def test_a_file_without_lines_is_refused(tmp_path):
+    path = tmp_path / "binary.asc"
+    path.write_bytes(bytes(3 << 20))
+    with pytest.raises(InputError, match="a line without an end"):
+        read(path)
