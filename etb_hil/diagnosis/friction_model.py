@@ -113,6 +113,16 @@ def friction_along(angle: Float64, samples: Float64, q: Float64, out: Float64) -
         bend(out[p], 1.0 / 24.0, -1.0 / 24.0, samples)
 
 
+@njit(cache=True, error_model="numpy")
+def steady_level(omega: Float64, q: Float64) -> Float64:
+    """Return g (m) in N·m at velocities (m) in rad/s (seed paper, eq. 2)."""
+    out = np.empty(len(omega))
+    inverse_speed = exp(-q[LOG_SPEED])
+    for k in range(len(omega)):
+        out[k] = q[COULOMB] + q[DROP] * gauss(omega[k] * inverse_speed)
+    return out
+
+
 @njit(cache=True, error_model="numpy", inline="always")
 def _level(omega: float, q: Float64, inverse_speed: float, least: float, by: Float64) -> float:
     """Return g(omega) in N·m (seed paper, eq. 2) and fill in its derivatives by T_c, drop and log omega_s."""

@@ -49,8 +49,9 @@ class DiagnosisResult:
 
     `series` holds groups of columns of one length each. Every millisecond: `time` s since `start_ns`, `angle`,
     `velocity`, `current`, `friction`, `temperature`. Points behind the fit: `point_velocity`, `point_friction`,
-    `point_angle`. The fitted curve: `curve_velocity`, `curve_friction`, `curve_low`, `curve_high`. Friction over angle,
-    sliding slowly: `opening_angle`, `opening_friction`, `closing_angle`, `closing_friction`.
+    `point_angle`, `point_temperature`, `point_excess` (share above the fit). The fitted curve: `curve_velocity`,
+    `curve_friction`, `curve_low`, `curve_high`. Friction over angle, sliding slowly: `opening_angle`,
+    `opening_friction`, `closing_angle`, `closing_friction`.
     """
 
     verdict: UnitVerdict

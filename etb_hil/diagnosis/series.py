@@ -5,10 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from etb_hil.diagnosis.assessment import TWO_SIDED_95, Assessment, fitted_curve
+from etb_hil.diagnosis.friction_model import steady_level
+from etb_hil.diagnosis.prior import CONSTANT
+from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit
 from etb_hil.recording.samples import Float64
 
 _POINTS = 201
 _SLOW = 0.3  # of the highest speed: beyond it, friction over angle would show the Stribeck curve
+
+
+def _excess(evidence: Evidence, fit: StribeckFit) -> Float64:
+    """Return by what share friction lies above the fit at each point (m), in the direction of motion."""
+    along = np.where(evidence.velocity > 0.0, fit.residual, -fit.residual) * (1.0 + fit.parameters[CONSTANT])
+    return along / steady_level(evidence.velocity, fit.parameters)
 
 
 def plot_columns(assessment: Assessment) -> dict[str, Float64]:
@@ -33,6 +42,8 @@ def plot_columns(assessment: Assessment) -> dict[str, Float64]:
         "point_velocity": evidence.velocity,
         "point_friction": fit.friction,
         "point_angle": evidence.position,
+        "point_temperature": ticks.temperature[assessment.windows.centre],
+        "point_excess": _excess(assessment.evidence, fit),
         "curve_velocity": speeds,
         "curve_friction": value,
         "curve_low": value - TWO_SIDED_95 * error,

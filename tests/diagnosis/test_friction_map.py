@@ -1,0 +1,56 @@
+"""Friction over position and temperature: level places stay level, bumps are found where they are."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from independent_throttle import Unit, friction_check, off_by_tolerances, sense
+from throttle_as_model import bench_model, rows_of
+
+from etb_hil.base.stock import find
+from etb_hil.diagnosis.diagnosis import Diagnosis
+from etb_hil.diagnosis.friction_map import find_bumps, friction_map
+from etb_hil.diagnosis.limits import load_limits
+
+LIMITS = load_limits(find("limits", "default")).content
+
+
+def series_of(unit, seed, temperature=20.0):
+    rng = np.random.default_rng(seed)
+    run, phases = friction_check(unit)
+    diagnosis = Diagnosis(bench_model(off_by_tolerances(Unit(), rng)), LIMITS)
+    for rows, kind in rows_of(sense(unit, run, 1000, rng), phases, 1000, temperature=temperature):
+        diagnosis.push(rows, kind)
+    return diagnosis.finish().series
+
+
+def test_even_friction_maps_to_one():
+    over = friction_map([series_of(Unit(), 0)])
+    assert np.nanmax(np.abs(over.factor - 1.0)) < 0.04
+    assert np.count_nonzero(np.isfinite(over.factor)) > 25
+    assert not find_bumps(over)
+
+
+@pytest.mark.parametrize("place", [0.4, 0.8, 1.2])
+def test_bump_is_found_and_placed(place):
+    over = friction_map([series_of(Unit(bump_angle=place, bump_width=0.05, bump=0.3), 1)])
+    (bump,) = find_bumps(over)
+    assert bump.start < place < bump.end
+    assert bump.angle == pytest.approx(place, abs=0.035)
+    assert bump.excess == pytest.approx(0.3, abs=0.08)
+
+
+def test_temperatures_are_rows_of_their_own():
+    bumpy = Unit(bump_angle=0.8, bump_width=0.05, bump=0.3)
+    cold, warm = series_of(bumpy, 2, 15.0), series_of(replace(Unit(), coulomb=0.13, stiction=0.154), 3, 62.0)
+    over = friction_map([cold, warm])
+    assert over.temperature[[0, -1]] == pytest.approx([15.0, 65.0])
+    here = int(np.argmin(np.abs(over.angle - 0.8)))
+    assert over.factor[0, here] > 1.15
+    assert over.factor[-1, here] == pytest.approx(1.0, abs=0.04)
+    assert np.all(np.isnan(over.factor[1:-1]))
+
+
+def test_runs_without_a_fit_are_refused():
+    with pytest.raises(ValueError, match="no run has a fitted"):
+        friction_map([{"time": np.zeros(3)}])
