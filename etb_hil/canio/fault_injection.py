@@ -25,6 +25,7 @@ class FaultInjection:
 
     def __init__(self, wire: Wire) -> None:
         self._wire = wire
+        self._seen_ns = 0
         self._order = itertools.count()  # frames late to the same instant arrive in the order of sending
         self._late: list[tuple[int, int, NDArray[np.int64], NDArray[np.uint8]]] = []
 
@@ -37,6 +38,13 @@ class FaultInjection:
     def next_arrival_ns(self) -> int | None:
         """When the first delayed frame arrives, None where none is under way."""
         return self._late[0][0] if self._late else None
+
+    def due(self, faults: Sequence[Fault], until_ns: int) -> Sequence[Fault]:
+        """Return the faults that may strike a frame that is under way, or that starts before `until_ns`."""
+        bus = self._wire.bus
+        first_ns = int(bus[arb.START]) if bus[arb.SENDER] >= 0 else self._seen_ns
+        self._seen_ns = until_ns
+        return [fault for fault in faults if fault.window.from_ns < until_ns and fault.window.until_ns > first_ns]
 
     def transmit(self, faults: Sequence[Fault], until_ns: int) -> None:
         """Send what is queued until `until_ns`, as far as the faults let it."""

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from etb_hil.canio.frames import concatenate_frames
+from etb_hil.canio.protection import alive_counter, protect
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from etb_hil.canio.dialect import Dialect
     from etb_hil.canio.frames import FrameBlock
+    from etb_hil.canio.protection import Protection
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,3 +107,78 @@ class Corrupted(Fault):
         count = min(len(self.flip), int(frame.length[0]))
         data[0, :count] ^= np.frombuffer(self.flip, np.uint8)[:count]
         return replace(frame, data=data)
+
+
+@dataclass(frozen=True, slots=True)
+class Reordered(Fault):
+    """Every second frame of an id arrives `delay_ns` late: behind its successor where that is more than their gap."""
+
+    delay_ns: int = 0
+    _struck: dict[int, int] = field(default_factory=dict)
+
+    def deliver(self, frame: FrameBlock, start_ns: int) -> FrameBlock:
+        """Deliver the frame late, or as it is."""
+        if not self.window.holds(frame, start_ns):
+            return frame
+        ident = int(frame.ident[0])
+        self._struck[ident] = self._struck.get(ident, 0) + 1
+        return replace(frame, stamp_ns=frame.stamp_ns + self.delay_ns) if self._struck[ident] % 2 else frame
+
+
+@dataclass(frozen=True, slots=True)
+class _Forged(Fault):
+    """Base of faults behind the sender's protection: the payload is not what it should be, its CRC is right."""
+
+    protections: Mapping[int, tuple[int, Protection]] = field(default_factory=dict)
+
+    def deliver(self, frame: FrameBlock, start_ns: int) -> FrameBlock:
+        """Deliver the frame with another payload and the CRC that belongs to it."""
+        ident = int(frame.ident[0])
+        if ident not in self.protections or not self.window.holds(frame, start_ns):
+            return frame
+        length, protection = self.protections[ident]
+        data = frame.data.copy()
+        counter = alive_counter(data[0], int(protection.profile)) if protection.modulus else 0
+        protect(data, length, protection, self._forge(ident, data[0], int(counter)))
+        return replace(frame, data=data)
+
+    def _forge(self, ident: int, payload: NDArray[np.uint8], counter: int) -> int:  # noqa: ARG002 (for those that override it)
+        """Change a payload in place; return the alive counter that it is sent with."""
+        return counter
+
+
+def protections_of(dialect: Dialect) -> dict[int, tuple[int, Protection]]:
+    """Return length and protection of each arbitration id, as faults behind the protection take them."""
+    return {message.ident: (message.length, message.protection) for message in dialect.messages}
+
+
+@dataclass(frozen=True, slots=True)
+class CounterJump(_Forged):
+    """Alive counters that are `jump` further inside the window than outside."""
+
+    jump: int = 3
+
+    def _forge(self, ident: int, payload: NDArray[np.uint8], counter: int) -> int:  # noqa: ARG002 (one signature)
+        return counter + self.jump
+
+
+@dataclass(frozen=True, slots=True)
+class StuckCounter(_Forged):
+    """Alive counters that stay what they were at the begin of the window, while the content goes on."""
+
+    _held: dict[int, int] = field(default_factory=dict)
+
+    def _forge(self, ident: int, payload: NDArray[np.uint8], counter: int) -> int:  # noqa: ARG002 (one signature)
+        return self._held.setdefault(ident, counter)
+
+
+@dataclass(frozen=True, slots=True)
+class Forged(_Forged):
+    """Content that changed before its CRC was made: `flip` is XORed behind the header, from byte `first` on."""
+
+    flip: bytes = b"\x01"
+    first: int = 4
+
+    def _forge(self, ident: int, payload: NDArray[np.uint8], counter: int) -> int:  # noqa: ARG002 (one signature)
+        payload[self.first : self.first + len(self.flip)] ^= np.frombuffer(self.flip, np.uint8)
+        return counter

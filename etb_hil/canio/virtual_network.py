@@ -36,7 +36,7 @@ class VirtualNetwork:
     """A CAN bus in virtual time with its nodes and opened buses, each with a FIFO transmit queue.
 
     `bitrate` and `data_bitrate` in bit/s; `fd` allows FD frames; time starts at `start_ns`. `faults` may be changed at
-    any time; while it is empty everything runs compiled. Frames are stamped at the end of frame, before intermission.
+    any time; while none can strike, everything runs compiled. Frames are stamped at their end, before intermission.
     """
 
     def __init__(
@@ -84,8 +84,9 @@ class VirtualNetwork:
                 frames = node.run(until_ns, wire.collect(port))
                 if len(frames):
                     wire.enqueue(port, frames, now, until_ns, at_once=False)
-            if self.faults or self._injection.is_needed:
-                self._injection.transmit(self.faults, until_ns)
+            faults = self._injection.due(self.faults, until_ns) if self.faults else ()
+            if faults or self._injection.is_needed:
+                self._injection.transmit(faults, until_ns)
             else:
                 wire.transmit(until_ns)
             self._now = until_ns
