@@ -46,7 +46,7 @@ class Diagnosis:
 
     def __init__(self, model: Model, limits: Limits, observer: ObserverFactory = AngleObserver) -> None:
         self._model, self._limits, self._make_observer = model, limits, observer
-        gear = model.values.gear_ratio
+        self._gear_ratio = gear = model.values.gear_ratio
         self._stiction_limit = limits.stiction.at_throttle(gear)
         self._coulomb_limit = limits.coulomb.at_throttle(gear)
         self._meter: ZeroMeter | None = None
@@ -71,7 +71,7 @@ class Diagnosis:
         missing = np.full(len(rows), np.nan)
         current, motor_angle = rows.columns["motor_current"], rows.columns["motor_angle"]
         temperature = rows.columns.get("temperature", missing)
-        encoder = motor_angle / self._model.values.gear_ratio
+        encoder = motor_angle / self._gear_ratio
         plate_less_encoder = rows.columns.get("throttle_angle", missing) - encoder
         if phase == ZERO:
             if self._meter is None:
