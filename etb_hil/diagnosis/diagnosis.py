@@ -26,7 +26,7 @@ from etb_hil.recording.samples import Float64, Int64, SampleBlock
 ObserverFactory = Callable[[ThrottleParameters, SensorNoise], Observer]
 
 # Phases whose motion is judged, and those where a plate at rest may exceed a limit too.
-MOVING = frozenset({"ramp", "dash", "sinusoid", "step", "multisine", "break_away", "reversals"})
+MOVING = frozenset({"ramp", "dash", "sinusoid", "step", "multisine", "break_away", "reversals", "log"})
 WATCHED = MOVING | {"hold"}
 ZERO = "current_zero"
 
@@ -46,9 +46,7 @@ class Diagnosis:
 
     def __init__(self, model: Model, limits: Limits, observer: ObserverFactory = AngleObserver) -> None:
         self._model, self._limits, self._make_observer = model, limits, observer
-        self._gear_ratio = gear = model.values.gear_ratio
-        self._stiction_limit = limits.stiction.at_throttle(gear)
-        self._coulomb_limit = limits.coulomb.at_throttle(gear)
+        self._gear_ratio = model.values.gear_ratio
         self._meter: ZeroMeter | None = None
         self._zero = Zero(math.nan, math.nan, math.nan, None, math.nan)
         self._ticks = TickMaker()
@@ -112,7 +110,7 @@ class Diagnosis:
         detectors = self._detectors()
         episodes = sum(len(d.episodes) + d.open_episodes for d in detectors)
         reading = None if self._running is None else self._running.tally.reading()
-        return Snapshot(reading, self._stiction_limit, self._coulomb_limit, episodes)
+        return Snapshot(reading, *self._upper_limits(), episodes)
 
     def finish(self) -> DiagnosisResult:
         """Fit the whole run and return the verdict with everything behind it."""
@@ -145,6 +143,14 @@ class Diagnosis:
         temperature = self._zero.temperature
         return self._model.values if math.isnan(temperature) else self._model.values_at(temperature)
 
+    def _upper_limits(self) -> tuple[float, float]:
+        """Return the limits of T_st and T_c in N·m at the throttle shaft, at the temperature of the current zero."""
+        temperature = self._zero.temperature
+        return (
+            self._limits.stiction.at_throttle(self._gear_ratio, temperature),
+            self._limits.coulomb.at_throttle(self._gear_ratio, temperature),
+        )
+
     def _start_or_go_on(self, plate_less_encoder: Float64) -> _Running:
         """Return what runs; a current zero that has just ended starts it afresh with what it measured."""
         if self._meter is not None:
@@ -160,7 +166,7 @@ class Diagnosis:
             self._running = _Running(
                 self._make_observer(throttle, _noise(self._model)),
                 Tally(throttle),
-                ExceedanceDetector(self._model, throttle, self._stiction_limit, self._coulomb_limit),
+                ExceedanceDetector(self._model, throttle, *self._upper_limits()),
             )
         return self._running
 

@@ -26,8 +26,8 @@ def report_numbers(
     """Return every number of a run, those that decide first."""
     gear = throttle.gear_ratio
     bounds = {
-        "T_st": (None, limits.stiction.at_throttle(gear)),
-        "T_c": (None, limits.coulomb.at_throttle(gear)),
+        "T_st": (None, limits.stiction.at_throttle(gear, zero.temperature)),
+        "T_c": (None, limits.coulomb.at_throttle(gear, zero.temperature)),
         "return_margin": (limits.return_margin.at_throttle(gear), None),
     }
     fitted = {} if assessment.fit is None else fitted_numbers(assessment.fit, throttle)

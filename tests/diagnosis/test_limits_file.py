@@ -28,6 +28,28 @@ def test_shaft_is_stated_and_heeded(tmp_path):
     assert limits.marginal_band == pytest.approx(0.03)
 
 
+def test_limit_follows_the_temperature_within_its_range(tmp_path):
+    path = tmp_path / "limits.yaml"
+    law = "temperature: {coefficient: -0.3 %/K, reference: 20 degC, between: [0 degC, 80 degC]}"
+    path.write_text(TEXT.replace("{max: 0.20 N·m,", "{max: 0.20 N·m, " + law + ","))
+    limit = load_limits(path).content.coulomb
+    assert limit.at_throttle(18.0, 20.0) == pytest.approx(0.20)
+    assert limit.at_throttle(18.0, 70.0) == pytest.approx(0.17)
+    assert limit.at_throttle(18.0, 200.0) == limit.at_throttle(18.0, 80.0)
+    assert limit.at_throttle(18.0) == 0.20
+
+
+@pytest.mark.parametrize(
+    ("coefficient", "between"), [("-2 %/K", "[0 degC, 80 degC]"), ("-0.3 %/K", "[80 degC, 0 degC]")]
+)
+def test_impossible_temperature_laws_are_refused(tmp_path, coefficient, between):
+    path = tmp_path / "limits.yaml"
+    law = f"temperature: {{coefficient: {coefficient}, reference: 20 degC, between: {between}}}"
+    path.write_text(TEXT.replace("{max: 0.20 N·m,", "{max: 0.20 N·m, " + law + ","))
+    with pytest.raises(InputError):
+        load_limits(path)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "line", "key"),
     [
