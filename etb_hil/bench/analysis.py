@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -38,13 +38,16 @@ class Analysis:
     """Decodes frames, keeps the Recording, and runs observer and diagnosis on it while it grows.
 
     Its results depend on the frames, their stamps and the phases' marks alone, not on how they were cut into calls.
+    Without `keep`, the Recording holds the samples' times alone: logs may be long.
     """
 
-    def __init__(self, dialect: Dialect, model: Model, limits: Limits, origin: str) -> None:
+    def __init__(self, dialect: Dialect, model: Model, limits: Limits, origin: str, *, keep: bool = True) -> None:
         self.model = model
-        self.recording = Recording(origin, ClockGrade.SAMPLE_COUNTER)
+        counted = any(message.counter is not None for message in dialect.messages)
+        self.recording = Recording(origin, ClockGrade.SAMPLE_COUNTER if counted else ClockGrade.RECEIVE_STAMPS)
         self.decoder = Decoder(dialect)
         self.diagnosis = Diagnosis(model, limits)
+        self._keep = keep
         self._waiting: list[SampleBlock] = []
         self._judged_ns = 0
         self._newest_ns = 0
@@ -70,7 +73,7 @@ class Analysis:
         if len(frames):
             self._newest_ns = max(self._newest_ns, int(frames.stamp_ns.max()))
         blocks = self.decoder.push(frames)
-        self.recording.append(blocks)
+        self.recording.append(blocks if self._keep else [replace(block, columns={}) for block in blocks])
         self._waiting += blocks
         if self._newest_ns - self._judged_ns >= JUDGE_NS:
             self._catch_up()

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-import json
+import hashlib
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from etb_hil.bench.analysis import Analysis
 from etb_hil.bench.bench_file import load_bench
@@ -11,45 +13,105 @@ from etb_hil.bench.events import read_events
 from etb_hil.bench.finished import Finished
 from etb_hil.bench.record import record_of
 from etb_hil.bench.results import results_of
-from etb_hil.bench.session import open_session
+from etb_hil.bench.session import InputFile, Session, open_session
 from etb_hil.canio.blf import read_blf
 from etb_hil.diagnosis.limits import load_limits
 from etb_hil.plant.parameters import load_model
 
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
 
-def replay(folder: Path) -> Finished:
-    """Judge a recorded session again with its own inputs; the results are those of the live run."""
-    session = open_session(folder)
-    setup = load_bench(session.input_path("bench"), session.input_path("dbc"))
-    limits = load_limits(session.input_path("limits")).content
-    record = record_of(read_events(session.events))
-    analysis = Analysis(setup.dialect, load_model(session.input_path("model")), limits, str(folder))
-    for phase in record.phases:
-        analysis.begin_phase(phase.start_ns, phase.id, phase.kind)
-    for frames in read_blf(session.raw_log):
-        analysis.push(frames)
-    found = analysis.finish()
-    results = results_of(session, setup.bench, limits, record, analysis, found)
-    return Finished(session, results, record, analysis, found)
+    from etb_hil.bench.bench_file import BenchSetup
+    from etb_hil.canio.frames import FrameBlock
+    from etb_hil.diagnosis.limits import Limits
+    from etb_hil.plant.parameters import Model
 
 
-def first_difference(finished: Finished) -> str | None:
-    """Return the first key whose value is not the one that the session's `results.json` holds, or None."""
-    return _difference(finished.session.read_results(), json.loads(json.dumps(finished.results)), "")
+@dataclass(frozen=True, slots=True)
+class Window:
+    """A stretch of a log, in ns after its first frame; the end is not part of it."""
+
+    start_ns: int
+    end_ns: int
 
 
-def _difference(before: object, now: object, key: str) -> str | None:
-    if isinstance(before, dict) and isinstance(now, dict):
-        names = [name for name in (*before, *(n for n in now if n not in before)) if f"{key}{name}" != "versions"]
-        pairs = [(f"{key}{name}", before.get(name), now.get(name)) for name in names]
-    elif isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
-        pairs = [(f"{key}{index}", *pair) for index, pair in enumerate(zip(before, now, strict=True))]
-    else:
-        return None if before == now or (before != before and now != now) else f"{key}: {before!r} live, {now!r} now"  # noqa: PLR0124 (NaN)
-    return next(
-        (found for name, a, b in pairs if (found := _difference(a, b, f"{name}." if _nested(a) else name))), None
+@dataclass(frozen=True, slots=True)
+class RuleFiles:
+    """The files that a verdict rests on; without `dbc`, it is the one that the bench file names."""
+
+    bench: Path
+    model: Path
+    limits: Path
+    dbc: Path | None = None
+
+    def read(self) -> Rules:
+        """Read and check them; InputError lists what is wrong."""
+        setup = load_bench(self.bench, self.dbc)
+        return Rules(setup, load_model(self.model), load_limits(self.limits).content)
+
+    def inputs(self) -> tuple[InputFile, ...]:
+        """Return the files as a session's manifest lists them."""
+        paths = {"bench": self.bench, "model": self.model, "limits": self.limits, "dbc": self.dbc}
+        return tuple(
+            InputFile(kind, path.name, hashlib.sha256(path.read_bytes()).hexdigest())
+            for kind, path in paths.items()
+            if path is not None
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """What a verdict rests on, read."""
+
+    setup: BenchSetup
+    model: Model
+    limits: Limits
+
+
+def rule_files(session: Session, model: Path | None = None, limits: Path | None = None) -> RuleFiles:
+    """Return the files that a session was judged by, with another model or other limits where they are given."""
+    return RuleFiles(
+        session.input_path("bench"),
+        model or session.input_path("model"),
+        limits or session.input_path("limits"),
+        session.input_path("dbc"),
     )
 
 
-def _nested(value: object) -> bool:
-    return isinstance(value, dict | list)
+def replay(
+    folder: Path, model: Path | None = None, limits: Path | None = None, window: Window | None = None
+) -> Finished:
+    """Judge a recorded session again; with its own inputs, the results are those of the live run.
+
+    `model` and `limits` take the place of the session's own; of a `window`, nothing else is read.
+    """
+    session = open_session(folder)
+    files = rule_files(session, model, limits)
+    if model or limits:
+        kept = tuple(entry for entry in session.inputs if entry.kind in {"scenario", "unit"})
+        session = replace(session, inputs=(*kept, *files.inputs()))
+    rules = files.read()
+    record = record_of(read_events(session.events))
+    analysis = Analysis(rules.setup.dialect, rules.model, rules.limits, str(folder))
+    for phase in record.phases:
+        analysis.begin_phase(phase.start_ns, phase.id, phase.kind)
+    for frames in within(read_blf(session.raw_log), window):
+        analysis.push(frames)
+    found = analysis.finish()
+    results = results_of(session, rules.setup.bench, rules.limits, record, analysis, found)
+    return Finished(session, results, record, analysis, found)
+
+
+def within(log: Iterable[FrameBlock], window: Window | None) -> Iterator[FrameBlock]:
+    """Yield the frames of a window, counted from the log's first frame; all of them without a window."""
+    first_ns = None
+    for frames in log:
+        if window is None:
+            yield frames
+            continue
+        if first_ns is None:
+            first_ns = int(frames.stamp_ns[0])
+        after = frames.stamp_ns - first_ns
+        part = frames.rows((after >= window.start_ns) & (after < window.end_ns))
+        if len(part):
+            yield part

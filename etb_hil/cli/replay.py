@@ -1,23 +1,236 @@
-"""`etb-hil replay`: a recorded session, judged again by the same code."""
+"""`etb-hil replay`: sessions and logs, judged again by the same code, one or a hundred thousand."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from etb_hil.bench.finished import Finished
+    from etb_hil.bench.log_replay import LogJob
+    from etb_hil.bench.record import PhaseTime
+    from etb_hil.bench.replay import RuleFiles, Window
+    from etb_hil.canio.frames import FrameBlock
+
+STRETCH_S = 300.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("session", type=Path, help="folder of a session")
+    parser.add_argument("sources", type=Path, nargs="+", metavar="SOURCE", help="folder of a session, or a log")
+    parser.add_argument("--bench", help="bench file of a log (default: virtual_classic)")
+    parser.add_argument("--model", help="what is known of the unit (default: the session's own, else default)")
+    parser.add_argument("--limits", help="limits of the part (default: the session's own, else default)")
+    parser.add_argument(
+        "--against", type=Path, metavar="SESSION", help="say where this one first differs from a session"
+    )
+    parser.add_argument("--window", type=float, nargs=2, metavar=("START", "END"), help="seconds after the first frame")
+    parser.add_argument("--join", action="store_true", help="the logs are parts of one recording, in order of time")
+    parser.add_argument(
+        "--stretch",
+        type=float,
+        default=STRETCH_S,
+        help="judge longer logs in stretches of so many seconds (default: %(default)s)",
+    )
+    parser.add_argument("--onto", metavar="BENCH", help="send a log onto the bus of a bench file, and judge nothing")
+    many = parser.add_argument_group("many logs")
+    many.add_argument("--jobs", type=int, help="judge each source by itself, in so many processes")
+    many.add_argument("--dask", metavar="ADDRESS", help="likewise, on the workers of a Dask scheduler")
+    many.add_argument(
+        "--out", type=Path, default=Path("replays"), help="folder of their results (default: %(default)s)"
+    )
 
 
 def run(options: argparse.Namespace) -> int:
-    """Replay the session, compare with what the live run found, print the verdict and return the exit code."""
-    from etb_hil.bench.replay import first_difference, replay
+    """Judge what the options name, print it and return the exit code."""
+    from etb_hil.base.errors import InputError, Problem
+
+    if options.onto:
+        return _onto_bus(options)
+    if options.jobs or options.dask:
+        return _many(options)
+    if len(options.sources) > 1 and not options.join:
+        raise InputError(
+            Problem("several sources", allowed="one", remedy="judge each with --jobs, or all as one with --join")
+        )
+    if (options.sources[0] / "session.json").exists():
+        return _session(options)
+    return _log(options)
+
+
+def _session(options: argparse.Namespace) -> int:
+    from etb_hil.bench.differences import changes, changes_text, first_difference
+    from etb_hil.bench.replay import replay
     from etb_hil.report.verdict import verdict_text
 
-    finished = replay(options.session)
+    model, limits = _own(options)
+    finished = replay(options.sources[0], model, limits, _window(options))
     print(verdict_text(finished.results))
-    difference = first_difference(finished)
-    print("  The same results as live, bit for bit." if difference is None else f"  Differs from live: {difference}")
+    if options.against:
+        return _compared(options, finished)
+    if model or limits or options.window:
+        print(changes_text(changes(finished.session.read_results(), finished.results)))
+    else:
+        found = first_difference(finished)
+        print("  The same results as live, bit for bit." if found is None else f"  Differs from live: {found}")
     return int(finished.results["exit_code"])
+
+
+def _log(options: argparse.Namespace) -> int:
+    from etb_hil.bench.log_replay import Frames, LogJob, judge, stretches
+    from etb_hil.bench.replay import within
+    from etb_hil.report.verdict import verdict_text
+
+    files, phases = _rule_files(options), _phases(options)
+    job = LogJob(tuple(options.sources), files, files.read(), phases, keep=options.against is not None)
+    frames = Frames(options.sources)
+    window = _window(options)
+    if phases or window or options.against:
+        finished = judge(job, within(frames, window))
+        print(verdict_text(finished.results))
+    else:
+        finished = _in_stretches(job, stretches(frames, round(options.stretch * 1e9)))
+    for note in frames.notes:
+        print(f"  Note     {note}")
+    if options.against:
+        return _compared(options, finished)
+    return int(finished.results["exit_code"])
+
+
+def _in_stretches(job: LogJob, parts: Iterator[Iterator[FrameBlock]]) -> Finished:
+    """Print a verdict for a short log, a line a stretch for a long one; return the worst."""
+    from etb_hil.base.errors import InputError, Place, Problem
+    from etb_hil.base.outcome import ExitCode
+    from etb_hil.bench.log_replay import judge
+    from etb_hil.report.verdict import verdict_text
+
+    worst: Finished | None = None
+    first_ns, printed = 0, False
+    ranks = [ExitCode.UNIT_FAILED, ExitCode.DONE, ExitCode.INCONCLUSIVE]
+    for part in parts:
+        finished = judge(job, part)
+        if worst is None:
+            worst, first_ns = finished, finished.record.start_ns
+            continue
+        if not printed:
+            print(_line(worst, first_ns))
+            printed = True
+        print(_line(finished, first_ns))
+        worst = min(worst, finished, key=lambda f: ranks.index(ExitCode(f.results["exit_code"])))
+    if worst is None:
+        raise InputError(Problem("holds no frame", Place(job.paths[0])))
+    print(verdict_text(worst.results))
+    return worst
+
+
+def _line(finished: Finished, first_ns: int) -> str:
+    start, unit = (finished.record.start_ns - first_ns) * 1e-9, finished.results["unit"]
+    return f"  {start:10.1f} s + {finished.results['duration_s']:.1f} s  {unit['verdict']}: {unit['reason']}"
+
+
+def _compared(options: argparse.Namespace, finished: Finished) -> int:
+    from etb_hil.base.outcome import ExitCode
+    from etb_hil.bench.differences import changes, changes_text, first_divergence
+    from etb_hil.bench.replay import replay
+
+    other = replay(options.against, window=_window(options))
+    divergence = first_divergence(finished, other)
+    print(changes_text(changes(other.results, finished.results)))
+    if divergence is None:
+        print("  Every sample and every estimate is that of the session, bit for bit.")
+        return int(finished.results["exit_code"])
+    print(f"  First divergence: {divergence}")
+    return int(finished.results["exit_code"]) or ExitCode.INCONCLUSIVE
+
+
+def _many(options: argparse.Namespace) -> int:
+    from etb_hil.base.outcome import ExitCode
+    from etb_hil.bench.many_logs import JUDGED, judge_many, tasks_for
+    from etb_hil.bench.parquet import write_parquet
+    from etb_hil.bench.workers import DaskWorkers, LocalProcesses
+
+    tasks = tasks_for(options.sources, _rule_files(options), *_own(options), options.stretch)
+    pool = DaskWorkers(options.dask) if options.dask else LocalProcesses(options.jobs)
+    outcomes = judge_many(tasks, options.out, pool)
+    for outcome in outcomes:
+        if outcome["status"] != JUDGED:
+            print(f"{outcome['path']}: {outcome['status']}: {outcome['error']}")
+    verdicts = [outcome.get("verdict") or outcome["status"] for outcome in outcomes]
+    print(", ".join(f"{verdicts.count(name)} {name}" for name in dict.fromkeys(verdicts)))
+    for path in write_parquet(outcomes, options.out):
+        print(path)
+    if any(outcome["status"] != JUDGED for outcome in outcomes):
+        return ExitCode.BAD_INPUT
+    return ExitCode.UNIT_FAILED if "fail" in verdicts else ExitCode.DONE
+
+
+def _onto_bus(options: argparse.Namespace) -> int:
+    from etb_hil.base.clock import WallClock
+    from etb_hil.base.steady import keep_steady
+    from etb_hil.base.stock import find
+    from etb_hil.bench.bench_file import load_bench
+    from etb_hil.bench.log_replay import Frames
+    from etb_hil.bench.onto_bus import send_log
+    from etb_hil.bench.replay import within
+    from etb_hil.canio.link import open_link
+
+    bus = load_bench(find("bench", options.onto)).bench.bus
+    paths = [source / "raw.blf" if source.is_dir() else source for source in options.sources]
+    clock = WallClock()
+    keep_steady()
+    link = open_link(bus, clock)
+    try:
+        print(send_log(within(Frames(paths), _window(options)), link, clock, fd=bus.fd))
+    finally:
+        link.close()
+    return 0
+
+
+def _rule_files(options: argparse.Namespace) -> RuleFiles:
+    """Return the files that a log is judged by: those named, those of the session to compare with, or stock ones."""
+    from etb_hil.base.stock import find
+    from etb_hil.bench.bench_file import load_bench
+    from etb_hil.bench.replay import RuleFiles, rule_files
+    from etb_hil.bench.session import open_session
+
+    model, limits = _own(options)
+    if options.against and not options.bench:
+        return rule_files(open_session(options.against), model, limits)
+    bench = find("bench", options.bench or "virtual_classic")
+    return RuleFiles(
+        bench, model or find("model", "default"), limits or find("limits", "default"), load_bench(bench).dbc
+    )
+
+
+def _phases(options: argparse.Namespace) -> tuple[PhaseTime, ...]:
+    from etb_hil.bench.events import read_events
+    from etb_hil.bench.record import record_of
+    from etb_hil.bench.session import open_session
+
+    if not options.against:
+        return ()
+    return tuple(record_of(read_events(open_session(options.against).events)).phases)
+
+
+def _own(options: argparse.Namespace) -> tuple[Path | None, Path | None]:
+    from etb_hil.base.stock import find
+
+    return (
+        find("model", options.model) if options.model else None,
+        find("limits", options.limits) if options.limits else None,
+    )
+
+
+def _window(options: argparse.Namespace) -> Window | None:
+    from etb_hil.base.errors import InputError, Problem
+    from etb_hil.bench.replay import Window
+
+    if options.window is None:
+        return None
+    start, end = options.window
+    if not 0.0 <= start < end < 1e9:
+        raise InputError(Problem("is no window", value=options.window, allowed="0 <= START < END, in s"))
+    return Window(round(start * 1e9), round(end * 1e9))

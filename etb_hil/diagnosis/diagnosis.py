@@ -11,6 +11,7 @@ import numpy as np
 from etb_hil.diagnosis.assessment import JUDGED, assess
 from etb_hil.diagnosis.current_zero import Zero, ZeroMeter
 from etb_hil.diagnosis.exceedance import ExceedanceDetector
+from etb_hil.diagnosis.friction_model import VISCOUS
 from etb_hil.diagnosis.limits import Limits
 from etb_hil.diagnosis.numbers import report_numbers
 from etb_hil.diagnosis.result import DiagnosisResult
@@ -131,6 +132,7 @@ class Diagnosis:
             self._samples,
             self._zero.is_measured,
             self._highest_current,
+            0.0 if assessment.fit is None else float(assessment.fit.parameters[VISCOUS]) - throttle.viscous,
         )
         verdict, reasons = conclude(numbers, grounds)
         series = plot_columns(assessment)

@@ -1,0 +1,71 @@
+"""A log sent onto a real bus, its frames as far apart as they were."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from etb_hil.base.errors import BenchFault
+from etb_hil.base.lateness import Lateness
+from etb_hil.canio.frames import FrameFlag
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from etb_hil.base.clock import Clock
+    from etb_hil.canio.frames import FrameBlock
+    from etb_hil.canio.link import Link
+
+TOGETHER_NS = 50_000  # frames closer than this go out at once: no host sleeps more exactly
+LEAD_NS = 100_000_000  # the first frame waits so long, until the log is open and the bus runs
+
+
+@dataclass(frozen=True, slots=True)
+class BusReplay:
+    """What was sent, what was left out (error frames; FD frames on a classic bus), and how late the host was."""
+
+    sent: int
+    left_out: int
+    late_worst_ns: int
+    late_mean_ns: int
+    span_ns: int
+
+    def __str__(self) -> str:
+        return (
+            f"{self.sent} frames sent over {self.span_ns * 1e-9:.3f} s, {self.left_out} left out; "
+            f"late by {self.late_mean_ns * 1e-6:.3f} ms in the mean, {self.late_worst_ns * 1e-6:.3f} ms at worst"
+        )
+
+
+def send_log(log: Iterable[FrameBlock], link: Link, clock: Clock, *, fd: bool) -> BusReplay:
+    """Send the frames of a log with the spacing of their stamps; stamps that fall are sent at once.
+
+    Raises BenchFault where the bus goes away.
+    """
+    lateness = Lateness()
+    begin_ns = clock.now_ns() + LEAD_NS
+    first_ns, newest_ns, sent, left_out = None, 0, 0, 0
+    never = FrameFlag.ERROR if fd else FrameFlag.ERROR | FrameFlag.FD
+    for block in log:
+        fit = (block.flags & never) == 0
+        left_out += len(block) - int(np.count_nonzero(fit))
+        frames = block.rows(fit)
+        if not len(frames):
+            continue
+        if first_ns is None:
+            first_ns = newest_ns = int(frames.stamp_ns[0])
+        due = np.maximum.accumulate(np.maximum(frames.stamp_ns, newest_ns))
+        newest_ns = int(due[-1])
+        row = 0
+        while row < len(frames):
+            end = int(np.searchsorted(due, due[row] + TOGETHER_NS, side="left"))
+            lateness.wait(clock, begin_ns + int(due[row]) - first_ns)
+            link.send(frames.rows(slice(row, end)))
+            link.receive()  # what the bus carries meanwhile must not fill the driver's queue
+            sent += end - row
+            row = end
+    if first_ns is None:
+        raise BenchFault("the log holds no frame that this bus can carry")
+    return BusReplay(sent, left_out, lateness.worst_ns, lateness.mean_ns, newest_ns - first_ns)
