@@ -32,7 +32,7 @@ STICTION, COULOMB = 0, 1
 KINDS = ("T_st", "T_c")
 
 # Settings of the detector
-_LIMIT_STICTION, _LIMIT_COULOMB, _TOL_CONSTANT, _TOL_SPRING, _TOL_INERTIA, _TOL_ANGLE = range(6)
+_LIMIT_STICTION, _LIMIT_COULOMB, _TOL_CONSTANT, _TOL_SPRING, _TOL_INERTIA, _TOL_ANGLE, _TOL_VISCOUS = range(7)
 # An open episode, one column a kind: whether, since when, until when; its peak
 _OPEN, _START, _LAST = range(3)
 _PEAK = 0  # then angle, velocity, temperature and allowance at the peak
@@ -76,6 +76,7 @@ class ExceedanceDetector:
                 spring,
                 model.tolerance("inertia") / throttle.inertia,
                 angle,
+                model.tolerance("viscous"),
             ]
         )
         self._limits = (stiction, coulomb)
@@ -188,7 +189,8 @@ def _allowance(
         spring += abs(spring_torque(theta + blur, p) - spring_torque(theta - blur, p))
     motor = settings[_TOL_CONSTANT] * i
     inertia = settings[_TOL_INERTIA] * p[INERTIA] * acceleration
-    return math.sqrt(motor * motor + spring * spring + inertia * inertia)
+    viscous = settings[_TOL_VISCOUS] * omega
+    return math.sqrt(motor * motor + spring * spring + inertia * inertia + viscous * viscous)
 
 
 @njit(cache=True, error_model="numpy")

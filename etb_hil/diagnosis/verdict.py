@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from etb_hil.base.outcome import UnitVerdict
-from etb_hil.diagnosis.exceedance import FAR_ABOVE, KINDS, Exceedance
+from etb_hil.diagnosis.exceedance import COULOMB, FAR_ABOVE, KINDS, Exceedance
 from etb_hil.diagnosis.result import Number, Reason
 
 MOST_LOST = 0.05  # share of the samples
@@ -27,6 +27,7 @@ class Grounds:
     samples: int
     current_verified: bool
     highest_current: float  # A
+    more_viscous: float  # N·m·s/rad, fitted less the model's; 0 where nothing was fitted
 
 
 def stand(
@@ -93,7 +94,7 @@ def _exceedances_alone(judged: Sequence[Number], grounds: Grounds) -> list[Reaso
     """Return reasons from episodes whose limit no fitted number has been found to break."""
     reasons = []
     for kind in KINDS:
-        episodes = [e for e in grounds.exceedances if e.kind == kind]
+        episodes = [e for e in grounds.exceedances if e.kind == kind and _stands(e, grounds.more_viscous)]
         lasted = sum(e.end_ns - e.start_ns for e in episodes)
         broken = any(n.id == kind and n.verdict is UnitVerdict.FAIL for n in judged)
         if broken or lasted < _LONGEST_EXCEEDANCE_NS:
@@ -111,6 +112,13 @@ def _exceedances_alone(judged: Sequence[Number], grounds: Grounds) -> list[Reaso
             text += f"; the plate moved by {grounds.moved:.4f} rad at up to {grounds.highest_current:.2f} A"
         reasons.append(Reason(f"{kind}_exceeded", text, "reject the unit; see the exceedances for their places"))
     return reasons
+
+
+def _stands(episode: Exceedance, more_viscous: float) -> bool:
+    """Whether an episode still stands out once the viscous torque taken off is the fitted one and not the model's."""
+    if episode.kind != KINDS[COULOMB]:
+        return True
+    return episode.peak - episode.allowance - more_viscous * abs(episode.velocity) > episode.limit
 
 
 def _poor_evidence(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:

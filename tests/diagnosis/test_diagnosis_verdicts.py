@@ -166,3 +166,23 @@ def test_long_gaps_never_condemn_a_healthy_unit(checks):
     result = judge(Unit(), sensed, phases, 1000, keep=keep)
     assert result.verdict is UnitVerdict.PASS
     assert not result.exceedances
+
+
+@pytest.mark.parametrize("rate", [1000, 20000])
+@pytest.mark.parametrize(
+    "unit",
+    [
+        Unit(viscous=0.005),
+        Unit(bristle_stiffness=1500.0, bristle_damping=0.3),
+        Unit(bristle_stiffness=20.0),
+        Unit(stiction=0.1441),
+    ],
+    ids=["viscous", "stiff bristles", "soft bristles", "no Stribeck effect"],
+)
+def test_healthy_units_unlike_the_model_pass(unit, rate):
+    """What is not limited may differ from the bench's model, far beyond its tolerance."""
+    run, phases = friction_check(unit)
+    result = judge(Unit(), sense(unit, run, rate, np.random.default_rng(14)), phases, rate)
+    assert result.verdict is UnitVerdict.PASS
+    assert result.number("T_st").value == pytest.approx(unit.stiction, rel=0.02)
+    assert result.number("T_c").value == pytest.approx(unit.coulomb, rel=0.04)
