@@ -13,6 +13,7 @@ COMMANDS = {
     "run": "run a scenario on a bench and judge the unit",
     "replay": "judge a recorded session or log again, with the same code",
     "controller": "be the virtual throttle controller on a bus",
+    "explain": "explain a measurement: what the simulation gets wrong, why, and how much better it gets",
     "check": "check bench, scenario, model and limits without moving anything",
     "schema": "print the JSON schemas of the files that people write",
 }

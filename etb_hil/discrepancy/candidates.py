@@ -25,7 +25,7 @@ _TOO_SMALL = ("stop_damping", "bristle_damping", "dead_zone")
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A suspect at one shape: its `unknowns` are fitted beside the base; `frees`: a base parameter let out of its box."""
+    """A suspect at one shape: its `unknowns` are fitted beside the base; `frees`: a parameter let out of its box."""
 
     id: str
     effect: Effect | None

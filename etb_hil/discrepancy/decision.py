@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 Float64 = NDArray[np.float64]
 
 # Mean square over the floor that a healthy case may show: torque, voltage, angle; each on a stop, slow, sliding.
-BAND = np.array([4.0, 4.0, 1.6, 3.0, 1.25, 1.6, 1.6, 1.25, 1.35])
+BAND = np.array([10.0, 3.0, 1.6, 3.0, 1.25, 1.6, 1.6, 1.25, 1.35])
 EXPLAINED_SHARE = 0.93  # of the excess over the floor
-LEAST_GAIN = 0.03  # of the squared residual, beyond what the suspect takes of the model's own simulation
+LEAST_GAIN = 0.04  # of the squared residual, beyond what the suspect takes of the model's own simulation
 HEALTHY_TIMES = 2.0
-GROUP_GAIN = np.array([2.0, 1.6, 0.35, 1.2, 0.12, 0.35, 0.4, 0.12, 0.2])  # of a group's floor, likewise
+GROUP_GAIN = np.array([4.0, 1.0, 0.25, 1.2, 0.12, 0.35, 0.4, 0.12, 0.2])  # of a group's floor, likewise
 LEAST_T = 1.0  # over the held-out segments
 LEAST_BEYOND = 1.015  # tolerances by which a parameter must lie outside before it is a cause
 CLASS_MARGIN = 0.05
@@ -56,7 +56,7 @@ def is_accepted(found: Round, findings: Findings) -> bool:
     drop = (found.before_groups - found.after_groups)[findings.rows >= LEAST_ROWS]
     by_group = bool((drop > GROUP_GAIN[findings.rows >= LEAST_ROWS]).any())
     least = LEAST_GAIN + HEALTHY_TIMES * found.healthy_gain
-    return found.gain > least and by_group and found.t > LEAST_T
+    return bool(found.gain > least and by_group and found.t > LEAST_T)
 
 
 def is_more_missing(findings: Findings) -> bool:

@@ -98,7 +98,7 @@ def search(
         found.accepted = decision.is_accepted(found, findings)
         if not found.accepted:
             break
-        taken.append(found.winner.id)
+        taken += [found.winner.id, *_siblings(found.winner)]
         _take_in(findings, found)
         if not decision.is_more_missing(findings):
             break
@@ -107,6 +107,11 @@ def search(
     )
     findings.verdict = decision.verdict(findings)
     return findings
+
+
+def _siblings(winner: Refined) -> tuple[str, ...]:
+    """Return the effects that only the winner's shape, where ours is another, would call for."""
+    return winner.candidate.effect.look_alikes if winner.candidate.effect is not None else ()
 
 
 def _round(findings: Findings, taken: Sequence[str], progress: Progress) -> Round:

@@ -17,6 +17,10 @@ STOP, SLOW, SLIDING = 0, 1, 2
 REGIMES = ("stop", "slow", "sliding")
 _SLOW = 0.3  # rad/s
 _NEAR = 0.012  # rad from where the model has the stop
+_REST = 0.04  # s
+# Bristles give way under a dither that no encoder shows: a plate that creeps like this is held by unknown friction.
+_CREEP = 2e-4  # rad in twice that time
+_COUNTS = 8.0  # times the noise of the angle: some two counts of its encoder
 _AROUND = 0.04  # s that the filter smears a stop over
 # What a true model leaves of the torque balance, before the case's own floor is known.
 _START = {STOP: 4.0, SLOW: 3.0, SLIDING: 1.0}
@@ -24,10 +28,14 @@ _START = {STOP: 4.0, SLOW: 3.0, SLIDING: 1.0}
 
 @dataclass(frozen=True, slots=True)
 class Regimes:
-    """`label` (m) by row at the output rate; `is_good` (m) False where samples were bridged."""
+    """`label` (m) by row at the output rate; `is_good` (m) False where samples were bridged.
+
+    `is_stuck` (m): the plate rests off the stops, and friction is whatever holds it: the torque balance says nothing.
+    """
 
     label: NDArray[np.int64]
     is_good: NDArray[np.bool_]
+    is_stuck: NDArray[np.bool_]
 
     @staticmethod
     def of(measured: Measurement, model: Model, spectrum: Spectrum, angle: Float64, velocity: Float64) -> Regimes:
@@ -40,18 +48,31 @@ class Regimes:
         )
         label = np.where(near, STOP, np.where(calm < _SLOW, SLOW, SLIDING))
         good = ~_widened(~measured.is_good, round(0.1 * measured.rate))
-        return Regimes(spectrum.picked(label), spectrum.picked(good))
+        stuck = ~near & _resting(
+            angle, max(round(_REST * measured.rate), 1), max(_COUNTS * measured.angle_noise, _CREEP)
+        )
+        return Regimes(spectrum.picked(label), spectrum.picked(good), spectrum.picked(stuck))
 
     def start_weights(self, has: tuple[bool, bool, bool]) -> Float64:
         """Return weights (3 m) of the balances before the floor of the case is known."""
         torque = 1.0 / np.array([_START[k] for k in range(3)])[self.label]
+        torque = np.where(self.is_stuck, 0.0, torque)
         parts = [torque, np.ones(len(self.label)), np.ones(len(self.label))]
         return np.concatenate([w * self.is_good * there for w, there in zip(parts, has, strict=True)])
 
     def groups(self) -> NDArray[np.int64]:
         """Return the group (3 m) of each row: 3 times the channel plus the regime; -1 where it does not count."""
         each = np.where(self.is_good, self.label, -10)
-        return np.concatenate([np.where(each >= 0, 3 * channel + each, -1) for channel in range(3)])
+        groups = [np.where(each >= 0, 3 * channel + each, -1) for channel in range(3)]
+        groups[0] = np.where(self.is_stuck, -1, groups[0])
+        return np.concatenate(groups)
+
+
+def _resting(angle: Float64, half: int, most: float) -> NDArray[np.bool_]:
+    """Return where (n) the angle has stayed and stays within `most` rad for `half` rows before and after."""
+    padded = np.pad(angle, half, mode="edge")
+    blocks = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1)[:, :: max(1, half // 8)]
+    return np.asarray(blocks.max(1) - blocks.min(1) < most)
 
 
 def _odd(samples: float) -> int:

@@ -21,12 +21,16 @@ _RIDGE = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class Screened:
-    """A suspect's best shape: what the linear model promises to leave, and the whole vector to start from."""
+    """A suspect's best shape: what the linear model promises to leave, and the whole vector to start from.
+
+    `sensitivity` (n): what it explains; `unit` (n): its first strength's column.
+    """
 
     candidate: Candidate
     cost: float
     start: Vector
     sensitivity: Float64
+    unit: Float64
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +101,7 @@ def _tried(residual: Residual, linear: Linear, candidate: Candidate) -> Screened
         unknown.put(start, value)
     for unknown, value in zip(candidate.strengths, x[-count:], strict=True):
         unknown.put(start, value)
-    return Screened(candidate, cost, start, columns @ x[-count:])
+    return Screened(candidate, cost, start, columns @ x[-count:], columns[:, 0])
 
 
 def _freed(linear: Linear, candidate: Candidate) -> Screened:
@@ -111,4 +115,5 @@ def _freed(linear: Linear, candidate: Candidate) -> Screened:
     start = calibration.fit.whole.copy()
     for unknown, value in zip(calibration.unknowns, linear.x + x, strict=True):
         unknown.put(start, value)
-    return Screened(candidate, cost, start, calibration.columns[:, index] * x[index])
+    column = calibration.columns[:, index]
+    return Screened(candidate, cost, start, column * x[index], column)

@@ -21,9 +21,10 @@ _RIDGE = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class HeldOut:
-    """Squared residual (segments) with every segment's parameters found on the others."""
+    """Squared residual (segments) under parameters `x` (segments, unknowns) that were found on the other segments."""
 
     cost: Float64
+    x: Float64
 
     def t_against(self, other: HeldOut) -> float:
         """Return Student's t of what this one leaves less than another, over the segments."""
@@ -57,9 +58,11 @@ def held_out(
     rights = [-columns[r].T @ fit.residual[r] for r in rows]
     normal, right = sum(normals), sum(rights)
     cost = np.empty(segments)
+    found = np.empty((segments, len(x)))
     for k, r in enumerate(rows):
         others = normal - normals[k] + _RIDGE * np.eye(len(x)) + np.diag(1e-9 * np.diag(normal))
         step = boxed(others, right - rights[k], low - x, high - x)
         left = fit.residual[r] + columns[r] @ step
         cost[k] = float(left @ left)
-    return HeldOut(cost)
+        found[k] = x + step
+    return HeldOut(cost, found)

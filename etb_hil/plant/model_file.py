@@ -115,7 +115,7 @@ def read_model_file(path: Path) -> ModelContent:
     ]
     if not problems and (problem := motor_constants_differ(parameters)):
         problems.append(dataclasses.replace(problem, place=document.place("parameters", "back_emf_constant", "value")))
-    problems += [_unknown_effect(document, index) for index in range(len(document.content.effects))]
+    problems += _wrong_effects(document)
     if problems:
         raise InputError(*problems)
     _warn_of_ranges(document, parameters)
@@ -172,9 +172,17 @@ def _tolerance(text: str | float, dimension: str) -> Tolerance:
     return Tolerance(amount, is_relative)
 
 
-def _unknown_effect(document: Document[ModelFile], index: int) -> Problem:
-    place = document.place("effects", index, "id")
-    return Problem("unknown effect", place, document.content.effects[index].id, remedy="remove it")
+def _wrong_effects(document: Document[ModelFile]) -> list[Problem]:
+    if not document.content.effects:
+        return []
+    from etb_hil.plant.effects.entries import problem_of  # noqa: PLC0415 (numba comes only where there are effects)
+
+    found = [problem_of(entry.id, entry.strengths) for entry in document.content.effects]
+    return [
+        dataclasses.replace(problem, place=document.place("effects", index, "id"))
+        for index, problem in enumerate(found)
+        if problem is not None
+    ]
 
 
 def _warn_of_ranges(document: Document[ModelFile], parameters: Mapping[str, Parameter]) -> None:

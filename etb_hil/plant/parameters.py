@@ -16,6 +16,8 @@ from etb_hil.plant.values import ThrottleParameters
 if TYPE_CHECKING:
     from numpy.random import Generator
 
+    from etb_hil.plant.physics import Vector
+
 __all__ = ["Model", "ThrottleParameters", "load_model"]
 
 _DRAWS = 1000
@@ -34,6 +36,12 @@ class Model:
     def values(self) -> ThrottleParameters:
         """The values of the equations, as stated: at the throttle shaft, in SI."""
         return referred(self.parameters)
+
+    def vector(self) -> Vector:
+        """Return the extended parameter vector: base values and effects (`etb_hil.plant.effects.layout`)."""
+        from etb_hil.plant.effects.entries import whole_vector  # noqa: PLC0415 (numba)
+
+        return whole_vector(self.values.vector(), [(entry.id, entry.strengths) for entry in self.effects])
 
     def values_at(self, temperature: float) -> ThrottleParameters:
         """Return the values of the equations at a temperature in degC, where parameters have a law for it."""

@@ -1,0 +1,55 @@
+"""`etb-hil explain`: what the simulation gets wrong of a measurement, why, and how much better it gets."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from etb_hil.recording.recording import Recording
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.add_argument("data", nargs="+", type=Path, help="session folders, CSV and MAT files of one unit")
+    parser.add_argument("--model", required=True, help="model file, or the name of a stock one")
+    parser.add_argument("--map", type=Path, help="which column of a table is which role")
+    parser.add_argument("--out", type=Path, default=Path("explanation"), help="folder (default: %(default)s)")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Explain the data, write the answer and print its verdict."""
+    from etb_hil.base.outcome import ExitCode
+    from etb_hil.base.stock import find
+    from etb_hil.discrepancy.explain import explain, write
+    from etb_hil.plant.parameters import load_model
+
+    model = load_model(find("model", options.model))
+    recordings = [_recording(path, options.map) for path in options.data]
+    answer = explain(recordings, model, progress=_progress)
+    paths = write(answer, options.out)
+    _progress("")
+    found = answer.explanation
+    print(f"verdict: {found['verdict']}")
+    for cause in found["causes"]:
+        alike = f" (or {', '.join(cause['class'])})" if cause["class"] else ""
+        print(f"  {cause['effect']}{alike}: {100.0 * cause['share_of_error']:.0f} % of the error")
+    print("\n".join(f"  {path}" for path in paths))
+    return int(ExitCode.INCONCLUSIVE if found["verdict"] == "insufficient_data" else ExitCode.DONE)
+
+
+def _recording(path: Path, map_file: Path | None) -> Recording:
+    if path.is_dir():
+        from etb_hil.bench.replay import replay
+
+        return replay(path).analysis.recording
+    from etb_hil.recording.tables import read_table
+
+    return read_table(path, map_file)
+
+
+def _progress(what: str) -> None:
+    if sys.stderr.isatty():
+        print(f"\r\033[K{what}", end="", file=sys.stderr, flush=True)

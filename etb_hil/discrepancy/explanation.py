@@ -1,0 +1,183 @@
+"""The answer as plain values: what `explanation.json` holds."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from etb_hil.discrepancy import decision
+from etb_hil.discrepancy.floor import LEAST_ROWS
+from etb_hil.discrepancy.holdout import Holdout
+from etb_hil.discrepancy.intervals import Estimate, estimates
+from etb_hil.discrepancy.limits import detection_limits
+from etb_hil.discrepancy.naming import Findings, Round
+from etb_hil.discrepancy.quality import data_quality
+from etb_hil.discrepancy.regimes import REGIMES
+from etb_hil.discrepancy.unknowns import FIELDS
+from etb_hil.plant.effects.layout import EXTENDED
+
+SCHEMA = "etb_hil/explanation/1"
+MOVED = 0.03  # share by which a base parameter that a term moves is flagged: it may have been stolen
+_BALANCES = ("torque", "voltage", "angle")
+_SHARPNESS = 3.0  # a rival at the class margin is e^-3 as probable
+
+
+def explanation(findings: Findings, holdout: Holdout | None) -> dict[str, Any]:
+    """Return the whole answer; `holdout` is None where there is no simulation that could be run."""
+    found = {
+        "schema": SCHEMA,
+        "verdict": findings.verdict,
+        "causes": causes(findings),
+        "suspects": _suspects(findings),
+        "unexplained": _unexplained(findings),
+        "calibrated": _calibrated(findings),
+        "balances": _balances(findings),
+        "detection_limits": detection_limits(
+            findings.rounds[-1].before, findings.rounds[-1].screened, decision.LEAST_GAIN
+        ),
+        "data_quality": data_quality(findings.balances, findings.model),
+    }
+    if holdout is not None:
+        found["errors"] = {"holdout": holdout.table, "nrmse_free_run": holdout.nrmse}
+        found["gain"] = {
+            "of": "free-run error of the throttle angle on held-out segments, calibrated to extended",
+            "value": holdout.gain,
+            "interval": list(holdout.gain_interval),
+        }
+    return found
+
+
+def causes(findings: Findings) -> list[dict[str, Any]]:
+    """Return the causes that were taken in, most probable first; where none was, nothing."""
+    numbers = {e.place: e for e in estimates(findings.final, findings.balances)}
+    total = sum(_taken(r) for r in findings.accepted) + float(
+        np.sum(findings.rows * np.maximum(findings.final_groups - 1.0, 0.0))
+    )
+    found = []
+    for each in findings.accepted:
+        winner = each.winner
+        found.append(
+            {
+                "effect": winner.id,
+                "probability": _probabilities(each)[winner.id],
+                "class": each.alike,
+                "parameters": _parameters(each, numbers),
+                "share_of_error": _taken(each) / total if total > 0.0 else 0.0,
+                "held_out_t": each.t,
+            }
+        )
+    return found
+
+
+def _taken(each: Round) -> float:
+    """Return the squared residual, in rows of the floor, that a cause took."""
+    return max(each.before.fit.cost - each.winner.fit.cost, 0.0)
+
+
+def _parameters(each: Round, numbers: dict[int, Estimate]) -> dict[str, Any]:
+    effect = each.winner.candidate.effect
+    if effect is None:
+        name = each.winner.candidate.frees
+        return {name: _number(numbers[FIELDS.index(name)], "SI")}
+    return {
+        parameter.name: _number(numbers[place], parameter.unit)
+        for parameter, place in zip(effect.parameters, effect.indices, strict=True)
+    }
+
+
+def _number(estimate: Estimate, unit: str) -> dict[str, Any]:
+    return {
+        "value": estimate.value,
+        "unit": unit,
+        "interval": [estimate.low, estimate.high],
+        "on_bound": estimate.on_bound,
+    }
+
+
+def _probabilities(each: Round) -> dict[str, float]:
+    """Return how probable each fitted suspect is beside the others, by what it leaves."""
+    margin = max(decision.class_margin(each), 1e-6)
+    worse = np.array([np.log(r.fit.cost / each.winner.fit.cost) for r in each.refined])
+    weights = np.exp(-_SHARPNESS * worse / margin)
+    return {r.id: float(w / weights.sum()) for r, w in zip(each.refined, weights, strict=True)}
+
+
+def _suspects(findings: Findings) -> list[dict[str, Any]]:
+    """Return every search's best suspects with the evidence for and against them."""
+    found = []
+    for number, each in enumerate(findings.rounds, 1):
+        probable = _probabilities(each)
+        for one in each.refined:
+            effect = one.candidate.effect
+            found.append(
+                {
+                    "search": number,
+                    "effect": one.id,
+                    "taken_in": each.accepted and one is each.winner,
+                    "probability": probable[one.id],
+                    "leaves": one.fit.cost / each.before.fit.cost,
+                    "looks_like": effect.looks_like if effect else "a base parameter outside its tolerance",
+                    "check": effect.check if effect else "the number in the model file, and its tolerance",
+                }
+            )
+    return found
+
+
+def _unexplained(findings: Findings) -> dict[str, Any]:
+    over = decision.excess(findings.final_groups, findings.rows)
+    where = [
+        {
+            "balance": _BALANCES[k // 3],
+            "regime": REGIMES[k % 3],
+            "rms_over_floor": float(np.sqrt(findings.final_groups[k])),
+        }
+        for k in np.argsort(-over)
+        if over[k] > 0.0
+    ]
+    splines = [
+        {"balance": p.balance, "over": p.over, "parity": p.parity, "share_of_rest": p.share} for p in findings.rest[:3]
+    ]
+    return {"where": where, "placeholders": splines}
+
+
+def _calibrated(findings: Findings) -> dict[str, Any]:
+    first = {e.name: e for e in estimates(findings.calibration, findings.balances)}
+    last = {e.name: e for e in estimates(findings.final, findings.balances)}
+    found = {}
+    for name, estimate in last.items():
+        if estimate.place >= EXTENDED or name not in FIELDS:
+            continue
+        nominal = float(getattr(findings.model.values, name))
+        half = findings.model.tolerance(name)
+        moved = abs(estimate.value - first[name].value) / max(abs(first[name].value), 1e-12)
+        flags = []
+        if abs(estimate.value - nominal) > half * 1.03:
+            flags.append("left its tolerance")
+        if estimate.on_bound:
+            flags.append("on a bound")
+        if findings.accepted and moved > MOVED:
+            flags.append(f"moved by {100.0 * moved:.1f} % when a term came in")
+        found[name] = {
+            "nominal": nominal,
+            "value": estimate.value,
+            "interval": [estimate.low, estimate.high],
+            "tolerance": half,
+            "flags": flags,
+        }
+    return found
+
+
+def _balances(findings: Findings) -> dict[str, Any]:
+    """Return each balance's residual over the floor, before any cause and with all of them, by regime."""
+    first = findings.rounds[0].before_groups if findings.rounds else findings.final_groups
+    found: dict[str, Any] = {}
+    for k in range(9):
+        if findings.rows[k] < LEAST_ROWS:
+            continue
+        found.setdefault(_BALANCES[k // 3], {})[REGIMES[k % 3]] = {
+            "calibrated_over_floor": float(np.sqrt(first[k])),
+            "extended_over_floor": float(np.sqrt(findings.final_groups[k])),
+            "rows": int(findings.rows[k]),
+        }
+    return found

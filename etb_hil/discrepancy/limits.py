@@ -1,0 +1,37 @@
+"""What would have been seen: the smallest strength of each effect that these data could not have hidden."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from etb_hil.discrepancy.calibration import Calibration
+from etb_hil.discrepancy.screening import Screened
+from etb_hil.discrepancy.similarity import Projector
+
+_SIGMAS = 3.0
+_CORRELATED = 4.0  # rows of the band-limited, coloured residual that are one independent value
+
+
+def detection_limits(before: Calibration, screened: list[Screened], least_gain: float) -> dict[str, dict[str, object]]:
+    """Return by effect the strength that would stand out by three sigma and by the gain that is asked of a cause."""
+    projector = Projector(before)
+    fit = before.fit
+    scale = float(np.sqrt(fit.cost / max(int(np.count_nonzero(fit.residual)), 1)))
+    found: dict[str, dict[str, object]] = {}
+    for one in screened:
+        effect = one.candidate.effect
+        if effect is None:
+            continue
+        length = float(np.linalg.norm(projector.rest(one.unit)))
+        if length <= 0.0:
+            continue
+        unknown = one.candidate.strengths[0]
+        by_noise = _SIGMAS * scale * np.sqrt(_CORRELATED) / length
+        by_gain = float(np.sqrt(least_gain * fit.cost)) / length
+        parameter = effect.parameters[effect.searched[0]]
+        found[effect.id] = {
+            "parameter": parameter.name,
+            "limit": float(max(by_noise, by_gain)) * unknown.scale,
+            "unit": parameter.unit,
+        }
+    return found

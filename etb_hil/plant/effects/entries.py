@@ -1,0 +1,70 @@
+"""The `effects` list of a model file: ids and strengths to and from the extended parameter vector."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from etb_hil.base.errors import Problem
+from etb_hil.base.quantity import tidy_unit
+from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.effects.effect import Effect, EffectParameter
+from etb_hil.plant.effects.layout import extended
+from etb_hil.plant.physics import Vector
+
+
+def problem_of(id_: str, strengths: Mapping[str, str | float]) -> Problem | None:
+    """Return what is wrong with an entry, without its place; None where nothing is."""
+    effect = CATALOGUE.get(id_)
+    if effect is None:
+        return Problem("unknown effect", value=id_, allowed=", ".join(CATALOGUE))
+    names = [parameter.name for parameter in effect.parameters]
+    for name, value in strengths.items():
+        if name not in names:
+            return Problem(f"{id_} has no such parameter", value=name, allowed=", ".join(names))
+        parameter = effect.parameters[names.index(name)]
+        try:
+            number = parsed(value, parameter)
+        except ValueError as error:
+            return Problem(f"{id_}: {name}: {error}", value=value)
+        if not parameter.low <= number <= parameter.high:
+            allowed = f"{parameter.low:g} to {parameter.high:g} {parameter.unit}"
+            return Problem(f"{id_}: {name} is out of its range", value=value, allowed=allowed)
+    return None
+
+
+def parsed(value: str | float, parameter: EffectParameter) -> float:
+    """Return a strength or shape in its own unit; ValueError where it is written in another."""
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        if parameter.unit != "1":
+            raise ValueError(f"a value with its unit is expected, for instance '1 {parameter.unit}'")
+        return float(value)
+    number, _, unit = str(value).partition(" ")
+    if tidy_unit(unit or "1") != tidy_unit(parameter.unit):
+        raise ValueError(f"its unit is {parameter.unit}")
+    return float(number)
+
+
+def written(number: float, parameter: EffectParameter) -> str | float:
+    """Return a strength or shape as a model file has it."""
+    return float(f"{number:.6g}") if parameter.unit == "1" else f"{number:.6g} {parameter.unit}"
+
+
+def whole_vector(base: Vector, effects: Iterable[tuple[str, Mapping[str, str | float]]]) -> Vector:
+    """Return base parameters with effects behind them; shapes that are not given take the middle of their grid."""
+    p = extended(base)
+    for id_, strengths in effects:
+        effect = CATALOGUE[id_]
+        for parameter, place in zip(effect.parameters, effect.indices, strict=True):
+            if parameter.name in strengths:
+                p[place] = parsed(strengths[parameter.name], parameter)
+            elif not parameter.is_strength:
+                p[place] = parameter.starts[len(parameter.starts) // 2]
+    return p
+
+
+def entry_of(effect: Effect, p: Vector) -> dict[str, str | float]:
+    """Return the strengths and shapes of an effect in an extended vector, as a model file has them."""
+    return {
+        parameter.name: written(float(p[place]), parameter)
+        for parameter, place in zip(effect.parameters, effect.indices, strict=True)
+    }
