@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from etb_hil.bench.rows import RowBuilder
+from etb_hil.bench.verdict_policy import corruption_doubts, withheld
 from etb_hil.canio.decoder import Decoder
-from etb_hil.diagnosis.diagnosis import Diagnosis
+from etb_hil.diagnosis.diagnosis import MOVING, Diagnosis
+from etb_hil.diagnosis.plausibility import Plausibility
 from etb_hil.recording.recording import ClockGrade, Recording
 
 if TYPE_CHECKING:
@@ -47,6 +49,7 @@ class Analysis:
         self.recording = Recording(origin, ClockGrade.SAMPLE_COUNTER if counted else ClockGrade.RECEIVE_STAMPS)
         self.decoder = Decoder(dialect)
         self.diagnosis = Diagnosis(model, limits)
+        self._plausibility = Plausibility(model)
         self._keep = keep
         self._waiting: list[SampleBlock] = []
         self._judged_ns = 0
@@ -75,6 +78,9 @@ class Analysis:
         blocks = self.decoder.push(frames)
         self.recording.append(blocks if self._keep else [replace(block, columns={}) for block in blocks])
         self._waiting += blocks
+        for block in blocks:
+            if "request_rate" in block.columns:
+                self._plausibility.ask(float(block.columns["request_rate"][-1]), int(block.stamp_ns[-1]))
         if self._newest_ns - self._judged_ns >= JUDGE_NS:
             self._catch_up()
         return blocks
@@ -89,9 +95,10 @@ class Analysis:
         return self.decoder.lost
 
     def finish(self) -> DiagnosisResult:
-        """Return the verdict on the unit, from all that was pushed."""
+        """Return the verdict on the unit, from all that was pushed; none where the measurement cannot be true."""
         self._catch_up()
-        return self.diagnosis.finish()
+        doubts = [*self._plausibility.doubts(), *corruption_doubts(self.decoder.statistics(), self._dialect)]
+        return withheld(self.diagnosis.finish(), doubts)
 
     def _catch_up(self) -> None:
         rows = self._rows.push(self._waiting)
@@ -106,4 +113,6 @@ class Analysis:
         for index, mark in enumerate(self._marks):
             stop = int(edges[index + 1]) if index + 1 < len(edges) else len(rows)
             if stop > (start := int(edges[index])):
-                self.diagnosis.push(rows.rows(slice(start, stop)), mark.kind)
+                stretch = rows.rows(slice(start, stop))
+                self.diagnosis.push(stretch, mark.kind)
+                self._plausibility.push(stretch, index, moving=mark.kind in MOVING)

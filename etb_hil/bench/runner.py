@@ -10,6 +10,7 @@ from etb_hil.base.lateness import Lateness
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.bench.analysis import Analysis
 from etb_hil.bench.bench_file import Bench
+from etb_hil.bench.phases import Measure
 from etb_hil.bench.record import PhaseTime, RunRecord
 from etb_hil.bench.safe_state import SafeState, bring_to_rest
 from etb_hil.bench.scenario_file import Scenario, Step
@@ -77,15 +78,15 @@ class Runner:
 
     def _wake_controller(self) -> None:
         """Ask for samples with the drive off, until the first ones arrive."""
-        self._tap.request(self._bench.measure)
+        self._request(self._bench.measure)
         deadline = self._clock.now_ns() + round(ANSWER_S * 1e9)
-        while "motor_current" not in self._analysis.recording.roles:
+        while not self._supervisor.is_complete:
             self._tick(OFF, supervise_age=False)
             if self._clock.now_ns() > deadline:
                 raise _Stopped(
                     BenchOutcome.FAULT,
                     "no_answer",
-                    f"the controller sent no sample within {ANSWER_S:g} s of the request; "
+                    f"the controller did not send current and angles within {ANSWER_S:g} s of the request; "
                     "check that it is powered, on this bus and at this bit rate",
                 )
 
@@ -95,13 +96,18 @@ class Runner:
         self._tap.events.add(start_ns, "phase", id=step.id, kind=phase.kind)
         self._record.phases.append(PhaseTime(step.id, phase.kind, start_ns))
         if phase.measure is not None:
-            self._tap.request(phase.measure)
+            self._request(phase.measure)
         self._follow(phase.trajectory(self._start_angle(), self._throttle))
         if phase.measure is not None:
-            self._tap.request(self._bench.measure)
+            self._request(self._bench.measure)
         end_ns = self._clock.now_ns()
         self._tap.events.add(end_ns, "phase_end", id=step.id)
         self._record.phases[-1] = PhaseTime(step.id, phase.kind, start_ns, end_ns)
+
+    def _request(self, measure: Measure) -> None:
+        """Ask for samples, and expect them from now on."""
+        self._tap.request(measure)
+        self._supervisor.expect(measure.signals, self._clock.now_ns())
 
     def _start_angle(self) -> float:
         """Return where the next motion starts: where the plate was sent, or where it is when it was let go."""

@@ -16,6 +16,7 @@ from etb_hil.base.yamlfile import FileModel
 from etb_hil.recording.samples import Float64, SampleBlock
 
 SPEED_SPAN_NS = 5_000_000  # velocity is the travel over this time: long enough for an encoder's steps
+MEASURED = {"current": ("motor_current",), "encoder": ("motor_angle", "throttle_angle")}  # what a request brings
 STATUS_AGE = 10  # a status frame may be this many times older than a sample before the run stops
 
 
@@ -45,7 +46,8 @@ class Supervisor:
     def __init__(self, limits: SafetyLimits, gear_ratio: float, start_ns: int) -> None:
         self._limits = limits
         self._gear_ratio = gear_ratio
-        self._newest_ns = start_ns
+        self._newest_ns: dict[str, int] = {}  # of the roles that are due
+        self._seen: set[str] = set()
         self._newest_status_ns = start_ns
         self._anchor_ns, self._anchor_angle = 0, math.nan
         self.current = np.nan
@@ -57,8 +59,18 @@ class Supervisor:
 
     @property
     def newest_ns(self) -> int:
-        """Stamp of the newest measured sample."""
-        return self._newest_ns
+        """Stamp up to which everything that was asked for has been measured."""
+        return min(self._newest_ns.values(), default=self._newest_status_ns)
+
+    def expect(self, signals: Iterable[str], now_ns: int) -> None:
+        """Let samples of these signals of a request be due from now on, and no others."""
+        roles = [role for signal in dict.fromkeys(signals) for role in MEASURED[signal]]
+        self._newest_ns = {role: max(self._newest_ns.get(role, 0), now_ns) for role in roles}
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether every role that was asked for has been measured since."""
+        return self._seen >= self._newest_ns.keys()
 
     def look(self, blocks: Iterable[SampleBlock]) -> Trip | None:
         """Take new samples; return what was passed, if anything."""
@@ -70,12 +82,15 @@ class Supervisor:
         return None
 
     def age(self, now_ns: int) -> Trip | None:
-        """Return a trip when the newest sample or status is too old to move on."""
+        """Return a trip when the newest sample or status is too old to move on, or younger than the clock allows."""
         allowed = self._limits.frame_age
-        for name, newest, limit in (
-            ("measured sample", self._newest_ns, allowed),
-            ("status frame", self._newest_status_ns, allowed * STATUS_AGE),
-        ):
+        due = [
+            (f"measured sample of {role.replace('_', ' ')}", stamp, allowed) for role, stamp in self._newest_ns.items()
+        ]
+        for name, newest, limit in (*due, ("status frame", self._newest_status_ns, allowed * STATUS_AGE)):
+            if (ahead := (newest - now_ns) * 1e-9) > allowed:
+                reason = f"a {name} is stamped {ahead * 1e3:.0f} ms ahead of the clock: nobody can tell how old it is"
+                return Trip("clock_stepped", reason)
             age = (now_ns - newest) * 1e-9
             if age > limit:
                 return Trip("frames_stopped", f"no {name} for {age * 1e3:.0f} ms (allowed: {limit * 1e3:.0f} ms)")
@@ -83,8 +98,10 @@ class Supervisor:
 
     def _look_at(self, block: SampleBlock) -> Trip | None:
         columns, limits = block.columns, self._limits
-        if "motor_current" in columns or "throttle_angle" in columns or "motor_angle" in columns:
-            self._newest_ns = int(block.stamp_ns[-1])
+        for role in self._newest_ns:
+            if role in columns:
+                self._newest_ns[role] = int(block.stamp_ns[-1])
+                self._seen.add(role)
         if "motor_current" in columns:
             self.current = float(columns["motor_current"][-1])
             lowest, highest = _extremes(columns["motor_current"])

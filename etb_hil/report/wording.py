@@ -13,6 +13,7 @@ from etb_hil.report.model import Number, Results
 
 _REPLACE = "Replace the throttle body, or clean it and test again. Keep this report with the unit."
 _NOT_FITTED = "Do not fit this unit to a vehicle. " + _REPLACE
+_SENSORS = "Check the unit's plug and the sensor's wiring, then repeat. This says nothing of the unit's friction."
 _AGAIN = "Repeat the test. Where it happens again, have an engineer look at the plots."
 
 
@@ -57,6 +58,30 @@ UNIT_REASONS = {
         "Check that the plate moves by hand with the supply off, and the supply voltage; then repeat.",
         True,
     ),
+    "tracks_disagree": Wording("The two tracks of the plate sensor contradict each other.", _SENSORS, True),
+    "angles_disagree": Wording("Plate sensor and motor encoder contradict each other.", _SENSORS, True),
+    "angle_jumps": Wording("The motor angle jumps as no motor can move it.", _SENSORS, True),
+    "current_frozen": Wording("The current reading stands still.", _SENSORS, True),
+    "current_zero_moves": Wording("The current reading with the drive off moves.", _SENSORS, True),
+    "motor_balance": Wording("Voltage, current and speed of the motor contradict each other.", _SENSORS, True),
+    "samples_missing": Wording(
+        "Too many samples are missing to judge the unit.", "Check the CAN wiring and the bus load, then repeat.", True
+    ),
+    "not_as_asked": Wording(
+        "The controller measured otherwise than it was asked to.",
+        "Check that no other tool sends measurement requests on this bus, then repeat.",
+        True,
+    ),
+    "clocks_disagree": Wording(
+        "The controller's clock and the computer's part.",
+        "Repeat the test. Where it happens again, check the controller's clock.",
+        True,
+    ),
+    "frames_corrupted": Wording(
+        "Too many frames were corrupted to trust the others.",
+        "Check CAN wiring, termination and shielding, then repeat.",
+        True,
+    ),
     "run_not_finished": Wording("The run ended before the unit could be judged.", "Repeat the test."),
 }
 
@@ -66,6 +91,9 @@ BENCH_REASONS = {
     ),
     "frames_stopped": Wording(
         "The controller's frames stopped arriving.", "Check the CAN plug, the supply and the termination, then repeat."
+    ),
+    "clock_stepped": Wording(
+        "The computer's clock was set while the test ran.", "Repeat the test while the clock is left alone."
     ),
     "bus_fault": Wording("The CAN interface failed.", "Check the adapter, its driver and the CAN plug, then repeat."),
     "duration_limit": Wording(

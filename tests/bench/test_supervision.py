@@ -25,7 +25,9 @@ def samples(source="m", stamp_ns=1_000_000, **columns):
 
 @pytest.fixture
 def supervisor():
-    return Supervisor(LIMITS, GEAR, 0)
+    watched = Supervisor(LIMITS, GEAR, 0)
+    watched.expect(["current", "encoder"], 0)
+    return watched
 
 
 def test_what_is_inside_all_limits_moves_on(supervisor):
@@ -67,11 +69,28 @@ def test_bad_samples_do_not_hide_good_ones(supervisor):
 
 
 def test_old_samples_and_old_status_trip(supervisor):
-    supervisor.look([samples(stamp_ns=0, motor_current=[0.0]), samples(stamp_ns=0, enable=[1.0])])
+    measured = {"motor_current": [0.0], "motor_angle": [0.0], "throttle_angle": [0.0]}
+    supervisor.look([samples(stamp_ns=0, **measured), samples(stamp_ns=0, enable=[1.0])])
     assert supervisor.age(99_000_000) is None
     assert supervisor.age(101_000_000).reason_id == "frames_stopped"
-    supervisor.look([samples(stamp_ns=1_050_000_000, motor_current=[0.0])])
+    supervisor.look([samples(stamp_ns=1_050_000_000, **measured)])
     assert "status" in supervisor.age(1_060_000_000).reason
+
+
+def test_each_signal_that_was_asked_for_is_due_by_itself(supervisor):
+    assert not supervisor.is_complete
+    supervisor.look([samples(stamp_ns=100_000_000, motor_current=[0.0])])
+    assert not supervisor.is_complete
+    assert "motor angle" in supervisor.age(150_000_000).reason
+    supervisor.expect(["current"], 100_000_000)
+    assert supervisor.is_complete
+    assert supervisor.age(150_000_000) is None
+
+
+def test_stamps_ahead_of_the_clock_trip(supervisor):
+    supervisor.look([samples(stamp_ns=500_000_000, motor_current=[0.0], motor_angle=[0.0], throttle_angle=[0.0])])
+    assert supervisor.age(450_000_000) is None
+    assert supervisor.age(350_000_000).reason_id == "clock_stepped"
 
 
 def test_velocity_is_the_travel_of_the_last_milliseconds_for_any_blocks():

@@ -1,0 +1,41 @@
+"""When a verdict is withheld: on data that the bench did not get, or that cannot be true, nothing is said of a unit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from etb_hil.base.outcome import UnitVerdict
+from etb_hil.canio.protection import Profile
+from etb_hil.diagnosis.result import DiagnosisResult, Reason
+
+if TYPE_CHECKING:
+    from etb_hil.canio.decoder import MessageStatistics
+    from etb_hil.canio.dialect import Dialect
+
+UNSEEN = 0.1  # frames with a wrong content that may have passed their CRC, in expectation over a run
+_CRC_BITS = {Profile.NONE: 0, Profile.PROFILE_2: 8, Profile.PROFILE_5: 16}
+
+
+def corruption_doubts(statistics: Mapping[str, MessageStatistics], dialect: Dialect) -> list[Reason]:
+    """Return a doubt where so many frames failed their CRC that another one may have passed it by chance."""
+    found = []
+    for message in dialect.messages:
+        counted = statistics[message.name]
+        bits = _CRC_BITS[message.protection.profile]
+        unseen = counted.crc_failures / 2.0**bits
+        if not message.commanded and unseen > UNSEEN:
+            text = (
+                f"{counted.crc_failures} frames of {message.name} failed their CRC of {bits} bits; "
+                f"{unseen:.1f} wrong ones may have passed it"
+            )
+            found.append(Reason("frames_corrupted", text, "find what corrupts the frames, then repeat"))
+    return found
+
+
+def withheld(result: DiagnosisResult, doubts: Sequence[Reason]) -> DiagnosisResult:
+    """Return the result, inconclusive where there are doubts; they then stand before its own reasons."""
+    if not doubts:
+        return result
+    return replace(result, verdict=UnitVerdict.INCONCLUSIVE, reasons=(*doubts, *result.reasons))

@@ -1,0 +1,323 @@
+"""Whether the samples of a run can be true: sensors against each other, against physics, and against the clock.
+
+A verdict says something of a unit only where nothing here speaks against the measurement. What each check sees, and
+from which size on, is listed in `docs/faults.md`. The results do not depend on how the stream was cut.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from etb_hil.diagnosis.motor_balance import WINDOW, worst_residual
+from etb_hil.diagnosis.result import Reason
+from etb_hil.plant.parameters import Model
+from etb_hil.recording.samples import Float64, Int64, SampleBlock
+
+TRACKS = 0.03  # rad between both plate tracks
+ENCODER = 0.05  # rad between plate and encoder, play and eccentricity of a healthy unit included
+OFF_CURRENT = 0.03  # A between two stretches with the bridge off
+MISSING = 0.05  # share of the time of motion without samples
+RATE = 0.3  # share by which the samples may come faster or slower than asked
+STEP_NS = 20_000_000  # the least delay of the stamps behind the samples may wander by so much
+DRIFT = 1e-3  # and by so much of the time passed: ten times what crystals do
+
+_FEW = 5  # samples in all that may be off: a single bad frame of a burst is ten
+_FEW_JUMPS = 2  # one frame with a wrong angle makes three second differences
+_LATENCY = 1e-3  # s, a plate sensor's filter behind the encoder
+_ACCELERATION = 3.0  # times what the motor's and the springs' torque give
+_STOPS = 0.05  # rad from a stop the stop accelerates
+_FROZEN_NS = 20_000_000
+_SURE = 70.0  # exp(-70): chance that noise repeats itself that long
+_OFF_WINDOW = 50  # samples
+_SETTLE_NS = 100_000_000  # the current has died away, and delayed samples have come
+_LAG_WINDOW_NS = 500_000_000
+
+# State: sums and last values.
+(
+    _BASE, _ENCODER, _ENCODER_BEFORE, _CURRENT, _OFF_SUM, _OFF_LOW, _OFF_HIGH,
+    _VOLTAGE_FIRST, _CURRENT_FIRST, _ANGLE_FIRST, _VOLTAGE_SUM, _CURRENT_SUM, _VOLTAGE_LAST, _ROUGH, _FLOATS,
+) = range(15)  # fmt: skip
+(
+    _ROWS, _BASED, _LAST_NS, _STEP_BEFORE, _EQUAL, _EQUAL_FROM, _FROZEN, _TRACKS_OFF, _ENCODER_OFF, _JUMPS, _OFF_N,
+    _OFF_FROM, _OFFS, _WINDOW_FROM, _WINDOW_N, _SHORTEST, _PHASE, _MOVING_NS, _MISSING_NS, _LAG_FROM, _LAG_LEAST,
+    _LAG_FIRST, _LAG_WORST, _INTS,
+) = range(24)  # fmt: skip
+_NONE = np.int64(1 << 62)
+_BASE_ROWS = 50
+
+
+@dataclass(frozen=True, slots=True)
+class _Bounds:
+    """What the compiled pass compares with."""
+
+    equal: int  # readings alike in a row
+    acceleration: float  # rad/s²
+    step: float  # rad of an encoder's count
+    low: float
+    high: float
+
+
+class Plausibility:
+    """Takes the joined rows of a run, phase by phase, and says what speaks against them."""
+
+    def __init__(self, model: Model) -> None:
+        throttle, sensors = model.values, model.sensors
+        self._gear_ratio = throttle.gear_ratio
+        torque = throttle.torque_per_ampere * throttle.voltage_limit / throttle.resistance
+        torque += max(throttle.preload_open, throttle.preload_close) + throttle.stiction
+        self._bounds = _Bounds(
+            _equal_readings(float(sensors.current_noise), float(sensors.current_step)),
+            _ACCELERATION * torque / throttle.inertia,
+            2.0 * math.pi / float(sensors.motor_counts_per_turn) / throttle.gear_ratio,
+            throttle.stop_low + _STOPS,
+            throttle.stop_high - _STOPS,
+        )
+        self._floats = np.full(_FLOATS, np.nan)
+        self._floats[[_BASE, _OFF_SUM, _VOLTAGE_SUM, _CURRENT_SUM]] = 0.0
+        self._ints = np.zeros(_INTS, np.int64)
+        self._ints[[_SHORTEST, _LAG_LEAST, _LAG_FIRST]] = _NONE
+        self._ints[_PHASE] = -1
+        self._windows: list[Float64] = []
+        self._asks: list[tuple[int, int]] = []
+        self._asked_ns, self._asked_from_ns = 0, 0
+        self._other_rate: tuple[float, float] | None = None
+
+    def ask(self, rate: float, stamp_ns: int) -> None:
+        """Note that samples at `rate` (Hz) were asked for at a stamp (ns), before rows of later stamps are pushed."""
+        self._asks.append((stamp_ns, round(1e9 / rate) if rate > 0.0 else 0))
+
+    def push(self, rows: SampleBlock, phase: int, *, moving: bool) -> None:
+        """Take rows of the phase with this number; `moving` where its motion is judged."""
+        while self._asks and (cut := int(np.searchsorted(rows.stamp_ns, self._asks[0][0]))) < len(rows):
+            self._look(rows.rows(slice(cut)), phase, moving=moving)
+            rows = rows.rows(slice(cut, None))
+            self._check_rate()
+            asked_at, self._asked_ns = self._asks.pop(0)
+            self._asked_from_ns = asked_at + _SETTLE_NS
+            self._ints[_SHORTEST] = _NONE
+        self._look(rows, phase, moving=moving)
+
+    def _look(self, rows: SampleBlock, phase: int, *, moving: bool) -> None:
+        missing = np.full(len(rows), np.nan)
+        columns = rows.columns
+        encoder = columns["motor_angle"] / self._gear_ratio
+        out = np.empty((len(rows), WINDOW))
+        b = self._bounds
+        closed = _watch(
+            rows.time_ns, rows.stamp_ns, columns["motor_current"], encoder, columns.get("throttle_angle", missing),
+            columns.get("throttle_angle_2", missing), columns.get("motor_voltage", missing), phase, moving,
+            self._asked_from_ns, b.equal, b.acceleration, b.step, b.low, b.high, self._floats, self._ints, out,
+        )  # fmt: skip
+        if closed:
+            self._windows.append(out[:closed].copy())
+
+    def doubts(self) -> list[Reason]:
+        """Return what speaks against the samples, the gravest first."""
+        self._check_rate()
+        s, n = self._floats, self._ints
+        found = []
+        if n[_TRACKS_OFF] >= _FEW:
+            found.append(_doubt("tracks_disagree", f"both plate tracks differ by more than {TRACKS} rad in "
+                                f"{n[_TRACKS_OFF]} samples", "check the plate sensor and its wiring"))  # fmt: skip
+        if n[_ENCODER_OFF] >= _FEW:
+            found.append(_doubt("angles_disagree", f"plate and motor encoder differ by more than {ENCODER} rad in "
+                                f"{n[_ENCODER_OFF]} samples", "check encoder, plate sensor and gear"))  # fmt: skip
+        if n[_JUMPS] > _FEW_JUMPS:
+            found.append(_doubt("angle_jumps", f"the motor angle jumps as no motor can move it, {n[_JUMPS]} times",
+                                "check the encoder and its wiring"))  # fmt: skip
+        if n[_FROZEN]:
+            found.append(_doubt("current_frozen", f"the current reading stands still for {n[_FROZEN]} samples, without "
+                                "the sensor's noise", "check the current sensor and its range"))  # fmt: skip
+        apart = s[_OFF_HIGH] - s[_OFF_LOW]
+        if apart > OFF_CURRENT:
+            found.append(_doubt("current_zero_moves", f"with the bridge off the current reads {s[_OFF_LOW]:.3f} to "
+                                f"{s[_OFF_HIGH]:.3f} A; {OFF_CURRENT} A apart are allowed",
+                                "check the current sensor"))  # fmt: skip
+        if self._windows and (problem := worst_residual(np.concatenate(self._windows))):
+            found.append(_doubt("motor_balance", problem, "check the sensors of current, voltage and angle"))
+        if n[_MISSING_NS] > MISSING * n[_MOVING_NS]:
+            share = n[_MISSING_NS] / n[_MOVING_NS]
+            found.append(_doubt("samples_missing", f"{share:.1%} of the time of motion has no samples; allowed: "
+                                f"{MISSING:.0%}", "look at the bus load and the controller's task times"))  # fmt: skip
+        if self._other_rate is not None:
+            asked, came = self._other_rate
+            found.append(_doubt("not_as_asked", f"samples came at {came:.0f} Hz; {asked:.0f} Hz were asked for",
+                                "check what else sends measurement requests on this bus"))  # fmt: skip
+        if n[_LAG_WORST] > 0:
+            found.append(_doubt("clocks_disagree", f"sample clock and receive stamps part by {n[_LAG_WORST] * 1e-6:.0f}"
+                                " ms", "check the controller's clock, and whether the host's was set"))  # fmt: skip
+        return found
+
+    def _check_rate(self) -> None:
+        shortest = int(self._ints[_SHORTEST])
+        if self._asked_ns and shortest != _NONE and abs(shortest - self._asked_ns) > RATE * self._asked_ns:
+            self._other_rate = (1e9 / self._asked_ns, 1e9 / shortest)
+
+
+def _doubt(reason_id: str, text: str, remedy: str) -> Reason:
+    return Reason(reason_id, text, f"{remedy}, then repeat")
+
+
+def _equal_readings(noise: float, step: float) -> int:
+    """Return how many equal readings in a row no noise of this size gives; 0 where readings may well be equal."""
+    if noise < 0.5 * step or noise <= 0.0:
+        return 0
+    chance = min(step / (noise * 2.0 * math.sqrt(math.pi)), 0.6)
+    return 2 * math.ceil(_SURE / -math.log(chance))
+
+
+@njit(cache=True, error_model="numpy")
+def _watch(
+    time_ns: Int64,
+    stamp_ns: Int64,
+    current: Float64,
+    encoder: Float64,
+    plate: Float64,
+    plate_2: Float64,
+    voltage: Float64,
+    phase: int,
+    moving: bool,
+    asked_from_ns: int,
+    equal: int,
+    acceleration: float,
+    step: float,
+    low: float,
+    high: float,
+    s: Float64,
+    n: Int64,
+    out: Float64,
+) -> int:
+    """Look at every row; return how many windows of the motor's balance were closed into `out`."""
+    closed = 0
+    for k in range(len(time_ns)):
+        if math.isnan(current[k]) or math.isnan(encoder[k]):
+            continue
+        gap = time_ns[k] - n[_LAST_NS] if n[_ROWS] else np.int64(0)
+        if phase != n[_PHASE]:
+            n[_PHASE], n[_OFF_FROM], n[_OFF_N], n[_WINDOW_N] = phase, time_ns[k] + _SETTLE_NS, 0, 0
+        _clock(time_ns[k], stamp_ns[k], gap, moving, asked_from_ns, n)
+        _angles(encoder[k], plate[k], plate_2[k], gap, acceleration, step, low, high, s, n)
+        _frozen_current(time_ns[k], current[k], equal, s, n)
+        if math.isnan(voltage[k]):
+            n[_WINDOW_N] = 0
+            _bridge_off(time_ns[k], current[k], s, n)
+        else:
+            n[_OFF_FROM], n[_OFF_N] = time_ns[k] + _SETTLE_NS, 0
+            closed += _window(time_ns[k], gap, current[k], encoder[k], voltage[k], s, n, out[closed])
+        s[_ENCODER_BEFORE], s[_ENCODER], s[_CURRENT] = s[_ENCODER], encoder[k], current[k]
+        n[_STEP_BEFORE], n[_LAST_NS] = gap, time_ns[k]
+        n[_ROWS] += 1
+    return closed
+
+
+@njit(cache=True, error_model="numpy")
+def _clock(time_ns: np.int64, stamp_ns: np.int64, gap: np.int64, moving: bool, asked_from: int, n: Int64) -> None:
+    """Follow the interval, the time without samples, and the least delay of the stamps."""
+    if gap > 0:
+        if stamp_ns > asked_from:
+            n[_SHORTEST] = min(n[_SHORTEST], gap)
+        if moving:
+            n[_MOVING_NS] += gap
+            if n[_SHORTEST] < _NONE and 2 * gap > 3 * n[_SHORTEST]:
+                n[_MISSING_NS] += gap - n[_SHORTEST]
+    lag = stamp_ns - time_ns
+    if n[_ROWS] == 0:
+        n[_LAG_FROM] = time_ns
+    n[_LAG_LEAST] = min(n[_LAG_LEAST], lag)
+    if time_ns - n[_LAG_FROM] < _LAG_WINDOW_NS:
+        return
+    if n[_LAG_FIRST] == _NONE:
+        n[_LAG_FIRST] = n[_LAG_LEAST]
+    passed = n[_ROWS] * (n[_SHORTEST] if n[_SHORTEST] < _NONE else 0)
+    moved = abs(n[_LAG_LEAST] - n[_LAG_FIRST])
+    if moved > STEP_NS + DRIFT * passed:
+        n[_LAG_WORST] = max(n[_LAG_WORST], moved)
+    n[_LAG_FROM], n[_LAG_LEAST] = time_ns, _NONE
+
+
+@njit(cache=True, error_model="numpy")
+def _angles(
+    encoder: float, plate: float, plate_2: float, gap: np.int64, acceleration: float, step: float, low: float,
+    high: float, s: Float64, n: Int64,
+) -> None:  # fmt: skip
+    """Hold the tracks against each other and the encoder, and the encoder against what a motor can do."""
+    if abs(plate - plate_2) > TRACKS:
+        n[_TRACKS_OFF] += 1
+    if not math.isnan(plate):
+        if n[_BASED] < _BASE_ROWS:
+            s[_BASE] += plate - encoder
+            n[_BASED] += 1
+        base = s[_BASE] / n[_BASED]
+        speed = abs(encoder - s[_ENCODER]) / (gap * 1e-9) if gap > 0 else 0.0
+        if abs(plate - encoder - base) > ENCODER + _LATENCY * min(speed, 50.0):
+            n[_ENCODER_OFF] += 1
+        inside = low < encoder + base < high
+    else:
+        inside = True
+    if n[_ROWS] >= 2 and gap == n[_STEP_BEFORE] and inside:
+        dt = gap * 1e-9
+        bend = encoder - 2.0 * s[_ENCODER] + s[_ENCODER_BEFORE]
+        if abs(bend) > acceleration * dt * dt + 3.0 * step:
+            n[_JUMPS] += 1
+
+
+@njit(cache=True, error_model="numpy")
+def _frozen_current(time_ns: np.int64, current: float, equal: int, s: Float64, n: Int64) -> None:
+    if n[_ROWS] == 0 or current != s[_CURRENT]:
+        n[_EQUAL], n[_EQUAL_FROM] = 1, time_ns
+        return
+    n[_EQUAL] += 1
+    if equal and n[_EQUAL] > equal and time_ns - n[_EQUAL_FROM] >= _FROZEN_NS:
+        n[_FROZEN] = max(n[_FROZEN], n[_EQUAL])
+
+
+@njit(cache=True, error_model="numpy")
+def _bridge_off(time_ns: np.int64, current: float, s: Float64, n: Int64) -> None:
+    """Keep the lowest and the highest mean of the current while the bridge is off."""
+    if time_ns < n[_OFF_FROM]:
+        return
+    if n[_OFF_N] == 0:
+        s[_OFF_SUM] = 0.0
+    s[_OFF_SUM] += current
+    n[_OFF_N] += 1
+    if n[_OFF_N] == _OFF_WINDOW:
+        mean = s[_OFF_SUM] / _OFF_WINDOW
+        first = n[_OFFS] == 0
+        s[_OFF_LOW] = mean if first else min(s[_OFF_LOW], mean)
+        s[_OFF_HIGH] = mean if first else max(s[_OFF_HIGH], mean)
+        n[_OFFS] += 1
+        n[_OFF_N] = 0
+
+
+@njit(cache=True, error_model="numpy")
+def _window(
+    time_ns: np.int64, gap: np.int64, current: float, encoder: float, voltage: float, s: Float64, n: Int64, out: Float64
+) -> int:
+    """Gather one row of the motor's balance: means of voltage and current, and how far angle and both moved."""
+    if n[_WINDOW_N] and 2 * gap > 3 * n[_SHORTEST]:
+        n[_WINDOW_N] = 0
+    if n[_WINDOW_N] == 0:
+        n[_WINDOW_FROM], s[_VOLTAGE_FIRST], s[_CURRENT_FIRST], s[_ANGLE_FIRST] = time_ns, voltage, current, encoder
+        s[_VOLTAGE_SUM], s[_CURRENT_SUM], s[_ROUGH] = 0.0, 0.0, 0.0
+    else:  # trapezoids
+        s[_VOLTAGE_SUM] += 0.5 * (voltage + s[_VOLTAGE_LAST]) * gap
+        s[_CURRENT_SUM] += 0.5 * (current + s[_CURRENT]) * gap
+        s[_ROUGH] = max(s[_ROUGH], abs(voltage - s[_VOLTAGE_LAST]) * gap)
+    s[_VOLTAGE_LAST] = voltage
+    n[_WINDOW_N] += 1
+    length = time_ns - n[_WINDOW_FROM]
+    if length < 20_000_000:
+        return 0
+    seconds = length * 1e-9
+    out[0] = s[_VOLTAGE_SUM] / length
+    out[1] = s[_CURRENT_SUM] / length
+    out[2] = (encoder - s[_ANGLE_FIRST]) / seconds
+    out[3] = (current - s[_CURRENT_FIRST]) / seconds
+    out[4] = (voltage - s[_VOLTAGE_FIRST]) / seconds
+    out[5] = s[_ROUGH] / length
+    n[_WINDOW_N] = 0
+    return 1
