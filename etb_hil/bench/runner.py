@@ -10,7 +10,7 @@ from etb_hil.base.lateness import Lateness
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.bench.analysis import Analysis
 from etb_hil.bench.bench_file import Bench
-from etb_hil.bench.phases import Measure
+from etb_hil.bench.phase import Measure
 from etb_hil.bench.record import PhaseTime, RunRecord
 from etb_hil.bench.safe_state import SafeState, bring_to_rest
 from etb_hil.bench.scenario_file import Scenario, Step
