@@ -38,6 +38,7 @@ def serve_and_drive(kind: str) -> dict[str, object]:
         writer = MessageWriter(setup.dialect, "EtbCommand")
         set_point = {"command_mode": 1.0, "command_enable": 1.0, "command_position": 0.5}
         received = []
+        MessageWriter(setup.dialect, "EtbCommand").write(set_point, [0])  # compiles here, not while time runs
         deadline = clock.now_ns()
         for tick in range((DRIVEN_MS + AFTER_MS) // PERIOD_MS):
             if tick < DRIVEN_MS // PERIOD_MS:

@@ -6,7 +6,7 @@ An unstable or inaccurate step hides in the angle: the friction torque is what i
 import dataclasses
 import math
 
-import independent_throttle
+import independent_plant
 import numpy as np
 import pytest
 
@@ -55,7 +55,7 @@ def ours(values, duration):
 
 
 def friction(rows, values):
-    return np.array([independent_throttle.friction(omega, z, values)[0] for _, omega, z, _ in rows])
+    return np.array([independent_plant.friction(omega, z, values)[0] for _, omega, z, _ in rows])
 
 
 def rms(values):
@@ -63,7 +63,7 @@ def rms(values):
 
 
 def check(values, duration=2.5):
-    expected = independent_throttle.closed_loop(values, controller, LIMP_HOME, duration)
+    expected = independent_plant.closed_loop(values, controller, LIMP_HOME, duration)
     found = ours(values, duration)
     assert rms(found[:, 0] - expected[:, 0]) <= ANGLE_RMS
     assert rms(friction(found, values) - friction(expected, values)) <= FRICTION_RMS
