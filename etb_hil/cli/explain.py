@@ -24,9 +24,9 @@ def run(options: argparse.Namespace) -> int:
     from etb_hil.base.outcome import ExitCode
     from etb_hil.base.stock import find
     from etb_hil.discrepancy.explain import explain, write
-    from etb_hil.plant.parameters import load_model
+    from etb_hil.plant.drive_file import load_plant
 
-    model = load_model(find("model", options.model))
+    model, _ = load_plant(find("model", options.model))
     recordings = [_recording(path, options.map) for path in options.data]
     answer = explain(recordings, model, progress=_progress)
     paths = write(answer, options.out)

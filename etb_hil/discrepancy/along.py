@@ -9,6 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from etb_hil.plant.effects import ports, teeth
+from etb_hil.plant.effects.layout import PLATE_INERTIA
 from etb_hil.plant.physics import (
     BACK_EMF,
     BRISTLE_DAMPING,
@@ -30,7 +31,6 @@ def along(
     is_open: NDArray[np.bool_],
     temperature: Vector,
     dt: float,
-    plate_inertia: float,
     p: Vector,
     torque: Vector,
     voltage: Vector,
@@ -54,7 +54,7 @@ def along(
         # What the balance itself says of the voltage: losses that scale the measured one would scale its noise away.
         command = 0.0 if is_open[k] else p[RESISTANCE] * i + p[BACK_EMF] * omega
         ports.pass_time(slow, omega, way, i, command, temperature[k], dt, p)
-        swing = plate_inertia * acceleration[k]
+        swing = p[PLATE_INERTIA] * acceleration[k]
         where = teeth.on_plate(theta, where, omega, swing, p) if loose else theta
         elastic = ports.elastic_torque(where, omega, p)
         g = ports.friction_level(theta, omega, elastic + swing, temperature[k], slow[ports.AGE], friction, p)

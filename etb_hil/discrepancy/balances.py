@@ -41,6 +41,7 @@ CHANNELS = ("torque", "voltage", "angle")
 _TORQUE_FLOOR = 3.0  # times the current's noise
 # Unknown but small: clock skew of current, voltage and plate sensor, and the plate sensor's zero.
 NUISANCES = ("current_skew", "voltage_skew", "plate_skew", "plate_zero")
+_THROTTLE_FRICTION = 0.144  # N·m
 _OPEN_FOR = 0.02  # s
 _SENSORS = (row("current_sensor_gain"), row("measurement_delay") + WIDTH)
 
@@ -63,7 +64,8 @@ class Balances:
     def __init__(self, measured: Measurement, model: Model) -> None:
         self.measured = measured
         self.gear = model.values.gear_ratio
-        self.plate_inertia = _plate_inertia(model)
+        # Bounds of effects are a throttle's; another drive's forces are larger by as much as its friction is.
+        self.load = model.values.coulomb / _THROTTLE_FRICTION if measured.is_drive else 1.0
         self.spectrum = spectrum = Spectrum(len(measured), measured.rate)
         self._voltage = spectrum.of(measured.held_voltage)
         self._plate = None if measured.plate is None else spectrum.of(measured.plate)
@@ -76,7 +78,7 @@ class Balances:
         self._whiten = _whitening(measured, model, spectrum)
         truth = self._truth(_no_sensors(base))
         self.regimes = Regimes.of(measured, model, spectrum, truth.angle, truth.velocity)
-        self.has = (True, measured.current is not None, measured.plate is not None)
+        self.has = (True, measured.current is not None and not measured.is_drive, measured.plate is not None)
         self.rows = len(self.regimes.label)
         self.weights = self.regimes.start_weights(self.has)
 
@@ -95,7 +97,7 @@ class Balances:
             current, current_spectrum = self._current_from_voltage(truth, p)
         along(
             truth.angle, truth.velocity, truth.acceleration, current, self._is_open, m.temperature, m.dt,
-            self.plate_inertia, p, self._torque, self._drop, self._place,
+            p, self._torque, self._drop, self._place,
         )  # fmt: skip
         skew_i, skew_u, skew_plate, zero = nuisance
         torque = spectrum.of(self._torque) - p[INERTIA] * s * s * truth.angle_spectrum
@@ -103,7 +105,7 @@ class Balances:
         # In units of the measured current: a gain that shrinks all torques would shrink the noise with them.
         torque *= 1.0 + p[row("current_sensor_gain")]
         found = [spectrum.back(torque * self._whiten[0])]
-        if m.current is None:
+        if not self.has[1]:
             found.append(np.zeros(self.rows))
         else:
             voltage = self._voltage * (1.0 + skew_u * s) - spectrum.of(self._drop)
@@ -181,10 +183,6 @@ def _open_bridge(measured: Measurement, model: Model) -> NDArray[np.bool_]:
 
 def _no_sensors(base: Vector) -> Vector:
     return np.concatenate([base, np.zeros(_SENSORS[1] - len(base))])
-
-
-def _plate_inertia(model: Model) -> float:
-    return model.parameters["throttle_inertia"].value
 
 
 def _whitening(measured: Measurement, model: Model, spectrum: Spectrum) -> list[Float64]:

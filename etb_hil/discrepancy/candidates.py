@@ -10,6 +10,7 @@ from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.unknowns import Unknown, effect_unknowns
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.effect import Effect
+from etb_hil.plant.physics import PARAMETERS
 
 # In a model file K_t, J and the like are the motor's: that is what a technician would correct.
 MODEL_FILE_NAME = {"torque_per_ampere": "torque_constant", "inertia": "motor_inertia"}
@@ -17,6 +18,10 @@ _NEEDS_TEMPERATURE = ("friction_temperature", "magnet_temperature")
 _NEEDS_CURRENT = (
     "current_sensor_gain", "current_sensor_offset", "measurement_delay", "resistance_temperature", "brush_drop",
     "hbridge_dead_time", "supply_sag",
+)  # fmt: skip
+_OF_A_THROTTLE = (
+    "friction_load", "gear_backlash", "shaft_compliance", "spring_nonlinear", "spring_preload_shift",
+    "limp_home_dead_zone", "aerodynamic_torque", "end_stop_compliance", "angle_sensor_eccentricity",
 )  # fmt: skip
 _NEEDS_PLATE = ("sensor_hysteresis",)
 # Too small in any balance to be a cause.
@@ -56,22 +61,29 @@ def suspects(
         out.update(_NEEDS_CURRENT)
     if not has_plate:
         out.update(_NEEDS_PLATE)
-    found = {id_: _shapes(effect) for id_, effect in CATALOGUE.items() if id_ not in out}
+    if any(b.measured.is_drive for b in balances):
+        out.update(_OF_A_THROTTLE)
+    load = balances[0].load
+    found = {id_: _shapes(effect, load) for id_, effect in CATALOGUE.items() if id_ not in out}
     for unknown in base:
         id_ = f"parameter:{MODEL_FILE_NAME.get(unknown.name, unknown.name)}"
-        if id_ not in out and unknown.name not in _TOO_SMALL:
+        if id_ not in out and unknown.name not in _TOO_SMALL and unknown.place < PARAMETERS:
             found[id_] = [Candidate(id_, None, (), (), unknown.name)]
     return found
 
 
-def _shapes(effect: Effect) -> list[Candidate]:
+def _shapes(effect: Effect, load: float) -> list[Candidate]:
     grids = [(0.0,) if p.is_strength else p.starts for p in effect.parameters]
     single = len(effect.searched) == 1
     steps = effect.parameters[effect.searched[0]].starts if single else (0.0,)
     found = []
     for values in itertools.product(*grids):
-        unknowns = tuple(effect_unknowns(effect, values))
+        unknowns = tuple(effect_unknowns(effect, values, load))
         for step in steps:
-            sizes = (step,) if single else tuple(effect.parameters[k].starts[0] for k in effect.searched)
+            sizes = tuple(
+                (step if single else effect.parameters[k].starts[0])
+                * (load if effect.parameters[k].unit == "N·m" else 1.0)
+                for k in effect.searched
+            )
             found.append(Candidate(effect.id, effect, values, unknowns, steps=sizes))
     return found

@@ -16,6 +16,7 @@ from etb_hil.discrepancy.floor import LEAST_ROWS
 
 if TYPE_CHECKING:
     from etb_hil.discrepancy.naming import Findings, Round
+    from etb_hil.discrepancy.refining import Refined
 
 Float64 = NDArray[np.float64]
 
@@ -24,6 +25,8 @@ BAND = np.array([10.0, 3.0, 1.6, 3.0, 1.25, 1.6, 1.6, 1.25, 1.35])
 EXPLAINED_SHARE = 0.93  # of the excess over the floor
 LEAST_GAIN = 0.04  # of the squared residual, beyond what the suspect takes of the model's own simulation
 HEALTHY_TIMES = 2.0
+LATER_GAIN = 0.25
+LATER_T = 4.0
 GROUP_GAIN = np.array([4.0, 1.0, 0.25, 1.2, 0.12, 0.35, 0.4, 0.12, 0.2])  # of a group's floor, likewise
 LEAST_T = 1.0  # over the held-out segments
 LEAST_BEYOND = 1.015  # tolerances by which a parameter must lie outside before it is a cause
@@ -55,8 +58,23 @@ def is_accepted(found: Round, findings: Findings) -> bool:
     """Tell whether the winner explains more than a suspect does where nothing is missing."""
     drop = (found.before_groups - found.after_groups)[findings.rows >= LEAST_ROWS]
     by_group = bool((drop > GROUP_GAIN[findings.rows >= LEAST_ROWS]).any())
+    # After one cause, what another takes may be no more than that the first one's shape is not quite ours.
     least = LEAST_GAIN + HEALTHY_TIMES * found.healthy_gain
+    if findings.accepted:
+        if _is_on_bound(found.winner):
+            return False
+        least = max(least, LATER_GAIN if found.t < LATER_T else 2.0 * LEAST_GAIN)
     return bool(found.gain > least and by_group and found.t > LEAST_T)
+
+
+def _is_on_bound(winner: Refined) -> bool:
+    """Tell whether a strength of the winner lies on its bound: it stands for something else, then."""
+    effect = winner.candidate.effect
+    if effect is None:
+        return False
+    own = winner.unknowns[-len(effect.parameters) :]
+    places = [(own[k], own[k].x_of(winner.fit.whole)) for k in effect.strengths]
+    return any(x <= u.low + 1e-6 or x >= u.high - 1e-6 for u, x in places)
 
 
 def is_more_missing(findings: Findings) -> bool:

@@ -15,6 +15,8 @@ from etb_hil.discrepancy.extending import extended_model
 from etb_hil.discrepancy.holdout import Holdout, hold_out
 from etb_hil.discrepancy.measurement import measurements_of
 from etb_hil.discrepancy.naming import Findings, search
+from etb_hil.discrepancy.quality import data_quality
+from etb_hil.discrepancy.transfer import transfer
 from etb_hil.plant.model_text import model_text
 from etb_hil.plant.parameters import Model
 from etb_hil.recording.recording import Recording
@@ -35,23 +37,36 @@ def explain(
     without: Sequence[str] = (),
     progress: Callable[[str], None] = lambda _: None,
 ) -> Answer:
-    """Explain recordings of one unit by a model; `without`: effects that are not looked for."""
-    stretches, missing = [], []
-    for recording in recordings:
+    """Explain the first of some recordings of one kind of unit by a model, and try the causes on the others.
+
+    `without`: effects that are not looked for.
+    """
+    stretches, others, missing = [], [], []
+    for number, recording in enumerate(recordings):
         try:
-            stretches += measurements_of(recording, model)
+            found = measurements_of(recording, model)
         except InputError as error:
             missing += [str(problem) for problem in error.problems]
+            continue
+        if number == 0:
+            stretches = found
+        else:
+            others += found
     if not stretches:
         return Answer({"schema": SCHEMA, "verdict": "insufficient_data", "causes": [], "data_quality": missing})
     balances = [Balances(measured, model) for measured in stretches]
     findings = search(model, balances, without, progress)
     progress("running the models freely on held-out segments")
     holdout = hold_out(findings)
-    found = explanation(findings, holdout)
+    answer = explanation(findings, holdout)
+    if others:
+        progress("trying the causes on the other recordings")
+        tested = [Balances(measured, model) for measured in others]
+        answer["transfer"] = transfer(findings, tested)
+        answer["data_quality"] += data_quality(tested, model)
     if missing:
-        found["left_out"] = missing
-    return Answer(found, findings, holdout)
+        answer["left_out"] = missing
+    return Answer(answer, findings, holdout)
 
 
 def write(answer: Answer, folder: Path) -> list[Path]:

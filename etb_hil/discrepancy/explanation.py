@@ -51,10 +51,7 @@ def explanation(findings: Findings, holdout: Holdout | None) -> dict[str, Any]:
 def causes(findings: Findings) -> list[dict[str, Any]]:
     """Return the causes that were taken in, most probable first; where none was, nothing."""
     numbers = {e.place: e for e in estimates(findings.final, findings.balances)}
-    total = sum(_taken(r) for r in findings.accepted) + float(
-        np.sum(findings.rows * np.maximum(findings.final_groups - 1.0, 0.0))
-    )
-    found = []
+    found, left = [], 1.0
     for each in findings.accepted:
         winner = each.winner
         found.append(
@@ -63,16 +60,12 @@ def causes(findings: Findings) -> list[dict[str, Any]]:
                 "probability": _probabilities(each)[winner.id],
                 "class": each.alike,
                 "parameters": _parameters(each, numbers),
-                "share_of_error": _taken(each) / total if total > 0.0 else 0.0,
+                "share_of_error": left * each.gain,
                 "held_out_t": each.t,
             }
         )
+        left *= 1.0 - each.gain
     return found
-
-
-def _taken(each: Round) -> float:
-    """Return the squared residual, in rows of the floor, that a cause took."""
-    return max(each.before.fit.cost - each.winner.fit.cost, 0.0)
 
 
 def _parameters(each: Round, numbers: dict[int, Estimate]) -> dict[str, Any]:

@@ -23,6 +23,7 @@ Float64 = NDArray[np.float64]
 
 GROUPS = 9  # 3 balances by 3 regimes
 _BOUNCE = 9.0
+_LOWEST = 0.05  # below it a floor is luck: noise alone leaves more
 LEAST_ROWS = 25  # of a group that is judged: 0.1 s
 
 
@@ -61,6 +62,7 @@ def floor_of(
     level, _ = group_means(again, calibration.fit.whole)
     # On a stop the plate bounces between two rows, and jitter shows as voltage.
     level[3] *= _BOUNCE
+    level = np.maximum(level, _LOWEST)
     return Floor(level, again, calibration)
 
 
@@ -68,5 +70,5 @@ def weigh(balances: Sequence[Balances], floor: Float64) -> None:
     """Weigh each group by its floor, so that a true model leaves about 1 everywhere."""
     for b in balances:
         groups = b.judged_groups()
-        weight = 1.0 / np.sqrt(np.maximum(floor, 0.05))
+        weight = 1.0 / np.sqrt(np.maximum(floor, _LOWEST))
         b.weights = np.where(groups >= 0, weight[np.maximum(groups, 0)], 0.0)

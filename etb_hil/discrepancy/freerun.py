@@ -20,9 +20,9 @@ from etb_hil.plant.physics import BRISTLE_STIFFNESS, COULOMB, TORQUE_PER_AMPERE,
 
 Float64 = NDArray[np.float64]
 
+POSITION, CURRENT_ROLE = "throttle_angle", "motor_current"
 SEGMENT_S = 2.0
 STEP_S = 0.01  # of the one-step error
-SIGNALS = {"throttle_angle": "rad", "motor_current": "A"}
 _REST_BAND = 0.02  # rad/s
 
 
@@ -35,7 +35,8 @@ def errors(b: Balances, parameters: Callable[[float], Vector], *, one_step: bool
     m = b.measured
     rows = round(SEGMENT_S * m.rate)
     starts = range(0, len(m) - rows + 1, rows)
-    found: dict[str, list[float]] = {name: [] for name in SIGNALS if name != "motor_current" or m.current is not None}
+    has_current = m.current is not None and not m.is_drive
+    found: dict[str, list[float]] = {name: [] for name in ((POSITION, CURRENT_ROLE) if has_current else (POSITION,))}
     out = np.empty((rows, 3))
     for begin in starts:
         p = parameters(begin / len(m))
@@ -46,15 +47,15 @@ def errors(b: Balances, parameters: Callable[[float], Vector], *, one_step: bool
         state[OMEGA], state[CURRENT] = velocity[begin], current[0]
         state[BRISTLE] = _bristle(p, float(angle[begin]), float(velocity[begin]), float(current[0]))
         _run(
-            state, p, b.plate_inertia, m.voltage[part], m.temperature[part], angle[part], velocity[part], current,
+            state, p, m.voltage[part], m.temperature[part], angle[part], velocity[part], current,
             round(m.dt / TICK), max(1, round(STEP_S * m.rate)) if one_step else 0, out,
         )  # fmt: skip
         seen = angle_sensor_eccentricity.measured_angle(out[:, 0] * b.gear, p) / b.gear
-        found["throttle_angle"].append(_rms(seen - m.angle[part]))
-        if m.current is not None:
+        found[POSITION].append(_rms(seen - m.angle[part]))
+        if has_current and m.current is not None:
             sensed = current_sensor_gain.measured_current(out[:, 1], p)
             sensed = current_sensor_offset.measured_current(sensed, m.temperature[part], p)
-            found["motor_current"].append(_rms(sensed - m.current[part]))
+            found[CURRENT_ROLE].append(_rms(sensed - m.current[part]))
     return {name: np.array(values) for name, values in found.items()}
 
 
@@ -82,7 +83,6 @@ def _rms(values: Float64) -> float:
 def _run(
     state: Vector,
     p: Vector,
-    plate_inertia: float,
     voltage: Vector,
     temperature: Vector,
     angle: Vector,
@@ -100,4 +100,4 @@ def _run(
         out[k, 2] = state[PLATE]
         u = voltage[k]
         # With the bridge off the voltmeter sees the motor: driven by it, no current flows, which is what happens.
-        advance_extended(state, p, plate_inertia, u, ticks, temperature[k])
+        advance_extended(state, p, u, ticks, temperature[k])

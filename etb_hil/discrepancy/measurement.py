@@ -40,6 +40,7 @@ class Measurement:
     supply: Float64 | None
     is_good: NDArray[np.bool_]
     flags: tuple[str, ...] = field(default=())
+    is_drive: bool = False  # driven in force or torque: `current` is that, and there is no winding
 
     def __len__(self) -> int:
         return len(self.angle)
@@ -58,6 +59,9 @@ class Measurement:
 def measurements_of(recording: Recording, model: Model) -> list[Measurement]:
     """Return the stretches of a recording that are long enough, InputError where the roles do not suffice."""
     roles = recording.roles
+    if "drive_force" in roles and "linear_position" in roles:
+        rows = recording.joined(["drive_force", "linear_position"])
+        return _stretches(recording.origin, rows.time_ns, dict(rows.columns), model)
     if "motor_voltage" not in roles and "motor_duty" not in roles:
         raise InputError(_lacks(recording, "motor_voltage or motor_duty", "free run is driven by the voltage"))
     if "motor_angle" not in roles and "throttle_angle" not in roles:
@@ -96,7 +100,10 @@ def _lacks(recording: Recording, what: str, why: str) -> Problem:
 def _stretches(origin: str, time_ns: NDArray[np.int64], columns: dict[str, Float64], model: Model) -> list[Measurement]:
     if len(time_ns) < 2:
         raise InputError(Problem(f"{origin} has fewer than two rows"))
-    step = float(np.median(np.diff(time_ns))) * 1e-9
+    steps = np.diff(time_ns)
+    step = float(np.median(steps)) * 1e-9
+    if float(steps.max()) < 1.5e9 * step:
+        step = float(time_ns[-1] - time_ns[0]) * 1e-9 / len(steps)
     cuts = np.flatnonzero(np.diff(time_ns) * 1e-9 > max(LONGEST_GAP, 3.0 * step)) + 1
     found = [
         _even(origin, time_ns[part], {role: values[part] for role, values in columns.items()}, step, model)
@@ -119,7 +126,7 @@ def _even(
     seconds = (time_ns - start) * 1e-9
     count = int(np.floor(seconds[-1] / step + 1e-6)) + 1
     clock = np.arange(count) * step
-    is_even = count == len(seconds) and float(np.abs(seconds - clock).max()) < 0.02 * step
+    is_even = count == len(seconds) and float(np.abs(seconds - clock).max()) < 0.05 * step
     good = np.ones(count, bool)
     even = {}
     for role, values in columns.items():
@@ -139,6 +146,8 @@ def _even(
 def _measurement(
     origin: str, start: float, rate: float, even: dict[str, Float64], good: NDArray[np.bool_], model: Model
 ) -> Measurement:
+    if "drive_force" in even:
+        return _drive(origin, start, rate, even, good, model)
     gear, sensors = model.values.gear_ratio, model.sensors
     flags = []
     plate = even.get("throttle_angle")
@@ -172,6 +181,28 @@ def _measurement(
         supply=even.get("supply_voltage"),
         is_good=good,
         flags=tuple(flags),
+    )
+
+
+def _drive(
+    origin: str, start: float, rate: float, even: dict[str, Float64], good: NDArray[np.bool_], model: Model
+) -> Measurement:
+    position, force = even["linear_position"], even["drive_force"]
+    step = 2.0 * np.pi / model.values.gear_ratio / model.sensors.motor_counts_per_turn
+    return Measurement(
+        origin=origin,
+        rate=rate,
+        start_s=start,
+        voltage=force,
+        angle=position,
+        angle_noise=step / np.sqrt(12.0),
+        current=force,
+        plate=None,
+        temperature=np.full(len(position), ROOM_TEMPERATURE),
+        has_temperature=False,
+        supply=None,
+        is_good=good,
+        is_drive=True,
     )
 
 

@@ -124,7 +124,9 @@ def _round(findings: Findings, taken: Sequence[str], progress: Progress) -> Roun
         lambda id_: progress(f"trying {id_}"),
     )
     progress("fitting the best suspects")
-    refined = sorted((quickly(residual, base, s) for s in screened[:_REFINED]), key=lambda r: r.fit.cost)
+    refined = sorted(
+        (quickly(residual, base, s, findings.balances[0].load) for s in screened[:_REFINED]), key=lambda r: r.fit.cost
+    )
     best = [fully(residual, r) for r in refined[:_FULLY]]
     refined = sorted(best + refined[_FULLY:], key=lambda r: r.fit.cost)
     after, _ = group_means(findings.balances, refined[0].fit.whole)

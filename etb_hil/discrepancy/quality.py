@@ -17,6 +17,8 @@ Float64 = NDArray[np.float64]
 _BURST = 64
 _AT_LIMIT = 0.02  # of the time at the voltage's limit that is worth a word
 _TINY = 1e-12
+_GRID_SLACK = 0.05  # of a step
+_OFF_GRID = 0.5  # share of the rows from which it is said
 
 
 def data_quality(balances: Sequence[Balances], model: Model) -> list[dict[str, Any]]:
@@ -34,16 +36,18 @@ def _of(b: Balances, model: Model) -> dict[str, Any]:
     saturated = float(np.mean(np.abs(m.voltage) > 0.995 * limit))
     if saturated > _AT_LIMIT:
         flags.append(f"the voltage is at its limit {100.0 * saturated:.0f} % of the time")
-    if m.current is None:
+    if m.is_drive:
+        flags.append("driven in force: electrical causes cannot be judged")
+    elif m.current is None:
         flags.append("motor_current is missing: one balance only, from the voltage; electrical causes cannot be judged")
     if m.plate is None:
         flags.append("no second angle: what lies between motor and plate cannot be judged")
     if not m.has_temperature:
         flags.append("no temperature, or a constant one: heat cannot be told from time")
     travel = (float(m.angle.min()), float(m.angle.max()))
-    if travel[0] > model.values.limp_home or travel[1] < model.values.limp_home:
+    if not m.is_drive and (travel[0] > model.values.limp_home or travel[1] < model.values.limp_home):
         flags.append("limp-home is never crossed: preload, offset and asymmetry cannot be told apart")
-    flags += _filtered(m)
+    flags += _off_grid(m)
     found: dict[str, Any] = {
         "origin": m.origin,
         "rate_hz": m.rate,
@@ -58,18 +62,19 @@ def _of(b: Balances, model: Model) -> dict[str, Any]:
     return found
 
 
-def _filtered(m: Measurement) -> list[str]:
-    """Flag an angle whose noise is far below what its own sensor's steps would leave: somebody filtered it."""
-    step = np.diff(m.angle)
-    high = np.diff(step, 2)
-    still = np.abs(high) > 0.0
-    if not still.any() or m.angle_noise <= 0.0:
+def _off_grid(m: Measurement) -> list[str]:
+    """Flag an angle that is not on the steps of its encoder: somebody filtered it, and noise is no longer noise."""
+    step = m.angle_noise * np.sqrt(12.0)
+    if step <= 0.0 or "motor_angle is missing" in " ".join(m.flags):
         return []
-    rms = float(np.sqrt(np.mean(high**2)))
-    promised = m.angle_noise * np.sqrt(20.0)  # white steps through a third difference
-    if rms < 0.05 * promised and "motor_angle is missing" not in " ".join(m.flags):
-        return ["the angle is smoother than its encoder can be: it was filtered before"]
-    return []
+    away = m.angle / step - np.round(m.angle / step)
+    away -= np.median(away)
+    off = float(np.mean(np.abs(away - np.round(away)) > _GRID_SLACK))
+    if off < _OFF_GRID:
+        return []
+    return [
+        f"{100.0 * off:.1f} % of the angles lie off the encoder's steps: the signal was filtered or resampled before"
+    ]
 
 
 def _at_rest(m: Measurement) -> dict[str, float]:

@@ -36,9 +36,9 @@ class Refined:
         return self.candidate.id
 
 
-def quickly(residual: Residual, calibration: Calibration, screened: Screened) -> Refined:
+def quickly(residual: Residual, calibration: Calibration, screened: Screened, load: float = 1.0) -> Refined:
     """Return a suspect fitted with the base model's columns as they are, the suspect's own differenced anew."""
-    unknowns = _unknowns(calibration.unknowns, screened.candidate, screened.start)
+    unknowns = _unknowns(calibration.unknowns, screened.candidate, screened.start, load)
     best: tuple[Fit, Float64] | None = None
     for share in (1.0, 0.3):
         begin = fit_of(residual, _between(calibration.fit.whole, screened, share))
@@ -57,12 +57,12 @@ def fully(residual: Residual, refined: Refined, rounds: int = _FULL_ROUNDS) -> R
     return replace(refined, fit=fit, columns=columns)
 
 
-def _unknowns(base: Sequence[Unknown], candidate: Candidate, start: Vector) -> list[Unknown]:
+def _unknowns(base: Sequence[Unknown], candidate: Candidate, start: Vector, load: float) -> list[Unknown]:
     moved = [u.free() if u.name == candidate.frees else u for u in base]
     if candidate.effect is None:
         return moved
     shapes = [float(start[place]) for place in candidate.effect.indices]
-    return moved + effect_unknowns(candidate.effect, shapes)
+    return moved + effect_unknowns(candidate.effect, shapes, load)
 
 
 def _between(whole: Vector, screened: Screened, share: float) -> Vector:

@@ -15,11 +15,11 @@ Float64 = NDArray[np.float64]
 
 STOP, SLOW, SLIDING = 0, 1, 2
 REGIMES = ("stop", "slow", "sliding")
-_SLOW = 0.3  # rad/s
+_SLOW = 0.04  # of omega_s
 _NEAR = 0.012  # rad from where the model has the stop
 _REST = 0.04  # s
 # Bristles give way under a dither that no encoder shows: a plate that creeps like this is held by unknown friction.
-_CREEP = 2e-4  # rad in twice that time
+_CREEP = 0.08  # of T_c / sigma_0 in twice that time
 _COUNTS = 8.0  # times the noise of the angle: some two counts of its encoder
 _AROUND = 0.04  # s that the filter smears a stop over
 # What a true model leaves of the torque balance, before the case's own floor is known.
@@ -46,10 +46,12 @@ class Regimes:
         calm = np.convolve(
             np.abs(velocity), np.full(_odd(0.016 * measured.rate), 1.0 / _odd(0.016 * measured.rate)), "same"
         )
-        label = np.where(near, STOP, np.where(calm < _SLOW, SLOW, SLIDING))
+        label = np.where(near, STOP, np.where(calm < _SLOW * v.stribeck_velocity, SLOW, SLIDING))
         good = ~_widened(~measured.is_good, round(0.1 * measured.rate))
         stuck = ~near & _resting(
-            angle, max(round(_REST * measured.rate), 1), max(_COUNTS * measured.angle_noise, _CREEP)
+            angle,
+            max(round(_REST * measured.rate), 1),
+            max(_COUNTS * measured.angle_noise, _CREEP * v.coulomb / v.bristle_stiffness),
         )
         return Regimes(spectrum.picked(label), spectrum.picked(good), spectrum.picked(stuck))
 

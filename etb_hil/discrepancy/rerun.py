@@ -75,7 +75,7 @@ def _simulated(balances: Balances, p: Vector) -> Float64:
     state = new_extended_state(float(angle[0]), float(m.temperature[0]))
     stiff = p[RESISTANCE] * p[INERTIA] / p[TORQUE_PER_AMPERE]
     _keep_on(
-        state, p, balances.plate_inertia, angle, velocity, m.voltage, m.temperature,
+        state, p, angle, velocity, m.voltage, m.temperature,
         max(1, round(m.dt / TICK)), _BANDWIDTH**2 * stiff, _BANDWIDTH * stiff, rows,
     )  # fmt: skip
     return rows
@@ -85,7 +85,6 @@ def _simulated(balances: Balances, p: Vector) -> Float64:
 def _keep_on(
     state: Vector,
     p: Vector,
-    plate_inertia: float,
     angle: Vector,
     velocity: Vector,
     voltage: Vector,
@@ -103,4 +102,4 @@ def _keep_on(
         rows[k, 1] = state[CURRENT]
         rows[k, 2] = state[PLATE]
         rows[k, 3] = u
-        advance_extended(state, p, plate_inertia, u, ticks, temperature[k])
+        advance_extended(state, p, u, ticks, temperature[k])

@@ -11,8 +11,8 @@ from etb_hil.discrepancy.screening import Screened
 Float64 = NDArray[np.float64]
 
 ALIKE = 0.95
-ABSORBED = 0.25  # share of an effect beside the base parameters below which they are its name, too
-_GOOD_SHARE = 0.2
+ABSORBED = 0.2  # share of an effect beside the base parameters below which they are its name, too
+_GOOD_SHARE = 0.15
 _NOTHING = 1e-9
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from etb_hil.discrepancy.balances import NUISANCES
 from etb_hil.plant.effects.effect import Effect
-from etb_hil.plant.effects.layout import EXTENDED, extended
+from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import BACK_EMF, TORQUE_PER_AMPERE, Vector
 from etb_hil.plant.values import ThrottleParameters
@@ -18,7 +18,7 @@ FIELDS = tuple(field.name for field in fields(ThrottleParameters))
 SLACK = 1.02  # of a tolerance: the noise is so low that a hair outside it would count
 WIDEST = 8.0  # tolerances that a parameter may leave its box by, when it is suspected itself
 _NEVER = ("gear_ratio", "supply_voltage", "voltage_limit", "back_emf")
-_SKEW = 0.35  # of a sample period: what rows of one line are apart
+_SKEW = 0.6  # of a sample period: what rows of one line are apart
 _ZERO = 0.01  # rad of the plate sensor
 
 
@@ -57,8 +57,8 @@ class Unknown:
 
 
 def start(model: Model) -> Vector:
-    """Return the whole vector as the model states it, with no effect and no nuisance."""
-    return np.concatenate([extended(model.values.vector()), np.zeros(len(NUISANCES))])
+    """Return the whole vector as the model states it, with its own effects and no nuisance."""
+    return np.concatenate([model.vector(), np.zeros(len(NUISANCES))])
 
 
 def base_unknowns(model: Model) -> list[Unknown]:
@@ -81,15 +81,19 @@ def nuisance_unknowns(dt: float) -> list[Unknown]:
     ]
 
 
-def effect_unknowns(effect: Effect, values: Iterable[float]) -> list[Unknown]:
-    """Return an effect's parameters, its strengths scaled by their physical step, about given shapes."""
+def effect_unknowns(effect: Effect, values: Iterable[float], load: float = 1.0) -> list[Unknown]:
+    """Return an effect's parameters, its strengths scaled by their physical step, about given shapes.
+
+    `load`: how many times a throttle's torques are those of this drive.
+    """
     found, first = [], 1.0
     for parameter, place, value in zip(effect.parameters, effect.indices, values, strict=True):
+        size = load if parameter.unit == "N·m" else 1.0
         if parameter.is_strength:
-            scale = abs(parameter.starts[0]) if parameter.starts else first
-            first = scale
+            first = abs(parameter.starts[0]) if parameter.starts else first
+            scale = first * size
         else:
             scale = parameter.scale or max(0.25 * abs(value), 0.02 * (parameter.high - parameter.low))
         name = f"{effect.id}.{parameter.name}"
-        found.append(Unknown(name, place, 0.0, scale, parameter.low / scale, parameter.high / scale, 0.1))
+        found.append(Unknown(name, place, 0.0, scale, size * parameter.low / scale, size * parameter.high / scale, 0.1))
     return found

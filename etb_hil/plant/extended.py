@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from etb_hil.plant.effects import ports, teeth
-from etb_hil.plant.effects.layout import EXTENDED
+from etb_hil.plant.effects.layout import PLATE_INERTIA
 from etb_hil.plant.integrator import CURRENT, OMEGA, STATES, THETA, TICK, advance
 from etb_hil.plant.physics import (
     BACK_EMF,
@@ -41,13 +41,11 @@ def new_extended_state(theta: float, temperature: float) -> Vector:
 @njit(cache=True, error_model="numpy")
 def has_effects(p: Vector) -> bool:
     """Tell whether a parameter vector has effects behind the base parameters."""
-    return bool(np.any(p[PARAMETERS:EXTENDED] != 0.0))
+    return bool(np.any(p[PARAMETERS:PLATE_INERTIA] != 0.0))
 
 
 @njit(cache=True, error_model="numpy")
-def advance_extended(
-    state: Vector, p: Vector, plate_inertia: float, voltage: float, ticks: int, temperature: float
-) -> None:
+def advance_extended(state: Vector, p: Vector, voltage: float, ticks: int, temperature: float) -> None:
     """Move an extended state in place by whole ticks under a constant voltage in V (NaN: bridge open).
 
     `p` is the extended vector, `temperature` the housing's in degC. What an effect changes is set at the start of a
@@ -86,7 +84,7 @@ def advance_extended(
         advance(state[:STATES], base, u, 1)
         if loose:
             # The plate's inertia swings with the motor's acceleration, smoothed over a millisecond against the kicks.
-            now = plate_inertia * (state[OMEGA] - omega) / TICK
+            now = p[PLATE_INERTIA] * (state[OMEGA] - omega) / TICK
             state[SWING] += 0.05 * (now - state[SWING])
         state[PLATE] = plate
     if not loose:

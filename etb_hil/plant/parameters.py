@@ -41,7 +41,8 @@ class Model:
         """Return the extended parameter vector: base values and effects (`etb_hil.plant.effects.layout`)."""
         from etb_hil.plant.effects.entries import whole_vector  # noqa: PLC0415 (numba)
 
-        return whole_vector(self.values.vector(), [(entry.id, entry.strengths) for entry in self.effects])
+        inertia = self.parameters["throttle_inertia"].value
+        return whole_vector(self.values.vector(), inertia, [(entry.id, entry.strengths) for entry in self.effects])
 
     def values_at(self, temperature: float) -> ThrottleParameters:
         """Return the values of the equations at a temperature in degC, where parameters have a law for it."""

@@ -8,7 +8,7 @@ from etb_hil.base.errors import Problem
 from etb_hil.base.quantity import tidy_unit
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.effect import Effect, EffectParameter
-from etb_hil.plant.effects.layout import extended
+from etb_hil.plant.effects.layout import PLATE_INERTIA, extended
 from etb_hil.plant.physics import Vector
 
 
@@ -49,9 +49,12 @@ def written(number: float, parameter: EffectParameter) -> str | float:
     return float(f"{number:.6g}") if parameter.unit == "1" else f"{number:.6g} {parameter.unit}"
 
 
-def whole_vector(base: Vector, effects: Iterable[tuple[str, Mapping[str, str | float]]]) -> Vector:
+def whole_vector(
+    base: Vector, plate_inertia: float, effects: Iterable[tuple[str, Mapping[str, str | float]]]
+) -> Vector:
     """Return base parameters with effects behind them; shapes that are not given take the middle of their grid."""
     p = extended(base)
+    p[PLATE_INERTIA] = plate_inertia
     for id_, strengths in effects:
         effect = CATALOGUE[id_]
         for parameter, place in zip(effect.parameters, effect.indices, strict=True):

@@ -8,19 +8,19 @@ from numba import njit
 
 from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
 from etb_hil.plant.effects.layout import row
-from etb_hil.plant.physics import Vector
+from etb_hil.plant.physics import STRIBECK_VELOCITY, Vector
 
 _K = row("friction_asymmetry")
 
 EFFECT = Effect(
     id="friction_asymmetry",
-    equation="g (1 + a tanh(omega / omega_0)), sigma_2 (1 + b tanh(omega / omega_0))",
+    equation="g (1 + a tanh(omega / (f omega_s))), sigma_2 (1 + b tanh(omega / (f omega_s)))",
     balance=Balance.TORQUE,
     parity=Parity.EVEN,
     parameters=(
         strength("friction", "1", -0.7, 0.7, (0.05,), "chosen bounds; emps shows 1 %"),
         strength("viscosity", "1", -0.9, 0.9, (0.2,), "chosen bounds; emps shows 18 %"),
-        shape("fade", "rad/s", 0.01, 1.0, (0.05, 0.3), "where the direction is settled"),
+        shape("fade", "1", 0.001, 0.15, (0.006, 0.04), "where the direction is settled, in shares of omega_s"),
     ),
     looks_like="opening and closing need different torque, also where the spring turns round",
     check="one-sided seal or brush; current sensor's zero first",
@@ -33,10 +33,10 @@ EFFECT = Effect(
 @njit(cache=True, error_model="numpy")
 def share(omega: float, p: Vector) -> float:
     """Return what of the friction is added at a velocity, a share of it."""
-    return p[_K] * math.tanh(omega / p[_K + 2]) if p[_K] != 0.0 else 0.0
+    return p[_K] * math.tanh(omega / (p[_K + 2] * p[STRIBECK_VELOCITY])) if p[_K] != 0.0 else 0.0
 
 
 @njit(cache=True, error_model="numpy")
 def viscous_share(omega: float, p: Vector) -> float:
     """Return what of the viscosity is added at a velocity, a share of it."""
-    return p[_K + 1] * math.tanh(omega / p[_K + 2]) if p[_K + 1] != 0.0 else 0.0
+    return p[_K + 1] * math.tanh(omega / (p[_K + 2] * p[STRIBECK_VELOCITY])) if p[_K + 1] != 0.0 else 0.0

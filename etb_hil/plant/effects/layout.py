@@ -37,7 +37,8 @@ IDS = (
     "measurement_delay",
 )
 WIDTH = 6
-EXTENDED = PARAMETERS + WIDTH * len(IDS)
+PLATE_INERTIA = PARAMETERS + WIDTH * len(IDS)  # of the plate alone, for what lies between motor and plate
+EXTENDED = PLATE_INERTIA + 1
 
 
 def row(effect: str) -> int:
