@@ -28,14 +28,13 @@ class BusReplay:
 
     sent: int
     left_out: int
-    late_worst_ns: int
-    late_mean_ns: int
+    lateness: Lateness
     span_ns: int
 
     def __str__(self) -> str:
         return (
             f"{self.sent} frames sent over {self.span_ns * 1e-9:.3f} s, {self.left_out} left out; "
-            f"late by {self.late_mean_ns * 1e-6:.3f} ms in the mean, {self.late_worst_ns * 1e-6:.3f} ms at worst"
+            f"the host: {self.lateness}"
         )
 
 
@@ -61,11 +60,13 @@ def send_log(log: Iterable[FrameBlock], link: Link, clock: Clock, *, fd: bool) -
         row = 0
         while row < len(frames):
             end = int(np.searchsorted(due, due[row] + TOGETHER_NS, side="left"))
-            lateness.wait(clock, begin_ns + int(due[row]) - first_ns)
+            deadline_ns = begin_ns + int(due[row]) - first_ns
+            clock.sleep_until_ns(deadline_ns)
+            lateness.note(max(clock.now_ns() - deadline_ns, 0))
             link.send(frames.rows(slice(row, end)))
             link.receive()  # what the bus carries meanwhile must not fill the driver's queue
             sent += end - row
             row = end
     if first_ns is None:
         raise BenchFault("the log holds no frame that this bus can carry")
-    return BusReplay(sent, left_out, lateness.worst_ns, lateness.mean_ns, newest_ns - first_ns)
+    return BusReplay(sent, left_out, lateness, newest_ns - first_ns)

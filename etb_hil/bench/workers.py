@@ -90,7 +90,7 @@ class DaskWorkers:
             raise BenchFault(f"no Dask scheduler answers at {self._address}: {error}") from None
         with client:
             futures = {client.submit(self._work, task, key=task.key, pure=False): task for task in tasks}
-            for future in self._distributed.as_completed(futures):
+            for future in self._distributed.as_completed(futures, loop=client.loop):
                 if future.status == "finished":
                     yield future.result()
                 else:

@@ -12,6 +12,7 @@ from etb_hil import __version__
 COMMANDS = {
     "run": "run a scenario on a bench and judge the unit",
     "replay": "judge a recorded session or log again, with the same code",
+    "export": "write a session or log in another format, or its signals",
     "controller": "be the virtual throttle controller on a bus",
     "explain": "explain a measurement: what the simulation gets wrong, why, and how much better it gets",
     "check": "check bench, scenario, model and limits without moving anything",

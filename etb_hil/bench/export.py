@@ -1,0 +1,128 @@
+"""A session or a log in another format, and what of its stamps that format could not hold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+
+from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.canio.columns import ColumnDecoder
+from etb_hil.canio.log_writers import log_suffix, write_log
+from etb_hil.canio.logs import read_log
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from pathlib import Path
+
+    from cantools.database.can import Message
+
+    from etb_hil.canio.columns import MessageColumns
+    from etb_hil.canio.frames import FrameBlock
+    from etb_hil.canio.log_writers import LogWriter
+    from etb_hil.canio.mf4_writer import Mf4Log
+    from etb_hil.recording.samples import Int64
+
+
+@dataclass(slots=True)
+class Exported:
+    """What an export wrote; of stamps, what a reader of the new file sees: a shift of all, and the largest rest."""
+
+    frames: int = 0
+    left_out: int = 0
+    signals: dict[str, int] = field(default_factory=dict)
+    shift_ns: int | None = None
+    worst_ns: int | None = None
+
+    def __str__(self) -> str:
+        parts = [f"{self.frames} frames read"]
+        if self.signals:
+            parts.append(f"signals of {', '.join(f'{n} {name}' for name, n in self.signals.items())}")
+        if self.left_out:
+            parts.append(f"{self.left_out} left out, which the format cannot hold")
+        if self.worst_ns is None:
+            return ", ".join(parts)
+        if not self.shift_ns and not self.worst_ns:
+            return ", ".join([*parts, "stamps kept to the nanosecond"])
+        shift = f"stamps shifted by {(self.shift_ns or 0) * 1e-9:.9f} s, " if self.shift_ns else "stamps "
+        return ", ".join([*parts, f"{shift}rounded by at most {self.worst_ns} ns"])
+
+
+def export(log: Callable[[], Iterable[FrameBlock]], path: Path, messages: Sequence[Message] = ()) -> Exported:
+    """Write a log's frames to a file whose suffix names the format; `log` opens it, `messages` are those to decode.
+
+    `.parquet` holds the decoded signals, `.mf4` frames and signals, all others frames alone. The new log is read back
+    to say what became of the stamps. Raises InputError where nothing can be written.
+    """
+    suffix = log_suffix(path)
+    if suffix == ".parquet":
+        return _signals(log(), path, messages)
+    done = Exported()
+    writer: LogWriter | None = None
+    decoder = ColumnDecoder(messages)
+    by_name = {message.name: message for message in messages}
+    for frames in log():
+        if not len(frames):
+            continue
+        writer = writer or write_log(path, int(frames.stamp_ns[0]))
+        writer.write(frames)
+        done.frames += len(frames)
+        if suffix == ".mf4" and messages:
+            found = decoder.push(frames)
+            cast("Mf4Log", writer).write_signals(found, by_name)
+            _count(done, found)
+    if writer is None:
+        raise InputError(Problem("holds no frame to export", Place(path)))
+    writer.close()
+    done.left_out = writer.left_out
+    if not done.left_out:
+        _compare(log(), read_log(path), done)
+    return done
+
+
+def _signals(log: Iterable[FrameBlock], path: Path, messages: Sequence[Message]) -> Exported:
+    from etb_hil.canio.parquet_signals import ParquetSignals  # noqa: PLC0415 (pyarrow is an extra)
+
+    if not messages:
+        raise InputError(Problem("a Parquet file holds signals", Place(path), remedy="name their DBC file or bench"))
+    done, decoder = Exported(shift_ns=0, worst_ns=0), ColumnDecoder(messages)
+    out = ParquetSignals(path, messages)
+    for frames in log:
+        done.frames += len(frames)
+        found = decoder.push(frames)
+        out.write(found)
+        _count(done, found)
+    out.close()
+    return done
+
+
+def _count(done: Exported, found: Iterable[MessageColumns]) -> None:
+    for part in found:
+        done.signals[part.message] = done.signals.get(part.message, 0) + len(part.stamp_ns)
+
+
+def _compare(before: Iterable[FrameBlock], after: Iterable[FrameBlock], done: Exported) -> None:
+    """Find the shift of all stamps, as the first frame has it, and the largest difference that is left."""
+    shift, worst = None, 0
+    for old, new in _side_by_side(_stamps(before), _stamps(after)):
+        if shift is None:
+            shift = int(new[0] - old[0])
+        worst = max(worst, int(np.max(np.abs(new - old - shift))))
+    done.shift_ns, done.worst_ns = shift, worst
+
+
+def _stamps(blocks: Iterable[FrameBlock]) -> Iterator[Int64]:
+    for block in blocks:
+        if len(block):
+            yield block.stamp_ns
+
+
+def _side_by_side(first: Iterator[Int64], second: Iterator[Int64]) -> Iterator[tuple[Int64, Int64]]:
+    """Yield the same rows of two streams that are cut in different places."""
+    one, two = next(first, None), next(second, None)
+    while one is not None and two is not None:
+        count = min(len(one), len(two))
+        yield one[:count], two[:count]
+        one = one[count:] if len(one) > count else next(first, None)
+        two = two[count:] if len(two) > count else next(second, None)

@@ -1,0 +1,97 @@
+"""Frames written to log files of any format that can be read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.canio.blf import BlfLog
+from etb_hil.canio.frames import FrameFlag
+
+if TYPE_CHECKING:
+    from etb_hil.canio.frames import FrameBlock
+
+_BY_PYTHON_CAN = (".asc", ".log", ".trc", ".csv", ".db", ".asc.gz", ".log.gz", ".csv.gz", ".trc.gz")
+_CLASSIC_ONLY = (".trc", ".csv", ".db")
+
+
+class LogWriter(Protocol):
+    """A log file that grows; `left_out` counts the frames that its format cannot hold."""
+
+    left_out: int
+
+    def write(self, frames: FrameBlock) -> None:
+        """Take frames in the order in which they were seen."""
+        ...
+
+    def close(self) -> None:
+        """Complete the file."""
+        ...
+
+
+def log_suffix(path: Path) -> str:
+    """Return the ending that names a log's format, with that of its compression."""
+    inner = Path(path.stem).suffix if path.suffix.lower() == ".gz" else ""
+    return (inner + path.suffix).lower()
+
+
+def write_log(path: Path, start_ns: int) -> LogWriter:
+    """Open a log for writing, its format named by its suffix; `start_ns` is the first stamp.
+
+    InputError where the format is unknown or the file cannot be written.
+    """
+    suffix = log_suffix(path)
+    if suffix == ".blf":
+        return _BlfWriter(path, start_ns)
+    if suffix == ".mf4":
+        from etb_hil.canio.mf4_writer import Mf4Log  # noqa: PLC0415 (asammdf is an extra, and slow to import)
+
+        return Mf4Log(path, start_ns)
+    if suffix not in _BY_PYTHON_CAN:
+        allowed = f".blf, .mf4, {', '.join(_BY_PYTHON_CAN)}"
+        raise InputError(Problem("is no log format that can be written", Place(path), path.name, allowed=allowed))
+    return _PythonCanWriter(path, suffix)
+
+
+class _BlfWriter:
+    def __init__(self, path: Path, start_ns: int) -> None:
+        self.left_out = 0
+        self._log = BlfLog(path, start_ns)
+
+    def write(self, frames: FrameBlock) -> None:
+        self._log.write(frames)
+
+    def close(self) -> None:
+        self._log.close()
+
+
+class _PythonCanWriter:
+    def __init__(self, path: Path, suffix: str) -> None:
+        import can  # noqa: PLC0415 (importing can is slow)
+
+        from etb_hil.canio.messages import to_message  # noqa: PLC0415
+
+        self.left_out = 0
+        self._classic_only = suffix.removesuffix(".gz") in _CLASSIC_ONLY
+        self._to_message = to_message
+        if suffix == ".db":
+            path.unlink(missing_ok=True)  # else its rows would be added to those of the file
+        try:
+            self._logger: Any = can.Logger(path)
+        except OSError as error:
+            wrong = f"cannot be written: {error.strerror or error}"
+            raise InputError(Problem(wrong, Place(path), remedy="give another path")) from None
+
+    def write(self, frames: FrameBlock) -> None:
+        if self._classic_only:
+            fit = (frames.flags & FrameFlag.FD) == 0
+            self.left_out += len(frames) - int(np.count_nonzero(fit))
+            frames = frames.rows(fit)
+        for row in range(len(frames)):
+            self._logger.on_message_received(self._to_message(frames, row))
+
+    def close(self) -> None:
+        self._logger.stop()

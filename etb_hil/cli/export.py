@@ -1,0 +1,52 @@
+"""`etb-hil export`: a session or a log in another format, or its signals for other tools."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from cantools.database.can import Message
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.add_argument("source", type=Path, help="folder of a session, or a log of any format")
+    parser.add_argument(
+        "out", type=Path, help="file to write: .blf, .asc, .log, .trc, .csv, .db, .mf4 or, signals alone, .parquet"
+    )
+    parser.add_argument("--dbc", help="DBC file of the signals (default: the session's own)")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write the file, and say what it could not hold."""
+    from etb_hil.base.errors import InputError, Place, Problem
+    from etb_hil.bench.export import export
+    from etb_hil.canio.logs import read_log
+
+    raw = options.source / "raw.blf" if options.source.is_dir() else options.source
+    if options.out.exists() and options.out.samefile(raw):
+        raise InputError(Problem("would be written over itself", Place(options.out), remedy="give another name"))
+    log = read_log(raw)
+    print(export(lambda: log, options.out, _messages(options)))
+    for note in log.notes:
+        print(f"note: {note}")
+    return 0
+
+
+def _messages(options: argparse.Namespace) -> list[Message]:
+    from etb_hil.base.stock import find
+    from etb_hil.bench.session import open_session
+
+    if options.dbc:
+        path = find("dbc", options.dbc)
+    elif options.source.is_dir():
+        path = open_session(options.source).input_path("dbc")
+    else:
+        return []
+    from cantools.database.can import Database
+
+    database = Database(strict=False)
+    database.add_dbc_file(path)
+    return list(database.messages)
