@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from etb_hil.canio.frames import FrameBlock
     from etb_hil.canio.health import BusHealth
 
+
 class Link(Protocol):
     """One side's access to a bus. Every method raises BenchFault where the bus has gone away."""
 
