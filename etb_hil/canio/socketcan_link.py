@@ -200,7 +200,7 @@ def _columns(raw: list[bytes], stamps: list[int], own: list[int]) -> FrameBlock:
         ident & np.uint32(0x1FFFFFFF),
         flags.astype(np.uint8),
         wire["length"].copy(),
-        np.ascontiguousarray(wire["data"][:, : 64 if is_fd.any() else 8]),
+        wire["data"][:, : 64 if is_fd.any() else 8].copy(),  # one row alone would stay read-only: another kernel
         np.zeros(len(raw), np.uint8),
     )
 
