@@ -56,7 +56,7 @@ def observers(throttle, sensor):
 
     table["rec: paper, forward-backward"] = twice(lambda: SlidingModeObserver(throttle))
     table["rec: angle, forward-backward"] = twice(lambda: AngleObserver(throttle, sensor))
-    table["rec: bristle, smoothed"] = lambda *data: smooth(BristleObserver(throttle, sensor), throttle, *data)
+    table["rec: bristle, smoothed"] = lambda *data: smooth(throttle, sensor, *data)
     return table
 
 

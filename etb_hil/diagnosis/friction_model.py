@@ -22,19 +22,6 @@ _LEAST = 1e-3  # share of T_c below which g may not fall while the fit looks aro
 
 
 @njit(cache=True, error_model="numpy")
-def log(value: float) -> float:
-    """Return the natural logarithm of a positive value, by Halley's method on the project's own exponential."""
-    guess = 0.0
-    for _ in range(400):
-        power = exp(guess)
-        step = 2.0 * (value - power) / (value + power)
-        guess += step
-        if abs(step) < 1e-15:
-            break
-    return guess
-
-
-@njit(cache=True, error_model="numpy")
 def friction_along(angle: Float64, samples: Float64, q: Float64, out: Float64) -> None:
     """Fill out (1 + 6, n) with the friction torque in N·m about ticks, and its derivatives by the parameters.
 

@@ -15,9 +15,9 @@ from etb_hil.diagnosis.friction_model import (
     LOG_SPEED,
     LOG_STIFFNESS,
     VISCOUS,
-    log,
 )
 from etb_hil.diagnosis.voltage_balance import VoltageBalance
+from etb_hil.plant.exactmath import log
 from etb_hil.plant.parameters import Model, ThrottleParameters
 from etb_hil.recording.samples import Float64
 

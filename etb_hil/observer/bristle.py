@@ -41,7 +41,8 @@ _LEVEL_S = 0.1  # time constant with which the level is learnt while sliding
 _LOWEST_LEVEL = 0.1  # share of the model's stiction
 
 _DIRECTION, _TURNED_AT, _LEVEL, _LATCHED, _DECAY, _COUPLING, _SETTLED = range(kalman.STATES, kalman.STATES + 7)
-_STATES = kalman.STATES + 7
+_ACCELERATION, _BEFORE = kalman.STATES + 7, kalman.STATES + 8
+_STATES = kalman.STATES + 9
 _LAST_NS, _DELAY_NS = 0, 1
 _LONGEST_GAP_NS = kalman.LONGEST_GAP_NS
 
@@ -56,13 +57,14 @@ class BristleObserver:
     After each reversal the torque is expected to go to the other sign of its level along exp(-sigma_0 way / level),
     eq. (2) of the seed paper at a velocity near zero; the level is learnt from the data while sliding, and starts at
     the model's stiction. sigma_0 is the model's: 50 % off costs some of what is won. Between reversals the gains can be
-    low, so that noise is a fraction of what an observer lets through that is ready for a reversal at any time.
+    low, so that noise is a fraction of what an observer lets through that is ready for a reversal at any time;
+    `wander` multiplies how much friction may change beside all that.
     """
 
-    def __init__(self, throttle: ThrottleParameters, noise: SensorNoise) -> None:
+    def __init__(self, throttle: ThrottleParameters, noise: SensorNoise, wander: float = 1.0) -> None:
         self._p = throttle.vector()
         jitter = throttle.torque_per_ampere * noise.current / throttle.inertia
-        self._tuning = np.array([jitter * jitter, noise.angle * noise.angle])
+        self._tuning = np.array([jitter * jitter, noise.angle * noise.angle, wander])
         self._state = np.zeros(_STATES)
         self._whole = np.zeros(2, np.int64)
 
@@ -80,15 +82,16 @@ class BristleObserver:
 
 
 @njit(cache=True, error_model="numpy")
-def _turn(s: Float64, dt: float, p: Float64) -> float:
+def _turn(s: Float64, dt: float, p: Float64, share: float) -> float:
     """Carry the friction, and its part of the covariance, along the bristles; return its wander over this step."""
     level, stiffness, per_inertia = s[_LEVEL], p[BRISTLE_STIFFNESS], 1.0 / p[INERTIA]
-    omega = s[OMEGA]
+    omega = s[OMEGA] + 0.5 * dt * s[_ACCELERATION]
+    s[_BEFORE] = s[FRICTION]
     if omega * s[_DIRECTION] < 0.0 or s[_DIRECTION] == 0.0:
         s[_DIRECTION], s[_TURNED_AT] = 1.0 if omega > 0.0 else -1.0, s[THETA]
         s[_LATCHED] = level
     reversal = 2.0 * s[_LATCHED] * per_inertia
-    wander = _SLIDING * reversal * reversal
+    wander = share * _SLIDING * reversal * reversal
     reach = _REACH * s[_LATCHED] / stiffness
     s[_DECAY], s[_COUPLING] = 1.0, 0.0
     if abs(s[THETA] - s[_TURNED_AT]) >= reach:
@@ -104,13 +107,13 @@ def _turn(s: Float64, dt: float, p: Float64) -> float:
     s[P12] = coupling * p11 + decay * p12
     s[P22] = coupling * coupling * p11 + 2.0 * coupling * decay * p12 + decay * decay * s[P22]
     s[_DECAY], s[_COUPLING] = decay, coupling
-    return wander + _TURNING * reversal * reversal * abs(omega) / reach
+    return wander + share * _TURNING * reversal * reversal * abs(omega) / reach
 
 
 @njit(cache=True, error_model="numpy")
 def _begin(s: Float64, i: float, measured: float, angle_variance: float, p: Float64) -> None:
     kalman.restart(s, measured, i, angle_variance)
-    s[_DIRECTION] = s[_SETTLED] = 0.0
+    s[_DIRECTION] = s[_SETTLED] = s[_ACCELERATION] = 0.0
     s[_LEVEL] = p[STICTION] if s[_LEVEL] == 0.0 else s[_LEVEL]
 
 
@@ -121,7 +124,7 @@ def _step(
     """Move by one sample, number k; `trace` (n, RECORDED), unless empty, keeps what a smoother needs."""
     keeps = len(trace) > 0
     jitter, angle_variance = tuning[0], tuning[1]
-    wander = _turn(s, dt, p)
+    wander = _turn(s, dt, p, tuning[2])
     if kalman.needs_settling(s, dt):
         whole[_DELAY_NS] = kalman.settle(s, dt, wander, jitter, angle_variance)
     moves = keeps or s[STEADY] == 0.0 or dt != s[STEP] or wander != s[WANDER]
@@ -129,7 +132,8 @@ def _step(
         kalman.carry(s, dt, wander, jitter)
     middle = s[THETA] + 0.5 * dt * s[OMEGA]
     known = (p[TORQUE_PER_AMPERE] * 0.5 * (i + s[CURRENT]) - spring_torque(middle, p)) / p[INERTIA]
-    acceleration = known - s[FRICTION]
+    acceleration = known - 0.5 * (s[FRICTION] + s[_BEFORE])
+    s[_ACCELERATION] = acceleration
     predicted = s[THETA] + dt * (s[OMEGA] + 0.5 * dt * acceleration)
     omega = s[OMEGA] + dt * acceleration
     error = measured - predicted

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numba import njit
@@ -19,21 +20,36 @@ from etb_hil.observer.bristle import (
     VARIANCE,
     BristleObserver,
 )
-from etb_hil.observer.estimate import Estimate, Observer
+from etb_hil.observer.estimate import Estimate, Observer, SensorNoise
+from etb_hil.plant.exactmath import log
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.recording.samples import Float64, Int64
 
+# What a recording may say of its bristles: factors on the model's sigma_0, and on how much friction changes otherwise.
+_STIFFNESSES = (0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8)
+_WANDERS = (1.0, 4.0, 16.0)
+_UNSETTLED = 100  # first samples, which say more of the start than of the friction
+
 
 def smooth(
-    observer: BristleObserver, throttle: ThrottleParameters, time_ns: Int64, current: Float64, angle: Float64
+    throttle: ThrottleParameters, noise: SensorNoise, time_ns: Int64, current: Float64, angle: Float64
 ) -> Estimate:
-    """Return velocity and friction torque of a whole recording (n), without delay, from a fresh observer.
+    """Return velocity and friction torque of a whole recording (n), without delay, by the bristle observer.
 
+    sigma_0 and the wander of the friction are those under which the recording is likeliest, going by its innovations.
     The backward pass is the fixed-interval smoother of Bryson and Frazier (1963): exact for what the forward pass
-    assumed, and it needs no inverse. Samples that the observer gave no estimate for stay NaN.
+    assumed, and it needs no inverse. Samples that no estimate can be given for are NaN.
     """
     trace = np.empty((len(time_ns), RECORDED))
-    observer.record(time_ns, current, angle, trace)
+
+    def unlikelihood(stiffness: float, wander: float) -> float:
+        supposed = replace(throttle, bristle_stiffness=stiffness * throttle.bristle_stiffness)
+        BristleObserver(supposed, noise, wander).record(time_ns, current, angle, trace)
+        return _unlikelihood(trace)
+
+    stiffness = min(_STIFFNESSES, key=lambda factor: unlikelihood(factor, 1.0))
+    wander = min(_WANDERS, key=lambda factor: unlikelihood(stiffness, factor))
+    unlikelihood(stiffness, wander)
     velocity, friction = np.empty(len(time_ns)), np.empty(len(time_ns))
     _backward(trace, throttle.inertia, velocity, friction)
     return Estimate(time_ns, velocity, friction, np.zeros(len(time_ns), np.int64))
@@ -52,6 +68,17 @@ def forward_backward(
     velocity = 0.5 * (ahead.velocity - back.velocity[::-1])
     friction = 0.5 * (ahead.friction + back.friction[::-1])
     return Estimate(time_ns, velocity, friction, np.zeros(len(time_ns), np.int64))
+
+
+@njit(cache=True, error_model="numpy")
+def _unlikelihood(trace: Float64) -> float:
+    """Return minus twice the mean log-likelihood of the innovations, constants left out (Schweppe 1965)."""
+    total, count = 0.0, 0
+    for k in range(_UNSETTLED, len(trace)):
+        if not math.isnan(trace[k, ERROR]):
+            total += trace[k, ERROR] * trace[k, ERROR] / trace[k, VARIANCE] + log(trace[k, VARIANCE])
+            count += 1
+    return total / count if count > 0 else 0.0
 
 
 @njit(cache=True, error_model="numpy")

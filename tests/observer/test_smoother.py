@@ -8,8 +8,8 @@ from independent_throttle import Unit, friction_check, sense
 from throttle_as_model import noise, parameters
 
 from etb_hil.observer.angle import AngleObserver
-from etb_hil.observer.bristle import BristleObserver
-from etb_hil.observer.smoother import forward_backward, smooth
+from etb_hil.observer.bristle import _LATCHED, RECORDED, BristleObserver
+from etb_hil.observer.smoother import _backward, forward_backward, smooth
 
 THROTTLE = parameters(Unit())
 
@@ -30,7 +30,7 @@ def test_whole_recording_beats_the_live_estimate(run, rate):
     truth, sensed = run[0], run[1][rate]
     data = (sensed.time_ns, sensed.current, sensed.motor_angle / 18.0)
     live = BristleObserver(THROTTLE, noise()).push(*data)
-    smoothed = smooth(BristleObserver(THROTTLE, noise()), THROTTLE, *data)
+    smoothed = smooth(THROTTLE, noise(), *data)
     both = forward_backward(AngleObserver(THROTTLE, noise()), AngleObserver(THROTTLE, noise()), *data)
     assert _error(smoothed.friction, truth, rate) < _error(live.friction, truth, rate)
     assert _error(both.friction, truth, rate) < _error(
@@ -46,7 +46,7 @@ def test_gaps_part_a_recording(run):
     keep = np.ones(len(sensed.time_ns), bool)
     keep[3000:3200] = keep[9000] = False
     data = (sensed.time_ns[keep], sensed.current[keep], sensed.motor_angle[keep] / 18.0)
-    smoothed = smooth(BristleObserver(THROTTLE, noise()), THROTTLE, *data)
+    smoothed = smooth(THROTTLE, noise(), *data)
     error = smoothed.friction - truth.friction[::20][keep]
     assert np.count_nonzero(np.isnan(error)) <= 2
     assert np.nanmax(np.abs(error[2900:3300])) < 0.1 * Unit().stiction
@@ -61,12 +61,15 @@ def test_smoother_agrees_with_a_textbook_smoother():
     current = rng.standard_normal(n) * 0.05 + THROTTLE.stiction / THROTTLE.torque_per_ampere
     angle = 0.3 + 0.5 * np.arange(n) * dt + 1e-4 * rng.standard_normal(n)
     sensor = type(noise())(1e-4, 0.0)
-    smoothed = smooth(BristleObserver(throttle, sensor), throttle, time_ns, current, angle)
-
+    trace, velocity, friction = np.empty((n, RECORDED)), np.empty(n), np.empty(n)
+    observer = BristleObserver(throttle, sensor)
+    observer.record(time_ns, current, angle, trace)
     inertia = throttle.inertia
+    _backward(trace, inertia, velocity, friction)
+
     transition = np.array([[1.0, dt, -dt * dt / 2.0], [0.0, 1.0, -dt], [0.0, 0.0, 1.0]])
     drive = np.array([dt * dt / 2.0, dt, 0.0])
-    q = 0.01 * (2.0 * throttle.stiction / inertia) ** 2
+    q = 0.01 * (2.0 * observer._state[_LATCHED] / inertia) ** 2
     spread = q * np.array(
         [
             [dt**5 / 20.0, dt**4 / 8.0, -(dt**3) / 6.0],
@@ -92,4 +95,4 @@ def test_smoother_agrees_with_a_textbook_smoother():
         back = covs[k] @ transition.T @ np.linalg.inv(before[k + 1])
         smooth_state = states[k] + back @ (smooth_state - expected[k + 1])
         result[k] = smooth_state[2] * inertia
-    assert smoothed.friction[100:] == pytest.approx(result[100:], abs=2e-4 * THROTTLE.stiction)
+    assert friction[100:] == pytest.approx(result[100:], abs=2e-4 * THROTTLE.stiction)
