@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from etb_hil.bench.phase_watches import PhaseWatches
 from etb_hil.bench.rows import RowBuilder
 from etb_hil.bench.verdict_policy import corruption_doubts, withheld
 from etb_hil.canio.decoder import Decoder
@@ -15,6 +16,8 @@ from etb_hil.diagnosis.plausibility import Plausibility
 from etb_hil.recording.recording import ClockGrade, Recording
 
 if TYPE_CHECKING:
+    from etb_hil.bench.condition import Condition
+    from etb_hil.bench.condition_watch import Firing
     from etb_hil.canio.dialect import Dialect
     from etb_hil.canio.frames import FrameBlock
     from etb_hil.diagnosis.diagnosis import Snapshot
@@ -60,15 +63,20 @@ class Analysis:
             {role: dialect.source_of(role) for role in SLOW_ROLES if dialect.has(role)},
         )
         self._marks: list[PhaseMark] = []
+        self._watches = PhaseWatches()
 
     def reports(self, role: str) -> bool:
         """Return whether the controller sends a signal of this role."""
         return self._dialect.has(role)
 
-    def begin_phase(self, stamp_ns: int, phase_id: str, kind: str) -> int:
-        """Let what is sampled after this stamp, and after all that was pushed, belong to a phase; return its begin."""
+    def begin_phase(self, stamp_ns: int, phase_id: str, kind: str, until: Condition | None = None) -> int:
+        """Let what is sampled after this stamp, and after all that was pushed, belong to a phase; return its begin.
+
+        Of the phase's samples, `fired` is the one that fires its condition.
+        """
         begins_ns = max(stamp_ns, self._newest_ns)  # else a replay would give this phase what another one judged
         self._marks.append(PhaseMark(begins_ns, phase_id, kind))
+        self._watches.begin(begins_ns, until)
         return begins_ns
 
     def push(self, frames: FrameBlock) -> list[SampleBlock]:
@@ -77,6 +85,7 @@ class Analysis:
             self._newest_ns = max(self._newest_ns, int(frames.stamp_ns.max()))
         blocks = self.decoder.push(frames)
         self.recording.append(blocks if self._keep else [replace(block, columns={}) for block in blocks])
+        self._watches.push(blocks, self._newest_ns)
         self._waiting += blocks
         for block in blocks:
             if "request_rate" in block.columns:
@@ -88,6 +97,16 @@ class Analysis:
     def snapshot(self) -> Snapshot:
         """Return friction now, and what is known of T_st and T_c so far."""
         return self.diagnosis.snapshot()
+
+    @property
+    def fired(self) -> Firing | None:
+        """The sample that fired the condition of the phase that began last, once there is one."""
+        return self._watches.fired
+
+    @property
+    def firings(self) -> list[Firing | None]:
+        """The samples that fired the phases' conditions, in the order of the phases; None where none did."""
+        return self._watches.firings
 
     @property
     def frames_lost(self) -> int:

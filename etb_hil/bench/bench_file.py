@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from etb_hil.base.quantity import Frequency, Ratio
 from etb_hil.base.stock import find
 from etb_hil.base.yamlfile import Document, FileModel, load
 from etb_hil.bench.phase import Measure
 from etb_hil.bench.supervision import SafetyLimits
-from etb_hil.canio.bus_settings import BusSettings
+from etb_hil.canio.bus_settings import VIRTUAL, BusSettings
 from etb_hil.canio.dialect import Dialect
 from etb_hil.canio.role_map import ProtectionSettings, RoleMap
 
@@ -31,7 +31,17 @@ class Bench(FileModel):
     command_rate: Annotated[Frequency, Field(ge=50, le=1000, description="set-points a second")] = 100.0
     measure: Annotated[Measure, Field(description="what the controller is asked to send")] = Measure()
     bus_share: Annotated[Ratio, Field(gt=0, le=1, description="largest share of the bus that may be planned")] = 0.8
+    law: Annotated[
+        Literal["pd", "pid", "sliding-mode"] | None,
+        Field(description="position law of the controller that a virtual bench has inside; pd where none is given"),
+    ] = None
     limits: SafetyLimits
+
+    @model_validator(mode="after")
+    def _has_a_law_of_its_own(self) -> Bench:
+        if self.law is not None and self.bus.interface != VIRTUAL:
+            raise ValueError("'law' is for virtual benches; start the controller of this bus with --law")
+        return self
 
 
 @dataclass(frozen=True, slots=True)

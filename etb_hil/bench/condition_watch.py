@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+import numpy as np
+
 from etb_hil.bench.condition import EDGES, Condition
 from etb_hil.recording.samples import SampleBlock
 
@@ -20,7 +22,7 @@ class Firing:
 
 
 class ConditionWatch:
-    """Looks at every sample with a stamp after `since_ns`, until one fires."""
+    """Looks at every sample stamped after `since_ns`, and up to `until_ns` where that is set, until one fires."""
 
     def __init__(self, condition: Condition, since_ns: int) -> None:
         self._condition = condition
@@ -29,6 +31,7 @@ class ConditionWatch:
         self._is_armed = condition.kind not in EDGES
         self._trend = None if condition.over is None else _Trend(round(condition.over * 1e9))
         self._true_since_ns: int | None = None
+        self.until_ns: int | None = None
         self.fired: Firing | None = None
 
     def push(self, blocks: Iterable[SampleBlock]) -> Firing | None:
@@ -40,10 +43,11 @@ class ConditionWatch:
         return self.fired
 
     def _look(self, block: SampleBlock, role: str) -> None:
+        first = int(np.searchsorted(block.stamp_ns, self._since_ns, side="right"))
+        last = len(block) if self.until_ns is None else int(np.searchsorted(block.stamp_ns, self.until_ns, "right"))
         columns = (block.stamp_ns, block.time_ns, block.columns[role], block.lost_before)
-        for stamp_ns, time_ns, value, lost in zip(*(column.tolist() for column in columns), strict=True):
-            if stamp_ns <= self._since_ns:
-                continue
+        rows = zip(*(column[first:last].tolist() for column in columns), strict=True)
+        for stamp_ns, time_ns, value, lost in rows:
             if self._is_held(time_ns, value, lost != 0):
                 self.fired = Firing(stamp_ns, value)
                 return

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,15 +11,18 @@ from etb_hil.base.clock import Clock, WallClock
 from etb_hil.base.steady import keep_steady
 from etb_hil.base.yamlfile import Document
 from etb_hil.bench.analysis import Analysis
+from etb_hil.bench.attempts import earlier_attempts, is_tried_again, set_aside
 from etb_hil.bench.bench_file import BenchSetup, load_bench
+from etb_hil.bench.controller_lock import controller_lock
 from etb_hil.bench.events import EventLog
 from etb_hil.bench.finished import Finished
+from etb_hil.bench.operator import Operator, check_unattended
 from etb_hil.bench.preflight import check_scenario
 from etb_hil.bench.rehearsal import rehearse
 from etb_hil.bench.results import results_of
 from etb_hil.bench.runner import Runner
 from etb_hil.bench.scenario_file import Scenario, load_scenario
-from etb_hil.bench.session import create
+from etb_hil.bench.session import Session, create
 from etb_hil.bench.snapshot import Watcher, nobody
 from etb_hil.bench.tap import Tap
 from etb_hil.canio.blf import BlfLog
@@ -63,13 +67,18 @@ class Job:
         return self.setup.bench.bus.interface == VIRTUAL
 
 
-def prepare(files: JobFiles) -> Job:
-    """Read and check all files of a run; InputError lists what is wrong, before anything moves."""
+def prepare(files: JobFiles, *, attended: bool = False) -> Job:
+    """Read and check all files of a run; InputError lists what is wrong, before anything moves.
+
+    `attended` says that somebody is there to answer the scenario's prompts.
+    """
     scenario = load_scenario(files.scenario)
     setup = load_bench(files.bench)
     model = load_model(files.model)
     limits = load_limits(files.limits).content
     unit = load_model(files.unit)
+    if not attended:
+        check_unattended(scenario)
     budgets = check_scenario(scenario, setup.bench, setup.dialect, model.values)
     job = Job(files, scenario, setup, model, limits, unit, budgets)
     if not job.is_virtual:
@@ -77,8 +86,13 @@ def prepare(files: JobFiles) -> Job:
     return job
 
 
-def execute(job: Job, folder: Path, serial: str, seed: int, watcher: Watcher = nobody) -> Finished:
-    """Run the scenario and judge the unit; the session lies in a new folder under `folder`."""
+def execute(
+    job: Job, folder: Path, serial: str, seed: int, watcher: Watcher = nobody, operator: Operator | None = None
+) -> Finished:
+    """Run the scenario and judge the unit, again where the scenario wants it; return the attempt that counts.
+
+    The session lies in a new folder under `folder`. Raises BenchFault where another bench holds the controller.
+    """
     inputs = {
         "scenario": job.files.scenario,
         "bench": job.files.bench,
@@ -90,15 +104,46 @@ def execute(job: Job, folder: Path, serial: str, seed: int, watcher: Watcher = n
         inputs["unit"] = job.files.unit
     else:
         keep_steady()
-    session = create(folder, job.scenario.content.name, serial, inputs)
+    bench = job.setup.bench
+    with nullcontext() if job.is_virtual else controller_lock(bench.bus, bench.id_offset):
+        session = create(folder, job.scenario.content.name, serial, inputs)
+        attempt = 1
+        while True:
+            finished = _attempt(job, session, seed + attempt - 1, watcher, operator)
+            if not is_tried_again(job.scenario.content.retry, finished.results, attempt):
+                return _counted(finished)
+            set_aside(session, attempt)
+            attempt += 1
+
+
+def _counted(finished: Finished) -> Finished:
+    """Write into the results of the attempt that counts what came of those before it."""
+    earlier = earlier_attempts(finished.session)
+    if earlier:
+        finished.results["attempts"] = earlier
+        finished.session.write_results(finished.results)
+    return finished
+
+
+def _attempt(job: Job, session: Session, seed: int, watcher: Watcher, operator: Operator | None) -> Finished:
     link, clock = connect(job, seed)
     log = BlfLog(session.raw_log, clock.now_ns())
     events = EventLog(session.events)
+    scenario = job.scenario.content
     try:
         analysis = Analysis(job.setup.dialect, job.model, job.limits, str(session.folder))
         encoder = CommandEncoder(job.setup.dialect)
         tap = Tap(link, encoder, analysis, log, events, clock)
-        record = Runner(job.setup.bench, job.scenario.content, analysis, tap, clock, watcher).run()
+        record = Runner(
+            job.setup.bench,
+            scenario.steps,
+            analysis,
+            tap,
+            clock,
+            supply=scenario.supply_guard,
+            operator=operator,
+            watcher=watcher,
+        ).run()
     finally:
         log.close()
         events.close()
@@ -116,5 +161,5 @@ def connect(job: Job, seed: int) -> tuple[Link, Clock]:
         clock = WallClock()
         return open_link(bench.bus, clock), clock
     network = VirtualNetwork(int(bench.bus.bitrate), int(bench.bus.data_bitrate), fd=bench.bus.fd)
-    network.attach(VirtualController(job.unit, job.setup.dialect, seed, nominal=job.model))
+    network.attach(VirtualController(job.unit, job.setup.dialect, seed, nominal=job.model, law=bench.law or "pd"))
     return VirtualLink(network), network.clock

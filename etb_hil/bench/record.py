@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
+from enum import StrEnum
 from typing import Any
 
 from etb_hil.base.outcome import BenchOutcome
@@ -11,6 +12,14 @@ from etb_hil.bench.events import Event
 from etb_hil.bench.safe_state import SafeState
 
 CUT_SHORT = "the run was cut short: its end was never written"
+
+
+class PhaseEnd(StrEnum):
+    """What ended a phase."""
+
+    DONE = "done"
+    TRIGGERED = "triggered"
+    NEVER_FIRED = "condition never true"
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,6 +30,18 @@ class PhaseTime:
     kind: str
     start_ns: int
     end_ns: int | None = None
+    end: PhaseEnd = PhaseEnd.DONE
+
+
+@dataclass(frozen=True, slots=True)
+class Answered:
+    """A prompt of the scenario, and who answered it with what and when."""
+
+    id: str
+    text: str
+    answer: str
+    by: str
+    stamp_ns: int
 
 
 @dataclass(slots=True)
@@ -33,15 +54,18 @@ class RunRecord:
     reason_id: str = ""
     reason: str = ""
     phases: list[PhaseTime] = field(default_factory=list)
+    answers: list[Answered] = field(default_factory=list)
     safe_state: SafeState = SafeState.NOT_VERIFIED
     late_worst_ns: int = 0
     late_mean_ns: int = 0
+    age_worst_ns: int = 0  # of the newest sample at a tick
+    age_mean_ns: int = 0
     health: dict[str, Any] = field(default_factory=dict)
 
     def details(self) -> dict[str, Any]:
         """Return what the last event of a run keeps."""
         plain = asdict(self)
-        del plain["phases"]
+        del plain["phases"], plain["answers"]
         return plain
 
 
@@ -56,17 +80,14 @@ def record_of(events: Iterable[Event]) -> RunRecord:
             record.phases.append(PhaseTime(details["id"], details["kind"], event.stamp_ns))
         elif event.event == "phase_end":
             begun = record.phases[-1]
-            record.phases[-1] = PhaseTime(begun.id, begun.kind, begun.start_ns, event.stamp_ns)
+            end = PhaseEnd(details.get("outcome", PhaseEnd.DONE))
+            record.phases[-1] = PhaseTime(begun.id, begun.kind, begun.start_ns, event.stamp_ns, end)
+        elif event.event == "answer":
+            said = {key: details[key] for key in ("id", "text", "answer", "by")}
+            record.answers.append(Answered(**said, stamp_ns=event.stamp_ns))
         elif event.event == "end":
-            outcome, safe_state = BenchOutcome(details["outcome"]), SafeState(details["safe_state"])
-            kept = {key: details[key] for key in ("start_ns", "end_ns", "reason_id", "reason", "late_worst_ns")}
-            return RunRecord(
-                **kept,
-                outcome=outcome,
-                safe_state=safe_state,
-                phases=record.phases,
-                late_mean_ns=details["late_mean_ns"],
-                health=details["health"],
-            )
+            details["outcome"] = BenchOutcome(details["outcome"])
+            details["safe_state"] = SafeState(details["safe_state"])
+            return RunRecord(**details, phases=record.phases, answers=record.answers)
         record.end_ns = max(record.end_ns, event.stamp_ns)
     return record

@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from etb_hil.bench.analysis import Analysis
+from etb_hil.bench.attempts import earlier_attempts
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.bench.events import read_events
 from etb_hil.bench.finished import Finished
 from etb_hil.bench.record import record_of
 from etb_hil.bench.results import results_of
+from etb_hil.bench.scenario_file import load_scenario
 from etb_hil.bench.session import InputFile, Session, open_session
 from etb_hil.canio.blf import read_blf
 from etb_hil.diagnosis.limits import load_limits
@@ -93,12 +95,14 @@ def replay(
     rules = files.read()
     record = record_of(read_events(session.events))
     analysis = Analysis(rules.setup.dialect, rules.model, rules.limits, str(folder))
+    conditions = {step.id: step.phase.until for step in load_scenario(session.input_path("scenario")).content.steps}
     for phase in record.phases:
-        analysis.begin_phase(phase.start_ns, phase.id, phase.kind)
+        analysis.begin_phase(phase.start_ns, phase.id, phase.kind, conditions.get(phase.id))
     for frames in within(read_blf(session.raw_log), window):
         analysis.push(frames)
     found = analysis.finish()
     results = results_of(session, rules.setup.bench, rules.limits, record, analysis, found)
+    results["attempts"] = earlier_attempts(session)
     return Finished(session, results, record, analysis, found)
 
 

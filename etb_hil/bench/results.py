@@ -9,11 +9,13 @@ from etb_hil.base.outcome import BenchOutcome, UnitVerdict, exit_code
 from etb_hil.bench.clock_grade import grade_clock
 from etb_hil.bench.safe_state import SafeState
 from etb_hil.bench.session import versions
+from etb_hil.bench.set_point_jitter import set_point_jitter
 
 if TYPE_CHECKING:
     from etb_hil.bench.analysis import Analysis
     from etb_hil.bench.bench_file import Bench
-    from etb_hil.bench.record import RunRecord
+    from etb_hil.bench.condition_watch import Firing
+    from etb_hil.bench.record import PhaseTime, RunRecord
     from etb_hil.bench.session import Session
     from etb_hil.diagnosis.limits import Limits
     from etb_hil.diagnosis.result import DiagnosisResult
@@ -51,14 +53,27 @@ def results_of(
             "safe_state": record.safe_state is SafeState.VERIFIED,
             "name": bench.name,
             "lateness": {"worst_ms": record.late_worst_ns * 1e-6, "mean_ms": record.late_mean_ns * 1e-6},
+            "frame_age": {"worst_ms": record.age_worst_ns * 1e-6, "mean_ms": record.age_mean_ns * 1e-6},
+            "set_point_jitter": set_point_jitter(analysis.recording, bench.command_rate),
         },
         "timestamp_grade": str(analysis.recording.clock),
         "clock": asdict(grade_clock(analysis.recording)),
         "numbers": plain["numbers"],
         "exceedances": plain["exceedances"],
         "phases": [
-            _phase(phase.id, phase.kind, phase.start_ns, phase.end_ns, record.start_ns) for phase in record.phases
+            _phase(phase, fired, record.start_ns) for phase, fired in zip(record.phases, analysis.firings, strict=True)
         ],
+        "prompts": [
+            {
+                "id": said.id,
+                "text": said.text,
+                "answer": said.answer,
+                "by": said.by,
+                "answered_s": (said.stamp_ns - record.start_ns) * 1e-9,
+            }
+            for said in record.answers
+        ],
+        "attempts": [],
         "bus": _bus(bench, record, analysis),
         "versions": versions(),
         "inputs": [asdict(entry) for entry in session.inputs],
@@ -71,13 +86,15 @@ def verdict_of(results: dict[str, Any]) -> tuple[BenchOutcome, UnitVerdict | Non
     return BenchOutcome(results["bench"]["outcome"]), None if unit is None else UnitVerdict(unit)
 
 
-def _phase(phase_id: str, kind: str, start_ns: int, end_ns: int | None, origin_ns: int) -> dict[str, Any]:
+def _phase(phase: PhaseTime, fired: Firing | None, origin_ns: int) -> dict[str, Any]:
     return {
-        "id": phase_id,
-        "name": kind.replace("_", " "),
-        "start_s": (start_ns - origin_ns) * 1e-9,
-        "end_s": None if end_ns is None else (end_ns - origin_ns) * 1e-9,
-        "outcome": "done" if end_ns is not None else "stopped",
+        "id": phase.id,
+        "name": phase.kind.replace("_", " "),
+        "start_s": (phase.start_ns - origin_ns) * 1e-9,
+        "end_s": None if phase.end_ns is None else (phase.end_ns - origin_ns) * 1e-9,
+        "outcome": "stopped" if phase.end_ns is None else phase.end,
+        "trigger_s": None if fired is None else (fired.stamp_ns - origin_ns) * 1e-9,
+        "trigger_value": None if fired is None else fired.value,
     }
 
 

@@ -14,13 +14,14 @@ from etb_hil.report.drawing import inline_svg, save_png
 from etb_hil.report.model import Exceedance, ReportSeries, Results
 from etb_hil.report.show import phase_name
 from etb_hil.report.verdict import unit_line, verdict_of
-from etb_hil.report.wording import timing_sentence
+from etb_hil.report.wording import bus_sentence, timing_sentence
 
 REPORT_NAME = "report.html"
 
 # What two printed pages hold; the rest is in results.json, and the page says so.
 _MOST_NUMBERS, _MOST_PHASES, _MOST_EXCEEDANCES, _MOST_MESSAGES, _MOST_INPUTS = 16, 16, 7, 7, 6
-_LONGEST_WORD, _LONGEST_NAME, _LONGEST_PHRASE, _LONGEST_VERSIONS, _LONGEST_SENTENCE = 20, 40, 56, 160, 320
+_MOST_PROMPTS = 4
+_LONGEST_WORD, _LONGEST_NAME, _LONGEST_PHRASE, _LONGEST_VERSIONS, _LONGEST_SENTENCE = 20, 40, 56, 160, 480
 _SAFE_STATE = {True: "yes, seen in the measured current", False: "NOT VERIFIED", None: "not looked at"}
 
 _PLOTS = {
@@ -81,9 +82,11 @@ def render_page(results: Results, drawn: Mapping[str, str]) -> str:
         unit_line=_sentence(unit_line(results)),
         safe_state=_SAFE_STATE[results.bench.safe_state],
         grades=_sentence(timing_sentence(results)),
+        bus=_sentence(bus_sentence(results)),
         phase_name=phase_name,
         numbers=results.numbers[:_MOST_NUMBERS],
         phases=results.phases[:_MOST_PHASES],
+        prompts=results.prompts[:_MOST_PROMPTS],
         exceedances=_highest(results.exceedances),
         messages=results.bus.messages[:_MOST_MESSAGES],
         inputs=results.inputs[:_MOST_INPUTS],

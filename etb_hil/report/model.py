@@ -44,6 +44,22 @@ class Lateness:
 
 
 @dataclass(frozen=True, slots=True)
+class FrameAge:
+    """How old the newest sample was at the bench's ticks."""
+
+    mean_ms: float
+    worst_ms: float
+
+
+@dataclass(frozen=True, slots=True)
+class Jitter:
+    """How far the times between two set-points on the bus were off their period."""
+
+    rms_us: float
+    worst_us: float
+
+
+@dataclass(frozen=True, slots=True)
 class Bench:
     """How the bench fared; `safe_state` is True once drive off was seen in the current, None where nobody looked."""
 
@@ -54,6 +70,8 @@ class Bench:
     safe_state: bool | None = None
     name: str = ""
     lateness: Lateness | None = None
+    frame_age: FrameAge | None = None
+    set_point_jitter: Jitter | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,13 +120,40 @@ class Exceedance:
 
 @dataclass(frozen=True, slots=True)
 class Phase:
-    """A step of the scenario; `end_s` is None where the run ended inside it."""
+    """A step of the scenario; `end_s` is None where the run ended inside it.
+
+    `trigger_s` is the stamp of the sample that fired the step's condition, `trigger_value` its value.
+    """
 
     id: str
     name: str
     start_s: float
     end_s: float | None = None
     outcome: str = ""
+    trigger_s: float | None = None
+    trigger_value: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Prompt:
+    """What the scenario asked the operator, and what was answered by whom (operator or scenario)."""
+
+    id: str
+    text: str
+    answer: str
+    by: str
+    answered_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Attempt:
+    """An attempt before the one that counts: what came of it, and the folder in the session that holds it."""
+
+    number: int
+    outcome: BenchOutcome
+    verdict: UnitVerdict | None = None
+    reason_id: str = ""
+    folder: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,6 +178,8 @@ class Bus:
     error_frames: int | None = None
     dropped: int | None = None
     state: str | None = None
+    transmit_errors: int | None = None
+    receive_errors: int | None = None
     messages: tuple[MessageStatistics, ...] = ()
 
 
@@ -160,6 +207,8 @@ class Results:
     numbers: tuple[Number, ...] = ()
     exceedances: tuple[Exceedance, ...] = ()
     phases: tuple[Phase, ...] = ()
+    prompts: tuple[Prompt, ...] = ()
+    attempts: tuple[Attempt, ...] = ()
     bus: Bus = field(default_factory=Bus)
     versions: Mapping[str, str] = field(default_factory=dict)
     inputs: tuple[InputFile, ...] = ()

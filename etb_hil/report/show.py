@@ -23,6 +23,7 @@ _SHOWN = {
 }
 
 UNKNOWN = "-"
+UNKNOWN_WORD = "unknown"  # in sentences
 
 
 def plain(value: float | None, unit: str) -> str:

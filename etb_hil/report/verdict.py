@@ -12,7 +12,7 @@ from typing import Any
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.report import show
 from etb_hil.report.model import Results
-from etb_hil.report.wording import bench_wording, further_reasons, spring_or_friction, unit_wording
+from etb_hil.report.wording import attempts_sentence, bench_wording, further_reasons, spring_or_friction, unit_wording
 
 WIDTH = 80
 _NOT_THE_UNIT = ("The unit was not judged: what was measured of it until then does not count.",)
@@ -55,12 +55,14 @@ class Verdict:
 def verdict_of(results: Results) -> Verdict:
     """Return the outcome to show first: what happened to the bench outranks what was measured of the unit."""
     bench = bench_wording(results)
+    attempts = attempts_sentence(results)
+    not_the_unit = tuple(filter(None, (*_NOT_THE_UNIT, attempts)))
     if results.bench.outcome is BenchOutcome.FAULT:
-        return Verdict("BENCH FAULT", "fault", bench.reason, bench.next_step, _NOT_THE_UNIT)
+        return Verdict("BENCH FAULT", "fault", bench.reason, bench.next_step, not_the_unit)
     if results.bench.outcome is BenchOutcome.ABORTED:
-        return Verdict("ABORTED", "unsure", bench.reason, bench.next_step, _NOT_THE_UNIT)
+        return Verdict("ABORTED", "unsure", bench.reason, bench.next_step, not_the_unit)
     unit = unit_wording(results)
-    further = [*further_reasons(results), spring_or_friction(results)]
+    further = [*further_reasons(results), spring_or_friction(results), attempts]
     headline, tone = {
         UnitVerdict.PASS: ("PASS", "good"),
         UnitVerdict.FAIL: ("FAIL", "bad"),

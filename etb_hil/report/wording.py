@@ -131,6 +131,18 @@ BENCH_REASONS = {
     "host_late": Wording(
         "The computer of the bench was too late with its commands.", "Close other programs on it, then repeat."
     ),
+    "supply_window": Wording(
+        "The bench stopped the run: the supply left the scenario's window.",
+        "Check the supply and its cables, then repeat.",
+    ),
+    "condition_never_true": Wording(
+        "The bench stopped the run: what it waited for never came.",
+        "Check what the scenario waits for, then repeat.",
+    ),
+    "stopped_by_answer": Wording(
+        "The run was ended by the operator's answer.", "Put right what was asked for, then repeat."
+    ),
+    "nobody_answered": Wording("Nobody answered the scenario's question.", "Repeat the test with somebody at it."),
     "stopped_by_user": Wording("Somebody stopped the run.", "Repeat the test when the bench is clear."),
 }
 
@@ -194,7 +206,38 @@ def timing_sentence(results: Results) -> str:
         text += f"scatter {clock.residual_rms_us:.0f} us rms, {clock.residual_worst_us:.0f} us at most."
     if late is not None:
         text += f" The computer was late by {late.mean_ms:.2f} ms on average, {late.worst_ms:.2f} ms at most."
-    return text
+    age, jitter = results.bench.frame_age, results.bench.set_point_jitter
+    shown = "unknown" if age is None else f"{age.mean_ms:.2f} ms on average, {age.worst_ms:.2f} ms at most"
+    text += f" Age of the newest sample at its ticks: {shown}."
+    shown = "unknown" if jitter is None else f"{jitter.rms_us:.0f} us rms, {jitter.worst_us:.0f} us at most"
+    return f"{text} Jitter of the set-points on the bus: {shown}."
+
+
+def bus_sentence(results: Results) -> str:
+    """Return how the bus fared; what the driver does not tell is unknown, never a constant."""
+    bus = results.bus
+    counts = {
+        "error frames": bus.error_frames,
+        "transmit error counter": bus.transmit_errors,
+        "receive error counter": bus.receive_errors,
+        "dropped by the computer": bus.dropped,
+    }
+    loads = [show.UNKNOWN_WORD if load is None else show.share(load) for load in (bus.load, bus.load_peak)]
+    told = ", ".join(f"{name} {show.UNKNOWN_WORD if n is None else n}" for name, n in counts.items())
+    state = bus.state or show.UNKNOWN_WORD
+    return f"{bus.name or 'Bus'}: load {loads[0]} in the last 0.1 s, {loads[1]} in the worst; state {state}; {told}."
+
+
+def attempts_sentence(results: Results) -> str:
+    """Return which attempt counts and what came of those before it, or an empty text."""
+    if not results.attempts:
+        return ""
+    before = "; ".join(
+        f"attempt {a.number}: {a.verdict.value if a.verdict and a.outcome is BenchOutcome.OK else 'bench ' + a.outcome}"
+        f" ({a.reason_id.replace('_', ' ')})"
+        for a in results.attempts
+    )
+    return f"Attempt {len(results.attempts) + 1} counts. Kept in the session: {before}."
 
 
 def spring_or_friction(results: Results) -> str:

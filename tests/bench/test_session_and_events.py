@@ -7,7 +7,7 @@ import pytest
 from etb_hil.base.errors import InputError
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.bench.events import EventLog, read_events
-from etb_hil.bench.record import PhaseTime, RunRecord, record_of
+from etb_hil.bench.record import Answered, PhaseEnd, PhaseTime, RunRecord, record_of
 from etb_hil.bench.safe_state import SafeState
 from etb_hil.bench.session import create, open_session
 
@@ -59,12 +59,21 @@ def test_a_folder_that_is_no_session_says_what_to_give(tmp_path):
 
 def test_the_record_is_what_the_events_tell(tmp_path):
     record = RunRecord(5, 90, BenchOutcome.ABORTED, "stopped_by_operator", "stopped by SIGINT")
-    record.phases = [PhaseTime("home", "home", 10, 40), PhaseTime("ramps", "ramp", 40, None)]
+    record.phases = [
+        PhaseTime("ready", "prompt", 5, 9, PhaseEnd.DONE),
+        PhaseTime("home", "home", 10, 40, PhaseEnd.TRIGGERED),
+        PhaseTime("ramps", "ramp", 40, None),
+    ]
+    record.answers = [Answered("ready", "Ready?", "yes", "operator", 8)]
     record.safe_state, record.late_worst_ns, record.health = SafeState.VERIFIED, 7, {"load": 0.5, "state": None}
     log = EventLog(tmp_path / "events.jsonl")
     log.add(5, "start")
+    log.add(5, "phase", id="ready", kind="prompt")
+    log.add(6, "prompt", id="ready", text="Ready?", answers=["yes", "no"])
+    log.add(8, "answer", id="ready", text="Ready?", answer="yes", by="operator")
+    log.add(9, "phase_end", id="ready")  # a session of the first release says no more of a phase that was done
     log.add(10, "phase", id="home", kind="home")
-    log.add(40, "phase_end", id="home")
+    log.add(40, "phase_end", id="home", outcome="triggered")
     log.add(40, "phase", id="ramps", kind="ramp")
     log.add(90, "end", **record.details())
     log.close()

@@ -4,15 +4,18 @@ import numpy as np
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.report.model import (
+    Attempt,
     Bench,
     Bus,
     Clock,
     Exceedance,
+    FrameAge,
     InputFile,
     Lateness,
     MessageStatistics,
     Number,
     Phase,
+    Prompt,
     ReportSeries,
     Results,
     Unit,
@@ -91,20 +94,32 @@ def results(stiction=T_ST, **changes):
     fields = {
         "run_id": "20261120T070000Z-friction_check-ETB-0042",
         "unit": unit,
-        "bench": Bench(BenchOutcome.OK, safe_state=True, name="virtual classic", lateness=Lateness(0.05, 1.25)),
+        "bench": Bench(
+            BenchOutcome.OK,
+            safe_state=True,
+            name="virtual classic",
+            lateness=Lateness(0.05, 1.25),
+            frame_age=FrameAge(0.6, 2.0),
+        ),
         "started": "2026-11-20T07:00:00Z",
         "duration_s": DURATION_S,
         "timestamp_grade": "sample counter",
         "clock": Clock(-1.2, 36.0, 121.0),
         "numbers": numbers(stiction),
         "exceedances": exceedances(stiction) if failed else (),
-        "phases": tuple(Phase(name.replace(" ", "_"), name, start, end, "done") for name, start, end in PHASES),
+        "phases": tuple(
+            Phase(name.replace(" ", "_"), name, start, end, "done", 9.25 if name == "ramp opening" else None)
+            for name, start, end in PHASES
+        ),
+        "prompts": (Prompt("clamped", "Is the unit clamped?", "yes", "operator", 0.5),),
+        "attempts": (Attempt(1, BenchOutcome.OK, UnitVerdict.INCONCLUSIVE, "too_little_motion", "attempts/1"),),
         "bus": Bus(
             "etb_virtual, classic, 500 kbit/s",
             load=0.614,
             load_peak=0.66,
             error_frames=0,
             state="error-active",
+            receive_errors=3,
             messages=(
                 MessageStatistics("Measurement", 24000, 0),
                 MessageStatistics("Position", 24000, 0),

@@ -1,0 +1,104 @@
+"""One beat of a run: a command out, a wait for the next tick, and what arrived held against the limits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from etb_hil.base.lateness import Lateness
+from etb_hil.base.outcome import BenchOutcome
+from etb_hil.bench.condition_watch import ConditionWatch
+from etb_hil.bench.stop_signals import StopSignals
+from etb_hil.bench.supervision import Supervisor, Trip
+from etb_hil.bench.trajectory import OFF, SetPoint
+
+if TYPE_CHECKING:
+    from etb_hil.base.clock import Clock
+    from etb_hil.bench.bench_file import Bench
+    from etb_hil.bench.condition import Condition
+    from etb_hil.bench.tap import Tap
+    from etb_hil.recording.samples import SampleBlock
+
+WATCH_S = 0.125  # how often a watcher is told
+
+
+class RunStopped(Exception):
+    """The run ends here: its outcome, the reason's id, and the sentence for people."""
+
+    def __init__(self, outcome: BenchOutcome, reason_id: str, reason: str) -> None:
+        super().__init__(reason)
+        self.outcome, self.reason_id, self.reason = outcome, reason_id, reason
+
+
+class Beat:
+    """Keeps the time of a run; every beat raises `RunStopped` where the run must end."""
+
+    def __init__(
+        self,
+        bench: Bench,
+        tap: Tap,
+        clock: Clock,
+        gear_ratio: float,
+        *,
+        supply: Condition | None,
+        show: Callable[[int], None],
+    ) -> None:
+        """Run at the bench's command rate; `show` is called with the time in ns, a few times a second."""
+        self._limits = bench.limits
+        self._tap = tap
+        self._clock = clock
+        self._supply = supply
+        self._guard: ConditionWatch | None = None
+        self._show = show
+        self._show_due_ns = 0
+        self.tick_ns = round(1e9 / bench.command_rate)
+        self.start_ns = self.next_ns = clock.now_ns()
+        self.lateness = Lateness()
+        self.frame_age = Lateness()
+        self.supervisor = Supervisor(bench.limits, gear_ratio, self.start_ns)
+        self.signals = StopSignals()
+        self.commanded = OFF
+
+    def __call__(self, set_point: SetPoint, *, supervise_age: bool = True) -> None:
+        """Send one command, wait for the next tick, and take in what arrived."""
+        if self.signals.received is not None:
+            raise RunStopped(BenchOutcome.ABORTED, "stopped_by_operator", f"stopped by {self.signals.received}")
+        self._tap.command(set_point)
+        self.commanded = set_point
+        self.next_ns += self.tick_ns
+        self._clock.sleep_until_ns(self.next_ns)
+        now_ns = self._clock.now_ns()
+        self.lateness.note(max(now_ns - self.next_ns, 0))
+        if now_ns - self.next_ns > self.tick_ns:  # a stall is not made up for by a burst of old set-points
+            self.next_ns = now_ns
+        trip = self._supervise(self._tap.receive(), now_ns, supervise_age=supervise_age)
+        if trip is not None:
+            raise RunStopped(BenchOutcome.FAULT, trip.reason_id, trip.reason)
+        if now_ns >= self._show_due_ns:
+            self._show_due_ns = now_ns + round(WATCH_S * 1e9)
+            self._show(now_ns)
+
+    def _supervise(self, blocks: list[SampleBlock], now_ns: int, *, supervise_age: bool) -> Trip | None:
+        trip = self.supervisor.look(blocks)
+        if trip is None and supervise_age:
+            self.frame_age.note(max(now_ns - self.supervisor.newest_ns, 0))
+            trip = self.supervisor.age(now_ns)
+        if trip is None and self._supply is not None:
+            trip = self._supply_trip(blocks, now_ns)
+        if trip is None and now_ns - self.start_ns > self._limits.duration * 1e9:
+            trip = Trip("duration_limit", f"the run is longer than the limit of {self._limits.duration:g} s")
+        return trip
+
+    def _supply_trip(self, blocks: list[SampleBlock], now_ns: int) -> Trip | None:
+        """Hold the supply against its window while the bridge is on: what it is before, a scenario may wait for."""
+        if self._supply is None or not self.commanded.enable:
+            self._guard = None
+            return None
+        if self._guard is None:
+            self._guard = ConditionWatch(self._supply, now_ns)
+        fired = self._guard.push(blocks)
+        if fired is None:
+            return None
+        self._tap.events.add(fired.stamp_ns, "supply", value=fired.value, condition=str(self._supply))
+        low, high = self._supply.outside or (0.0, 0.0)
+        return Trip("supply_window", f"supply at {fired.value:.2f} V, outside {low:g} to {high:g} V")

@@ -1,0 +1,21 @@
+"""How evenly the set-points went out: from the stamps that the bus gave to the bench's own commands."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from etb_hil.recording.recording import Recording
+
+ROLE = "command_mode"
+
+
+def set_point_jitter(recording: Recording, command_rate: float) -> dict[str, float] | None:
+    """Return rms and worst deviation from the period in us; None where the bus does not show the commands sent."""
+    source = next((name for name in recording.sources if ROLE in recording.block(name).columns), None)
+    if source is None:
+        return None
+    stamp_ns = recording.block(source).stamp_ns
+    if len(stamp_ns) < 2:
+        return None
+    off_us = (np.diff(stamp_ns) - round(1e9 / command_rate)) * 1e-3
+    return {"rms_us": float(np.sqrt(np.mean(off_us * off_us))), "worst_us": float(np.max(np.abs(off_us)))}

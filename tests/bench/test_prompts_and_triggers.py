@@ -1,0 +1,145 @@
+"""Prompts, waits, triggers, the supply's window and retries, end to end on the virtual bus, live and in replay."""
+
+import os
+import pty
+
+import numpy as np
+import pytest
+from whole_run import assert_bus_was_healthy
+
+from etb_hil.base.errors import InputError
+from etb_hil.base.stock import find
+from etb_hil.bench import job as job_room
+from etb_hil.bench.events import read_events
+from etb_hil.bench.job import JobFiles, execute, prepare
+from etb_hil.bench.replay import first_difference, replay
+from etb_hil.cli.terminal_operator import TerminalOperator
+
+ZERO = "- {id: zero, kind: current_zero, duration: 0.3 s}\n"
+SUPPLY = "{role: supply_voltage, inside: [13 V, 14 V], for: 100 ms}"
+
+
+@pytest.fixture
+def run(tmp_path):
+    def execute_scenario(phases, head="", operator=None, unit="default", bench="virtual_classic"):
+        path = tmp_path / "scenario.yaml"
+        path.write_text(f"schema: etb_hil/scenario/1\nname: test\n{head}phases:\n{phases}")
+        files = JobFiles(
+            path, find("bench", bench), find("model", "default"), find("limits", "default"), find("model", unit)
+        )
+        finished = execute(prepare(files, attended=operator is not None), tmp_path / "out", "", 1, operator=operator)
+        assert_bus_was_healthy(finished)
+        assert first_difference(replay(finished.session.folder)) is None
+        return finished
+
+    return execute_scenario
+
+
+def phase(finished, phase_id):
+    return next(p for p in finished.results["phases"] if p["id"] == phase_id)
+
+
+def events(finished, name):
+    return [event for event in read_events(finished.session.events) if event.event == name]
+
+
+@pytest.mark.parametrize("bench", ["virtual_classic", "virtual_fd"])
+def test_a_trigger_ends_a_phase_with_the_stamp_of_the_sample_that_fired(run, bench):
+    finished = run(
+        ZERO + f"- {{id: supply, kind: wait, timeout: 2 s, until: {SUPPLY}}}\n"
+        "- {id: up, kind: ramp, between: [10 deg, 70 deg], speed: 1 rad/s,"
+        " until: {role: throttle_angle, rises_above: 40 deg, for: 5 ms}}\n"
+        "- {id: back, kind: off, duration: 0.3 s}\n",
+        bench=bench,
+    )
+    assert finished.results["bench"]["outcome"] == "ok"
+    up = phase(finished, "up")
+    assert up["outcome"] == "triggered"
+    assert up["trigger_value"] > np.radians(39.9)
+    assert up["trigger_s"] <= up["end_s"] <= up["trigger_s"] + 0.025
+    first, second = events(finished, "trigger")
+    assert (first.details["id"], second.details["id"]) == ("supply", "up")
+    # the very sample, found in the recording by its stamp, is the first that has been above for 5 ms
+    recorded = finished.analysis.recording
+    samples = recorded.block(next(s for s in recorded.sources if "throttle_angle" in recorded.block(s).columns))
+    index = int(np.searchsorted(samples.stamp_ns, second.stamp_ns))
+    assert samples.stamp_ns[index] == second.stamp_ns
+    held = samples.columns["throttle_angle"][(samples.time_ns >= samples.time_ns[index] - 5_000_000)][:5]
+    assert (held > np.radians(40)).all()
+    assert second.stamp_ns * 1e-9 - finished.record.start_ns * 1e-9 == pytest.approx(up["trigger_s"], abs=1e-6)
+
+
+def test_what_never_comes_stops_the_run_or_not_as_the_scenario_says(run):
+    never = "{role: supply_voltage, above: 15 V%s}"
+    wait = "- {id: supply, kind: wait, timeout: 0.5 s, until: %s}\n"
+    finished = run(ZERO + wait % (never % "") + "- {id: later, kind: off, duration: 1 s}\n")
+    assert finished.results["bench"]["reason_id"] == "condition_never_true"
+    assert finished.results["unit"]["verdict"] is None
+    assert phase(finished, "supply")["outcome"] == "condition never true"
+    assert [p["id"] for p in finished.results["phases"]] == ["zero", "supply"]
+    finished = run(ZERO + wait % (never % ", otherwise: go_on"))
+    assert finished.results["bench"]["outcome"] == "ok"
+
+
+def test_a_supply_outside_its_window_stops_the_run_while_the_bridge_is_on(run):
+    finished = run(ZERO + "- {id: hold, kind: hold, position: 30 deg, duration: 1 s}\n", head="supply: [10 V, 12 V]\n")
+    assert finished.results["bench"]["reason_id"] == "supply_window"
+    assert finished.results["bench"]["safe_state"] is True
+    (seen,) = events(finished, "supply")
+    assert seen.details["value"] == pytest.approx(13.5, abs=0.2)
+    assert phase(finished, "zero")["outcome"] == "done"
+
+
+def test_a_prompt_is_answered_by_the_scenario_where_nobody_attends(run):
+    finished = run("- {id: ready, kind: prompt, text: Clamped, answers: [yes, no], unattended: yes}\n" + ZERO)
+    (prompt,) = finished.results["prompts"]
+    assert (prompt["answer"], prompt["by"]) == ("yes", "scenario")
+    with pytest.raises(InputError, match=r"scenario\.yaml:4: phases\[0\]: this prompt has no answer"):
+        run("- {id: ready, kind: prompt, text: Clamped, answers: [yes, no]}\n" + ZERO)
+
+
+@pytest.mark.parametrize(
+    ("typed", "answer", "outcome"), [("nonsense\n\n1\n", "yes", "ok"), ("No\n", "no", "aborted"), ("", None, "aborted")]
+)
+def test_the_operators_answer_is_kept(run, typed, answer, outcome):
+    keyboard, screen = pty.openpty()
+    os.write(keyboard, typed.encode())
+    with os.fdopen(os.dup(1), "w") as out:
+        operator = TerminalOperator(screen, out, waits=False)
+        finished = run(
+            ZERO + "- {id: ready, kind: prompt, text: Clamped, answers: [yes, no], timeout: 0.4 s}\n", operator=operator
+        )
+    os.close(keyboard), os.close(screen)
+    assert finished.results["bench"]["outcome"] == outcome
+    assert [p["answer"] for p in finished.results["prompts"]] == ([] if answer is None else [answer])
+    reason = {"ok": "", "aborted": "stopped_by_answer" if answer else "nobody_answered"}[outcome]
+    assert finished.results["bench"]["reason_id"] == reason
+
+
+def test_an_attempt_that_tells_nothing_is_tried_again_and_kept(run):
+    finished = run(
+        ZERO + "- {id: hold, kind: hold, position: 30 deg, duration: 0.5 s}\n", head="retry: {attempts: 3}\n"
+    )
+    assert finished.results["unit"]["verdict"] == "inconclusive"
+    assert [(a["number"], a["verdict"]) for a in finished.results["attempts"]] == [
+        (1, "inconclusive"),
+        (2, "inconclusive"),
+    ]
+    for attempt in finished.results["attempts"]:
+        again = replay(finished.session.folder / attempt["folder"])
+        assert first_difference(again) is None
+    first = (finished.session.folder / "attempts/1/raw.blf").read_bytes()
+    assert len(first) > 1000
+    assert first != finished.session.raw_log.read_bytes()
+
+
+def test_a_bench_fault_is_tried_again_only_where_the_scenario_says_so(run, monkeypatch):
+    connect, seeds = job_room.connect, []
+    monkeypatch.setattr(job_room, "connect", lambda job, seed: (seeds.append(seed), connect(job, seed))[1])
+    never = "- {id: wait, kind: wait, timeout: 0.2 s, until: {role: supply_voltage, above: 20 V}}\n"
+    finished = run(ZERO + never, head="retry: {attempts: 2, after: [bench_fault]}\n")
+    assert seeds == [1, 2]  # a unit's noise is not the same twice
+    assert [a["outcome"] for a in finished.results["attempts"]] == ["fault"]
+    seeds.clear()
+    assert run(ZERO + never, head="retry: {attempts: 2}\n").results["attempts"] == []
+    assert seeds == [1]
