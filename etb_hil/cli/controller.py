@@ -8,6 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import TextIO
 
+from etb_hil.cli.quantity_option import quantity_option
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
@@ -58,8 +60,8 @@ def run(args: argparse.Namespace) -> int:
         )
     unit = load_model(find("model", args.unit))
     nominal = load_model(find("model", args.nominal or "default"))
-    start_angle = None if args.start_angle is None else _quantity("--start-angle", args.start_angle, "angle")
-    ambient = _quantity("--ambient", args.ambient, "temperature")
+    start_angle = None if args.start_angle is None else quantity_option("--start-angle", args.start_angle, "angle")
+    ambient = quantity_option("--ambient", args.ambient, "temperature")
     clock = WallClock()
     with ExitStack() as stack:
         stop = stack.enter_context(StopSignals())
@@ -85,16 +87,6 @@ def run(args: argparse.Namespace) -> int:
         lateness = serve(controller, link, clock, log, lambda: stop.received is not None)
     print(f"stopped by {stop.received}; {lateness}", flush=True)
     return ExitCode.DONE
-
-
-def _quantity(option: str, text: str, dimension: str) -> float:
-    from etb_hil.base.errors import InputError, Problem
-    from etb_hil.base.quantity import parse_quantity
-
-    try:
-        return parse_quantity(text, dimension)
-    except ValueError as error:
-        raise InputError(Problem(f"{option}: {error}", value=text)) from None
 
 
 def _created(path: Path) -> TextIO:

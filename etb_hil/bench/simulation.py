@@ -1,0 +1,108 @@
+"""A scenario on a model without a bus: the controller's own machine, commands in and samples out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from etb_hil.base.errors import InputError, Problem
+from etb_hil.bench.condition_watch import ConditionWatch
+from etb_hil.bench.scenario_file import Step
+from etb_hil.bench.trajectory import OFF, SetPoint, Trajectory
+from etb_hil.bench.waiting import PromptPhase
+from etb_hil.controller.machine import Machine, Output
+from etb_hil.controller.state import COMMAND, EVENT_WIDTH, REQUEST, TICK_NS
+from etb_hil.plant.parameters import Model
+from etb_hil.recording.samples import Float64, Int64, SampleBlock, concatenate
+
+BOTH = 3.0  # current and encoder
+COMMAND_RATE = 100.0
+
+
+class Simulation:
+    """One scenario on one unit; prompts are passed over, conditions end phases as they do on a bench."""
+
+    def __init__(
+        self, unit: Model, nominal: Model, *, law: str, seed: int, rate: float, command_rate: float = COMMAND_RATE
+    ) -> None:
+        """`nominal` is what controller and trajectories take the unit for; `rate` of the samples in Hz."""
+        self._machine = Machine(unit, nominal, seed, law=law)
+        self._throttle = nominal.values
+        self._tick_ns = round(1e9 / command_rate)
+        self._now_ns = 0
+        self._angle = self._machine.plate_angle
+        self._commanded = OFF
+        self._asked: list[float] | None = [REQUEST, BOTH, rate, 0.0, 0.0, 0.0]
+        self._blocks: list[SampleBlock] = []
+
+    def run(self, steps: Sequence[Step]) -> tuple[Int64, dict[str, Float64]]:
+        """Run the steps; return the samples' times (n) in ns and columns (n) by role.
+
+        InputError where a phase waits for what never comes.
+        """
+        for step in steps:
+            if not isinstance(step.phase, PromptPhase):
+                self._run_step(step)
+        if not self._blocks:
+            raise InputError(Problem("the scenario has nothing to simulate", remedy="give one with a phase of motion"))
+        whole = concatenate(self._blocks)
+        return whole.time_ns, dict(whole.columns)
+
+    def _run_step(self, step: Step) -> None:
+        start = self._commanded.position if self._commanded.enable else self._angle
+        trajectory, until = step.phase.trajectory(start, self._throttle), step.phase.until
+        watch = None if until is None else ConditionWatch(until, self._now_ns)
+        for blocks in self._lived(trajectory):
+            if watch is not None and watch.push(blocks) is not None:
+                return
+        if until is not None and until.otherwise == "stop":
+            raise InputError(Problem(f"in '{step.id}' it never comes to this: {until}", remedy="change the condition"))
+
+    def _lived(self, trajectory: Trajectory) -> Iterator[list[SampleBlock]]:
+        start_ns, duration_ns = self._now_ns, round(trajectory.duration * 1e9)
+        while (since_ns := self._now_ns - start_ns) < duration_ns:
+            yield self._beat(trajectory.at(since_ns * 1e-9))
+
+    def _beat(self, point: SetPoint) -> list[SampleBlock]:
+        command = [COMMAND, float(point.mode), float(point.enable), point.position, point.velocity, point.voltage]
+        events = [command] if self._asked is None else [self._asked, command]
+        self._asked, self._commanded = None, point
+        stamps = np.full(len(events), self._now_ns, np.int64)
+        self._now_ns += self._tick_ns
+        _, outputs = self._machine.run(self._now_ns, stamps, np.array(events, float).reshape(-1, EVENT_WIDTH))
+        blocks: list[SampleBlock] = []
+        for output in outputs:
+            if len(output.samples):
+                self._blocks.append(_samples(output, point))
+                blocks.append(self._blocks[-1])
+                self._angle = float(output.samples["track"][-1])
+            if len(output.statuses):
+                blocks.append(_statuses(output))
+        return blocks
+
+
+def _samples(output: Output, point: SetPoint) -> SampleBlock:
+    rows = output.samples
+    columns = {
+        "motor_voltage": rows["voltage"].copy(),
+        "motor_current": rows["current"][:, 0].copy(),
+        "motor_angle": rows["motor_angle"][:, 0].copy(),
+        "throttle_angle": rows["track"].copy(),
+        "throttle_angle_2": rows["track_2"].copy(),
+        "command_position": np.full(len(rows), point.position if point.enable else np.nan),
+        "command_enable": np.full(len(rows), float(point.enable)),
+    }
+    return _block("samples", rows["tick"], columns)
+
+
+def _statuses(output: Output) -> SampleBlock:
+    rows = output.statuses
+    columns = {"temperature": "temperature", "supply_voltage": "supply", "mode": "mode", "enable": "enable"}
+    taken = {role: rows[name].astype(float) for role, name in (columns | {"faults": "faults"}).items()}
+    return _block("status", rows["tick"], taken)
+
+
+def _block(source: str, tick: Int64, columns: dict[str, Float64]) -> SampleBlock:
+    time_ns = tick.astype(np.int64) * TICK_NS
+    return SampleBlock(source, time_ns, time_ns, columns, np.zeros(len(time_ns), np.int64))

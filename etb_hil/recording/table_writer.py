@@ -1,0 +1,77 @@
+"""Tables out: CSV for everybody, Parquet where pyarrow is; columns are named by role and unit, as they are read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.roles import ROLES
+from etb_hil.recording.samples import Float64, Int64
+
+DIGITS = 9
+SUFFIXES = (".csv", ".parquet")
+
+
+def column_name(role: str) -> str:
+    """Return a role's name in a table, with its SI unit: `motor_voltage_V`."""
+    unit = ROLES[role].unit.replace("/", "_per_")
+    return role if unit == "1" else f"{role}_{unit}"
+
+
+def check_writable(path: Path) -> None:
+    """Raise InputError where a table cannot be written to this path: no such format, or no pyarrow for it."""
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(
+            Problem("is no table that can be written", Place(path), path.suffix, allowed=", ".join(SUFFIXES))
+        )
+    if path.suffix.lower() == ".parquet":
+        try:
+            import pyarrow.parquet  # noqa: F401, PLC0415 (an extra)
+        except ImportError:
+            raise InputError(
+                Problem("pyarrow is not installed", Place(path), remedy="install it, or write a .csv")
+            ) from None
+
+
+def write_table(path: Path, time_ns: Int64, columns: Mapping[str, Float64]) -> None:
+    """Write columns (n) by role over `time_ns` (n), whole or not at all; NaN becomes an empty cell.
+
+    Raises InputError where the file cannot be written.
+    """
+    check_writable(path)
+    part = path.with_name(f"{path.name}.part")
+    try:
+        if path.suffix.lower() == ".parquet":
+            _write_parquet(part, time_ns, columns)
+        else:
+            _write_csv(part, time_ns, columns)
+        part.replace(path)
+    except OSError as error:
+        raise InputError(
+            Problem(f"cannot be written: {error.strerror}", Place(path), remedy="choose another file or make room")
+        ) from None
+
+
+def _write_csv(path: Path, time_ns: Int64, columns: Mapping[str, Float64]) -> None:
+    cells = [[_seconds(time) for time in time_ns.tolist()]]
+    cells += [["" if value != value else f"{value:.{DIGITS}g}" for value in c.tolist()] for c in columns.values()]  # noqa: PLR0124 (NaN)
+    with path.open("w", encoding="utf-8", newline="\n") as file:
+        file.write(",".join(["time_s", *map(column_name, columns)]) + "\n")
+        file.writelines(",".join(row) + "\n" for row in zip(*cells, strict=True))
+
+
+def _seconds(time_ns: int) -> str:
+    sign, whole = ("-", -time_ns) if time_ns < 0 else ("", time_ns)
+    return f"{sign}{whole // 1_000_000_000}.{whole % 1_000_000_000:09d}"
+
+
+def _write_parquet(path: Path, time_ns: Int64, columns: Mapping[str, Float64]) -> None:
+    import pyarrow as pa  # noqa: PLC0415 (an extra)
+    from pyarrow import parquet  # noqa: PLC0415
+
+    named = {"time_s": time_ns * 1e-9} | {column_name(role): values for role, values in columns.items()}
+    table = pa.table({name: pa.array(np.asarray(values, float), from_pandas=True) for name, values in named.items()})
+    parquet.write_table(table, path)
