@@ -10,9 +10,10 @@ from whole_run import assert_bus_was_healthy
 from etb_hil.base.errors import InputError
 from etb_hil.base.stock import find
 from etb_hil.bench import job as job_room
+from etb_hil.bench.differences import first_difference
 from etb_hil.bench.events import read_events
 from etb_hil.bench.job import JobFiles, execute, prepare
-from etb_hil.bench.replay import first_difference, replay
+from etb_hil.bench.replay import replay
 from etb_hil.cli.terminal_operator import TerminalOperator
 
 ZERO = "- {id: zero, kind: current_zero, duration: 0.3 s}\n"
