@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from etb_hil.base.quantity import Frequency, Ratio
 from etb_hil.base.stock import find
@@ -42,6 +42,13 @@ class Bench(FileModel):
         if self.law is not None and self.bus.interface != VIRTUAL:
             raise ValueError("'law' is for virtual benches; start the controller of this bus with --law")
         return self
+
+    @field_validator("measure")
+    @classmethod
+    def _watches_everything(cls, measure: Measure) -> Measure:
+        if len(set(measure.signals)) < 2:
+            raise ValueError("a bench's usual request needs current and encoder: the plate moves on both")
+        return measure
 
 
 @dataclass(frozen=True, slots=True)

@@ -42,7 +42,7 @@ class Measure(FileModel):
     """What the controller is asked to send while a phase runs."""
 
     signals: Annotated[tuple[Literal["current", "encoder"], ...], Field(min_length=1)] = ("current", "encoder")
-    rate: PositiveFrequency = 1000.0
+    rate: Annotated[Frequency, Field(ge=1000, le=20_000, description="friction is told from 1 kHz on")] = 1000.0
     burst: bool = False
 
 

@@ -41,7 +41,11 @@ def check_scenario(
         total += trajectory.duration
         if (*step.key, start) not in looked_at:
             looked_at.add((*step.key, start))
-            found = [*_outside(phase, bench.limits, where), *_unknown_roles(phase, dialect, where)]
+            found = [
+                *_outside(phase, bench.limits, where),
+                *_unknown_roles(phase, dialect, where),
+                *_moves_unseen(phase, trajectory, where),
+            ]
             if not found and trajectory.duration <= bench.limits.duration:
                 found = [*_strays(trajectory, bench.limits, where)]
             problems += [problem for problem in found if problem not in problems]
@@ -69,6 +73,7 @@ def bus_budget_of(bench: Bench, measure: Measure, dialect: Dialect) -> BusBudget
         signals=measure.signals,
         sample_rate=measure.rate,
         burst=measure.burst,
+        limit=bench.bus_share,
     )
 
 
@@ -113,6 +118,19 @@ def _unknown_roles(phase: Phase, dialect: Dialect, where: _Where) -> Iterator[Pr
 
 def _no_such_signal(role: str, place: Place) -> Problem:
     return Problem("this bench has no signal for the role", place, role, remedy="map the role in the bench file")
+
+
+def _moves_unseen(phase: Phase, trajectory: Trajectory, where: _Where) -> Iterator[Problem]:
+    """Find a phase that drives the plate and does not ask for both current and angle."""
+    driven = any(trajectory.at(share * trajectory.duration).enable for share in (0.0, 0.25, 0.5, 0.75))
+    if driven and phase.measure is not None and len(set(phase.measure.signals)) < 2:
+        yield Problem(
+            "the plate would move without being watched",
+            where("measure", "signals"),
+            ", ".join(phase.measure.signals),
+            "current and encoder, in a phase that drives",
+            "ask for both",
+        )
 
 
 def _strays(trajectory: Trajectory, limits: SafetyLimits, where: _Where) -> Iterator[Problem]:
