@@ -24,12 +24,16 @@ def run(options: argparse.Namespace) -> int:
     from etb_hil.base.outcome import ExitCode
     from etb_hil.base.stock import find
     from etb_hil.discrepancy.explain import explain, write
+    from etb_hil.discrepancy.pictures import pictures
     from etb_hil.plant.drive_file import load_plant
+    from etb_hil.report.explain_report import write_explanation
 
     model, _ = load_plant(find("model", options.model))
     recordings = [_recording(path, options.map) for path in options.data]
     answer = explain(recordings, model, progress=_progress)
     paths = write(answer, options.out)
+    series = pictures(answer.findings, answer.holdout.segments) if answer.findings and answer.holdout else None
+    paths.append(write_explanation(answer.explanation, series, options.out))
     _progress("")
     found = answer.explanation
     print(f"verdict: {found['verdict']}")

@@ -45,6 +45,7 @@ def along(
     loose = ports.is_loose(p)
     bristle = 0.0
     friction = 0.0
+    lost = 0.0
     settle = int(_SETTLE / dt)
     sigma_0, sigma_1 = p[BRISTLE_STIFFNESS], p[BRISTLE_DAMPING]
     where = angle[0]
@@ -52,7 +53,7 @@ def along(
         theta, omega, i = angle[k], velocity[k], current[k]
         way = theta - angle[k - 1] if k > settle else 0.0
         # What the balance itself says of the voltage: losses that scale the measured one would scale its noise away.
-        command = 0.0 if is_open[k] else p[RESISTANCE] * i + p[BACK_EMF] * omega
+        command = 0.0 if is_open[k] else p[RESISTANCE] * i + p[BACK_EMF] * omega + lost
         ports.pass_time(slow, omega, way, i, command, temperature[k], dt, p)
         swing = p[PLATE_INERTIA] * acceleration[k]
         where = teeth.on_plate(theta, where, omega, swing, p) if loose else theta
@@ -73,9 +74,10 @@ def along(
         )
         drive = p[TORQUE_PER_AMPERE] * (1.0 + ports.torque_share(theta, slow[ports.MAGNET], p)) * i
         torque[k] = drive - passive
+        lost = ports.voltage_loss(i, command, slow[ports.DRAWN], is_open[k], p)
         voltage[k] = (
             p[RESISTANCE] * (1.0 + ports.resistance_share(temperature[k], slow[ports.RISE], p)) * i
-            + ports.voltage_loss(i, command, slow[ports.DRAWN], is_open[k], p)
+            + lost
             + p[BACK_EMF] * ports.back_emf_share(theta, slow[ports.MAGNET], p) * omega
         )
         plate[k] = where

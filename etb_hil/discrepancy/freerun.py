@@ -34,29 +34,40 @@ def errors(b: Balances, parameters: Callable[[float], Vector], *, one_step: bool
     """
     m = b.measured
     rows = round(SEGMENT_S * m.rate)
-    starts = range(0, len(m) - rows + 1, rows)
     has_current = m.current is not None and not m.is_drive
     found: dict[str, list[float]] = {name: [] for name in ((POSITION, CURRENT_ROLE) if has_current else (POSITION,))}
-    out = np.empty((rows, 3))
-    for begin in starts:
-        p = parameters(begin / len(m))
-        angle, velocity = b.motion(p)
+    for begin in range(0, len(m) - rows + 1, rows):
+        every = max(1, round(STEP_S * m.rate)) if one_step else 0
+        angle, current = _segment(b, parameters(begin / len(m)), begin, rows, every)
         part = slice(begin, begin + rows)
-        current = np.zeros(rows) if m.current is None else _true_current(b, p)[part]
-        state = new_extended_state(float(angle[begin]), float(m.temperature[begin]))
-        state[OMEGA], state[CURRENT] = velocity[begin], current[0]
-        state[BRISTLE] = _bristle(p, float(angle[begin]), float(velocity[begin]), float(current[0]))
-        _run(
-            state, p, m.voltage[part], m.temperature[part], angle[part], velocity[part], current,
-            round(m.dt / TICK), max(1, round(STEP_S * m.rate)) if one_step else 0, out,
-        )  # fmt: skip
-        seen = angle_sensor_eccentricity.measured_angle(out[:, 0] * b.gear, p) / b.gear
-        found[POSITION].append(_rms(seen - m.angle[part]))
+        found[POSITION].append(_rms(angle - m.angle[part]))
         if has_current and m.current is not None:
-            sensed = current_sensor_gain.measured_current(out[:, 1], p)
-            sensed = current_sensor_offset.measured_current(sensed, m.temperature[part], p)
-            found[CURRENT_ROLE].append(_rms(sensed - m.current[part]))
+            found[CURRENT_ROLE].append(_rms(current - m.current[part]))
     return {name: np.array(values) for name, values in found.items()}
+
+
+def _segment(b: Balances, p: Vector, begin: int, rows: int, every: int) -> tuple[Float64, Float64]:
+    """Return angle and current (rows) as the sensors tell them; `every`: rows between two fresh starts, 0 none."""
+    m = b.measured
+    angle, velocity = b.motion(p)
+    part = slice(begin, begin + rows)
+    current = np.zeros(rows) if m.current is None else _true_current(b, p)[part]
+    state = new_extended_state(float(angle[begin]), float(m.temperature[begin]))
+    state[OMEGA], state[CURRENT] = velocity[begin], current[0]
+    state[BRISTLE] = _bristle(p, float(angle[begin]), float(velocity[begin]), float(current[0]))
+    out = np.empty((rows, 3))
+    _run(
+        state, p, m.voltage[part], m.temperature[part], angle[part], velocity[part], current,
+        round(m.dt / TICK), every, out,
+    )  # fmt: skip
+    sensed = current_sensor_gain.measured_current(out[:, 1], p)
+    sensed = current_sensor_offset.measured_current(sensed, m.temperature[part], p)
+    return angle_sensor_eccentricity.measured_angle(out[:, 0] * b.gear, p) / b.gear, sensed
+
+
+def trace(b: Balances, p: Vector, begin: int) -> Float64:
+    """Return the model's angle (rows of a segment) as the encoder would tell it, run freely from a row on."""
+    return _segment(b, p, begin, round(SEGMENT_S * b.measured.rate), 0)[0]
 
 
 def _true_current(b: Balances, p: Vector) -> Float64:

@@ -18,7 +18,7 @@ EFFECT = Effect(
     parity=Parity.NEITHER,
     parameters=(
         strength("delay", "s", -0.002, 0.03, (0.0003,), "0.5 to 10 ms: filters, multiplexing"),
-        strength("lag", "s", -0.002, 0.03, (0.0003,), "anti-alias filter"),
+        strength("lag", "s", -0.002, 0.03, (), "anti-alias filter"),
     ),
     looks_like="errors at every change of the current, none where it is constant",
     check="time stamps; the filter of the current channel",

@@ -1,0 +1,41 @@
+"""The plots of an explanation: the run before and after, and what is left over the angle."""
+
+from __future__ import annotations
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+from etb_hil.discrepancy.pictures import Pictures
+from etb_hil.report.drawing import CLOSING, INK, LIMIT, MEASURED, MUTED, OPENING, STYLE, legend_below, new_figure
+
+
+@mpl.rc_context(STYLE)
+def before_and_after(series: Pictures) -> Figure:
+    """Draw the segment that the model got most wrong, run by the measured voltage alone."""
+    figure, (upper, lower) = new_figure(9.0, 4.6, 2, [2.0, 1.0])
+    upper.set(title="Free run on the worst segment", ylabel=f"position / {series.position_unit}")
+    upper.plot(series.time, series.measured, color=INK, label="measured")
+    upper.plot(series.time, series.before, "--", color=LIMIT, label="model as calibrated")
+    upper.plot(series.time, series.after, ":", color=MEASURED, linewidth=1.8, label="model with the causes")
+    lower.set(xlabel="time / s", ylabel=f"error / {series.position_unit}")
+    lower.plot(series.time, series.before - series.measured, "--", color=LIMIT)
+    lower.plot(series.time, series.after - series.measured, color=MEASURED)
+    legend_below(figure, 3)
+    return figure
+
+
+@mpl.rc_context(STYLE)
+def left_over_angle(series: Pictures) -> Figure:
+    """Draw what is left of the torque balance over the angle, by direction, before and after."""
+    figure, (upper, lower) = new_figure(9.0, 4.6, 2)
+    names = ("before", "with the causes")
+    for axes, name, number in ((upper, names[0], 0), (lower, names[1], 1)):
+        axes.set(title=f"What the model lacks, {name}", ylabel=f"left / {series.load_unit}")
+        axes.axhline(0.0, color=MUTED, linewidth=0.8)
+        axes.plot(series.angle, series.opening[number], "-", color=OPENING, label="forward" if number == 0 else None)
+        axes.plot(series.angle, series.closing[number], "--", color=CLOSING, label="back" if number == 0 else None)
+    limits = upper.get_ylim()
+    lower.set_ylim(*limits)
+    lower.set_xlabel(f"position / {series.position_unit}")
+    legend_below(figure, 2)
+    return figure

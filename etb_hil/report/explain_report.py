@@ -1,0 +1,168 @@
+"""The report of an explanation: one HTML page that a technician understands at a glance, and its plots."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+
+from etb_hil.discrepancy.pictures import Pictures
+from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.report import explain_plots
+from etb_hil.report.drawing import inline_svg, save_png
+
+REPORT_NAME = "explanation.html"
+
+_TONES = {
+    "adequate": "good",
+    "explained": "good",
+    "ambiguous": "unsure",
+    "unexplained": "bad",
+    "insufficient_data": "unsure",
+}
+_REASONS = {
+    "adequate": "The model describes these data as well as its sensors let one see.",
+    "explained": "The causes below account for what the model gets wrong.",
+    "ambiguous": "These data cannot tell some causes apart: all that are named together are possible.",
+    "unexplained": "Something is missing in the model that no known cause accounts for.",
+    "insufficient_data": "These data do not suffice to judge the model.",
+}
+_MODELS = ("nominal", "calibrated", "extended", "noise_floor")
+_KINDS = {"one_step": "10 ms ahead", "free_run": "free run"}
+_UNITS = {"throttle_angle": "rad", "motor_current": "A"}
+_PLOTS = {"before_and_after": explain_plots.before_and_after, "left_over_angle": explain_plots.left_over_angle}
+
+
+def write_explanation(found: dict[str, Any], series: Pictures | None, folder: Path) -> Path:
+    """Write `explanation.html` and a PNG file for each plot into a folder that exists; return the page's path.
+
+    `found` is what `explanation.json` holds.
+    """
+    drawn = []
+    if series is not None:
+        for name, draw in _PLOTS.items():
+            figure = draw(series)
+            save_png(figure, folder / f"{name}.png")
+            drawn.append((name, Markup(inline_svg(figure, name))))  # noqa: S704 (our own drawing)
+    page = folder / REPORT_NAME
+    page.write_text(_page(found, drawn, series), "utf-8")
+    return page
+
+
+def _page(found: dict[str, Any], drawn: list[tuple[str, Markup]], series: Pictures | None) -> str:
+    here = Path(__file__).parent
+    environment = Environment(
+        loader=FileSystemLoader(here), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+    )
+    verdict = str(found["verdict"])
+    unit = series.position_unit if series is not None else "rad"
+    return environment.get_template("explain.html.jinja").render(
+        headline=verdict.replace("_", " ").upper(),
+        tone=_TONES[verdict],
+        reason=_REASONS[verdict],
+        further=_further(found),
+        next_test=(found.get("next_test") or {}).get("says", ""),
+        style=Markup((here / "report.css").read_text("utf-8")),  # noqa: S704 (our own file)
+        causes=[_cause(cause) for cause in found["causes"]],
+        drawn=drawn,
+        models=[name.replace("_", " ") for name in _MODELS],
+        errors=_errors(found, unit),
+        gain=_gain(found),
+        suspects=[_suspect(one) for one in found.get("suspects", [])],
+        moved=_moved(found),
+        quality=[_quality(one) for one in found["data_quality"]],
+        limits=_limits(found),
+    )
+
+
+def _further(found: dict[str, Any]) -> list[str]:
+    sentences = [
+        f"Left: {where['balance']} balance, {where['regime']}: {where['rms_over_floor']:.1f} times its noise."
+        for where in found.get("unexplained", {}).get("where", [])[:3]
+    ]
+    sentences += [f"{one['effect']} in {one['recording']}: {one['says']}." for one in found.get("transfer", [])]
+    return sentences + [f"{one['these']}: {one['says']}" for one in found.get("confounded", [])]
+
+
+def _cause(cause: dict[str, Any]) -> dict[str, Any]:
+    effect = CATALOGUE.get(cause["effect"])
+    sizes = [
+        f"{name.replace('_', ' ')}: {p['value']:.3g} ({p['interval'][0]:.3g} to {p['interval'][1]:.3g}) "
+        f"{'' if p['unit'] == '1' else p['unit']}{' on its bound' if p['on_bound'] else ''}"
+        for name, p in cause["parameters"].items()
+    ]
+    return {
+        "name": _words(cause["effect"]),
+        "alike": ", ".join(_words(name) for name in cause["class"]) or "-",
+        "share": f"{100.0 * cause['share_of_error']:.0f} %",
+        "sizes": sizes,
+        "looks_like": effect.looks_like if effect else "a number of the model is outside its tolerance",
+        "check": effect.check if effect else "the number and its tolerance in the model file",
+    }
+
+
+def _words(id_: str) -> str:
+    return id_.replace("parameter:", "wrong ").replace("_", " ")
+
+
+def _errors(found: dict[str, Any], unit: str) -> list[dict[str, Any]]:
+    rows = []
+    for kind, signals in found.get("errors", {}).get("holdout", {}).items():
+        for signal, models in signals.items():
+            its = unit if signal == "throttle_angle" else _UNITS[signal]
+            numbers = [f"{models[name]:.3g} {its}" if name in models else "-" for name in _MODELS]
+            rows.append({"signal": signal.replace("_", " "), "kind": _KINDS[kind], "numbers": numbers})
+    return rows
+
+
+def _gain(found: dict[str, Any]) -> str:
+    gain = found.get("gain")
+    if not gain or not found["causes"]:
+        return ""
+    low, high = gain["interval"]
+    return (
+        f"With the causes the free-run error falls by {100.0 * gain['value']:.0f} % "
+        f"({100.0 * low:.0f} to {100.0 * high:.0f} %)."
+    )
+
+
+def _suspect(one: dict[str, Any]) -> dict[str, Any]:
+    return {
+        "search": one["search"],
+        "effect": _words(one["effect"]),
+        "probability": f"{100.0 * one['probability']:.0f} %",
+        "leaves": f"{100.0 * one['leaves']:.1f} %",
+        "standing": "taken in" if one["taken_in"] else "-",
+    }
+
+
+def _moved(found: dict[str, Any]) -> list[dict[str, Any]]:
+    return [
+        {
+            "name": _words(name),
+            "nominal": f"{p['nominal']:.4g}",
+            "value": f"{p['value']:.4g}",
+            "flags": "; ".join(p["flags"]),
+        }
+        for name, p in found.get("calibrated", {}).items()
+        if p["flags"]
+    ]
+
+
+def _quality(one: dict[str, Any] | str) -> dict[str, Any]:
+    if isinstance(one, str):
+        return {"what": one, "flags": []}
+    return {
+        "what": f"{one['origin']}: {one['seconds']:.1f} s at {one['rate_hz']:.0f} Hz",
+        "flags": one["flags"],
+    }
+
+
+def _limits(found: dict[str, Any]) -> str:
+    limits = found.get("detection_limits", {})
+    return ", ".join(
+        f"{_words(name)} from {one['limit']:.2g}{'' if one['unit'] == '1' else ' ' + one['unit']} ({one['parameter']})"
+        for name, one in sorted(limits.items())
+    )

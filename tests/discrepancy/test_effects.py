@@ -1,0 +1,156 @@
+"""What every effect of the catalogue must pass, whatever it is."""
+
+import numpy as np
+import pytest
+from synthetic import MODEL, measurement, swept
+
+from etb_hil.discrepancy.balances import Balances
+from etb_hil.discrepancy.calibration import residual_of
+from etb_hil.discrepancy.fit import fit_of, gauss_newton
+from etb_hil.discrepancy.unknowns import effect_unknowns, start
+from etb_hil.plant.effects import ports
+from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.effects.effect import Balance, Parity
+from etb_hil.plant.effects.entries import entry_of, problem_of, whole_vector
+from etb_hil.plant.effects.layout import EXTENDED, IDS, PLATE_INERTIA
+
+EFFECTS = [pytest.param(effect, id=id_) for id_, effect in CATALOGUE.items()]
+
+
+def _with(effect, share=1.0):
+    """The extended vector with an effect at some steps of its first strengths."""
+    p = MODEL.vector()
+    for parameter, place in zip(effect.parameters, effect.indices, strict=True):
+        if not parameter.is_strength:
+            p[place] = parameter.starts[len(parameter.starts) // 2]
+    for k in effect.searched:
+        parameter = effect.parameters[k]
+        size = 4.0 * share * parameter.starts[0]
+        p[effect.indices[k]] = np.clip(size, 0.9 * parameter.low, 0.9 * parameter.high)
+    return p
+
+
+@pytest.fixture(scope="module")
+def balances():
+    return Balances(measurement(MODEL.vector(), seed=1), MODEL)
+
+
+def test_the_catalogue_is_the_layout():
+    assert tuple(CATALOGUE) == IDS
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_it_says_what_people_need(effect):
+    assert effect.equation
+    assert effect.looks_like
+    assert effect.check
+    assert effect.separated_by
+    assert effect.source
+    known = set(CATALOGUE)
+    assert all(name in known or name.startswith("parameter:") for name in effect.look_alikes)
+    for parameter in effect.parameters:
+        assert parameter.low < parameter.high
+        assert all(parameter.low <= value <= parameter.high for value in parameter.starts)
+        assert parameter.source
+    assert any(parameter.is_strength and parameter.starts for parameter in effect.parameters)
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_zero_strength_changes_nothing(effect, balances):
+    plain = MODEL.vector()
+    shaped = _with(effect, 0.0)
+    for k in effect.strengths:
+        shaped[effect.indices[k]] = 0.0
+    nuisance = np.zeros(4)
+    np.testing.assert_array_equal(balances.residual(shaped, nuisance), balances.residual(plain, nuisance))
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_injected_strength_is_recovered(effect):
+    true = _with(effect)
+    b = Balances(measurement(true, seed=3), MODEL)
+    residual = residual_of([b])
+    begin = start(MODEL)
+    unknowns = effect_unknowns(effect, [true[place] for place in effect.indices])
+    for place in effect.indices:
+        begin[place] = true[place]
+    for k in effect.strengths:
+        begin[effect.indices[k]] = 0.3 * true[effect.indices[k]]
+    free = [unknowns[k] for k in effect.searched]
+    fit, _ = gauss_newton(residual, fit_of(residual, begin), free, 8, tolerance=1e-4)
+    for k in effect.searched:
+        place = effect.indices[k]
+        assert fit.whole[place] == pytest.approx(true[place], rel=0.12), effect.parameters[k].name
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_its_term_stands_in_the_balance_that_it_declares(effect, balances):
+    nuisance = np.zeros(4)
+    before = balances.channels(MODEL.vector(), nuisance)
+    after = balances.channels(_with(effect), nuisance)
+    change = [float(np.linalg.norm(a - b)) for a, b in zip(after, before, strict=True)]
+    declared = list(Balance).index(effect.balance)
+    assert change[declared] > 1.0
+    if effect.balance is Balance.VOLTAGE:
+        assert change[0] == 0.0
+        assert change[2] == 0.0
+
+
+@pytest.mark.parametrize("effect", [p for p in EFFECTS if p.values[0].parity is not Parity.NEITHER])
+def test_its_term_has_the_parity_that_it_declares(effect):
+    """Steady friction and drag change their sign with the direction or do not; voltages with the current."""
+    p, plain = _with(effect), MODEL.vector()
+    if effect.balance is Balance.ANGLE:
+        return
+    if effect.balance is Balance.VOLTAGE:
+        # Even under time run backwards: the current keeps its sign, and so does the loss.
+        forward = ports.voltage_loss(1.3, 6.0, 0.0, False, p)
+        assert forward != 0.0
+        assert ports.voltage_loss(-1.3, -6.0, 0.0, False, p) == pytest.approx(-forward)
+        return
+    passive = [_passive(p, omega) - _passive(plain, omega) for omega in (2.0, -2.0)]
+    offset = CATALOGUE["current_sensor_offset"]
+    if effect is offset:
+        return
+    even, odd = abs(passive[0] + passive[1]), abs(passive[0] - passive[1])
+    assert (even > odd) == (effect.parity is Parity.EVEN)
+
+
+def _passive(p, omega):
+    """Torque of steady sliding at some warm place near the upper stop, where every term says something."""
+    total = 0.0
+    for theta in (0.35, 0.79, 1.475):
+        elastic = ports.elastic_torque(theta, 0.0, p)
+        if theta == 0.35:  # a dead zone is seen from its edge
+            elastic += ports.elastic_torque(p[10] + 0.004, 0.0, p)
+        level = ports.friction_level(theta, omega, elastic, 45.0, 2.0, 0.0, p)
+        total += (
+            np.sign(omega) * level
+            + ports.viscosity(omega, 45.0, p) * omega
+            + elastic
+            + ports.motor_drag(theta, omega, float(np.sign(omega)), p)
+        )
+    return total
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_it_survives_a_model_file(effect):
+    p = _with(effect)
+    entry = entry_of(effect, p)
+    assert problem_of(effect.id, entry) is None
+    again = whole_vector(MODEL.values.vector(), p[PLATE_INERTIA], [(effect.id, entry)])
+    np.testing.assert_allclose(again, p, rtol=1e-5)
+
+
+def test_wrong_entries_are_refused_with_what_is_allowed():
+    assert "unknown effect" in str(problem_of("no_such", {}))
+    assert "has no such parameter" in str(problem_of("brush_drop", {"drops": "1 V"}))
+    assert "its unit is V" in str(problem_of("brush_drop", {"drop": "1 A"}))
+    assert "out of its range" in str(problem_of("brush_drop", {"drop": "30 V"}))
+
+
+def test_the_sweep_excites_what_the_suite_needs():
+    assert len(MODEL.vector()) == EXTENDED
+    angle = swept()
+    assert angle.min() < MODEL.values.stop_low
+    assert angle.max() > MODEL.values.stop_high
