@@ -34,6 +34,10 @@ def read_log(path: Path) -> LogReader:
         from etb_hil.canio.text_logs import TextLog  # noqa: PLC0415 (nor numba for a raw log)
 
         return TextLog(path, suffix)
+    if suffix == ".mf4" and path.suffix.lower() == ".mf4":
+        from etb_hil.canio.mf4 import Mf4Reader  # noqa: PLC0415 (few logs are)
+
+        return Mf4Reader(path)
     from etb_hil.canio.foreign_logs import ForeignLog  # noqa: PLC0415 (importing can is slow)
 
     return ForeignLog(path)

@@ -1,0 +1,123 @@
+"""MF4 bus logs give the frames that python-can reads through asammdf; broken ones give what came before."""
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from test_logs import messages, same
+
+from etb_hil.base.errors import InputError
+from etb_hil.canio.frames import FrameFlag, concatenate_frames
+from etb_hil.canio.logs import read_log
+from etb_hil.canio.messages import from_messages
+
+pytest.importorskip("asammdf", reason="the extra `logs` is not installed")
+pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::ResourceWarning")
+
+import can  # noqa: E402 (behind the check for the extra)
+from can.io.mf4 import MF4Reader, MF4Writer  # noqa: E402
+
+
+def read(path):
+    log = read_log(path)
+    return concatenate_frames(log), log.notes
+
+
+def write(path, frames, level=2):
+    writer = MF4Writer(path, compression_level=level)
+    writer._start_time = 0.0  # else stamps before now would be negative
+    for message in frames:
+        writer.on_message_received(message)
+    writer.stop()
+
+
+def kinds(frames):
+    """Some frames of every kind that an MF4 file has groups for."""
+    changed = []
+    for number, message in enumerate(frames):
+        if number % 3 == 1 and not message.is_fd:
+            changed.append(can.Message(timestamp=message.timestamp, is_error_frame=True, is_extended_id=False))
+        if number % 3 == 2 and not message.is_fd:
+            changed.append(can.Message(timestamp=message.timestamp, arbitration_id=5, is_remote_frame=True, dlc=3))
+        changed.append(message)
+    return changed
+
+
+@pytest.mark.parametrize("level", [0, 1, 2])
+@given(frames=messages())
+@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+def test_what_python_can_writes_is_read_as_it_reads_it(tmp_path_factory, level, frames):
+    path = tmp_path_factory.mktemp("log") / "frames.mf4"
+    frames = kinds(frames)
+    write(path, frames, level)
+    with MF4Reader(path) as reader:
+        peer = from_messages(list(reader))
+    got, notes = read(path)
+    assert notes == []
+    same(got, peer)
+    np.testing.assert_array_equal(got.channel, peer.channel)
+    assert np.max(np.abs(got.stamp_ns - peer.stamp_ns)) < 500
+    expected = np.sort([round(message.timestamp * 1e9) for message in frames])
+    steps = np.diff(got.stamp_ns) - np.diff(expected)
+    assert np.max(np.abs(steps), initial=0) < 1000
+
+
+def many(count):
+    return [
+        can.Message(timestamp=k * 0.001, arbitration_id=k % 2048, is_extended_id=False, data=bytes([k % 256] * (k % 9)))
+        for k in range(count)
+    ]
+
+
+@pytest.mark.parametrize("level", [0, 1, 2])
+def test_a_cut_file_is_never_a_traceback(tmp_path, level):
+    path = tmp_path / "cut.mf4"
+    write(path, many(300), level)
+    content, whole = path.read_bytes(), read(path)[0]
+    rng = np.random.default_rng(3)
+    for size in rng.integers(0, len(content), 25):
+        path.write_bytes(content[:size])
+        try:
+            got, notes = read(path)
+        except InputError as error:
+            assert str(error).startswith(str(path))  # noqa: PT017
+        else:
+            same(got, whole, slice(len(got)))
+            assert len(got) == len(whole) or notes
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # asammdf closes no file that it refuses
+def test_a_damaged_file_is_never_a_traceback(tmp_path):
+    path = tmp_path / "damaged.mf4"
+    write(path, many(40), 2)
+    content = path.read_bytes()
+    rng = np.random.default_rng(4)
+    for _ in range(60):
+        broken = bytearray(content)
+        for at in rng.integers(0, len(content), 4):
+            broken[at] = rng.integers(0, 256)
+        path.write_bytes(broken)
+        try:
+            got, _ = read(path)
+        except InputError as error:
+            assert str(path) in str(error)  # noqa: PT017
+        else:
+            assert len(got) <= 10_000
+
+
+def test_frames_written_by_us_are_read_by_python_can(tmp_path):
+    from etb_hil.canio.log_writers import write_log  # noqa: PLC0415
+
+    frames = from_messages(kinds(many(50)))
+    frames.flags[::2] |= np.uint8(FrameFlag.SENT)
+    path = tmp_path / "ours.mf4"
+    log = write_log(path, 0)
+    log.write(frames.rows(slice(30)))
+    log.write(frames.rows(slice(30, None)))
+    log.close()
+    with MF4Reader(path) as reader:
+        peer = from_messages(list(reader))
+    got, notes = read(path)
+    assert notes == []
+    same(got, peer)
+    np.testing.assert_array_equal(np.sort(got.stamp_ns), np.sort(frames.stamp_ns))
+    assert np.count_nonzero(got.flags & FrameFlag.SENT) == np.count_nonzero(frames.flags & FrameFlag.SENT)
