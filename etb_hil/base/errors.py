@@ -65,5 +65,9 @@ class BenchFault(EtbHilError, RuntimeError):
     """The bench, its bus or its controller failed: never the unit's fault."""
 
 
+class RecordingFault(BenchFault):
+    """What is measured can no longer be written: the disk is full, or gone."""
+
+
 class RunAborted(EtbHilError):
     """Somebody ended the run before it was done."""

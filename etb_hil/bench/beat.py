@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from etb_hil.base.lateness import Lateness
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.bench.condition_watch import ConditionWatch
-from etb_hil.bench.stop_signals import StopSignals
+from etb_hil.bench.stop_signals import StopSignals, Verb
 from etb_hil.bench.supervision import Supervisor, Trip
 from etb_hil.bench.trajectory import OFF, SetPoint
 
@@ -28,6 +28,10 @@ class RunStopped(Exception):
     def __init__(self, outcome: BenchOutcome, reason_id: str, reason: str) -> None:
         super().__init__(reason)
         self.outcome, self.reason_id, self.reason = outcome, reason_id, reason
+
+
+class StopInOrder(Exception):
+    """Somebody asked for a stop in order: the plate is led back before the drive goes off."""
 
 
 class Beat:
@@ -55,14 +59,14 @@ class Beat:
         self.start_ns = self.next_ns = clock.now_ns()
         self.lateness = Lateness()
         self.frame_age = Lateness()
-        self.supervisor = Supervisor(bench.limits, gear_ratio, self.start_ns)
+        self.supervisor = Supervisor(bench.limits, gear_ratio, self.start_ns, reports_status=tap.reports_status)
         self.signals = StopSignals()
         self.commanded = OFF
+        self.is_ending = False
 
     def __call__(self, set_point: SetPoint, *, supervise_age: bool = True) -> None:
         """Send one command, wait for the next tick, and take in what arrived."""
-        if self.signals.received is not None:
-            raise RunStopped(BenchOutcome.ABORTED, "stopped_by_operator", f"stopped by {self.signals.received}")
+        self._heed_signals()
         self._tap.command(set_point)
         self.commanded = set_point
         self.next_ns += self.tick_ns
@@ -73,10 +77,17 @@ class Beat:
             self.next_ns = now_ns
         trip = self._supervise(self._tap.receive(), now_ns, supervise_age=supervise_age)
         if trip is not None:
-            raise RunStopped(BenchOutcome.FAULT, trip.reason_id, trip.reason)
+            raise RunStopped(trip.outcome, trip.reason_id, trip.reason)
         if now_ns >= self._show_due_ns:
             self._show_due_ns = now_ns + round(WATCH_S * 1e9)
             self._show(now_ns)
+
+    def _heed_signals(self) -> None:
+        if self.signals.verb is Verb.STOP:
+            if not self.is_ending:
+                raise StopInOrder
+        elif self.signals.verb is not None:
+            raise RunStopped(BenchOutcome.ABORTED, "stopped_by_operator", f"stopped by {self.signals.received}")
 
     def _supervise(self, blocks: list[SampleBlock], now_ns: int, *, supervise_age: bool) -> Trip | None:
         trip = self.supervisor.look(blocks)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
 
-from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.errors import InputError, Place, Problem, RecordingFault
 
 SCHEMA = "etb_hil/events/1"
 
@@ -22,19 +23,31 @@ class Event:
 
 
 class EventLog:
-    """Appends events to a file; each line is with the operating system before `add` returns."""
+    """Appends events to a file; each line is with the operating system before `add` returns.
+
+    Where the file cannot be written any more, RecordingFault says so once; later events are dropped.
+    """
 
     def __init__(self, path: Path) -> None:
+        self._path = path
+        self._is_lost = False
         self._file: TextIO = path.open("a", encoding="utf-8", buffering=1)
         self.add(0, "opened", schema=SCHEMA)
 
     def add(self, stamp_ns: int, event: str, **details: object) -> None:
         """Write one event."""
-        self._file.write(json.dumps({"stamp_ns": stamp_ns, "event": event, **details}) + "\n")
+        if self._is_lost:
+            return
+        try:
+            self._file.write(json.dumps({"stamp_ns": stamp_ns, "event": event, **details}) + "\n")
+        except OSError as error:
+            self._is_lost = True
+            raise RecordingFault(f"{self._path}: cannot be written: {error.strerror}; make room") from None
 
     def close(self) -> None:
         """Close the file."""
-        self._file.close()
+        with suppress(OSError):  # what could not be written has been told
+            self._file.close()
 
 
 def read_events(path: Path) -> list[Event]:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
-from dataclasses import dataclass
+from contextlib import ExitStack, nullcontext
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from etb_hil.base.clock import Clock, WallClock
+from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.steady import keep_steady
+from etb_hil.base.stock import find
 from etb_hil.base.yamlfile import Document
 from etb_hil.bench.analysis import Analysis
 from etb_hil.bench.attempts import earlier_attempts, is_tried_again, set_aside
@@ -24,6 +26,7 @@ from etb_hil.bench.runner import Runner
 from etb_hil.bench.scenario_file import Scenario, load_scenario
 from etb_hil.bench.session import Session, create
 from etb_hil.bench.snapshot import Watcher, nobody
+from etb_hil.bench.store import STORE, RunInStore
 from etb_hil.bench.tap import Tap
 from etb_hil.canio.blf import BlfLog
 from etb_hil.canio.bus_settings import VIRTUAL
@@ -40,13 +43,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class JobFiles:
-    """The files of a run; `unit` is the virtual unit's model, which only the virtual controller reads."""
+    """The files of a run; `unit` is the virtual unit's model, which only the virtual controller reads.
+
+    Without a `unit`, the virtual one is the stock default.
+    """
 
     scenario: Path
     bench: Path
     model: Path
     limits: Path
-    unit: Path
+    unit: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +82,17 @@ def prepare(files: JobFiles, *, attended: bool = False) -> Job:
     setup = load_bench(files.bench)
     model = load_model(files.model)
     limits = load_limits(files.limits).content
-    unit = load_model(files.unit)
+    if files.unit is not None and setup.bench.bus.interface != VIRTUAL:
+        raise InputError(
+            Problem(
+                "a virtual unit was given to a bench with a real bus",
+                setup.document.place("bus", "interface"),
+                setup.bench.bus.interface,
+                VIRTUAL,
+                "leave --unit out: the unit is what is plugged in",
+            )
+        )
+    unit = load_model(files.unit or find("model", "default"))
     if not attended:
         check_unattended(scenario)
     budgets = check_scenario(scenario, setup.bench, setup.dialect, model.values)
@@ -101,7 +117,7 @@ def execute(
         "dbc": job.setup.dbc,
     }
     if job.is_virtual:
-        inputs["unit"] = job.files.unit
+        inputs["unit"] = job.files.unit or find("model", "default")
     else:
         keep_steady()
     bench = job.setup.bench
@@ -109,7 +125,7 @@ def execute(
         session = create(folder, job.scenario.content.name, serial, inputs)
         attempt = 1
         while True:
-            finished = _attempt(job, session, seed + attempt - 1, watcher, operator)
+            finished = _attempt(job, session, seed, attempt, watcher, operator)
             if not is_tried_again(job.scenario.content.retry, finished.results, attempt):
                 return _counted(finished)
             set_aside(session, attempt)
@@ -125,15 +141,23 @@ def _counted(finished: Finished) -> Finished:
     return finished
 
 
-def _attempt(job: Job, session: Session, seed: int, watcher: Watcher, operator: Operator | None) -> Finished:
-    link, clock = connect(job, seed)
-    log = BlfLog(session.raw_log, clock.now_ns())
-    events = EventLog(session.events)
+def _attempt(
+    job: Job, session: Session, seed: int, attempt: int, watcher: Watcher, operator: Operator | None
+) -> Finished:
     scenario = job.scenario.content
-    try:
+    with ExitStack() as open_things:
+        link, clock = connect(job, seed + attempt - 1)
+        open_things.callback(link.close)
+        log = BlfLog(session.raw_log, clock.now_ns())
+        open_things.callback(log.close)
+        events = EventLog(session.events)
+        open_things.callback(events.close)
+        names = (job.setup.bench.name, scenario.name)
+        in_store = session if attempt == 1 else replace(session, run_id=f"{session.run_id}_attempt-{attempt}")
+        store = open_things.enter_context(RunInStore(session.folder.parent / STORE, in_store, *names, job.limits))
         analysis = Analysis(job.setup.dialect, job.model, job.limits, str(session.folder))
         encoder = CommandEncoder(job.setup.dialect)
-        tap = Tap(link, encoder, analysis, log, events, clock)
+        tap = Tap(link, encoder, analysis, log, store.watching(events, analysis), clock)
         record = Runner(
             job.setup.bench,
             scenario.steps,
@@ -144,13 +168,10 @@ def _attempt(job: Job, session: Session, seed: int, watcher: Watcher, operator: 
             operator=operator,
             watcher=watcher,
         ).run()
-    finally:
-        log.close()
-        events.close()
-        link.close()
-    found = analysis.finish()
-    results = results_of(session, job.setup.bench, job.limits, record, analysis, found)
-    session.write_results(results)
+        found = analysis.finish()
+        results = results_of(session, job.setup.bench, job.limits, record, analysis, found)
+        session.write_results(results)
+        store.finish(results)
     return Finished(session, results, record, analysis, found)
 
 

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import asdict
 
 from etb_hil.base.clock import Clock
-from etb_hil.base.errors import BenchFault
+from etb_hil.base.errors import BenchFault, RecordingFault
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.bench.analysis import Analysis
-from etb_hil.bench.beat import Beat, RunStopped
+from etb_hil.bench.beat import Beat, RunStopped, StopInOrder
 from etb_hil.bench.bench_file import Bench
 from etb_hil.bench.condition import Condition, Until
 from etb_hil.bench.operator import Operator, Unattended
@@ -18,11 +18,13 @@ from etb_hil.bench.record import Answered, PhaseEnd, PhaseTime, RunRecord
 from etb_hil.bench.safe_state import SafeState, bring_to_rest
 from etb_hil.bench.scenario_file import Step
 from etb_hil.bench.snapshot import Snapshot, Watcher, nobody
+from etb_hil.bench.stop_signals import Verb
 from etb_hil.bench.tap import Tap
-from etb_hil.bench.trajectory import OFF, Trajectory
+from etb_hil.bench.trajectory import OFF, Trajectory, move
 from etb_hil.bench.waiting import PromptPhase
 
 ANSWER_S = 1.0  # how long the controller may take to send its first samples
+HOMEWARD = 1.0  # rad/s, how fast a stop in order leads the plate back
 
 
 class Runner:
@@ -61,11 +63,11 @@ class Runner:
         self._tap.events.add(record.start_ns, "start")
         with beat.signals:
             try:
-                self._wake_controller()
-                for step in self._steps:
-                    self._run_phase(step)
+                self._run_steps()
             except RunStopped as stop:
                 record.outcome, record.reason_id, record.reason = stop.outcome, stop.reason_id, stop.reason
+            except RecordingFault as fault:
+                record.outcome, record.reason_id, record.reason = BenchOutcome.FAULT, "not_recorded", str(fault)
             except BenchFault as fault:
                 record.outcome, record.reason_id, record.reason = BenchOutcome.FAULT, "bus_fault", str(fault)
             finally:
@@ -76,6 +78,20 @@ class Runner:
         record.health = asdict(self._tap.health())
         self._tap.events.add(record.end_ns, "end", **record.details())
         return record
+
+    def _run_steps(self) -> None:
+        beat = self._beat
+        try:
+            self._wake_controller()
+            for step in self._steps:
+                self._run_phase(step)
+        except StopInOrder:
+            beat.is_ending = True
+            if beat.commanded.enable:
+                self._follow(move(beat.supervisor.angle, self._throttle.limp_home, HOMEWARD), None)
+            raise RunStopped(
+                BenchOutcome.ABORTED, "stopped_by_operator", f"stopped by {beat.signals.received}"
+            ) from None
 
     def _wake_controller(self) -> None:
         """Ask for samples with the drive off, until the first ones arrive."""
@@ -159,10 +175,13 @@ class Runner:
 
     def _make_safe(self) -> None:
         record = self._record
-        now_ns = self._clock.now_ns()
-        self._tap.events.add(now_ns, "safe_stop", cause=record.reason_id or "end of the scenario")
-        record.safe_state = bring_to_rest(self._tap, self._clock, self._beat.tick_ns)
-        self._tap.events.add(self._clock.now_ns(), "safe_state", state=record.safe_state.value)
+        begun_ns = self._clock.now_ns()
+        try:
+            commanding = self._beat.signals.verb is not Verb.HALT
+            record.safe_state = bring_to_rest(self._tap, self._clock, self._beat.tick_ns, commanding=commanding)
+        finally:  # written last: nothing, and no disk, stands between the cause and drive off
+            self._tap.events.add(begun_ns, "safe_stop", cause=record.reason_id or "end of the scenario")
+            self._tap.events.add(self._clock.now_ns(), "safe_state", state=record.safe_state.value)
         if record.safe_state is not SafeState.VERIFIED and record.outcome is BenchOutcome.OK:
             record.outcome, record.reason_id = BenchOutcome.FAULT, "safe_state_not_verified"
             record.reason = "drive off was commanded, but could not be verified from the measured current"

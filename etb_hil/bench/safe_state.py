@@ -24,11 +24,12 @@ class SafeState(StrEnum):
     NOT_VERIFIED = "not verified"
 
 
-def bring_to_rest(tap: Tap, clock: Clock, tick_ns: int) -> SafeState:
+def bring_to_rest(tap: Tap, clock: Clock, tick_ns: int, *, commanding: bool = True) -> SafeState:
     """Command drive off until the current is about zero and the status says off, or until patience ends.
 
-    A bus that is gone ends it at once: nothing can be commanded or seen then, and the controller's own watchdog is
-    what switches off. Whatever else fails on the way to seeing it, drive off goes on being commanded.
+    Not `commanding`, only look: the controller's watchdog takes the drive off where nobody commands. A bus that is gone
+    ends it at once: nothing can be commanded or seen then, and again it is the watchdog that switches off. Whatever
+    else fails on the way to seeing it, drive off goes on being commanded.
     """
     deadline = clock.now_ns() + round(PATIENCE_S * 1e9)
     watch = _QuietWatch(tap.reports_enable)
@@ -36,7 +37,8 @@ def bring_to_rest(tap: Tap, clock: Clock, tick_ns: int) -> SafeState:
     while clock.now_ns() < deadline:
         sent_ns = clock.now_ns()
         try:
-            tap.command(OFF)
+            if commanding:
+                tap.command(OFF)
             clock.sleep_until_ns(sent_ns + tick_ns)
             if failure is None:
                 watch.look(tap.receive(), sent_ns)

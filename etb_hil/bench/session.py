@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from etb_hil import __version__
-from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.errors import InputError, Place, Problem, RecordingFault
 
 INPUT_KINDS = ("scenario", "bench", "model", "limits", "dbc", "unit")
 RAW_LOG = "raw.blf"
@@ -61,12 +61,22 @@ class Session:
         return self.folder / EVENTS
 
     def write_results(self, results: dict[str, Any]) -> Path:
-        """Write `results.json` whole or not at all."""
+        """Write `results.json` whole or not at all; RecordingFault where it cannot be written."""
         path = self.folder / RESULTS
         part = path.with_suffix(".part")
-        part.write_text(json.dumps(results, indent=1, ensure_ascii=False) + "\n", "utf-8")
-        part.replace(path)
+        try:
+            part.write_text(json.dumps(results, indent=1, ensure_ascii=False) + "\n", "utf-8")
+            part.replace(path)
+        except OSError as error:
+            raise RecordingFault(
+                f"{path}: cannot be written: {error.strerror}; make room, then judge the session again by a replay"
+            ) from None
         return path
+
+    @property
+    def has_results(self) -> bool:
+        """Whether the run came so far as to leave results."""
+        return (self.folder / RESULTS).is_file()
 
     def read_results(self) -> dict[str, Any]:
         """Return the contents of `results.json`; InputError where the run left none."""

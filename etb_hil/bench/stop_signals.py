@@ -1,27 +1,54 @@
-"""Ctrl-C, SIGTERM and a closed terminal ask the run to end; the runner answers at its next tick, in the safe state."""
+"""The three ways in which somebody ends a run, and the signals that ask for them."""
 
 from __future__ import annotations
 
 import contextlib
 import signal
 import threading
+from enum import IntEnum
 from types import FrameType, TracebackType
 from typing import Any, Self
 
-_SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+
+class Verb(IntEnum):
+    """How to end; a higher one overrides a lower one."""
+
+    STOP = 1  # in order: the plate is led back to limp-home, then the drive goes off
+    ABORT = 2  # the safe state now
+    HALT = 3  # say no more: the controller's watchdog takes the drive off
+
+
+VERBS = {
+    "SIGUSR1": Verb.STOP,
+    "SIGINT": Verb.ABORT,  # Ctrl-C
+    "SIGTERM": Verb.ABORT,
+    "SIGHUP": Verb.ABORT,  # the terminal was closed
+    "SIGQUIT": Verb.HALT,  # Ctrl-\
+}
+EXPLAINED = (
+    "ending a run: Ctrl-C, SIGTERM and a closed terminal abort (drive off now); SIGUSR1 stops (the plate is led back "
+    "to limp-home, then drive off); Ctrl-\\ (SIGQUIT) halts (no more commands: the controller's watchdog takes the "
+    "drive off). The drive is then seen to be off, whatever is pressed meanwhile."
+)
 
 
 class StopSignals:
-    """While entered, stop signals are noted instead of ending the process; further ones change nothing."""
+    """While entered, these signals are noted instead of ending the process; the runner heeds them at its next tick.
+
+    Further ones can only say more: none of them cuts the safe stop short.
+    """
 
     def __init__(self) -> None:
         self.received: str | None = None
+        self.verb: Verb | None = None
         self._before: dict[int, Any] = {}
 
     def __enter__(self) -> Self:
         if threading.current_thread() is threading.main_thread():  # elsewhere Python takes no handlers
-            for number in _SIGNALS:
-                self._before[number] = signal.signal(number, self._note)
+            for name in VERBS:
+                if hasattr(signal, name):
+                    number = getattr(signal, name)
+                    self._before[number] = signal.signal(number, self._note)
         return self
 
     def __exit__(
@@ -32,4 +59,6 @@ class StopSignals:
                 signal.signal(number, handler)
 
     def _note(self, number: int, frame: FrameType | None) -> None:  # noqa: ARG002 (the signature of a handler)
-        self.received = self.received or signal.Signals(number).name
+        name = signal.Signals(number).name
+        if self.verb is None or VERBS[name] > self.verb:
+            self.received, self.verb = name, VERBS[name]

@@ -11,12 +11,15 @@ import numpy as np
 from numba import njit
 from pydantic import Field
 
+from etb_hil.base.outcome import BenchOutcome
 from etb_hil.base.quantity import Angle, AngularVelocity, Current, Duration, Temperature, Voltage
 from etb_hil.base.yamlfile import FileModel
 from etb_hil.recording.samples import Float64, SampleBlock
 
 SPEED_SPAN_NS = 5_000_000  # velocity is the travel over this time: long enough for an encoder's steps
 MEASURED = {"current": ("motor_current",), "encoder": ("motor_angle", "throttle_angle")}  # what a request brings
+STATUS_ROLES = frozenset({"enable", "mode", "faults", "temperature", "supply_voltage", "controller_time"})
+OVER_CURRENT = 8  # fault bit of the role `faults`, as `dbc/` lists them
 STATUS_AGE = 10  # a status frame may be this many times older than a sample before the run stops
 
 
@@ -34,16 +37,18 @@ class SafetyLimits(FileModel):
 
 @dataclass(frozen=True, slots=True)
 class Trip:
-    """A limit was passed: the reason's id, and the sentence for people."""
+    """A limit was passed: the reason's id, the sentence for people, and what that says of the bench."""
 
     reason_id: str
     reason: str
+    outcome: BenchOutcome = BenchOutcome.FAULT
 
 
 class Supervisor:
     """Holds the newest measurements against the limits."""
 
-    def __init__(self, limits: SafetyLimits, gear_ratio: float, start_ns: int) -> None:
+    def __init__(self, limits: SafetyLimits, gear_ratio: float, start_ns: int, *, reports_status: bool = True) -> None:
+        self._reports_status = reports_status
         self._limits = limits
         self._gear_ratio = gear_ratio
         self._newest_ns: dict[str, int] = {}  # of the roles that are due
@@ -87,7 +92,9 @@ class Supervisor:
         due = [
             (f"measured sample of {role.replace('_', ' ')}", stamp, allowed) for role, stamp in self._newest_ns.items()
         ]
-        for name, newest, limit in (*due, ("status frame", self._newest_status_ns, allowed * STATUS_AGE)):
+        if self._reports_status:
+            due.append(("status frame", self._newest_status_ns, allowed * STATUS_AGE))
+        for name, newest, limit in due:
             if (ahead := (newest - now_ns) * 1e-9) > allowed:
                 reason = f"a {name} is stamped {ahead * 1e3:.0f} ms ahead of the clock: nobody can tell how old it is"
                 return Trip("clock_stepped", reason)
@@ -97,18 +104,26 @@ class Supervisor:
         return None
 
     def _look_at(self, block: SampleBlock) -> Trip | None:
-        columns, limits = block.columns, self._limits
         for role in self._newest_ns:
-            if role in columns:
+            if role in block.columns:
                 self._newest_ns[role] = int(block.stamp_ns[-1])
                 self._seen.add(role)
+        return self._look_at_motor(block) or self._look_at_plate(block) or self._look_at_status(block)
+
+    def _look_at_motor(self, block: SampleBlock) -> Trip | None:
+        columns, limits = block.columns, self._limits
         if "motor_current" in columns:
             self.current = float(columns["motor_current"][-1])
-            lowest, highest = _extremes(columns["motor_current"])
-            if (peak := max(-lowest, highest)) > limits.current:
+            if (peak := _peak(columns["motor_current"])) > limits.current:
                 return Trip(
                     "current_limit", f"measured current {peak:.2f} A is above the limit of {limits.current:g} A"
                 )
+        if "motor_voltage" in columns and (peak := _peak(columns["motor_voltage"])) > limits.voltage:
+            return Trip("voltage_limit", f"measured voltage {peak:.2f} V is above the limit of {limits.voltage:g} V")
+        return None
+
+    def _look_at_plate(self, block: SampleBlock) -> Trip | None:
+        columns, limits = block.columns, self._limits
         if "throttle_angle" in columns:
             angle = columns["throttle_angle"]
             self.angle = float(angle[-1])
@@ -124,12 +139,13 @@ class Supervisor:
                     "velocity_limit",
                     f"plate at {self.velocity:.1f} rad/s, above the limit of {limits.velocity:g} rad/s",
                 )
-        return self._look_at_status(block)
+        return None
 
     def _look_at_status(self, block: SampleBlock) -> Trip | None:
         columns = block.columns
-        if "enable" in columns:
+        if not STATUS_ROLES.isdisjoint(columns):
             self._newest_status_ns = int(block.stamp_ns[-1])
+        if "enable" in columns:
             self.enabled = bool(columns["enable"][-1])
         if "temperature" in columns:
             self.temperature = float(columns["temperature"][-1])
@@ -140,11 +156,11 @@ class Supervisor:
                 )
         if "faults" in columns and (faults := int(columns["faults"][-1])):
             self.faults = faults
-            return Trip("controller_fault", f"the controller reports fault bits {faults:#x}")
+            return _fault_trip(faults)
         return None
 
     def _motor_speed(self, block: SampleBlock) -> float:
-        """Return the motor's mean speed since a sample that is at least `SPEED_SPAN_S` old."""
+        """Return the motor's mean speed since a sample that is at least `SPEED_SPAN_NS` old."""
         angle = float(block.columns["motor_angle"][-1])
         since_ns = int(block.time_ns[-1]) - self._anchor_ns
         if math.isnan(self._anchor_angle) or since_ns <= 0:
@@ -154,6 +170,21 @@ class Supervisor:
         if since_ns >= SPEED_SPAN_NS:
             self._anchor_ns, self._anchor_angle = int(block.time_ns[-1]), angle
         return speed if since_ns >= SPEED_SPAN_NS else self.velocity * self._gear_ratio
+
+
+def _fault_trip(faults: int) -> Trip:
+    """Return what a fault of the controller says: over-current alone is its protection at work, and no bench fault."""
+    bits = f"fault bits {faults:#x}"
+    if faults == OVER_CURRENT:
+        reason = f"the controller took the drive off for over-current ({bits})"
+        return Trip("controller_overcurrent", reason, BenchOutcome.OK)
+    return Trip("controller_fault", f"the controller reports {bits}")
+
+
+def _peak(values: Float64) -> float:
+    """Return the largest absolute value, bad samples left out."""
+    lowest, highest = _extremes(values)
+    return max(-lowest, highest)
 
 
 @njit(cache=True, error_model="numpy")

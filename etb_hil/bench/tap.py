@@ -6,8 +6,10 @@ import time
 from typing import Protocol
 
 from etb_hil.base.clock import Clock
+from etb_hil.base.errors import BenchFault, RecordingFault
 from etb_hil.bench.analysis import Analysis
 from etb_hil.bench.phase import Measure
+from etb_hil.bench.supervision import STATUS_ROLES
 from etb_hil.bench.trajectory import SetPoint
 from etb_hil.canio.commands import CommandEncoder
 from etb_hil.canio.frames import FrameBlock
@@ -55,8 +57,10 @@ class Tap:
         self._log = log
         self._clock = clock
         self._flushed = time.monotonic()
+        self._is_lost = False
         self.events = events
         self.reports_enable = analysis.reports("enable")
+        self.reports_status = any(analysis.reports(role) for role in STATUS_ROLES)
 
     def command(self, set_point: SetPoint) -> None:
         """Send one set-point."""
@@ -84,16 +88,30 @@ class Tap:
     def receive(self) -> list[SampleBlock]:
         """Return the samples of all frames that arrived since the last call."""
         frames = self._link.receive()
-        if len(frames):
-            self._log.write(frames)
-        if time.monotonic() - self._flushed > FLUSH_S:  # the machine's time: it is the machine that may be killed
-            self._log.flush()
-            self._flushed = time.monotonic()
-        return self._analysis.push(frames)
+        unwritten = self._keep(frames)
+        blocks = self._analysis.push(frames)
+        if unwritten is not None:
+            raise unwritten
+        return blocks
 
     def health(self) -> BusHealth:
         """Return how the bus fares."""
         return self._link.health()
+
+    def _keep(self, frames: FrameBlock) -> RecordingFault | None:
+        """Write frames to the raw log; where that fails, say so once, and go on without one."""
+        if self._is_lost:
+            return None
+        try:
+            if len(frames):
+                self._log.write(frames)
+            if time.monotonic() - self._flushed > FLUSH_S:  # the machine's time: it is the machine that may be killed
+                self._log.flush()
+                self._flushed = time.monotonic()
+        except BenchFault as fault:
+            self._is_lost = True
+            return RecordingFault(str(fault))
+        return None
 
     def _send(self, values: dict[str, float]) -> None:
         self._link.send(self._encoder.encode(values, self._clock.now_ns()))

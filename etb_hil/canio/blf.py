@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from etb_hil.base.errors import BenchFault, InputError, Place, Problem
+from etb_hil.base.errors import BenchFault, InputError, Place, Problem, RecordingFault
 from etb_hil.canio.blf_objects import HEADER, MAX_PADDING, SIGNATURE, pack, unpack
 from etb_hil.canio.frames import FrameBlock, concatenate_frames
 
@@ -126,8 +126,8 @@ class BlfLog:
             raise self._refused(error) from error
         self._size += len(data)
 
-    def _refused(self, error: OSError) -> BenchFault:
-        return BenchFault(f"{self._path}: the raw log cannot be written: {error.strerror}; check the disk's space")
+    def _refused(self, error: OSError) -> RecordingFault:
+        return RecordingFault(f"{self._path}: the raw log cannot be written: {error.strerror}; check the disk's space")
 
 
 class BlfReader:

@@ -15,9 +15,7 @@ def add_file_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--bench", default="virtual_classic", help="bench file (default: %(default)s)")
     parser.add_argument("--model", default="default", help="what the bench knows of the unit (default: %(default)s)")
     parser.add_argument("--limits", default="default", help="limits of the part (default: %(default)s)")
-    parser.add_argument(
-        "--unit", default="default", help="model of the virtual unit, on a virtual bench (default: %(default)s)"
-    )
+    parser.add_argument("--unit", help="model of the virtual unit, on a virtual bench (default: default)")
 
 
 def job_files(options: argparse.Namespace) -> JobFiles:
@@ -30,5 +28,5 @@ def job_files(options: argparse.Namespace) -> JobFiles:
         bench=find("bench", options.bench),
         model=find("model", options.model),
         limits=find("limits", options.limits),
-        unit=find("model", options.unit),
+        unit=None if options.unit is None else find("model", options.unit),
     )

@@ -11,6 +11,9 @@ from etb_hil.cli.files import add_file_arguments, job_files
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
+    from etb_hil.bench.stop_signals import EXPLAINED
+
+    parser.epilog = f"{EXPLAINED} {parser.epilog}"
     add_file_arguments(parser)
     parser.add_argument("--serial", default="", help="serial number of the unit")
     parser.add_argument("--out", type=Path, default=Path("sessions"), help="folder of sessions (default: %(default)s)")

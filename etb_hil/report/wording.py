@@ -95,6 +95,10 @@ BENCH_REASONS = {
     "clock_stepped": Wording(
         "The computer's clock was set while the test ran.", "Repeat the test while the clock is left alone."
     ),
+    "not_recorded": Wording(
+        "The bench could not write what it measured.", "Make room on its disk, then repeat the test.", True
+    ),
+    "stopped_by_operator": Wording("Somebody stopped the run.", "Repeat the test when the bench is clear."),
     "bus_fault": Wording("The CAN interface failed.", "Check the adapter, its driver and the CAN plug, then repeat."),
     "duration_limit": Wording(
         "The bench stopped the run: it took longer than the bench allows.",

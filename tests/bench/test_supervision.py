@@ -10,7 +10,7 @@ from etb_hil.bench.supervision import SafetyLimits, Supervisor
 from etb_hil.recording.samples import SampleBlock
 
 LIMITS = SafetyLimits(
-    current="8 A", voltage="12 V", angle=("-2 deg", "87 deg"), velocity="25 rad/s", temperature="110 degC",
+    current="8 A", voltage="16 V", angle=("-2 deg", "87 deg"), velocity="25 rad/s", temperature="110 degC",
     duration="1 min", frame_age="100 ms",
 )  # fmt: skip
 GEAR = 18.0
@@ -51,7 +51,9 @@ def test_what_is_inside_all_limits_moves_on(supervisor):
         ({"throttle_angle": [-0.1]}, "angle_limit"),
         ({"motor_angle": [GEAR * 0.4]}, "velocity_limit"),
         ({"temperature": [111.0]}, "temperature_limit"),
-        ({"faults": [4.0]}, "controller_fault"),
+        ({"faults": [1.0]}, "controller_fault"),
+        ({"faults": [8.0]}, "controller_overcurrent"),
+        ({"motor_voltage": [0.0, -16.5]}, "voltage_limit"),
     ],
 )
 def test_each_limit_trips(supervisor, columns, reason):
