@@ -23,7 +23,8 @@ from etb_hil.controller.state import (
     State,
     Status,
 )
-from etb_hil.plant.integrator import CURRENT, OMEGA, THETA, advance
+from etb_hil.plant.extended import PLATE, advance_extended
+from etb_hil.plant.integrator import CURRENT, OMEGA, STATES, THETA, advance
 from etb_hil.plant.physics import BACK_EMF, GEAR_RATIO, SUPPLY_VOLTAGE, Vector
 from etb_hil.plant.physics import LIMP_HOME as LIMP_HOME_ANGLE
 
@@ -91,7 +92,10 @@ def run_ticks(
         next_tick = (s.tick // CONTROL_TICKS + 1) * CONTROL_TICKS
         if sampling:
             next_tick = min(next_tick, (s.tick // s.sample_ticks + 1) * s.sample_ticks)
-        advance(plant, unit, s.voltage, next_tick - s.tick)
+        if len(plant) > STATES:
+            advance_extended(plant, unit, s.voltage, next_tick - s.tick, s.temperature)
+        else:
+            advance(plant, unit, s.voltage, next_tick - s.tick)
         s.tick = next_tick
     return used, sampled, stated, switched
 
@@ -125,7 +129,7 @@ def _control(
 def _measure(s: State, plant: Vector, unit: Vector, nominal: Vector, sheet: DataSheet) -> None:
     """Read encoder and plate tracks: the tracks say, slowly, where the encoder's origin is."""
     encoder = sensors.encoder_angle(plant[THETA] * unit[GEAR_RATIO], sheet) / nominal[GEAR_RATIO]
-    track, track_2 = sensors.track_angles(plant[THETA], s.tick, sheet)
+    track, track_2 = sensors.track_angles(_plate(plant), s.tick, sheet)
     s.origin_samples = min(s.origin_samples + 1, SLOWEST_ORIGIN)
     s.encoder_origin += (0.5 * (track + track_2) - encoder - s.encoder_origin) / s.origin_samples
     velocity = (encoder - s.encoder) / CONTROL_PERIOD
@@ -151,7 +155,7 @@ def _sample(s: State, plant: Vector, unit: Vector, sheet: DataSheet, row: Sample
     burst[1, index] = sensors.encoder_angle(plant[THETA] * unit[GEAR_RATIO], sheet)
     if index == 0:
         burst[2, 0] = sensors.measured_voltage(_terminal_voltage(s, plant, unit), s.tick, sheet)
-        burst[2, 1], burst[2, 2] = sensors.track_angles(plant[THETA], s.tick, sheet)
+        burst[2, 1], burst[2, 2] = sensors.track_angles(_plate(plant), s.tick, sheet)
     if s.burst and index < BURST_SAMPLES - 1:
         return False
     row.tick, row.last_tick, row.signals, row.burst = s.tick - index, s.tick, s.signals, s.burst
@@ -182,3 +186,9 @@ def _warm(s: State, settings: Settings, unit: Vector, laws: NDArray[np.float64])
 def _state(s: State, unit: Vector, row: Status) -> None:
     row.tick, row.mode, row.enable, row.faults = s.tick, s.mode, s.driving, s.faults
     row.temperature, row.supply = s.temperature, unit[SUPPLY_VOLTAGE]
+
+
+@njit(cache=True, error_model="numpy")
+def _plate(plant: Vector) -> float:
+    """Return the plate's angle in rad: the motor's own, unless an effect lets the teeth give way."""
+    return plant[PLATE] if len(plant) > STATES else plant[THETA]
