@@ -9,6 +9,7 @@ import numpy as np
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.canio.columns import ColumnDecoder
+from etb_hil.canio.frames import gathered
 from etb_hil.canio.log_writers import log_suffix, write_log
 from etb_hil.canio.logs import read_log
 
@@ -62,9 +63,7 @@ def export(log: Callable[[], Iterable[FrameBlock]], path: Path, messages: Sequen
     writer: LogWriter | None = None
     decoder = ColumnDecoder(messages)
     by_name = {message.name: message for message in messages}
-    for frames in log():
-        if not len(frames):
-            continue
+    for frames in gathered(log()):
         writer = writer or write_log(path, int(frames.stamp_ns[0]))
         writer.write(frames)
         done.frames += len(frames)
@@ -88,7 +87,7 @@ def _signals(log: Iterable[FrameBlock], path: Path, messages: Sequence[Message])
         raise InputError(Problem("a Parquet file holds signals", Place(path), remedy="name their DBC file or bench"))
     done, decoder = Exported(shift_ns=0, worst_ns=0), ColumnDecoder(messages)
     out = ParquetSignals(path, messages)
-    for frames in log:
+    for frames in gathered(log):
         done.frames += len(frames)
         found = decoder.push(frames)
         out.write(found)

@@ -56,8 +56,10 @@ class ColumnDecoder:
 
     def push(self, frames: FrameBlock) -> list[MessageColumns]:
         """Return the columns of each message that has frames in the block."""
-        keys = frames.ident | np.where(frames.flags & FrameFlag.EXTENDED, np.uint32(_EXTENDED), np.uint32(0))
-        keys[(frames.flags & _NO_DATA) != 0] = 0xFFFFFFFF  # no identifier
+        keys = frames.ident
+        if frames.flags.any():
+            keys = keys | np.where(frames.flags & FrameFlag.EXTENDED, np.uint32(_EXTENDED), np.uint32(0))
+            keys[(frames.flags & _NO_DATA) != 0] = 0xFFFFFFFF  # no identifier
         found = []
         for key, rows in self._rows(keys):
             reader = self._readers[key]
@@ -83,7 +85,7 @@ class _MessageReader:
     def __init__(self, message: Message) -> None:
         self.length = message.length
         self._name = message.name
-        self._signals = [_SignalReader(signal) for signal in message.signals]
+        self._signals = [_SignalReader(signal, short=message.length <= _WORD) for signal in message.signals]
         self._reach = max((reader.reach for reader in self._signals), default=0)
         self._parents = {signal.name: signal for signal in message.signals}
 
@@ -116,18 +118,14 @@ class _MessageReader:
 class _SignalReader:
     """Reads one signal: eight bytes of each payload as a word, and the few bits of a ninth."""
 
-    def __init__(self, signal: Signal) -> None:
+    def __init__(self, signal: Signal, *, short: bool) -> None:
         self.signal = signal
         self._motorola = signal.byte_order == "big_endian"
         start, length = signal.start, signal.length
-        if self._motorola:
-            self._first = start // 8
-            self._skip = 7 - start % 8  # bits of the first byte, from its top, that are others'
-            last = self._skip + length
-        else:
-            self._first, self._skip = start // 8, start % 8
-            last = self._skip + length
-        self._ninth = max(0, last - 64)
+        self._first = 0 if short else start // 8  # one word serves all signals of a classic frame
+        # Bits of the word, from its low end or from its top, that are others'.
+        self._skip = (start // 8 - self._first) * 8 + (7 - start % 8 if self._motorola else start % 8)
+        self._ninth = max(0, self._skip + length - 64)
         self.reach = self._first + _WORD + (1 if self._ninth else 0)
 
     def raw(self, padded: Bytes, words: dict[tuple[int, str], NDArray[np.uint64]]) -> NDArray[np.generic]:

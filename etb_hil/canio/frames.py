@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import IntFlag
 
@@ -88,3 +88,20 @@ def concatenate_frames(blocks: Iterable[FrameBlock]) -> FrameBlock:
         data,
         np.concatenate([b.channel for b in parts]),
     )
+
+
+def gathered(blocks: Iterable[FrameBlock], rows: int = 1 << 15) -> Iterator[FrameBlock]:
+    """Yield the same frames in blocks of at least so many rows, which cost less a frame to work on; the last has less.
+
+    `rows` frames of a classic bus still fit into the processor's cache.
+    """
+    waiting: list[FrameBlock] = []
+    count = 0
+    for block in blocks:
+        waiting.append(block)
+        count += len(block)
+        if count >= rows:
+            yield concatenate_frames(waiting)
+            waiting, count = [], 0
+    if count:
+        yield concatenate_frames(waiting)
