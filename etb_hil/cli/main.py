@@ -15,6 +15,7 @@ COMMANDS = {
     "export": "write a session or log in another format, or its signals",
     "controller": "be the virtual throttle controller on a bus",
     "explain": "explain a measurement: what the simulation gets wrong, why, and how much better it gets",
+    "isolability": "tell which effects a planned scenario could tell apart",
     "check": "check bench, scenario, model and limits without moving anything",
     "simulate": "run a scenario or a recorded voltage on a model, without a bus, into a table",
     "schema": "print the JSON schemas of the files that people write",

@@ -28,8 +28,9 @@ HEALTHY_TIMES = 2.0
 LATER_GAIN = 0.25
 LATER_T = 4.0
 GROUP_GAIN = np.array([4.0, 1.0, 0.25, 1.2, 0.12, 0.35, 0.4, 0.12, 0.2])  # of a group's floor, likewise
+CERTAIN_GAIN = 0.3
 LEAST_T = 1.0  # over the held-out segments
-LEAST_BEYOND = 1.015  # tolerances by which a parameter must lie outside before it is a cause
+LEAST_BEYOND = 1.2  # tolerances off its nominal value that a parameter must be before it is a cause
 CLASS_MARGIN = 0.05
 CLASS_SHARE = 0.15  # of what the winner gains
 PLACEHOLDER = 0.3  # share of the rest that a nameless spline may take after a true cause
@@ -64,7 +65,15 @@ def is_accepted(found: Round, findings: Findings) -> bool:
         if _is_on_bound(found.winner):
             return False
         least = max(least, LATER_GAIN if found.t < LATER_T else 2.0 * LEAST_GAIN)
-    return bool(found.gain > least and by_group and found.t > LEAST_T)
+    # What sits in few segments scores low over all of them although it is certain: t guards small gains only.
+    is_steady = found.t > LEAST_T or found.gain > CERTAIN_GAIN
+    return bool(found.gain > least and by_group and is_steady and _is_beyond(found.winner))
+
+
+def _is_beyond(winner: Refined) -> bool:
+    """Tell whether a base parameter, where it is the winner, lies well outside its tolerance."""
+    frees = winner.candidate.frees
+    return not frees or any(abs(u.x_of(winner.fit.whole)) > LEAST_BEYOND for u in winner.unknowns if u.name == frees)
 
 
 def _is_on_bound(winner: Refined) -> bool:

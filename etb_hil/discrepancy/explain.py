@@ -9,7 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from etb_hil.base.errors import InputError
+from etb_hil.base.stock import find
 from etb_hil.discrepancy.balances import Balances
+from etb_hil.discrepancy.confounding import confounded
 from etb_hil.discrepancy.explanation import SCHEMA, explanation
 from etb_hil.discrepancy.extending import extended_model
 from etb_hil.discrepancy.holdout import Holdout, hold_out
@@ -42,6 +44,7 @@ def explain(
     `without`: effects that are not looked for.
     """
     stretches, others, missing = [], [], []
+    together = [one for recording in recordings for one in confounded(recording)]
     for number, recording in enumerate(recordings):
         try:
             found = measurements_of(recording, model)
@@ -53,7 +56,8 @@ def explain(
         else:
             others += found
     if not stretches:
-        return Answer({"schema": SCHEMA, "verdict": "insufficient_data", "causes": [], "data_quality": missing})
+        nothing = {"verdict": "insufficient_data", "causes": [], "data_quality": missing, "confounded": together}
+        return Answer({"schema": SCHEMA, **nothing})
     balances = [Balances(measured, model) for measured in stretches]
     findings = search(model, balances, without, progress)
     progress("running the models freely on held-out segments")
@@ -64,6 +68,7 @@ def explain(
         tested = [Balances(measured, model) for measured in others]
         answer["transfer"] = transfer(findings, tested)
         answer["data_quality"] += data_quality(tested, model)
+    answer["confounded"] = together
     if missing:
         answer["left_out"] = missing
     return Answer(answer, findings, holdout)
@@ -74,8 +79,12 @@ def write(answer: Answer, folder: Path) -> list[Path]:
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / "explanation.json"]
     paths[0].write_text(json.dumps(answer.explanation, indent=1, ensure_ascii=False), "utf-8")
-    if answer.findings is not None:
+    if answer.findings is not None and not any(b.measured.is_drive for b in answer.findings.balances):
         paths.append(folder / "model.yaml")
         text = model_text(extended_model(answer.findings), "base parameters as calibrated, effects as found")
         paths[1].write_text(text, "utf-8")
+    test = answer.explanation.get("next_test")
+    if test and test["scenario"]:
+        paths.append(folder / "next_test.yaml")
+        paths[-1].write_bytes(find("scenario", test["scenario"]).read_bytes())
     return paths

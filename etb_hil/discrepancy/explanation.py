@@ -12,6 +12,7 @@ from etb_hil.discrepancy.holdout import Holdout
 from etb_hil.discrepancy.intervals import Estimate, estimates
 from etb_hil.discrepancy.limits import detection_limits
 from etb_hil.discrepancy.naming import Findings, Round
+from etb_hil.discrepancy.nexttest import next_test
 from etb_hil.discrepancy.quality import data_quality
 from etb_hil.discrepancy.regimes import REGIMES
 from etb_hil.discrepancy.unknowns import FIELDS
@@ -36,6 +37,7 @@ def explanation(findings: Findings, holdout: Holdout | None) -> dict[str, Any]:
         "detection_limits": detection_limits(
             findings.rounds[-1].before, findings.rounds[-1].screened, decision.LEAST_GAIN
         ),
+        "next_test": next_test(findings),
         "data_quality": data_quality(findings.balances, findings.model),
     }
     if holdout is not None:

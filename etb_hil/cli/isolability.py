@@ -1,0 +1,67 @@
+"""`etb-hil isolability`: which effects a planned scenario could tell apart, and which scenario to add."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from etb_hil.discrepancy.isolability import Sensitivities
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.add_argument("model", help="model file, or the name of a stock one")
+    parser.add_argument("scenarios", nargs="+", help="scenario files, or names of stock ones")
+    parser.add_argument("--bench", default="virtual_fd", help="virtual bench file (default: %(default)s)")
+    parser.add_argument("--suggest", action="store_true", help="try the other stock scenarios, too (takes minutes)")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the scenarios on the virtual unit and print the pairs that look alike."""
+    from etb_hil.base.outcome import ExitCode
+    from etb_hil.base.stock import stock_names
+    from etb_hil.discrepancy.isolability import isolability, together
+
+    parts = [_along(options, name) for name in options.scenarios]
+    found = isolability(together(parts))
+    print(f"{len(found.alike)} of {found.pairs} pairs look alike (cosine of 0.95 and more):")
+    for first, second, cosine in found.alike:
+        print(f"  {first} and {second} ({cosine:.2f})")
+    if found.hidden:
+        print(f"does not show: {', '.join(found.hidden)}")
+    if options.suggest and found.alike:
+        left = {}
+        for name in stock_names("scenario"):
+            if name not in options.scenarios:
+                left[name] = isolability(together([*parts, _along(options, name)]))
+        best = min(left, key=lambda name: (len(left[name].hidden), len(left[name].alike)))
+        print(f"add the scenario {best}: {len(left[best].alike)} pairs are left, {len(left[best].hidden)} do not show")
+    return int(ExitCode.DONE)
+
+
+def _along(options: argparse.Namespace, scenario: str) -> Sensitivities:
+    from etb_hil.base.stock import find
+    from etb_hil.bench.job import JobFiles, execute, prepare
+    from etb_hil.discrepancy.balances import Balances
+    from etb_hil.discrepancy.isolability import sensitivities
+    from etb_hil.discrepancy.measurement import measurements_of
+
+    model = find("model", options.model)
+    files = JobFiles(
+        scenario=find("scenario", scenario),
+        bench=find("bench", options.bench),
+        model=model,
+        limits=find("limits", "default"),
+        unit=model,
+    )
+    job = prepare(files)
+    with tempfile.TemporaryDirectory() as folder:
+        finished = execute(job, Path(folder), "", 1)
+        recording = finished.analysis.recording
+    print(f"{scenario}: looking at its motion", file=sys.stderr)
+    balances = [Balances(measured, job.model) for measured in measurements_of(recording, job.model)]
+    return sensitivities(job.model, balances)

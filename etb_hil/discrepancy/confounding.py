@@ -1,0 +1,66 @@
+"""Conditions that only ever changed together: what one of them does, the other may have done."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.recording.recording import Recording
+
+Float64 = NDArray[np.float64]
+
+_CONDITIONS = {
+    "pwm_frequency": "PWM frequency",
+    "temperature": "temperature",
+    "supply_voltage": "supply voltage",
+}
+_TOGETHER = 0.95
+_VARIES = 0.02  # of its mean: less is no change of the condition
+_MOST_ROWS = 20_000
+
+
+def confounded(recording: Recording) -> list[dict[str, Any]]:
+    """Return the conditions that cannot be told from elapsed time or from each other, and what would part them."""
+    series = {}
+    for role, name in _CONDITIONS.items():
+        if role in recording.roles:
+            one = recording.series(role)
+            known = np.isfinite(one.values)
+            values, time_ns = one.values[known], one.time_ns[known]
+            if len(values) > 2 and float(np.ptp(values)) > _VARIES * max(abs(float(np.mean(values))), 1e-12):
+                series[name] = (time_ns, values)
+    found = []
+    names = list(series)
+    for k, name in enumerate(names):
+        time_ns, values = series[name]
+        own = _rank_correlation(time_ns.astype(np.float64), values)
+        if abs(own) >= _TOGETHER:
+            found.append(_said(name, "elapsed time", own, f"repeat the first {name} at the end, or shuffle its order"))
+        for other in names[k + 1 :]:
+            aligned = np.interp(time_ns, *series[other])
+            both = _rank_correlation(aligned, values)
+            if abs(both) >= _TOGETHER:
+                found.append(_said(name, other, both, f"change {name} while {other} is held"))
+    return found
+
+
+def _said(first: str, second: str, correlation: float, test: str) -> dict[str, Any]:
+    return {
+        "these": f"{first} and {second}",
+        "rank_correlation": correlation,
+        "says": f"they changed together throughout, so that what one does cannot be told from the other; {test}.",
+    }
+
+
+def _rank_correlation(x: Float64, y: Float64) -> float:
+    """Return Spearman's rank correlation, ties at their mean rank."""
+    step = max(1, len(x) // _MOST_ROWS)
+    return float(np.corrcoef(_ranks(x[::step]), _ranks(y[::step]))[0, 1])
+
+
+def _ranks(values: Float64) -> Float64:
+    _, place, count = np.unique(values, return_inverse=True, return_counts=True)
+    last = np.cumsum(count)
+    return (last - 0.5 * (count - 1.0))[place]

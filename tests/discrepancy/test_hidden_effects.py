@@ -1,0 +1,25 @@
+"""A handful of hidden cases as in the study: what is hidden is found, what is not hidden is not."""
+
+import pytest
+from explain_study import one_case
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [5011, 5012])
+def test_nothing_hidden_is_never_named(seed):
+    scored, row = one_case("nothing", seed)
+    assert scored.outcome in ("right", "unexplained"), row
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [5004, 5006, 5014, 5025])
+def test_a_strong_effect_is_the_first_suspect(seed):
+    scored, row = one_case("strong", seed)
+    assert scored.best_in_class, row
+    assert scored.outcome != "wrong_class", row
+
+
+@pytest.mark.slow
+def test_without_its_own_term_an_effect_gets_no_other_name():
+    scored, row = one_case("removed", 5010)
+    assert scored.outcome != "wrong_confident", row

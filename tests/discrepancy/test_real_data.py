@@ -1,0 +1,73 @@
+"""The positioning system that others published: its parameters, asymmetry and ripple, and what does not transfer."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from etb_hil.base.stock import find
+from etb_hil.discrepancy.explain import explain, write
+from etb_hil.plant.drive_file import load_plant
+from etb_hil.plant.parameters import load_model
+from etb_hil.recording.tables import read_table
+
+HERE = Path(__file__).parent
+REAL = Path(os.environ.get("ETB_HIL_REAL_DATA", HERE.parents[2] / "shared" / "data"))
+DATA = REAL / "emps"
+EXAMPLES = HERE.parents[1] / "docs" / "examples"
+
+pytestmark = [
+    pytest.mark.skipif(not DATA.is_dir(), reason="the measured data are not beside this checkout"),
+    pytest.mark.slow,
+]
+
+
+@pytest.fixture(scope="module")
+def answer():
+    model, is_drive = load_plant(EXAMPLES / "emps.drive.yaml")
+    assert is_drive
+    names = ("DATA_EMPS.mat", "DATA_EMPS_PULSES.mat")
+    return explain([read_table(DATA / name, EXAMPLES / "emps.map.yaml") for name in names], model)
+
+
+def test_published_mass_and_friction_are_found_again(answer):
+    calibrated = answer.explanation["calibrated"]
+    assert calibrated["inertia"]["value"] == pytest.approx(95.109, rel=0.01)
+    first = answer.findings.calibration
+    found = {u.name: float(first.fit.whole[u.place]) for u in first.unknowns}
+    assert found["coulomb"] == pytest.approx(20.394, rel=0.02)
+    assert found["viscous"] == pytest.approx(203.5, rel=0.02)
+
+
+def test_asymmetry_and_ripple_are_named(answer):
+    causes = {cause["effect"]: cause for cause in answer.explanation["causes"]}
+    assert set(causes) == {"friction_asymmetry", "cogging_torque"}
+    # 166.71 and 240.42 N s/m by direction are 18 % about their mean.
+    assert causes["friction_asymmetry"]["parameters"]["viscosity"]["value"] == pytest.approx(-0.18, abs=0.03)
+    assert causes["cogging_torque"]["parameters"]["order"]["value"] == pytest.approx(1.0, abs=0.002)
+
+
+def test_the_ripple_is_not_carried_over(answer):
+    carried = {one["effect"]: one["carried_over"] for one in answer.explanation["transfer"]}
+    assert carried == {"friction_asymmetry": True, "cogging_torque": False}
+
+
+def test_only_the_test_files_position_was_filtered(answer):
+    estimation, test = (" ".join(one["flags"]) for one in answer.explanation["data_quality"])
+    assert "filtered" not in estimation
+    assert "filtered" in test
+
+
+def test_pwm_frequency_and_elapsed_time_cannot_be_told_apart():
+    table = read_table(REAL / "etb_tbcp" / "tbcp_open_loop_duty_staircase.csv", EXAMPLES / "etb_tbcp.map.yaml")
+    found = explain([table], load_model(find("model", "dv_e5"))).explanation
+    assert found["verdict"] == "insufficient_data"
+    (pair,) = found["confounded"]
+    assert pair["these"] == "PWM frequency and elapsed time"
+    assert "shuffle its order" in pair["says"]
+
+
+def test_the_rest_is_owned_up_to(answer, tmp_path):
+    assert answer.explanation["verdict"] == "unexplained"
+    assert answer.explanation["unexplained"]["where"]
+    assert "model.yaml" not in [path.name for path in write(answer, tmp_path)]  # no throttle, no such file
