@@ -67,6 +67,8 @@ class Beat:
     def __call__(self, set_point: SetPoint, *, supervise_age: bool = True) -> None:
         """Send one command, wait for the next tick, and take in what arrived."""
         self._heed_signals()
+        if (forbidden := self.supervisor.allows(set_point)) is not None:
+            raise RunStopped(forbidden.outcome, forbidden.reason_id, forbidden.reason)
         self._tap.command(set_point)
         self.commanded = set_point
         self.next_ns += self.tick_ns

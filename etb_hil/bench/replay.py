@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.bench.analysis import Analysis
 from etb_hil.bench.attempts import earlier_attempts
 from etb_hil.bench.bench_file import load_bench
@@ -54,11 +55,7 @@ class RuleFiles:
     def inputs(self) -> tuple[InputFile, ...]:
         """Return the files as a session's manifest lists them."""
         paths = {"bench": self.bench, "model": self.model, "limits": self.limits, "dbc": self.dbc}
-        return tuple(
-            InputFile(kind, path.name, hashlib.sha256(path.read_bytes()).hexdigest())
-            for kind, path in paths.items()
-            if path is not None
-        )
+        return tuple(InputFile(kind, path.name, _digest(path)) for kind, path in paths.items() if path is not None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +85,7 @@ def replay(
     `model` and `limits` take the place of the session's own; of a `window`, nothing else is read.
     """
     session = open_session(folder)
+    _require_untouched(session)
     files = rule_files(session, model, limits)
     if model or limits:
         kept = tuple(entry for entry in session.inputs if entry.kind in {"scenario", "unit"})
@@ -98,12 +96,36 @@ def replay(
     conditions = {step.id: step.phase.until for step in load_scenario(session.input_path("scenario")).content.steps}
     for phase in record.phases:
         analysis.begin_phase(phase.start_ns, phase.id, phase.kind, conditions.get(phase.id))
-    for frames in within(read_blf(session.raw_log), window):
+    log = read_blf(session.raw_log)
+    for frames in within(log, window):
         analysis.push(frames)
+    analysis.recording.notes += log.notes
     found = analysis.finish()
     results = results_of(session, rules.setup.bench, rules.limits, record, analysis, found)
     results["attempts"] = earlier_attempts(session)
     return Finished(session, results, record, analysis, found)
+
+
+def _require_untouched(session: Session) -> None:
+    """Refuse a session whose copies of the inputs are not those that it was made with: a verdict rests on them."""
+    changed = [
+        Problem(
+            f"the session's {entry.kind} file is not the one that the run was made with",
+            Place(session.input_path(entry.kind)),
+            remedy="restore it; to judge by other files, give them to replay with --model or --limits",
+        )
+        for entry in session.inputs
+        if _digest(session.input_path(entry.kind)) != entry.sha256
+    ]
+    if changed:
+        raise InputError(*changed)
+
+
+def _digest(path: Path) -> str:
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError as error:
+        raise InputError(Problem(f"cannot be read: {error.strerror}", Place(path), remedy="restore the file")) from None
 
 
 def within(log: Iterable[FrameBlock], window: Window | None) -> Iterator[FrameBlock]:

@@ -14,12 +14,14 @@ from pydantic import Field
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.base.quantity import Angle, AngularVelocity, Current, Duration, Temperature, Voltage
 from etb_hil.base.yamlfile import FileModel
+from etb_hil.bench.trajectory import SetPoint
 from etb_hil.recording.samples import Float64, SampleBlock
 
 SPEED_SPAN_NS = 5_000_000  # velocity is the travel over this time: long enough for an encoder's steps
 MEASURED = {"current": ("motor_current",), "encoder": ("motor_angle", "throttle_angle")}  # what a request brings
 STATUS_ROLES = frozenset({"enable", "mode", "faults", "temperature", "supply_voltage", "controller_time"})
 OVER_CURRENT = 8  # fault bit of the role `faults`, as `dbc/` lists them
+ROUNDING = 1.0 + 1e-9  # a speed that is the limit may be computed a bit above it
 STATUS_AGE = 10  # a status frame may be this many times older than a sample before the run stops
 
 
@@ -76,6 +78,21 @@ class Supervisor:
     def is_complete(self) -> bool:
         """Whether every role that was asked for has been measured since."""
         return self._seen >= self._newest_ns.keys()
+
+    def allows(self, set_point: SetPoint) -> Trip | None:
+        """Return what a set-point would pass; checked scenarios pass nothing, unless they start from elsewhere."""
+        if not set_point.enable:
+            return None
+        low, high = self._limits.angle
+        inside = (
+            low <= set_point.position <= high
+            and abs(set_point.velocity) <= self._limits.velocity * ROUNDING
+            and abs(set_point.voltage) <= self._limits.voltage * ROUNDING
+        )
+        if inside:  # False where one of them is no number, too
+            return None
+        asked = f"{set_point.position:.3f} rad, {set_point.velocity:.2f} rad/s, {set_point.voltage:.2f} V"
+        return Trip("set_point_limit", f"the next set-point ({asked}) is outside the bench's limits; it was not sent")
 
     def look(self, blocks: Iterable[SampleBlock]) -> Trip | None:
         """Take new samples; return what was passed, if anything."""

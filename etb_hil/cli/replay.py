@@ -69,9 +69,14 @@ def _session(options: argparse.Namespace) -> int:
     model, limits = _own(options)
     finished = replay(options.sources[0], model, limits, _window(options))
     print(verdict_text(finished.results))
+    for note in finished.analysis.recording.notes:
+        print(f"  Note     {note}")
     if options.against:
         return _compared(options, finished)
-    if model or limits or options.window:
+    if not finished.session.has_results:
+        finished.session.write_results(finished.results)
+        print("  The run was cut short before it left results; these are in its folder now.")
+    elif model or limits or options.window:
         print(changes_text(changes(finished.session.read_results(), finished.results)))
     else:
         found = first_difference(finished)
