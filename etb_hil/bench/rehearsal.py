@@ -29,11 +29,15 @@ if TYPE_CHECKING:
     from etb_hil.bench.bench_file import Bench
     from etb_hil.bench.record import RunRecord
     from etb_hil.bench.scenario_file import Scenario, Step
+    from etb_hil.bench.supervision import SafetyLimits
     from etb_hil.canio.frames import FrameBlock
     from etb_hil.diagnosis.limits import Limits
     from etb_hil.plant.parameters import Model
 
 SEED = 0
+MARGIN = 0.1  # of current and velocity: the model's tolerances of resistance and motor constant
+ANGLE_MARGIN = 2e-3  # rad, noise and steps of a plate sensor
+TEMPERATURE_MARGIN = 5.0  # K
 WARM_UP_S = 5.0  # a warm-up repeats itself: what it draws shows early
 
 
@@ -52,6 +56,19 @@ class _Nowhere:
 
     def add(self, stamp_ns: int, event: str, **details: object) -> None:
         """Drop an event."""
+
+
+def with_margins(limits: SafetyLimits) -> SafetyLimits:
+    """Return limits that leave room for what the unit is not quite like the model."""
+    low, high = limits.angle
+    return limits.model_copy(
+        update={
+            "current": limits.current * (1.0 - MARGIN),
+            "velocity": limits.velocity * (1.0 - MARGIN),
+            "angle": (low + ANGLE_MARGIN, high - ANGLE_MARGIN),
+            "temperature": limits.temperature - TEMPERATURE_MARGIN,
+        }
+    )
 
 
 def rehearse(scenario: Document[Scenario], bench: Bench, model: Model, limits: Limits) -> None:
@@ -89,7 +106,7 @@ def _dry_run(steps: Sequence[Step], bench: Bench, model: Model, limits: Limits) 
     setup = load_bench(find("bench", "virtual_fd" if bench.bus.fd else "virtual_classic"))
     bus = setup.bench.bus
     stand_in = setup.bench.model_copy(
-        update={"limits": bench.limits, "command_rate": bench.command_rate, "measure": bench.measure}
+        update={"limits": with_margins(bench.limits), "command_rate": bench.command_rate, "measure": bench.measure}
     )
     network = VirtualNetwork(int(bus.bitrate), int(bus.data_bitrate), fd=bus.fd)
     network.attach(VirtualController(model, setup.dialect, SEED, nominal=model))

@@ -111,6 +111,10 @@ BENCH_REASONS = {
         "The bench could not see that the drive is off.",
         "Switch the supply off before you touch the unit. Then check the CAN plug and repeat.",
     ),
+    "set_point_limit": Wording(
+        "The bench stopped the run before it sent a set-point outside its limits.",
+        "Have an engineer check the scenario against the bench's limits.",
+    ),
     "current_limit": Wording(
         "The bench stopped the run: the motor current passed the bench's limit.",
         "Check that the plate moves freely by hand with the supply off, then repeat.",

@@ -1,0 +1,157 @@
+"""A search for a scenario that commands, or lets happen, what the bench file forbids."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from faults_study import job_of
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from etb_hil.base.errors import InputError
+from etb_hil.base.modes import Mode
+from etb_hil.base.stock import find
+from etb_hil.bench import job as job_room
+from etb_hil.bench.job import JobFiles, execute, prepare
+from etb_hil.bench.rehearsal import rehearse, with_margins
+from etb_hil.bench.scenario_file import load_scenario
+from etb_hil.bench.supervision import Supervisor
+from etb_hil.bench.trajectory import OFF, SetPoint
+from etb_hil.canio.decoder import Decoder
+
+LIMITS = {"current": "5 A", "angle": "[5 deg, 70 deg]", "velocity": "6 rad/s", "duration": "20 s"}
+
+angles = st.sampled_from([-170.0, -3.0, 0.0, 4.99, 5.0, 8.0, 40.0, 69.9, 70.0, 70.01, 86.0, 1e6])
+speeds = st.sampled_from([1e-3, 0.5, 3.0, 5.99, 6.0, 6.01, 12.0, 17.5, 1e5])
+times = st.sampled_from([0.001, 0.03, 0.2, 0.7, 30.0, 1e7])
+pairs = st.tuples(angles, angles)
+
+
+def kind(name, **keys):
+    return st.fixed_dictionaries({"kind": st.just(name), **keys})
+
+
+def unit(values, name):
+    return values.map(lambda v: f"{v!r} {name}")
+
+
+deg, rate, sec = unit(angles, "deg"), unit(speeds, "rad/s"), unit(times, "s")
+between = pairs.map(lambda p: [f"{p[0]!r} deg", f"{p[1]!r} deg"])
+phases = st.one_of(
+    kind("off", duration=sec),
+    kind("hold", position=deg, duration=sec, approach=rate),
+    kind("ramp", between=between, speed=rate, approach=rate, repeat=st.integers(1, 3)),
+    kind("dash", between=between, against=rate, peak=rate, rise=sec, fall=sec, settle=sec, approach=rate),
+    kind("sinusoid", centre=deg, amplitude=deg, angular_frequency=rate, duration=sec, approach=rate),
+    kind("step", positions=st.lists(deg, min_size=1, max_size=4), hold=sec, approach=rate),
+    kind("home", speed=rate, press=deg, release=sec),
+)
+
+
+def yaml_of(phase_list):
+    lines = ["schema: etb_hil/scenario/1", "name: Searched", "phases:"]
+    for number, phase in enumerate(phase_list):
+        lines.append(f"  - {{id: p{number}, " + ", ".join(f"{k}: {_flow(v)}" for k, v in phase.items()) + "}")
+    return "\n".join(lines) + "\n"
+
+
+def _flow(value):
+    return "[" + ", ".join(value) + "]" if isinstance(value, list) else str(value)
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory):
+    text = find("bench", "virtual_classic").read_text()
+    for key, value in LIMITS.items():
+        text = "\n".join(f"  {key}: {value}" if line.startswith(f"  {key}:") else line for line in text.splitlines())
+    path = tmp_path_factory.mktemp("bench") / "tight.yaml"
+    path.write_text(text + "\n")
+    return path
+
+
+@pytest.fixture(scope="module")
+def spied(tmp_path_factory):
+    """Run a prepared job; return the commands that went over the bus, and the run's results."""
+    folder = tmp_path_factory.mktemp("runs")
+
+    def run(job):
+        links = []
+        connect = job_room.connect
+
+        def connected(job, seed):
+            link, clock = connect(job, seed)
+            links.append(clock.open_port())
+            network.append(clock)
+            return link, clock
+
+        network = []
+        job_room.connect = connected
+        try:
+            finished = execute(job, folder, "", 1)
+        finally:
+            job_room.connect = connect
+        decoder = Decoder(job.setup.dialect)
+        blocks = decoder.push(network[0].collect(links[0]))
+        return [b for b in blocks if "command_position" in b.columns], finished
+
+    return run
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+@given(st.lists(phases, min_size=1, max_size=3))
+def test_no_scenario_commands_or_lets_happen_what_the_bench_forbids(tmp_path_factory, bench, spied, phase_list):
+    path = tmp_path_factory.mktemp("s") / "searched.yaml"
+    path.write_text(yaml_of(phase_list))
+    try:
+        job = prepare(JobFiles(path, bench, find("model", "default"), find("limits", "default"), None))
+    except InputError as error:
+        assert str(path) in str(error)  # noqa: PT017 (to be refused is one of two right ends)
+        return
+    commands, finished = spied(job)
+    limits = job.setup.bench.limits
+    for block in commands:
+        driven = (block.columns["command_enable"] > 0) & (block.columns["command_mode"] != Mode.OFF)
+        position = block.columns["command_position"][driven]
+        assert np.all((position >= limits.angle[0] - 1e-4) & (position <= limits.angle[1] + 1e-4))
+        assert np.all(np.abs(block.columns["command_velocity"][driven]) <= limits.velocity + 1e-3)
+        assert np.all(np.abs(block.columns["command_voltage"][driven]) <= limits.voltage + 1e-3)
+    current = finished.analysis.recording.series("motor_current").values
+    if finished.results["bench"]["outcome"] == "ok":
+        assert np.max(np.abs(current)) <= limits.current
+    assert finished.results["duration_s"] <= limits.duration + 1.0
+    assert finished.results["bench"]["safe_state"] is True
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 2.0])
+def test_a_set_point_outside_the_limits_is_never_sent(bad):
+    limits = job_of("virtual_classic", "default").setup.bench.limits
+    supervisor = Supervisor(limits, 18.0, 0)
+    assert supervisor.allows(SetPoint(Mode.POSITION, 0.5, 1.0)) is None
+    assert supervisor.allows(OFF) is None
+    factor = 1.0 if not math.isfinite(bad) else 20.0
+    for wrong in ({"position": bad}, {"velocity": bad * factor}, {"voltage": bad * factor}):
+        trip = supervisor.allows(replace(SetPoint(Mode.POSITION, 0.5, 1.0), **wrong))
+        assert trip is not None
+        assert trip.reason_id == "set_point_limit"
+
+
+def test_the_dry_run_keeps_margins(tmp_path):
+    job = job_of("virtual_classic", "default")
+    bench = job.setup.bench
+    peak = 8.0  # A, what a step across the stroke draws on the model
+    path = tmp_path / "steps.yaml"
+    path.write_text(
+        "schema: etb_hil/scenario/1\nname: Steps\nphases:\n"
+        "  - {id: steps, kind: step, positions: [10 deg, 70 deg, 10 deg], hold: 300 ms}\n"
+    )
+    scenario = load_scenario(path)
+    for current, fits in ((2.0 * peak, True), (0.3 * peak, False)):
+        limits = bench.limits.model_copy(update={"current": current})
+        assert with_margins(limits).current < current
+        tight = bench.model_copy(update={"limits": limits})
+        if fits:
+            rehearse(scenario, tight, job.model, job.limits)
+        else:
+            with pytest.raises(InputError, match=r"steps\.yaml:4: .*dry run .*current"):
+                rehearse(scenario, tight, job.model, job.limits)
