@@ -26,8 +26,8 @@ from etb_hil.plant.table_one import Shaft
 
 BAND = 0.1  # of a limit: a true value this near to it may be judged either way
 COLUMNS = (
-    "number", "healthy", "expected", "reaches", "verdict", "reason", "outcome", "T_st", "T_st_found", "T_c", "T_c_found",
-    "seconds",
+    "number", "healthy", "expected", "reaches", "verdict", "reason", "outcome", "T_st", "T_st_found", "T_c",
+    "T_c_found", "seconds",
 )  # fmt: skip
 
 
