@@ -11,6 +11,7 @@ from etb_hil.bench.condition_watch import ConditionWatch
 from etb_hil.bench.stop_signals import StopSignals, Verb
 from etb_hil.bench.supervision import Supervisor, Trip
 from etb_hil.bench.trajectory import OFF, SetPoint
+from etb_hil.canio.health import BusState
 
 if TYPE_CHECKING:
     from etb_hil.base.clock import Clock
@@ -96,6 +97,8 @@ class Beat:
         if trip is None and supervise_age:
             self.frame_age.note(max(now_ns - self.supervisor.newest_ns, 0))
             trip = self.supervisor.age(now_ns)
+            if trip is not None and self._tap.health().state is BusState.BUS_OFF:
+                trip = Trip("bus_off", f"the CAN interface is bus-off; {trip.reason}")
         if trip is None and self._supply is not None:
             trip = self._supply_trip(blocks, now_ns)
         if trip is None and now_ns - self.start_ns > self._limits.duration * 1e9:

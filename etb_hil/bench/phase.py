@@ -10,10 +10,12 @@ from etb_hil.base.quantity import Angle, AngularVelocity, Duration, Frequency
 from etb_hil.base.yamlfile import FileModel
 from etb_hil.bench.condition import Until
 
+LEAST = 1e-3  # of a speed, an angle, a time, a frequency in SI: below it nothing moves or ends
+
 
 def _positive(value: float) -> float:
-    if value <= 0.0:
-        raise ValueError("a value above zero is expected")
+    if value < LEAST:
+        raise ValueError(f"a value of at least {LEAST:g} in SI units is expected")
     return value
 
 

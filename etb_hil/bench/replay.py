@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from etb_hil.bench.bench_file import BenchSetup
+    from etb_hil.bench.record import RunRecord
     from etb_hil.canio.frames import FrameBlock
     from etb_hil.diagnosis.limits import Limits
     from etb_hil.plant.parameters import Model
@@ -91,7 +92,7 @@ def replay(
         kept = tuple(entry for entry in session.inputs if entry.kind in {"scenario", "unit"})
         session = replace(session, inputs=(*kept, *files.inputs()))
     rules = files.read()
-    record = record_of(read_events(session.events))
+    record = _record(session)
     analysis = Analysis(rules.setup.dialect, rules.model, rules.limits, str(folder))
     conditions = {step.id: step.phase.until for step in load_scenario(session.input_path("scenario")).content.steps}
     for phase in record.phases:
@@ -104,6 +105,15 @@ def replay(
     results = results_of(session, rules.setup.bench, rules.limits, record, analysis, found)
     results["attempts"] = earlier_attempts(session)
     return Finished(session, results, record, analysis, found)
+
+
+def _record(session: Session) -> RunRecord:
+    try:
+        return record_of(read_events(session.events))
+    except (KeyError, IndexError, TypeError, ValueError) as error:
+        raise InputError(
+            Problem(f"is damaged: {error!r}", Place(session.events), remedy="restore it from a copy of the session")
+        ) from None
 
 
 def _require_untouched(session: Session) -> None:

@@ -133,8 +133,13 @@ def open_session(folder: Path) -> Session:
         raise InputError(
             Problem("is of an unknown schema", Place(folder / MANIFEST, key="schema"), manifest.get("schema"), SCHEMA)
         )
-    entries = tuple(InputFile(e["kind"], _plain_name(folder, e["name"]), e["sha256"]) for e in manifest["inputs"])
-    return Session(folder, manifest["run_id"], manifest.get("serial", ""), manifest.get("started", ""), entries)
+    try:
+        entries = tuple(InputFile(e["kind"], _plain_name(folder, e["name"]), e["sha256"]) for e in manifest["inputs"])
+        return Session(folder, manifest["run_id"], manifest.get("serial", ""), manifest.get("started", ""), entries)
+    except (KeyError, TypeError) as error:
+        raise InputError(
+            Problem(f"is damaged: {error}", Place(folder / MANIFEST), remedy="restore it from a copy of the session")
+        ) from None
 
 
 def _plain_name(folder: Path, name: str) -> str:

@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from etb_hil.bench.finished import Finished
+
+
+def say(text: str) -> None:
+    """Print a text; a reader that has gone away (`| head`) costs neither the exit code nor a traceback."""
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def show_finished(finished: Finished) -> int:
@@ -19,5 +28,5 @@ def show_finished(finished: Finished) -> int:
         page = write_report(finished.results, finished.series, finished.session.folder)
     except OSError as error:  # a full disk must not cost the verdict
         print(f"the report could not be written: {error}", file=sys.stderr)
-    print(verdict_text(finished.results, page))
+    say(verdict_text(finished.results, page))
     return int(finished.results["exit_code"])

@@ -89,6 +89,13 @@ BENCH_REASONS = {
     "no_answer": Wording(
         "The controller did not answer.", "Check its supply, the CAN plug and the bench's bit rate, then repeat."
     ),
+    "controller_overcurrent": Wording(
+        "The run ended early: the controller took the drive off because of too much current.",
+        "Check with the supply off whether the plate moves freely by hand.",
+    ),
+    "cut_short": Wording(
+        "The run was cut short: its end was never written.", "Check that the drive is off, then repeat the test."
+    ),
     "frames_stopped": Wording(
         "The controller's frames stopped arriving.", "Check the CAN plug, the supply and the termination, then repeat."
     ),
@@ -119,6 +126,10 @@ BENCH_REASONS = {
         "The bench stopped the run: the motor current passed the bench's limit.",
         "Check that the plate moves freely by hand with the supply off, then repeat.",
     ),
+    "voltage_limit": Wording(
+        "The bench stopped the run: the motor voltage passed the bench's limit.",
+        "Check the supply against the bench file, then repeat.",
+    ),
     "velocity_limit": Wording(
         "The bench stopped the run: the plate passed the bench's speed limit.",
         "Have an engineer check the scenario against the bench's limits.",
@@ -133,12 +144,6 @@ BENCH_REASONS = {
     "controller_fault": Wording(
         "The controller reported a fault and left the run.", "Switch the controller off and on, then repeat."
     ),
-    "frames_lost": Wording(
-        "Frames were lost on the bus, more than the test allows.", "Check the bus load and the host, then repeat."
-    ),
-    "host_late": Wording(
-        "The computer of the bench was too late with its commands.", "Close other programs on it, then repeat."
-    ),
     "supply_window": Wording(
         "The bench stopped the run: the supply left the scenario's window.",
         "Check the supply and its cables, then repeat.",
@@ -151,7 +156,6 @@ BENCH_REASONS = {
         "The run was ended by the operator's answer.", "Put right what was asked for, then repeat."
     ),
     "nobody_answered": Wording("Nobody answered the scenario's question.", "Repeat the test with somebody at it."),
-    "stopped_by_user": Wording("Somebody stopped the run.", "Repeat the test when the bench is clear."),
 }
 
 _UNIT_DEFAULTS = {

@@ -16,7 +16,7 @@ CASES = {
         unit=Unit(UnitVerdict.INCONCLUSIVE, "too_little_motion", "the plate moved by 0.01 rad")
     ),
     "BENCH FAULT": sample_run.results(0.567, bench=Bench(BenchOutcome.FAULT, "frames_stopped", safe_state=False)),
-    "ABORTED": sample_run.results(unit=Unit(None), bench=Bench(BenchOutcome.ABORTED, "stopped_by_user")),
+    "ABORTED": sample_run.results(unit=Unit(None), bench=Bench(BenchOutcome.ABORTED, "stopped_by_operator")),
 }
 
 
