@@ -65,8 +65,11 @@ class Beat:
         self.commanded = OFF
         self.is_ending = False
 
-    def __call__(self, set_point: SetPoint, *, supervise_age: bool = True) -> None:
-        """Send one command, wait for the next tick, and take in what arrived."""
+    def __call__(self, set_point: SetPoint, *, is_waking: bool = False) -> None:
+        """Send one command, wait for the next tick, and take in what arrived.
+
+        While the controller is waking, nothing has to be there yet, and its fault bits are of what was before.
+        """
         self._heed_signals()
         if (forbidden := self.supervisor.allows(set_point)) is not None:
             raise RunStopped(forbidden.outcome, forbidden.reason_id, forbidden.reason)
@@ -78,7 +81,8 @@ class Beat:
         self.lateness.note(max(now_ns - self.next_ns, 0))
         if now_ns - self.next_ns > self.tick_ns:  # a stall is not made up for by a burst of old set-points
             self.next_ns = now_ns
-        trip = self._supervise(self._tap.receive(), now_ns, supervise_age=supervise_age)
+        blocks = self._tap.receive()
+        trip = self._supervise(blocks, self._clock.now_ns(), is_waking=is_waking)  # a stall may have come in between
         if trip is not None:
             raise RunStopped(trip.outcome, trip.reason_id, trip.reason)
         if now_ns >= self._show_due_ns:
@@ -92,9 +96,9 @@ class Beat:
         elif self.signals.verb is not None:
             raise RunStopped(BenchOutcome.ABORTED, "stopped_by_operator", f"stopped by {self.signals.received}")
 
-    def _supervise(self, blocks: list[SampleBlock], now_ns: int, *, supervise_age: bool) -> Trip | None:
-        trip = self.supervisor.look(blocks)
-        if trip is None and supervise_age:
+    def _supervise(self, blocks: list[SampleBlock], now_ns: int, *, is_waking: bool) -> Trip | None:
+        trip = self.supervisor.look(blocks, heed_faults=not is_waking)
+        if trip is None and not is_waking:
             self.frame_age.note(max(now_ns - self.supervisor.newest_ns, 0))
             trip = self.supervisor.age(now_ns)
             if trip is not None and self._tap.health().state is BusState.BUS_OFF:

@@ -22,6 +22,7 @@ MEASURED = {"current": ("motor_current",), "encoder": ("motor_angle", "throttle_
 STATUS_ROLES = frozenset({"enable", "mode", "faults", "temperature", "supply_voltage", "controller_time"})
 OVER_CURRENT = 8  # fault bit of the role `faults`, as `dbc/` lists them
 ROUNDING = 1.0 + 1e-9  # a speed that is the limit may be computed a bit above it
+STATUSES = 2  # how many of them may be of before
 STATUS_AGE = 10  # a status frame may be this many times older than a sample before the run stops
 
 
@@ -56,6 +57,7 @@ class Supervisor:
         self._newest_ns: dict[str, int] = {}  # of the roles that are due
         self._seen: set[str] = set()
         self._newest_status_ns = start_ns
+        self._statuses = 0
         self._anchor_ns, self._anchor_angle = 0, math.nan
         self.current = np.nan
         self.angle = np.nan
@@ -79,6 +81,14 @@ class Supervisor:
         """Whether every role that was asked for has been measured since."""
         return self._seen >= self._newest_ns.keys()
 
+    @property
+    def has_answered(self) -> bool:
+        """Whether all that was asked for has come, and statuses where the controller has them.
+
+        The first status may have been made before the controller heard of this bench.
+        """
+        return self.is_complete and (not self._reports_status or self._statuses > STATUSES)
+
     def allows(self, set_point: SetPoint) -> Trip | None:
         """Return what a set-point would pass; checked scenarios pass nothing, unless they start from elsewhere."""
         if not set_point.enable:
@@ -94,14 +104,14 @@ class Supervisor:
         asked = f"{set_point.position:.3f} rad, {set_point.velocity:.2f} rad/s, {set_point.voltage:.2f} V"
         return Trip("set_point_limit", f"the next set-point ({asked}) is outside the bench's limits; it was not sent")
 
-    def look(self, blocks: Iterable[SampleBlock]) -> Trip | None:
-        """Take new samples; return what was passed, if anything."""
+    def look(self, blocks: Iterable[SampleBlock], *, heed_faults: bool = True) -> Trip | None:
+        """Take new samples; return what was passed, if anything; fault bits that are not heeded are only noted."""
         for block in blocks:
             if not len(block):
                 continue
             if (trip := self._look_at(block)) is not None:
                 return trip
-        return None
+        return _fault_trip(self.faults) if self.faults and heed_faults else None
 
     def age(self, now_ns: int) -> Trip | None:
         """Return a trip when the newest sample or status is too old to move on, or younger than the clock allows."""
@@ -162,6 +172,7 @@ class Supervisor:
         columns = block.columns
         if not STATUS_ROLES.isdisjoint(columns):
             self._newest_status_ns = int(block.stamp_ns[-1])
+            self._statuses += len(block)
         if "enable" in columns:
             self.enabled = bool(columns["enable"][-1])
         if "temperature" in columns:
@@ -171,9 +182,8 @@ class Supervisor:
                     "temperature_limit",
                     f"housing at {self.temperature:.0f} degC, above the limit of {self._limits.temperature:g} degC",
                 )
-        if "faults" in columns and (faults := int(columns["faults"][-1])):
-            self.faults = faults
-            return _fault_trip(faults)
+        if "faults" in columns:
+            self.faults = int(columns["faults"][-1])
         return None
 
     def _motor_speed(self, block: SampleBlock) -> float:

@@ -9,11 +9,10 @@ from numba import njit
 from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Problem
-from etb_hil.plant.effects.entries import whole_vector
 from etb_hil.plant.extended import PLATE, advance_extended, new_extended_state
 from etb_hil.plant.integrator import CURRENT, OMEGA, TICK_NS
 from etb_hil.plant.parameters import Model
-from etb_hil.plant.physics import Vector
+from etb_hil.plant.physics import PARAMETERS, Vector
 
 Float64 = NDArray[np.float64]
 LONGEST_S = 3600.0  # a day at 20 kHz would not fit into a table anyhow
@@ -44,10 +43,10 @@ def run_voltage(
     if (length := float((time_ns[-1] - time_ns[0]) * 1e-9)) > LONGEST_S:
         raise InputError(Problem("the voltage is too long", value=f"{length:g} s", allowed=f"up to {LONGEST_S:g} s"))
     tick = np.round((time_ns - time_ns[0]) / TICK_NS).astype(np.int64)
-    p = whole_vector(model.values_at(temperature).vector(), [(effect.id, effect.strengths) for effect in model.effects])
+    p = model.vector()
+    p[:PARAMETERS] = model.values_at(temperature).vector()
     found = np.empty((len(voltage), 3))
-    plate_inertia = model.parameters["throttle_inertia"].value
-    _run(new_extended_state(start_angle, temperature), p, plate_inertia, tick, voltage, temperature, found)
+    _run(new_extended_state(start_angle, temperature), p, tick, voltage, temperature, found)
     return VoltageRun(found[:, 0].copy(), found[:, 1].copy(), found[:, 2].copy())
 
 
@@ -55,7 +54,6 @@ def run_voltage(
 def _run(
     state: Vector,
     p: Vector,
-    plate_inertia: float,
     tick: NDArray[np.int64],
     voltage: Vector,
     temperature: float,
@@ -64,4 +62,4 @@ def _run(
     for k in range(len(voltage)):
         found[k, 0], found[k, 1], found[k, 2] = state[PLATE], state[OMEGA], state[CURRENT]
         if k + 1 < len(voltage):
-            advance_extended(state, p, plate_inertia, voltage[k], tick[k + 1] - tick[k], temperature)
+            advance_extended(state, p, voltage[k], tick[k + 1] - tick[k], temperature)

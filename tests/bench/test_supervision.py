@@ -103,3 +103,20 @@ def test_velocity_is_the_travel_of_the_last_milliseconds_for_any_blocks():
         for start in range(0, 40, size):
             supervisor.look([whole.rows(slice(start, start + size))])
         assert supervisor.velocity == pytest.approx(3.0, rel=1e-9)
+
+
+def test_faults_are_noted_until_they_are_gone_and_heeded_when_asked(supervisor):
+    assert supervisor.look([samples(faults=[4.0])], heed_faults=False) is None
+    assert supervisor.faults == 4
+    assert supervisor.look([samples(motor_current=[0.0])]).reason_id == "controller_fault"
+    assert supervisor.look([samples(faults=[0.0])]) is None
+
+
+def test_an_answer_is_whole_with_the_controllers_status(supervisor):
+    supervisor.look([samples(motor_current=[0.0], motor_angle=[0.0], throttle_angle=[0.0])])
+    assert supervisor.is_complete
+    assert not supervisor.has_answered
+    supervisor.look([samples(enable=[0.0])])
+    assert not supervisor.has_answered  # it may have been made before the controller heard of this bench
+    supervisor.look([samples(enable=[0.0, 0.0])])
+    assert supervisor.has_answered
