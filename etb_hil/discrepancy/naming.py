@@ -12,6 +12,7 @@ from etb_hil.discrepancy import decision
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.calibration import Calibration, all_unknowns, calibrate, residual_of
 from etb_hil.discrepancy.candidates import suspects
+from etb_hil.discrepancy.fit import Residual
 from etb_hil.discrepancy.floor import Floor, floor_of, group_means, weigh
 from etb_hil.discrepancy.placeholders import Placeholder, placeholders
 from etb_hil.discrepancy.refining import Refined, fully, quickly
@@ -40,6 +41,7 @@ class Round:
     after_groups: Float64
     t: float
     healthy_gain: float
+    does: Float64  # what the winner alone changes in the residual (n), at its size
     alike: list[str] = field(default_factory=list)
     accepted: bool = False
 
@@ -109,6 +111,19 @@ def search(
     return findings
 
 
+def _alone(residual: Residual, base: Calibration, winner: Refined) -> Float64:
+    """Return what a winner changes with the base parameters as fitted beside it; a parameter: beyond its tolerance."""
+    off = winner.fit.whole.copy()
+    effect = winner.candidate.effect
+    if effect is not None:
+        for k in effect.strengths:
+            off[effect.indices[k]] = 0.0
+    else:
+        unknown = next(u for u in base.unknowns if u.name == winner.candidate.frees)
+        unknown.put(off, float(np.clip(unknown.x_of(off), unknown.low, unknown.high)))
+    return np.asarray(residual(off) - winner.fit.residual)
+
+
 def _siblings(winner: Refined) -> tuple[str, ...]:
     """Return the effects that only the winner's shape, where ours is another, would call for."""
     return winner.candidate.effect.look_alikes if winner.candidate.effect is not None else ()
@@ -135,7 +150,16 @@ def _round(findings: Findings, taken: Sequence[str], progress: Progress) -> Roun
         held_out(base.fit, base.columns, base.unknowns, segment)
     )
     healthy = _healthy_gain(findings, refined[0].id)
-    found = Round(base, screened, refined, findings.final_groups, after / findings.final_floor.level, t, healthy)
+    found = Round(
+        base,
+        screened,
+        refined,
+        findings.final_groups,
+        after / findings.final_floor.level,
+        t,
+        healthy,
+        _alone(residual, base, refined[0]),
+    )
     found.alike = _alike(found)
     return found
 
@@ -169,14 +193,14 @@ def _alike(found: Round) -> list[str]:
     projector = Projector(found.before)
     winner = found.winner
     by_id = {s.candidate.id: s for s in found.screened}
-    own = rest_of(projector, by_id[winner.id])
-    whole = by_id[winner.id].sensitivity
+    own = projector.rest(found.does, frozenset({winner.candidate.frees} - {""}))
+    whole = found.does
     names = [
         id_
         for id_, screened in by_id.items()
         if id_ != winner.id
-        and cosine(own, rest_of(projector, screened)) > ALIKE
-        and not _is_nothing(projector, screened)
+        and cosine(own, rest_of(projector, screened, winner.candidate.frees)) > ALIKE
+        and not _is_nothing(projector, screened, winner.candidate.frees)
     ]
     margin = decision.class_margin(found)
     names += [r.id for r in found.refined[1:] if np.log(r.fit.cost / winner.fit.cost) < margin]
@@ -185,7 +209,7 @@ def _alike(found: Round) -> list[str]:
     return list(dict.fromkeys(name for name in names if name and name != winner.id))
 
 
-def _is_nothing(projector: Projector, screened: Screened) -> bool:
+def _is_nothing(projector: Projector, screened: Screened, suspected: str) -> bool:
     """Tell whether the base parameters are this suspect: what is left of it is the error of the difference."""
-    rest = float(np.linalg.norm(rest_of(projector, screened)))
+    rest = float(np.linalg.norm(rest_of(projector, screened, suspected)))
     return rest < 0.03 * float(np.linalg.norm(screened.sensitivity))

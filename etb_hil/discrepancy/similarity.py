@@ -26,13 +26,15 @@ class Projector:
         self._columns = calibration.columns[:, self._seen]
         self._lengths = lengths[self._seen]
         self._basis, self._triangle = np.linalg.qr(self._columns / self._lengths)
+        self._bases: dict[frozenset[str], Float64] = {frozenset(): self._basis}
 
-    def rest(self, column: Float64, without: str = "") -> Float64:
-        """Return what of a column is left; the parameter `without` is not used."""
-        basis = self._basis
-        if without:
-            kept = [k for k, name in enumerate(np.array(self.names)[self._seen]) if name != without]
-            basis = np.linalg.qr(self._columns[:, kept] / self._lengths[kept])[0]
+    def rest(self, column: Float64, without: frozenset[str] = frozenset()) -> Float64:
+        """Return what of a column is left; the parameters `without` are not used."""
+        if without not in self._bases:
+            names = np.array(self.names)[self._seen]
+            kept = [k for k, name in enumerate(names) if name not in without]
+            self._bases[without] = np.linalg.qr(self._columns[:, kept] / self._lengths[kept])[0]
+        basis = self._bases[without]
         return np.asarray(column - basis @ (basis.T @ column))
 
     def imitators(self, column: Float64) -> list[str]:
@@ -49,6 +51,6 @@ def cosine(first: Float64, second: Float64) -> float:
     return abs(float(first @ second)) / lengths if lengths > _NOTHING else 0.0
 
 
-def rest_of(projector: Projector, screened: Screened) -> Float64:
-    """Return a suspect's sensitivity without what the base imitates."""
-    return projector.rest(screened.sensitivity, screened.candidate.frees)
+def rest_of(projector: Projector, screened: Screened, suspected: str = "") -> Float64:
+    """Return a suspect's sensitivity without what the base imitates; a parameter that is `suspected` is no base."""
+    return projector.rest(screened.sensitivity, frozenset({screened.candidate.frees, suspected} - {""}))
