@@ -27,6 +27,7 @@ _FEWEST = 60  # windows
 _CLUSTER = 50  # ticks that share their noise
 _UNKNOWN_ZERO = 0.02  # A, where the current's zero was not measured
 _STEP_OF_ZERO = 2e-4  # A: drift of the zero over a run
+_DROP_STANDS_OUT = 3.0  # standard errors
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +39,11 @@ class Assessment:
     evidence: Evidence
     fit: StribeckFit | None
     balance: VoltageBalance | None
+
+    @property
+    def fastest(self) -> float:
+        """Highest speed among the windows, in rad/s; 0 where there are none."""
+        return float(np.abs(self.evidence.velocity).max()) if len(self.windows) else 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,14 +70,17 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
     return Assessment(ticks, windows, evidence, fit, balance)
 
 
-def fitted_numbers(fit: StribeckFit, throttle: ThrottleParameters) -> dict[str, Interval]:
-    """Return T_st, T_c, omega_s, viscosity and the return margin with their intervals, at the throttle shaft in SI."""
+def fitted_numbers(fit: StribeckFit, throttle: ThrottleParameters, fastest: float) -> dict[str, Interval]:
+    """Return T_st, T_c, omega_s, viscosity and the return margin with their intervals, at the throttle shaft in SI.
+
+    `fastest` rad/s is the highest speed among the windows.
+    """
     q = fit.parameters
     stiction, stiction_error = fit.stiction
     speed, speed_error = float(exp(q[LOG_SPEED])), TWO_SIDED_95 * fit.error(LOG_SPEED)
     return {
         "T_st": _around(stiction, stiction_error),
-        "T_c": _around(float(q[COULOMB]), fit.error(COULOMB)),
+        "T_c": _coulomb(fit, fastest, throttle),
         "omega_s": Interval(speed, speed * float(exp(-speed_error)), speed * float(exp(speed_error))),
         "viscous": _around(float(q[VISCOUS]), fit.error(VISCOUS)),
         "return_margin": _return_margin(fit, throttle),
@@ -95,6 +104,29 @@ def fitted_curve(fit: StribeckFit, speeds: Float64) -> tuple[Float64, Float64]:
                 total += left * right * float(fit.covariance[a, b])
         error[k] = math.sqrt(max(total, 0.0))
     return value, error
+
+
+def _coulomb(fit: StribeckFit, fastest: float, throttle: ThrottleParameters) -> Interval:
+    """Return T_c with what is not known of it where the plate never slid far above omega_s.
+
+    What the fitted Gaussian has left at the fastest speed was never seen to fall away. Where no drop from T_st stands
+    out, or the plate was slower than omega_s, Stribeck effect and viscosity cannot be told apart: T_c lies below T_st
+    and below the friction at that speed, and no more is known; not even that where the plate only crept.
+    """
+    q = fit.parameters
+    coulomb, drop = float(q[COULOMB]), float(q[DROP])
+    stiction, stiction_error = fit.stiction
+    ratio = fastest * float(exp(-q[LOG_SPEED]))
+    around = _around(coulomb, fit.error(COULOMB))
+    if drop > _DROP_STANDS_OUT * fit.error(DROP) and ratio >= 1.0:
+        unseen = drop * float(exp(-ratio * ratio))
+        return Interval(coulomb, around.low - unseen, around.high + unseen)
+    level, error = fitted_curve(fit, np.array([fastest]))
+    value = min(coulomb, stiction)
+    bound = min(stiction + TWO_SIDED_95 * stiction_error, float(level[0]) + TWO_SIDED_95 * float(error[0]))
+    if fastest < throttle.stribeck_velocity:
+        bound = max(bound, around.high)
+    return Interval(value, min(value, 0.0), max(value, bound))
 
 
 def _return_margin(fit: StribeckFit, throttle: ThrottleParameters) -> Interval:

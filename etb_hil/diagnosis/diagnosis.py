@@ -9,20 +9,28 @@ from dataclasses import dataclass
 import numpy as np
 
 from etb_hil.diagnosis.assessment import JUDGED, assess
+from etb_hil.diagnosis.contradiction import (
+    gain_range,
+    remarks,
+    resistance_at_rest,
+    resistance_fits,
+    withholding,
+)
 from etb_hil.diagnosis.current_zero import Zero, ZeroMeter
 from etb_hil.diagnosis.exceedance import ExceedanceDetector
-from etb_hil.diagnosis.friction_model import VISCOUS
+from etb_hil.diagnosis.grounds import Coverage, Grounds, far_above, local_excess, unexplained
 from etb_hil.diagnosis.limits import Limits
+from etb_hil.diagnosis.local_friction import local_friction
 from etb_hil.diagnosis.numbers import report_numbers
 from etb_hil.diagnosis.result import DiagnosisResult
 from etb_hil.diagnosis.series import plot_columns
 from etb_hil.diagnosis.tally import LiveReading, Tally
 from etb_hil.diagnosis.ticks import TickMaker
-from etb_hil.diagnosis.verdict import Grounds, conclude
+from etb_hil.diagnosis.verdict import conclude
 from etb_hil.observer.angle import AngleObserver
 from etb_hil.observer.estimate import Observer, SensorNoise
 from etb_hil.plant.parameters import Model, ThrottleParameters
-from etb_hil.recording.samples import Float64, Int64, SampleBlock
+from etb_hil.recording.samples import Float64, SampleBlock
 
 ObserverFactory = Callable[[ThrottleParameters, SensorNoise], Observer]
 
@@ -54,6 +62,8 @@ class Diagnosis:
         self._running: _Running | None = None
         self._finished: list[ExceedanceDetector] = []
         self._samples = self._lost = 0
+        self._last: tuple[int, str] | None = None
+        self._longest_gap, self._gap_in = 0, ""
         self._lowest, self._highest, self._highest_current = math.inf, -math.inf, 0.0
         self._start_ns: int | None = None
 
@@ -67,6 +77,7 @@ class Diagnosis:
             return
         if self._start_ns is None:
             self._start_ns = int(rows.time_ns[0])
+        self._cover(rows, phase)
         missing = np.full(len(rows), np.nan)
         current, motor_angle = rows.columns["motor_current"], rows.columns["motor_angle"]
         temperature = rows.columns.get("temperature", missing)
@@ -104,7 +115,7 @@ class Diagnosis:
                 estimate.delay_ns,
                 phase,
             )
-            self._count(rows.lost_before, angle, true_current)
+            self._count(angle, true_current)
 
     def snapshot(self) -> Snapshot:
         """Return what is known so far; cheap enough for every refresh of a panel."""
@@ -113,26 +124,39 @@ class Diagnosis:
         reading = None if self._running is None else self._running.tally.reading()
         return Snapshot(reading, *self._upper_limits(), episodes)
 
-    def finish(self) -> DiagnosisResult:
-        """Fit the whole run and return the verdict with everything behind it."""
+    def finish(self, *, complete: bool = True) -> DiagnosisResult:
+        """Fit the whole run and return the verdict with everything behind it; a run cut short never passes."""
         throttle = self._throttle()
         detectors = self._detectors()
         for detector in detectors:
             detector.close()
         exceedances = tuple(episode for detector in detectors for episode in detector.episodes)
-        assessment = assess(self._ticks.ticks(), self._model, throttle, self._zero)
+        ticks = self._ticks.ticks()
+        assessment = assess(ticks, self._model, throttle, self._zero)
         reading = Tally(throttle).reading() if self._running is None else self._running.tally.reading()
-        numbers = report_numbers(assessment, reading, self._zero, self._limits, throttle)
+        fit, local, gain = assessment.fit, None, (1.0, 1.0)
+        if fit is not None:
+            local = local_friction(assessment.evidence, fit)
+            gain = gain_range(fit, assessment.balance, self._model, throttle)
+        numbers = report_numbers(assessment, reading, self._zero, self._limits, throttle, gain)
+        at_rest = resistance_at_rest(ticks) if fit is None else None
+        fastest, far = far_above(assessment, reading, throttle.stribeck_velocity)
+        band = self._limits.marginal_band
         grounds = Grounds(
-            exceedances,
-            max(self._highest - self._lowest, 0.0),
-            reading.fastest,
-            throttle.stribeck_velocity,
-            self._lost,
-            self._samples,
-            self._zero.is_measured,
-            self._highest_current,
-            0.0 if assessment.fit is None else float(assessment.fit.parameters[VISCOUS]) - throttle.viscous,
+            coverage=Coverage(self._samples, self._lost, self._longest_gap * 1e-9, self._gap_in),
+            moved=max(self._highest - self._lowest, 0.0),
+            fastest=fastest,
+            far=far,
+            windows=len(assessment.windows),
+            current_verified=self._zero.is_measured,
+            highest_current=self._highest_current,
+            withholding=withholding(assessment, local, self._model, throttle),
+            remarks=() if fit is None else remarks(fit, self._model, throttle),
+            excess=local_excess(assessment, local, self._upper_limits()[0], band, gain),
+            unexplained=unexplained(exceedances, assessment, self._ticks.origin_ns, band),
+            current_plausible=None if at_rest is None else resistance_fits(at_rest, 0.0, self._model, throttle),
+            band=band,
+            complete=complete,
         )
         verdict, reasons = conclude(numbers, grounds)
         series = plot_columns(assessment)
@@ -175,9 +199,22 @@ class Diagnosis:
     def _detectors(self) -> list[ExceedanceDetector]:
         return self._finished if self._running is None else [*self._finished, self._running.detector]
 
-    def _count(self, lost_before: Int64, angle: Float64, current: Float64) -> None:
+    def _cover(self, rows: SampleBlock, phase: str) -> None:
+        """Count what is lost, and follow the gaps, in phases of motion and at their edges."""
+        before_ns, before = self._last if self._last is not None else (int(rows.time_ns[0]), phase)
+        lost, gap = rows.lost_before, np.diff(rows.time_ns, prepend=before_ns)
+        if before in WATCHED and phase not in WATCHED:
+            lost, gap = lost[:1], gap[:1]
+        if before in WATCHED or phase in WATCHED:
+            self._lost += int(np.sum(lost[lost > 0]))
+            if int(gap.max()) > self._longest_gap:
+                self._longest_gap = int(gap.max())
+                at_edge = int(np.argmax(gap)) == 0 and before in WATCHED
+                self._gap_in = before if at_edge else phase
+        self._last = (int(rows.time_ns[-1]), phase)
+
+    def _count(self, angle: Float64, current: Float64) -> None:
         self._samples += len(angle)
-        self._lost += int(np.sum(lost_before[lost_before > 0]))
         known = angle[np.isfinite(angle)]
         if len(known):
             self._lowest = min(self._lowest, float(known.min()))

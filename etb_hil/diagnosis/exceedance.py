@@ -180,17 +180,16 @@ def _go_on(kind: int, time_ns: int, place: tuple[float, ...], times: Int64, peak
 def _allowance(
     i: float, theta: float, omega: float, acceleration: float, delay: float, p: Float64, settings: Float64
 ) -> float:
-    """Return by how much the known torques may be off, in N·m: tolerances of the model, root of the sum of squares."""
+    """Return by how much the known torques may be off at most, in N·m, by the tolerances of the model."""
     blur = settings[_TOL_ANGLE] + abs(omega) * _DELAYS * delay
     if theta < p[STOP_LOW] + blur or theta > p[STOP_HIGH] - blur:
         return np.inf
     spring = settings[_TOL_SPRING]
     if abs(theta - p[LIMP_HOME]) < blur + p[DEAD_ZONE]:
         spring += abs(spring_torque(theta + blur, p) - spring_torque(theta - blur, p))
-    motor = settings[_TOL_CONSTANT] * i
-    inertia = settings[_TOL_INERTIA] * p[INERTIA] * acceleration
-    viscous = settings[_TOL_VISCOUS] * omega
-    return math.sqrt(motor * motor + spring * spring + inertia * inertia + viscous * viscous)
+    motor = settings[_TOL_CONSTANT] * abs(i)
+    inertia = settings[_TOL_INERTIA] * p[INERTIA] * abs(acceleration)
+    return motor + spring + inertia + settings[_TOL_VISCOUS] * abs(omega)
 
 
 @njit(cache=True, error_model="numpy")

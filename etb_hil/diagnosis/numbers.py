@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from etb_hil.diagnosis.assessment import Assessment, Interval, fitted_numbers
+from etb_hil.diagnosis.contradiction import widened
 from etb_hil.diagnosis.current_zero import Zero
 from etb_hil.diagnosis.limits import Limits
 from etb_hil.diagnosis.result import Number
@@ -21,21 +22,30 @@ _NAMES = {
 
 
 def report_numbers(
-    assessment: Assessment, reading: LiveReading, zero: Zero, limits: Limits, throttle: ThrottleParameters
+    assessment: Assessment,
+    reading: LiveReading,
+    zero: Zero,
+    limits: Limits,
+    throttle: ThrottleParameters,
+    gain: tuple[float, float],
 ) -> tuple[Number, ...]:
-    """Return every number of a run, those that decide first."""
+    """Return every number of a run, those that decide first; the current's gain lies within the factors `gain`."""
     gear = throttle.gear_ratio
     bounds = {
         "T_st": (None, limits.stiction.at_throttle(gear, zero.temperature)),
         "T_c": (None, limits.coulomb.at_throttle(gear, zero.temperature)),
         "return_margin": (limits.return_margin.at_throttle(gear), None),
     }
-    fitted = {} if assessment.fit is None else fitted_numbers(assessment.fit, throttle)
+    fitted = {} if assessment.fit is None else fitted_numbers(assessment.fit, throttle, assessment.fastest)
     numbers = []
     for name in _NAMES:
         if name in fitted:
             low, high = bounds.get(name, (None, None))
-            numbers.append(_fitted(name, fitted[name], low, high, limits.marginal_band))
+            found = fitted[name]
+            if name in bounds:
+                least, most = widened(found.value, found.low, found.high, gain)
+                found = Interval(found.value, found.low if found.low == 0.0 else least, most)
+            numbers.append(_fitted(name, found, low, high, limits.marginal_band))
     return (*numbers, *_paper(reading), *_motor(assessment.balance), *_basis(assessment, reading, zero))
 
 

@@ -3,31 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from etb_hil.base.outcome import UnitVerdict
-from etb_hil.diagnosis.exceedance import COULOMB, FAR_ABOVE, KINDS, Exceedance
+from etb_hil.diagnosis.grounds import Coverage, Grounds, longest_by_kind
 from etb_hil.diagnosis.result import Number, Reason
 
 MOST_LOST = 0.05  # share of the samples
-_LONGEST_EXCEEDANCE_NS = 20_000_000  # of all episodes together, beyond which they decide alone
+LONGEST_GAP = 0.1  # s: longer than a dash
+_LONGEST = 0.02  # s, of all unexplained episodes together
+_STUCK = 0.2  # rad: a plate that moved by less was hardly moved
 
 _NAMES = {"T_st": "stiction torque T_st", "T_c": "Coulomb torque T_c", "return_margin": "return margin"}
-
-
-@dataclass(frozen=True, slots=True)
-class Grounds:
-    """What a verdict is made from, beside the numbers."""
-
-    exceedances: Sequence[Exceedance]
-    moved: float  # rad, from the lowest to the highest angle
-    fastest: float  # rad/s
-    stribeck_velocity: float  # rad/s, by the model
-    lost: int
-    samples: int
-    current_verified: bool
-    highest_current: float  # A
-    more_viscous: float  # N·m·s/rad, fitted less the model's; 0 where nothing was fitted
 
 
 def stand(
@@ -56,25 +42,37 @@ def _side(inside: float, outside: float) -> UnitVerdict:
 
 
 def conclude(numbers: Sequence[Number], grounds: Grounds) -> tuple[UnitVerdict, tuple[Reason, ...]]:
-    """Return the verdict with its reasons, the deciding one first: fail outranks inconclusive, inconclusive pass."""
+    """Return the verdict with its reasons, the deciding one first.
+
+    What withholds a verdict outranks fail, fail inconclusive, inconclusive pass.
+    """
     judged = [number for number in numbers if number.verdict is not None]
     missing = [name for name in _NAMES if all(number.id != name for number in judged)]
-    fails = [*_limits_broken(judged), *_exceedances_alone(judged, grounds)]
+    withholding = [*_lost(grounds.coverage), *grounds.withholding]
+    broken = _limits_broken(judged)
+    fails = [*broken, *_locally(judged, grounds), *_stuck(grounds, missing)]
     doubts = [*_poor_evidence(grounds, missing), *_undecided(judged, grounds)]
-    if grounds.lost > MOST_LOST * (grounds.samples + grounds.lost):
-        share = grounds.lost / (grounds.samples + grounds.lost)
-        lost = Reason(
-            "samples_lost",
-            f"{share:.1%} of the samples are lost, more than {MOST_LOST:.0%}",
-            "look at the bus load and at the frames lost per message, then repeat",
-        )
-        return UnitVerdict.INCONCLUSIVE, (lost, *fails, *doubts)
+    if not broken:
+        doubts += _unexplained(grounds)
+    doubts += _gaps(grounds)
+    if grounds.withholding:  # numbers of another model's friction are no reasons
+        return UnitVerdict.INCONCLUSIVE, (*withholding, *grounds.remarks)
+    if withholding:
+        return UnitVerdict.INCONCLUSIVE, (*withholding, *fails, *doubts, *grounds.remarks)
     if fails:
-        return UnitVerdict.FAIL, (*fails, *doubts)
+        return UnitVerdict.FAIL, (*fails, *doubts, *grounds.remarks)
     if doubts:
-        return UnitVerdict.INCONCLUSIVE, tuple(doubts)
+        return UnitVerdict.INCONCLUSIVE, (*doubts, *grounds.remarks)
     words = "; ".join(_sentence(number) for number in judged)
-    return UnitVerdict.PASS, (Reason("within_limits", words, "none"),)
+    return UnitVerdict.PASS, (Reason("within_limits", words, "none"), *grounds.remarks)
+
+
+def _lost(coverage: Coverage) -> list[Reason]:
+    if coverage.lost <= MOST_LOST * (coverage.samples + coverage.lost):
+        return []
+    share = coverage.lost / (coverage.samples + coverage.lost)
+    text = f"{share:.1%} of the samples are lost, more than {MOST_LOST:.0%}"
+    return [Reason("samples_lost", text, "look at the bus load and at the frames lost per message, then repeat")]
 
 
 def _limits_broken(judged: Sequence[Number]) -> list[Reason]:
@@ -90,46 +88,77 @@ def _limits_broken(judged: Sequence[Number]) -> list[Reason]:
     return reasons
 
 
-def _exceedances_alone(judged: Sequence[Number], grounds: Grounds) -> list[Reason]:
-    """Return reasons from episodes whose limit no fitted number has been found to break."""
+def _locally(judged: Sequence[Number], grounds: Grounds) -> list[Reason]:
+    """Return a reason where friction is above the limit at one place, and the fitted curve is not."""
+    excess = grounds.excess
+    if excess is None or any(n.id == "T_st" and n.verdict is UnitVerdict.FAIL for n in judged):
+        return []
+    text = (
+        f"friction is locally {excess.torque:.3f} N·m at {excess.angle:.3f} rad, in both directions of motion "
+        f"(at least {excess.low:.3f}; allowed up to {excess.limit:.3f})"
+    )
+    return [Reason("T_st_exceeded", text, "reject the unit; see the friction over angle for the place")]
+
+
+def _stuck(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
+    """Return a reason where the plate did not move under a torque far above the limit, in a current that is certain."""
+    if not missing or grounds.moved > _STUCK or not (grounds.current_verified and grounds.current_plausible):
+        return []
+    lasted, worst = longest_by_kind(grounds.unexplained).get("T_st", (0.0, None))
+    if worst is None or lasted < _LONGEST or worst.peak - worst.allowance <= worst.limit * (1.0 + grounds.band):
+        return []
+    text = (
+        f"the plate moved by {grounds.moved:.4f} rad while the motor pushed at up to {grounds.highest_current:.2f} A: "
+        f"friction holds it against {worst.peak:.3f} N·m (model uncertain by {worst.allowance:.3f}; allowed up to "
+        f"{worst.limit:.3f})"
+    )
+    return [Reason("plate_stuck", text, "reject the unit")]
+
+
+def _unexplained(grounds: Grounds) -> list[Reason]:
+    """Return a doubt where live friction was above a limit for long, and nothing that was fitted says why."""
     reasons = []
-    for kind in KINDS:
-        episodes = [e for e in grounds.exceedances if e.kind == kind and _stands(e, grounds.more_viscous)]
-        lasted = sum(e.end_ns - e.start_ns for e in episodes)
-        broken = any(n.id == kind and n.verdict is UnitVerdict.FAIL for n in judged)
-        if broken or lasted < _LONGEST_EXCEEDANCE_NS:
+    for kind, (lasted, worst) in longest_by_kind(grounds.unexplained).items():
+        if lasted < _LONGEST:
             continue
-        worst = max(episodes, key=lambda e: e.peak - e.allowance)
-        known = any(n.id == kind for n in judged)
-        if not known and not grounds.current_verified:
-            continue
-        what = "locally " if known else ""
         text = (
-            f"friction is {what}above the limit of {kind} for {lasted * 1e-9:.3f} s, up to {worst.peak:.3f} N·m "
-            f"(model uncertain by {worst.allowance:.3f}; allowed up to {worst.limit:.3f}) at {worst.angle:.3f} rad"
+            f"friction seemed above the limit of {kind} for {lasted:.3f} s, up to {worst.peak:.3f} N·m (model "
+            f"uncertain by {worst.allowance:.3f}; allowed up to {worst.limit:.3f}) at {worst.angle:.3f} rad, and the "
+            "fitted curve does not explain it"
         )
-        if not known:
-            text += f"; the plate moved by {grounds.moved:.4f} rad at up to {grounds.highest_current:.2f} A"
-        reasons.append(Reason(f"{kind}_exceeded", text, "reject the unit; see the exceedances for their places"))
+        reasons.append(Reason(f"{kind}_unexplained", text, "repeat the check; see the exceedances for their places"))
     return reasons
 
 
-def _stands(episode: Exceedance, more_viscous: float) -> bool:
-    """Whether an episode still stands out once the viscous torque taken off is the fitted one and not the model's."""
-    if episode.kind != KINDS[COULOMB]:
-        return True
-    return episode.peak - episode.allowance - more_viscous * abs(episode.velocity) > episode.limit
+def _gaps(grounds: Grounds) -> list[Reason]:
+    reasons = []
+    coverage = grounds.coverage
+    if coverage.longest_gap > LONGEST_GAP:
+        text = f"no samples for {coverage.longest_gap:.2f} s in or next to a {coverage.gap_in}: at most {LONGEST_GAP} s"
+        reasons.append(Reason("samples_missing", text, "look at the frames lost per message, then repeat"))
+    if not grounds.complete:
+        reasons.append(Reason("run_not_finished", "the run ended before its last phase", "repeat the check"))
+    return reasons
 
 
 def _poor_evidence(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
     if not missing:
         return []
-    if not grounds.samples:
+    if not grounds.coverage.samples:
         return [
             Reason("no_samples", "no phase with motion delivered current and angle", "check the measurement request")
         ]
     names = ", ".join(missing)
     current = "" if grounds.current_verified else " and the current's zero was never measured with the bridge off"
+    if grounds.moved > _STUCK:
+        return [
+            Reason(
+                "too_few_windows",
+                f"no friction curve could be fitted for {names}: {grounds.windows} stretches of 17 ms in steady motion "
+                f"have samples in every millisecond, of {grounds.coverage.samples} samples in all{current}",
+                "sample at 1 kHz or faster, without gaps, and run a scenario with ramps and dashes",
+            )
+        ]
     return [
         Reason(
             "too_little_motion",
@@ -147,9 +176,8 @@ def _undecided(judged: Sequence[Number], grounds: Grounds) -> list[Reason]:
             continue
         text = _sentence(number)
         step = "repeat the check, more often or slower, to narrow the interval"
-        far = FAR_ABOVE * grounds.stribeck_velocity
-        if number.id == "T_c" and grounds.fastest < far:
-            text += f"; the plate never passed 2.15 omega_s ({grounds.fastest:.1f} of {far:.1f} rad/s)"
+        if number.id == "T_c" and grounds.fastest < grounds.far:
+            text += f"; the plate never passed 2.15 omega_s ({grounds.fastest:.1f} of {grounds.far:.1f} rad/s)"
             step = "add a dash that passes 2.15 omega_s"
         reasons.append(Reason(f"{number.id}_undecided", text, step))
     return reasons

@@ -14,6 +14,7 @@ from etb_hil.report.model import Number, Results
 _REPLACE = "Replace the throttle body, or clean it and test again. Keep this report with the unit."
 _NOT_FITTED = "Do not fit this unit to a vehicle. " + _REPLACE
 _SENSORS = "Check the unit's plug and the sensor's wiring, then repeat. This says nothing of the unit's friction."
+_OTHER = "Check that model file, bench file and unit belong together, then repeat."
 _AGAIN = "Repeat the test. Where it happens again, have an engineer look at the plots."
 
 
@@ -38,8 +39,21 @@ UNIT_REASONS = {
         "plate to come back without power.",
         _NOT_FITTED,
     ),
-    "T_st_exceeded": Wording("The plate sticks: friction was above the limit of break-away.", _REPLACE, True),
-    "T_c_exceeded": Wording("Friction was above the limit while the plate moved fast.", _REPLACE, True),
+    "T_st_exceeded": Wording("The plate sticks at one place: friction there is above the limit.", _REPLACE, True),
+    "plate_stuck": Wording("The plate is stuck: the motor pushed and it did not move.", _NOT_FITTED, True),
+    "T_st_unexplained": Wording("Friction seemed above the limit for a while, and nothing says why.", _AGAIN, True),
+    "T_c_unexplained": Wording(
+        "Friction seemed above the limit while the plate moved fast, and nothing says why.", _AGAIN, True
+    ),
+    "resistance_contradicts": Wording("The motor's resistance is not what the model says.", _OTHER, True),
+    "back_emf_contradicts": Wording("The motor is not what the model says.", _OTHER, True),
+    "spring_elsewhere": Wording("Springs or stops are not where the model says.", _OTHER, True),
+    "model_contradicted": Wording("The unit differs from the model in more than friction.", _OTHER, True),
+    "too_few_windows": Wording(
+        "The samples have too many gaps, or come too slowly, to measure friction.",
+        "Check the CAN wiring and the rate that the bench asks for, then repeat.",
+        True,
+    ),
     "T_st_undecided": Wording("Break-away friction {T_st} is too close to its limit {T_st.limit} to tell.", _AGAIN),
     "T_c_undecided": Wording("Sliding friction {T_c} is too close to its limit {T_c.limit} to tell.", _AGAIN, True),
     "return_margin_undecided": Wording(
@@ -64,6 +78,11 @@ UNIT_REASONS = {
     "current_frozen": Wording("The current reading stands still.", _SENSORS, True),
     "current_zero_moves": Wording("The current reading with the drive off moves.", _SENSORS, True),
     "motor_balance": Wording("Voltage, current and speed of the motor contradict each other.", _SENSORS, True),
+    "motor_differs": Wording(
+        "The motor is another one than expected, or a sensor's gain is wrong.",
+        "Check that the model is this part's, and the unit's plug; then repeat.",
+        True,
+    ),
     "samples_missing": Wording(
         "Too many samples are missing to judge the unit.", "Check the CAN wiring and the bus load, then repeat.", True
     ),
@@ -170,7 +189,7 @@ _BENCH_DEFAULTS = {
 }
 
 _UNSAFE = "return_margin_beyond_limit"
-_EXCEEDED = {"T_st_exceeded", "T_c_exceeded"}
+_STICKS = {"T_st_exceeded", "plate_stuck"}
 
 TIMESTAMP_GRADES = {
     "sample counter": "exact to the controller's own clock",
@@ -257,12 +276,11 @@ def spring_or_friction(results: Results) -> str:
 
     The code's two official causes are a failed return spring and a rise of friction; a controller cannot tell which.
     """
+    if results.unit.verdict is not UnitVerdict.FAIL:
+        return ""
     standing = {n.id: n.verdict for n in results.numbers}
     reasons = {results.unit.reason_id, *results.unit.also}
-    high = UnitVerdict.FAIL in (standing.get("T_st"), standing.get("T_c")) or reasons & {
-        "T_st_exceeded",
-        "T_c_exceeded",
-    }
+    high = UnitVerdict.FAIL in (standing.get("T_st"), standing.get("T_c")) or reasons & _STICKS
     good = standing.get("T_st") == standing.get("T_c") == UnitVerdict.PASS
     short = standing.get("return_margin") == UnitVerdict.FAIL
     if not (high or short):

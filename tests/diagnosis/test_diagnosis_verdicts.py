@@ -101,7 +101,7 @@ def test_stuck_unit_fails_when_current_was_seen():
     run, phases = _stuck(1.0)
     result = judge(Unit(), sense(Unit(), run, 1000, np.random.default_rng(7)), phases, 1000)
     assert result.verdict is UnitVerdict.FAIL
-    assert result.reasons[0].id == "T_st_exceeded"
+    assert result.reasons[0].id == "plate_stuck"
     assert "moved by 0.000" in result.reasons[0].text
 
 

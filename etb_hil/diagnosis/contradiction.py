@@ -1,0 +1,140 @@
+"""Where the data contradict the bench's model: then the model, the sensors or the unit are not what they are taken for.
+
+What the fit rests on withholds the verdict: the motor's constants and where springs and stops stand. What it measures
+along (springs' torques, inertia, viscosity) is said and no more.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from etb_hil.diagnosis.assessment import TWO_SIDED_95, Assessment
+from etb_hil.diagnosis.friction_model import VISCOUS
+from etb_hil.diagnosis.local_friction import LocalFriction
+from etb_hil.diagnosis.prior import INERTIA, PRELOAD_CLOSE, PRELOAD_OPEN, SLOPE_CLOSE, SLOPE_OPEN
+from etb_hil.diagnosis.result import Reason
+from etb_hil.diagnosis.stribeck_fit import StribeckFit
+from etb_hil.diagnosis.ticks import Ticks
+from etb_hil.diagnosis.voltage_balance import VoltageBalance
+from etb_hil.plant.parameters import Model, ThrottleParameters
+
+GAIN = 0.02  # share by which the current sensor's gain is taken to be off at most
+
+_SURE = 4.0  # standard errors
+_WINDING = 0.04  # share of R_a: the winding may be 10 K from the housing
+_MAGNET = 0.01  # share of K_e, for the same
+_ELSEWHERE = 0.05  # N·m, even in the direction: a seventh of what a spring's or a stop's wrong side makes
+_ENOUGH = 2.0  # A, root of the mean square, to measure a resistance at rest
+
+
+def withholding(
+    assessment: Assessment, local: LocalFriction | None, model: Model, throttle: ThrottleParameters
+) -> list[Reason]:
+    """Return why nothing can be said of friction with this model, the gravest first."""
+    found = []
+    if assessment.balance is not None:
+        found += _motor(assessment.balance, model, throttle)
+    if local is not None and len(local.angle):
+        worst = int(np.argmax(np.abs(local.even) - _SURE * local.error))
+        if abs(local.even[worst]) - _SURE * local.error[worst] > _ELSEWHERE:
+            text = (
+                f"at {local.angle[worst]:.3f} rad the plate is pushed by {local.even[worst]:+.3f} N·m in both "
+                "directions of motion, more than the model's springs: limp-home or a stop stands elsewhere"
+            )
+            found.append(_contradiction("spring_elsewhere", text))
+    return found
+
+
+def _motor(balance: VoltageBalance, model: Model, throttle: ThrottleParameters) -> list[Reason]:
+    found = []
+    allowed = model.tolerance("resistance") + _WINDING * throttle.resistance
+    if not resistance_fits(balance.resistance, balance.resistance_error, model, throttle):
+        text = (
+            f"R_a measures {balance.resistance:.3f} ohm; the model says {throttle.resistance:.3f}, {allowed:.3f} off "
+            "at most: the current channel or the model's resistance is wrong"
+        )
+        found.append(_contradiction("resistance_contradicts", text))
+    allowed = model.tolerance("back_emf") + _MAGNET * throttle.back_emf
+    if abs(balance.back_emf - throttle.back_emf) > allowed + _SURE * balance.back_emf_error:
+        text = (
+            f"K_e G_r measures {balance.back_emf:.4f} V·s/rad; the model says {throttle.back_emf:.4f}, {allowed:.4f} "
+            "off at most: the model is another motor's, or the scale of angle or voltage is wrong"
+        )
+        found.append(_contradiction("back_emf_contradicts", text))
+    return found
+
+
+def resistance_fits(value: float, error: float, model: Model, throttle: ThrottleParameters) -> bool:
+    """Return whether a measured R_a, in ohm, can be the model's."""
+    allowed = model.tolerance("resistance") + _WINDING * throttle.resistance
+    return abs(value - throttle.resistance) <= allowed + _SURE * error
+
+
+def resistance_at_rest(ticks: Ticks) -> float | None:
+    """Return R_a in ohm of a plate that does not move, from all ticks with voltage; None where too little flowed."""
+    known = np.isfinite(ticks.voltage)
+    current, voltage = ticks.current[known], ticks.voltage[known]
+    square = product = 0.0
+    for i, u in zip(current.tolist(), voltage.tolist(), strict=True):
+        square += i * i
+        product += i * u
+    if not len(current) or square < _ENOUGH * _ENOUGH * len(current):
+        return None
+    return product / square
+
+
+def remarks(fit: StribeckFit, model: Model, throttle: ThrottleParameters) -> list[Reason]:
+    """Return which parameters of the model the fit has found beyond their tolerance; friction is fitted with them."""
+    listed = (
+        (PRELOAD_OPEN, "preload_open", throttle.preload_open, "N·m", 0.0, 1.0),
+        (PRELOAD_CLOSE, "preload_close", throttle.preload_close, "N·m", 0.0, 1.0),
+        (SLOPE_OPEN, "slope_open", throttle.slope_open, "N·m/rad", 0.0, 1.0),
+        (SLOPE_CLOSE, "slope_close", throttle.slope_close, "N·m/rad", 0.0, 1.0),
+        (INERTIA, "inertia", throttle.inertia, "kg·m²", 0.0, throttle.inertia),
+        (VISCOUS, "viscous", throttle.viscous, "N·m·s/rad", throttle.viscous, 1.0),
+    )
+    words = []
+    for index, name, nominal, unit, zero, scale in listed:
+        off, error = (float(fit.parameters[index]) - zero) * scale, fit.error(index) * scale
+        if abs(off) > model.tolerance(name) + _SURE * error:
+            words.append(f"{name} is {nominal + off:.3g} {unit} (model {nominal:.3g})")
+    if not words:
+        return []
+    return [_contradiction("model_contradicted", "beyond the model's tolerance: " + "; ".join(words))]
+
+
+def gain_range(
+    fit: StribeckFit, balance: VoltageBalance | None, model: Model, throttle: ThrottleParameters
+) -> tuple[float, float]:
+    """Return between which factors the gain of the current may lie, beside `GAIN`.
+
+    Both springs too strong or too weak alike may as well be the current's gain. The resistance bounds it: a gain that
+    is too high makes R_a too low.
+    """
+    shares = []
+    for index, name in ((PRELOAD_OPEN, "preload_open"), (PRELOAD_CLOSE, "preload_close")):
+        off = float(fit.parameters[index])
+        sure = abs(off) > model.tolerance(name) + _SURE * fit.error(index)
+        known = getattr(throttle, name)
+        own = model.tolerance(name) / known  # the spring's own error may hide as much of the gain's
+        shares.append(off / known + (own if off > 0.0 else -own) if sure else 0.0)
+    low, high = min(1.0, 1.0 + max(shares)), max(1.0, 1.0 + min(shares))
+    if balance is not None and balance.resistance > 0.0:
+        share = model.tolerance("resistance") / throttle.resistance + _WINDING
+        middle = throttle.resistance / balance.resistance
+        low, high = max(low, min(1.0, middle * (1.0 - share))), min(high, max(1.0, middle * (1.0 + share)))
+    return max(low, 0.05), high
+
+
+def widened(value: float, low: float, high: float, gain: tuple[float, float]) -> tuple[float, float]:
+    """Return an interval of a torque with what the current's gain may make of it."""
+    own = TWO_SIDED_95 * GAIN / math.sqrt(3.0) * value
+    low = value - math.sqrt((value - low) * (value - low) + own * own)
+    high = value + math.sqrt((high - value) * (high - value) + own * own)
+    return min(low, low / gain[0], low / gain[1]), max(high, high / gain[0], high / gain[1])
+
+
+def _contradiction(reason_id: str, text: str) -> Reason:
+    return Reason(reason_id, text, "check that model file, bench file and unit belong together, then repeat")

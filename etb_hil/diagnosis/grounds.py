@@ -1,0 +1,122 @@
+"""What a verdict is made from, beside the numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from etb_hil.diagnosis.assessment import TWO_SIDED_95, Assessment
+from etb_hil.diagnosis.exceedance import FAR_ABOVE, KINDS, Exceedance
+from etb_hil.diagnosis.friction_model import LOG_SPEED, steady_level
+from etb_hil.diagnosis.local_friction import LocalFriction
+from etb_hil.diagnosis.prior import CONSTANT
+from etb_hil.diagnosis.result import Reason
+from etb_hil.diagnosis.tally import LiveReading
+from etb_hil.diagnosis.ticks import TICK_NS
+from etb_hil.diagnosis.windows import HALF_WIDTH
+from etb_hil.plant.exactmath import exp
+
+_SURE = 3.0  # standard errors
+
+
+@dataclass(frozen=True, slots=True)
+class Coverage:
+    """What the phases of motion brought: samples, samples lost, the longest gap in s and the phase it is in."""
+
+    samples: int
+    lost: int
+    longest_gap: float
+    gap_in: str
+
+
+@dataclass(frozen=True, slots=True)
+class Excess:
+    """Friction above a limit at one place: `torque` N·m, with its 95 % `low`, above `limit` N·m at `angle` rad."""
+
+    torque: float
+    low: float
+    limit: float
+    angle: float
+
+
+@dataclass(frozen=True, slots=True)
+class Grounds:
+    """What a verdict is made from, beside the numbers.
+
+    `withholding` and `remarks` are what contradicts the bench's model; `excess` is friction that is locally above the
+    limit of T_st, None where there is none; `unexplained` are live episodes that the fit does not explain; `far` rad/s,
+    where the Stribeck curve has come down; `current_plausible` says whether voltage and current of a plate at rest
+    agree, None where nobody knows; `band` is a share of the limits, inside which nothing is decided.
+    """
+
+    coverage: Coverage
+    moved: float  # rad, from the lowest to the highest angle
+    fastest: float  # rad/s
+    far: float
+    windows: int
+    current_verified: bool
+    highest_current: float  # A
+    withholding: Sequence[Reason]
+    remarks: Sequence[Reason]
+    excess: Excess | None
+    unexplained: Sequence[Exceedance]
+    current_plausible: bool | None
+    band: float
+    complete: bool
+
+
+def far_above(assessment: Assessment, reading: LiveReading, stribeck_velocity: float) -> tuple[float, float]:
+    """Return the fastest speed seen and the speed that T_c needs, in rad/s."""
+    if assessment.fit is None:
+        return reading.fastest, FAR_ABOVE * stribeck_velocity
+    return assessment.fastest, FAR_ABOVE * float(exp(assessment.fit.parameters[LOG_SPEED]))
+
+
+def local_excess(
+    assessment: Assessment, local: LocalFriction | None, limit: float, band: float, gain: tuple[float, float]
+) -> Excess | None:
+    """Return where friction stands out most above a limit and its marginal band, beyond all doubt; None where nowhere.
+
+    Only what is odd in the direction of motion counts: nothing but friction is.
+    """
+    if assessment.fit is None or local is None or not len(local.angle):
+        return None
+    stiction, error = assessment.fit.stiction
+    level = stiction + local.odd
+    low = (level - _SURE * local.error - TWO_SIDED_95 * error) / gain[1]
+    place = int(np.argmax(low))
+    if low[place] <= limit * (1.0 + band) or abs(local.even[place]) > local.odd[place]:
+        return None
+    return Excess(float(level[place]), float(low[place]), limit, float(local.angle[place]))
+
+
+def unexplained(
+    episodes: Sequence[Exceedance], assessment: Assessment, origin_ns: int | None, band: float
+) -> list[Exceedance]:
+    """Return episodes that stand out still once the errors of the bench's model are fitted, or that no window sees."""
+    fit, evidence = assessment.fit, assessment.evidence
+    if fit is None or origin_ns is None:
+        return list(episodes)
+    time_ns = origin_ns + (assessment.ticks.time[assessment.windows.centre] * 1e9).astype(np.int64)
+    along = np.where(evidence.velocity > 0.0, fit.residual, -fit.residual) * (1.0 + fit.parameters[CONSTANT])
+    level = steady_level(evidence.velocity, fit.parameters) + along
+    reach = HALF_WIDTH * TICK_NS
+    left = []
+    for episode in episodes:
+        sees = (time_ns >= episode.start_ns - reach) & (time_ns <= episode.end_ns + reach)
+        if not np.any(sees) or float(np.median(level[sees])) > episode.limit * (1.0 + band):
+            left.append(episode)
+    return left
+
+
+def longest_by_kind(episodes: Sequence[Exceedance]) -> dict[str, tuple[float, Exceedance]]:
+    """Return for each kind how long its episodes lasted in all, in s, and the one that stands out most."""
+    found = {}
+    for kind in KINDS:
+        same = [e for e in episodes if e.kind == kind]
+        if same:
+            lasted = sum(e.end_ns - e.start_ns for e in same) * 1e-9
+            found[kind] = (lasted, max(same, key=lambda e: e.peak - e.allowance))
+    return found

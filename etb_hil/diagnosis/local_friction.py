@@ -1,0 +1,69 @@
+"""What the fitted curve leaves over, place by place: friction is odd in the direction of motion, springs are even."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from etb_hil.diagnosis.prior import CONSTANT
+from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit
+from etb_hil.recording.samples import Float64, Int64
+
+CELL = 0.0175  # rad, 1 deg
+_FASTEST = 2.0  # rad/s: a faster window smears over more than a cell
+_FEWEST = 5  # windows a cell and direction: 16 ms and more each way
+_OVERLAP = 3.0  # windows a stride apart share this many times their noise
+
+
+@dataclass(frozen=True, slots=True)
+class LocalFriction:
+    """Cells in which the plate slid slowly both ways, by `angle` (b) rad.
+
+    `odd` (b) N·m, friction above the fitted curve; `even` (b) N·m, torque that the bench's model does not know of;
+    `error` (b) N·m, the standard error of both.
+    """
+
+    angle: Float64
+    odd: Float64
+    even: Float64
+    error: Float64
+
+
+def local_friction(evidence: Evidence, fit: StribeckFit) -> LocalFriction:
+    """Return what the fit leaves over in each cell."""
+    slow = np.abs(evidence.velocity) < _FASTEST
+    column = np.floor(evidence.position[slow] / CELL).astype(np.int64)
+    if not len(column):
+        none = np.empty(0)
+        return LocalFriction(none, none, none, none)
+    columns = np.arange(column.min(), column.max() + 1)
+    out = np.empty((3, len(columns)))
+    _parts(column - columns[0], evidence.velocity[slow], fit.residual[slow] * (1.0 + fit.parameters[CONSTANT]), out)
+    known = np.isfinite(out[0])
+    odd, even, error = out[:, known]
+    return LocalFriction((columns[known] + 0.5) * CELL, odd, even, error)
+
+
+@njit(cache=True, error_model="numpy")
+def _parts(column: Int64, velocity: Float64, residual: Float64, out: Float64) -> None:
+    cells = out.shape[1]
+    count, total, square = np.zeros((2, cells)), np.zeros((2, cells)), np.zeros((2, cells))
+    for k in range(len(column)):
+        way = 0 if velocity[k] > 0.0 else 1
+        count[way, column[k]] += 1.0
+        total[way, column[k]] += residual[k]
+        square[way, column[k]] += residual[k] * residual[k]
+    for c in range(cells):
+        out[:, c] = np.nan
+        if count[0, c] < _FEWEST or count[1, c] < _FEWEST:
+            continue
+        variance = 0.0
+        for way in range(2):
+            middle = total[way, c] / count[way, c]
+            spread = max(square[way, c] / count[way, c] - middle * middle, 0.0)
+            variance += 0.25 * _OVERLAP * spread / count[way, c]
+        opening, closing = total[0, c] / count[0, c], total[1, c] / count[1, c]
+        out[0, c], out[1, c], out[2, c] = 0.5 * (opening - closing), 0.5 * (opening + closing), math.sqrt(variance)
