@@ -102,12 +102,20 @@ def _count(done: Exported, found: Iterable[MessageColumns]) -> None:
 
 
 def _compare(before: Iterable[FrameBlock], after: Iterable[FrameBlock], done: Exported) -> None:
-    """Find the shift of all stamps, as the first frame has it, and the largest difference that is left."""
-    shift, worst = None, 0
+    """Find the shift of all stamps, as the first frame has it, and the largest difference that is left.
+
+    Raises InputError where the new log has not all frames: its format cannot be trusted with them.
+    """
+    shift, worst, found = None, 0, 0
     for old, new in _side_by_side(_stamps(before), _stamps(after)):
         if shift is None:
             shift = int(new[0] - old[0])
         worst = max(worst, int(np.max(np.abs(new - old - shift))))
+        found += len(new)
+    if found != done.frames:
+        raise InputError(
+            Problem(f"holds {found} of {done.frames} frames when it is read back", remedy="export to .blf")
+        )
     done.shift_ns, done.worst_ns = shift, worst
 
 

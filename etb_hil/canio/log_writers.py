@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sqlite3
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -15,7 +16,11 @@ if TYPE_CHECKING:
     from etb_hil.canio.frames import FrameBlock
 
 _BY_PYTHON_CAN = (".asc", ".log", ".trc", ".csv", ".db", ".asc.gz", ".log.gz", ".csv.gz", ".trc.gz")
-_CLASSIC_ONLY = (".trc", ".csv", ".db")
+_CLASSIC_ONLY = (".trc", ".csv")
+_TABLE = (
+    "CREATE TABLE messages (ts REAL, arbitration_id INTEGER, extended INTEGER, remote INTEGER, error INTEGER, "
+    "dlc INTEGER, data BLOB)"
+)
 
 
 class LogWriter(Protocol):
@@ -53,7 +58,7 @@ def write_log(path: Path, start_ns: int) -> LogWriter:
     if suffix not in _BY_PYTHON_CAN:
         allowed = f".blf, .mf4, {', '.join(_BY_PYTHON_CAN)}"
         raise InputError(Problem("is no log format that can be written", Place(path), path.name, allowed=allowed))
-    return _PythonCanWriter(path, suffix)
+    return _SqliteWriter(path) if suffix == ".db" else _PythonCanWriter(path, suffix)
 
 
 class _BlfWriter:
@@ -77,8 +82,6 @@ class _PythonCanWriter:
         self.left_out = 0
         self._classic_only = suffix.removesuffix(".gz") in _CLASSIC_ONLY
         self._to_message = to_message
-        if suffix == ".db":
-            path.unlink(missing_ok=True)  # else its rows would be added to those of the file
         try:
             self._logger: Any = can.Logger(path)
         except OSError as error:
@@ -95,3 +98,33 @@ class _PythonCanWriter:
 
     def close(self) -> None:
         self._logger.stop()
+
+
+class _SqliteWriter:
+    """python-can's table of frames. Its own writer loses what it still holds when it is stopped."""
+
+    def __init__(self, path: Path) -> None:
+        self.left_out = 0
+        try:
+            path.unlink(missing_ok=True)
+            self._database = sqlite3.connect(path)
+            self._database.execute(_TABLE)
+        except (OSError, sqlite3.Error) as error:
+            raise InputError(Problem(f"cannot be written: {error}", Place(path), remedy="give another path")) from None
+
+    def write(self, frames: FrameBlock) -> None:
+        fit = (frames.flags & FrameFlag.FD) == 0
+        self.left_out += len(frames) - int(np.count_nonzero(fit))
+        frames = frames.rows(fit)
+        bits = [
+            ((frames.flags & flag) != 0).tolist() for flag in (FrameFlag.EXTENDED, FrameFlag.REMOTE, FrameFlag.ERROR)
+        ]
+        lengths = frames.length.tolist()
+        payloads = [row.tobytes()[:length] for row, length in zip(frames.data, lengths, strict=True)]
+        seconds = (frames.stamp_ns / 1e9).tolist()
+        rows = zip(seconds, frames.ident.tolist(), *bits, lengths, payloads, strict=True)
+        self._database.executemany("INSERT INTO messages VALUES (?, ?, ?, ?, ?, ?, ?)", rows)
+
+    def close(self) -> None:
+        self._database.commit()
+        self._database.close()
