@@ -20,7 +20,9 @@ from etb_hil.base.errors import InputError, Place, Problem
 
 MAX_BYTES = 1 << 20
 MAX_DEPTH = 32
+MAX_DIGITS = 20  # longer than any integer that a file needs; what is longer stays text, and is refused as such
 
+_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")  # what a terminal would obey
 _INT = re.compile(r"[-+]?(0|[1-9][0-9]*)\Z")
 _HEX = re.compile(r"0x[0-9a-fA-F]+\Z")
 _OCTAL = re.compile(r"0o[0-7]+\Z")
@@ -133,6 +135,8 @@ class _Reader:
         if depth > MAX_DEPTH:
             self._refuse(event, key, f"is nested deeper than {MAX_DEPTH} levels", "flatten it")
         if isinstance(event, yaml.ScalarEvent):
+            if _CONTROL.search(event.value):
+                self._refuse(event, key, "holds control characters", "write plain text")
             return _scalar(event.value) if event.implicit[0] else event.value
         if isinstance(event, yaml.SequenceStartEvent):
             return self._sequence(key, depth)
@@ -165,10 +169,10 @@ def _scalar(text: str) -> object:
     if text in _WORDS:
         return _WORDS[text]
     if _INT.match(text):
-        return int(text) if len(text) <= 20 else float(text)
-    if _HEX.match(text):
+        return int(text) if len(text) <= MAX_DIGITS else float(text)
+    if _HEX.match(text) and len(text) <= MAX_DIGITS:
         return int(text, 16)
-    if _OCTAL.match(text):
+    if _OCTAL.match(text) and len(text) <= MAX_DIGITS:
         return int(text, 0)
     if _FLOAT.match(text):
         return float(text)

@@ -116,8 +116,12 @@ class Analysis:
     def finish(self) -> DiagnosisResult:
         """Return the verdict on the unit, from all that was pushed; none where the measurement cannot be true."""
         self._catch_up()
-        doubts = [*self._plausibility.doubts(), *corruption_doubts(self.decoder.statistics(), self._dialect)]
-        return withheld(self.diagnosis.finish(), doubts)
+        found = self.diagnosis.finish()
+        doubts = [
+            *self._plausibility.doubts(),
+            *corruption_doubts(self.decoder.statistics(), self._dialect),
+        ]
+        return withheld(found, doubts)
 
     def _catch_up(self) -> None:
         rows = self._rows.push(self._waiting)

@@ -46,7 +46,7 @@ def check_scenario(
                 *_unknown_roles(phase, dialect, where),
                 *_moves_unseen(phase, trajectory, where),
             ]
-            if not found and trajectory.duration <= bench.limits.duration:
+            if not found and total <= bench.limits.duration:
                 found = [*_strays(trajectory, bench.limits, where)]
             problems += [problem for problem in found if problem not in problems]
         last = trajectory.at(trajectory.duration)

@@ -78,11 +78,6 @@ UNIT_REASONS = {
     "current_frozen": Wording("The current reading stands still.", _SENSORS, True),
     "current_zero_moves": Wording("The current reading with the drive off moves.", _SENSORS, True),
     "motor_balance": Wording("Voltage, current and speed of the motor contradict each other.", _SENSORS, True),
-    "motor_differs": Wording(
-        "The motor is another one than expected, or a sensor's gain is wrong.",
-        "Check that the model is this part's, and the unit's plug; then repeat.",
-        True,
-    ),
     "samples_missing": Wording(
         "Too many samples are missing to judge the unit.", "Check the CAN wiring and the bus load, then repeat.", True
     ),
