@@ -13,9 +13,15 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("data", nargs="+", type=Path, help="session folders, CSV and MAT files of one unit")
+    parser.add_argument(
+        "data",
+        nargs="+",
+        type=Path,
+        help="session folders, CAN logs (with --bench), CSV and MAT files; the first is explained, the others test it",
+    )
     parser.add_argument("--model", required=True, help="model file, or the name of a stock one")
     parser.add_argument("--map", type=Path, help="which column of a table is which role")
+    parser.add_argument("--bench", help="bench file that says which frame of a CAN log is which role")
     parser.add_argument("--out", type=Path, default=Path("explanation"), help="folder (default: %(default)s)")
 
 
@@ -29,7 +35,7 @@ def run(options: argparse.Namespace) -> int:
     from etb_hil.report.explain_report import write_explanation
 
     model, _ = load_plant(find("model", options.model))
-    recordings = [_recording(path, options.map) for path in options.data]
+    recordings = [_recording(path, options) for path in options.data]
     answer = explain(recordings, model, progress=_progress)
     paths = write(answer, options.out)
     series = pictures(answer.findings, answer.holdout.segments) if answer.findings and answer.holdout else None
@@ -44,14 +50,21 @@ def run(options: argparse.Namespace) -> int:
     return int(ExitCode.INCONCLUSIVE if found["verdict"] == "insufficient_data" else ExitCode.DONE)
 
 
-def _recording(path: Path, map_file: Path | None) -> Recording:
+def _recording(path: Path, options: argparse.Namespace) -> Recording:
+    if not path.is_dir() and not options.bench:
+        from etb_hil.recording.tables import read_table
+
+        return read_table(path, options.map)
+    from etb_hil.base.stock import find
+    from etb_hil.bench.bench_file import load_bench
+    from etb_hil.bench.session import open_session
+    from etb_hil.canio.log_recording import record_log
+
     if path.is_dir():
-        from etb_hil.bench.replay import replay
-
-        return replay(path).analysis.recording
-    from etb_hil.recording.tables import read_table
-
-    return read_table(path, map_file)
+        session = open_session(path)
+        setup = load_bench(session.input_path("bench"), session.input_path("dbc"))
+        return record_log(session.raw_log, setup.dialect)
+    return record_log(path, load_bench(find("bench", options.bench)).dialect)
 
 
 def _progress(what: str) -> None:

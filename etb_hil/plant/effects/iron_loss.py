@@ -14,12 +14,12 @@ _K = row("iron_loss")
 
 EFFECT = Effect(
     id="iron_loss",
-    equation="T_h tanh(omega / omega_0) + T_e omega abs(omega) / (10 rad/s)^2",
+    equation="T_h tanh(omega / omega_0) + T_e omega / (10 rad/s)",
     balance=Balance.TORQUE,
     parity=Parity.ODD,
     parameters=(
         strength("constant", "N·m", -0.05, 0.3, (0.01,), "a part of the no-load torque"),
-        strength("growing", "N·m", -0.1, 0.3, (0.01,), "at 10 rad/s"),
+        strength("growing", "N·m", -0.1, 0.3, (), "at 10 rad/s, beside the viscosity's tolerance"),
         shape("onset", "rad/s", 0.05, 6.0, (0.3, 0.8, 2.0), "smoothing about standstill"),
     ),
     looks_like="drag that is there when it moves and gone when it stands; no break-away of its own",
@@ -35,4 +35,4 @@ def torque(omega: float, p: Vector) -> float:
     """Return the torque in N·m that brakes at a velocity."""
     if p[_K] == 0.0 and p[_K + 1] == 0.0:
         return 0.0
-    return p[_K] * math.tanh(omega / p[_K + 2]) + p[_K + 1] * omega * abs(omega) * 0.01
+    return p[_K] * math.tanh(omega / p[_K + 2]) + p[_K + 1] * omega * 0.1
