@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from etb_hil.canio.frames import FrameBlock
 
 PHASE = "log"  # a bare log is one phase: nothing says what was asked of the unit
-STRETCH_S = 120.0  # six friction checks; FD bursts at 20 kHz for so long stay below the memory that is promised
+STRETCH_S = 60.0  # three friction checks; FD bursts at 20 kHz for so long stay below the memory that is promised
 
 
 @dataclass(frozen=True, slots=True)

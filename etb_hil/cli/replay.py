@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from etb_hil.bench.replay import RuleFiles, Window
     from etb_hil.canio.frames import FrameBlock
 
-STRETCH_S = 120.0
+STRETCH_S = 60.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
