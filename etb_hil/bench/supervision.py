@@ -53,6 +53,7 @@ class Supervisor:
     def __init__(self, limits: SafetyLimits, gear_ratio: float, start_ns: int, *, reports_status: bool = True) -> None:
         self._reports_status = reports_status
         self._limits = limits
+        self._frame_age_ns = round(limits.frame_age * 1e9)
         self._gear_ratio = gear_ratio
         self._newest_ns: dict[str, int] = {}  # of the roles that are due
         self._seen: set[str] = set()
@@ -115,19 +116,12 @@ class Supervisor:
 
     def age(self, now_ns: int) -> Trip | None:
         """Return a trip when the newest sample or status is too old to move on, or younger than the clock allows."""
-        allowed = self._limits.frame_age
-        due = [
-            (f"measured sample of {role.replace('_', ' ')}", stamp, allowed) for role, stamp in self._newest_ns.items()
-        ]
-        if self._reports_status:
-            due.append(("status frame", self._newest_status_ns, allowed * STATUS_AGE))
-        for name, newest, limit in due:
-            if (ahead := (newest - now_ns) * 1e-9) > allowed:
-                reason = f"a {name} is stamped {ahead * 1e3:.0f} ms ahead of the clock: nobody can tell how old it is"
-                return Trip("clock_stepped", reason)
-            age = (now_ns - newest) * 1e-9
-            if age > limit:
-                return Trip("frames_stopped", f"no {name} for {age * 1e3:.0f} ms (allowed: {limit * 1e3:.0f} ms)")
+        status_ns = self._newest_status_ns if self._reports_status else now_ns
+        for role, newest in self._newest_ns.items():
+            if abs(now_ns - newest) > self._frame_age_ns:
+                return _age_trip(f"measured sample of {role.replace('_', ' ')}", newest - now_ns, self._frame_age_ns)
+        if not -self._frame_age_ns <= now_ns - status_ns <= self._frame_age_ns * STATUS_AGE:
+            return _age_trip("status frame", status_ns - now_ns, self._frame_age_ns * STATUS_AGE)
         return None
 
     def _look_at(self, block: SampleBlock) -> Trip | None:
@@ -197,6 +191,14 @@ class Supervisor:
         if since_ns >= SPEED_SPAN_NS:
             self._anchor_ns, self._anchor_angle = int(block.time_ns[-1]), angle
         return speed if since_ns >= SPEED_SPAN_NS else self.velocity * self._gear_ratio
+
+
+def _age_trip(name: str, ahead_ns: int, allowed_ns: int) -> Trip:
+    """Return what a stamp so far ahead of the clock, or so far behind it, says."""
+    if ahead_ns > 0:
+        reason = f"a {name} is stamped {ahead_ns * 1e-6:.0f} ms ahead of the clock: nobody can tell how old it is"
+        return Trip("clock_stepped", reason)
+    return Trip("frames_stopped", f"no {name} for {-ahead_ns * 1e-6:.0f} ms (allowed: {allowed_ns * 1e-6:.0f} ms)")
 
 
 def _fault_trip(faults: int) -> Trip:

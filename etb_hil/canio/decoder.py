@@ -145,7 +145,10 @@ class _MessageReader:
         names = [name for column in message.columns for name in column.signals]
         names += [column.turns for column in message.columns if column.turns]
         self._layout = SignalLayout(message.message, names)
-        self._columns = [_Column(message, column, names) for column in message.columns]
+        columns = [_Column(message, column, names) for column in message.columns]
+        # Of a signal that is its role's value as it stands, nothing is left to be done but to name it.
+        self._plain = [(column.role, names.index(column.signal)) for column in columns if column.is_plain]
+        self._columns = [column for column in columns if not column.is_plain]
         counter = message.counter
         self.counter_place = (
             SignalLayout(message.message, [counter.signal]).place(0) if counter else np.zeros(12, np.int64)
@@ -155,7 +158,9 @@ class _MessageReader:
     def read(self, frames: FrameBlock, rows: Int64, time_ns: Int64, lost: Int64) -> SampleBlock:
         values = self._layout.decode(frames.data, rows)
         stamp_ns = frames.stamp_ns[rows]
-        columns = {column.role: column.read(values) for column in self._columns}
+        columns = {role: values[index] for role, index in self._plain}
+        for column in self._columns:
+            columns[column.role] = column.read(values)
         if self._samples > 1:
             time_ns = (time_ns[:, None] + self._later).ravel()
             stamp_ns = np.repeat(stamp_ns, self._samples)
@@ -169,7 +174,7 @@ class _Column:
     """One role of a message: where its values stand among the decoded signals, and how they become the role's."""
 
     def __init__(self, message: DialectMessage, column: RoleColumn, names: list[str]) -> None:
-        self.role = column.role
+        self.role, self.signal = column.role, column.signals[0]
         self._first = names.index(column.signals[0])
         self._count = len(column.signals)
         self._samples = message.samples
@@ -178,6 +183,11 @@ class _Column:
         signal = message.message.get_signal_by_name(column.signals[0])
         self._span = abs(float(signal.scale)) * 2.0**signal.length if column.wraps else 0.0
         self._wrap_state = np.array([np.nan, 0.0])
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether the signal's values are the role's."""
+        return self._count == self._samples == 1 and self._linear is None and not self._span
 
     def read(self, values: Float64) -> Float64:
         result = values[self._first] if self._count == 1 else values[self._first : self._first + self._count].T.ravel()
