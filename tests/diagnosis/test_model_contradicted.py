@@ -1,0 +1,180 @@
+"""Units and benches that are not what the model says: good friction never fails, bad friction never passes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from independent_throttle import FAULTY, Unit, friction_check, off_by_tolerances, sense
+from throttle_as_model import bench_model, rows_of
+
+from etb_hil.base.outcome import UnitVerdict
+from etb_hil.base.stock import find
+from etb_hil.diagnosis.diagnosis import Diagnosis
+from etb_hil.diagnosis.limits import load_limits
+
+LIMITS = load_limits(find("limits", "default")).content
+PASS, FAIL, UNSURE = UnitVerdict.PASS, UnitVerdict.FAIL, UnitVerdict.INCONCLUSIVE
+
+
+def diagnosed(unit, *, bench=None, seed=1, keep=None, complete=True, sensed=lambda s: s, **scenario):
+    """Return the result for a unit, judged with a bench's idea of it: by default the healthy unit's."""
+    run, phases = friction_check(unit, **scenario)
+    diagnosis = Diagnosis(bench_model(bench or Unit()), LIMITS)
+    samples = sensed(sense(unit, run, 1000, np.random.default_rng(seed)))
+    kept = None if keep is None else keep(samples, phases)
+    for rows, kind in rows_of(samples, phases, 1000, keep=kept):
+        diagnosis.push(rows, kind)
+    return diagnosis.finish(complete=complete)
+
+
+def ids(result):
+    return {reason.id for reason in result.reasons}
+
+
+def with_current(factor):
+    return lambda s: replace(s, current=s.current * factor)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("friction", [(0.2502, 0.144), (0.222, 0.187)], ids=["T_st near", "T_c near"])
+def test_healthy_units_near_a_limit_never_fail(seed, friction):
+    stiction, coulomb = friction
+    unit = Unit(stiction=stiction, coulomb=coulomb)
+    bench = off_by_tolerances(Unit(), np.random.default_rng(40 + seed))
+    assert diagnosed(unit, bench=bench, seed=seed).verdict is not FAIL
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("friction", [(0.279, 0.144), (0.243, 0.211)], ids=["T_st", "T_c"])
+def test_units_just_beyond_a_limit_never_pass(seed, friction):
+    stiction, coulomb = friction
+    bench = off_by_tolerances(Unit(), np.random.default_rng(50 + seed))
+    assert diagnosed(Unit(stiction=stiction, coulomb=coulomb), bench=bench, seed=seed).verdict is not PASS
+
+
+@pytest.mark.parametrize("bias", [-0.05, 0.05])
+def test_inside_the_marginal_band_nothing_is_decided(bias):
+    bench = replace(Unit(), slope_open=0.05 + 0.2 * bias, preload_open=0.35 * (1.0 + 0.5 * bias))
+    assert diagnosed(Unit(stiction=0.2592), bench=bench).verdict is UNSURE
+
+
+@pytest.mark.parametrize(
+    ("unit", "parameter"),
+    [
+        (Unit(inertia=2e-3), "inertia"),
+        (Unit(slope_open=0.2, slope_close=0.2), "slope_open"),
+        (Unit(preload_open=0.455, preload_close=0.455), "preload_close"),
+        (Unit(viscous=0.02), "viscous"),
+    ],
+    ids=["inertia", "slopes", "preloads", "viscosity"],
+)
+def test_what_is_measured_along_is_said_and_friction_stands(unit, parameter):
+    result = diagnosed(unit)
+    assert result.verdict is PASS
+    assert parameter in next(r.text for r in result.reasons if r.id == "model_contradicted")
+    for name, truth in (("T_st", unit.stiction), ("T_c", unit.coulomb)):
+        number = result.number(name)
+        assert number.low < truth < number.high
+
+
+@pytest.mark.parametrize("factor", [0.8, 1.2])
+def test_another_motor_withholds_the_verdict(factor):
+    result = diagnosed(Unit(back_emf=0.36 * factor, torque_per_ampere=0.36 * factor))
+    assert (result.verdict, result.reasons[0].id) == (UNSURE, "back_emf_contradicts")
+
+
+def test_limp_home_elsewhere_is_no_friction():
+    result = diagnosed(Unit(limp_home=0.16))
+    assert result.verdict is UNSURE
+    assert ids(result) & {"spring_elsewhere", "T_st_unexplained"}
+
+
+@pytest.mark.parametrize("limp_home", [0.15, 0.2])
+def test_limp_home_off_by_more_or_less_never_fails(limp_home):
+    assert diagnosed(Unit(limp_home=limp_home)).verdict is not FAIL
+
+
+@pytest.mark.parametrize("stop_high", [1.36, 1.39])
+def test_a_stop_that_is_reached_never_fails(stop_high):
+    assert diagnosed(Unit(stop_high=stop_high)).verdict is not FAIL
+
+
+def test_a_stop_elsewhere_is_no_friction():
+    result = diagnosed(Unit(stop_high=1.33))
+    assert (result.verdict, result.reasons[0].id) == (UNSURE, "spring_elsewhere")
+
+
+def test_stiff_bristle_damping_is_no_stiction():
+    assert diagnosed(Unit(bristle_damping=1.0)).verdict is PASS
+
+
+def test_a_weak_spring_that_is_there_stays_the_units_result():
+    result = diagnosed(Unit(preload_close=0.15))
+    assert (result.verdict, result.reasons[0].id) == (FAIL, "return_margin_beyond_limit")
+    assert result.number("T_st").verdict is PASS
+
+
+@pytest.mark.parametrize("factor", [-1.0, 0.3, 2.0])
+@pytest.mark.parametrize("unit", [Unit(), FAULTY], ids=["healthy", "faulty"])
+def test_a_current_of_wrong_sign_or_scale_says_nothing_of_the_unit(unit, factor):
+    result = diagnosed(unit, sensed=with_current(factor))
+    assert (result.verdict, result.reasons[0].id) == (UNSURE, "resistance_contradicts")
+    assert not any("beyond_limit" in reason for reason in ids(result))
+
+
+@pytest.mark.parametrize("factor", [0.9, 0.95, 1.05, 1.1])
+@pytest.mark.parametrize("unit", [Unit(), FAULTY], ids=["healthy", "faulty"])
+def test_a_gain_within_the_resistances_tolerance_is_in_the_interval(unit, factor):
+    result = diagnosed(unit, sensed=with_current(factor))
+    number = result.number("T_st")
+    assert number.low < unit.stiction < number.high
+    assert result.verdict is (PASS if unit == Unit() else FAIL)
+
+
+@pytest.mark.parametrize("speed", [400.0 / 18.0, 250.0 / 18.0])
+@pytest.mark.parametrize("coulomb", [0.187, 0.2106])
+def test_coulomb_torque_that_was_never_reached_is_not_claimed(speed, coulomb):
+    unit = Unit(stribeck_velocity=speed, coulomb=coulomb, stiction=coulomb + 0.0324)
+    result = diagnosed(unit)
+    number, stiction = result.number("T_c"), result.number("T_st")
+    assert number.low < coulomb < number.high
+    assert number.value <= stiction.value
+    assert number.verdict is UNSURE
+
+
+def test_a_gap_in_a_dash_leaves_pass_undecided():
+    def without_dashes(samples, phases):
+        first = next(first for kind, first, _ in phases if kind == "dash") // 20
+        last = max(end for kind, _, end in phases if kind == "dash") // 20
+        keep = np.ones(len(samples.time_ns), bool)
+        keep[last - 250 : last + 100] = False  # its end is in the phase after it, which nobody judges
+        assert first < last - 250
+        return keep
+
+    result = diagnosed(Unit(), keep=without_dashes)
+    assert (result.verdict, result.reasons[0].id) == (UNSURE, "samples_missing")
+    assert "dash" in result.reasons[0].text
+
+
+def test_samples_lost_into_an_unjudged_phase_count():
+    run, phases = friction_check(Unit())
+    diagnosis = Diagnosis(bench_model(Unit()), LIMITS)
+    for rows, kind in rows_of(sense(Unit(), run, 1000, np.random.default_rng(2)), phases, 1000):
+        lost = rows.lost_before.copy()
+        lost[0] = 1000 if kind == "off" else 0
+        diagnosis.push(replace(rows, lost_before=lost), kind)
+    result = diagnosis.finish()
+    assert (result.verdict, result.reasons[0].id) == (UNSURE, "samples_lost")
+
+
+def test_too_few_windows_is_not_too_little_motion():
+    result = diagnosed(Unit(), keep=lambda samples, _: np.arange(len(samples.time_ns)) % 2 == 0)
+    assert result.verdict is UNSURE
+    assert "too_few_windows" in ids(result)
+    assert "too_little_motion" not in ids(result)
+
+
+def test_a_run_cut_short_never_passes_and_may_fail():
+    assert diagnosed(Unit(), complete=False).verdict is UNSURE
+    assert "run_not_finished" in ids(diagnosed(Unit(), complete=False))
+    assert diagnosed(FAULTY, complete=False).verdict is FAIL
