@@ -134,8 +134,9 @@ class _SignalReader:
         order = ">u8" if self._motorola else "<u8"
         word = words.get((self._first, order))
         if word is None:
-            part = np.ascontiguousarray(padded[:, self._first : self._first + _WORD])
-            word = words[self._first, order] = part.view(order).ravel().astype(np.uint64)
+            # Eight bytes at any place in a row, without copying them as bytes first.
+            there = np.ndarray((len(padded),), order, padded, self._first, (padded.shape[1],))
+            word = words[self._first, order] = there.astype(np.uint64)
         if self._motorola:
             bits = word << np.uint64(self._skip) >> np.uint64(64 - min(length, 64 - self._skip))
             if self._ninth:
