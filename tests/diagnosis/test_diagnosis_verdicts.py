@@ -186,3 +186,19 @@ def test_healthy_units_unlike_the_model_pass(unit, rate):
     assert result.verdict is UnitVerdict.PASS
     assert result.number("T_st").value == pytest.approx(unit.stiction, rel=0.02)
     assert result.number("T_c").value == pytest.approx(unit.coulomb, rel=0.04)
+
+
+def test_stuck_unit_fails_in_a_run_cut_short_too():
+    run, phases = _stuck(1.0)
+    diagnosis = Diagnosis(bench_model(Unit()), LIMITS)
+    for rows, kind in rows_of(sense(Unit(), run, 1000, np.random.default_rng(7)), phases, 1000):
+        diagnosis.push(rows, kind)
+    result = diagnosis.finish(complete=False)
+    assert (result.verdict, result.reasons[0].id) == (UnitVerdict.FAIL, "plate_stuck")
+
+
+@pytest.mark.parametrize("factor", [-1.0, 0.5, 2.0])
+def test_stuck_unit_is_not_condemned_by_a_current_that_the_voltage_denies(factor):
+    run, phases = _stuck(factor)
+    result = judge(Unit(), sense(Unit(), run, 1000, np.random.default_rng(7)), phases, 1000)
+    assert result.verdict is UnitVerdict.INCONCLUSIVE
