@@ -68,17 +68,15 @@ def load(path: Path, model: type[ModelT]) -> Document[ModelT]:
 def parse(path: Path) -> tuple[object, dict[Path_, int]]:
     """Read a YAML file; return plain data and the line of each key path."""
     try:
-        raw = path.read_bytes()
-    except OSError as error:
+        with path.open("rb") as file:
+            raw = file.read(MAX_BYTES + 1)  # and no more: what it names may have no end
+    except (OSError, ValueError) as error:  # a null byte in the name is a ValueError
+        reason = error.strerror if isinstance(error, OSError) else None
         raise InputError(
-            Problem(
-                f"cannot be read: {error.strerror or error}", Place(path), remedy="check the path and its permissions"
-            )
+            Problem(f"cannot be read: {reason or error}", Place(path), remedy="check the path and its permissions")
         ) from None
     if len(raw) > MAX_BYTES:
-        raise InputError(
-            Problem("is too large", Place(path), value=f"{len(raw)} bytes", allowed=f"up to {MAX_BYTES} bytes")
-        )
+        raise InputError(Problem("is too large", Place(path), allowed=f"up to {MAX_BYTES} bytes"))
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -228,8 +226,14 @@ def _allowed_names(model: type[BaseModel], location: tuple[str | int, ...]) -> l
     nodes = [schema]
     for part in location[:-1]:
         nodes = [child for node in nodes for child in _children(node, part, definitions)]
-    names = {name for node in nodes for name in _resolve(node, definitions).get("properties", {})}
-    return sorted(names)
+    shapes = [shape for node in nodes for shape in _shapes(node, definitions)]
+    return sorted({name for shape in shapes for name in shape.get("properties", {})})
+
+
+def _shapes(node: dict[str, Any], definitions: dict[str, dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return a node of a schema, and the members of the union that it may be."""
+    node = _resolve(node, definitions)
+    return [node, *(_resolve(v, definitions) for key in ("anyOf", "oneOf") for v in node.get(key, []))]
 
 
 def _resolve(node: dict[str, Any], definitions: dict[str, dict[str, Any]]) -> dict[str, Any]:
@@ -238,8 +242,7 @@ def _resolve(node: dict[str, Any], definitions: dict[str, dict[str, Any]]) -> di
 
 
 def _children(node: dict[str, Any], part: str | int, definitions: dict[str, dict[str, Any]]) -> list[dict[str, Any]]:
-    node = _resolve(node, definitions)
-    variants: list[dict[str, Any]] = [_resolve(v, definitions) for key in ("anyOf", "oneOf") for v in node.get(key, [])]
+    node, *variants = _shapes(node, definitions)
     found = []
     for candidate in [node, *variants]:
         if isinstance(part, int):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError, Place, Problem
@@ -39,7 +39,10 @@ class Dialect:
         `E2EProfile` and `E2EDataIds` give. Raises InputError with every problem found.
         """
         where = place or (lambda *key: Place(path, key=".".join(map(str, key))))
-        return Dialect(path, read_dialect(path, roles, protection or {}, id_offset, where))
+        try:
+            return Dialect(path, read_dialect(path, roles, protection or {}, id_offset, where))
+        except InputError as error:  # what the codec refuses does not know its file
+            raise InputError(*(replace(p, place=p.place or Place(path)) for p in error.problems)) from None
 
     def has(self, role: str) -> bool:
         """Return whether a message carries the role."""
