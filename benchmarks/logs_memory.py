@@ -1,0 +1,132 @@
+"""Whole processes over logs, from cold: wall and processor time, and the most memory that they held.
+
+    python benchmarks/logs_memory.py [--frames 2000000] [--runs 160] [--peer]
+
+1. a BLF log of two million frames to columns of float64, beside python-can + cantools (--peer: takes a minute);
+2. `etb-hil replay` of a friction check recorded again and again, against the time that it lasted: the memory must not
+   grow with the log.
+"""
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+
+from log_traffic import Traffic
+
+from etb_hil.base.stock import find
+from etb_hil.bench.job import JobFiles, execute, prepare
+from etb_hil.canio.blf import BlfLog, read_blf
+from etb_hil.canio.frames import concatenate_frames
+
+COLD = """
+import sys
+{without}
+from cantools.database.can import Database
+from pathlib import Path
+from etb_hil.canio.blf import read_blf
+from etb_hil.canio.columns import ColumnDecoder
+from etb_hil.canio.frames import gathered
+database = Database(strict=False)
+database.add_dbc_file({dbc!r})
+decoder = ColumnDecoder(database.messages)
+columns = [part for block in gathered(read_blf(Path({log!r}))) for part in decoder.push(block)]
+assert sum(len(part.stamp_ns) for part in columns) > 1000
+"""
+PEER = """
+import can, cantools, numpy
+known = {{m.frame_id: m for m in cantools.database.load_file({dbc!r}).messages}}
+columns = {{(m.name, s.name): [] for m in known.values() for s in m.signals}}
+with can.LogReader({log!r}) as reader:
+    for frame in reader:
+        message = known.get(frame.arbitration_id)
+        if message is not None:
+            for name, value in message.decode(frame.data, decode_choices=False).items():
+                columns[message.name, name].append(value)
+columns = {{key: numpy.array(values) for key, values in columns.items()}}
+"""
+NO_ASAMMDF = "sys.modules['asammdf'] = None  # as in an installation without the extra"
+
+
+AND_MEMORY = """
+import sys
+with open('/proc/self/status') as status:  # getrusage would count the parent's memory from before the exec
+    print(next(line for line in status if line.startswith('VmHWM')).split()[1], file=sys.stderr)
+"""
+REPLAY = "from etb_hil.cli.main import main\nmain({words!r})\n"
+
+
+def measured(script):
+    """Wall and processor time in s and the largest memory in MB of a Python process."""
+    start = time.perf_counter()
+    words = [sys.executable, "-c", script + AND_MEMORY]
+    child = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    said = child.stderr.read()
+    child.stderr.close()
+    _, status, usage = os.wait4(child.pid, 0)
+    child.returncode = os.waitstatus_to_exitcode(status)
+    return time.perf_counter() - start, usage.ru_utime + usage.ru_stime, int(said.split()[-1]) / 1024
+
+
+def write_log(path, count):
+    traffic, written, log = Traffic(), 0, None
+    while written < count:
+        block = traffic.block(2000)
+        log = log or BlfLog(path, int(block.stamp_ns[0]))
+        log.write(block)
+        written += len(block)
+    log.close()
+    return traffic
+
+
+def write_tiled(path, frames, repeats):
+    """A run of a bench again and again, as a bench in production records it."""
+    span = int(frames.stamp_ns[-1] - frames.stamp_ns[0]) + 1_000_000_000
+    log = BlfLog(path, int(frames.stamp_ns[0]))
+    for turn in range(repeats):
+        log.write(replace(frames, stamp_ns=frames.stamp_ns + turn * span))
+    log.close()
+    return span * repeats * 1e-9
+
+
+def show(title, figures, more=""):
+    wall, processor, memory = figures
+    print(f"{title:58s}{wall:8.2f} s wall {processor:8.2f} s processor {memory:7.0f} MB{more}", flush=True)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--frames", type=int, default=2_000_000)
+    parser.add_argument("--runs", type=int, default=160)
+    parser.add_argument("--peer", action="store_true")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        log = Path(folder) / "log.blf"
+        dbc = str(write_log(log, options.frames).dialect.path)
+        for title, without in (("without asammdf installed", NO_ASAMMDF), ("with asammdf installed", "")):
+            script = COLD.format(dbc=dbc, log=str(log), without=without)
+            measured(script)
+            show(f"{options.frames} frames to columns, {title}", measured(script))
+        show("numpy imported, nothing else", measured("import numpy"))
+        if options.peer:
+            show("python-can + cantools", measured(PEER.format(dbc=dbc, log=str(log))))
+        files = {kind: find(kind, "default") for kind in ("model", "limits")}
+        job = prepare(
+            JobFiles(find("scenario", "friction_check"), find("bench", "virtual_classic"), unit=files["model"], **files)
+        )
+        run = concatenate_frames(read_blf(execute(job, Path(folder), "", 3).session.raw_log))
+        for repeats in (1, options.runs // 4, options.runs):
+            lasted = write_tiled(log, run, repeats)
+            found = measured(REPLAY.format(words=["replay", str(log)]))
+            title = (
+                f"replay of {len(run) * repeats} frames, {log.stat().st_size / 2**20:.0f} MB, {lasted:.0f} s of a bench"
+            )
+            show(title, found, f", {lasted / found[1]:.0f} times real time")
+
+
+if __name__ == "__main__":
+    main()
