@@ -35,7 +35,7 @@ FITTED = {
     "inertia": physics.INERTIA,
     "dead_zone": physics.DEAD_ZONE,
 }
-ROUNDS = 12
+ROUNDS = 8
 
 
 @njit(cache=True, error_model="numpy")
@@ -73,7 +73,7 @@ def simulated(p, sweep, released_open, pull=0.0):
 def fit(p, data, released_open):
     """Gauss-Newton on logarithms, first drawn towards the measured angle, then in free run."""
     places = list(FITTED.values())
-    for pull in (0.1, 0.02, 0.0):
+    for pull in (0.05, 0.0):
 
         def left(vector, pull=pull):
             return np.concatenate([simulated(vector, one, released_open, pull) - one[2] for one in data])

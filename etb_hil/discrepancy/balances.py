@@ -67,7 +67,8 @@ class Balances:
         # Bounds of effects are a throttle's; another drive's forces are larger by as much as its friction is.
         self.load = model.values.coulomb / _THROTTLE_FRICTION if measured.is_drive else 1.0
         self.spectrum = spectrum = Spectrum(len(measured), measured.rate)
-        self._voltage = spectrum.of(measured.held_voltage)
+        # The mean of the held voltage about a row is its mean over one period: undo what that takes of fast changes.
+        self._voltage = spectrum.of(measured.held_voltage) / np.sinc(spectrum.s.imag * measured.dt / (2.0 * np.pi))
         self._plate = None if measured.plate is None else spectrum.of(measured.plate)
         self._is_open = _open_bridge(measured, model)
         self._known: dict[bytes, _Truth] = {}

@@ -16,6 +16,8 @@ Float64 = NDArray[np.float64]
 SHORTEST = 2.0  # s; what is shorter shows no cause
 LONGEST_GAP = 0.05  # s that are bridged; beyond it the record falls apart
 ROOM_TEMPERATURE = 25.0
+_ENOUGH = 2000.0  # Hz: what more rows would show is noise
+_HELD = ("motor_voltage", "motor_duty", "drive_force")
 SLOWEST = 200.0  # Hz of sampling; below it the balances see too little of friction
 
 
@@ -110,6 +112,10 @@ def _stretches(origin: str, time_ns: NDArray[np.int64], columns: dict[str, Float
         for part in np.split(np.arange(len(time_ns)), cuts)
         if len(part) > 1 and (time_ns[part[-1]] - time_ns[part[0]]) * 1e-9 >= SHORTEST
     ]
+    if found and found[0].rate < SLOWEST:
+        raise InputError(
+            Problem(f"{origin} is sampled too slowly", value=f"{found[0].rate:.0f} Hz", allowed=f"from {SLOWEST:g} Hz")
+        )
     if not found:
         raise InputError(
             Problem(
@@ -140,7 +146,19 @@ def _even(
         nearest = np.clip(np.searchsorted(seconds[known], clock), 1, int(known.sum()) - 1)
         if role not in ("temperature", "supply_voltage"):
             good &= seconds[known][nearest] - seconds[known][nearest - 1] < 2.5 * step
+    every = max(1, int(1.0 / step / _ENOUGH + 1e-6))
+    if every > 1:
+        even, good, step = _thinned(even, good, every), good[: len(good) // every * every : every], step * every
     return _measurement(origin, start * 1e-9, 1.0 / step, even, good, model)
+
+
+def _thinned(even: dict[str, Float64], good: NDArray[np.bool_], every: int) -> dict[str, Float64]:
+    """Return every so many rows; a voltage is its mean until the next row that is kept."""
+    whole = len(good) // every * every
+    return {
+        role: values[:whole].reshape(-1, every).mean(1) if role in _HELD else values[:whole:every]
+        for role, values in even.items()
+    }
 
 
 def _measurement(

@@ -56,7 +56,8 @@ def _bank(b: Balances, p: Vector) -> dict[tuple[str, str, str], Float64]:
     hats = {
         "angle": _hats(angle),
         "velocity": _hats(bent),
-        "time": _hats(seconds),
+        # Their sum is one: what a constant does is the base model's, to the last digit of how it was filtered.
+        "time": _hats(seconds) - 1.0 / _KNOTS,
     }
     torque = {
         ("torque", "angle", "odd"): hats["angle"] * direction[:, None],
