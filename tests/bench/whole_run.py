@@ -26,3 +26,9 @@ def assert_bus_was_healthy(finished):
         assert message["frames"] > 0
         for fault in ("lost", "crc_failures", "counter_jumps", "repeated_counters"):
             assert message[fault] == 0, (message["name"], fault)
+    assert (bus["transmit_errors"], bus["receive_errors"], bus["dropped"]) == (0, 0, 0)
+    assert finished.results["timestamp_grade"] == "sample counter"
+    bench = finished.results["bench"]
+    assert bench["lateness"]["worst_ms"] == 0.0  # virtual time
+    assert bench["frame_age"]["worst_ms"] < 2.0
+    assert bench["set_point_jitter"]["worst_us"] < 500.0  # commands wait for a frame on the bus, or two
