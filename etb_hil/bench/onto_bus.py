@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from etb_hil.canio.link import Link
 
 TOGETHER_NS = 50_000  # frames closer than this go out at once: no host sleeps more exactly
+DRAIN_NS = 20_000_000  # from look to look at what else is on the bus
 LEAD_NS = 100_000_000  # the first frame waits so long, until the log is open and the bus runs
 
 
@@ -45,7 +46,7 @@ def send_log(log: Iterable[FrameBlock], link: Link, clock: Clock, *, fd: bool) -
     """
     lateness = Lateness()
     begin_ns = clock.now_ns() + LEAD_NS
-    first_ns, newest_ns, sent, left_out = None, 0, 0, 0
+    first_ns, newest_ns, drain_ns, sent, left_out = None, 0, 0, 0, 0
     never = FrameFlag.ERROR if fd else FrameFlag.ERROR | FrameFlag.FD
     for block in log:
         fit = (block.flags & never) == 0
@@ -64,7 +65,9 @@ def send_log(log: Iterable[FrameBlock], link: Link, clock: Clock, *, fd: bool) -
             clock.sleep_until_ns(deadline_ns)
             lateness.note(max(clock.now_ns() - deadline_ns, 0))
             link.send(frames.rows(slice(row, end)))
-            link.receive()  # what the bus carries meanwhile must not fill the driver's queue
+            if due[row] >= drain_ns:  # what the bus carries meanwhile must not fill the driver's queue
+                link.receive()
+                drain_ns = int(due[row]) + DRAIN_NS
             sent += end - row
             row = end
     if first_ns is None:

@@ -125,7 +125,7 @@ def scan_asc(text: Bytes, newlines: Int64, plain: bool, base: int, columns: Colu
                         stamps[out] = whole * 1_000_000_000 + fraction * POWERS[np.uint64(9) - digits]
                         idents[out], lengths[out] = ident, length
                         flags[out] = extended | (SENT if sent else 0)
-                        channels[out] = min(max(channel - 1, 0), 255)
+                        channels[out] = min(max(int(channel) - 1, 0), 255)
                         row, at, line = row + 1, stop + 1, line + 1
                         continue
         elif not (plain or is_plain(text, at, stop)):
@@ -330,4 +330,4 @@ def _payload(
 @njit(cache=True, error_model="numpy")
 def _index(channel: np.int64) -> np.int64:
     """Return a channel of the file, which counts from 1."""
-    return np.int64(min(max(channel - 1, 0), 255))
+    return np.int64(min(max(int(channel) - 1, 0), 255))

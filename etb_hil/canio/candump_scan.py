@@ -82,10 +82,10 @@ def scan_candump(text: Bytes, newlines: Int64, plain: bool, columns: Columns, st
             digits = place - point - ONE
             if is_usual:
                 place += TWO
-                channel = np.int64(0)
+                channel = 0
                 while text[place] > SPACE:
                     digit = DIGIT[text[place]]
-                    channel = min(channel * 10 + digit, 255) if digit < 10 else np.int64(0)
+                    channel = min(channel * 10 + int(digit), 255) if digit < 10 else 0
                     place += ONE
                 is_usual = text[place] == SPACE
                 place += ONE if is_usual else NOTHING
