@@ -33,9 +33,16 @@ def swept(seconds=12.0):
     return np.convolve(np.pad(angle, 40, mode="edge"), kernel / kernel.sum(), "valid")
 
 
-def measurement(p, seed):
-    """What the sensors of the model make of a unit with the extended parameters `p` on the sweep."""
-    angle = swept()
+def textbook(seconds=12.0):
+    """Angle (n) in rad of a slow sweep at one speed, 12 to 75 deg, up and down."""
+    t = np.arange(round(seconds * RATE)) / RATE
+    low, high = np.radians([12.0, 75.0])
+    return np.interp(t, [0.0, 0.5, 6.0, 11.5, seconds], [low, low, high, low, low])
+
+
+def measurement(p, seed, angle=None):
+    """What the sensors of the model make of a unit with the extended parameters `p` on the sweep, or on another."""
+    angle = swept() if angle is None else angle
     count = len(angle)
     warm = np.linspace(20.0, 70.0, count)
     nothing = np.zeros(count)
