@@ -34,7 +34,8 @@ def controller_lock(bus: BusSettings, id_offset: int, folder: Path | None = None
                 "wait for it, stop it, or give this bench another bus or id offset"
             )
         os.ftruncate(descriptor, 0)
-        os.pwrite(descriptor, f"{os.getpid()}\n".encode(), 0)
+        os.lseek(descriptor, 0, os.SEEK_SET)
+        os.write(descriptor, f"{os.getpid()}\n".encode())
         yield path
     finally:
         os.close(descriptor)
@@ -76,5 +77,6 @@ def _is_taken(descriptor: int) -> bool:
 
 
 def _holder(descriptor: int) -> str:
-    found = _PID.match(os.pread(descriptor, 20, 0).decode("ascii", "replace"))
+    os.lseek(descriptor, 0, os.SEEK_SET)
+    found = _PID.match(os.read(descriptor, 20).decode("ascii", "replace"))
     return found[0] if found else "unknown"

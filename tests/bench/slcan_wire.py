@@ -13,6 +13,8 @@ import sys
 import tty
 from pathlib import Path
 
+MOST = 16_384  # bytes that an adapter keeps for a computer that does not read
+
 
 def main(links):
     masters = []
@@ -23,25 +25,26 @@ def main(links):
         masters.append(master)
         Path(link).symlink_to(os.ttyname(slave))
     print("ready", flush=True)
-    waiting = dict.fromkeys(masters, b"")
+    waiting, pending = dict.fromkeys(masters, b""), dict.fromkeys(masters, b"")
     while True:
-        for master in select.select(masters, [], [])[0]:
+        blocked = [master for master in masters if pending[master]]
+        readable, writable, _ = select.select(masters, blocked, [])
+        for master in readable:
             *lines, waiting[master] = (waiting[master] + os.read(master, 65536)).split(b"\r")
             frames = b"".join(line + b"\r" for line in lines if line[:1] in {b"t", b"T", b"r", b"R"})
             for other in masters:
-                if other != master and frames:
-                    _write(other, frames)
+                if other != master and len(pending[other]) < MOST:  # else nobody reads: a bus without a listener
+                    pending[other] += frames
+                    writable.append(other)
+        for master in writable:
+            pending[master] = pending[master][_written(master, pending[master]) :]
 
 
-def _write(master, data):
-    while data:
-        _, ready, _ = select.select([], [master], [], 1.0)
-        if not ready:
-            return  # nobody reads: a bus without a listener
-        try:
-            data = data[os.write(master, data) :]
-        except BlockingIOError:
-            continue
+def _written(master, data):
+    try:
+        return os.write(master, data)
+    except BlockingIOError:
+        return 0
 
 
 if __name__ == "__main__":

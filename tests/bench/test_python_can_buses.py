@@ -73,15 +73,16 @@ def slcan(stack, tmp_path):
 
 @pytest.mark.parametrize("bus", ["udp_multicast", "slcan"])
 @pytest.mark.parametrize(("unit", "expected"), [("default", ExitCode.DONE), ("faulty", ExitCode.UNIT_FAILED)])
-def test_the_verdict_is_right_and_the_bus_truth_is_told(request, tmp_path, stack, bus, unit, expected):
+def test_the_verdict_is_right_and_the_bus_truth_is_told(request, tmp_path, bus, unit, expected):
     here, there = request.getfixturevalue(bus)
     etb_hil = (sys.executable, "-m", "etb_hil")
-    started(stack, *etb_hil, "controller", "--bench", str(there), "--unit", unit)
     told = ""
     for attempt in range(ATTEMPTS):
         out = tmp_path / f"attempt{attempt}"
         words = (*etb_hil, "run", "friction_check", "--bench", str(here), "--out", str(out))
-        done = subprocess.run(words, capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL)
+        with ExitStack() as attempt_stack:
+            started(attempt_stack, *etb_hil, "controller", "--bench", str(there), "--unit", unit)
+            done = subprocess.run(words, capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL)
         told += f"exit code {done.returncode}\n{done.stdout}{done.stderr}\n"
         assert done.returncode in {expected, ExitCode.BENCH_FAULT, ExitCode.INCONCLUSIVE}, told
         (session,) = (path for path in out.iterdir() if path.is_dir())
