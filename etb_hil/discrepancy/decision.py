@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 Float64 = NDArray[np.float64]
 
 # Mean square over the floor that a healthy case may show: torque, voltage, angle; each on a stop, slow, sliding.
-BAND = np.array([10.0, 3.0, 1.6, 3.0, 1.25, 1.6, 1.6, 1.25, 1.35])
+BAND = np.array([10.0, 3.0, 1.6, 6.0, 1.25, 2.0, 1.6, 1.25, 1.35])
 EXPLAINED_SHARE = 0.93  # of the excess over the floor
 LEAST_GAIN = 0.04  # of the squared residual, beyond what the suspect takes of the model's own simulation
 HEALTHY_TIMES = 2.0
