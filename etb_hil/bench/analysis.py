@@ -113,10 +113,13 @@ class Analysis:
         """Frames that the counters say are missing, so far."""
         return self.decoder.lost
 
-    def finish(self) -> DiagnosisResult:
-        """Return the verdict on the unit, from all that was pushed; none where the measurement cannot be true."""
+    def finish(self, *, complete: bool = True) -> DiagnosisResult:
+        """Return the verdict on the unit, from all that was pushed; none where the measurement cannot be true.
+
+        A run that is not `complete`, since it was ended early or its log is cut, never passes a unit.
+        """
         self._catch_up()
-        found = self.diagnosis.finish()
+        found = self.diagnosis.finish(complete=complete)
         doubts = [
             *self._plausibility.doubts(),
             *corruption_doubts(self.decoder.statistics(), self._dialect),

@@ -168,7 +168,7 @@ def _attempt(
             operator=operator,
             watcher=watcher,
         ).run()
-        found = analysis.finish()
+        found = analysis.finish(complete=record.is_complete)
         results = results_of(session, job.setup.bench, job.limits, record, analysis, found)
         session.write_results(results)
         store.finish(results)

@@ -62,6 +62,11 @@ class RunRecord:
     age_mean_ns: int = 0
     health: dict[str, Any] = field(default_factory=dict)
 
+    @property
+    def is_complete(self) -> bool:
+        """Whether every phase of the scenario was run to its end."""
+        return not self.reason_id or self.reason_id == "safe_state_not_verified"
+
     def details(self) -> dict[str, Any]:
         """Return what the last event of a run keeps."""
         plain = asdict(self)

@@ -101,7 +101,7 @@ def replay(
     for frames in within(log, window):
         analysis.push(frames)
     analysis.recording.notes += log.notes
-    found = analysis.finish()
+    found = analysis.finish(complete=record.is_complete and not log.notes)
     results = results_of(session, rules.setup.bench, rules.limits, record, analysis, found)
     results["attempts"] = earlier_attempts(session)
     return Finished(session, results, record, analysis, found)
