@@ -1,0 +1,113 @@
+"""From a cause to drive off, by the controller's own log: bench and controller as two processes at wall clock.
+
+    python benchmarks/safe_stop.py --runs 300 --cause SIGINT SIGTERM SIGHUP SIGKILL bus
+    python benchmarks/safe_stop.py --interface socketcan --channel vcan0 --runs 300
+
+The bus is UDP multicast on loopback, or any that both can open. SIGKILL and a lost bus are measured from the last
+command on the controller's clock; the others from the signal to drive off, on the clock that both processes share.
+A run ends in seconds; the rest of the time is starting Python.
+"""
+
+import argparse
+import json
+import os
+import random
+import signal
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from etb_hil.base.stock import find
+
+SCENARIO = """schema: etb_hil/scenario/1
+name: Sway
+phases:
+  - {id: sway, kind: ramp, between: [20 deg, 70 deg], speed: 1 rad/s, repeat: 20}
+"""
+
+
+def bench_file(folder, options):
+    text = find("bench", "vcan_classic").read_text()
+    wanted = f"bus: {{interface: {options.interface}, channel: {options.channel}, bitrate: 1 Mbit/s, fd: true}}"
+    lines = [wanted if line.startswith("bus:") else line for line in text.splitlines()]
+    path = folder / "bench.yaml"
+    path.write_text("\n".join(lines) + "\n")
+    (folder / "sway.yaml").write_text(SCENARIO)
+    return path
+
+
+def events(path):
+    return [json.loads(line) for line in path.read_text().splitlines() if line.endswith("}")] if path.exists() else []
+
+
+def wait_for(condition, seconds):
+    deadline = time.monotonic() + seconds
+    while not (found := condition()):
+        if time.monotonic() > deadline:
+            raise TimeoutError
+        time.sleep(0.02)
+    return found
+
+
+def one_run(folder, options, cause, rng):
+    """Return how long it took, in ms, and how the controller calls the reason."""
+    bench, log = bench_file(folder, options), folder / "controller.jsonl"
+    command = [sys.executable, "-m", "etb_hil"]
+    with subprocess.Popen(
+        [*command, "controller", "--bench", str(bench), "--log", str(log)], stdout=subprocess.PIPE, text=True
+    ) as controller:
+        controller.stdout.readline()
+        run = subprocess.Popen(
+            [*command, "run", str(folder / "sway.yaml"), "--bench", str(bench), "--out", str(folder / "out")],
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
+        )  # fmt: skip
+        try:
+            wait_for(lambda: any(e["event"] == "drive_on" for e in events(log)), 120.0)
+            time.sleep(rng.uniform(0.5, 2.0))
+            at_ns = time.time_ns()
+            run.send_signal(getattr(signal, cause))
+            run.wait(60)
+            off = wait_for(lambda: [e for e in events(log) if e["event"] == "drive_off"], 10.0)[-1]
+        finally:
+            run.kill()
+            run.wait()
+            controller.terminate()
+    if cause in ("SIGKILL", "SIGQUIT"):
+        return off["since_command_ms"], off["reason"]
+    return (off["stamp_ns"] - at_ns) * 1e-6, off["reason"]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--runs", type=int, default=300, help="of each cause")
+    parser.add_argument("--cause", nargs="*", default=["SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGKILL"])
+    parser.add_argument("--interface", default="udp_multicast")
+    parser.add_argument("--channel", default="239.74.163.9")
+    options = parser.parse_args()
+    rng = random.Random(1)  # noqa: S311 (when to stop is no secret)
+    for cause in options.cause:
+        took, reasons, failed = [], set(), 0
+        for _ in range(options.runs):
+            with tempfile.TemporaryDirectory() as folder:
+                try:
+                    milliseconds, reason = one_run(Path(folder), options, cause, rng)
+                except (TimeoutError, subprocess.TimeoutExpired):
+                    failed += 1
+                    continue
+            took.append(milliseconds)
+            reasons.add(reason)
+        if took:
+            print(
+                f"{cause:8} {len(took)} runs: median {statistics.median(took):.1f} ms, worst {max(took):.1f} ms; "
+                f"reason {', '.join(sorted(reasons))}; {failed} runs did not get that far; load {os.getloadavg()[0]:.1f}",
+                flush=True,
+            )
+        else:
+            print(f"{cause:8} no run got that far", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,73 @@
+"""Hours of simulated running in lock-step: what grows, and whether the counts add up to the frame.
+
+    python benchmarks/soak.py --hours 24                   # about an hour on one core
+    python benchmarks/soak.py --hours 0.33 --bench virtual_fd
+
+One process runs one scenario after another, session, report files and store included, as a bench does unattended.
+"""
+
+import argparse
+import gc
+import os
+import shutil
+import tempfile
+import threading
+import time
+from pathlib import Path
+
+import can
+from faults_study import job_of
+
+from etb_hil.bench.job import execute
+
+
+def resident_mb():
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 2**20
+
+
+def frames_in(path):
+    with can.BLFReader(path) as reader:
+        return sum(1 for message in reader if not message.is_error_frame)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--hours", type=float, default=24.0)
+    parser.add_argument("--bench", default="virtual_classic")
+    parser.add_argument("--unit", default="default")
+    options = parser.parse_args()
+    job = job_of(options.bench, options.unit)
+    simulated, runs, wrong, table = 0.0, 0, [], []
+    begun = time.perf_counter()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        due = 0.0
+        while simulated < options.hours * 3600.0:
+            finished = execute(job, folder, "", runs)
+            results = finished.results
+            simulated += results["duration_s"]
+            runs += 1
+            health, messages = finished.record.health, results["bus"]["messages"]
+            counted = sum(m["frames"] + m["crc_failures"] + m["repeated_counters"] for m in messages)
+            logged = frames_in(finished.session.raw_log)
+            if results["exit_code"] or counted != logged or counted != health["sent"] + health["received"]:
+                wrong.append((runs, results["exit_code"], counted, logged, health["sent"] + health["received"]))
+            shutil.rmtree(finished.session.folder)  # the disk grows by design
+            del finished
+            if simulated >= due:
+                gc.collect()
+                row = (simulated / 3600.0, resident_mb(), len(os.listdir("/proc/self/fd")), threading.active_count())
+                table.append(row)
+                print(f"{row[0]:7.2f} h {row[1]:8.1f} MB {row[2]:4d} files {row[3]:3d} threads", flush=True)
+                due += options.hours * 3600.0 / 10.0
+    wall = time.perf_counter() - begun
+    half = table[len(table) // 2 :]
+    growth = (half[-1][1] - half[0][1]) / max(half[-1][0] - half[0][0], 1e-9)
+    print(f"{options.bench}: {runs} runs, {simulated / 3600.0:.2f} h in {wall:.0f} s, load {os.getloadavg()[0]:.1f}")
+    print(f"growth in the second half: {growth:+.2f} MB an hour; runs that do not add up: {wrong or 'none'}")
+    return bool(wrong)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

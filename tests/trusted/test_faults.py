@@ -1,0 +1,85 @@
+"""Faults of bus, controller, sensors and clocks: the right verdict, inconclusive or bench fault, never a wrong one.
+
+A seed or two of each here; `benchmarks/faults_study.py` runs as many as wanted, and pairs.
+"""
+
+import numpy as np
+import pytest
+from faults_cases import CASES, Injected
+from faults_nodes import MS, Rewriting
+from faults_study import EXPECTED, job_of, judge, run_with, seed_of
+
+from etb_hil.canio.faults import Forged, Lost, StuckCounter, Window, protections_of
+from etb_hil.canio.virtual_network import VirtualNetwork
+
+S = 1_000 * MS
+
+
+@pytest.fixture(scope="module")
+def jobs():
+    return {unit: job_of("virtual_classic", unit) for unit in EXPECTED}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("unit", EXPECTED)
+def test_no_fault_makes_a_wrong_verdict(jobs, name, unit):
+    kind, said = judge(jobs[unit], unit, seed_of(name, "test", unit), (name,))
+    assert kind in {"right", "unsure", "fault"}, said
+
+
+@pytest.mark.parametrize(
+    ("role", "change", "reason"),
+    [
+        ("motor_current", lambda v: np.full_like(v, 0.5), "current_frozen"),
+        ("throttle_angle_2", lambda v: v - 0.1, "tracks_disagree"),
+        ("motor_angle", lambda v: v + 3.0, "angles_disagree"),
+        ("motor_current", lambda v: v + 1.0, "motor_balance"),
+        ("sample_counter", lambda v: v + 1000.0, "clocks_disagree"),
+    ],
+)
+def test_a_sensor_that_cannot_be_true_is_named(tmp_path, jobs, role, change, reason):
+    dialect = jobs["default"].setup.dialect
+
+    def changed(name, values, _stamp_ns):
+        return change(values) if name == role else None
+
+    spoil = Injected(spoil=[lambda node: Rewriting(node, dialect, 7 * S, 9 * S, changed)])
+    unit = run_with(jobs["default"], tmp_path, 1, [spoil]).results["unit"]
+    assert unit["verdict"] == "inconclusive"
+    assert reason in (unit["reason_id"], *unit["also"])
+
+
+@pytest.mark.parametrize(("start_ms", "length_ms"), [(6000, 3), (6000, 15), (7003, 40), (9500, 90)])
+def test_lost_frames_are_counted_exactly(tmp_path, jobs, start_ms, length_ms):
+    dialect = jobs["default"].setup.dialect
+    idents = {m.ident: m.name for m in dialect.messages if not m.commanded}
+    gone = dict.fromkeys(idents.values(), 0)
+
+    class Counting(Lost):
+        __slots__ = ()
+
+        def deliver(self, frame, start_ns):
+            left = super().deliver(frame, start_ns)
+            gone[idents.get(int(frame.ident[0]), "")] = gone.get(idents.get(int(frame.ident[0]), ""), 0) + 1 - len(left)
+            return left
+
+    window = Window(start_ms * MS, (start_ms + length_ms) * MS, frozenset(idents))
+    finished = run_with(jobs["default"], tmp_path, 1, [Injected(bus=[Counting(window)])])
+    counted = {m["name"]: m["lost"] for m in finished.results["bus"]["messages"] if m["name"] in gone}
+    assert counted == {name: gone[name] for name in counted}
+    assert sum(gone.values()) > 2
+
+
+def test_faults_cost_nothing_outside_their_windows(jobs):
+    bus, dialect = jobs["default"].setup.bench.bus, jobs["default"].setup.dialect
+    network = VirtualNetwork(int(bus.bitrate))
+    protections = protections_of(dialect)
+    network.faults = [
+        StuckCounter(Window(S, 2 * S), protections),
+        Forged(Window(S, 2 * S), protections),
+    ]
+    assert list(network._injection.due(network.faults, S)) == []
+    assert len(network._injection.due(network.faults, S + 1)) == 2
+    assert len(network._injection.due(network.faults, 3 * S)) == 2  # from before that until 3 s
+    assert list(network._injection.due(network.faults, 4 * S)) == []
