@@ -33,6 +33,7 @@ def explanation(findings: Findings, holdout: Holdout | None) -> dict[str, Any]:
         "suspects": _suspects(findings),
         "unexplained": _unexplained(findings),
         "calibrated": _calibrated(findings),
+        "friction": _friction(findings),
         "balances": _balances(findings),
         "detection_limits": detection_limits(
             findings.rounds[-1].before, findings.rounds[-1].screened, decision.LEAST_GAIN
@@ -161,6 +162,20 @@ def _calibrated(findings: Findings) -> dict[str, Any]:
             "flags": flags,
         }
     return found
+
+
+def _friction(findings: Findings) -> dict[str, Any]:
+    """Return break-away and sliding friction at the throttle shaft as each model has them: what a verdict rests on."""
+    first, last = findings.calibration.fit.whole, findings.final.fit.whole
+    return {
+        name: {
+            "unit": "N" if findings.balances[0].measured.is_drive else "N·m",
+            "nominal": float(getattr(findings.model.values, name)),
+            "calibrated": float(first[FIELDS.index(name)]),
+            "extended": float(last[FIELDS.index(name)]),
+        }
+        for name in ("stiction", "coulomb")
+    }
 
 
 def _balances(findings: Findings) -> dict[str, Any]:
