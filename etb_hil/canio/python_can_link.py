@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from etb_hil.canio.bus_settings import BusSettings
 
 _BATCH = 10_000  # frames taken in one call: a flooded bus must not hold the bench up for ever
+_PATIENCE_NS = 10_000_000  # nor one whose frames take longer to decode than to come
 _SEND_TIMEOUT_S = 0.1  # a driver that is not rid of a frame by then has no bus any more
 _LOOPING = {"udp_multicast"}  # interfaces that give a sender its own frames back, and cannot be told not to
 _SAME_EPOCH_NS = 10_000_000_000  # a driver's first stamp farther from our clock than this counts from another epoch
@@ -58,11 +59,14 @@ class PythonCanLink:
         self._sent.append(replace(frames, stamp_ns=stamps, flags=frames.flags | np.uint8(FrameFlag.SENT)))
 
     def receive(self) -> FrameBlock:
-        """Return all frames that came or were sent since the last call."""
+        """Return the frames that came or were sent since the last call; what takes too long waits for the next one."""
         messages: list[can.Message] = []
+        late_ns = self._clock.now_ns() + _PATIENCE_NS
         try:
             while len(messages) < _BATCH and (message := self._bus.recv(0)) is not None:
                 messages.append(message)
+                if self._clock.now_ns() > late_ns:
+                    break
         except (can.CanError, OSError) as error:
             raise self._gone("cannot be read", error) from error
         received = self._without_own(from_messages(messages))

@@ -225,6 +225,40 @@ def test_stamps_of_another_epoch_are_brought_onto_our_clock(monkeypatch, stamps,
     link.close()
 
 
+class Flooding(can.BusABC):
+    """A bus whose frames take longer to decode than to come."""
+
+    def __init__(self, **_):
+        super().__init__(channel="flood")
+        self.clock, self.count = None, 0
+
+    def send(self, msg, timeout=None):
+        pass
+
+    def _recv_internal(self, timeout):  # noqa: ARG002 (the signature of a driver)
+        self.count += 1
+        self.clock.now += 1_000_000
+        return can.Message(timestamp=0.0, arbitration_id=1, data=[self.count % 256]), False
+
+
+def test_a_flooded_bus_does_not_hold_the_bench_up(monkeypatch):
+    class Clock:
+        now = 1_700_000_000_000_000_000
+
+        def now_ns(self):
+            return self.now
+
+    bus, clock = Flooding(), Clock()
+    bus.clock = clock
+    monkeypatch.setattr(can, "Bus", lambda **_: bus)
+    link = open_link(BusSettings(interface="virtual", channel="flood", **RATES), clock)
+    for _ in range(3):
+        begun = clock.now
+        assert 5 <= len(link.receive()) <= 20
+        assert clock.now - begun < 20_000_000
+    bus.shutdown()
+
+
 def test_a_virtual_link_is_one_of_the_network_s_ports():
     settings = BusSettings(channel="shared")
     network = virtual_network(settings)
