@@ -17,6 +17,7 @@ SHORTEST = 2.0  # s; what is shorter shows no cause
 LONGEST_GAP = 0.05  # s that are bridged; beyond it the record falls apart
 ROOM_TEMPERATURE = 25.0
 _ENOUGH = 2000.0  # Hz: what more rows would show is noise
+_OTHER_ZERO = 0.03  # rad; less is the plate sensor's own zero, which is fitted
 _HELD = ("motor_voltage", "motor_duty", "drive_force")
 SLOWEST = 200.0  # Hz of sampling; below it the balances see too little of friction
 
@@ -172,8 +173,12 @@ def _measurement(
     plate_noise = float(np.hypot(sensors.plate_noise, sensors.plate_range / 2**sensors.plate_bits / np.sqrt(12.0)))
     if "motor_angle" in even:
         angle = even["motor_angle"] / gear
-        lsb = max(2.0 * np.pi / sensors.motor_counts_per_turn, _grid(even["motor_angle"])) / gear
+        lsb = max(2.0 * np.pi / sensors.motor_counts_per_turn, grid_of(even["motor_angle"])) / gear
         noise = lsb / np.sqrt(12.0)
+        if plate is not None and abs(away := float(np.median(plate - angle))) > _OTHER_ZERO:
+            # An encoder counts from where it was switched on; the plate's sensor knows where that was.
+            angle = angle + float(np.median(plate - angle))
+            flags.append(f"the encoder's zero was {away:.3f} rad off the plate sensor's: it was set to that")
     elif plate is not None:
         angle, noise, plate = plate, plate_noise, None
         flags.append("motor_angle is missing: the plate sensor stands for it, and what lies between them is not seen")
@@ -224,10 +229,10 @@ def _drive(
     )
 
 
-def _grid(values: Float64) -> float:
+def grid_of(values: Float64) -> float:
     """Return the step of a quantised signal as it shows itself, 0 where every value is another."""
     steps = np.abs(np.diff(values[: 1 << 16]))
     steps = steps[steps > 1e-9]
     if not len(steps) or np.unique(np.round(steps, 9)).size > 0.2 * len(steps):
         return 0.0
-    return float(np.percentile(steps, 5))
+    return float(steps.min())

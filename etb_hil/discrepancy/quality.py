@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.measurement import Measurement
+from etb_hil.discrepancy.measurement import Measurement, grid_of
 from etb_hil.plant.parameters import Model
 
 Float64 = NDArray[np.float64]
@@ -65,7 +65,7 @@ def _of(b: Balances, model: Model) -> dict[str, Any]:
 def _off_grid(m: Measurement) -> list[str]:
     """Flag an angle that is not on the steps of its encoder: somebody filtered it, and noise is no longer noise."""
     step = m.angle_noise * np.sqrt(12.0)
-    if step <= 0.0 or "motor_angle is missing" in " ".join(m.flags):
+    if step <= 0.0 or grid_of(m.angle) > 0.0 or "motor_angle is missing" in " ".join(m.flags):
         return []
     away = m.angle / step - np.round(m.angle / step)
     away -= np.median(away)
