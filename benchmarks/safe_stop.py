@@ -1,9 +1,9 @@
 """From a cause to drive off, by the controller's own log: bench and controller as two processes at wall clock.
 
-    python benchmarks/safe_stop.py --runs 300 --cause SIGINT SIGTERM SIGHUP SIGKILL bus
+    python benchmarks/safe_stop.py --runs 300 --cause SIGINT SIGTERM SIGHUP SIGQUIT SIGKILL
     python benchmarks/safe_stop.py --interface socketcan --channel vcan0 --runs 300
 
-The bus is UDP multicast on loopback, or any that both can open. SIGKILL and a lost bus are measured from the last
+The bus is UDP multicast on loopback, or any that both can open. SIGKILL and SIGQUIT are measured from the last
 command on the controller's clock; the others from the signal to drive off, on the clock that both processes share.
 A run ends in seconds; the rest of the time is starting Python.
 """
@@ -25,7 +25,7 @@ from etb_hil.base.stock import find
 SCENARIO = """schema: etb_hil/scenario/1
 name: Sway
 phases:
-  - {id: sway, kind: ramp, between: [20 deg, 70 deg], speed: 1 rad/s, repeat: 20}
+  - {id: sway, kind: ramp, between: [20 deg, 70 deg], speed: 1 rad/s, repeat: 4}
 """
 
 
@@ -102,7 +102,7 @@ def main():
         if took:
             print(
                 f"{cause:8} {len(took)} runs: median {statistics.median(took):.1f} ms, worst {max(took):.1f} ms; "
-                f"reason {', '.join(sorted(reasons))}; {failed} runs did not get that far; load {os.getloadavg()[0]:.1f}",
+                f"reason {', '.join(sorted(reasons))}; {failed} did not get that far; load {os.getloadavg()[0]:.1f}",
                 flush=True,
             )
         else:

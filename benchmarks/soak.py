@@ -57,7 +57,12 @@ def main():
             del finished
             if simulated >= due:
                 gc.collect()
-                row = (simulated / 3600.0, resident_mb(), len(os.listdir("/proc/self/fd")), threading.active_count())
+                row = (
+                    simulated / 3600.0,
+                    resident_mb(),
+                    len(list(Path("/proc/self/fd").iterdir())),
+                    threading.active_count(),
+                )
                 table.append(row)
                 print(f"{row[0]:7.2f} h {row[1]:8.1f} MB {row[2]:4d} files {row[3]:3d} threads", flush=True)
                 due += options.hours * 3600.0 / 10.0

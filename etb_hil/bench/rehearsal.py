@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.errors import InputError, Problem, RunAborted
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.base.stock import find
 from etb_hil.bench.analysis import Analysis
@@ -79,6 +79,8 @@ def rehearse(scenario: Document[Scenario], bench: Bench, model: Model, limits: L
     record = _dry_run(steps, bench, model, limits)
     if record.outcome is BenchOutcome.OK:
         return
+    if record.outcome is BenchOutcome.ABORTED:
+        raise RunAborted(f"{record.reason} during the dry run")
     step = steps[max(len(record.phases) - 1, 0)]
     raise InputError(
         Problem(
