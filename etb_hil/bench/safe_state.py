@@ -14,6 +14,7 @@ from etb_hil.recording.samples import SampleBlock
 
 PATIENCE_S = 0.5  # how long drive off may take to show
 QUIET_A = 0.05  # a mean current below this is about zero: ten times the sensor's noise
+LARGEST_ZERO_A = 0.5  # a sensor that is off by more is not believed to show no current
 SAMPLES = 10  # current samples that must agree
 
 
@@ -32,7 +33,7 @@ def bring_to_rest(tap: Tap, clock: Clock, tick_ns: int, *, commanding: bool = Tr
     else fails on the way to seeing it, drive off goes on being commanded.
     """
     deadline = clock.now_ns() + round(PATIENCE_S * 1e9)
-    watch = _QuietWatch(tap.reports_enable)
+    watch = _QuietWatch(tap.reports_enable, tap.current_zero)
     failure: Exception | None = None
     while clock.now_ns() < deadline:
         sent_ns = clock.now_ns()
@@ -56,7 +57,8 @@ def bring_to_rest(tap: Tap, clock: Clock, tick_ns: int, *, commanding: bool = Tr
 class _QuietWatch:
     """Looks for the current to be about zero and the bridge to be reported off, in samples taken after a command."""
 
-    def __init__(self, reports_enable: bool) -> None:
+    def __init__(self, reports_enable: bool, current_zero: float) -> None:
+        self._zero = current_zero if abs(current_zero) < LARGEST_ZERO_A else 0.0
         self._quiet = 0
         self._is_off = not reports_enable
 
@@ -71,6 +73,6 @@ class _QuietWatch:
                 continue
             if "motor_current" in block.columns:
                 current = block.columns["motor_current"][fresh]
-                self._quiet = self._quiet + len(current) if abs(float(np.mean(current))) < QUIET_A else 0
+                self._quiet = self._quiet + len(current) if abs(float(np.mean(current)) - self._zero) < QUIET_A else 0
             if "enable" in block.columns:
                 self._is_off = not block.columns["enable"][fresh][-1]

@@ -94,6 +94,11 @@ class Tap:
             raise unwritten
         return blocks
 
+    @property
+    def current_zero(self) -> float:
+        """What the current sensor shows in A when none flows, as far as the run has measured it."""
+        return self._analysis.diagnosis.current_zero
+
     def health(self) -> BusHealth:
         """Return how the bus fares."""
         return self._link.health()

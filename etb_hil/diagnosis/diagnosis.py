@@ -117,6 +117,11 @@ class Diagnosis:
             )
             self._count(angle, true_current)
 
+    @property
+    def current_zero(self) -> float:
+        """What the current sensor showed in A while the bridge was off; 0 where nobody looked."""
+        return self._zero.current if self._zero.is_measured else 0.0
+
     def snapshot(self) -> Snapshot:
         """Return what is known so far; cheap enough for every refresh of a panel."""
         detectors = self._detectors()

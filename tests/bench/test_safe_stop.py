@@ -8,6 +8,7 @@ from whole_run import files
 
 from etb_hil.base.errors import BenchFault
 from etb_hil.base.outcome import BenchOutcome
+from etb_hil.base.stock import find
 from etb_hil.bench import job as job_room
 from etb_hil.bench.analysis import Analysis
 from etb_hil.bench.job import execute, prepare
@@ -93,3 +94,17 @@ def test_the_end_of_a_scenario_is_verified_by_the_measured_current(tmp_path):
     current = finished.analysis.recording.series("motor_current").values
     assert abs(np.mean(current[-10:])) < 0.05
     assert finished.analysis.recording.series("enable").values[-1] == 0.0
+
+
+def test_a_current_sensor_with_an_offset_is_read_from_its_measured_zero(tmp_path):
+    bench = find("bench", "virtual_classic").read_text()
+    offset = bench.replace(
+        "motor_current: EtbCurrent.MotorCurrent",
+        "motor_current: {signal: EtbCurrent.MotorCurrent, scale: 1, offset: 0.2}",
+    )
+    assert offset != bench
+    path = tmp_path / "offset.yaml"
+    path.write_text(offset)
+    results = execute(prepare(files(bench=path)), tmp_path, "", 1).results
+    assert results["bench"]["safe_state"] is True
+    assert results["unit"]["verdict"] == "pass"
