@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from etb_hil.base.errors import InputError, Problem, RunAborted
+from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.base.stock import find
 from etb_hil.bench.analysis import Analysis
@@ -80,7 +80,7 @@ def rehearse(scenario: Document[Scenario], bench: Bench, model: Model, limits: L
     if record.outcome is BenchOutcome.OK:
         return
     if record.outcome is BenchOutcome.ABORTED:
-        raise RunAborted(f"{record.reason} during the dry run")
+        raise KeyboardInterrupt  # as without a dry run: nothing has moved yet
     step = steps[max(len(record.phases) - 1, 0)]
     raise InputError(
         Problem(
