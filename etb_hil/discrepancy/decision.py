@@ -62,7 +62,8 @@ def is_accepted(found: Round, findings: Findings) -> bool:
     # After one cause, what another takes may be no more than that the first one's shape is not quite ours.
     least = LEAST_GAIN + HEALTHY_TIMES * found.healthy_gain
     if findings.accepted:
-        if _is_on_bound(found.winner):
+        known = {r.winner.id for r in findings.accepted}
+        if _is_on_bound(found.winner) or known & set(found.alike):  # what cannot be told from a cause is that cause
             return False
         least = max(least, LATER_GAIN if found.t < LATER_T else 2.0 * LEAST_GAIN)
     # What sits in few segments scores low over all of them although it is certain: t guards small gains only.
