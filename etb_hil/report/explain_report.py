@@ -83,7 +83,7 @@ def _further(found: dict[str, Any]) -> list[str]:
         for where in found.get("unexplained", {}).get("where", [])[:3]
     ]
     sentences += [f"{one['effect']} in {one['recording']}: {one['says']}." for one in found.get("transfer", [])]
-    return sentences + [f"{one['these']}: {one['says']}" for one in found.get("confounded", [])]
+    return sentences + [f"{one['these']}: {one['says']}" for one in found["confounded"]]
 
 
 def _cause(cause: dict[str, Any]) -> dict[str, Any]:
