@@ -225,9 +225,15 @@ def _conclude(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, 
     held[np.diag_indices(PARAMETERS)] = prior.precision
     bread = inverse(matrix + held)
     covariance = robust_covariance(bread, held, jacobian, residual, weight, evidence.cluster)
-    if not np.all(np.isfinite(covariance)):
+    if not _is_covariance(covariance):
         return None
     sensed = evidence.per_ampere * q[OFFSET] - q[LAG] * evidence.motor_rate
     measured = (evidence.motor - sensed) * (1.0 + q[CONSTANT])
     friction = measured - evidence.load - times(evidence.errors, q[INERTIA:OFFSET])
     return StribeckFit(q, covariance, friction, residual)
+
+
+def _is_covariance(matrix: Float64) -> bool:
+    """Return whether variances come out of it, T_st's too: rounding spoils those of a fit that determines nothing."""
+    stiction = matrix[COULOMB, COULOMB] + 2.0 * matrix[COULOMB, DROP] + matrix[DROP, DROP]
+    return bool(np.all(np.isfinite(matrix)) and np.all(np.diag(matrix) >= 0.0) and stiction >= 0.0)
