@@ -75,6 +75,7 @@ def one_run(folder, options, cause, rng):
             run.kill()
             run.wait()
             controller.terminate()
+            controller.communicate()
     if cause in ("SIGKILL", "SIGQUIT"):
         return off["since_command_ms"], off["reason"]
     return (off["stamp_ns"] - at_ns) * 1e-6, off["reason"]

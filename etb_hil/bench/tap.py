@@ -17,7 +17,7 @@ from etb_hil.canio.health import BusHealth
 from etb_hil.canio.link import Link
 from etb_hil.recording.samples import SampleBlock
 
-FLUSH_S = 0.05  # what a killed run may lose, at most
+FLUSH_S = 0.02  # what a killed run may lose is this and one beat, and as long as the host stalls
 SIGNAL_BITS = {"current": 1, "encoder": 2}
 
 
