@@ -105,7 +105,7 @@ def _without_waiting(step: Step) -> Step | None:
 
 def _dry_run(steps: Sequence[Step], bench: Bench, model: Model, limits: Limits) -> RunRecord:
     """Run on a virtual bus with the project's own controller: the bench's limits, rates and requests."""
-    setup = load_bench(find("bench", "virtual_fd" if bench.bus.fd else "virtual_classic"))
+    setup = load_bench(find("bench", "virtual_fd" if bench.measure.burst else "virtual_classic"))
     bus = setup.bench.bus
     stand_in = setup.bench.model_copy(
         update={"limits": with_margins(bench.limits), "command_rate": bench.command_rate, "measure": bench.measure}
