@@ -17,8 +17,8 @@ EFFECT = Effect(
     parity=Parity.EVEN,
     parameters=(
         strength("half_width", "rad", -0.001, 0.08, (0.002, 0.008, 0.02), "wear of the limp-home lever"),
-        shape("shift", "rad", -0.06, 0.06, (0.0, -0.008, 0.008), "of the zone's middle"),
-        shape("softness", "1", 0.0, 1.0, (0.0, 0.8), "0: nothing pulls inside; 1: torque rises evenly over the zone"),
+        shape("shift", "rad", -0.06, 0.06, (-0.008, 0.0, 0.008), "of the zone's middle"),
+        shape("softness", "1", 0.0, 1.0, (0.8, 0.0), "0: nothing pulls inside; 1: torque rises evenly over the zone"),
     ),
     looks_like="the plate is loose over some degrees about limp-home",
     check="lever and stop of the limp-home position",
