@@ -32,6 +32,7 @@ phases:
 def bench_file(folder, options):
     text = find("bench", "vcan_classic").read_text()
     wanted = f"bus: {{interface: {options.interface}, channel: {options.channel}, bitrate: 1 Mbit/s, fd: true}}"
+    text = text.replace("rate: 1 kHz", "rate: 500 Hz")  # a bus in Python is not a bus for 2000 frames a second
     lines = [wanted if line.startswith("bus:") else line for line in text.splitlines()]
     path = folder / "bench.yaml"
     path.write_text("\n".join(lines) + "\n")
@@ -67,6 +68,8 @@ def one_run(folder, options, cause, rng):
         try:
             wait_for(lambda: any(e["event"] == "drive_on" for e in events(log)), 120.0)
             time.sleep(rng.uniform(0.5, 2.0))
+            if any(e["event"] == "drive_off" for e in events(log)):
+                raise TimeoutError  # the run ended by itself: the host was too slow for it
             at_ns = time.time_ns()
             run.send_signal(getattr(signal, cause))
             run.wait(60)
