@@ -32,7 +32,6 @@ phases:
 def bench_file(folder, options):
     text = find("bench", "vcan_classic").read_text()
     wanted = f"bus: {{interface: {options.interface}, channel: {options.channel}, bitrate: 1 Mbit/s, fd: true}}"
-    text = text.replace("rate: 1 kHz", "rate: 500 Hz")  # a bus in Python is not a bus for 2000 frames a second
     lines = [wanted if line.startswith("bus:") else line for line in text.splitlines()]
     path = folder / "bench.yaml"
     path.write_text("\n".join(lines) + "\n")
