@@ -54,6 +54,7 @@ def main():
             if results["exit_code"] or counted != logged or counted != health["sent"] + health["received"]:
                 wrong.append((runs, results["exit_code"], counted, logged, health["sent"] + health["received"]))
             shutil.rmtree(finished.session.folder)  # the disk grows by design
+            finished.session.folder.mkdir()  # its name stays taken
             del finished
             if simulated >= due:
                 gc.collect()
