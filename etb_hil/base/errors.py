@@ -50,7 +50,8 @@ class Problem:
             text += f"; allowed: {self.allowed}"
         if self.remedy:
             text += f"; {self.remedy}"
-        return text
+        # What stands in a file may come from anywhere: nothing of it steers a terminal.
+        return "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
 
 
 class InputError(EtbHilError, ValueError):

@@ -63,7 +63,7 @@ def read_events(path: Path) -> list[Event]:
         try:
             entry = json.loads(line)
             found.append(Event(int(entry.pop("stamp_ns")), str(entry.pop("event")), entry))
-        except (ValueError, KeyError, TypeError, AttributeError):
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
             if number == len(lines):  # a killed run leaves half a line at the end
                 break
             raise InputError(

@@ -173,7 +173,7 @@ def _read_json(path: Path) -> dict[str, Any]:
         raise InputError(
             Problem(f"cannot be read: {error.strerror}", Place(path), remedy="give the folder of a session")
         ) from None
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise InputError(Problem(f"is not JSON: {error}", Place(path), remedy="restore the file")) from None
     if not isinstance(data, dict):
         raise InputError(Problem("is not a JSON object", Place(path), remedy="restore the file"))

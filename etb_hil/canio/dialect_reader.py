@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from dataclasses import replace
 from typing import TYPE_CHECKING, cast
 
 import cantools
@@ -35,7 +36,10 @@ def read_dialect(
     reader = _Reader(load_dbc(path), path, where)
     messages = reader.messages(roles, protection, id_offset)
     if reader.problems:
-        raise InputError(*reader.problems)
+        # The place is that of the bench file's key; what it does not fit is the DBC file, which may be the wrong one.
+        raise InputError(
+            *(p if path.name in str(p) else replace(p, what=f"{p.what} (DBC: {path.name})") for p in reader.problems)
+        )
     return messages
 
 

@@ -37,7 +37,8 @@ def run_until_answered(bench, unit, folder):
         done = vcan_machine.run([sys.executable, str(PAIR), bench, unit, str(place)], place, timeout_s=300)
         told += f"attempt {attempt}: exit code {done.returncode}\n{done.stdout}{done.stderr}\n"
         if done.returncode not in STALLED:
-            (session,) = (place / "sessions").iterdir()
+            (manifest,) = (place / "sessions").glob("*/session.json")
+            session = manifest.parent
             return done.returncode, session, told
     pytest.fail(f"no answer in {ATTEMPTS} attempts\n{told}")
 
