@@ -104,6 +104,7 @@ def test_a_damaged_file_is_never_a_traceback(tmp_path):
             assert len(got) <= 10_000
 
 
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # asammdf closes what it never opened
 def test_frames_written_by_us_are_read_by_python_can(tmp_path):
     from etb_hil.canio.log_writers import write_log  # noqa: PLC0415
 
