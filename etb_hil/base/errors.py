@@ -68,7 +68,3 @@ class BenchFault(EtbHilError, RuntimeError):
 
 class RecordingFault(BenchFault):
     """What is measured can no longer be written: the disk is full, or gone."""
-
-
-class RunAborted(EtbHilError):
-    """Somebody ended the run before it was done."""

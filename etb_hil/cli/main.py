@@ -49,7 +49,7 @@ def _parser(command: str | None) -> argparse.ArgumentParser:
 
 def _guarded(run: object, options: argparse.Namespace) -> int:
     from etb_hil.base.compiled_cache import drop_stale
-    from etb_hil.base.errors import BenchFault, EtbHilError, InputError, RunAborted
+    from etb_hil.base.errors import BenchFault, EtbHilError, InputError
     from etb_hil.base.outcome import ExitCode
 
     drop_stale()
@@ -58,7 +58,7 @@ def _guarded(run: object, options: argparse.Namespace) -> int:
     except InputError as error:
         print(error, file=sys.stderr)
         return ExitCode.BAD_INPUT
-    except (RunAborted, KeyboardInterrupt) as error:
+    except KeyboardInterrupt as error:
         print(f"aborted: {error}" if str(error) else "aborted", file=sys.stderr)
         return ExitCode.ABORTED
     except (BenchFault, EtbHilError) as error:
