@@ -76,7 +76,9 @@ class PythonCanLink:
         self._received_count += len(received) - errors
         frames = concatenate_frames([received, *self._sent])
         self._sent = []
-        order = np.argsort(frames.stamp_ns, kind="stable")
+        # A host's clock that is set back between two frames changes their stamps, never the order in which they came.
+        come_ns = np.concatenate([np.maximum.accumulate(received.stamp_ns), frames.stamp_ns[len(received) :]])
+        order = np.argsort(come_ns, kind="stable")
         frames = frames.rows(order)
         self._meter.note(frames)
         return frames

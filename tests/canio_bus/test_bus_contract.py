@@ -81,14 +81,22 @@ def test_own_frames_stay_away_unless_asked_for(open_bus, request):
     assert one.recv(0.05) is None
 
 
-def test_order_is_kept_and_stamps_do_not_fall(open_bus):
+def fifty(open_bus):
     one, other = open_bus(), open_bus()
     for number in range(50):
         one.send(message(0x100, number.to_bytes(2, "big")))
-    got = [other.recv(WAIT) for _ in range(50)]
-    assert [int.from_bytes(m.data, "big") for m in got] == list(range(50))
-    stamps = [m.timestamp for m in got]
-    assert stamps == sorted(stamps)
+    return [other.recv(WAIT) for _ in range(50)]
+
+
+def test_order_is_kept(open_bus):
+    assert [int.from_bytes(m.data, "big") for m in fifty(open_bus)] == list(range(50))
+
+
+def test_stamps_of_our_bus_do_not_fall():
+    # Of ours alone: the others stamp by the host's clock, which may be set back at any time.
+    for open_bus in opened("etb_virtual", fd=False):
+        stamps = [m.timestamp for m in fifty(open_bus)]
+        assert stamps == sorted(stamps)
 
 
 def test_every_other_bus_hears_a_frame(open_bus):

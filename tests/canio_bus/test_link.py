@@ -225,6 +225,16 @@ def test_stamps_of_another_epoch_are_brought_onto_our_clock(monkeypatch, stamps,
     link.close()
 
 
+def test_a_clock_set_back_does_not_change_the_order(monkeypatch):
+    now = time.time()
+    stamps = (now, now + 0.0002, now - 0.0004, now - 0.0003)
+    monkeypatch.setattr(can, "Bus", lambda **_: Stamped(stamps))
+    link = open_link(BusSettings(interface="virtual", channel="stepped"), WallClock())
+    got = link.receive()
+    assert got.stamp_ns.tolist() == pytest.approx([round(stamp * 1e9) for stamp in stamps], abs=500)
+    link.close()
+
+
 class Flooding(can.BusABC):
     """A bus whose frames take longer to decode than to come."""
 
