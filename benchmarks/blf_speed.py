@@ -15,8 +15,8 @@ from pathlib import Path
 import can
 import numpy as np
 
-from etb_hil.canio.blf import BlfLog, read_blf
 from etb_hil.canio.frames import FrameBlock
+from etb_hil.canio.logs.blf import BlfLog, read_blf
 from etb_hil.canio.messages import to_message
 
 START = 1_763_600_000_000_000_000

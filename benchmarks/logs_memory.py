@@ -20,15 +20,15 @@ from log_traffic import Traffic
 
 from etb_hil.base.stock import find
 from etb_hil.bench.job import JobFiles, execute, prepare
-from etb_hil.canio.blf import BlfLog, read_blf
 from etb_hil.canio.frames import concatenate_frames
+from etb_hil.canio.logs.blf import BlfLog, read_blf
 
 COLD = """
 import sys
 {without}
 from cantools.database.can import Database
 from pathlib import Path
-from etb_hil.canio.blf import read_blf
+from etb_hil.canio.logs.blf import read_blf
 from etb_hil.canio.columns import ColumnDecoder
 from etb_hil.canio.frames import gathered
 database = Database(strict=False)

@@ -20,12 +20,12 @@ import cantools
 import numpy as np
 from log_traffic import Traffic
 
-from etb_hil.canio.blf import read_blf
 from etb_hil.canio.columns import ColumnDecoder
 from etb_hil.canio.decoder import Decoder
 from etb_hil.canio.frames import gathered
-from etb_hil.canio.log_writers import write_log
-from etb_hil.canio.logs import read_log
+from etb_hil.canio.logs.blf import read_blf
+from etb_hil.canio.logs.reading import read_log
+from etb_hil.canio.logs.writing import write_log
 
 WRITTEN_BY_US = (".blf", ".mf4")
 

@@ -10,8 +10,8 @@ import numpy as np
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.canio.columns import ColumnDecoder
 from etb_hil.canio.frames import gathered
-from etb_hil.canio.log_writers import log_suffix, write_log
-from etb_hil.canio.logs import read_log
+from etb_hil.canio.logs.reading import read_log
+from etb_hil.canio.logs.writing import log_suffix, write_log
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
     from etb_hil.canio.columns import MessageColumns
     from etb_hil.canio.frames import FrameBlock
-    from etb_hil.canio.log_writers import LogWriter
-    from etb_hil.canio.mf4_writer import Mf4Log
+    from etb_hil.canio.logs.mf4_writer import Mf4Log
+    from etb_hil.canio.logs.writing import LogWriter
     from etb_hil.recording.samples import Int64
 
 
@@ -81,7 +81,7 @@ def export(log: Callable[[], Iterable[FrameBlock]], path: Path, messages: Sequen
 
 
 def _signals(log: Iterable[FrameBlock], path: Path, messages: Sequence[Message]) -> Exported:
-    from etb_hil.canio.parquet_signals import ParquetSignals  # noqa: PLC0415 (pyarrow is an extra)
+    from etb_hil.canio.logs.parquet_signals import ParquetSignals  # noqa: PLC0415 (pyarrow is an extra)
 
     if not messages:
         raise InputError(Problem("a Parquet file holds signals", Place(path), remedy="name their DBC file or bench"))

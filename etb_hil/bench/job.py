@@ -28,10 +28,10 @@ from etb_hil.bench.session import Session, create
 from etb_hil.bench.snapshot import Watcher, nobody
 from etb_hil.bench.store import STORE, RunInStore
 from etb_hil.bench.tap import Tap
-from etb_hil.canio.blf import BlfLog
 from etb_hil.canio.bus_settings import VIRTUAL
 from etb_hil.canio.commands import CommandEncoder
 from etb_hil.canio.link import Link, VirtualLink, open_link
+from etb_hil.canio.logs.blf import BlfLog
 from etb_hil.canio.virtual_network import VirtualNetwork
 from etb_hil.controller.virtual_controller import VirtualController
 from etb_hil.diagnosis.limits import Limits, load_limits

@@ -13,7 +13,7 @@ from etb_hil.bench.finished import Finished
 from etb_hil.bench.record import PhaseTime, RunRecord
 from etb_hil.bench.results import results_of
 from etb_hil.bench.session import Session
-from etb_hil.canio.logs import read_log
+from etb_hil.canio.logs.reading import read_log
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -17,7 +17,7 @@ from etb_hil.bench.record import record_of
 from etb_hil.bench.results import results_of
 from etb_hil.bench.scenario_file import load_scenario
 from etb_hil.bench.session import InputFile, Session, open_session
-from etb_hil.canio.blf import read_blf
+from etb_hil.canio.logs.blf import read_blf
 from etb_hil.diagnosis.limits import load_limits
 from etb_hil.plant.parameters import load_model
 

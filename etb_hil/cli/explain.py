@@ -58,7 +58,7 @@ def _recording(path: Path, options: argparse.Namespace) -> Recording:
     from etb_hil.base.stock import find
     from etb_hil.bench.bench_file import load_bench
     from etb_hil.bench.session import open_session
-    from etb_hil.canio.log_recording import record_log
+    from etb_hil.canio.logs.recording import record_log
 
     if path.is_dir():
         session = open_session(path)

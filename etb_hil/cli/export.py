@@ -23,7 +23,7 @@ def run(options: argparse.Namespace) -> int:
     """Write the file, and say what it could not hold."""
     from etb_hil.base.errors import InputError, Place, Problem
     from etb_hil.bench.export import export
-    from etb_hil.canio.logs import read_log
+    from etb_hil.canio.logs.reading import read_log
 
     raw = options.source / "raw.blf" if options.source.is_dir() else options.source
     if options.out.exists() and options.out.samefile(raw):

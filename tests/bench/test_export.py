@@ -10,7 +10,7 @@ from whole_run import run_on
 from etb_hil.base.errors import InputError
 from etb_hil.bench.export import export
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
-from etb_hil.canio.logs import read_log
+from etb_hil.canio.logs.reading import read_log
 from etb_hil.cli.main import main
 
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::ResourceWarning")

@@ -15,9 +15,9 @@ from etb_hil.bench.log_replay import Frames, LogJob, judge, stretches
 from etb_hil.bench.onto_bus import LEAD_NS, send_log
 from etb_hil.bench.record import record_of
 from etb_hil.bench.replay import Window, replay, rule_files, within
-from etb_hil.canio.blf import BlfLog, read_blf
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
 from etb_hil.canio.link import VirtualLink
+from etb_hil.canio.logs.blf import BlfLog, read_blf
 from etb_hil.canio.virtual_network import VirtualNetwork
 from etb_hil.cli.main import main
 

@@ -15,9 +15,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from etb_hil.base.errors import InputError
-from etb_hil.canio.blf import BlfLog
 from etb_hil.canio.frames import FrameBlock, concatenate_frames
-from etb_hil.canio.logs import read_log
+from etb_hil.canio.logs.blf import BlfLog
+from etb_hil.canio.logs.reading import read_log
 from etb_hil.canio.messages import from_messages
 
 CHECKOUT = Path(__file__).resolve().parents[2]

@@ -7,7 +7,7 @@ from test_logs import messages, same
 
 from etb_hil.base.errors import InputError
 from etb_hil.canio.frames import FrameFlag, concatenate_frames
-from etb_hil.canio.logs import read_log
+from etb_hil.canio.logs.reading import read_log
 from etb_hil.canio.messages import from_messages
 
 pytest.importorskip("asammdf", reason="the extra `logs` is not installed")
@@ -106,7 +106,7 @@ def test_a_damaged_file_is_never_a_traceback(tmp_path):
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # asammdf closes what it never opened
 def test_frames_written_by_us_are_read_by_python_can(tmp_path):
-    from etb_hil.canio.log_writers import write_log  # noqa: PLC0415
+    from etb_hil.canio.logs.writing import write_log  # noqa: PLC0415
 
     frames = from_messages(kinds(many(50)))
     frames.flags[::2] |= np.uint8(FrameFlag.SENT)

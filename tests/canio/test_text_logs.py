@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from test_logs import read, same
 
 from etb_hil.base.errors import InputError
-from etb_hil.canio import text_logs
 from etb_hil.canio.frames import FrameFlag
+from etb_hil.canio.logs import text as text_logs
 from etb_hil.canio.messages import from_messages
 
 HEAD = "date Sat Sep 30 15:06:13.191 2017\nbase hex  timestamps absolute\ninternal events logged\n"

@@ -12,7 +12,7 @@ import pytest
 
 from etb_hil.base.errors import InputError
 from etb_hil.bench.bench_file import load_bench
-from etb_hil.canio.log_recording import record_log
+from etb_hil.canio.logs.recording import record_log
 from etb_hil.recording.recording import ClockGrade
 from etb_hil.report.recording_plot import plot_recording
 

@@ -16,8 +16,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from etb_hil.base.errors import BenchFault, InputError
-from etb_hil.canio.blf import BlfLog, read_blf
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
+from etb_hil.canio.logs.blf import BlfLog, read_blf
 from etb_hil.canio.messages import from_messages, to_message
 
 START = 1_763_600_000_123_456_789
@@ -312,7 +312,7 @@ def test_a_folder_that_is_not_there_is_a_bench_fault(tmp_path):
 def test_reading_a_log_imports_neither_python_can_nor_numba(tmp_path):
     written(tmp_path / "log.blf", traffic(10))
     script = (
-        "import sys; from pathlib import Path; from etb_hil.canio.blf import read_blf; "
+        "import sys; from pathlib import Path; from etb_hil.canio.logs.blf import read_blf; "
         f"print(sum(map(len, read_blf(Path({str(tmp_path / 'log.blf')!r})))), {{'can', 'numba'}} & set(sys.modules))"
     )
     done = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True)

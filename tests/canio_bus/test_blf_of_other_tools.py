@@ -7,8 +7,8 @@ import can
 import numpy as np
 import pytest
 
-from etb_hil.canio.blf import read_blf
 from etb_hil.canio.frames import FrameFlag, concatenate_frames
+from etb_hil.canio.logs.blf import read_blf
 
 CAN_MESSAGE, CAN_STATISTIC, APP_TEXT, CAN_MESSAGE2, CAN_FD_64 = 1, 4, 65, 86, 101
 TEN_MICROSECONDS, NANOSECONDS = 1, 2

@@ -18,7 +18,7 @@ from etb_hil.bench.job import execute
 from etb_hil.bench.preflight import check_scenario
 from etb_hil.bench.replay import replay
 from etb_hil.bench.scenario_file import load_scenario
-from etb_hil.canio.logs import read_log
+from etb_hil.canio.logs.reading import read_log
 from etb_hil.diagnosis.limits import load_limits
 from etb_hil.plant.parameters import load_model
 from etb_hil.report.html_report import write_report

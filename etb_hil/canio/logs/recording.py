@@ -7,7 +7,7 @@ from pathlib import Path
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.canio.decoder import Decoder, MessageStatistics
 from etb_hil.canio.dialect import Dialect
-from etb_hil.canio.logs import read_log
+from etb_hil.canio.logs.reading import read_log
 from etb_hil.recording.recording import ClockGrade, Recording
 
 

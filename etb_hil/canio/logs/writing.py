@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from etb_hil.base.errors import InputError, Place, Problem
-from etb_hil.canio.blf import BlfLog
 from etb_hil.canio.frames import FrameFlag
+from etb_hil.canio.logs.blf import BlfLog
 
 if TYPE_CHECKING:
     from etb_hil.canio.frames import FrameBlock
@@ -52,7 +52,7 @@ def write_log(path: Path, start_ns: int) -> LogWriter:
     if suffix == ".blf":
         return _BlfWriter(path, start_ns)
     if suffix == ".mf4":
-        from etb_hil.canio.mf4_writer import Mf4Log  # noqa: PLC0415 (asammdf is an extra, and slow to import)
+        from etb_hil.canio.logs.mf4_writer import Mf4Log  # noqa: PLC0415 (asammdf is an extra, and slow to import)
 
         return Mf4Log(path, start_ns)
     if suffix not in _BY_PYTHON_CAN:

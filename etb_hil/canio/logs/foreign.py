@@ -15,7 +15,7 @@ from can.util import dlc2len
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.canio.frames import FrameBlock
-from etb_hil.canio.log_source import LineSource, reader_warnings
+from etb_hil.canio.logs.line_source import LineSource, reader_warnings
 from etb_hil.canio.messages import from_messages
 
 CHUNK = 8192

@@ -14,10 +14,10 @@ from typing import IO, TYPE_CHECKING, cast
 import numpy as np
 
 from etb_hil.base.errors import InputError, Place, Problem
-from etb_hil.canio import text_scan as scan
-from etb_hil.canio.asc_scan import scan_asc
-from etb_hil.canio.candump_scan import scan_candump
 from etb_hil.canio.frames import FrameBlock, concatenate_frames
+from etb_hil.canio.logs import text_scan as scan
+from etb_hil.canio.logs.asc_scan import scan_asc
+from etb_hil.canio.logs.candump_scan import scan_candump
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -139,7 +139,7 @@ class TextLog:
 
     def _odd_line(self, line: bytes) -> FrameBlock:
         """Return what python-can makes of a line; where it refuses the line, the reading ends."""
-        from etb_hil.canio.foreign_logs import frames_of_text  # noqa: PLC0415 (importing can is slow)
+        from etb_hil.canio.logs.foreign import frames_of_text  # noqa: PLC0415 (importing can is slow)
 
         head = (
             f"base {'dec' if self._base == 10 else 'hex'}\ninternal events logged\n" if self._suffix == ".asc" else ""

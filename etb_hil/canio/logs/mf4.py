@@ -9,7 +9,7 @@ import numpy as np
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
-from etb_hil.canio.mf4_blocks import DamagedError, Mf4Blocks, UnknownLayoutError
+from etb_hil.canio.logs.mf4_blocks import DamagedError, Mf4Blocks, UnknownLayoutError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from etb_hil.canio.mf4_blocks import Field, FrameGroup
+    from etb_hil.canio.logs.mf4_blocks import Field, FrameGroup
 
 _FLAGS = {
     "IDE": FrameFlag.EXTENDED,
@@ -81,7 +81,7 @@ class Mf4Reader:
                 )
 
     def _by_asammdf(self, reason: str) -> Iterator[FrameBlock]:
-        from etb_hil.canio.foreign_logs import ForeignLog  # noqa: PLC0415 (importing can is slow)
+        from etb_hil.canio.logs.foreign import ForeignLog  # noqa: PLC0415 (importing can is slow)
 
         other = ForeignLog(self._path)
         try:

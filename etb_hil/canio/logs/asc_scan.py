@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from etb_hil.canio.frames import FD_LENGTHS
-from etb_hil.canio.text_scan import (
+from etb_hil.canio.logs.text_scan import (
     BITRATE_SWITCH,
     DIGIT,
     DONE,
@@ -44,7 +44,7 @@ from etb_hil.canio.text_scan import (
 )
 
 if TYPE_CHECKING:
-    from etb_hil.canio.text_scan import Bytes, Columns, Int64
+    from etb_hil.canio.logs.text_scan import Bytes, Columns, Int64
 
 _LENGTHS = np.array(FD_LENGTHS, np.int64)
 _MAX_IDENT = 0x1FFFFFFF

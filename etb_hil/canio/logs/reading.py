@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Protocol
 
-from etb_hil.canio.blf import read_blf
 from etb_hil.canio.frames import FrameBlock
+from etb_hil.canio.logs.blf import read_blf
 
 
 class LogReader(Protocol):
@@ -31,13 +31,13 @@ def read_log(path: Path) -> LogReader:
         return read_blf(path)
     suffix = (Path(path.stem).suffix if path.suffix.lower() == ".gz" else path.suffix).lower()
     if suffix in {".asc", ".log"}:
-        from etb_hil.canio.text_logs import TextLog  # noqa: PLC0415 (nor numba for a raw log)
+        from etb_hil.canio.logs.text import TextLog  # noqa: PLC0415 (nor numba for a raw log)
 
         return TextLog(path, suffix)
     if suffix == ".mf4" and path.suffix.lower() == ".mf4":
-        from etb_hil.canio.mf4 import Mf4Reader  # noqa: PLC0415 (few logs are)
+        from etb_hil.canio.logs.mf4 import Mf4Reader  # noqa: PLC0415 (few logs are)
 
         return Mf4Reader(path)
-    from etb_hil.canio.foreign_logs import ForeignLog  # noqa: PLC0415 (importing can is slow)
+    from etb_hil.canio.logs.foreign import ForeignLog  # noqa: PLC0415 (importing can is slow)
 
     return ForeignLog(path)

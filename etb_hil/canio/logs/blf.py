@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from etb_hil.base.errors import BenchFault, InputError, Place, Problem, RecordingFault
-from etb_hil.canio.blf_objects import HEADER, MAX_PADDING, SIGNATURE, pack, unpack
 from etb_hil.canio.frames import FrameBlock, concatenate_frames
+from etb_hil.canio.logs.blf_objects import HEADER, MAX_PADDING, SIGNATURE, pack, unpack
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
-from etb_hil.canio.text_scan import (
+from etb_hil.canio.logs.text_scan import (
     BITRATE_SWITCH,
     DIGIT,
     DONE,
@@ -43,7 +43,7 @@ from etb_hil.canio.text_scan import (
 )
 
 if TYPE_CHECKING:
-    from etb_hil.canio.text_scan import Bytes, Columns, Int64
+    from etb_hil.canio.logs.text_scan import Bytes, Columns, Int64
 
 _MAX_IDENT = 0x1FFFFFFF
 _ERROR_IDENT = 0x20000000  # SocketCAN's bit for error frames
