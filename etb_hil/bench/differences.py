@@ -84,7 +84,10 @@ def first_difference(finished: Finished) -> str | None:
 
 def _difference(before: object, now: object, key: str) -> str | None:
     if isinstance(before, dict) and isinstance(now, dict):
-        names = [name for name in (*before, *(n for n in now if n not in before)) if f"{key}{name}" != "versions"]
+        # A key at the top that the session does not have is one of a later version.
+        names = [
+            name for name in (*before, *(n for n in now if key and n not in before)) if f"{key}{name}" != "versions"
+        ]
         pairs = [(f"{key}{name}", before.get(name), now.get(name)) for name in names]
     elif isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
         pairs = [(f"{key}{index}", *pair) for index, pair in enumerate(zip(before, now, strict=True))]

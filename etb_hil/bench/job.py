@@ -122,7 +122,8 @@ def execute(
         keep_steady()
     bench = job.setup.bench
     with nullcontext() if job.is_virtual else controller_lock(bench.bus, bench.id_offset):
-        session = create(folder, job.scenario.content.name, serial, inputs)
+        noise = seed if job.is_virtual else None
+        session = create(folder, job.scenario.content.name, serial, inputs, model=job.model.name, seed=noise)
         attempt = 1
         while True:
             finished = _attempt(job, session, seed, attempt, watcher, operator)

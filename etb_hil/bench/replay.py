@@ -92,6 +92,8 @@ def replay(
         kept = tuple(entry for entry in session.inputs if entry.kind in {"scenario", "unit"})
         session = replace(session, inputs=(*kept, *files.inputs()))
     rules = files.read()
+    if model:
+        session = replace(session, model=rules.model.name)
     record = _record(session)
     analysis = Analysis(rules.setup.dialect, rules.model, rules.limits, str(folder))
     conditions = {step.id: step.phase.until for step in load_scenario(session.input_path("scenario")).content.steps}

@@ -34,6 +34,9 @@ def results_of(
         "schema_version": SCHEMA_VERSION,
         "run_id": session.run_id,
         "started": session.started,
+        "scenario": session.scenario,
+        "model": session.model,
+        "seed": session.seed,
         "duration_s": (record.end_ns - record.start_ns) * 1e-9,
         "exit_code": int(exit_code(record.outcome, verdict)),
         "unit": {

@@ -35,13 +35,16 @@ class InputFile:
 
 @dataclass(frozen=True, slots=True)
 class Session:
-    """An opened session folder."""
+    """An opened session folder; names of scenario and model, and the seed, as far as the session keeps them."""
 
     folder: Path
     run_id: str
     serial: str
     started: str
     inputs: tuple[InputFile, ...]
+    scenario: str = ""
+    model: str = ""
+    seed: int | None = None
 
     def input_path(self, kind: str) -> Path:
         """Return the session's own copy of an input; InputError where it has none of that kind."""
@@ -89,7 +92,9 @@ def versions() -> dict[str, str]:
     return {"etb-hil": __version__, "python": platform.python_version()} | {n: metadata.version(n) for n in names}
 
 
-def create(parent: Path, scenario: str, serial: str, inputs: dict[str, Path]) -> Session:
+def create(
+    parent: Path, scenario: str, serial: str, inputs: dict[str, Path], *, model: str = "", seed: int | None = None
+) -> Session:
     """Make a session folder under `parent`, with copies of the inputs, and return it."""
     now = datetime.now(UTC)
     label = "_".join(part for part in (_slug(scenario), _slug(serial)) if part)
@@ -103,12 +108,16 @@ def create(parent: Path, scenario: str, serial: str, inputs: dict[str, Path]) ->
             shutil.copyfile(path, folder / "inputs" / name)
             digest = hashlib.sha256((folder / "inputs" / name).read_bytes()).hexdigest()
             entries.append(InputFile(kind, name, digest))
-        session = Session(folder, folder.name, serial, now.isoformat(timespec="milliseconds"), tuple(entries))
+        started = now.isoformat(timespec="milliseconds")
+        session = Session(folder, folder.name, serial, started, tuple(entries), scenario, model, seed)
         manifest = {
             "schema": SCHEMA,
             "run_id": session.run_id,
             "serial": serial,
             "started": session.started,
+            "scenario": scenario,
+            "model": model,
+            "seed": seed,
             "inputs": [
                 {"kind": e.kind, "name": e.name, "sha256": e.sha256, "given_as": str(inputs[e.kind])} for e in entries
             ],
@@ -135,7 +144,10 @@ def open_session(folder: Path) -> Session:
         )
     try:
         entries = tuple(InputFile(e["kind"], _plain_name(folder, e["name"]), e["sha256"]) for e in manifest["inputs"])
-        return Session(folder, manifest["run_id"], manifest.get("serial", ""), manifest.get("started", ""), entries)
+        told = {key: manifest[key] for key in ("scenario", "model", "seed") if key in manifest}
+        return Session(
+            folder, manifest["run_id"], manifest.get("serial", ""), manifest.get("started", ""), entries, **told
+        )
     except (KeyError, TypeError) as error:
         raise InputError(
             Problem(f"is damaged: {error}", Place(folder / MANIFEST), remedy="restore it from a copy of the session")

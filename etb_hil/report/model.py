@@ -194,13 +194,19 @@ class InputFile:
 
 @dataclass(frozen=True, slots=True)
 class Results:
-    """Everything that `results.json` holds; keys are the fields' names."""
+    """Everything that `results.json` holds; keys are the fields' names.
+
+    `seed` is that of a virtual unit's noise; the model is the one that the bench knows the unit by.
+    """
 
     run_id: str
     unit: Unit
     bench: Bench
     schema_version: int = SCHEMA_VERSION
     started: str = ""
+    scenario: str = ""
+    model: str = ""
+    seed: int | None = None
     duration_s: float | None = None
     timestamp_grade: str = ""
     clock: Clock = field(default_factory=Clock)
@@ -252,8 +258,8 @@ _RESULTS = TypeAdapter(Results)
 
 
 def results_schema() -> dict[str, Any]:
-    """Return the JSON schema of `results.json`."""
-    return _RESULTS.json_schema()
+    """Return the JSON schema of `results.json`, published by `etb-hil schema results`."""
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **_RESULTS.json_schema()}
 
 
 def _none() -> Float64:
