@@ -12,10 +12,12 @@ from etb_hil import __version__
 COMMANDS = {
     "run": "run a scenario on a bench and judge the unit",
     "replay": "judge a recorded session or log again, with the same code",
+    "baseline": "make a baseline from a session, for later runs to be compared to",
     "export": "write a session or log in another format, or its signals",
     "controller": "be the virtual throttle controller on a bus",
     "explain": "explain a measurement: what the simulation gets wrong, why, and how much better it gets",
     "isolability": "tell which effects a planned scenario could tell apart",
+    "history": "units over time, control charts, capability, gauge R&R and drift of many runs",
     "check": "check bench, scenario, model and limits without moving anything",
     "simulate": "run a scenario or a recorded voltage on a model, without a bus, into a table",
     "schema": "print the JSON schemas of the files that people write",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from etb_hil.diagnosis.assessment import Assessment, Interval, fitted_numbers
 from etb_hil.diagnosis.contradiction import widened
 from etb_hil.diagnosis.current_zero import Zero
@@ -96,5 +98,10 @@ def _basis(assessment: Assessment, reading: LiveReading, zero: Zero) -> tuple[Nu
         Number("fastest", "highest speed", reading.fastest, "rad/s"),
         Number("current_zero", "zero of the current sensor", zero.current if zero.is_measured else None, "A"),
         Number("current_noise", "noise of the current sensor", zero.noise if zero.is_measured else None, "A"),
+        Number("temperature", "temperature when the current's zero was measured", _known(zero.temperature), "degC"),
         Number("windows", "windows behind the fit", float(len(assessment.windows)), "1"),
     )
+
+
+def _known(value: float) -> float | None:
+    return None if math.isnan(value) else value

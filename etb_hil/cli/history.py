@@ -1,0 +1,53 @@
+"""`etb-hil history`: what many runs say of units, production and benches."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+ROWS = 20
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.add_argument(
+        "sources",
+        type=Path,
+        nargs="*",
+        default=[Path("sessions")],
+        metavar="SOURCE",
+        help="folder of sessions, session, or store of results (default: sessions)",
+    )
+    parser.add_argument("--rows", type=int, default=ROWS, help="latest runs to print (default: %(default)s)")
+    parser.add_argument("--out", type=Path, help="folder for history.csv, .json, .parquet and a plot a part")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print the history of each part, and write tables and plots where a folder was named."""
+    from etb_hil.base.errors import InputError, Problem
+    from etb_hil.cli.show import say
+
+    try:
+        import scipy  # noqa: F401 (said here, once)
+    except ImportError:
+        raise InputError(Problem("scipy is not installed", remedy="pip install 'etb-hil[history]'")) from None
+    from etb_hil.history.history import histories
+    from etb_hil.history.runs import read_runs
+    from etb_hil.report.history_text import history_text
+
+    runs, notes = read_runs(options.sources)
+    found = histories(runs)
+    for history in found:
+        say(history_text(history, max(options.rows, 1)))
+    for note in notes:
+        say(f"note: {note}")
+    if options.out is not None:
+        from etb_hil.history.tables import write_tables
+        from etb_hil.report.history_plot import plot_history
+
+        pages = write_tables(found, options.out)
+        for number, history in enumerate(found, 1):
+            pages.append(options.out / ("history.png" if len(found) == 1 else f"history-{number}.png"))
+            plot_history(history, pages[-1])
+        say("\n".join(map(str, pages)))
+    return 0

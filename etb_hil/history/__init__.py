@@ -1,0 +1,1 @@
+"""What many runs say together: temperature taken out, control charts, capability, gauge R&R, drift."""

@@ -1,0 +1,80 @@
+"""Control charts of individual values with their moving range."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from etb_hil.recording.samples import Float64
+
+FEWEST = 8  # values, for limits that mean something
+D2 = 1.128  # mean range of two normal values, in standard deviations (AIAG, SPC manual 2005, appendix E)
+D4 = 3.267  # upper limit of a range of two, in mean ranges (likewise)
+_SIDE, _STEADY = 9, 6  # Nelson (1984): so many on one side of the centre; so many steadily rising or falling
+
+
+@dataclass(frozen=True, slots=True)
+class ControlChart:
+    """A chart of individuals: values (n) and moving ranges (n - 1) with their centre lines and limits.
+
+    `sigma` is the standard deviation from one value to the next, without slow movements. `signals` maps the index of
+    a value that speaks against a steady process to the reason.
+    """
+
+    values: Float64
+    ranges: Float64
+    centre: float
+    sigma: float
+    signals: dict[int, str]
+
+    @property
+    def low(self) -> float:
+        """The lower control limit, three sigma under the centre."""
+        return self.centre - 3.0 * self.sigma
+
+    @property
+    def high(self) -> float:
+        """The upper control limit, three sigma above the centre."""
+        return self.centre + 3.0 * self.sigma
+
+    @property
+    def mean_range(self) -> float:
+        """The centre line of the moving ranges."""
+        return float(self.ranges.mean())
+
+    @property
+    def range_high(self) -> float:
+        """The upper control limit of the moving ranges."""
+        return D4 * self.mean_range
+
+
+def control_chart(values: Float64) -> ControlChart | None:
+    """Return the chart of values (n) in order of time, None of fewer than eight.
+
+    Shewhart's individuals and moving range, with the first three of Nelson's tests (Journal of Quality Technology 16,
+    1984): a value beyond three sigma, nine on one side of the centre, six steadily rising or falling.
+    """
+    if len(values) < FEWEST:
+        return None
+    ranges = np.abs(np.diff(values))
+    centre, sigma = float(values.mean()), float(ranges.mean()) / D2
+    return ControlChart(values, ranges, centre, sigma, _signals(values, centre, 3.0 * sigma))
+
+
+def _signals(values: Float64, centre: float, reach: float) -> dict[int, str]:
+    signals: dict[int, str] = {}
+    side = steady = 0
+    for index, value in enumerate(values):
+        above = math.copysign(1.0, value - centre) if value != centre else 0.0
+        side = int(above) if above == 0.0 or side * above < 0.0 else side + int(above)
+        step = 0.0 if index == 0 else float(np.sign(value - values[index - 1]))
+        steady = int(step) if step == 0.0 or steady * step < 0.0 else steady + int(step)
+        if abs(value - centre) > reach:
+            signals[index] = "beyond the limits"
+        elif abs(side) >= _SIDE:
+            signals[index] = f"{abs(side)} in a row on one side of the centre"
+        elif abs(steady) >= _STEADY - 1:  # six values are five steps
+            signals[index] = f"{abs(steady) + 1} in a row {'rising' if steady > 0 else 'falling'}"
+    return signals

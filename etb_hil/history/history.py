@@ -1,0 +1,107 @@
+"""The history of a part: its runs, and what they say of units, production and benches, number by number."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+
+import numpy as np
+
+from etb_hil.base.errors import InputError, Problem
+from etb_hil.history.capability import Capability, capability
+from etb_hil.history.control_chart import ControlChart, control_chart
+from etb_hil.history.drift import Drift, deviations, drifts
+from etb_hil.history.gauge import GaugeStudy, balanced, gauge_study
+from etb_hil.history.runs import Run
+from etb_hil.history.temperature import TemperatureEffect, temperature_effect
+from etb_hil.recording.samples import Float64
+
+FRICTION = ("T_st", "T_c")
+
+
+@dataclass(frozen=True, slots=True)
+class NumberHistory:
+    """A number over the runs that count: `values` (n) as measured, `compared` (n) without temperature where known.
+
+    `at` (n) is each value's place among the part's runs. `charted` are the units of the control chart, in order of
+    their latest runs, one value a unit. What the runs cannot tell is None.
+    """
+
+    id: str
+    at: list[int]
+    values: Float64
+    compared: Float64
+    temperature: TemperatureEffect | None
+    charted: list[str]
+    chart: ControlChart | None
+    capability: Capability | None
+    limit_low: float | None
+    limit_high: float | None
+    gauge: GaugeStudy | None
+    drifts: list[Drift]
+    looked_at: int
+
+
+@dataclass(frozen=True, slots=True)
+class History:
+    """All runs of one part under one scenario, and each number's history."""
+
+    part_number: str
+    revision: str
+    scenario: str
+    runs: list[Run]
+    numbers: list[NumberHistory]
+
+
+def histories(runs: Sequence[Run]) -> list[History]:
+    """Return a history for each part, revision and scenario: what was measured differently is not compared.
+
+    Raises InputError where there is no run.
+    """
+    groups: dict[tuple[str, str, str], list[Run]] = {}
+    for run in runs:
+        groups.setdefault((run.part_number, run.revision, run.scenario), []).append(run)
+    if not groups:
+        raise InputError(Problem("there is no finished run", remedy="name a folder of sessions that has some"))
+    return [History(*key, group, _numbers(group)) for key, group in sorted(groups.items())]
+
+
+def _numbers(runs: list[Run]) -> list[NumberHistory]:
+    stiction, coulomb = (_number(name, runs, None) for name in FRICTION)
+    return [stiction, coulomb, _number("return_margin", runs, stiction)]
+
+
+def _number(name: str, runs: list[Run], stiction: NumberHistory | None) -> NumberHistory:
+    """Return a number's history; the return margin gets its temperature taken out with that of T_st, its other part."""
+    at = [k for k, run in enumerate(runs) if run.counts and name in run.numbers]
+    values = np.array([runs[k].numbers[name].value for k in at])
+    warmth = np.array([np.nan if runs[k].temperature is None else runs[k].temperature for k in at], dtype=np.float64)
+    # A run without a serial number is a unit of its own: nobody knows whether it came again.
+    units = [runs[k].serial or f"run {runs[k].run_id}" for k in at]
+    if stiction is None:
+        effect = temperature_effect(values, warmth, units)
+        compared = values if effect is None else effect.taken_out(values, warmth)
+    else:
+        effect = stiction.temperature
+        moved_by = dict(zip(stiction.at, stiction.compared - stiction.values, strict=True))
+        compared = values - np.array([moved_by.get(k, math.nan) for k in at])
+    sound = np.flatnonzero(np.isfinite(compared))
+    latest = {units[k]: int(k) for k in sound}
+    charted = sorted(latest, key=lambda unit: latest[unit])
+    chart = control_chart(compared[[latest[unit] for unit in charted]])
+    limits = [(runs[k].numbers[name].limit_low, runs[k].numbers[name].limit_high) for k in at]
+    low, high = limits[-1] if limits else (None, None)
+    cells: dict[tuple[str, str], list[float]] = {}
+    for k in sound:
+        cells.setdefault((units[k], runs[at[k]].bench), []).append(float(compared[k]))
+    study = balanced(cells)
+    time = np.array([datetime.fromisoformat(runs[at[k]].started).timestamp() for k in sound])
+    names, benches = [units[k] for k in sound], [runs[at[k]].bench for k in sound]
+    drifting, looked_at = drifts(deviations(time, compared[sound], names, benches))
+    return NumberHistory(
+        name, at, values, compared, effect, charted, chart,
+        None if chart is None else capability(chart, low, high), low, high,
+        None if study is None else gauge_study(study[2]), drifting, looked_at,
+    )  # fmt: skip

@@ -1,0 +1,114 @@
+"""A history as files: a row a run in CSV and Parquet, and the statistics in JSON."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from etb_hil.history.history import History, NumberHistory
+
+SCHEMA = "etb_hil/history/1"
+_TEXTS = (
+    "run_id", "started", "part_number", "revision", "scenario", "bench", "serial", "bench_outcome", "verdict",
+    "reason_id",
+)  # fmt: skip
+
+
+def rows(found: Sequence[History]) -> list[dict[str, Any]]:
+    """Return a row a run: `counts` says whether the statistics rest on it; values in SI units, None where unknown.
+
+    A number has its columns `_low`, `_high` (95 % interval) and `_20_degC` (temperature taken out).
+    """
+    table = []
+    for history in found:
+        compared = {
+            number.id: dict(zip(number.at, map(float, number.compared), strict=True))
+            for number in history.numbers
+            if number.temperature is not None
+        }
+        for place, run in enumerate(history.runs):
+            row: dict[str, Any] = {name: getattr(run, name) for name in _TEXTS}
+            row |= {"counts": run.counts, "temperature_degC": run.temperature}
+            for number in history.numbers:
+                measured = run.numbers.get(number.id)
+                row[number.id] = None if measured is None else measured.value
+                row[f"{number.id}_low"] = None if measured is None else measured.low
+                row[f"{number.id}_high"] = None if measured is None else measured.high
+                row[f"{number.id}_20_degC"] = _finite(compared.get(number.id, {}).get(place, math.nan))
+            table.append(row)
+    return table
+
+
+def write_tables(found: Sequence[History], folder: Path) -> list[Path]:
+    """Write `history.csv`, `history.json` and, where pyarrow is installed, `history.parquet`; return their paths."""
+    folder.mkdir(parents=True, exist_ok=True)
+    table = rows(found)
+    written = [folder / "history.csv", folder / "history.json"]
+    with written[0].open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, list(table[0]))
+        writer.writeheader()
+        writer.writerows(table)
+    written[1].write_text(json.dumps(as_dict(found), indent=1, ensure_ascii=False) + "\n", "utf-8")
+    try:
+        import pyarrow as pa  # noqa: PLC0415 (an extra)
+        from pyarrow import parquet  # noqa: PLC0415
+    except ImportError:
+        return written
+    kinds = {name: pa.string() for name in _TEXTS} | {"counts": pa.bool_()}
+    columns = {name: pa.array([row[name] for row in table], kinds.get(name, pa.float64())) for name in table[0]}
+    parquet.write_table(pa.table(columns), folder / "history.parquet", compression="zstd")
+    return [*written, folder / "history.parquet"]
+
+
+def as_dict(found: Sequence[History]) -> dict[str, Any]:
+    """Return the statistics as JSON takes them."""
+    parts = []
+    for history in found:
+        part: dict[str, Any] = {name: getattr(history, name) for name in ("part_number", "revision", "scenario")}
+        part |= {"runs": len(history.runs), "counting": sum(run.counts for run in history.runs)}
+        parts.append(part | {"numbers": [_number(number) for number in history.numbers]})
+    return {"schema": SCHEMA, "parts": parts}
+
+
+def _number(number: NumberHistory) -> dict[str, Any]:
+    chart, study = number.chart, number.gauge
+    return {
+        "id": number.id,
+        "unit": "N·m",
+        "limit_low": number.limit_low,
+        "limit_high": number.limit_high,
+        "temperature": None if number.temperature is None else asdict(number.temperature),
+        "control_chart": None
+        if chart is None
+        else {
+            "units": number.charted,
+            "values": chart.values.tolist(),
+            "centre": chart.centre,
+            "low": chart.low,
+            "high": chart.high,
+            "sigma": chart.sigma,
+            "mean_range": chart.mean_range,
+            "range_high": chart.range_high,
+            "signals": {number.charted[index]: reason for index, reason in chart.signals.items()},
+        },
+        "capability": None if number.capability is None else asdict(number.capability),
+        "gauge": None
+        if study is None
+        else {
+            **asdict(study),
+            "gauge": study.gauge,
+            "total": study.total,
+            "gauge_share": study.share(study.gauge),
+            "categories": study.categories,
+        },
+        "drifts": [asdict(drift) for drift in number.drifts],
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

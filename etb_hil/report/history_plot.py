@@ -1,0 +1,108 @@
+"""The plot of a history: friction of each unit over time, and the control charts."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
+from matplotlib.figure import Figure
+
+from etb_hil.history.control_chart import FEWEST, ControlChart
+from etb_hil.history.history import FRICTION, History, NumberHistory
+from etb_hil.report.drawing import INK, LIMIT, MEASURED, MUTED, STYLE, legend_below, save_png, say_empty
+from etb_hil.report.show import printable
+
+_NAMED = 8  # units that are named; more would hide the data
+_MARKERS = "osD^vPX*"
+
+
+@mpl.rc_context(STYLE)
+def plot_history(history: History, path: Path) -> None:
+    """Write a PNG: T_st and T_c of each unit over time with their limits, and a control chart of each."""
+    names = [number for number in history.numbers if number.id in FRICTION]
+    figure = Figure(figsize=(12.0, 4.4 * len(names)), layout="constrained")
+    layout: list[Any] = [
+        row for n in names for row in ([f"{n.id} time", f"{n.id} chart"],) * 2 + ([f"{n.id} time", f"{n.id} range"],)
+    ]
+    axes = figure.subplot_mosaic(layout)
+    part = printable(" ".join(filter(None, (history.part_number, history.revision, history.scenario))), 90)
+    figure.suptitle(part, fontsize=11, color=INK)
+    for place, number in enumerate(names):
+        _over_time(axes[f"{number.id} time"], history, number, named=place == 0)
+        _chart(axes[f"{number.id} chart"], axes[f"{number.id} range"], number, named=place == 0)
+    legend_below(figure, 5)
+    save_png(figure, path)
+
+
+def _over_time(axes: Axes, history: History, number: NumberHistory, *, named: bool) -> None:
+    known = "" if number.temperature is None else " at 20 °C"
+    axes.set(title=f"{number.id}{known} by unit", ylabel=f"{number.id} / N·m")
+    if not number.at:
+        say_empty(axes, "no run counts")
+        return
+    when = np.array([datetime.fromisoformat(history.runs[k].started) for k in number.at])
+    units = [history.runs[k].serial for k in number.at]
+    often = sorted(set(units), key=lambda unit: (not unit, -units.count(unit), unit))[:_NAMED]
+    rest = np.array([unit not in often for unit in units])
+    for marker, unit in zip(_MARKERS, often, strict=False):
+        here = np.array([u == unit for u in units])
+        label = (printable(unit, 20) or "no serial number") if named else None
+        axes.plot(
+            when[here],
+            number.compared[here],
+            f"{marker}-" if unit else marker,
+            markersize=4,
+            linewidth=0.8,
+            label=label,
+        )
+    if rest.any():
+        axes.plot(when[rest], number.compared[rest], ".", color=MUTED, label="other units" if named else None)
+    _limits(axes, number, "limit" if named else None)
+    locator = AutoDateLocator()  # type: ignore[no-untyped-call]
+    axes.xaxis.set_major_locator(locator)
+    axes.xaxis.set_major_formatter(ConciseDateFormatter(locator))  # type: ignore[no-untyped-call]
+
+
+def _chart(values: Axes, ranges: Axes, number: NumberHistory, *, named: bool) -> None:
+    values.set(title=f"Control chart of {number.id}, a point a unit", ylabel=f"{number.id} / N·m")
+    values.sharex(ranges)
+    values.tick_params(labelbottom=False)
+    ranges.set(xlabel="units in order of their latest runs", ylabel="moving range")
+    chart = number.chart
+    if chart is None:
+        say_empty(values, f"{len(number.charted)} units; {FEWEST} are needed")
+        say_empty(ranges, "")
+        return
+    place = np.arange(1, len(chart.values) + 1)
+    values.plot(place, chart.values, "o-", color=MEASURED, markersize=3.5, linewidth=0.8)
+    _lines(values, chart, named=named)
+    beyond = sorted(chart.signals)
+    values.plot(
+        place[beyond],
+        chart.values[beyond],
+        "s",
+        color=LIMIT,
+        markersize=7,
+        fillstyle="none",
+        label="signal" if named else None,
+    )
+    ranges.plot(place[1:], chart.ranges, "o-", color=MEASURED, markersize=3, linewidth=0.8)
+    ranges.axhline(chart.mean_range, color=INK, linewidth=0.8)
+    ranges.axhline(chart.range_high, color=INK, linestyle="--", linewidth=0.8)
+
+
+def _lines(axes: Axes, chart: ControlChart, *, named: bool) -> None:
+    axes.axhline(chart.centre, color=INK, linewidth=0.8, label="centre" if named else None)
+    axes.axhline(chart.low, color=INK, linestyle="--", linewidth=0.8, label="control limits" if named else None)
+    axes.axhline(chart.high, color=INK, linestyle="--", linewidth=0.8)
+
+
+def _limits(axes: Axes, number: NumberHistory, label: str | None) -> None:
+    for limit in (number.limit_low, number.limit_high):
+        if limit is not None:
+            axes.axhline(limit, color=LIMIT, linestyle=":", label=label)

@@ -1,0 +1,151 @@
+"""A history as text of 80 columns: a row a run, then what the runs say of each number."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Iterator
+
+from etb_hil.base.outcome import BenchOutcome
+from etb_hil.history.capability import Capability, Index
+from etb_hil.history.control_chart import FEWEST
+from etb_hil.history.drift import FEWEST as LEAST
+from etb_hil.history.drift import Drift
+from etb_hil.history.gauge import GaugeStudy
+from etb_hil.history.history import FRICTION, History, NumberHistory
+from etb_hil.history.temperature import LEAST_SPREAD, TemperatureEffect
+from etb_hil.report.show import plain, printable
+
+WIDTH = 80
+_INDENT = 17
+_HELD = "\N{NO-BREAK SPACE}"
+_NAMES = {"T_st": "break-away friction", "T_c": "sliding friction", "return_margin": "return margin"}
+
+
+def history_text(history: History, rows: int) -> str:
+    """Return a history as plain text; of the runs, the latest `rows`."""
+    head = f"{printable(history.part_number, 30)} revision {printable(history.revision, 10)}"
+    lines = ["", f"{head}, {printable(history.scenario, 30)}", *_table(history, rows)]
+    for number in history.numbers:
+        if number.at:
+            lines += ["", f"{number.id}, {_NAMES[number.id]}"]
+            for name, text in _statements(number):
+                lines += _entry(name, text)
+    return "\n".join(lines)
+
+
+def _table(history: History, rows: int) -> Iterator[str]:
+    runs = history.runs
+    counting = sum(run.counts for run in runs)
+    units = len({run.serial for run in runs if run.serial})
+    benches = len({run.bench for run in runs})
+    yield f"  Runs {len(runs)}, units {units}, benches {benches}; runs that count {counting}"
+    if counting < len(runs):
+        yield "  (In brackets: bench faults, aborted runs, and those whose verdict was withheld.)"
+    unnamed = sum(not run.serial for run in runs)
+    if unnamed:
+        yield f"  Runs without a serial number: {unnamed}; each stands for a unit of its own"
+    yield ""
+    taken = {n.id: dict(zip(n.at, n.compared, strict=True)) for n in history.numbers if n.temperature is not None}
+    yield f"  {'':29}{'as measured':>14}{'at 20 °C':>14}"
+    columns = "".join(f"{name:>7}" for name in FRICTION)
+    yield f"  {'date':11}{'serial':18}{columns}{columns}{'°C':>6} verdict"
+    if rows < len(runs):
+        yield f"  ... {len(runs) - rows} earlier ones"
+    for place, run in list(enumerate(runs))[-rows:]:
+        measured = [run.numbers[name].value if name in run.numbers else None for name in FRICTION]
+        compared = [taken.get(name, {}).get(place) for name in FRICTION]
+        values = "".join(f"{plain(value, 'N·m'):>7}" for value in (*measured, *compared))
+        verdict = run.verdict if run.bench_outcome == BenchOutcome.OK else f"bench {run.bench_outcome}"
+        said = verdict if run.counts else f"({verdict})"
+        serial = printable(run.serial or "-", 17)
+        yield f"  {run.started[:10]:11}{serial:18}{values}{plain(run.temperature, 'degC'):>6} {said}".rstrip()
+
+
+def _statements(number: NumberHistory) -> Iterator[tuple[str, str]]:
+    if number.id in FRICTION:
+        yield "Temperature", _temperature(number.temperature)
+    chart = number.chart
+    if chart is None:
+        yield "Control chart", f"no limits from fewer than {FEWEST} units; there are {len(number.charted)}."
+    else:
+        signals = [f"{printable(number.charted[k], 30)}: {reason}" for k, reason in chart.signals.items()]
+        state = "steady" if not signals else "NOT STEADY: " + "; ".join(signals[:5])
+        more = f"; {len(signals) - 5} more in history.json" if len(signals) > 5 else ""
+        limits = f"limits {plain(chart.low, 'N·m')} to {_torque(chart.high)}"
+        centre = f"{len(chart.values)} units, centre {_torque(chart.centre)}"
+        yield "Control chart", f"{centre}, {limits}, moving range {_torque(chart.mean_range)}: {state}{more}."
+    if number.capability is not None:
+        yield "Capability", _capability(number.capability)
+    yield "Gauge R&R", _gauge(number.gauge)
+    yield "Drift", " ".join(map(_drift, number.drifts)) or _no_drift(number.looked_at)
+
+
+def _temperature(effect: TemperatureEffect | None) -> str:
+    if effect is None:
+        return (
+            f"not taken out: no unit was seen at temperatures {LEAST_SPREAD:.0f} K apart, or too few runs were. "
+            "Values are compared as measured."
+        )
+    return (
+        f"{100 * effect.coefficient:+.2f} %/K (95 %: {100 * effect.low:+.2f} to {100 * effect.high:+.2f}), from "
+        f"{effect.runs} runs of {effect.units} units at {effect.coldest:.0f} to {effect.warmest:.0f} °C; taken out."
+    )
+
+
+def _capability(found: Capability) -> str:
+    text = f"Cpk {_index(found.cpk)}, Ppk {_index(found.ppk)}, "
+    text += "Cp none: one side has no limit" if found.cp is None else f"Cp {_index(found.cp)}"
+    text += f"; {found.count} units"
+    if found.is_preliminary:
+        text += ", preliminary: 25 are asked for"
+    if not found.steady:
+        text += "; the process is not steady, so that this holds for the past alone"
+    return f"{text}."
+
+
+def _index(index: Index) -> str:
+    return f"{index.value:.2f} (95 %: {index.low:.2f} to {index.high:.2f})"
+
+
+def _gauge(study: GaugeStudy | None) -> str:
+    if study is None:
+        return "no study: at least 2 units must be there twice each, on one bench or on several."
+    text = (
+        f"{study.share(study.gauge):.1%} of the study's variation, {study.categories} distinct categories; "
+        f"{study.units} units x {study.benches} benches x {study.trials} runs: EV {1e3 * study.repeatability:.2f}, "
+    )
+    if study.reproducibility is None:
+        text += "AV unknown (one bench), "
+    else:
+        text += f"AV {1e3 * study.reproducibility:.2f}, "
+    text += f"PV {1e3 * study.part:.2f} mN·m"
+    if study.units < 10:
+        text += "; the manual asks for 10 units"
+    return f"{text}."
+
+
+def _drift(drift: Drift) -> str:
+    text = (
+        f"ALARM: {drift.kind} {printable(drift.name, 30)} moved by {100 * drift.change:+.1f} % (95 %: "
+        f"{100 * drift.low:+.1f} to {100 * drift.high:+.1f}) over {drift.count} runs."
+    )
+    if drift.kind == "bench":
+        return f"{text} Check it with a golden unit and look at its current sensor."
+    return f"{text} It or its bench: no other unit was there again." if drift.alone else text
+
+
+def _no_drift(looked_at: int) -> str:
+    if looked_at:
+        return f"none; looked for in {looked_at} series of {LEAST} or more runs of a unit or bench."
+    return f"not looked for: no unit and no bench has {LEAST} runs of units that were measured again."
+
+
+def _torque(value: float) -> str:
+    return f"{plain(value, 'N·m')} N·m"
+
+
+def _entry(name: str, text: str) -> list[str]:
+    held = re.sub(r"(?<=\d) (?=[^\s\d(])", _HELD, text)  # a value stays with its unit
+    lines = textwrap.wrap(held, WIDTH - _INDENT)
+    return [f"  {name if k == 0 else '':{_INDENT - 2}}{line.replace(_HELD, ' ')}" for k, line in enumerate(lines)]

@@ -1,0 +1,123 @@
+"""`etb-hil history`: stores and sessions say the same, tables hold what the screen shows, bad sources are refused."""
+
+import csv
+import json
+
+import made_up
+import pytest
+
+from etb_hil.base.stock import find
+from etb_hil.bench.session import create
+from etb_hil.bench.store import STORE, RunInStore
+from etb_hil.cli.main import main
+from etb_hil.diagnosis.limits import load_limits
+from etb_hil.history.history import histories
+from etb_hil.history.runs import read_runs
+from etb_hil.history.tables import write_tables
+from etb_hil.report.history_plot import plot_history
+from etb_hil.report.history_text import history_text
+
+
+def number(name, value):
+    fields = {"id": name, "name": name, "value": value, "unit": "N·m", "verdict": None, "note": ""}
+    return fields | dict.fromkeys(("low", "high", "limit_low", "limit_high"))
+
+
+def results(session, value):
+    return {
+        "run_id": session.run_id,
+        "started": session.started,
+        "duration_s": 1.0,
+        "exit_code": 0,
+        "unit": {"verdict": "pass", "reason_id": "within_limits", "serial": "A1", "part_number": "p", "revision": "1"},
+        "bench": {"outcome": "ok", "reason_id": "finished", "name": "b"},
+        "numbers": [number("T_st", value), number("temperature", 21.0), number("T_c", None)],
+    }
+
+
+@pytest.fixture
+def sessions(tmp_path):
+    limits = load_limits(find("limits", "default")).content.model_copy(update={"part_number": "p", "revision": "1"})
+    for value in (0.17, 0.18):
+        session = create(tmp_path, "Friction check", "A1", {"scenario": find("scenario", "friction_check")})
+        session.write_results(results(session, value))
+        with RunInStore(tmp_path / STORE, session, "b", "Friction check", limits) as store:
+            store.finish(results(session, value))
+    create(tmp_path, "killed", "", {"scenario": find("scenario", "friction_check")})
+    return tmp_path
+
+
+def test_store_and_sessions_say_the_same(sessions):
+    from_store, _ = read_runs([sessions / STORE])
+    together, notes = read_runs([sessions])
+    (sessions / STORE).unlink()
+    from_sessions, _ = read_runs([sessions])
+    assert from_store == from_sessions == together
+    assert [run.numbers["T_st"].value for run in together] == [0.17, 0.18]
+    assert together[0].temperature == 21.0
+    assert "T_c" not in together[0].numbers
+    assert notes == ["1 sessions have no results: replay them to have them counted"]
+
+
+def test_the_command(sessions, tmp_path, capsys):
+    assert main(["history", str(sessions), "--out", str(tmp_path / "out")]) == 0
+    shown = capsys.readouterr().out
+    assert "Runs 2, units 1, benches 1; runs that count 2" in shown
+    assert max(map(len, shown[: shown.index("note:")].splitlines())) <= 80
+    written = {path.name for path in (tmp_path / "out").iterdir()} - {"history.parquet"}  # which needs an extra
+    assert written == {"history.csv", "history.json", "history.png"}
+
+
+def test_tables_hold_every_run(tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet", reason="the extra `history` is not installed")
+    runs = made_up.production(8, 12, coefficient=-0.003, warm=30.0, benches=("x", "y"))
+    runs.append(made_up.run(999, "<b>\x1b[2J" * 9, 0.2, bench_outcome="fault", verdict=None))
+    found = histories(runs)
+    write_tables(found, tmp_path)
+    with (tmp_path / "history.csv").open(encoding="utf-8", newline="") as file:
+        from_csv = list(csv.DictReader(file))
+    from_parquet = parquet.read_table(tmp_path / "history.parquet").to_pylist()
+    assert [row["run_id"] for row in from_csv] == [run.run_id for run in runs]
+    for text, row, run in zip(from_csv, from_parquet, runs, strict=True):
+        assert float(text["T_st"]) == row["T_st"] == run.numbers["T_st"].value
+        assert (text["T_st_20_degC"] == "") == (row["T_st_20_degC"] is None) == (not run.counts)
+    said = json.loads((tmp_path / "history.json").read_text("utf-8"))
+    number = said["parts"][0]["numbers"][0]
+    assert number["temperature"]["low"] < -0.003 < number["temperature"]["high"]
+    assert number["gauge"]["units"] == 12
+    assert len(number["control_chart"]["values"]) == 12
+
+
+def test_text_is_plain_and_narrow():
+    runs = made_up.production(9, 30, coefficient=-0.003, warm=30.0, benches=("x", "y"))
+    runs += [made_up.run(900 + k, "\x1b[31m" * 20, 0.17 + 0.004 * k) for k in range(12)]
+    text = history_text(histories(runs)[0], 500)
+    assert max(map(len, text.splitlines())) <= 80
+    assert "\x1b" not in text
+    for word in ("%/K", "NOT STEADY", "Cpk", "Cp none: one side has no limit", "distinct categories", "ALARM: unit"):
+        assert word in text
+
+
+def test_a_history_of_nothing_is_drawn(tmp_path):
+    plot_history(histories([made_up.run(1, "", 0.17, verdict=None, bench_outcome="fault")])[0], tmp_path / "a.png")
+    plot_history(histories(made_up.golden(1, 12))[0], tmp_path / "b.png")
+    assert (tmp_path / "b.png").stat().st_size > (tmp_path / "a.png").stat().st_size > 1000
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda folder: folder / "nowhere", "is not there"),
+        (lambda folder: folder, "there is no finished run"),
+        (lambda folder: _written(folder / "a.db", b"no database" * 99), "is no store of results"),
+        (lambda folder: _written(folder / "empty.db", b""), "is no store of results"),
+    ],
+)
+def test_what_is_no_source(make, words, tmp_path, capsys):
+    assert main(["history", str(make(tmp_path))]) == 2
+    assert words in capsys.readouterr().err
+
+
+def _written(path, content):
+    path.write_bytes(content)
+    return path

@@ -1,0 +1,203 @@
+"""The statistics against published examples, and against runs whose causes are known."""
+
+import made_up
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from etb_hil.history.capability import capability
+from etb_hil.history.control_chart import control_chart
+from etb_hil.history.drift import deviations, drifts
+from etb_hil.history.gauge import balanced, gauge_study
+from etb_hil.history.history import histories
+from etb_hil.history.temperature import temperature_effect
+
+# AIAG, Measurement Systems Analysis, 4th edition (2010), figure III-B 15: ten parts, three appraisers, three trials.
+AIAG = """
+ 0.29 -0.56 1.34 0.47 -0.80  0.02 0.59 -0.31 2.26 -1.36   0.41 -0.68 1.17 0.50 -0.92 -0.11 0.75 -0.20 1.99 -1.25
+ 0.64 -0.58 1.27 0.64 -0.84 -0.21 0.66 -0.17 2.01 -1.31   0.08 -0.47 1.19 0.01 -0.56 -0.20 0.47 -0.63 1.80 -1.68
+ 0.25 -1.22 0.94 1.03 -1.20  0.22 0.55  0.08 2.12 -1.62   0.07 -0.68 1.34 0.20 -1.28  0.06 0.83 -0.34 2.19 -1.50
+ 0.04 -1.38 0.88 0.14 -1.46 -0.29 0.02 -0.46 1.77 -1.49  -0.11 -1.13 1.09 0.20 -1.07 -0.67 0.01 -0.56 1.45 -1.77
+-0.15 -0.96 0.67 0.11 -1.45 -0.49 0.21 -0.49 1.87 -2.16
+"""
+PARTS = np.array(AIAG.split(), float).reshape(3, 3, 10).transpose(2, 0, 1)
+
+# Montgomery, Introduction to Statistical Quality Control, individuals chart of the viscosity of a primer paint.
+VISCOSITY = "33.75 33.05 34.00 33.81 33.46 34.02 33.68 33.27 33.49 33.20 33.62 33.00 33.54 33.12 33.84"
+
+
+def test_gauge_study_as_published():
+    study = gauge_study(PARTS)
+    rows = {row.source: row for row in study.anova}
+    published = {  # degrees of freedom, sum of squares, F
+        "benches": (2, 3.1673, 79.41),
+        "units": (9, 88.3619, 492.29),
+        "units x benches": (18, 0.3590, 0.434),
+        "repeatability": (60, 2.7589, None),
+    }
+    for source, (freedom, squares, ratio) in published.items():
+        assert rows[source].freedom == freedom
+        assert rows[source].squares == pytest.approx(squares, abs=5e-5)
+        if ratio is not None:
+            assert rows[source].ratio == pytest.approx(ratio, rel=2e-3)
+    assert study.pooled  # as in the manual: the interaction's p-value is 0.974
+    assert rows["units x benches"].p == pytest.approx(0.974, abs=1e-3)
+    assert study.repeatability == pytest.approx(0.199933, abs=1e-6)
+    assert study.reproducibility == pytest.approx(0.226838, abs=1e-6)
+    assert study.gauge == pytest.approx(0.302373, abs=2e-6)  # the root of the two above, which are rounded
+    assert study.part == pytest.approx(1.042327, abs=1e-6)
+    assert study.share(study.gauge) == pytest.approx(0.279, abs=5e-4)
+    assert study.categories == 4
+
+
+def test_gauge_study_keeps_an_interaction_that_is_there():
+    rng = np.random.default_rng(5)
+    unit, bench, both = rng.normal(0, 3, (12, 1, 1)), rng.normal(0, 1, (1, 4, 1)), rng.normal(0, 2, (12, 4, 1))
+    study = gauge_study(unit + bench + both + rng.normal(0, 0.5, (12, 4, 3)))
+    assert not study.pooled
+    assert study.repeatability == pytest.approx(0.5, rel=0.2)
+    assert study.reproducibility > 1.5  # units and benches together count as reproducibility
+
+
+def test_one_bench_tells_nothing_of_reproducibility():
+    study = gauge_study(PARTS[:, :1, :])
+    assert study.reproducibility is None
+    assert study.gauge == study.repeatability
+
+
+def test_the_largest_balanced_study_is_taken():
+    cells = {(u, b): [1.0, 2.0] for u in "abc" for b in ("x", "y")} | {("a", "z"): [1.0] * 9, ("d", "x"): [1.0]}
+    cells["a", "x"] = [0.0, 1.0, 2.0]
+    units, benches, values = balanced(cells)
+    assert (units, benches, values.shape) == (["a", "b", "c"], ["x", "y"], (3, 2, 2))
+    assert values[0, 0].tolist() == [1.0, 2.0]  # the latest ones
+    assert balanced({("a", "x"): [1.0] * 9}) is None
+    assert balanced({}) is None
+
+
+def test_control_chart_as_published():
+    chart = control_chart(np.array(VISCOSITY.split(), float))
+    assert chart.centre == pytest.approx(33.52, abs=5e-3)
+    assert chart.mean_range == pytest.approx(0.48, abs=5e-3)
+    assert (chart.low, chart.high) == (pytest.approx(32.24, abs=0.02), pytest.approx(34.80, abs=0.02))
+    assert chart.range_high == pytest.approx(1.57, abs=0.01)
+    assert chart.signals == {}
+    assert control_chart(np.arange(7.0)) is None
+
+
+@pytest.mark.parametrize(
+    ("values", "at", "reason"),
+    [
+        ([0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 9, 0], 10, "beyond the limits"),
+        ([0, 3, 0, 3, 0, 3, 0, 3, 0, *[2, 3] * 5], 17, "9 in a row on one side of the centre"),
+        ([5, 1, 5, 1, 5, 2, 3, 3.5, 4, 5, 6, 1, 5, 1], 10, "6 in a row rising"),
+        ([5, 1, 5, 1, 6, 5, 4, 3.5, 3, 2, 5, 1, 5], 9, "6 in a row falling"),
+    ],
+)
+def test_signals_of_a_chart(values, at, reason):
+    assert control_chart(np.array(values, float)).signals[at] == reason
+
+
+@given(st.lists(st.floats(-1e6, 1e6), min_size=8, max_size=60), st.floats(0.1, 10.0), st.floats(-1e3, 1e3))
+def test_a_chart_knows_no_unit(values, scale, shift):
+    values = np.round(np.array(values), 3)
+    chart, other = control_chart(values), control_chart(values * scale + shift)
+    assert other.sigma == pytest.approx(chart.sigma * scale, rel=1e-6, abs=1e-6)
+    assert other.centre == pytest.approx(chart.centre * scale + shift, rel=1e-6, abs=1e-3)
+
+
+def test_capability_intervals_hold_what_they_say():
+    rng = np.random.default_rng(11)
+    held = {"cpk": 0, "ppk": 0, "cp": 0}
+    for _ in range(400):
+        found = capability(control_chart(rng.normal(10.0, 1.0, 40)), 6.0, 15.0)  # Cpk 4/3, Cp 9/6
+        held["cpk"] += found.cpk.low <= 4 / 3 <= found.cpk.high
+        held["ppk"] += found.ppk.low <= 4 / 3 <= found.ppk.high
+        held["cp"] += found.cp.low <= 1.5 <= found.cp.high
+    assert all(370 <= count <= 394 for count in held.values()), held  # 380 of 400, plus or minus three sigma
+
+
+def test_capability_says_what_it_rests_on():
+    chart = control_chart(np.array([1.0, 2.0] * 5))
+    few = capability(chart, None, 9.0)
+    assert few.is_preliminary
+    assert few.steady
+    assert few.cp is None
+    assert capability(chart, None, None) is None
+    assert capability(control_chart(np.ones(9)), None, 2.0) is None
+    assert not capability(control_chart(np.arange(30.0)), 0.0, 40.0).steady
+
+
+def test_temperature_is_found_inside_units_alone():
+    rng = np.random.default_rng(3)
+    unit = [f"u{k % 6}" for k in range(48)]
+    warmth = rng.uniform(10.0, 50.0, 48)
+    level = 0.15 + 0.01 * (np.arange(48) % 6)
+    values = level * np.exp(-0.004 * (warmth - 20.0)) * np.exp(rng.normal(0.0, 0.01, 48))
+    effect = temperature_effect(values, warmth, unit)
+    assert effect.low < -0.004 < effect.high
+    assert effect.high - effect.low < 0.001
+    assert np.std(effect.taken_out(values, warmth) / level) < 0.02
+
+    alone = [f"v{k}" for k in range(48)]  # each unit at one temperature: nothing tells units from temperature
+    assert temperature_effect(values, warmth, alone) is None
+    assert temperature_effect(values, 20.0 + rng.normal(0, 0.5, 48), unit) is None
+    assert temperature_effect(values, np.full(48, np.nan), unit) is None
+    assert temperature_effect(np.empty(0), np.empty(0), []) is None
+
+
+def drifts_of(runs):
+    return histories(runs)[0].numbers[0].drifts
+
+
+def test_a_bench_and_a_unit_that_drift_are_told_apart():
+    of_bench = drifts_of(made_up.golden(1, 40, bench_moves=0.06))
+    assert [(d.kind, d.name) for d in of_bench] == [("bench", "bench 1")]
+    assert of_bench[0].low < 0.06 < of_bench[0].high
+    of_unit = drifts_of(made_up.golden(2, 40, unit_moves=0.06))
+    assert [(d.kind, d.name, d.alone) for d in of_unit] == [("unit", "G1", False)]
+    alone = drifts_of(made_up.golden(3, 40, ("G1",), bench_moves=0.06))
+    assert [(d.kind, d.name, d.alone) for d in alone] == [("unit", "G1", True)]
+
+
+def test_no_drift_no_alarm():
+    alarms = sum(bool(drifts_of(made_up.golden(seed, 24, ("G1", "G2", "G3")))) for seed in range(150))
+    assert alarms <= 5  # 1 % of 150 is 1.5; more than 5 would be seen once in 250 times
+
+
+def test_values_at_one_instant_have_no_trend():
+    points = deviations(np.zeros(20), np.arange(20.0) + 1.0, ["u"] * 20, ["b"] * 20)
+    assert drifts(points) == ([], 2)
+
+
+def test_units_are_charted_once_and_only_what_was_measured_soundly():
+    runs = made_up.production(4, 10, repeats=2)
+    runs.append(made_up.run(99, "U000", 9.0, bench_outcome="fault", verdict=None))
+    runs.append(made_up.run(100, "U001", 9.0, verdict="inconclusive", reason_id="tracks_disagree"))
+    runs.append(made_up.run(101, "U002", 0.24, verdict="inconclusive", reason_id="T_st_undecided"))
+    number = histories(runs)[0].numbers[0]
+    assert sorted(number.charted) == [f"U{k:03d}" for k in range(10)]
+    assert number.charted[-1] == "U002"
+    assert number.chart.values[-1] == 0.24
+    assert len(number.at) == 21
+
+
+def test_parts_and_scenarios_are_kept_apart():
+    runs = [
+        *made_up.production(5, 2),
+        made_up.run(50, "X", 0.2, part_number="B"),
+        made_up.run(51, "X", 0.2, scenario="s"),
+    ]
+    assert [(h.part_number, h.scenario, len(h.runs)) for h in histories(runs)] == [
+        ("A 113", "Friction check", 6),
+        ("A 113", "s", 1),
+        ("B", "Friction check", 1),
+    ]
+
+
+def test_the_return_margin_follows_the_temperature_of_friction():
+    runs = made_up.production(6, 12, coefficient=-0.004, warm=40.0, noise=0.0005)
+    stiction, _, margin = histories(runs)[0].numbers
+    assert np.ptp(margin.values + stiction.values) < 1e-12
+    assert margin.compared + stiction.compared == pytest.approx(0.35)
