@@ -44,6 +44,7 @@ _COMMANDED = (
     Role("command_position", "rad", "position set-point at the throttle shaft"),
     Role("command_velocity", "rad/s", "velocity set-point or feed-forward at the throttle shaft"),
     Role("command_voltage", "V", "voltage set-point"),
+    Role("command_force", "N", "force that a test adds to a linear drive's own"),
     Role("command_duty", "1", "duty cycle asked of the bridge, signed"),
     Role("request_signals", "1", "bit mask of the signals asked for: 1 current, 2 encoder"),
     Role("request_rate", "Hz", "rate of the samples asked for"),

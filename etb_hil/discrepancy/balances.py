@@ -43,6 +43,7 @@ _TORQUE_FLOOR = 3.0  # times the current's noise
 NUISANCES = ("current_skew", "voltage_skew", "plate_skew", "plate_zero")
 _THROTTLE_FRICTION = 0.144  # N·m
 _OPEN_FOR = 0.02  # s
+_REMEMBERED = 4  # integrations: a fit moves what is not integrated about one of them
 _SENSORS = (row("current_sensor_gain"), row("measurement_delay") + WIDTH)
 
 
@@ -53,9 +54,20 @@ class _Truth:
     current: Float64
     current_spectrum: Complex128
     angle_spectrum: Complex128
+    smooth_spectrum: Complex128
     angle: Float64
     velocity: Float64
     acceleration: Float64
+
+
+@dataclass(frozen=True, slots=True)
+class _Modelled:
+    """Spectra inside the band: torque but for the inertia's, voltage of the resistance and losses, plate, current."""
+
+    torque: Complex128
+    drop: Complex128
+    place: Complex128
+    current: Complex128
 
 
 class Balances:
@@ -72,9 +84,7 @@ class Balances:
         self._plate = None if measured.plate is None else spectrum.of(measured.plate)
         self._is_open = _open_bridge(measured, model)
         self._known: dict[bytes, _Truth] = {}
-        self._torque = np.empty(len(measured))
-        self._drop = np.empty(len(measured))
-        self._place = np.empty(len(measured))
+        self._integrated: dict[bytes, _Modelled] = {}
         base = model.values.vector()
         self._whiten = _whitening(measured, model, spectrum)
         truth = self._truth(_no_sensors(base))
@@ -89,19 +99,13 @@ class Balances:
 
     def channels(self, p: Vector, nuisance: Float64) -> list[Float64]:
         """Return torque, voltage and angle balance (m each) over their noise."""
-        m, spectrum = self.measured, self.spectrum
+        spectrum = self.spectrum
         truth = self._truth(p)
         s = spectrum.s
-        current = truth.current
-        current_spectrum = truth.current_spectrum
-        if m.current is None:
-            current, current_spectrum = self._current_from_voltage(truth, p)
-        along(
-            truth.angle, truth.velocity, truth.acceleration, current, self._is_open, m.temperature, m.dt,
-            p, self._torque, self._drop, self._place,
-        )  # fmt: skip
+        modelled = self._modelled(truth, p)
+        current_spectrum = modelled.current
         skew_i, skew_u, skew_plate, zero = nuisance
-        torque = spectrum.of(self._torque) - p[INERTIA] * s * s * truth.angle_spectrum
+        torque = modelled.torque - p[INERTIA] * s * s * truth.angle_spectrum
         torque += skew_i * p[TORQUE_PER_AMPERE] * s * current_spectrum
         # In units of the measured current: a gain that shrinks all torques would shrink the noise with them.
         torque *= 1.0 + p[row("current_sensor_gain")]
@@ -109,18 +113,50 @@ class Balances:
         if not self.has[1]:
             found.append(np.zeros(self.rows))
         else:
-            voltage = self._voltage * (1.0 + skew_u * s) - spectrum.of(self._drop)
+            voltage = self._voltage * (1.0 + skew_u * s) - modelled.drop
             voltage -= p[INDUCTANCE] * s * current_spectrum + p[BACK_EMF] * s * truth.angle_spectrum
             voltage -= skew_i * (p[RESISTANCE] + p[INDUCTANCE] * s) * s * current_spectrum
             found.append(spectrum.back(voltage * self._whiten[1]))
         if self._plate is None:
             found.append(np.zeros(self.rows))
         else:
-            place = sensor_hysteresis.measured_plate(self._place, p)
-            angle = self._plate * (1.0 + skew_plate * s) - spectrum.of(place)
+            angle = self._plate * (1.0 + skew_plate * s) - modelled.place
             angle[0] -= zero * spectrum.padded
             found.append(spectrum.back(angle * self._whiten[2]))
         return found
+
+    def _modelled(self, truth: _Truth, p: Vector) -> _Modelled:
+        """Return what is integrated along the motion; only inductance and inertia have no part in it."""
+        asked = p.copy()
+        asked[INERTIA] = 0.0
+        if self.measured.current is not None:
+            asked[INDUCTANCE] = 0.0
+        key = asked.tobytes()
+        found = self._integrated.pop(key, None)
+        if found is None:
+            found = self._integrate(truth, p)
+            if len(self._integrated) >= _REMEMBERED:
+                self._integrated.pop(next(iter(self._integrated)), None)
+        self._integrated[key] = found
+        return found
+
+    def _integrate(self, truth: _Truth, p: Vector) -> _Modelled:
+        m, spectrum = self.measured, self.spectrum
+        current, current_spectrum = truth.current, truth.current_spectrum
+        if m.current is None:
+            current, current_spectrum = self._current_from_voltage(truth, p)
+        torque, drop, place = np.empty((3, len(m)))
+        lossy, loose = along(
+            truth.angle, truth.velocity, truth.acceleration, current, self._is_open, m.temperature, m.dt,
+            p, torque, drop, place,
+        )  # fmt: skip
+        sensed = sensor_hysteresis.measured_plate(place, p)
+        return _Modelled(
+            spectrum.of(torque),
+            spectrum.of(drop) if lossy else p[RESISTANCE] * current_spectrum,
+            spectrum.of(sensed) if loose or sensed is not place else truth.smooth_spectrum,
+            current_spectrum,
+        )
 
     def judged_groups(self) -> NDArray[np.int64]:
         """Return the group (3 m) of each row, -1 where it cannot be judged."""
@@ -157,8 +193,11 @@ class Balances:
         angle = angle_sensor_eccentricity.true_angle(m.angle * self.gear, p) / self.gear
         whole = spectrum.all_of(angle)
         smooth, velocity, acceleration = spectrum.motion(whole)
+        inside = whole[: spectrum.bins]
+        smooth_spectrum = spectrum.of(smooth)
         if m.current is None:
-            return _Truth(np.zeros(0), np.zeros(0, complex), whole[: spectrum.bins], smooth, velocity, acceleration)
+            nothing = np.zeros(0)
+            return _Truth(nothing, nothing.astype(complex), inside, smooth_spectrum, smooth, velocity, acceleration)
         current = current_sensor_offset.true_current(m.current, m.temperature, p)
         current = current_sensor_gain.true_current(current, p)
         current_spectrum = spectrum.all_of(current)
@@ -169,7 +208,7 @@ class Balances:
             current_spectrum = current_spectrum / late
             current = spectrum.signal(current_spectrum)
         return _Truth(
-            current, current_spectrum[: spectrum.bins], whole[: spectrum.bins], smooth, velocity, acceleration
+            current, current_spectrum[: spectrum.bins], inside, smooth_spectrum, smooth, velocity, acceleration
         )
 
 

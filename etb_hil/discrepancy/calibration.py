@@ -45,21 +45,23 @@ def calibrate(
     begin: Vector | None = None,
     unknowns: Sequence[Unknown] | None = None,
     rounds: int = _ROUNDS,
+    first: Float64 | None = None,
 ) -> Calibration:
     """Fit the base parameters in the box of their tolerances, and the nuisances; starting at `begin` where given.
 
-    `unknowns`: what is fitted instead, for instance an effect's parameters, too.
+    `unknowns`: what is fitted instead, for instance an effect's parameters, too. `first`: columns from somewhere near.
     """
     residual = residual_of(balances)
     fitted = all_unknowns(model, balances) if unknowns is None else list(unknowns)
     whole = _at_the_stops(start(model), fitted, balances) if begin is None else begin
-    fit, columns = gauss_newton(residual, fit_of(residual, whole), fitted, rounds)
+    fit, columns = gauss_newton(residual, fit_of(residual, whole), fitted, rounds, first=first)
     return Calibration(fitted, fit, columns)
 
 
 def all_unknowns(model: Model, balances: Sequence[Balances]) -> list[Unknown]:
     """Return base parameters and nuisances."""
-    return base_unknowns(model) + nuisance_unknowns(max(b.measured.dt for b in balances))
+    # Nuisances first: their columns need no integration, as long as the point that they are taken at is remembered.
+    return nuisance_unknowns(max(b.measured.dt for b in balances)) + base_unknowns(model)
 
 
 def _at_the_stops(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence[Balances]) -> Vector:

@@ -23,6 +23,8 @@ _OF_A_THROTTLE = (
     "friction_load", "gear_backlash", "shaft_compliance", "spring_nonlinear", "spring_preload_shift",
     "limp_home_dead_zone", "aerodynamic_torque", "end_stop_compliance", "angle_sensor_eccentricity",
 )  # fmt: skip
+# Only coasting with the bridge open parts them from friction: a drive that is given its force never coasts.
+_NEEDS_BRIDGE = ("iron_loss",)
 _NEEDS_PLATE = ("sensor_hysteresis",)
 # Too small in any balance to be a cause.
 _TOO_SMALL = ("stop_damping", "bristle_damping", "dead_zone")
@@ -62,7 +64,7 @@ def suspects(
     if not has_plate:
         out.update(_NEEDS_PLATE)
     if any(b.measured.is_drive for b in balances):
-        out.update(_OF_A_THROTTLE)
+        out.update((*_OF_A_THROTTLE, *_NEEDS_BRIDGE))
     load = balances[0].load
     found = {id_: _shapes(effect, load) for id_, effect in CATALOGUE.items() if id_ not in out}
     for unknown in base:

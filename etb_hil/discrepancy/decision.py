@@ -62,8 +62,11 @@ def is_accepted(found: Round, findings: Findings) -> bool:
     # After one cause, what another takes may be no more than that the first one's shape is not quite ours.
     least = LEAST_GAIN + HEALTHY_TIMES * found.healthy_gain
     if findings.accepted:
+        # What cannot be told from an earlier cause is that cause; what base parameters imitate but for a fifth trades
+        # with them once something else stands in for them.
         known = {r.winner.id for r in findings.accepted}
-        if _is_on_bound(found.winner) or known & set(found.alike):  # what cannot be told from a cause is that cause
+        is_theft = any(name.startswith("parameter:") for name in found.alike)
+        if _is_on_bound(found.winner) or known & set(found.alike) or is_theft:
             return False
         least = max(least, LATER_GAIN if found.t < LATER_T else 2.0 * LEAST_GAIN)
     # What sits in few segments scores low over all of them although it is certain: t guards small gains only.

@@ -33,6 +33,7 @@ def explanation(findings: Findings, holdout: Holdout | None) -> dict[str, Any]:
         "suspects": _suspects(findings),
         "unexplained": _unexplained(findings),
         "calibrated": _calibrated(findings),
+        "nuisances": _nuisances(findings),
         "friction": _friction(findings),
         "balances": _balances(findings),
         "detection_limits": detection_limits(
@@ -162,6 +163,15 @@ def _calibrated(findings: Findings) -> dict[str, Any]:
             "flags": flags,
         }
     return found
+
+
+def _nuisances(findings: Findings) -> dict[str, Any]:
+    """Return what is no part of the unit but was fitted: clock skews of the signals, and the plate sensor's zero."""
+    return {
+        e.name: _number(e, "rad" if e.name.endswith("_zero") else "s")
+        for e in estimates(findings.final, findings.balances)
+        if e.place >= EXTENDED and e.low < e.high
+    }
 
 
 def _friction(findings: Findings) -> dict[str, Any]:

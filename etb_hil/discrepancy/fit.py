@@ -16,6 +16,8 @@ Float64 = NDArray[np.float64]
 Residual = Callable[[Vector], Float64]
 
 _RIDGE = 1e-3  # of what is measured nowhere; in squared residuals a scaled unit
+_TRIES = 6
+_TRUST = 0.2  # of what a step was to gain: within it the columns that promised it still hold
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,38 +54,55 @@ def gauss_newton(
     rounds: int,
     kept: Float64 | None = None,
     tolerance: float = 2e-3,
+    first: Float64 | None = None,
 ) -> tuple[Fit, Float64]:
     """Return the fit after some rounds, and the last columns (n, unknowns).
 
-    `kept`: columns of the first unknowns that are taken as they are, so that only the others are differenced. It stops
-    where a round gains less than a share `tolerance`.
+    `kept`: columns of the first unknowns that are taken as they are throughout, so that only the others are
+    differenced. `first`: columns to begin with, from somewhere near. Columns serve until a step gains other than they
+    promised. It stops where a round with fresh ones gains less than a share `tolerance`.
     """
     at, damping = begin, 1e-4
-    low = np.array([u.low for u in unknowns])
-    high = np.array([u.high for u in unknowns])
     known = 0 if kept is None else kept.shape[1]
     found = np.empty((len(at.residual), len(unknowns)))
+    if kept is not None:
+        found[:, :known] = kept
+    if first is not None:
+        found[:] = first
+    is_fresh, is_trusted = False, first is not None
+    normal = found.T @ found if is_trusted else np.empty((0, 0))
     for _ in range(rounds):
-        if kept is not None:
-            found[:, :known] = kept
-        found[:, known:] = columns(residual, at, unknowns[known:])
-        normal = found.T @ found
-        right = -found.T @ at.residual
-        x = np.array([u.x_of(at.whole) for u in unknowns])
-        x = np.clip(x, low, high)
-        gained = 0.0
-        for _ in range(6):
-            damped = normal + np.diag(damping * np.diag(normal) + _RIDGE)
-            step = boxed(damped, right, low - x, high - x)
-            moved = at.whole.copy()
-            for unknown, value in zip(unknowns, x + step, strict=True):
-                unknown.put(moved, value)
-            tried = fit_of(residual, moved)
-            if tried.cost < at.cost:
-                gained = 1.0 - tried.cost / at.cost
-                at, damping = tried, max(damping * 0.1, 1e-6)
-                break
-            damping = max(damping * 10.0, 1e-3)
-        if gained < tolerance:
+        if not is_trusted:
+            found[:, known:] = columns(residual, at, unknowns[known:])
+            normal = found.T @ found
+            is_fresh = True
+        before = at.cost
+        at, damping, kept_word = _step(residual, at, unknowns, normal, -found.T @ at.residual, damping)
+        if 1.0 - at.cost / before >= tolerance:
+            is_fresh, is_trusted = False, kept_word
+        elif is_fresh:
             break  # the last columns are from next to where it ended
+        else:
+            is_trusted = False
     return at, found
+
+
+def _step(
+    residual: Residual, at: Fit, unknowns: Sequence[Unknown], normal: Float64, right: Float64, damping: float
+) -> tuple[Fit, float, bool]:
+    """Return the fit after one step that gains, the damping that it took, and whether it gained what it promised."""
+    low = np.array([u.low for u in unknowns])
+    high = np.array([u.high for u in unknowns])
+    x = np.clip([u.x_of(at.whole) for u in unknowns], low, high)
+    for _ in range(_TRIES):
+        step = boxed(normal + np.diag(damping * np.diag(normal) + _RIDGE), right, low - x, high - x)
+        moved = at.whole.copy()
+        for unknown, value in zip(unknowns, x + step, strict=True):
+            unknown.put(moved, value)
+        tried = fit_of(residual, moved)
+        if tried.cost < at.cost:
+            promised = 2.0 * float(right @ step) - float(step @ normal @ step)
+            kept_word = abs(at.cost - tried.cost - promised) < _TRUST * promised
+            return tried, max(damping * 0.1, 1e-6), kept_word
+        damping = max(damping * 10.0, 1e-3)
+    return at, damping, False

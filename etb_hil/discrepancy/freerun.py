@@ -9,6 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.balances import Balances
+from etb_hil.discrepancy.unknowns import simulable
 from etb_hil.plant.effects import (
     angle_sensor_eccentricity,
     current_sensor_gain,
@@ -49,6 +50,7 @@ def errors(b: Balances, parameters: Callable[[float], Vector], *, one_step: bool
 def _segment(b: Balances, p: Vector, begin: int, rows: int, every: int) -> tuple[Float64, Float64]:
     """Return angle and current (rows) as the sensors tell them; `every`: rows between two fresh starts, 0 none."""
     m = b.measured
+    p = simulable(p)
     angle, velocity = b.motion(p)
     part = slice(begin, begin + rows)
     current = np.zeros(rows) if m.current is None else _true_current(b, p)[part]

@@ -18,6 +18,7 @@ LONGEST_GAP = 0.05  # s that are bridged; beyond it the record falls apart
 ROOM_TEMPERATURE = 25.0
 _ENOUGH = 2000.0  # Hz: what more rows would show is noise
 _OTHER_ZERO = 0.03  # rad; less is the plate sensor's own zero, which is fitted
+_OF_A_DRIVE = ("drive_force", "linear_position", "command_force")
 _HELD = ("motor_voltage", "motor_duty", "drive_force")
 SLOWEST = 200.0  # Hz of sampling; below it the balances see too little of friction
 
@@ -44,6 +45,7 @@ class Measurement:
     is_good: NDArray[np.bool_]
     flags: tuple[str, ...] = field(default=())
     is_drive: bool = False  # driven in force or torque: `current` is that, and there is no winding
+    added: Float64 | None = None  # force that a test says it adds to a drive's
 
     def __len__(self) -> int:
         return len(self.angle)
@@ -63,7 +65,7 @@ def measurements_of(recording: Recording, model: Model) -> list[Measurement]:
     """Return the stretches of a recording that are long enough, InputError where the roles do not suffice."""
     roles = recording.roles
     if "drive_force" in roles and "linear_position" in roles:
-        rows = recording.joined(["drive_force", "linear_position"])
+        rows = recording.joined([role for role in _OF_A_DRIVE if role in roles])
         return _stretches(recording.origin, rows.time_ns, dict(rows.columns), model)
     if "motor_voltage" not in roles and "motor_duty" not in roles:
         raise InputError(_lacks(recording, "motor_voltage or motor_duty", "free run is driven by the voltage"))
@@ -226,6 +228,7 @@ def _drive(
         supply=None,
         is_good=good,
         is_drive=True,
+        added=even.get("command_force"),
     )
 
 

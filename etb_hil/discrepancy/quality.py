@@ -18,6 +18,8 @@ _BURST = 64
 _AT_LIMIT = 0.02  # of the time at the voltage's limit that is worth a word
 _TINY = 1e-12
 _GRID_SLACK = 0.05  # of a step
+_FEWEST_JUMPS = 5
+_SAME_UNIT = 0.2
 _OFF_GRID = 0.5  # share of the rows from which it is said
 
 
@@ -47,7 +49,7 @@ def _of(b: Balances, model: Model) -> dict[str, Any]:
     travel = (float(m.angle.min()), float(m.angle.max()))
     if not m.is_drive and (travel[0] > model.values.limp_home or travel[1] < model.values.limp_home):
         flags.append("limp-home is never crossed: preload, offset and asymmetry cannot be told apart")
-    flags += _off_grid(m)
+    flags += _off_grid(m) + _other_unit(m)
     found: dict[str, Any] = {
         "origin": m.origin,
         "rate_hz": m.rate,
@@ -74,6 +76,23 @@ def _off_grid(m: Measurement) -> list[str]:
         return []
     return [
         f"{100.0 * off:.1f} % of the angles lie off the encoder's steps: the signal was filtered or resampled before"
+    ]
+
+
+def _other_unit(m: Measurement) -> list[str]:
+    """Flag a force that a test adds, where the drive's own jumps with it by another amount than it says."""
+    if m.added is None:
+        return []
+    jumps = np.diff(m.added)
+    edges = np.flatnonzero(np.abs(jumps) > 0.5 * np.abs(jumps).max(initial=0.0))
+    if len(edges) < _FEWEST_JUMPS:
+        return []
+    times = float(np.median(np.diff(m.voltage)[edges] / jumps[edges]))
+    if abs(times - 1.0) < _SAME_UNIT:
+        return []
+    return [
+        f"the drive's force jumps by {times:.1f} times what command_force adds: that column is in another unit than it "
+        f"says, such as the drive's volts where {times:.0f} N are one"
     ]
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.measurement import Measurement
+from etb_hil.discrepancy.unknowns import simulable
 from etb_hil.plant.effects import (
     angle_sensor_eccentricity,
     current_sensor_gain,
@@ -30,6 +31,7 @@ _BANDWIDTH = 120.0  # rad/s of the weak controller that keeps the model on the m
 def rerun(balances: Balances, model: Model, p: Vector, seed: int) -> Measurement:
     """Return what the sensors would have measured, had the extended parameters `p` been the truth."""
     m = balances.measured
+    p = simulable(p)
     rows = _simulated(balances, p)
     rng = np.random.default_rng(seed)
     sensors = model.sensors

@@ -11,7 +11,7 @@ from etb_hil.discrepancy.balances import NUISANCES
 from etb_hil.plant.effects.effect import Effect
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
-from etb_hil.plant.physics import BACK_EMF, TORQUE_PER_AMPERE, Vector
+from etb_hil.plant.physics import BACK_EMF, COULOMB, STICTION, TORQUE_PER_AMPERE, Vector
 from etb_hil.plant.values import ThrottleParameters
 
 FIELDS = tuple(field.name for field in fields(ThrottleParameters))
@@ -59,6 +59,13 @@ class Unknown:
 def start(model: Model) -> Vector:
     """Return the whole vector as the model states it, with its own effects and no nuisance."""
     return np.concatenate([model.vector(), np.zeros(len(NUISANCES))])
+
+
+def simulable(p: Vector) -> Vector:
+    """Return a vector for a simulation: break-away friction no less than sliding friction, as the balances have it."""
+    found = p.copy()
+    found[STICTION] = max(float(p[STICTION]), float(p[COULOMB]))
+    return found
 
 
 def base_unknowns(model: Model) -> list[Unknown]:

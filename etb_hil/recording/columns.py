@@ -30,12 +30,13 @@ class TimeColumn(FileModel):
 
 
 class RoleColumn(FileModel):
-    """One role's column: SI value = (number * scale + offset) in `unit`."""
+    """One role's column: SI value = (number * scale + offset) in `unit`; with `optional` a table may lack it."""
 
     column: str
     unit: str = "1"
     scale: float = 1.0
     offset: float = 0.0
+    optional: bool = False
 
     @field_validator("unit")
     @classmethod
@@ -83,8 +84,9 @@ class TablePlan:
 def plan_by_map(document: Document[TableMap], file: Path, names: Sequence[str]) -> TablePlan:
     """Return the plan that a map file gives; InputError where the table lacks one of its columns."""
     table_map = document.content
+    uses = {role: use for role, use in table_map.roles.items() if use.column in names or not use.optional}
     wanted: list[tuple[tuple[str, ...], str]] = [(("time", "column"), table_map.time.column)]
-    wanted += [(("roles", role, "column"), use.column) for role, use in table_map.roles.items()]
+    wanted += [(("roles", role, "column"), use.column) for role, use in uses.items()]
     listed = ", ".join(names)
     missing = [
         Problem(f"{file} has no such column", document.place(*key), name, allowed=listed, remedy=_near(name, names))
@@ -95,7 +97,7 @@ def plan_by_map(document: Document[TableMap], file: Path, names: Sequence[str]) 
         raise InputError(*missing)
     return TablePlan(
         table_map.time,
-        tuple(_conversion(role, use.column, use.unit, use.scale, use.offset) for role, use in table_map.roles.items()),
+        tuple(_conversion(role, use.column, use.unit, use.scale, use.offset) for role, use in uses.items()),
     )
 
 

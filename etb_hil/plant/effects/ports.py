@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import njit
 
@@ -30,12 +32,14 @@ from etb_hil.plant.effects import (
     supply_sag,
     torque_ripple,
 )
+from etb_hil.plant.effects.effect import Effect
 from etb_hil.plant.physics import (
     COULOMB,
     LIMP_HOME,
     PRELOAD_CLOSE,
     PRELOAD_OPEN,
     STICTION,
+    STRIBECK_VELOCITY,
     VISCOUS,
     Vector,
     spring_torque,
@@ -47,12 +51,59 @@ AGE, MEMORY, RISE, MAGNET, DRAWN = range(5)
 SLOW = 5
 
 
+def _strengths(*effects: Effect) -> tuple[int, ...]:
+    return tuple(effect.indices[k] for effect in effects for k in effect.strengths)
+
+
+# Where the strengths stand that each kind of port asks for.
+_FRICTION = _strengths(
+    friction_position_periodic.EFFECT, friction_position_local.EFFECT, friction_temperature.EFFECT,
+    friction_asymmetry.EFFECT, friction_load.EFFECT, stiction_dwell.EFFECT, stribeck_shape.EFFECT,
+)  # fmt: skip
+_ELASTIC = _strengths(
+    spring_nonlinear.EFFECT, spring_preload_shift.EFFECT, limp_home_dead_zone.EFFECT, aerodynamic_torque.EFFECT,
+    end_stop_compliance.EFFECT,
+)  # fmt: skip
+_DRAG = _strengths(cogging_torque.EFFECT, iron_loss.EFFECT, presliding_hysteresis.EFFECT)
+_TORQUE_CONSTANT = _strengths(torque_ripple.EFFECT, magnet_temperature.EFFECT)
+_VOLTAGE = _strengths(brush_drop.EFFECT, hbridge_dead_time.EFFECT, supply_sag.EFFECT, resistance_temperature.EFFECT)
+_SLOW = _strengths(
+    stiction_dwell.EFFECT, presliding_hysteresis.EFFECT, resistance_temperature.EFFECT, magnet_temperature.EFFECT,
+    supply_sag.EFFECT,
+)  # fmt: skip
+
+
 @njit(cache=True, error_model="numpy")
 def slow_start(temperature: float) -> Vector:
     """Return the slow states (float64, `SLOW`) of a throttle that has long been at a temperature in degC."""
     slow = np.zeros(SLOW)
     slow[MAGNET] = temperature
     return slow
+
+
+@njit(cache=True, error_model="numpy")
+def _any(p: Vector, places: tuple[int, ...]) -> bool:
+    for place in places:  # noqa: SIM110 (compiled: no generators)
+        if p[place] != 0.0:
+            return True
+    return False
+
+
+@njit(cache=True, error_model="numpy")
+def acting(p: Vector) -> tuple[bool, bool, bool, bool, bool, bool]:
+    """Tell which kinds of effects there are: friction, springs and stops, drag, torque constant, voltage, slow states.
+
+    A loop that asks once need not ask every effect at every sample; without effects of a kind its equation is the
+    base model's.
+    """
+    return (
+        _any(p, _FRICTION),
+        _any(p, _ELASTIC),
+        _any(p, _DRAG),
+        _any(p, _TORQUE_CONSTANT),
+        _any(p, _VOLTAGE),
+        _any(p, _SLOW),
+    )
 
 
 @njit(cache=True, error_model="numpy")
@@ -105,6 +156,13 @@ def friction_level(
     )
     added = friction_position_local.torque(theta, p) + friction_load.torque(load, friction, p)
     return max(g * share + added + stiction_dwell.torque(age, p), 0.02 * p[COULOMB])
+
+
+@njit(cache=True, error_model="numpy")
+def plain_friction_level(omega: float, p: Vector) -> float:
+    """Return g in N·m where no effect changes it."""
+    x = omega / p[STRIBECK_VELOCITY]
+    return max(p[COULOMB] + max(p[STICTION] - p[COULOMB], 0.0) * math.exp(-x * x), 0.02 * p[COULOMB])
 
 
 @njit(cache=True, error_model="numpy")
