@@ -47,6 +47,9 @@ def run(options: argparse.Namespace) -> int:
         alike = f" (or {', '.join(cause['class'])})" if cause["class"] else ""
         print(f"  {cause['effect']}{alike}: {100.0 * cause['share_of_error']:.0f} % of the error")
     print("\n".join(f"  {path}" for path in paths))
+    if "interrupted" in found:
+        print(f"interrupted while {found['interrupted']}: this is what was known by then", file=sys.stderr)
+        return int(ExitCode.ABORTED)
     return int(ExitCode.INCONCLUSIVE if found["verdict"] == "insufficient_data" else ExitCode.DONE)
 
 

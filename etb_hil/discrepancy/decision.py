@@ -100,6 +100,8 @@ def verdict(findings: Findings) -> str:
     first = excess(_first_groups(findings), findings.rows).sum()
     last = excess(findings.final_groups, findings.rows).sum()
     accepted = findings.accepted
+    if findings.is_cut_short:
+        return "unexplained" if first > 0.0 else "insufficient_data"
     if not accepted:
         return "unexplained" if last > 0.0 else "adequate"
     explained = last <= (1.0 - EXPLAINED_SHARE) * first or last == 0.0

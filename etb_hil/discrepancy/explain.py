@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 from etb_hil.base.errors import InputError
 from etb_hil.base.stock import find
@@ -15,13 +15,16 @@ from etb_hil.discrepancy.confounding import confounded
 from etb_hil.discrepancy.explanation import SCHEMA, explanation
 from etb_hil.discrepancy.extending import extended_model
 from etb_hil.discrepancy.holdout import Holdout, hold_out
-from etb_hil.discrepancy.measurement import measurements_of
+from etb_hil.discrepancy.measurement import Measurement, measurements_of
 from etb_hil.discrepancy.naming import Findings, search
 from etb_hil.discrepancy.quality import data_quality
 from etb_hil.discrepancy.transfer import transfer
 from etb_hil.plant.model_text import model_text
 from etb_hil.plant.parameters import Model
 from etb_hil.recording.recording import Recording
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
 @dataclass(slots=True)
@@ -41,10 +44,42 @@ def explain(
 ) -> Answer:
     """Explain the first of some recordings of one kind of unit by a model, and try the causes on the others.
 
-    `without`: effects that are not looked for.
+    `without`: effects that are not looked for. An interrupt ends it with what is known by then; the answer says so.
     """
-    stretches, others, missing = [], [], []
     together = [one for recording in recordings for one in confounded(recording)]
+    stretches, others, missing = _read(recordings, model)
+    if not stretches:
+        nothing = {"verdict": "insufficient_data", "causes": [], "data_quality": missing, "confounded": together}
+        return Answer({"schema": SCHEMA, **nothing})
+    balances = [Balances(measured, model) for measured in stretches]
+    said = _Said(progress)
+    try:
+        findings = search(model, balances, without, said)
+    except KeyboardInterrupt:
+        said.cut_short()
+        nothing = {"verdict": "insufficient_data", "causes": [], "data_quality": data_quality(balances, model)}
+        return Answer({"schema": SCHEMA, **nothing, "confounded": together, "interrupted": said.last})
+    if findings.is_cut_short:
+        said.cut_short()
+    holdout = None if said.is_cut_short else said.unless_cut_short("running the models freely", hold_out, findings)
+    answer = explanation(findings, holdout)
+    if others and not said.is_cut_short:
+        tested = [Balances(measured, model) for measured in others]
+        found = said.unless_cut_short("trying the causes on the other recordings", transfer, findings, tested)
+        if found is not None:
+            answer["transfer"] = found
+        answer["data_quality"] += data_quality(tested, model)
+    answer["confounded"] = together
+    if missing:
+        answer["left_out"] = missing
+    if said.is_cut_short:
+        answer["interrupted"] = said.last
+    return Answer(answer, findings, holdout)
+
+
+def _read(recordings: Sequence[Recording], model: Model) -> tuple[list[Measurement], list[Measurement], list[str]]:
+    """Return the stretches of the first recording, those of the others, and what is missing in any of them."""
+    stretches, others, missing = [], [], []
     for number, recording in enumerate(recordings):
         try:
             found = measurements_of(recording, model)
@@ -55,23 +90,34 @@ def explain(
             stretches = found
         else:
             others += found
-    if not stretches:
-        nothing = {"verdict": "insufficient_data", "causes": [], "data_quality": missing, "confounded": together}
-        return Answer({"schema": SCHEMA, **nothing})
-    balances = [Balances(measured, model) for measured in stretches]
-    findings = search(model, balances, without, progress)
-    progress("running the models freely on held-out segments")
-    holdout = hold_out(findings)
-    answer = explanation(findings, holdout)
-    if others:
-        progress("trying the causes on the other recordings")
-        tested = [Balances(measured, model) for measured in others]
-        answer["transfer"] = transfer(findings, tested)
-        answer["data_quality"] += data_quality(tested, model)
-    answer["confounded"] = together
-    if missing:
-        answer["left_out"] = missing
-    return Answer(answer, findings, holdout)
+    return stretches, others, missing
+
+
+class _Said:
+    """What was last said of the progress, and whether an interrupt ended the work there."""
+
+    def __init__(self, progress: Callable[[str], None]) -> None:
+        self._progress = progress
+        self.last = "making the data ready"
+        self.is_cut_short = False
+
+    def __call__(self, what: str) -> None:
+        """Say what comes next."""
+        self.last = what
+        self._progress(what)
+
+    def cut_short(self) -> None:
+        """Note that an interrupt ended the work."""
+        self.is_cut_short = True
+
+    def unless_cut_short(self, what: str, work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T | None:
+        """Return what some work gives, None where an interrupt ended it."""
+        try:
+            self(what)
+            return work(*arguments, **named)
+        except KeyboardInterrupt:
+            self.cut_short()
+            return None
 
 
 def write(answer: Answer, folder: Path) -> list[Path]:

@@ -36,9 +36,7 @@ def explanation(findings: Findings, holdout: Holdout | None) -> dict[str, Any]:
         "nuisances": _nuisances(findings),
         "friction": _friction(findings),
         "balances": _balances(findings),
-        "detection_limits": detection_limits(
-            findings.rounds[-1].before, findings.rounds[-1].screened, decision.LEAST_GAIN
-        ),
+        "detection_limits": _limits(findings),
         "next_test": next_test(findings),
         "data_quality": data_quality(findings.balances, findings.model),
     }
@@ -50,6 +48,13 @@ def explanation(findings: Findings, holdout: Holdout | None) -> dict[str, Any]:
             "interval": list(holdout.gain_interval),
         }
     return found
+
+
+def _limits(findings: Findings) -> dict[str, dict[str, object]]:
+    if not findings.rounds:
+        return {}
+    last = findings.rounds[-1]
+    return detection_limits(last.before, last.screened, decision.LEAST_GAIN)
 
 
 def causes(findings: Findings) -> list[dict[str, Any]]:

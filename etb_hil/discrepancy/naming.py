@@ -71,6 +71,7 @@ class Findings:
     rows: NDArray[np.int64]
     rest: list[Placeholder]
     verdict: str = ""
+    is_cut_short: bool = False
 
     @property
     def accepted(self) -> list[Round]:
@@ -81,7 +82,10 @@ class Findings:
 def search(
     model: Model, balances: Sequence[Balances], without: Sequence[str] = (), progress: Progress = lambda _: None
 ) -> Findings:
-    """Look for what a model leaves out of its measurements; `without`: ids that are no suspects."""
+    """Look for what a model leaves out of its measurements; `without`: ids that are no suspects.
+
+    An interrupt after the calibration ends the search with what it knows.
+    """
     stretches = list(balances)
     progress("calibrating inside the stated tolerances")
     calibration = calibrate(model, stretches)
@@ -93,22 +97,28 @@ def search(
     findings = Findings(
         model, stretches, calibration, floor, [], calibration, floor, groups / floor.level, rows, [],
     )  # fmt: skip
-    taken: list[str] = list(without)
-    while len(findings.accepted) < _MOST_CAUSES:
-        found = _round(findings, taken, progress)
-        findings.rounds.append(found)
-        found.accepted = decision.is_accepted(found, findings)
-        if not found.accepted:
-            break
-        taken += [found.winner.id, *_siblings(found.winner)]
-        _take_in(findings, found)
-        if not decision.is_more_missing(findings):
-            break
+    try:
+        _look(findings, list(without), progress)
+    except KeyboardInterrupt:
+        findings.is_cut_short = True  # what is known so far is worth having
     findings.rest = placeholders(
         stretches, findings.final.fit.whole[:EXTENDED], findings.final.columns, findings.final.fit.residual
     )
     findings.verdict = decision.verdict(findings)
     return findings
+
+
+def _look(findings: Findings, taken: list[str], progress: Progress) -> None:
+    """Take in one cause after another."""
+    while len(findings.accepted) < _MOST_CAUSES:
+        found = _round(findings, taken, progress)
+        findings.rounds.append(found)
+        if not decision.is_accepted(found, findings):
+            return
+        taken += [found.winner.id, *_siblings(found.winner)]
+        _take_in(findings, found)
+        if not decision.is_more_missing(findings):
+            return
 
 
 def _alone(residual: Residual, base: Calibration, winner: Refined) -> Float64:
@@ -186,6 +196,7 @@ def _take_in(findings: Findings, found: Round) -> None:
     final = calibrate(findings.model, findings.balances, winner.fit.whole, unknowns, rounds=4)
     groups, _ = group_means(findings.balances, final.fit.whole)
     findings.final, findings.final_floor, findings.final_groups = final, floor, groups / floor.level
+    found.accepted = True
 
 
 def _alike(found: Round) -> list[str]:

@@ -90,10 +90,8 @@ def _other_unit(m: Measurement) -> list[str]:
     times = float(np.median(np.diff(m.voltage)[edges] / jumps[edges]))
     if abs(times - 1.0) < _SAME_UNIT:
         return []
-    return [
-        f"the drive's force jumps by {times:.1f} times what command_force adds: that column is in another unit than it "
-        f"says, such as the drive's volts where {times:.0f} N are one"
-    ]
+    force = f"{times:.0f} N of the drive's force"
+    return [f"command_force is not in the unit that it says: with one of it come {force}, as with a volt of the drive"]
 
 
 def _at_rest(m: Measurement) -> dict[str, float]:

@@ -78,7 +78,12 @@ def _page(found: dict[str, Any], drawn: list[tuple[str, Markup]], series: Pictur
 
 
 def _further(found: dict[str, Any]) -> list[str]:
-    sentences = [
+    sentences = []
+    if "interrupted" in found:
+        sentences.append(
+            f"The search was interrupted while {_words(found['interrupted'])}; this is what was known by then."
+        )
+    sentences += [
         f"Left: {where['balance']} balance, {where['regime']}: {where['rms_over_floor']:.1f} times its noise."
         for where in found.get("unexplained", {}).get("where", [])[:3]
     ]

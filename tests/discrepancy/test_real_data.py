@@ -67,8 +67,8 @@ def test_only_the_test_files_position_was_filtered(answer):
 
 def test_a_column_in_another_unit_than_it_says_is_flagged(answer):
     estimation, test = (" ".join(one["flags"]) for one in answer.explanation["data_quality"])
-    assert "another unit" not in estimation
-    assert "where 36 N are one" in test
+    assert "command_force" not in estimation
+    assert "with one of it come 36 N of the drive's force" in test
 
 
 def test_pwm_frequency_and_elapsed_time_cannot_be_told_apart():
