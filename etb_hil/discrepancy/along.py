@@ -65,7 +65,7 @@ def along(
         if slow_acts:
             ports.pass_time(slow, omega, way, i, command, temperature[k], dt, p)
         swing = p[PLATE_INERTIA] * acceleration[k]
-        where = teeth.on_plate(theta, where, omega, swing, p) if loose else theta
+        where = teeth.on_plate(theta, where + theta - angle[max(k - 1, 0)], omega, swing, p) if loose else theta
         if elastic_acts:
             elastic = ports.elastic_torque(where, omega, p)
         else:

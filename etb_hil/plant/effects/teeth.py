@@ -8,30 +8,35 @@ from etb_hil.plant.effects import ports
 from etb_hil.plant.physics import Vector
 
 _FARTHEST = 0.06  # rad between motor and plate
+_CLOSE = 2e-9  # rad
+
+
+@njit(cache=True, error_model="numpy")
+def _short(x: float, theta: float, omega: float, swing: float, p: Vector) -> float:
+    """Return what the motor angle under a plate at x has too much of, rad; it grows by no less than x does."""
+    return x + ports.lead(ports.elastic_torque(x, omega, p) + swing, p) - theta
 
 
 @njit(cache=True, error_model="numpy")
 def on_plate(theta: float, guess: float, omega: float, swing: float, p: Vector) -> float:
     """Return the plate's angle in rad under a motor angle; `swing` is the torque in N·m that its inertia takes."""
-    low, high = theta - _FARTHEST, theta + _FARTHEST
-    at_low = low + ports.lead(ports.elastic_torque(low, omega, p) + swing, p) - theta
-    at_high = high + ports.lead(ports.elastic_torque(high, omega, p) + swing, p) - theta
-    if at_low >= 0.0:
-        return low
-    if at_high <= 0.0:
-        return high
-    x = min(max(guess, low + 1e-9), high - 1e-9)
+    x = min(max(guess, theta - _FARTHEST), theta + _FARTHEST)
+    y = _short(x, theta, omega, swing, p)
+    if abs(y) < _CLOSE:
+        return x
+    # What grows as fast as x at least is zero no farther off than it is large.
+    other = min(max(x - 1.0001 * y, theta - _FARTHEST), theta + _FARTHEST)
+    at_other = _short(other, theta, omega, swing, p)
+    if y * at_other >= 0.0:
+        return other
     for _ in range(30):
-        y = x + ports.lead(ports.elastic_torque(x, omega, p) + swing, p) - theta
-        if abs(y) < 1e-9:
-            break
-        if y < 0.0:
-            low, at_low = x, y
-            at_high *= 0.5
+        if abs(at_other) < _CLOSE:
+            return other
+        between = other - at_other * (other - x) / (at_other - y)
+        at_between = _short(between, theta, omega, swing, p)
+        if at_between * at_other < 0.0:
+            x, y = other, at_other
         else:
-            high, at_high = x, y
-            at_low *= 0.5
-        x = low - at_low * (high - low) / (at_high - at_low)
-        if high - low < 1e-9:
-            break
-    return x
+            y *= 0.5  # Illinois: the end that stays counts for half
+        other, at_other = between, at_between
+    return other
