@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack, nullcontext
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from etb_hil.base.clock import Clock, WallClock
 from etb_hil.base.errors import InputError, Problem
-from etb_hil.base.steady import keep_steady
+from etb_hil.base.steady import steady
 from etb_hil.base.stock import find
 from etb_hil.base.yamlfile import Document
 from etb_hil.bench.analysis import Analysis
@@ -118,10 +118,11 @@ def execute(
     }
     if job.is_virtual:
         inputs["unit"] = job.files.unit or find("model", "default")
-    else:
-        keep_steady()
     bench = job.setup.bench
-    with nullcontext() if job.is_virtual else controller_lock(bench.bus, bench.id_offset):
+    with ExitStack() as held:
+        if not job.is_virtual:
+            held.enter_context(controller_lock(bench.bus, bench.id_offset))
+            held.enter_context(steady())
         noise = seed if job.is_virtual else None
         session = create(folder, job.scenario.content.name, serial, inputs, model=job.model.name, seed=noise)
         attempt = 1

@@ -13,6 +13,7 @@ from etb_hil.base.errors import BenchFault, InputError, Problem
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
 from etb_hil.canio.health import BusHealth, LoadMeter
 from etb_hil.canio.messages import from_messages, to_message
+from etb_hil.canio.serial_adapter import ReadAhead
 
 if TYPE_CHECKING:
     from etb_hil.base.clock import Clock
@@ -22,6 +23,7 @@ _BATCH = 10_000  # frames taken in one call: a flooded bus must not hold the ben
 _PATIENCE_NS = 10_000_000  # nor one whose frames take longer to decode than to come
 _SEND_TIMEOUT_S = 0.1  # a driver that is not rid of a frame by then has no bus any more
 _LOOPING = {"udp_multicast"}  # interfaces that give a sender its own frames back, and cannot be told not to
+_SERIAL = "slcan"
 _SAME_EPOCH_NS = 10_000_000_000  # a driver's first stamp farther from our clock than this counts from another epoch
 
 
@@ -29,13 +31,14 @@ class PythonCanLink:
     """A link over `can.Bus`; frames of this side are stamped when the driver took them.
 
     python-can's interfaces report neither error state nor lost frames in a way that means the same for all, so that
-    these stay unknown.
+    these stay unknown. What a serial adapter garbled counts as an error frame.
     """
 
     def __init__(self, settings: BusSettings, clock: Clock) -> None:
         self._settings = settings
         self._clock = clock
         self._bus = _open(settings)
+        self._serial = _read_ahead(self._bus) if settings.interface == _SERIAL else None
         self._sent: list[FrameBlock] = []
         self._looped: deque[bytes] | None = deque(maxlen=_BATCH) if settings.interface in _LOOPING else None
         self._offset_ns: int | None = None
@@ -60,16 +63,7 @@ class PythonCanLink:
 
     def receive(self) -> FrameBlock:
         """Return the frames that came or were sent since the last call; what takes too long waits for the next one."""
-        messages: list[can.Message] = []
-        late_ns = self._clock.now_ns() + _PATIENCE_NS
-        try:
-            while len(messages) < _BATCH and (message := self._bus.recv(0)) is not None:
-                messages.append(message)
-                if self._clock.now_ns() > late_ns:
-                    break
-        except (can.CanError, OSError) as error:
-            raise self._gone("cannot be read", error) from error
-        received = self._without_own(from_messages(messages))
+        received = self._without_own(from_messages(self._messages()))
         received = replace(received, stamp_ns=self._on_our_clock(received), channel=np.zeros(len(received), np.uint8))
         errors = int(np.count_nonzero(received.flags & FrameFlag.ERROR))
         self._error_frames += errors
@@ -91,6 +85,28 @@ class PythonCanLink:
     def close(self) -> None:
         """Leave the bus."""
         self._bus.shutdown()
+
+    def _messages(self) -> list[can.Message]:
+        messages: list[can.Message] = []
+        late_ns = self._clock.now_ns() + _PATIENCE_NS
+        while len(messages) < _BATCH and self._clock.now_ns() <= late_ns:
+            try:
+                message = self._bus.recv(0)
+            except (can.CanError, OSError) as error:
+                raise self._gone("cannot be read", error) from error
+            except (ValueError, IndexError):
+                if self._serial is None:
+                    raise
+                self._error_frames += 1  # a line that lost some of its characters
+                continue
+            if message is None:
+                if self._serial is None or not self._serial.held:  # else it was an adapter's answer to a command
+                    break
+            elif self._serial is not None and not _is_whole(message):
+                self._error_frames += 1
+            else:
+                messages.append(message)
+        return messages
 
     def _without_own(self, received: FrameBlock) -> FrameBlock:
         """Leave out what the network looped back to its sender."""
@@ -144,3 +160,14 @@ def _open(settings: BusSettings) -> can.BusABC:
             f"{settings.interface} channel '{settings.channel}' cannot be opened: {error}; check the channel's "
             "name, the adapter's driver, and that the options are those of python-can for this interface"
         ) from error
+
+
+def _is_whole(message: can.Message) -> bool:
+    return message.is_remote_frame or len(message.data) == message.dlc <= (64 if message.is_fd else 8)
+
+
+def _read_ahead(bus: can.BusABC) -> ReadAhead:
+    bus.flush()  # type: ignore[attr-defined]  # what came before is of nobody's run; this and the port: slcan alone
+    port = ReadAhead(bus.serialPortOrig)  # type: ignore[attr-defined]
+    bus.serialPortOrig = port  # type: ignore[attr-defined]
+    return port

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -174,7 +175,7 @@ def _many(options: argparse.Namespace) -> int:
 
 def _onto_bus(options: argparse.Namespace) -> int:
     from etb_hil.base.clock import WallClock
-    from etb_hil.base.steady import keep_steady
+    from etb_hil.base.steady import steady
     from etb_hil.base.stock import find
     from etb_hil.bench.bench_file import load_bench
     from etb_hil.bench.log_replay import Frames
@@ -185,12 +186,8 @@ def _onto_bus(options: argparse.Namespace) -> int:
     bus = load_bench(find("bench", options.onto)).bench.bus
     paths = [source / "raw.blf" if source.is_dir() else source for source in options.sources]
     clock = WallClock()
-    keep_steady()
-    link = open_link(bus, clock)
-    try:
+    with steady(), closing(open_link(bus, clock)) as link:
         print(send_log(within(Frames(paths), _window(options)), link, clock, fd=bus.fd))
-    finally:
-        link.close()
     return 0
 
 

@@ -1,7 +1,7 @@
 """Two serial CAN adapters on pseudo-terminals, and the wire between them: `python slcan_wire.py LINK LINK`.
 
-What one adapter is told to send comes out of the other one; commands for the adapters themselves are swallowed. The two
-links point to the adapters' terminals.
+What one adapter is told to send comes out of the other one while that is open; of the commands for the adapters
+themselves only those are heeded that open and close them. The two links point to the adapters' terminals.
 """
 
 from __future__ import annotations
@@ -12,6 +12,8 @@ import select
 import sys
 import tty
 from pathlib import Path
+
+from etb_hil.base.steady import steady
 
 MOST = 16_384  # bytes that an adapter keeps for a computer that does not read
 
@@ -26,14 +28,21 @@ def main(links):
         Path(link).symlink_to(os.ttyname(slave))
     print("ready", flush=True)
     waiting, pending = dict.fromkeys(masters, b""), dict.fromkeys(masters, b"")
+    open_ones = set()
     while True:
         blocked = [master for master in masters if pending[master]]
         readable, writable, _ = select.select(masters, blocked, [])
         for master in readable:
             *lines, waiting[master] = (waiting[master] + os.read(master, 65536)).split(b"\r")
+            for line in lines:
+                if line[:1] == b"O":
+                    open_ones.add(master)
+                elif line[:1] == b"C":
+                    open_ones.discard(master)
+                    pending[master] = b""
             frames = b"".join(line + b"\r" for line in lines if line[:1] in {b"t", b"T", b"r", b"R"})
-            for other in masters:
-                if other != master and len(pending[other]) < MOST:  # else nobody reads: a bus without a listener
+            for other in open_ones - {master}:
+                if len(pending[other]) < MOST:  # else nobody reads: a bus without a listener
                     pending[other] += frames
                     writable.append(other)
         for master in writable:
@@ -48,4 +57,5 @@ def _written(master, data):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    with steady():  # adapters have processors of their own
+        main(sys.argv[1:])
