@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from etb_hil.base.lateness import Lateness
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.bench.condition_watch import ConditionWatch
-from etb_hil.bench.stop_signals import StopSignals, Verb
+from etb_hil.bench.stop_signals import TIME_OUT, StopSignals, Verb
 from etb_hil.bench.supervision import Supervisor, Trip
 from etb_hil.bench.trajectory import OFF, SetPoint
 from etb_hil.canio.health import BusState
@@ -94,6 +94,8 @@ class Beat:
             if not self.is_ending:
                 raise StopInOrder
         elif self.signals.verb is not None:
+            if self.signals.received == TIME_OUT:
+                raise RunStopped(BenchOutcome.ABORTED, "time_out", "the time-out has passed")
             raise RunStopped(BenchOutcome.ABORTED, "stopped_by_operator", f"stopped by {self.signals.received}")
 
     def _supervise(self, blocks: list[SampleBlock], now_ns: int, *, is_waking: bool) -> Trip | None:

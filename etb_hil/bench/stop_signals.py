@@ -18,11 +18,13 @@ class Verb(IntEnum):
     HALT = 3  # say no more: the controller's watchdog takes the drive off
 
 
+TIME_OUT = "SIGALRM"
 VERBS = {
     "SIGUSR1": Verb.STOP,
     "SIGINT": Verb.ABORT,  # Ctrl-C
     "SIGTERM": Verb.ABORT,
     "SIGHUP": Verb.ABORT,  # the terminal was closed
+    TIME_OUT: Verb.ABORT,
     "SIGQUIT": Verb.HALT,  # Ctrl-\
 }
 EXPLAINED = (

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import os
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 if TYPE_CHECKING:
     from etb_hil.bench.finished import Finished
 
 
-def say(text: str) -> None:
+def say(text: str, screen: TextIO | None = None) -> None:
     """Print a text; a reader that has gone away (`| head`) costs neither the exit code nor a traceback."""
+    screen = screen or sys.stdout
     try:
-        print(text, flush=True)
+        print(text, file=screen, flush=True)
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        os.dup2(os.open(os.devnull, os.O_WRONLY), screen.fileno())
 
 
-def show_finished(finished: Finished) -> int:
+def show_finished(finished: Finished, screen: TextIO | None = None) -> int:
     """Write the report beside the results, print the verdict, and return the exit code."""
     from etb_hil.report.html_report import write_report
     from etb_hil.report.verdict import verdict_text
@@ -28,5 +29,5 @@ def show_finished(finished: Finished) -> int:
         page = write_report(finished.results, finished.series, finished.session.folder)
     except OSError as error:  # a full disk must not cost the verdict
         print(f"the report could not be written: {error}", file=sys.stderr)
-    say(verdict_text(finished.results, page))
+    say(verdict_text(finished.results, page), screen)
     return int(finished.results["exit_code"])

@@ -1,50 +1,88 @@
-"""Prompts at a terminal: the question goes to standard error, the answer is a line of the keyboard."""
+"""Somebody at a terminal: answers the scenario's prompts, and ends the run with a key."""
 
 from __future__ import annotations
 
 import os
-import select
+import signal
 from typing import TYPE_CHECKING, TextIO
 
 if TYPE_CHECKING:
     from etb_hil.bench.waiting import PromptPhase
+    from etb_hil.cli.keyboard import Keyboard
+
+STOP, ABORT = "s", "a"
+KEYS = f"{STOP} stop (plate led home, drive off)   {ABORT} abort (drive off now)"
+LOOK_S = 0.01  # how long a bench whose time is its own waits at a look: about the time between two set-points
+_BACKSPACES = "\b\x7f"
 
 
 class TerminalOperator:
-    """An `Operator`; where `waits` is set, it waits for the answer, for benches whose time stands still meanwhile."""
+    """An `Operator`; where `waits` is set, its looks take time, for benches whose time would fly otherwise.
+
+    Without a `screen` for the questions, somebody else shows them (the live panel), with `hint` below.
+    """
 
     name = "operator"
 
-    def __init__(self, keyboard: int, screen: TextIO, *, waits: bool) -> None:
+    def __init__(self, keyboard: Keyboard, screen: TextIO | None, *, waits: bool) -> None:
         self._keyboard = keyboard
         self._screen = screen
-        self._waits = waits
-        self._typed = b""
+        self._wait_s = LOOK_S if waits else 0.0
+        self._typed = ""
         self._prompt: PromptPhase | None = None
+
+    @property
+    def hint(self) -> str:
+        """What can be pressed now, and what was typed so far."""
+        if self._prompt is None:
+            return KEYS
+        answers = "   ".join(f"{number} {answer}" for number, answer in enumerate(self._prompt.answers, 1))
+        return f"{answers}   [press the number] {self._typed}"
 
     def ask(self, prompt: PromptPhase) -> None:
         """Put the question, with its answers numbered."""
-        self._prompt, self._typed = prompt, b""
-        answers = "   ".join(f"{number} {answer}" for number, answer in enumerate(prompt.answers, 1))
-        print(f"\n>>> {prompt.text}\n    {answers}   (type one and press Enter)", file=self._screen, flush=True)
+        self._prompt, self._typed = prompt, ""
+        self._say(f"\n>>> {prompt.text}\n    {self.hint}")
 
     def answer(self) -> str | None:
-        """Return the answer once a whole line of it was typed; ask again after a line that is none."""
+        """Return the answer once its number was pressed, or its words and Enter; ask again after anything else."""
         if self._prompt is None:
             return None
-        ready, _, _ = select.select([self._keyboard], [], [], self._prompt.timeout if self._waits else 0.0)
-        if not ready:
-            return None
-        self._typed += os.read(self._keyboard, 1024)
-        *lines, self._typed = self._typed.split(b"\n")
-        for line in lines:
-            text = line.decode("utf-8", "replace").strip().lower()
-            for number, answer in enumerate(self._prompt.answers, 1):
-                if text in {str(number), answer.lower()}:
-                    return answer
-            print(f"    no answer to this; allowed: {', '.join(self._prompt.answers)}", file=self._screen, flush=True)
+        for key in self._keyboard.read(self._wait_s):
+            if (answer := self._take(key, self._prompt.answers)) is not None:
+                return answer
         return None
 
     def withdraw(self) -> None:
         """Stop asking; what was typed is dropped."""
-        self._prompt, self._typed = None, b""
+        self._prompt, self._typed = None, ""
+
+    def heed_keys(self) -> None:
+        """End the run where that was asked for by a key; while a question is open, keys belong to its answer."""
+        if self._prompt is not None:
+            return
+        keys = self._keyboard.read()
+        if ABORT in keys.lower():
+            os.kill(os.getpid(), signal.SIGINT)
+        elif STOP in keys.lower():
+            os.kill(os.getpid(), signal.SIGUSR1)
+
+    def _take(self, key: str, answers: tuple[str, ...]) -> str | None:
+        numbers = {str(number): answer for number, answer in enumerate(answers, 1)}
+        if not self._typed and key in numbers and not any(answer[0].isdigit() for answer in answers):
+            return numbers[key]
+        if key in _BACKSPACES:
+            self._typed = self._typed[:-1]
+        elif key != "\n":
+            self._typed += key
+        elif self._typed.strip():
+            text, self._typed = self._typed.strip().lower(), ""
+            known = numbers | {answer.lower(): answer for answer in answers}
+            if text in known:
+                return known[text]
+            self._say(f"    no answer to this; allowed: {', '.join(answers)}")
+        return None
+
+    def _say(self, text: str) -> None:
+        if self._screen is not None:
+            print(text, file=self._screen, flush=True)

@@ -208,6 +208,7 @@ class Results:
     model: str = ""
     seed: int | None = None
     duration_s: float | None = None
+    exit_code: int | None = None
     timestamp_grade: str = ""
     clock: Clock = field(default_factory=Clock)
     numbers: tuple[Number, ...] = ()

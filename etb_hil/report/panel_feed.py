@@ -18,9 +18,10 @@ from typing import Self
 
 PERIOD_S = 0.125
 _CLOSE_S = 3.0
-# A pipe takes a write of up to PIPE_BUF (4096 bytes on Linux) whole or not at all. A character takes up to 6 bytes in
-# JSON, so that five texts of 100 and the numbers stay below it.
-_LONGEST_TEXT = 100
+# A pipe takes a write of up to PIPE_BUF (4096 bytes on Linux) whole or not at all. Texts are cut to the first of these
+# lengths with which the line fits; a character takes up to 6 bytes in JSON, so that it does with the last.
+_PIPE_BUF = 4096
+_LONGEST_TEXTS = (400, 100, 50)
 _MOST_MESSAGES = 3
 
 
@@ -29,7 +30,8 @@ class PanelSnapshot:
     """What the panel shows; SI units at the throttle shaft, None where unknown.
 
     `friction_limit` is the limit that applies at the present speed; `progress` is a share of 1; `time_left_s` is on
-    the clock of whoever waits; `load` is a share of 1; `messages` are the newest last.
+    the clock of whoever waits; `load` is a share of 1; `messages` are the newest last; `question` waits for an answer;
+    `keys` says what can be pressed; `before` is what came of the units before this one.
     """
 
     title: str = ""
@@ -51,6 +53,9 @@ class PanelSnapshot:
     load: float | None = None
     lost: int | None = None
     messages: tuple[str, ...] = ()
+    question: str = ""
+    keys: str = ""
+    before: str = ""
 
 
 class PanelFeed:
@@ -132,11 +137,19 @@ class PanelFeed:
 
 
 def _line(snapshot: PanelSnapshot) -> bytes:
-    short = replace(
-        snapshot,
-        title=snapshot.title[:_LONGEST_TEXT],
-        phase=snapshot.phase[:_LONGEST_TEXT],
-        messages=tuple(text[:_LONGEST_TEXT] for text in snapshot.messages[-_MOST_MESSAGES:]),
-    )
-    # default=float: a numpy number is a number too
-    return json.dumps(asdict(short), default=float, ensure_ascii=False).encode(errors="replace") + b"\n"
+    line = b""
+    for longest in _LONGEST_TEXTS:
+        short = replace(
+            snapshot,
+            title=snapshot.title[:longest],
+            phase=snapshot.phase[:longest],
+            messages=tuple(text[:longest] for text in snapshot.messages[-_MOST_MESSAGES:]),
+            question=snapshot.question[:longest],
+            keys=snapshot.keys[:longest],
+            before=snapshot.before[:longest],
+        )
+        # default=float: a numpy number is a number too
+        line = json.dumps(asdict(short), default=float, ensure_ascii=False).encode(errors="replace") + b"\n"
+        if len(line) <= _PIPE_BUF:
+            break
+    return line

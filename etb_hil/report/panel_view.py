@@ -17,6 +17,7 @@ _BAR = 24
 _WIDE_BAR = 40
 _NEAR = 0.85  # share of a limit from which a value is drawn as near it
 _SILENT_S = 2.0
+_QUESTION = 296  # characters: four rows
 
 
 def draw(snapshot: PanelSnapshot, silent_s: float = 0.0) -> RenderableType:
@@ -25,7 +26,14 @@ def draw(snapshot: PanelSnapshot, silent_s: float = 0.0) -> RenderableType:
     parts += [Text(), _line(_bus(snapshot))]
     if silent_s > _SILENT_S:
         parts.append(_line(f"nothing heard from the run for {silent_s:.0f} s", "bold"))
-    parts += [_line("> " + show.printable(message)) for message in snapshot.messages]
+    if snapshot.question:
+        parts.append(Text("? " + show.printable(snapshot.question, _QUESTION), "bold"))
+    else:
+        parts += [_line("> " + show.printable(message)) for message in snapshot.messages]
+    if snapshot.before:
+        parts.append(_line(show.printable(snapshot.before)))
+    if snapshot.keys:
+        parts.append(_line("keys: " + show.printable(snapshot.keys)))
     title = Text(show.printable(snapshot.title, 70))
     return Panel(Group(*parts), title=title, title_align="left", width=WIDTH, padding=(0, 1))
 

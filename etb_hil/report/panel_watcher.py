@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from etb_hil.bench.snapshot import Snapshot
@@ -30,11 +31,16 @@ class PanelLimits:
 
 @dataclass(slots=True)
 class PanelWatcher:
-    """A watcher of the runner that feeds the panel; call it with each snapshot."""
+    """A watcher of the runner that feeds the panel; call it with each snapshot.
+
+    `keys` returns what can be pressed now; `before` is what came of the units before this one.
+    """
 
     feed: PanelFeed
     title: str
     limits: PanelLimits
+    keys: Callable[[], str] = str
+    before: str = ""
     _messages: deque[str] = field(default_factory=lambda: deque(maxlen=3))
     _start: tuple[float, float] | None = None
 
@@ -73,6 +79,9 @@ class PanelWatcher:
             load=snapshot.bus_load,
             lost=snapshot.frames_lost,
             messages=tuple(self._messages),
+            question=snapshot.message,
+            keys=self.keys(),
+            before=self.before,
         )
 
 

@@ -120,6 +120,10 @@ BENCH_REASONS = {
         "The bench could not write what it measured.", "Make room on its disk, then repeat the test.", True
     ),
     "stopped_by_operator": Wording("Somebody stopped the run.", "Repeat the test when the bench is clear."),
+    "time_out": Wording(
+        "The run was ended: it took longer than its time-out.",
+        "Find out what it waited for, or give it more time; then repeat.",
+    ),
     "bus_fault": Wording("The CAN interface failed.", "Check the adapter, its driver and the CAN plug, then repeat."),
     "duration_limit": Wording(
         "The bench stopped the run: it took longer than the bench allows.",

@@ -14,6 +14,7 @@ from etb_hil.bench.differences import first_difference
 from etb_hil.bench.events import read_events
 from etb_hil.bench.job import JobFiles, execute, prepare
 from etb_hil.bench.replay import replay
+from etb_hil.cli.keyboard import Keyboard
 from etb_hil.cli.terminal_operator import TerminalOperator
 
 ZERO = "- {id: zero, kind: current_zero, duration: 0.3 s}\n"
@@ -106,7 +107,7 @@ def test_the_operators_answer_is_kept(run, typed, answer, outcome):
     keyboard, screen = pty.openpty()
     os.write(keyboard, typed.encode())
     with os.fdopen(os.dup(1), "w") as out:
-        operator = TerminalOperator(screen, out, waits=False)
+        operator = TerminalOperator(Keyboard(screen), out, waits=False)
         finished = run(
             ZERO + "- {id: ready, kind: prompt, text: Clamped, answers: [yes, no], timeout: 0.4 s}\n", operator=operator
         )

@@ -1,0 +1,143 @@
+"""A baseline: what a run is expected to find, number by number with a tolerance, made from a session.
+
+Limits say whether a unit is good; a baseline says whether something has changed, be it the unit, the bench or the
+program. A difference therefore blames nobody: decision 0140.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.outcome import UnitVerdict
+from etb_hil.base.quantity import dimension_of_unit, parse_quantity, tidy_unit, to_si
+from etb_hil.base.yamlfile import Document, FileModel, load
+
+LEAST = 0.02  # share of a value: the tolerance that a new baseline has at least
+OF_INTERVAL = 2.0  # half widths of the 95 % interval that it has at least
+
+
+class Expected(FileModel):
+    """A value with its unit, and how far from it is still the same: a share of it in %, or an amount in its unit."""
+
+    value: Annotated[str, Field(description="value with its unit, as '0.171 N·m'; bare where it has none")]
+    tolerance: Annotated[str, Field(description="as '5 %' of the value, or '0.01 N·m'")]
+
+    @field_validator("value", "tolerance", mode="before")
+    @classmethod
+    def _as_text(cls, value: object) -> object:
+        return str(value) if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+    @model_validator(mode="after")
+    def _is_read(self) -> Expected:
+        if self.width <= 0.0:
+            raise ValueError("'tolerance': a tolerance above 0 is expected, as '5 %'")
+        return self
+
+    @property
+    def dimension(self) -> str:
+        """Which quantity it is."""
+        unit = self.value.strip().partition(" ")[2]
+        dimension = dimension_of_unit(unit or "1")
+        if dimension is None:
+            raise ValueError(f"'{unit}' is no unit known here; write the value as '0.171 N·m'")
+        return dimension
+
+    @property
+    def si(self) -> float:
+        """The value in SI."""
+        return parse_quantity(self.value, self.dimension)
+
+    @property
+    def width(self) -> float:
+        """The tolerance in SI."""
+        if self.tolerance.rstrip().endswith("%") and self.dimension != "ratio":
+            return parse_quantity(self.tolerance, "ratio") * abs(self.si)
+        zero = to_si(0.0, self.tolerance.strip().partition(" ")[2] or "1", self.dimension)  # of degrees Celsius
+        return parse_quantity(self.tolerance, self.dimension) - zero
+
+
+class Baseline(FileModel):
+    """What is expected of a run: its verdict where one is given, and numbers by the ids of `results.json`."""
+
+    schema_: Annotated[Literal["etb_hil/baseline/1"], Field(alias="schema")]
+    description: str = ""
+    verdict: UnitVerdict | None = None
+    numbers: Annotated[dict[str, Expected], Field(min_length=1)]
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """One expectation and what was found, in words."""
+
+    name: str
+    expected: str
+    found: str
+    agrees: bool
+
+    def __str__(self) -> str:
+        return f"{self.name}: expected {self.expected}, found {self.found}"
+
+
+def load_baseline(path: Path) -> Document[Baseline]:
+    """Read a baseline file; InputError lists every problem with file, line, key and value."""
+    return load(path, Baseline)
+
+
+def compare(baseline: Document[Baseline], results: Mapping[str, Any]) -> list[Comparison]:
+    """Hold the contents of a `results.json` against a baseline; return an entry for each expectation.
+
+    Raises InputError where a number has another unit than the baseline expects.
+    """
+    expected = baseline.content
+    found = {number["id"]: number for number in results["numbers"]}
+    entries = [_number(baseline, name, found.get(name)) for name in expected.numbers]
+    if expected.verdict is not None:
+        verdict = results["unit"]["verdict"]
+        shown = "none" if verdict is None else str(verdict)
+        entries.insert(0, Comparison("verdict", str(expected.verdict), shown, verdict == expected.verdict))
+    return entries
+
+
+def _number(baseline: Document[Baseline], name: str, number: Mapping[str, Any] | None) -> Comparison:
+    entry = baseline.content.numbers[name]
+    wanted = f"{entry.value} within {entry.tolerance}"
+    if number is None or number["value"] is None:
+        return Comparison(name, wanted, "not measured", agrees=False)
+    if dimension_of_unit(number["unit"]) != entry.dimension:
+        place = baseline.place("numbers", name, "value")
+        raise InputError(Problem(f"{name} is measured in {number['unit']}", place, entry.value, remedy="mend the unit"))
+    shown = f"{number['value']:.6g} {number['unit']}".removesuffix(" 1")
+    return Comparison(name, wanted, shown, abs(number["value"] - entry.si) <= entry.width)
+
+
+def baseline_text(results: Mapping[str, Any], description: str) -> str:
+    """Return a baseline file that a run like this one agrees with; InputError where it measured nothing to expect.
+
+    It has the numbers that come with a 95 % interval; each may be off by twice its half, or by 2 %, which is more.
+    """
+    lines = []
+    for number in results["numbers"]:
+        value, low, high = number["value"], number["low"], number["high"]
+        if value is None or low is None or high is None or dimension_of_unit(number["unit"]) is None:
+            continue
+        width = max(LEAST * abs(value), OF_INTERVAL * max(value - low, high - value))
+        if width > 0.0:
+            unit = "" if number["unit"] == "1" else f" {tidy_unit(number['unit'])}"
+            lines.append(f"  {number['id']}: {{value: {value:.6g}{unit}, tolerance: {width:.2g}{unit}}}\n")
+    if not lines:
+        raise InputError(
+            Problem("this run measured no number with an interval", remedy="take a session that came to a verdict")
+        )
+    verdict = results["unit"]["verdict"]
+    return (
+        "# What a run is expected to find. Tolerance: twice the half of the 95 % interval, at least 2 % of the value,\n"
+        "# narrow them to what you must not miss, widen them for what you do not mind, drop what you do not follow.\n"
+        "schema: etb_hil/baseline/1\n"
+        f"description: {description}\n" + (f"verdict: {verdict}\n" if verdict else "") + "numbers:\n" + "".join(lines)
+    )

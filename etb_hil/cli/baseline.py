@@ -1,0 +1,32 @@
+"""`etb-hil baseline`: a session's numbers as a file that later runs are compared to."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.add_argument("session", type=Path, help="folder of a session that is as it should be")
+    parser.add_argument(
+        "--out", type=Path, default=Path("baseline.yaml"), metavar="FILE", help="the file (default: %(default)s)"
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write the baseline; a file that is there already is left alone."""
+    from etb_hil.base.errors import InputError, Place, Problem
+    from etb_hil.bench.baseline import baseline_text
+    from etb_hil.bench.session import open_session
+
+    session = open_session(options.session)
+    text = baseline_text(session.read_results(), f"made from the session {session.run_id}")
+    try:
+        with options.out.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except OSError as error:
+        remedy = "name another one, or remove it" if isinstance(error, FileExistsError) else "choose another file"
+        raise InputError(Problem(f"cannot be written: {error.strerror}", Place(options.out), remedy=remedy)) from None
+    print(f"{options.out}: compare runs to it with 'etb-hil run --baseline {options.out}'")
+    return 0

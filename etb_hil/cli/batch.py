@@ -1,0 +1,114 @@
+"""A queue of units: the next serial number is typed, scanned or piped in, and a tally is kept."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, TextIO
+
+from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.outcome import BenchOutcome, ExitCode
+from etb_hil.cli.show import say
+from etb_hil.report.show import printable
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from typing import Any
+
+REPEAT, QUIT = "r", "q"
+LONGEST = 80
+# what the exit code of a queue is, where it holds several: the first of these
+RANKS = (ExitCode.BENCH_FAULT, ExitCode.UNIT_FAILED, ExitCode.INCONCLUSIVE, ExitCode.ABORTED, ExitCode.DONE)
+
+
+@dataclass(slots=True)
+class Tally:
+    """What came of the units of a queue; of a unit that was run several times, the last run counts."""
+
+    outcomes: dict[str, tuple[str, ExitCode]] = field(default_factory=dict)
+    runs: int = 0
+
+    def add(self, serial: str, results: Mapping[str, Any], code: ExitCode) -> None:
+        """Count a run."""
+        outcome = results["bench"]["outcome"]
+        judged = str(results["unit"]["verdict"]) if outcome == BenchOutcome.OK else ""
+        word = judged or {BenchOutcome.FAULT: "bench fault"}.get(outcome, "aborted")
+        self.outcomes[serial] = (word, code)
+        self.runs += 1
+
+    @property
+    def exit_code(self) -> ExitCode:
+        """The exit code of the queue."""
+        codes = {code for _, code in self.outcomes.values()}
+        return next((code for code in RANKS if code in codes), ExitCode.DONE)
+
+    def __str__(self) -> str:
+        words = [word for word, _ in self.outcomes.values()]
+        counts = ", ".join(f"{words.count(word)} {word}" for word in dict.fromkeys(sorted(words)))
+        more = f" in {self.runs} runs" if self.runs > len(words) else ""
+        return f"{len(words)} unit{'' if len(words) == 1 else 's'}{more}: {counts}" if words else "no unit yet"
+
+
+def run_batch(run_unit: Callable[[str, str], tuple[Mapping[str, Any], ExitCode]], *, attended: bool) -> ExitCode:
+    """Run unit after unit until there are no more; return the exit code of the worst.
+
+    `run_unit(serial, before)` runs one, shows its verdict and returns its results. Where nobody attends the queue, it
+    ends with a bench fault: the next units would meet the same.
+    """
+    tally, last = Tally(), ""
+    while (serial := _next_serial(last, attended=attended)) is not None:
+        before = f"last: {last} {tally.outcomes[last][0]}; so far {tally}" if last else ""
+        results, code = run_unit(serial, before)
+        tally.add(serial, results, code)
+        last = serial
+        say(f"  Tally    {tally}\n")
+        if code is ExitCode.BENCH_FAULT and not attended:
+            break
+    _summary(tally)
+    return tally.exit_code
+
+
+def _next_serial(last: str, *, attended: bool) -> str | None:
+    """Ask for a serial number until there is one; None where there are no more units."""
+    while True:
+        if attended:
+            also = f", '{REPEAT}' to repeat {last}" if last else ""
+            print(f"Serial number of the next unit, then Enter ('{QUIT}' to end{also}): ", end="", flush=True)
+        try:
+            line = sys.stdin.readline()
+        except KeyboardInterrupt:
+            line = ""
+        text = line.strip()
+        if not line or text.lower() == QUIT:
+            if attended:
+                print()
+            return None
+        if text.lower() == REPEAT and last:
+            return last
+        try:
+            if text:
+                return checked_serial(text)
+        except InputError as error:
+            if not attended:
+                raise
+            print(error)
+
+
+def _summary(tally: Tally) -> None:
+    lines = [f"  {word:12} {serial}" for serial, (word, _) in tally.outcomes.items()]
+    say("\n".join([f"Batch ended: {tally}", *lines]))
+
+
+def read_serial(source: TextIO) -> str:
+    """Return the serial number that is typed, scanned or piped in; InputError where there is none."""
+    if source.isatty():
+        print("Serial number, then Enter: ", end="", file=sys.stderr, flush=True)
+    return checked_serial(source.readline().strip())
+
+
+def checked_serial(text: str) -> str:
+    """Return a serial number; InputError where it cannot be one."""
+    if not text or len(text) > LONGEST or printable(text) != text:
+        allowed = f"1 to {LONGEST} characters that can be printed"
+        raise InputError(Problem("is no serial number", value=text, allowed=allowed, remedy="type or scan it again"))
+    return text

@@ -1,0 +1,86 @@
+"""What a run leaves for a CI server beside its session: JUnit, JSON, and the comparison to a baseline."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.outcome import ExitCode
+from etb_hil.cli.show import say
+
+if TYPE_CHECKING:
+    from etb_hil.report.junit import Reported
+
+STANDARD_OUTPUT = Path("-")
+
+
+def add_ci_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options that name what a CI server reads."""
+    group = parser.add_argument_group("for CI")
+    group.add_argument("--junit", type=Path, metavar="FILE", help="write the run as JUnit's XML")
+    group.add_argument(
+        "--json",
+        type=Path,
+        metavar="FILE",
+        help="write results.json here too; '-' is standard output, with nothing else",
+    )
+    group.add_argument(
+        "--baseline", type=Path, metavar="FILE", help="compare the numbers to what they were ('etb-hil baseline')"
+    )
+    group.add_argument(
+        "--timeout", type=float, metavar="SECONDS", help="end the run in the safe state when it takes longer"
+    )
+
+
+class CiOutput:
+    """Writes the files that the options name, anew after every run; InputError where the baseline cannot be read."""
+
+    def __init__(self, options: argparse.Namespace) -> None:
+        from etb_hil.bench.baseline import load_baseline
+
+        self._junit: Path | None = options.junit
+        self._json: Path | None = options.json
+        self._baseline = None if options.baseline is None else load_baseline(options.baseline)
+        self._runs: list[Reported] = []
+
+    @property
+    def owns_standard_output(self) -> bool:
+        """Whether nothing else may be printed there."""
+        return self._json == STANDARD_OUTPUT
+
+    def add(self, results: dict[str, Any], session: Path | None = None) -> ExitCode:
+        """Write what came of a run; return its exit code, inconclusive where only the baseline disagrees."""
+        from etb_hil.bench.baseline import compare
+        from etb_hil.report.junit import Reported, junit_text
+        from etb_hil.report.model import Results
+
+        comparisons = [] if self._baseline is None else compare(self._baseline, results)
+        self._runs.append(Reported(Results.from_dict(results), session, comparisons))
+        if self._junit is not None:
+            _write(self._junit, junit_text(self._runs))
+        if self._json is not None:
+            text = json.dumps(results, indent=1, ensure_ascii=False) + "\n"
+            say(text.rstrip()) if self.owns_standard_output else _write(self._json, text)
+        differing = [comparison for comparison in comparisons if not comparison.agrees]
+        screen = sys.stderr if self.owns_standard_output else sys.stdout
+        for comparison in differing:
+            print(f"  Baseline {comparison}", file=screen)
+        if comparisons and not differing:
+            print(f"  Baseline all {len(comparisons)} expectations met", file=screen)
+        code = ExitCode(results["exit_code"])
+        return ExitCode.INCONCLUSIVE if differing and code is ExitCode.DONE else code
+
+
+def _write(path: Path, text: str) -> None:
+    """Write a file whole or not at all."""
+    part = path.with_name(f"{path.name}.part")
+    try:
+        part.write_text(text, "utf-8")
+        part.replace(path)
+    except OSError as error:
+        remedy = "choose another file; the session holds the results"
+        raise InputError(Problem(f"cannot be written: {error.strerror}", Place(path), remedy=remedy)) from None

@@ -1,0 +1,48 @@
+"""The keys of a terminal, one at a time and unseen, as a run screen needs them."""
+
+from __future__ import annotations
+
+import os
+import select
+import sys
+from types import TracebackType
+from typing import Self
+
+
+def somebody_attends() -> bool:
+    """Return whether a terminal's keyboard is ours to read: not a pipe's end, not another job's."""
+    if sys.platform == "win32" or sys.stdin is None or not sys.stdin.isatty():
+        return False
+    return os.tcgetpgrp(sys.stdin.fileno()) == os.getpgrp()
+
+
+class Keyboard:
+    r"""Reads keys from a descriptor; while entered, a terminal neither waits for Enter nor shows what is typed.
+
+    Ctrl-C and Ctrl-\ stay signals. What was typed and not read is dropped at the end: it was not meant for what
+    comes next.
+    """
+
+    def __init__(self, descriptor: int) -> None:
+        self._descriptor = descriptor
+
+    def __enter__(self) -> Self:
+        import termios
+        import tty
+
+        self._before = termios.tcgetattr(self._descriptor)
+        tty.setcbreak(self._descriptor, termios.TCSADRAIN)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        import termios
+
+        termios.tcsetattr(self._descriptor, termios.TCSAFLUSH, self._before)
+
+    def read(self, wait_s: float = 0.0) -> str:
+        """Return what was typed since, waiting for it no longer than so many seconds."""
+        if not select.select([self._descriptor], [], [], wait_s)[0]:
+            return ""
+        return os.read(self._descriptor, 1024).decode("utf-8", "replace").replace("\r", "\n")

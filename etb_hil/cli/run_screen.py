@@ -1,0 +1,86 @@
+"""One run as somebody sees it: the live panel, keys and prompts while it lasts, then its verdict."""
+
+from __future__ import annotations
+
+import os
+import sys
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from etb_hil.base.outcome import BenchOutcome, ExitCode
+from etb_hil.bench.job import execute
+from etb_hil.cli.keyboard import Keyboard
+from etb_hil.cli.terminal_operator import TerminalOperator
+from etb_hil.report.panel_feed import PanelFeed
+from etb_hil.report.panel_watcher import PanelLimits, PanelWatcher
+
+if TYPE_CHECKING:
+    from etb_hil.base.errors import BenchFault
+    from etb_hil.bench.finished import Finished
+    from etb_hil.bench.job import Job
+    from etb_hil.bench.snapshot import Snapshot
+
+_NO_SCREEN = {"", "dumb", "unknown"}
+
+
+@dataclass(frozen=True, slots=True)
+class RunScreen:
+    """Runs units on a bench; `attended` says that somebody is at the keyboard, `shown` that the run may be watched."""
+
+    job: Job
+    folder: Path
+    seed: int
+    attended: bool
+    shown: bool = True
+
+    def run(self, serial: str, before: str = "") -> Finished:
+        """Run the scenario on the unit of this serial number; `before` is what came of the units before it."""
+        with ExitStack() as open_things:
+            feed = PanelFeed()
+            watcher = PanelWatcher(feed, self._title(serial), self._limits(), before=before)
+            operator = None
+            if self.attended:
+                keyboard = open_things.enter_context(Keyboard(sys.stdin.fileno()))
+                has_panel = self.shown and sys.stdout.isatty() and os.environ.get("TERM", "") not in _NO_SCREEN
+                screen = None if has_panel else sys.stderr
+                operator = TerminalOperator(keyboard, screen, waits=self.job.is_virtual)
+                watcher.keys = lambda: operator.hint
+
+            def watch(snapshot: Snapshot) -> None:
+                if operator is not None:
+                    operator.heed_keys()
+                watcher(snapshot)
+
+            if self.shown:
+                open_things.enter_context(feed)
+            return execute(self.job, self.folder, serial, self.seed, watch, operator)
+
+    def _title(self, serial: str) -> str:
+        names = (self.job.scenario.content.name, f"serial {serial}" if serial else "", self.job.setup.bench.name)
+        return " - ".join(filter(None, names))
+
+    def _limits(self) -> PanelLimits:
+        throttle, limits = self.job.model.values, self.job.limits
+        gear = throttle.gear_ratio
+        return PanelLimits(
+            limits.stiction.at_throttle(gear), limits.coulomb.at_throttle(gear), throttle.stribeck_velocity
+        )
+
+
+def faulted(job: Job, serial: str, fault: BenchFault) -> dict[str, Any]:
+    """Return the results of a run that could not begin, or could not be kept: the bench failed."""
+    from etb_hil.report.model import Bench, Results, Unit
+
+    limits = job.limits
+    return Results(
+        run_id="",
+        unit=Unit(None, "run_not_finished", serial=serial, part_number=limits.part_number, revision=limits.revision),
+        bench=Bench(
+            BenchOutcome.FAULT, "", str(fault), "Put right what is named, then repeat.", name=job.setup.bench.name
+        ),
+        exit_code=int(ExitCode.BENCH_FAULT),
+        scenario=job.scenario.content.name,
+        model=job.model.name,
+    ).as_dict()
