@@ -27,7 +27,7 @@ from etb_hil.controller.state import (
     Switch,
     record,
 )
-from etb_hil.plant.extended import new_extended_state
+from etb_hil.plant.extended import new_sensed_state
 from etb_hil.plant.integrator import THETA, new_state
 from etb_hil.plant.parameters import Model, ThrottleParameters
 
@@ -36,10 +36,6 @@ HEATING_K_PER_W = 3.0  # housing over ambient; a throttle body in still air
 HEATING_TIME_S = 600.0
 BRAKING_SHARE = 0.6  # of the torque at stall: what is counted on for braking before a stop
 
-_IN_SENSORS = (
-    "current_sensor_gain", "current_sensor_offset", "angle_sensor_eccentricity", "sensor_hysteresis",
-    "measurement_delay",
-)  # fmt: skip
 _SLICE_TICKS = 20_000  # a second a call of the kernel, so that its buffers stay in the cache's reach
 _FIRST_INTERVAL = 10e-3  # s
 _NO_EVENTS_NS = np.empty(0, np.int64)
@@ -96,9 +92,9 @@ class Machine:
         base = values.vector()
         change = unit.values_at(ambient + 1.0).vector() - base
         if unit.effects:
-            _no_sensor_effects(unit)
-            self._plant = new_extended_state(angle, ambient)
-            behind = unit.vector()[len(base) :]
+            whole = unit.vector()
+            self._plant = new_sensed_state(angle, ambient, whole)
+            behind = whole[len(base) :]
             base = np.concatenate([base, behind])
             change = np.concatenate([change, np.zeros(len(behind))])
         else:
@@ -157,13 +153,6 @@ class Machine:
             is_whole = slice_end == end and not outputs
             outputs.append(Output(*rows) if is_whole else Output(*(part.copy() for part in rows)))
         return used, outputs
-
-
-def _no_sensor_effects(unit: Model) -> None:
-    found = [entry.id for entry in unit.effects if entry.id in _IN_SENSORS]
-    if found:
-        remedy = "leave it out of the unit's model: the virtual controller's sensors are as their data sheet has them"
-        raise InputError(Problem("an effect of a sensor, not of the unit", value=", ".join(found), remedy=remedy))
 
 
 def _inside_the_stops(angle: float, values: ThrottleParameters) -> float:

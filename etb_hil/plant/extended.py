@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from etb_hil.plant.effects import ports, teeth
+from etb_hil.plant.effects import ports, sensing, teeth
 from etb_hil.plant.effects.layout import PLATE_INERTIA
 from etb_hil.plant.integrator import CURRENT, OMEGA, STATES, THETA, TICK, advance
 from etb_hil.plant.physics import (
@@ -28,6 +28,7 @@ PLATE = STATES
 SWING = STATES + 1
 SLOW_STATES = STATES + 2
 EXTENDED_STATES = SLOW_STATES + ports.SLOW
+SENSED_STATES = EXTENDED_STATES + sensing.SENSING
 
 
 def new_extended_state(theta: float, temperature: float) -> Vector:
@@ -36,6 +37,12 @@ def new_extended_state(theta: float, temperature: float) -> Vector:
     state[THETA] = state[PLATE] = theta
     state[SLOW_STATES + ports.MAGNET] = temperature
     return state
+
+
+def new_sensed_state(theta: float, temperature: float, p: Vector) -> Vector:
+    """Return an extended state, and behind it the memory of sensors that tell other than what is, if any do."""
+    state = new_extended_state(theta, temperature)
+    return np.concatenate([state, sensing.new_sensing(theta)]) if sensing.is_there(p) else state
 
 
 @njit(cache=True, error_model="numpy")
@@ -49,14 +56,15 @@ def advance_extended(state: Vector, p: Vector, voltage: float, ticks: int, tempe
     """Move an extended state in place by whole ticks under a constant voltage in V (NaN: bridge open).
 
     `p` is the extended vector, `temperature` the housing's in degC. What an effect changes is set at the start of a
-    tick and held over it; additional torques come as a kick to the velocity.
+    tick and held over it; additional torques come as a kick to the velocity. A state of `SENSED_STATES` has sensors
+    behind it that remember.
     """
     if not has_effects(p):
         advance(state[:STATES], p, voltage, ticks)
         state[PLATE] = state[THETA]
         return
     base = p[:PARAMETERS].copy()
-    slow = state[SLOW_STATES:]
+    slow = state[SLOW_STATES:EXTENDED_STATES]
     loose = ports.is_loose(p)
     is_open = np.isnan(voltage)
     command = 0.0 if is_open else voltage
@@ -87,5 +95,7 @@ def advance_extended(state: Vector, p: Vector, voltage: float, ticks: int, tempe
             now = p[PLATE_INERTIA] * (state[OMEGA] - omega) / TICK
             state[SWING] += 0.05 * (now - state[SWING])
         state[PLATE] = plate
+        if len(state) > EXTENDED_STATES:
+            sensing.pass_tick(state[EXTENDED_STATES:], plate if loose else state[THETA], state[CURRENT], p)
     if not loose:
         state[PLATE] = state[THETA]

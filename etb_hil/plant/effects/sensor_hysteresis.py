@@ -38,15 +38,17 @@ def measured_plate(plate: Vector, p: Vector) -> Vector:
 
 
 @njit(cache=True, error_model="numpy")
+def lagged(behind: float, way: float, half: float, sharpness: float) -> float:
+    """Return how far in rad a sensor lags that lagged by `behind`, after its shaft has gone a way in rad."""
+    if behind * way >= 0.0:
+        way *= 1.0 - min(abs(behind) / half, 1.0) ** sharpness
+    return min(max(behind + way, -half), half)
+
+
+@njit(cache=True, error_model="numpy")
 def _lag(plate: Vector, half: float, sharpness: float, out: Vector) -> None:
     behind = 0.0
     out[0] = plate[0]
     for k in range(1, len(plate)):
-        way = plate[k] - plate[k - 1]
-        if behind * way >= 0.0:
-            share = min(abs(behind) / half, 1.0) ** sharpness
-            behind += way * (1.0 - share)
-        else:
-            behind += way
-        behind = min(max(behind, -half), half)
+        behind = lagged(behind, plate[k] - plate[k - 1], half, sharpness)
         out[k] = plate[k] - behind
