@@ -50,11 +50,10 @@ class Analysis:
         self.model = model
         counted = any(message.counter is not None for message in dialect.messages)
         self.recording = Recording(origin, ClockGrade.SAMPLE_COUNTER if counted else ClockGrade.RECEIVE_STAMPS)
-        self.decoder = Decoder(dialect)
+        self.decoder = Decoder(dialect, gather=True)
         self.diagnosis = Diagnosis(model, limits)
         self._plausibility = Plausibility(model)
         self._keep = keep
-        self._waiting: list[SampleBlock] = []
         self._judged_ns = 0
         self._newest_ns = 0
         self._dialect = dialect
@@ -84,12 +83,7 @@ class Analysis:
         if len(frames):
             self._newest_ns = max(self._newest_ns, int(frames.stamp_ns.max()))
         blocks = self.decoder.push(frames)
-        self.recording.append(blocks if self._keep else [replace(block, columns={}) for block in blocks])
         self._watches.push(blocks, self._newest_ns)
-        self._waiting += blocks
-        for block in blocks:
-            if "request_rate" in block.columns:
-                self._plausibility.ask(float(block.columns["request_rate"][-1]), int(block.stamp_ns[-1]))
         if self._newest_ns - self._judged_ns >= JUDGE_NS:
             self._catch_up()
         return blocks
@@ -127,9 +121,14 @@ class Analysis:
         return withheld(found, doubts)
 
     def _catch_up(self) -> None:
-        rows = self._rows.push(self._waiting)
-        self._waiting.clear()
+        blocks = self.decoder.gathered()
         self._judged_ns = self._newest_ns
+        self.recording.append(blocks if self._keep else [replace(block, columns={}) for block in blocks])
+        for block in blocks:
+            if "request_rate" in block.columns:
+                for rate, stamp_ns in zip(block.columns["request_rate"], block.stamp_ns, strict=True):
+                    self._plausibility.ask(float(rate), int(stamp_ns))
+        rows = self._rows.push(blocks)
         if rows is not None:
             self._judge(rows)
 

@@ -184,5 +184,6 @@ def connect(job: Job, seed: int) -> tuple[Link, Clock]:
         clock = WallClock()
         return open_link(bench.bus, clock), clock
     network = VirtualNetwork(int(bench.bus.bitrate), int(bench.bus.data_bitrate), fd=bench.bus.fd)
-    network.attach(VirtualController(job.unit, job.setup.dialect, seed, nominal=job.model, law=bench.law or "pd"))
+    controller = VirtualController(job.unit, job.setup.dialect, seed, nominal=job.model, law=bench.law or "pd")
+    network.attach(controller, controller.sends)
     return VirtualLink(network), network.clock

@@ -81,11 +81,11 @@ def judge(job: LogJob, frames: Iterator[FrameBlock] | Frames) -> Finished:
                 analysis.begin_phase(first_ns - 1, PHASE, PHASE)
         last_ns = max(last_ns, int(block.stamp_ns.max()))
         analysis.push(block)
+    found = analysis.finish()
     if not analysis.recording.sources:
         wanted = ", ".join(f"{message.name} (0x{message.ident:X})" for message in dialect.messages)
         remedy = f"check the bench file's roles against {dialect.path.name}, and the id offset"
         raise InputError(Problem("holds no frame that has a role", Place(job.paths[0]), allowed=wanted, remedy=remedy))
-    found = analysis.finish()
     start_ns = first_ns or 0
     record = RunRecord(start_ns, last_ns)
     record.phases = list(job.phases) or [PhaseTime(PHASE, PHASE, start_ns, last_ns)]

@@ -27,12 +27,14 @@ if TYPE_CHECKING:
     Bytes = NDArray[np.uint8]
 
 # Columns of a row; in the queue the first three are when it was handed over, its arbitration key and its duration, in
-# the log when it ended, who sent it and which ports see it (a bit each).
-STAMP, KEY, SPAN, IDENT, FLAGS, LENGTH, ROW = range(7)
+# the log when it ended, who sent it and which ports see it (a bit each). TOLD: ports that know of it already.
+STAMP, KEY, SPAN, IDENT, FLAGS, LENGTH, TOLD, ROW = range(8)
 SOURCE, SEEN_BY = KEY, SPAN
 
-# Columns of a port. OFF_LEFT: sequences of 11 recessive bits to go until bus-off ends, 0 while on the bus.
-HEAD, TAIL, CURSOR, WAITING, OPEN, NODE, BLOCKED, TEC, REC, OFF_LEFT, SENT, RECEIVED, ERRORS, DROPPED, PORT = range(15)
+# Columns of a port. OFF_LEFT: sequences of 11 recessive bits to go until bus-off ends, 0 while on the bus. LEAST: no
+# key of its frames is below, 0 where nothing is known.
+HEAD, TAIL, CURSOR, WAITING, OPEN, NODE, BLOCKED, TEC, REC, OFF_LEFT, SENT, RECEIVED, ERRORS, DROPPED = range(14)
+LEAST, PORT = 14, 15
 
 # The bus: when it is free, who sends from when to when, whether an error frame ends it, rows ever logged; constants.
 FREE, SENDER, START, END, DESTROYED, LOGGED, NOMINAL, DATA, FD, LOOKAHEAD, BUS = range(11)
@@ -77,7 +79,8 @@ def enqueue(
 ) -> int:
     """Append frames to a port's queue; return -1, or the row that is out of order or that this bus cannot carry.
 
-    Stamps rise and lie between `first_ns` and `last_ns`; with `at_once` all is handed over at `last_ns` instead.
+    Stamps rise and lie between `first_ns` and `last_ns`; with `at_once` all is handed over at `last_ns` instead. No
+    frame wins over what its port was said to send.
     """
     mask = queue.shape[1] - 1
     width = min(data.shape[1], payload.shape[2])
@@ -89,11 +92,13 @@ def enqueue(
             return row
         if length[row] > width and not flag & _REMOTE:
             return row
+        key = arbitration_key(int(ident[row]), flag)
+        if key < ports[port, LEAST]:
+            return row
         first_ns = when
         slot = (tail + row) & mask
         target = queue[port, slot]
-        target[STAMP] = when
-        target[KEY] = _arbitration_key(int(ident[row]), flag)
+        target[STAMP], target[KEY], target[TOLD] = when, key, 0
         nominal, fast = one_frame_bits(ident[row], flags[row], length[row], data[row])
         target[SPAN] = time_ns(int(nominal) - INTERMISSION_BITS, bus[NOMINAL]) + time_ns(int(fast), bus[DATA])
         target[IDENT] = ident[row]
@@ -106,7 +111,7 @@ def enqueue(
 
 
 @njit(cache=True, error_model="numpy")
-def _arbitration_key(ident: int, flag: int) -> int:
+def arbitration_key(ident: int, flag: int) -> int:
     """Return the bits from the identifier to RTR as they arbitrate: the lower number wins."""
     remote = 1 if flag & _REMOTE else 0
     if flag & _EXTENDED:  # SRR and IDE are recessive
@@ -136,6 +141,43 @@ def horizon(queue: Ints, ports: Ints, bus: Ints, now_ns: int, until_ns: int) -> 
     if nodes > 1:  # what one node hands over in this stretch must not reach another within it
         until_ns = min(until_ns, now_ns + bus[LOOKAHEAD])
     return until_ns
+
+
+@njit(cache=True, error_model="numpy")
+def foretell(
+    queue: Ints, payload: Bytes, ports: Ints, bus: Ints, log: Ints, log_payload: Bytes, now_ns: int, until_ns: int
+) -> bool:
+    """Let the one node hear now of the one frame that waits for it, where nothing can keep that from ending in time.
+
+    The bus must be free and undisturbed, and the frame win over all that the node may send; then the node can live
+    past its end in one go.
+    """
+    mask = queue.shape[1] - 1
+    node, sender = -1, -1
+    for port in range(len(ports)):
+        if not ports[port, OPEN]:
+            continue
+        if ports[port, OFF_LEFT] > 0 or (ports[port, NODE] and node >= 0):
+            return False
+        if ports[port, NODE]:
+            node = port
+        elif ports[port, HEAD] < ports[port, TAIL]:
+            if sender >= 0 or ports[port, TAIL] - ports[port, HEAD] > 1:
+                return False
+            sender = port
+    if node < 0 or sender < 0 or bus[SENDER] >= 0 or ports[node, WAITING] >= len(log) - 1:
+        return False
+    row = queue[sender, ports[sender, HEAD] & mask]
+    start = max(bus[FREE], row[STAMP], now_ns)
+    end = start + row[SPAN]
+    beaten = row[KEY] >= ports[node, LEAST] or row[STAMP] > now_ns or ports[sender, BLOCKED] > start
+    if beaten or row[TOLD] or end > until_ns or bus[LOGGED] - oldest_unread(ports, bus) >= len(log):
+        return False
+    row[TOLD] = 1 << node
+    told = row.copy()
+    told[STAMP], told[SOURCE], told[SEEN_BY] = end, sender, 1 << node
+    append(log, log_payload, ports, bus, told, payload[sender, ports[sender, HEAD] & mask])
+    return True
 
 
 @njit(cache=True, error_model="numpy")
@@ -233,7 +275,7 @@ def finish(queue: Ints, payload: Bytes, ports: Ints, bus: Ints, meter: Ints) -> 
     sender = bus[SENDER]
     slot = ports[sender, HEAD] & (queue.shape[1] - 1)
     row = queue[sender, slot]
-    row[STAMP], row[SOURCE], row[SEEN_BY] = bus[END], sender, audience(ports, sender)
+    row[STAMP], row[SOURCE], row[SEEN_BY] = bus[END], sender, audience(ports, sender) & ~row[TOLD]
     ports[sender, HEAD] += 1
     ports[sender, SENT] += 1
     ports[sender, TEC] = max(ports[sender, TEC] - 1, 0)

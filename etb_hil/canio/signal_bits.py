@@ -119,22 +119,43 @@ def read_value(payload: Bytes, place: Int64, scale: float, offset: float) -> flo
 
 
 @njit(cache=True, error_model="numpy")
+def read_signal(
+    data: Bytes,
+    width: int,
+    rows: Int64,
+    first: int,
+    end: int,
+    places: Int64,
+    signal: int,
+    factors: Float64,
+    ids: Int64,
+    out: Float64,
+    into: int,
+    step: int,
+) -> None:
+    """Write one signal's values in the payloads `rows[first:end]` to `out[into::step]`; NaN where multiplexed out."""
+    at = signal * PLACE
+    scale, offset = factors[signal, 0], factors[signal, 1]
+    multiplexed = places[at + PARENT] >= 0
+    for index in range(first, end):
+        start = rows[index] * width
+        if multiplexed and not _is_active(data, start, places, at, ids):
+            out[into] = np.nan
+        else:
+            out[into] = _value_at(data, start, places, at, scale, offset)
+        into += step
+
+
+@njit(cache=True, error_model="numpy")
 def decode_rows(
     data: Bytes, rows: Int64, wanted: Int64, places: Int64, factors: Float64, ids: Int64, out: Float64
 ) -> None:
     """Fill `out` (s, n) with the values of the signals `wanted` (s) in some rows; NaN where multiplexed out."""
     count, width = data.shape
-    flat, table = data.reshape(count * width), places.reshape(places.size)
+    flat, table, values = data.reshape(count * width), places.reshape(places.size), out.reshape(out.size)
     for index in range(len(wanted)):
-        at = wanted[index] * PLACE
-        scale, offset = factors[wanted[index], 0], factors[wanted[index], 1]
-        multiplexed = table[at + PARENT] >= 0
-        for n in range(len(rows)):
-            start = rows[n] * width
-            if multiplexed and not _is_active(flat, start, table, at, ids):
-                out[index, n] = np.nan
-            else:
-                out[index, n] = _value_at(flat, start, table, at, scale, offset)
+        into = index * len(rows)
+        read_signal(flat, width, rows, 0, len(rows), table, wanted[index], factors, ids, values, into, 1)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)

@@ -66,6 +66,13 @@ class SignalLayout:
         """Return the place of one of the signals, as `raw_bits` takes it."""
         return self._places[self.wanted[k]]
 
+    def tables(self, signals: int, ids: int) -> tuple[Int64, Float64, Int64]:
+        """Return places, factors and multiplexer ids, made to stand behind so many of other messages."""
+        places = self._places.copy()
+        places[:, sb.PARENT] += np.where(places[:, sb.PARENT] >= 0, signals, 0)
+        places[:, sb.IDS] += ids
+        return places, self._factors, self._ids
+
     def half_floats(self) -> list[int]:
         """Return which of the signals are floats of 16 bits."""
         return [k for k, index in enumerate(self.wanted) if self._places[index, sb.KIND] == sb.FLOAT16]

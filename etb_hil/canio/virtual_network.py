@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Protocol
 from weakref import WeakValueDictionary
 
 from etb_hil.base.errors import InputError, Problem
+from etb_hil.canio.arbitration import arbitration_key
 from etb_hil.canio.fault_injection import FaultInjection
+from etb_hil.canio.frames import FrameFlag
 from etb_hil.canio.wire import Wire
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from etb_hil.base.clock import Clock
     from etb_hil.canio.faults import Fault
@@ -25,9 +27,10 @@ class Node(Protocol):
     def run(self, until_ns: int, inbox: FrameBlock) -> FrameBlock:
         """Live from where the last call ended up to and including `until_ns`.
 
-        `inbox` holds what other senders' frames ended on the bus until now; what the node does later than a frame's
-        stamp may depend on it. Returns the frames that the node hands to its transmitter meanwhile, each stamped with
-        the instant at which it does, in order. How time is cut into calls must not change what the node does.
+        `inbox` holds what other senders' frames ended on the bus until now, or are sure to end by `until_ns`; what the
+        node does later than a frame's stamp may depend on it. Returns the frames that the node hands to its
+        transmitter meanwhile, each stamped with the instant at which it does, in order. How time is cut into calls must
+        not change what the node does.
         """
         ...
 
@@ -78,7 +81,8 @@ class VirtualNetwork:
         """Move on to `until_ns`, or to the next instant at which a frame may reach a node, whichever comes first."""
         with self.lock:
             wire, now = self._wire, self._now
-            if self._nodes:
+            undisturbed = not self.faults and not self._injection.is_needed
+            if self._nodes and not (undisturbed and wire.foretell(now, until_ns)):
                 until_ns = self._before_arrival(wire.horizon(now, until_ns))
             for port, node in self._nodes.items():
                 frames = node.run(until_ns, wire.collect(port))
@@ -109,10 +113,15 @@ class VirtualNetwork:
         under_way = self._wire.next_end(self._now) or self._injection.next_arrival_ns
         return not self._nodes and under_way is None
 
-    def attach(self, node: Node) -> None:
-        """Let a device take part; it lives from now on."""
+    def attach(self, node: Node, sends: Iterable[tuple[int, bool]] = ()) -> None:
+        """Let a device take part; it lives from now on.
+
+        `sends` are the identifiers (and whether they are extended) of all frames that it may send, where they are
+        known: what is sure to win over them need not interrupt it, which halves the cost of a command a tick.
+        """
+        least = min((arbitration_key(ident, FrameFlag.EXTENDED if wide else 0) for ident, wide in sends), default=0)
         with self.lock:
-            self._nodes[self._wire.open_port(node=True)] = node
+            self._nodes[self._wire.open_port(node=True, least_key=least)] = node
 
     def open_port(self) -> int:
         """Return the number of a new access to the bus, for `send` and `collect`."""

@@ -46,8 +46,8 @@ class Wire:
         self.bus[arb.NOMINAL], self.bus[arb.DATA], self.bus[arb.FD] = bitrate, data_bitrate, fd
         self.bus[arb.LOOKAHEAD] = self.lookahead_ns
 
-    def open_port(self, *, node: bool) -> int:
-        """Return the number of a new port; BenchFault where there are too many."""
+    def open_port(self, *, node: bool, least_key: int = 0) -> int:
+        """Return the number of a new port, none of whose frames is below a key; BenchFault where there are too many."""
         free = np.flatnonzero(self.ports[:, arb.OPEN] == 0)
         if len(free):
             port = int(free[0])
@@ -59,6 +59,7 @@ class Wire:
             self.ports, self.queue, self.payload = _longer(self.ports), _longer(self.queue), _longer(self.payload)
         self.ports[port, arb.OPEN] = 1
         self.ports[port, arb.NODE] = node
+        self.ports[port, arb.LEAST] = least_key
         self.ports[port, arb.CURSOR] = self.bus[arb.LOGGED]
         return port
 
@@ -82,7 +83,8 @@ class Wire:
             what = f"{frames.ident[wrong]:#x} of {frames.length[wrong]} bytes, flags {int(frames.flags[wrong]):#x}"
             raise BenchFault(
                 f"frame {what}, stamped {frames.stamp_ns[wrong]} ns, cannot be sent: this bus takes "
-                f"{'FD and classic' if self.fd else 'classic'} frames, a node's in order from {first_ns} to {last_ns}"
+                f"{'FD and classic' if self.fd else 'classic'} frames, a node's in order from {first_ns} to {last_ns} "
+                "and with the identifiers that it was attached with"
             )
 
     def collect(self, port: int) -> FrameBlock:
@@ -116,6 +118,14 @@ class Wire:
         if self.bus[arb.LOGGED] - arb.oldest_unread(self.ports, self.bus) >= len(self.log):
             self._make_room()
         arb.append(self.log, self.log_payload, self.ports, self.bus, row, payload)
+
+    def foretell(self, now_ns: int, until_ns: int) -> bool:
+        """Let the node hear of the frame that waits for it, where it is sure to end by `until_ns`: `arbitration`."""
+        return bool(
+            arb.foretell(
+                self.queue, self.payload, self.ports, self.bus, self.log, self.log_payload, now_ns, until_ns
+            )
+        )  # fmt: skip
 
     def horizon(self, now_ns: int, until_ns: int) -> int:
         """Return up to when every node may run at once, at most `until_ns`."""

@@ -61,6 +61,7 @@ class FrameWriter:
 
     def __init__(self, dialect: Dialect, start_ns: int) -> None:
         messages = [m for m in dialect.messages if not m.commanded]
+        self.idents = [(message.ident, message.extended) for message in messages]
         self._start_ns = start_ns
         self._messages = np.zeros((len(messages), _COLUMNS), np.int64)
         self._turn_scale = np.ones((len(messages), 2))

@@ -71,6 +71,11 @@ class VirtualController:
         self.start_ns = start_ns
 
     @property
+    def sends(self) -> list[tuple[int, bool]]:
+        """The identifiers of its frames, and whether they are extended."""
+        return self._writer.idents
+
+    @property
     def time(self) -> float:
         """The controller's own time in s since power-on."""
         return self._machine.tick * TICK_NS * 1e-9

@@ -14,7 +14,8 @@ Float64 = NDArray[np.float64]
 LOSS_UNKNOWN = -1
 
 
-@dataclass(frozen=True, slots=True)
+# Not frozen: a bench in lock-step makes thousands of them a second, and freezing trebles what one costs.
+@dataclass(slots=True)
 class SampleBlock:
     """Samples of some roles that were taken at the same instants, all from one source (one message of the bus).
 

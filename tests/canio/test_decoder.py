@@ -9,6 +9,7 @@ import streams
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from etb_hil.canio import sample_store
 from etb_hil.canio.commands import CommandEncoder
 from etb_hil.canio.decoder import Decoder
 from etb_hil.canio.frames import concatenate_frames
@@ -110,6 +111,25 @@ def test_nothing_depends_on_how_a_burst_stream_is_cut(fd, data):
     parts = [piecewise.push(p) for p in cut(frames, data.draw(st.lists(st.integers(0, len(frames)), max_size=12)))]
     assert_same(whole, by_source(block for part in parts for block in part))
     assert decoder.statistics() == piecewise.statistics()
+
+
+@settings(max_examples=40)
+@given(st.data())
+def test_what_is_gathered_is_what_was_pushed(classic, fd, data):
+    dialect = data.draw(st.sampled_from([classic, fd]))
+    ticks = np.arange(60) * 20 + 65_000
+    stream = streams.classic(classic, ticks) if dialect is classic else streams.bursts(fd, ticks, lambda t: 0.03 * t)
+    edges = st.lists(st.integers(0, len(stream)), max_size=12)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sample_store, "ROOM", data.draw(st.integers(1, 100)))
+        decoder = Decoder(dialect, gather=True)
+        pushed, gathered, rounds = [], [], data.draw(st.integers(1, 4))
+        for number, part in enumerate(cut(stream, data.draw(edges))):
+            pushed += decoder.push(part)
+            gathered += decoder.gathered() if number % rounds == 0 else []
+        gathered += decoder.gathered()
+    assert_same(by_source(pushed), by_source(gathered))
+    assert decoder.gathered() == []
 
 
 @settings(max_examples=100)

@@ -135,19 +135,28 @@ class Controller:
         return block(rows) if rows else FrameBlock.empty()
 
 
-def conversation(cuts, controllers, faults=(), end=20 * MS):
+COMMANDS = {
+    3 * MS: (0x300, 0x301),
+    5 * MS + 1: (0x020,),
+    9 * MS + 123_456: (0x350,),
+    10 * MS: (0x010,),
+    12 * MS: (0x010, 0x011),
+}
+
+
+def conversation(cuts, controllers, faults=(), end=20 * MS, *, declared=False):
     """Commands at fixed times against controllers; `cuts` say where the sleep is interrupted."""
     network = VirtualNetwork(500_000, faults=faults)
     for base in controllers:
-        network.attach(Controller(base))
+        sends = [(ident, False) for ident in (base, base + 1, 0x400 + base)]
+        network.attach(Controller(base), sends if declared else ())
     port = network.open_port()
-    commands = {3 * MS: 0x300, 5 * MS + 1: 0x020, 9 * MS + 123_456: 0x350, 10 * MS: 0x010}
     seen = []
-    for time in sorted({*cuts, *commands, end}):
+    for time in sorted({*cuts, *COMMANDS, end}):
         network.sleep_until_ns(time)
         assert network.now_ns() == time
-        if time in commands:
-            network.send(port, block([(0, commands[time], 0, b"go"), (0, commands[time] + 1, 0, b"on")]))
+        if time in COMMANDS:
+            network.send(port, block([(0, ident, 0, b"go") for ident in COMMANDS[time]]))
         if time % 3 == 0:
             seen.append(network.collect(port))
     seen.append(network.collect(port))
@@ -184,6 +193,34 @@ def test_nor_does_it_while_faults_strike(controllers, cuts, struck):
     cut, cut_health = conversation(cuts, controllers, faults)
     assert_same(whole, cut)
     assert health == cut_health
+
+
+@pytest.mark.parametrize("controllers", [(0x100,), (0x100, 0x200), (0x005,)])
+@given(cuts=st.lists(st.integers(1, 20 * MS), max_size=20), struck=st.sets(st.sampled_from(range(len(FAULTS)))))
+@settings(max_examples=40)
+def test_nor_does_it_when_a_node_says_what_it_sends(controllers, cuts, struck):
+    faults = [FAULTS[number] for number in sorted(struck)]
+    whole, health = conversation([], controllers, faults)
+    cut, cut_health = conversation(cuts, controllers, faults, declared=True)
+    assert_same(whole, cut)
+    assert health == cut_health
+
+
+def test_a_frame_that_wins_over_all_a_node_sends_does_not_interrupt_it():
+    network = VirtualNetwork()
+    node = Script([(MS, 0x100, 0, b"a")])
+    network.attach(node, [(0x100, False)])
+    port = network.open_port()
+    network.send(port, frame(0x0FF))
+    network.sleep_until_ns(1000 * MS)
+    assert len(node.heard) == 1
+
+
+def test_a_node_sends_nothing_that_wins_over_what_it_said():
+    network = VirtualNetwork()
+    network.attach(Script([(MS, 0x0FF, 0, b"a")]), [(0x100, False)])
+    with pytest.raises(BenchFault, match=r"0xff .* cannot be sent"):
+        network.sleep_until_ns(2 * MS)
 
 
 @pytest.mark.parametrize("controllers", [(0x100,), (0x100, 0x200)])
