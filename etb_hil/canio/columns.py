@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     Bytes = NDArray[np.uint8]
 
 _WORD = 8
+_LAST = 56  # byte at which the last word of a payload starts
+_EXACT_IN_FLOAT = 1 << 53
 _FEW = 64  # messages up to which a comparison each is cheaper than sorting all frames
 _EXTENDED = 0x80000000
 _NO_DATA = FrameFlag.REMOTE | FrameFlag.ERROR
@@ -82,91 +84,142 @@ class ColumnDecoder:
 
 
 class _MessageReader:
+    """Reads one message: its payloads as a few words of 64 bits, each of which serves all signals that lie in it."""
+
     def __init__(self, message: Message) -> None:
         self.length = message.length
         self._name = message.name
-        self._signals = [_SignalReader(signal, short=message.length <= _WORD) for signal in message.signals]
+        self._by_name = {signal.name: signal for signal in message.signals}
+        self._switches = {signal.multiplexer_signal for signal in message.signals}
+        self._signals: list[_SignalReader] = []
+        self._words: list[tuple[int, str]] = []  # first byte and order of each
+        for order, there in (("<u8", "little_endian"), (">u8", "big_endian")):
+            covered = 0  # bits
+            for signal in sorted((s for s in message.signals if s.byte_order == there), key=_first_bit):
+                end = _first_bit(signal) + signal.length
+                if end > covered:
+                    first = 0 if message.length <= _WORD else min(_first_bit(signal) // 8, _LAST)
+                    self._words.append((first, order))
+                    covered = 8 * (first + _WORD)
+                self._signals.append(_SignalReader(signal, len(self._words) - 1, self._words[-1][0]))
         self._reach = max((reader.reach for reader in self._signals), default=0)
-        self._parents = {signal.name: signal for signal in message.signals}
+        place = {reader.name: row for row, reader in enumerate(self._signals)}
+        self._rows = {name: place[name] for name in self._by_name}
 
     def read(self, data: Bytes, stamp_ns: NDArray[np.int64]) -> MessageColumns:
-        if self._reach > data.shape[1]:  # a word that starts late reads beyond the payload
+        if self._reach > data.shape[1]:  # a signal that does not lie inside its message
             padded = np.zeros((len(data), self._reach), np.uint8)
             padded[:, : data.shape[1]] = data
-        else:
-            padded = data
-        words: dict[tuple[int, str], NDArray[np.uint64]] = {}
-        raw = {reader.signal.name: reader.raw(padded, words) for reader in self._signals}
-        columns = {}
-        for reader in self._signals:
-            with np.errstate(invalid="ignore"):  # a payload may spell a NaN that signals
-                values = reader.scaled(raw[reader.signal.name])
-            active = self._active(reader.signal, raw)
-            columns[reader.signal.name] = values if active is None else np.where(active, values, np.nan)
-        return MessageColumns(self._name, stamp_ns, columns)
+            data = padded
+        count, width = data.shape
+        # Eight bytes at any place in a row, without copying them as bytes first.
+        words = [np.ndarray((count,), order, data, at, (width,)).astype(np.uint64) for at, order in self._words]
+        out, scratch = np.empty((len(self._signals), count)), np.empty(count, np.uint64)
+        signed = scratch.view(np.int64)
+        raw: dict[str, NDArray[np.generic]] = {}
+        with np.errstate(invalid="ignore"):  # a payload may spell a NaN that signals
+            for reader, column in zip(self._signals, out, strict=True):
+                bits = reader.bits(data, words[reader.word], scratch, signed)
+                reader.scale(bits, column)
+                if reader.name in self._switches:
+                    raw[reader.name] = bits.copy()
+        for reader, column in zip(self._signals, out, strict=True):
+            active = self._active(reader.name, raw) if reader.is_multiplexed else None
+            if active is not None:
+                column[~active] = np.nan
+        return MessageColumns(self._name, stamp_ns, {name: out[row] for name, row in self._rows.items()})
 
-    def _active(self, signal: Signal, raw: Mapping[str, NDArray[np.generic]]) -> NDArray[np.bool_] | None:
+    def _active(self, name: str, raw: Mapping[str, NDArray[np.generic]]) -> NDArray[np.bool_] | None:
         """Return in which frames a signal's multiplexers choose it; None where it has none."""
-        active = None
+        active, signal = None, self._by_name[name]
         while signal.multiplexer_signal:
             chosen = np.isin(raw[signal.multiplexer_signal], np.array(signal.multiplexer_ids or [], np.int64))
             active = chosen if active is None else active & chosen
-            signal = self._parents[signal.multiplexer_signal]
+            signal = self._by_name[signal.multiplexer_signal]
         return active
 
 
+def _first_bit(signal: Signal) -> int:
+    """Return how many bits of the payload stand before a signal, in its own order."""
+    start: int = signal.start
+    return start if signal.byte_order == "little_endian" else start // 8 * 8 + 7 - start % 8
+
+
 class _SignalReader:
-    """Reads one signal: eight bytes of each payload as a word, and the few bits of a ninth."""
+    """Reads one signal out of a word that starts at a byte of the payload, and the few bits of a ninth byte.
 
-    def __init__(self, signal: Signal, *, short: bool) -> None:
-        self.signal = signal
+    The word is moved left, then right: its sign comes along, and what belongs to others goes.
+    """
+
+    def __init__(self, signal: Signal, word: int, first: int) -> None:
+        self.name, self.word = signal.name, word
+        self.is_multiplexed = bool(signal.multiplexer_signal)
+        self._length, self._is_signed, self._is_float = signal.length, signal.is_signed, signal.is_float
         self._motorola = signal.byte_order == "big_endian"
-        start, length = signal.start, signal.length
-        self._first = 0 if short else start // 8  # one word serves all signals of a classic frame
-        # Bits of the word, from its low end or from its top, that are others'.
-        self._skip = (start // 8 - self._first) * 8 + (7 - start % 8 if self._motorola else start % 8)
-        self._ninth = max(0, self._skip + length - 64)
-        self.reach = self._first + _WORD + (1 if self._ninth else 0)
+        skip = _first_bit(signal) - 8 * first
+        self._skip = np.uint64(skip)
+        self._left = np.uint64(skip if self._motorola else max(0, 64 - skip - signal.length))
+        self._room = 64 - signal.length
+        self._right = np.int64(self._room) if signal.is_signed else np.uint64(self._room)
+        self._ninth, self._ninth_at = max(0, skip + signal.length - 64), first + _WORD
+        self.reach = first + _WORD + (1 if self._ninth else 0)
+        self._scale, self._offset = np.float64(signal.scale), float(signal.offset)
+        self._exact = _exact_factors(signal)
 
-    def raw(self, padded: Bytes, words: dict[tuple[int, str], NDArray[np.uint64]]) -> NDArray[np.generic]:
-        """Return the bits as an integer with its sign, or as a float; `words` keeps what several signals read."""
-        length = self.signal.length
-        order = ">u8" if self._motorola else "<u8"
-        word = words.get((self._first, order))
-        if word is None:
-            # Eight bytes at any place in a row, without copying them as bytes first.
-            there = np.ndarray((len(padded),), order, padded, self._first, (padded.shape[1],))
-            word = words[self._first, order] = there.astype(np.uint64)
-        if self._motorola:
-            bits = word << np.uint64(self._skip) >> np.uint64(64 - min(length, 64 - self._skip))
-            if self._ninth:
-                rest = padded[:, self._first + _WORD].astype(np.uint64) >> np.uint64(8 - self._ninth)
-                bits = bits << np.uint64(self._ninth) | rest
+    def bits(
+        self, data: Bytes, word: NDArray[np.uint64], scratch: NDArray[np.uint64], signed: NDArray[np.int64]
+    ) -> NDArray[np.generic]:
+        """Return the bits as an integer with its sign, or as a float; `signed` is `scratch` with a sign.
+
+        What is returned lies in them and is good until the next call.
+        """
+        if self._ninth:
+            word = self._word_of_nine(data, word)
+        elif self._left:
+            word = np.left_shift(word, self._left, out=scratch)
+        if self._is_signed:
+            np.right_shift(word.view(np.int64), self._right, out=signed)
         else:
-            bits = word >> np.uint64(self._skip)
-            if self._ninth:
-                bits |= padded[:, self._first + _WORD].astype(np.uint64) << np.uint64(64 - self._skip)
-        if length < 64:
-            bits &= np.uint64((1 << length) - 1)
-        if self.signal.is_float:
-            return bits.astype(_FLOATS[length]).view(_FLOAT_OF[length])
-        if self.signal.is_signed:
-            room = np.int64(64 - length)
-            return bits.view(np.int64) << room >> room
-        return bits.view(np.int64) if length < 64 else bits
+            np.right_shift(word, self._right, out=scratch)
+        if self._is_float:
+            return scratch.astype(_FLOATS[self._length]).view(_FLOAT_OF[self._length])
+        return signed if self._is_signed or self._room else scratch
 
-    def scaled(self, raw: NDArray[np.generic]) -> Float64:
-        """Return physical values (n), rounded where cantools rounds."""
-        signal = self.signal
-        scale, offset = signal.scale, signal.offset
-        if (scale, offset) == (1, 0) or signal.is_float:
-            values = raw.astype(np.float64)
-            return values if (scale, offset) == (1, 0) else values * float(scale) + float(offset)
-        whole = float(scale).is_integer() and float(offset).is_integer()
-        if whole or isinstance(scale, int):
-            shift = int(offset) if whole else 0
-            span = 1 << signal.length
-            if abs(span * int(scale)) + abs(shift) < 1 << 63:
-                product = raw.astype(np.int64) * np.int64(int(scale))
-                return (product + np.int64(shift)).astype(np.float64) if whole else product.astype(np.float64) + offset
-        return raw.astype(np.float64) * float(scale) + float(offset)
+    def _word_of_nine(self, data: Bytes, word: NDArray[np.uint64]) -> NDArray[np.uint64]:
+        """Return the signal, which lies in nine bytes, at the upper end of a word."""
+        ninth = data[:, self._ninth_at].astype(np.uint64)
+        if self._motorola:
+            return word << self._skip | ninth << self._skip >> np.uint64(8)
+        bits = word >> self._skip | ninth << np.uint64(64 - int(self._skip))
+        return bits << np.uint64(self._room)
+
+    def scale(self, raw: NDArray[np.generic], out: Float64) -> None:
+        """Write physical values (n), rounded where cantools rounds."""
+        if self._exact is not None:
+            factor, shift = self._exact
+            product = raw.astype(np.int64) * np.int64(factor)
+            out[:] = product + np.int64(shift)
+            if not self._offset.is_integer():
+                out += self._offset
+            return
+        if self._scale == 1.0:
+            out[:] = raw
+        else:
+            np.multiply(raw, self._scale, out=out)
+        if self._offset:
+            out += self._offset
+
+
+def _exact_factors(signal: Signal) -> tuple[int, int] | None:
+    """Return scale and offset of a signal that cantools scales in integers; None where floats are as exact.
+
+    An offset that is no integer is none of these.
+    """
+    scale, offset = signal.scale, signal.offset
+    whole = float(scale).is_integer() and float(offset).is_integer()
+    if signal.is_float or not (whole or isinstance(scale, int)):
+        return None
+    shift = int(offset) if whole else 0
+    span = 1 << (signal.length - 1 if signal.is_signed else signal.length)
+    reach = abs(span * int(scale)) + abs(shift)
+    return (int(scale), shift) if _EXACT_IN_FLOAT < reach < 1 << 63 else None

@@ -91,18 +91,18 @@ def concatenate_frames(blocks: Iterable[FrameBlock]) -> FrameBlock:
     )
 
 
-def gathered(blocks: Iterable[FrameBlock], rows: int = 1 << 15) -> Iterator[FrameBlock]:
-    """Yield the same frames in blocks of at least so many rows, which cost less a frame to work on; the last has less.
+def gathered(blocks: Iterable[FrameBlock], payload_bytes: int = 1 << 18) -> Iterator[FrameBlock]:
+    """Yield the same frames in blocks of at least so many bytes of payload, which cost less a frame to work on.
 
-    `rows` frames of a classic bus still fit into the processor's cache.
+    The last has less. By default a block fits into the processor's cache.
     """
     waiting: list[FrameBlock] = []
-    count = 0
+    size = 0
     for block in blocks:
         waiting.append(block)
-        count += len(block)
-        if count >= rows:
+        size += block.data.nbytes
+        if size >= payload_bytes:
             yield concatenate_frames(waiting)
-            waiting, count = [], 0
-    if count:
+            waiting, size = [], 0
+    if waiting:
         yield concatenate_frames(waiting)

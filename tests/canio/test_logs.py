@@ -130,6 +130,22 @@ def test_a_cut_log_says_where(tmp_path):
     assert notes == [f"{path}:3: the last line is cut off and was left out"]
 
 
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("fd.asc", "date x\nbase hex  timestamps absolute\n1.0 CANFD 1 Rx 12 1 0 1 1 A5\n2.0 CANFD 1 Rx 12 1 0 1 1 A"),
+        ("named.asc", "date x\nbase hex\n1.0 CANFD 1 Rx 12 A 1 0 1 1 A5\n2.0 CANFD 1 Rx 12 Speed 1 0 1 1 A"),
+        ("classic.asc", "date x\nbase hex\n1.0 1 12 Rx d 1 A5\n2.0 1 12 Rx d 1 A"),
+        ("one.trc", ";$FILEVERSION=1.1\n;\n     1)  1.0  Rx  0480  1  A5\n     2)  2.0  Rx  0480  1  A"),
+    ],
+)
+def test_a_first_byte_that_was_cut_in_half_is_no_byte(tmp_path, name, text):
+    (tmp_path / name).write_text(text)
+    got, notes = read(tmp_path / name)
+    assert got.data[:, 0].tolist() == [0xA5]
+    assert "the last line is cut off and was left out" in notes[0]
+
+
 def test_a_line_that_cannot_be_read_keeps_what_came_before(tmp_path):
     path = tmp_path / "broken.log"
     path.write_text("(1.0) can0 123#00\n(2.0) can1 124#01\n(3.0) nonsense\n(4.0) can0 123#00\n")

@@ -1,5 +1,7 @@
 """MF4 bus logs give the frames that python-can reads through asammdf; broken ones give what came before."""
 
+import gc
+
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -11,10 +13,21 @@ from etb_hil.canio.logs.reading import read_log
 from etb_hil.canio.messages import from_messages
 
 pytest.importorskip("asammdf", reason="the extra `logs` is not installed")
-pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::ResourceWarning")
+pytestmark = pytest.mark.filterwarnings(
+    "ignore::DeprecationWarning",
+    "ignore::ResourceWarning",
+    "ignore::pytest.PytestUnraisableExceptionWarning",  # asammdf closes no file that it refuses
+)
 
 import can  # noqa: E402 (behind the check for the extra)
 from can.io.mf4 import MF4Reader, MF4Writer  # noqa: E402
+
+
+@pytest.fixture(autouse=True)
+def _nothing_is_left_behind():
+    """What asammdf leaves open is found here, not in a later test."""
+    yield
+    gc.collect()
 
 
 def read(path):
@@ -85,7 +98,6 @@ def test_a_cut_file_is_never_a_traceback(tmp_path, level):
             assert len(got) == len(whole) or notes
 
 
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # asammdf closes no file that it refuses
 def test_a_damaged_file_is_never_a_traceback(tmp_path):
     path = tmp_path / "damaged.mf4"
     write(path, many(40), 2)
@@ -104,7 +116,6 @@ def test_a_damaged_file_is_never_a_traceback(tmp_path):
             assert len(got) <= 10_000
 
 
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # asammdf closes what it never opened
 def test_frames_written_by_us_are_read_by_python_can(tmp_path):
     from etb_hil.canio.logs.writing import write_log  # noqa: PLC0415
 

@@ -16,7 +16,9 @@ import numpy as np
 
 from etb_hil.base.errors import BenchFault, InputError, Place, Problem, RecordingFault
 from etb_hil.canio.frames import FrameBlock, concatenate_frames
-from etb_hil.canio.logs.blf_objects import HEADER, MAX_PADDING, SIGNATURE, pack, unpack
+from etb_hil.canio.logs.blf_chain import MAX_PADDING, SIGNATURE, find_objects
+from etb_hil.canio.logs.blf_objects import MARGIN, pack, unpack
+from etb_hil.canio.logs.inflate import MOST_BYTES, inflate
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -36,9 +38,7 @@ _STORED, _DEFLATED = 0, 2
 _LEVEL = 1  # the default level takes twice as long for a tenth less
 
 _ROWS = 2048  # frames a container: 100 to 240 KB, which stays in the processor's cache
-_PARSE_BYTES = 256 << 10
-_MAX_CONTAINER = 256 << 20  # a container that claims more is refused: a small file can inflate to any size
-_MAX_OBJECT = 16 << 20  # likewise for the bytes that an object waits for
+_PARSE_BYTES = 512 << 10
 _MILLISECOND_NS = 1_000_000
 _HEAD_START_NS = 1_000_000_000
 
@@ -149,19 +149,19 @@ class BlfReader:
                 size += len(inflated)
                 if size < _PARSE_BYTES:
                     continue
-            frames, tail = self._parse(b"".join([tail, *parts]))
+            frames, tail = self._parse([tail, *parts])
             parts, size = [], 0
             if inflated is None:
                 tail = b""  # what follows does not go on with the object that was cut
             if len(frames):
                 yield frames
-        frames, tail = self._parse(b"".join([tail, *parts]))
+        frames, tail = self._parse([tail, *parts])
         if len(frames):
             yield frames
         if len(tail) > MAX_PADDING:
             self._note(None, f"the last object is cut off ({len(tail)} bytes of it are left)")
 
-    def _containers(self) -> Iterator[bytes | None]:
+    def _containers(self) -> Iterator[bytes | bytearray | None]:
         """Yield the inflated bytes of one container after the other, None where one is missing."""
         try:
             file = self._path.open("rb")
@@ -205,60 +205,28 @@ class BlfReader:
             seconds = (start - _EPOCH) // timedelta(seconds=1)
             self.start_ns = seconds * 1_000_000_000 + millisecond * _MILLISECOND_NS
 
-    def _inflate(self, body: bytes, position: int) -> bytes | None:
+    def _inflate(self, body: bytes, position: int) -> bytes | bytearray | None:
         method, claimed = _CONTAINER.unpack_from(body)
-        data = body[_CONTAINER.size :]
+        data = memoryview(body)[_CONTAINER.size :]
         if method == _STORED:
-            return data
-        if method != _DEFLATED or claimed > _MAX_CONTAINER:
+            return bytes(data)
+        if method != _DEFLATED or claimed > MOST_BYTES:
             self._note(position, f"a container of method {method} and {claimed} bytes was left out")
             return None
         try:
-            return zlib.decompressobj().decompress(data, max(claimed, 1))
+            return inflate(data, claimed)
         except zlib.error as error:
             self._note(position, f"a container is damaged and was left out ({error})")
             return None
 
-    def _parse(self, data: bytes) -> tuple[FrameBlock, bytes]:
-        """Return the frames of whole objects in `data`, and the bytes of the object that goes on behind it."""
-        starts, end = self._starts(data)
-        frames = unpack(np.frombuffer(data + bytes(64), np.uint8), starts, self.start_ns)
+    def _parse(self, parts: list[bytes | bytearray]) -> tuple[FrameBlock, bytes]:
+        """Return the frames of whole objects in bytes, and what of them goes on behind."""
+        data = b"".join([*parts, bytes(MARGIN)])
+        length = len(data) - MARGIN
+        objects = find_objects(data, length, lambda text: self._note(None, text))
+        frames = unpack(np.frombuffer(data, np.uint8), objects, self.start_ns)
         self._frames += len(frames)
-        return frames, data[end:]
-
-    def _starts(self, data: bytes) -> tuple[np.ndarray[tuple[int], np.dtype[np.int64]], int]:
-        """Return where whole objects start, and where the first that is not whole does."""
-        words = np.frombuffer(data, "<u4", len(data) // 4)
-        starts = np.flatnonzero(words == int.from_bytes(SIGNATURE, "little")) * 4
-        starts = starts[: np.searchsorted(starts, len(data) - HEADER.itemsize, side="right")]
-        if len(starts):
-            ends = starts + words[starts // 4 + 2]
-            gaps = starts[1:] - ends[:-1]
-            # A payload that spells the signature, or objects off the grid of 4 bytes, break the chain.
-            if starts[0] <= MAX_PADDING and bool(((gaps >= 0) & (gaps <= MAX_PADDING)).all()):
-                whole = len(starts) if ends[-1] <= len(data) else len(starts) - 1
-                return starts[:whole], int(ends[-1] if whole == len(starts) else starts[-1])
-        return self._walk(data)
-
-    def _walk(self, data: bytes) -> tuple[np.ndarray[tuple[int], np.dtype[np.int64]], int]:
-        """Follow the chain object by object; what does not belong to it is skipped with a note."""
-        starts: list[int] = []
-        position = 0
-        while (start := data.find(SIGNATURE, position)) >= 0:
-            if start - position > MAX_PADDING:
-                self._note(None, f"{start - position} bytes between objects make no sense and were skipped")
-            if start + HEADER.itemsize > len(data):
-                return np.array(starts, np.int64), start
-            size = int.from_bytes(data[start + 8 : start + 12], "little")
-            if not HEADER.itemsize <= size <= _MAX_OBJECT:
-                self._note(None, f"an object of {size} bytes makes no sense and was skipped")
-                position = start + len(SIGNATURE)
-                continue
-            if start + size > len(data):
-                return np.array(starts, np.int64), start
-            starts.append(start)
-            position = start + size
-        return np.array(starts, np.int64), min(position, len(data))
+        return frames, data[objects.end : length]
 
     def _note(self, position: int | None, text: str) -> None:
         where = "" if position is None else f" at byte {position}"

@@ -6,22 +6,24 @@ There is no public specification; layouts follow what python-can reads and write
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from etb_hil.canio.frames import FD_LENGTHS, FrameBlock, FrameFlag
+from etb_hil.canio.logs.blf_chain import SIGNATURE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from etb_hil.canio.logs.blf_chain import Objects
 
     Bytes = NDArray[np.uint8]
     Offsets = NDArray[np.int64]
     Rows = slice | NDArray[np.bool_]
 
-SIGNATURE = b"LOBJ"
 CAN_MESSAGE, CAN_ERROR_EXT, CAN_MESSAGE2, CAN_FD_MESSAGE, CAN_FD_MESSAGE_64 = 1, 73, 86, 100, 101
-MAX_PADDING = 4
 
 HEADER = np.dtype(
     [
@@ -61,6 +63,8 @@ _BODIES = {
     CAN_FD_MESSAGE_64: _FD_64,
     CAN_ERROR_EXT: _ERROR,
 }
+_WIDE = (CAN_FD_MESSAGE, CAN_FD_MESSAGE_64)
+MARGIN = _PAYLOAD.itemsize
 
 _SENT, _REMOTE = 0x01, 0x80  # flags of a message
 _EDL, _BRS, _ESI = 1, 2, 4  # fd_flags of CAN_FD_MESSAGE
@@ -113,56 +117,80 @@ def _objects(frames: FrameBlock, kind: int, start_ns: int) -> NDArray[np.void]:
     return objects
 
 
-def unpack(data: Bytes, starts: Offsets, start_ns: int) -> FrameBlock:
-    """Return the frames among the objects that start at `starts` (n) in `data`; other objects are left out.
-
-    `data` ends at least 64 bytes behind the last object.
-    """
-    head = _gather(data, starts, HEADER)
-    version, kind = head["version"], head["type"]
-    body_at = starts + np.where(version == 2, _HEADER_BYTES[2], _HEADER_BYTES[1])
-    room = np.where((version == 1) | (version == 2), starts + head["size"] - body_at, 0)
-    present = [number for number in _BODIES if (kind == number).any()]
+def unpack(data: Bytes, objects: Objects, start_ns: int) -> FrameBlock:
+    """Return the frames among objects in `data`, which ends `MARGIN` bytes behind the last; others are left out."""
+    starts, step = objects.starts, objects.step
+    head = _gather(data, starts, HEADER, step)
+    groups = _groups(head)
+    wide = any(group.kind in _WIDE for group in groups)
+    if len(groups) == 1 and groups[0].mask is None:  # views where masks would copy
+        frames = _frames(head, start_ns, wide=wide)
+        _fill(frames, slice(None), groups[0], head, data, starts, step)
+        return frames
     is_frame = np.zeros(len(starts), np.bool_)
-    for number in present:
-        is_frame |= (kind == number) & (room >= _BODIES[number].itemsize)
-    if not is_frame.all():
-        head, starts, body_at, kind = head[is_frame], starts[is_frame], body_at[is_frame], kind[is_frame]
-    count = len(head)
-    step = np.where(head["flags"] == _TEN_MICROSECONDS, np.int64(10_000), np.int64(1))
-    fd = CAN_FD_MESSAGE in present or CAN_FD_MESSAGE_64 in present
-    frames = FrameBlock(
-        head["stamp"].astype(np.int64) * step + start_ns,
-        np.zeros(count, np.uint32),
-        np.zeros(count, np.uint8),
-        np.zeros(count, np.uint8),
-        np.zeros((count, 64 if fd else 8), np.uint8),
-        np.zeros(count, np.uint8),
-    )
-    for number in present:
-        mask = kind == number
-        rows: Rows = slice(None) if mask.all() else mask  # a view where a mask would copy
-        at = body_at[rows]
-        body = _gather(data, at, _BODIES[number])
-        if number == CAN_FD_MESSAGE_64:
-            _fill(frames, rows, number, body, _payload_behind(data, body, starts[rows], at, head["size"][rows]))
-        else:
-            _fill(frames, rows, number, body, body["data"])
+    for group in groups:
+        is_frame |= group.mask
+    frames = _frames(head[is_frame], start_ns, wide=wide)
+    for group in groups:
+        _fill(frames, group.mask[is_frame], group, head[group.mask], data, starts[group.mask], 0)
     return frames
 
 
-def _payload_behind(
-    data: Bytes, body: NDArray[np.void], starts: Offsets, body_at: Offsets, size: NDArray[np.uint32]
-) -> Bytes:
-    """Return the payload (n, 64) that follows a CAN_FD_MESSAGE_64, zero where the object ends before."""
-    first = body_at + _FD_64.itemsize
-    end = starts + np.where(body["extension"] == 0, size, body["extension"])
-    payload = _gather(data, first, _PAYLOAD)["data"]
-    return (payload.view(np.uint64) & _KEPT[np.clip(end - first, 0, 64)]).view(np.uint8)
+@dataclass(frozen=True, slots=True)
+class _Group:
+    """Objects of one kind and one version of the header, which are the same within."""
+
+    kind: int
+    head_bytes: int
+    mask: Any  # NDArray[np.bool_], or None where they are all objects that there are
 
 
-def _fill(frames: FrameBlock, rows: Rows, kind: int, body: NDArray[np.void], payload: Bytes) -> None:
-    """Write the bodies of one kind of object into their rows of `frames`."""
+def _groups(head: NDArray[np.void]) -> list[_Group]:
+    """Return the objects that are whole frames."""
+    kind, version, size = head["type"], head["version"], head["size"]
+    groups = []
+    if len(head) and (kind == kind[0]).all() and (version == version[0]).all():
+        body, head_bytes = _BODIES.get(int(kind[0])), _HEADER_BYTES.get(int(version[0]))
+        if body is None or head_bytes is None:
+            return []
+        if int(size.min()) >= head_bytes + body.itemsize:
+            return [_Group(int(kind[0]), head_bytes, None)]
+    for number, body in _BODIES.items():
+        there = kind == number
+        if there.any():
+            for key, head_bytes in _HEADER_BYTES.items():
+                mask = there & (version == key) & (size >= head_bytes + body.itemsize)
+                if mask.any():
+                    groups.append(_Group(number, head_bytes, mask))
+    return groups
+
+
+def _frames(head: NDArray[np.void], start_ns: int, *, wide: bool) -> FrameBlock:
+    """Return frames with their stamps alone."""
+    count = len(head)
+    stamp_ns = head["stamp"].astype(np.int64)
+    coarse = head["flags"] == _TEN_MICROSECONDS
+    if coarse.any():
+        stamp_ns *= np.where(coarse, np.int64(10_000), np.int64(1))
+    stamp_ns += start_ns
+    return FrameBlock(
+        stamp_ns,
+        np.empty(count, np.uint32),
+        np.empty(count, np.uint8),
+        np.empty(count, np.uint8),
+        np.empty((count, 64 if wide else 8), np.uint8),
+        np.empty(count, np.uint8),
+    )
+
+
+def _fill(
+    frames: FrameBlock, rows: Rows, group: _Group, head: NDArray[np.void], data: Bytes, starts: Offsets, step: int
+) -> None:
+    """Write the objects of a group into their rows of `frames`."""
+    kind = group.kind
+    body_at = starts + group.head_bytes
+    body = _gather(data, body_at, _BODIES[kind], step)
+    payload = _payload_behind(data, body, starts, body_at, head["size"]) if kind == CAN_FD_MESSAGE_64 else body["data"]
     length = body["dlc"]
     if kind == CAN_ERROR_EXT:
         flags = np.full(len(body), FrameFlag.ERROR, np.uint8)
@@ -173,17 +201,36 @@ def _fill(frames: FrameBlock, rows: Rows, kind: int, body: NDArray[np.void], pay
     else:
         flags = _flags_of_message(body)
     remote = (flags & FrameFlag.REMOTE) != 0
-    if kind in (CAN_FD_MESSAGE, CAN_FD_MESSAGE_64):
-        length = np.where(remote, _LENGTH_OF_DLC[np.minimum(length, 15)], body["valid"])
-    length = np.minimum(length, payload.shape[1])
-    there = np.where(remote, 0, length)
-    width = min(payload.shape[1], frames.data.shape[1])
-    words = payload.view(np.uint64)  # eight bytes at a time
-    frames.data[rows, :width] = (words & _KEPT[:, : words.shape[1]].take(there, axis=0)).view(np.uint8)[:, :width]
+    has_remote = bool(remote.any())
+    if kind in _WIDE:
+        codes, length = length, body["valid"]
+        if has_remote:
+            length = np.where(remote, _LENGTH_OF_DLC[np.minimum(codes, 15)], length)
+    width = payload.shape[1]
+    length = np.minimum(length, width)
+    there = np.where(remote, 0, length) if has_remote else length
+    words, out = payload.view(np.uint64), frames.data.view(np.uint64)  # eight bytes at a time
+    shortest, longest = int(there.min()), int(there.max())
+    if shortest < longest:
+        words = words & _KEPT[:, : words.shape[1]].take(there, axis=0)
+    out[rows, : words.shape[1]] = words
+    out[rows, words.shape[1] :] = 0
+    if shortest == longest < width:
+        frames.data[rows, longest:width] = 0
     frames.length[rows] = length
     frames.flags[rows] = flags | _bits(body["id"], _ID_EXTENDED, FrameFlag.EXTENDED)
     frames.ident[rows] = body["id"] & np.uint32(0x1FFFFFFF)
     frames.channel[rows] = np.clip(body["channel"], 1, 256) - 1
+
+
+def _payload_behind(
+    data: Bytes, body: NDArray[np.void], starts: Offsets, body_at: Offsets, size: NDArray[np.uint32]
+) -> Bytes:
+    """Return the payload (n, 64) that follows a CAN_FD_MESSAGE_64, zero where the object ends before."""
+    first = body_at + _FD_64.itemsize
+    end = starts + np.where(body["extension"] == 0, size, body["extension"])
+    payload = _gather(data, first, _PAYLOAD, 0)["data"]
+    return (payload.view(np.uint64) & _KEPT[np.clip(end - first, 0, 64)]).view(np.uint8)
 
 
 def _flags_of_message(body: NDArray[np.void]) -> Bytes:
@@ -204,13 +251,15 @@ def _flags_of_fd_64(body: NDArray[np.void]) -> Bytes:
 
 
 def _bits(word: NDArray[np.integer[Any]], mask: int, flag: int) -> Bytes:
-    return np.where(word & mask, np.uint8(flag), np.uint8(0))
+    found = word & mask
+    if not found.any():
+        return np.zeros(len(word), np.uint8)
+    return np.where(found, np.uint8(flag), np.uint8(0))
 
 
-def _gather(data: Bytes, starts: Offsets, layout: np.dtype[np.void]) -> NDArray[np.void]:
-    """Return the structures that start at any byte."""
-    step = int(starts[1] - starts[0]) if len(starts) > 1 else 0
-    if step > 0 and bool((np.diff(starts) == step).all()):  # a log of one kind of frame: nothing to copy
+def _gather(data: Bytes, starts: Offsets, layout: np.dtype[np.void], step: int) -> NDArray[np.void]:
+    """Return the structures that start at any byte, or every `step` bytes."""
+    if step:
         return np.ndarray((len(starts),), layout, data, int(starts[0]), (step,))
     # One copy each, out of a view whose items overlap.
     overlapping = np.ndarray((len(data) - layout.itemsize + 1,), f"V{layout.itemsize}", data, strides=(1,))

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TextIO, cast
 
 MAX_WARNINGS = 20
-_HALF_BYTE = re.compile(r"\b[0-9A-Fa-f]{2} [0-9A-Fa-f]\Z")
+_HALF_BYTE = re.compile(r"(\b[0-9A-Fa-f]{2}|\s[0-9])\s+[0-9A-Fa-f]\Z")  # behind another byte, or the length
 
 
 class LineSource:

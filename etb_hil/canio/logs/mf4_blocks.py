@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import struct
-import zlib
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import IO, TYPE_CHECKING
 
 import numpy as np
+
+from etb_hil.canio.logs.inflate import MOST_BYTES, inflate
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -23,7 +24,6 @@ _WORD = 32  # bits of the widest number that is read
 _UNSIGNED, _FLOAT, _BYTES = 0, 4, 10  # kinds of data, in Intel order
 _LOCAL_TIME = 1
 _CHUNK_BYTES = 4 << 20
-_MAX_BLOCK = 256 << 20  # a small file can inflate to any size
 _LATEST_S = 5_000_000_000  # and as much again for the stamps is what 64 bits hold in nanoseconds
 _BEYOND = 1 << 42  # no file is so long, and no system seeks much further
 _MAX_BLOCKS = 1_000_000  # a chain of more goes in circles
@@ -85,7 +85,7 @@ class Mf4Blocks:
     def records(self, group: FrameGroup) -> Iterator[NDArray[np.uint8]]:
         """Yield the records of a group as uint8 (n, record bytes); a cut end gives fewer than `count`."""
         width = group.record_bytes
-        rest = b""
+        rest: bytes | bytearray = b""
         left = group.count
         for part, columns in self._data(group.data_at):
             if columns == width and not rest:
@@ -147,7 +147,7 @@ class Mf4Blocks:
             if links[1] and not nested and self._read(links[1], 4) == b"##CN":
                 self._channels(links[1], fields, nested=True)
 
-    def _data(self, at: int, *, nested: bool = False) -> Iterator[tuple[bytes, int]]:
+    def _data(self, at: int, *, nested: bool = False) -> Iterator[tuple[bytes | bytearray, int]]:
         """Yield bytes of records, and of how many columns they are transposed, or 0."""
         name = self._read(at, 4) if at else b""
         if name == b"##HL" and not nested:
@@ -169,12 +169,12 @@ class Mf4Blocks:
         elif at:
             raise UnknownLayoutError(f"its data lies in blocks of the kind {name!r}")
 
-    def _inflated(self, at: int) -> tuple[bytes, int]:
+    def _inflated(self, at: int) -> tuple[bytes | bytearray, int]:
         _, first, _ = self._links(at)
         zipped, columns, size, packed = struct.unpack("<2xBxIQQ", self._read(first, 24))
-        if max(size, packed) > _MAX_BLOCK or zipped > 1:
+        if max(size, packed) > MOST_BYTES or zipped > 1:
             raise UnknownLayoutError(f"a block of {size} bytes is packed by method {zipped}")
-        data = zlib.decompressobj().decompress(self._file_part(first + 24, packed), max(size, 1))
+        data = inflate(self._file_part(first + 24, packed), size)
         return data, columns if zipped else 0
 
     def _chain(self, at: int) -> Iterator[int]:
@@ -212,7 +212,7 @@ class Mf4Blocks:
         return self._file.read(size)
 
 
-def _straight(part: bytes, columns: int) -> bytes:
+def _straight(part: bytes | bytearray, columns: int) -> bytes:
     """Return bytes that lay in transposed order as they were; what fills no row stands at the end."""
     rows = len(part) // columns
     matrix = np.frombuffer(part, np.uint8, rows * columns).reshape(columns, rows)

@@ -33,8 +33,13 @@ _BROKEN = (EOFError, OSError, zlib.error)  # what a damaged .gz raises, and a di
 _HEADER = re.compile(
     rb"\s*(date\s+\w+\s+.+|base\s+(?P<base>hex|dec)\b.*|//.*|(no)?\s*internal\s+events\s+logged.*)?", re.IGNORECASE
 )
-# An ASC log may end without an end of line; what ends so was cut off: half a byte, or a remote frame's missing length.
-_HALF = re.compile(rb"(\b[0-9A-F]{2} +[0-9A-F]|\sd\s+\w+\s+[0-9A-F]|\sr\s*)\Z", re.IGNORECASE)
+# An ASC log may end without an end of line; what ends so was cut off: half a byte (the first one stands behind the
+# frame's length), or a remote frame's missing length.
+_HALF = re.compile(
+    rb"(\b[0-9A-F]{2} +[0-9A-F]|\sd\s+\w+\s+[0-9A-F]|\sr\s*"
+    rb"|\scanfd(\s+\w+){3,4}\s+[01]\s+[01]\s+[0-9A-F]\s+\d+\s+[0-9A-F])\Z",
+    re.IGNORECASE,
+)
 
 
 class TextLog:
