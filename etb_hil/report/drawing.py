@@ -9,6 +9,7 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from markupsafe import escape
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -61,6 +62,9 @@ STYLE: dict[Any, Any] = {  # Any: matplotlib spells the keys out as a type of a 
     "axes.unicode_minus": True,
 }
 
+_PLOT = "plot-"
+_MARKS = re.compile(r'<g clip-path="(?P<clip>[^"]*)">(?P<marks>(?:\s*<use [^>]*/>)+)\s*</g>')
+_MANY, _DOT = 20, 2.2  # marks, and their diameter in points
 PNG_DPI = 160
 COLUMNS = 1400
 
@@ -82,20 +86,59 @@ def save_png(figure: Figure, path: Path) -> None:
 
 
 def inline_svg(figure: Figure, name: str) -> str:
-    """Return a figure as an `<svg>` element for a page; `name` keeps its ids apart from those of other figures."""
+    """Return a figure as an `<svg>` element for a page; `name` keeps its ids apart from those of other figures.
+
+    Each plot's group carries its frame and its ranges (`data-box`, `data-x`, `data-y`), by which `zoom.js` works.
+    """
+    for number, axes in enumerate(figure.axes):
+        axes.set_gid(f"{_PLOT}{number}")
     text = io.StringIO()
     with mpl.rc_context(STYLE):
         figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     svg = text.getvalue()
-    svg = svg[svg.index("<svg") :]
-    # matplotlib's own ids differ from run to run and repeat in the next figure of a page
-    ids = {given: f"{name}-{k}" for k, given in enumerate(dict.fromkeys(re.findall(r'\bid="([^"]*)"', svg)))}
-    svg = re.sub(r'(\bid="|href="#|url\(#)([^")]*)', lambda found: found[1] + ids[found[2]], svg)
+    svg = _as_dots(svg[svg.index("<svg") :])
+    for number, axes in enumerate(figure.axes):
+        svg = svg.replace(f'id="{_PLOT}{number}"', f'id="{_PLOT}{number}" {_scales(axes)}')
+    # matplotlib numbers some ids by where they lie in memory; all of them repeat in the next figure of a page
+    hashed = {given: f"id-{k}" for k, given in enumerate(dict.fromkeys(re.findall(r'\bid="([a-z][0-9a-f]{10})"', svg)))}
+    svg = re.sub(
+        r'(\bid="|href="#|url\(#)([^")]*)', lambda found: f"{found[1]}{name}-{hashed.get(found[2], found[2])}", svg
+    )
     svg = re.sub(r'(<svg [^>]*?) (?:width|height)="[^"]*"', r"\1", svg, count=1)
     svg = re.sub(r'(<svg [^>]*?) (?:width|height)="[^"]*"', r'\1 role="img"', svg, count=1)
     for colour, variable in _VARIABLES.items():
         svg = svg.replace(colour, f"var({variable}, {colour})")
     return svg
+
+
+def _scales(axes: Axes) -> str:
+    """Return a plot's frame in the drawing, from the top left in points, and the values at its edges."""
+    figure = axes.get_figure()
+    width, height = 72.0 * figure.get_size_inches()  # type: ignore[union-attr]
+    frame = axes.get_position()
+    box = (frame.x0 * width, (1.0 - frame.y1) * height, frame.width * width, frame.height * height)
+    values = {"box": box, "x": axes.get_xlim(), "y": axes.get_ylim()}
+    words = {"xlabel": axes.get_xlabel(), "ylabel": axes.get_ylabel().replace("\n", " ")}
+    shown = {key: " ".join(f"{value:.9g}" for value in each) for key, each in values.items()} | words
+    return " ".join(f'data-{key}="{escape(text)}"' for key, text in shown.items())
+
+
+def _as_dots(svg: str) -> str:
+    """Draw many small round marks as one path of dots: a third of the size, and round under any stretching."""
+    return _MARKS.sub(_dots, svg)
+
+
+def _dots(group: re.Match[str]) -> str:
+    places = re.findall(r'x="([^"]*)" y="([^"]*)"', group["marks"])
+    if len(places) < _MANY:
+        return group[0]
+    style = re.search(r'style="([^"]*)"', group["marks"])
+    colour = re.search(r"stroke: ([^;\"]*)", style[1] if style else "")
+    opacity = re.search(r"opacity: ([^;\"]*)", style[1] if style else "")
+    path = "".join(f"M{float(x):.2f} {float(y):.2f}h0" for x, y in places)
+    look = f"fill: none; stroke-width: {_DOT}; stroke-linecap: round; stroke: {colour[1] if colour else INK}"
+    look += f"; stroke-opacity: {opacity[1]}" if opacity else ""
+    return f'<path d="{path}" clip-path="{group["clip"]}" style="{look}"/>'
 
 
 def envelope(time: Float64, values: Float64, columns: int = COLUMNS) -> tuple[Float64, Float64]:

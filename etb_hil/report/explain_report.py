@@ -12,6 +12,7 @@ from etb_hil.discrepancy.pictures import Pictures
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.report import explain_plots
 from etb_hil.report.drawing import inline_svg, save_png
+from etb_hil.report.html_report import script
 
 REPORT_NAME = "explanation.html"
 
@@ -56,6 +57,7 @@ def _page(found: dict[str, Any], drawn: list[tuple[str, Markup]], series: Pictur
     environment = Environment(
         loader=FileSystemLoader(here), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
+    zoom, zoom_hash = script("zoom.js")
     verdict = str(found["verdict"])
     unit = series.position_unit if series is not None else "rad"
     return environment.get_template("explain.html.jinja").render(
@@ -65,6 +67,8 @@ def _page(found: dict[str, Any], drawn: list[tuple[str, Markup]], series: Pictur
         further=_further(found),
         next_test=(found.get("next_test") or {}).get("says", ""),
         style=Markup((here / "report.css").read_text("utf-8")),  # noqa: S704 (our own file)
+        zoom=zoom,
+        zoom_hash=zoom_hash,
         causes=[_cause(cause) for cause in found["causes"]],
         drawn=drawn,
         models=[name.replace("_", " ") for name in _MODELS],

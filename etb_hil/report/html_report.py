@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+from base64 import b64encode
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -22,6 +24,7 @@ REPORT_NAME = "report.html"
 _MOST_NUMBERS, _MOST_PHASES, _MOST_EXCEEDANCES, _MOST_MESSAGES, _MOST_INPUTS = 16, 16, 7, 7, 6
 _MOST_PROMPTS = 4
 _LONGEST_WORD, _LONGEST_NAME, _LONGEST_PHRASE, _LONGEST_VERSIONS, _LONGEST_SENTENCE = 20, 40, 56, 160, 480
+_LARGEST_INPUT = 200_000  # bytes of a file that the page carries
 _SAFE_STATE = {True: "yes, seen in the measured current", False: "NOT VERIFIED", None: "not looked at"}
 
 _PLOTS = {
@@ -34,8 +37,9 @@ _PLOTS = {
 def write_report(results: Results | Mapping[str, Any], series: ReportSeries | Mapping[str, Any], folder: Path) -> Path:
     """Write `report.html` and a PNG file for each plot into a folder that exists; return the page's path.
 
-    Takes `Results` or the dictionary of `results.json`, and `ReportSeries` or its columns by name. Raises InputError
-    where the dictionary is wrong.
+    The page carries the text of the inputs that lie in the folder's `inputs`, as a session has them. Takes `Results`
+    or the dictionary of `results.json`, and `ReportSeries` or its columns by name. Raises InputError where the
+    dictionary is wrong.
     """
     results = results if isinstance(results, Results) else Results.from_dict(results)
     series = series if isinstance(series, ReportSeries) else ReportSeries.from_mapping(series)
@@ -45,12 +49,20 @@ def write_report(results: Results | Mapping[str, Any], series: ReportSeries | Ma
         save_png(figure, folder / f"{name}.png")
         drawn[name] = inline_svg(figure, name)
     page = folder / REPORT_NAME
-    page.write_text(render_page(results, drawn), encoding="utf-8")
+    page.write_text(render_page(results, drawn, _input_texts(results, folder / "inputs")), encoding="utf-8")
     return page
 
 
-def render_page(results: Results, drawn: Mapping[str, str]) -> str:
-    """Return the page; `drawn` maps the plots' names to their `<svg>` elements."""
+def script(name: str) -> tuple[Markup, Markup]:
+    """Return a script of ours and the source by which a content security policy allows it, and no other."""
+    text = (Path(__file__).parent / name).read_text(encoding="utf-8")
+    digest = b64encode(hashlib.sha256(text.encode()).digest()).decode()
+    return _ours(text), _ours(f"'sha256-{digest}'")
+
+
+def render_page(results: Results, drawn: Mapping[str, str], texts: Mapping[str, str]) -> str:
+    """Return the page; `drawn` maps plots to their `<svg>` elements, `texts` inputs to what they hold."""
+    zoom, zoom_hash = script("zoom.js")
     here = Path(__file__).parent
     environment = Environment(
         loader=FileSystemLoader(here),
@@ -92,11 +104,30 @@ def render_page(results: Results, drawn: Mapping[str, str]) -> str:
         inputs=results.inputs[:_MOST_INPUTS],
         run_id=_sentence(results.run_id[:90]),
         versions=_sentence(versions[:_LONGEST_VERSIONS]),
+        texts={name: _text(text) for name, text in texts.items()},
+        zoom=zoom,
+        zoom_hash=zoom_hash,
         style=_ours((here / "report.css").read_text(encoding="utf-8")),
         speed_plot=_ours(drawn["friction_over_speed"]),
         angle_plot=_ours(drawn["friction_over_angle"]),
         time_plot=_ours(drawn["time_traces"]),
     )
+
+
+def _input_texts(results: Results, folder: Path) -> dict[str, str]:
+    """Return the text of each input that is there, is text, and is still what the run was made with."""
+    texts = {}
+    for file in results.inputs:
+        path = folder / Path(file.name).name
+        if path.is_file() and path.stat().st_size <= _LARGEST_INPUT:
+            content = path.read_bytes()
+            if hashlib.sha256(content).hexdigest() == file.sha256:
+                texts[f"{file.kind}: {file.name}"] = content.decode("utf-8", "replace")
+    return texts
+
+
+def _text(text: str) -> Markup:
+    return escape("\n".join(show.printable(line, _LONGEST_SENTENCE) for line in text.expandtabs(4).splitlines()))
 
 
 def _ours(text: str) -> Markup:

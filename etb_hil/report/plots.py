@@ -8,7 +8,9 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
+from etb_hil.diagnosis.friction_map import CELL, TEMPERATURE_CELL, find_bumps, friction_map
 from etb_hil.recording.samples import Float64
 from etb_hil.report.drawing import (
     CLOSING,
@@ -31,6 +33,8 @@ from etb_hil.report.show import phase_name
 _FAR_ABOVE = 2.15  # beyond this many omega_s the Stribeck curve has fallen to T_c within 1 %
 
 _STRETCHES, _FEWEST = 24, 3  # of angle, and points in one
+_MAPPED = ("point_angle", "point_velocity", "point_excess", "point_temperature")
+_DEEPEST, _FAINTEST = 0.1, 0.08  # share off the curve that has the full colour at the least; colour of none
 
 FRICTION = "friction torque / N·m"
 
@@ -85,9 +89,11 @@ def _speed_limits(axes: Axes, results: Results) -> None:
 
 @mpl.rc_context(STYLE)
 def friction_over_angle(series: ReportSeries, results: Results) -> Figure:
-    """Draw the friction over the plate's angle, opening and closing apart."""
-    figure, (axes,) = new_figure(5.2, 4.2)
-    axes.set(title="Friction over angle", xlabel="throttle angle / deg", ylabel=FRICTION)
+    """Draw the friction over the angle, opening and closing apart; below, the map over angle and temperature."""
+    figure, (axes, map_axes) = new_figure(5.2, 4.2, rows=2, ratios=[2.2, 1.0])
+    axes.set(title="Friction over angle", ylabel=FRICTION)
+    map_axes.set(title="Above or below the fitted curve", xlabel="throttle angle / deg", ylabel="temperature / °C")
+    _map(map_axes, series)
     if not len(series.opening_angle) and not len(series.closing_angle):
         say_empty(axes, "no friction estimated in this run")
         return figure
@@ -105,6 +111,32 @@ def friction_over_angle(series: ReportSeries, results: Results) -> Figure:
     axes.axhline(0, color=MUTED, linewidth=0.8)
     legend_below(figure, 2)
     return figure
+
+
+def _map(axes: Axes, series: ReportSeries) -> None:
+    """Draw friction as a factor on the fitted curve, a cell 2 deg wide and 10 K high; the deeper, the further off."""
+    axes.grid(visible=False)
+    if not len(series.point_excess):
+        say_empty(axes, "no map of this run")
+        return
+    over = friction_map([{name: getattr(series, name) for name in _MAPPED}])
+    excess = over.factor - 1.0
+    deepest = max(_DEEPEST, float(np.nanmax(np.abs(excess), initial=0.0)))
+    for row, temperature in enumerate(over.temperature):
+        for column in np.flatnonzero(np.isfinite(excess[row])):
+            corner = (math.degrees(over.angle[column] - 0.5 * CELL), float(temperature) - 0.5 * TEMPERATURE_CELL)
+            share = float(excess[row, column])
+            colour, depth = LIMIT if share > 0.0 else MEASURED, _FAINTEST + (1.0 - _FAINTEST) * abs(share) / deepest
+            cell = Rectangle(corner, math.degrees(CELL), TEMPERATURE_CELL, facecolor=colour, alpha=depth, linewidth=0)
+            axes.add_patch(cell)
+    for sign, colour, words in ((1.0, LIMIT, "above"), (-1.0, MEASURED, "below")):
+        most = float(np.nanmax(sign * excess, initial=0.0))
+        axes.plot([], [], "s", color=colour, alpha=0.6, label=f"{words} the curve, at most {100.0 * most:.1f} %")
+    middles = np.degrees([bump.angle for bump in find_bumps(over)])
+    if len(middles):
+        axes.plot(middles, np.full(len(middles), over.temperature[-1]), "v", color=INK, markersize=5, label="bump")
+    half = 0.5 * TEMPERATURE_CELL
+    axes.set_ylim(float(over.temperature[0]) - half, float(over.temperature[-1]) + half)
 
 
 @mpl.rc_context(STYLE)

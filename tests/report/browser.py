@@ -23,14 +23,28 @@ _FLAGS = (
 
 def open_page(page, folder, *flags, dark=False):
     """Open a page and return (console messages, addresses asked for on the page's behalf)."""
-    profile = folder / f"profile-{len(list(folder.iterdir()))}"
-    profile.mkdir()
-    log = profile / "net.json"
     theme = ["--blink-settings=preferredColorScheme=0"] if dark else []
-    command = [EXECUTABLE, *_FLAGS, *theme, f"--user-data-dir={profile}", f"--log-net-log={log}", *flags, page.as_uri()]
-    run = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
+    profile = _profile(folder)
+    log = profile / "net.json"
+    run = _run(page, profile, *theme, f"--log-net-log={log}", *flags)
     console = [line for line in run.stderr.splitlines() if ":CONSOLE" in line]
     return console, _requests(log.read_text("utf-8"))
+
+
+def dom(page, folder):
+    """Return a page as it stands once its scripts have run."""
+    return _run(page, _profile(folder), "--dump-dom").stdout
+
+
+def _profile(folder):
+    profile = folder / f"profile-{len(list(folder.iterdir()))}"
+    profile.mkdir()
+    return profile
+
+
+def _run(page, profile, *flags):
+    command = [EXECUTABLE, *_FLAGS, f"--user-data-dir={profile}", *flags, page.as_uri()]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
 
 
 def _requests(text):

@@ -62,6 +62,7 @@ def series(stiction=T_ST, rate_hz=1000):
     speeds = np.concatenate([-np.geomspace(18, 0.05, 300), np.geomspace(0.05, 18, 300)])
     curve = np.concatenate([np.linspace(-18, -0.01, 150), np.linspace(0.01, 18, 150)])
     angles = np.linspace(0.02, 1.46, 90)
+    place = rng.uniform(0.02, 1.46, len(speeds))
     wave = 0.006 * np.sin(9 * angles)
     return ReportSeries(
         time=time,
@@ -71,6 +72,9 @@ def series(stiction=T_ST, rate_hz=1000):
         friction=friction,
         point_velocity=speeds,
         point_friction=stribeck(speeds, stiction) + rng.normal(0, 0.006, len(speeds)),
+        point_angle=place,
+        point_temperature=np.where(place > 0.7, 23.4, 31.0),
+        point_excess=np.where(np.abs(place - 1.0) < 0.1, 0.4, 0.0) + rng.normal(0, 0.01, len(speeds)),
         curve_velocity=curve,
         curve_friction=stribeck(curve, stiction),
         curve_low=stribeck(curve, stiction) - 0.006,

@@ -1,5 +1,7 @@
 """The report: everything escaped, nothing fetched, two sheets of paper, light and dark."""
 
+import hashlib
+import json
 import re
 
 import browser
@@ -78,7 +80,24 @@ def test_nothing_in_the_page_points_outside_it(report):
     assert {m[1][0] for tag in tags if (m := re.search(r"\bhref=\"([^\"]*)", tag)) and m[1] != "data:,"} <= {"#"}
     assert "@import" not in page
     assert not re.search(r"url\((?!#)", page)
-    assert not [tag for tag in tags if tag.lower().startswith(("<script", "<iframe", "<object", "<embed", "<img"))]
+    assert not [tag for tag in tags if tag.lower().startswith(("<iframe", "<object", "<embed", "<img"))]
+    assert [tag for tag in tags if tag.lower().startswith("<script")] == ["<script>"]  # ours, which the policy names
+
+
+def test_the_page_holds_the_files_that_the_run_was_made_with(tmp_path):
+    (tmp_path / "inputs").mkdir()
+    kept, changed = b"name: <b>mine</b>\n\x1b[2J", b"changed since"
+    (tmp_path / "inputs" / "kept.yaml").write_bytes(kept)
+    (tmp_path / "inputs" / "changed.yaml").write_bytes(changed)
+    files = (
+        InputFile("scenario", "kept.yaml", hashlib.sha256(kept).hexdigest()),
+        InputFile("limits", "changed.yaml", sample_run.HASH),
+        InputFile("dbc", "../../etc/passwd", sample_run.HASH),
+    )
+    page = write_report(sample_run.results(inputs=files), sample_run.series(), tmp_path).read_text("utf-8")
+    assert "name: &lt;b&gt;mine&lt;/b&gt;" in page
+    assert page.count("<details>") == 1
+    assert "changed since" not in page
 
 
 def test_hostile_names_are_text(tmp_path):
@@ -90,7 +109,7 @@ def test_hostile_names_are_text(tmp_path):
 
 def test_values_limits_and_grades_are_there():
     plots = dict.fromkeys(("friction_over_speed", "friction_over_angle", "time_traces"), "<svg></svg>")
-    page = render_page(sample_run.results(0.567), plots)
+    page = render_page(sample_run.results(0.567), plots, {})
     text = re.sub(r"(<[^>]*>|\s)+", " ", page)
     for expected in (
         "break-away friction T_st 0.567 N·m 0.563 to 0.571 at most 0.250 fail",
@@ -126,6 +145,61 @@ def test_light_and_dark_without_a_word_or_a_request(opened, tmp_path):
     assert shown["dark"][2, 2] < 0.15
     assert shown["dark"].mean() < 0.3  # the plots too: no white sheet in a dark page
     assert shown["dark"].std() > 0.05
+
+
+# What a hand does: drag over the middle half of the traces, shift and drag, type, double-click; and what is seen then.
+ZOOM = """
+SVGElement.prototype.setPointerCapture = () => {};  // a made-up pointer cannot be captured
+const svg = document.querySelector("figure.traces svg"), plots = [...svg.querySelectorAll("g[data-box]")];
+const friction = plots.at(-1), [left, top_, width, height] = friction.dataset.box.split(" ").map(Number);
+const say = (type, share, up, extra = {}) => {
+  const point = new DOMPoint(left + share * width, top_ + (1 - up) * height).matrixTransform(svg.getScreenCTM());
+  svg.dispatchEvent(new PointerEvent(type, { clientX: point.x, clientY: point.y, button: 0, ...extra }));
+};
+const drag = (from, to, extra) => {
+  say("pointerdown", ...from, extra); say("pointermove", ...to, extra); say("pointerup", ...to, extra);
+};
+const key = (key) => svg.dispatchEvent(new KeyboardEvent("keydown", { key }));
+const seen = () => ({
+  ticks: [...friction.querySelectorAll(".scale text[text-anchor=middle]")].map((t) => t.textContent),
+  levels: [...friction.querySelectorAll(".scale text[text-anchor=end]")].map((t) => t.textContent),
+  stretched: plots.map((p) => p.querySelector("[transform^=matrix]")?.getAttribute("transform").split(/[( ]/)[1]),
+  readout: svg.nextElementSibling.textContent,
+});
+const found = {};
+drag([0.25, 0.5], [0.75, 0.52]); found.across = seen();
+drag([0.5, 0.2], [0.25, 0.2], { shiftKey: true }); found.moved = seen();
+drag([0.0, 0.5], [0.5, 1.0]); found.both = seen();
+key("0"); found.reset = seen();
+key("+"); key("ArrowRight"); found.typed = seen();
+svg.dispatchEvent(new MouseEvent("dblclick")); found.back = seen();
+document.body.textContent = JSON.stringify(found);
+"""
+
+
+@chromium
+def test_plots_zoom(tmp_path):
+    page = write_report(sample_run.results(0.567), sample_run.series(0.567), tmp_path)
+    dom = browser.dom(page, tmp_path)
+    assert dom.count('tabindex="0"') == 3  # the policy let the script run
+    assert "Drag over a range to zoom" in dom
+    free = re.sub(r'<meta http-equiv="Content-Security-Policy"[^>]*>', "", page.read_text("utf-8"))
+    page.write_text(free.replace("</body>", f"<script>{ZOOM}</script></body>"), "utf-8")
+    found = json.loads(re.search(r"<body>(.*)</body>", browser.dom(page, tmp_path), re.DOTALL)[1])
+    assert [float(k) for k in found["across"]["stretched"][1:]] == pytest.approx([2.0] * 4)  # all plots together
+    seen = [float(tick) for tick in found["across"]["ticks"]]
+    assert 6.0 <= min(seen) < 8.0  # the run lasts 24 s
+    assert 16.0 <= max(seen) <= 18.0
+    assert found["across"]["levels"] == []  # the scale upwards stands as drawn
+    assert found["across"]["readout"].startswith("time / s: 18.0")
+    assert "friction / N" in found["across"]["readout"]
+    moved = [float(tick) for tick in found["moved"]["ticks"]]
+    assert min(moved) > min(seen)
+    assert float(found["both"]["stretched"][1]) == pytest.approx(4.0)
+    assert found["both"]["levels"] != []
+    assert found["reset"]["ticks"] == found["back"]["ticks"] == []
+    assert set(found["back"]["stretched"][1:]) == {"1"}
+    assert float(found["typed"]["stretched"][1]) == pytest.approx(2.0)
 
 
 @chromium

@@ -31,7 +31,7 @@ ALL = [plots.friction_over_speed, plots.friction_over_angle, plots.time_traces]
 def test_units_stand_on_every_axis(draw):
     figure = draw(sample_run.series(), sample_run.results())
     drawn = [axes for axes in figure.axes if axes.lines and axes.get_ylabel()]
-    assert all(re.search(r" / (deg|rad/s|A|N·m)$", axes.get_ylabel()) for axes in drawn)
+    assert all(re.search(r" / (deg|rad/s|A|N·m|°C)$", axes.get_ylabel()) for axes in drawn)
     assert re.search(r" / (s|deg|rad/s)$", figure.axes[-1].get_xlabel())
 
 
@@ -75,6 +75,33 @@ def test_exceedances_are_shaded_in_every_trace_and_marked_at_their_peak():
         assert sum(to_hex(patch.get_facecolor()) == LIMIT for patch in axes.patches) == 2
     marks = [line.get_ydata()[0] for line in figure.axes[-1].lines if line.get_marker() == "v"]
     assert marks == pytest.approx([0.567, -0.97 * 0.567])
+
+
+def test_the_map_shows_where_and_at_which_temperature_friction_is_off():
+    figure = plots.friction_over_angle(sample_run.series(), sample_run.results())
+    over = figure.axes[1]
+    cells = [patch for patch in over.patches if patch.get_width() == pytest.approx(2.0, abs=0.01)]
+    deep = [cell for cell in cells if cell.get_alpha() > 0.5]
+    assert {to_hex(cell.get_facecolor()) for cell in deep} == {LIMIT}  # above the curve
+    assert all(0.85 < np.radians(cell.get_x() + 1.0) < 1.15 for cell in deep)  # 0.4 above it, at 1.0 rad and 23 degC
+    assert {cell.get_y() for cell in deep} == {20.0}
+    assert {cell.get_y() for cell in cells} == {20.0, 30.0}
+    (bump,) = [line for line in over.lines if line.get_marker() == "v" and len(line.get_xdata())]
+    assert all(0.85 < angle < 1.15 for angle in np.radians(bump.get_xdata()))
+
+
+def test_a_plot_in_the_page_knows_its_scales():
+    svg = inline_svg(plots.time_traces(sample_run.series(), sample_run.results()), "t")
+    scales = re.findall(r'data-box="([^"]*)" data-x="([^"]*)" data-y="([^"]*)" data-xlabel="([^"]*)"', svg)
+    assert [len(scale[0].split()) for scale in scales] == [4] * 5
+    assert {tuple(map(float, scale[1].split())) for scale in scales} == {(0.0, 24.0)}
+    assert scales[-1][3] == "time / s"
+
+
+def test_many_marks_are_one_path():
+    svg = inline_svg(plots.friction_over_speed(sample_run.series(), sample_run.results()), "t")
+    assert svg.count("<use") < 60
+    assert len(re.findall("h0", svg)) == 600
 
 
 def test_names_are_no_formulas():
