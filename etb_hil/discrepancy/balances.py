@@ -15,6 +15,7 @@ from etb_hil.discrepancy.along import along
 from etb_hil.discrepancy.measurement import Measurement
 from etb_hil.discrepancy.regimes import Regimes
 from etb_hil.discrepancy.spectrum import Spectrum
+from etb_hil.plant.drive_effects import THROTTLE_FRICTION
 from etb_hil.plant.effects import (
     angle_sensor_eccentricity,
     current_sensor_gain,
@@ -41,7 +42,6 @@ CHANNELS = ("torque", "voltage", "angle")
 _TORQUE_FLOOR = 3.0  # times the current's noise
 # Unknown but small: clock skew of current, voltage and plate sensor, and the plate sensor's zero.
 NUISANCES = ("current_skew", "voltage_skew", "plate_skew", "plate_zero")
-_THROTTLE_FRICTION = 0.144  # N·m
 _OPEN_FOR = 0.02  # s
 _REMEMBERED = 4  # integrations: a fit moves what is not integrated about one of them
 _SENSORS = (row("current_sensor_gain"), row("measurement_delay") + WIDTH)
@@ -77,7 +77,7 @@ class Balances:
         self.measured = measured
         self.gear = model.values.gear_ratio
         # Bounds of effects are a throttle's; another drive's forces are larger by as much as its friction is.
-        self.load = model.values.coulomb / _THROTTLE_FRICTION if measured.is_drive else 1.0
+        self.load = model.values.coulomb / THROTTLE_FRICTION if measured.is_drive else 1.0
         self.spectrum = spectrum = Spectrum(len(measured), measured.rate)
         # The mean of the held voltage about a row is its mean over one period: undo what that takes of fast changes.
         self._voltage = spectrum.of(measured.held_voltage) / np.sinc(spectrum.s.imag * measured.dt / (2.0 * np.pi))

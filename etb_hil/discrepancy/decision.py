@@ -104,7 +104,9 @@ def verdict(findings: Findings) -> str:
         return "unexplained" if first > 0.0 else "insufficient_data"
     if not accepted:
         return "unexplained" if last > 0.0 else "adequate"
-    explained = last <= (1.0 - EXPLAINED_SHARE) * first or last == 0.0
+    # What is left of a cause's shape has no shape of its own; a spline that takes it tells of something else.
+    is_shapeless = all(spline.share <= PLACEHOLDER for spline in findings.rest)
+    explained = last == 0.0 or (last <= (1.0 - EXPLAINED_SHARE) * first and is_shapeless)
     if not explained:
         return "unexplained"
     return "ambiguous" if any(r.alike for r in accepted) else "explained"

@@ -19,6 +19,7 @@ from etb_hil.discrepancy.measurement import Measurement, measurements_of
 from etb_hil.discrepancy.naming import Findings, search
 from etb_hil.discrepancy.quality import data_quality
 from etb_hil.discrepancy.transfer import transfer
+from etb_hil.plant.drive_text import drive_text
 from etb_hil.plant.model_text import model_text
 from etb_hil.plant.parameters import Model
 from etb_hil.recording.recording import Recording
@@ -125,10 +126,12 @@ def write(answer: Answer, folder: Path) -> list[Path]:
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / "explanation.json"]
     paths[0].write_text(json.dumps(answer.explanation, indent=1, ensure_ascii=False), "utf-8")
-    if answer.findings is not None and not any(b.measured.is_drive for b in answer.findings.balances):
+    if answer.findings is not None:
         paths.append(folder / "model.yaml")
-        text = model_text(extended_model(answer.findings), "base parameters as calibrated, effects as found")
-        paths[1].write_text(text, "utf-8")
+        is_drive = any(b.measured.is_drive for b in answer.findings.balances)
+        text = drive_text if is_drive else model_text
+        description = "base parameters as calibrated, effects as found"
+        paths[1].write_text(text(extended_model(answer.findings), description), "utf-8")
     test = answer.explanation.get("next_test")
     if test and test["scenario"]:
         paths.append(folder / "next_test.yaml")

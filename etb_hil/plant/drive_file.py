@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -16,7 +17,8 @@ from pydantic import Field
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.quantity import parse_quantity
 from etb_hil.base.yamlfile import Document, FileModel, load
-from etb_hil.plant.model_file import Sensors, Text
+from etb_hil.plant.drive_effects import read_effects
+from etb_hil.plant.model_file import EffectEntry, Sensors, Text
 from etb_hil.plant.parameter import Parameter, Tolerance
 from etb_hil.plant.parameters import Model, load_model
 from etb_hil.plant.table_one import KINDS, Shaft
@@ -51,6 +53,7 @@ class DriveFile(FileModel):
     travel_per_turn: Annotated[str, Field(description="way in one turn of the motor")]
     position_step: str
     drive_noise: str
+    effects: list[EffectEntry] = Field(default_factory=list)
 
 
 def load_plant(path: Path) -> tuple[Model, bool]:
@@ -98,6 +101,12 @@ def _drive(document: Document[DriveFile]) -> Model:
         plate_bits=24, plate_range=turn, plate_noise=0.0, current_step=0.0,
         current_noise=number("drive_noise", content.drive_noise, force), voltage_step=0.0, voltage_noise=1e-6,
     )  # fmt: skip
+    effects = []
+    for index, read in enumerate(read_effects(content.effects, coulomb[0], is_linear=content.motion == "linear")):
+        if isinstance(read, Problem):
+            problems.append(replace(read, place=document.place("effects", index, "id")))
+        else:
+            effects.append(read)
     if problems:
         raise InputError(*problems)
     exact = Tolerance(0.0, is_relative=False)
@@ -108,7 +117,7 @@ def _drive(document: Document[DriveFile]) -> Model:
         name: Parameter(name, value, _shaft(name), tolerance, source)
         for name, (value, tolerance, source) in found.items()
     }
-    return Model(content.name, _ordered(parameters), sensors)
+    return Model(content.name, _ordered(parameters), sensors, tuple(effects))
 
 
 def _absent() -> dict[str, float]:
@@ -126,5 +135,4 @@ def _shaft(name: str) -> Shaft | None:
 
 
 def _ordered(parameters: Mapping[str, Parameter]) -> dict[str, Parameter]:
-
     return {name: parameters[name] for name in KINDS}

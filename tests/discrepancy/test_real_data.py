@@ -10,7 +10,9 @@ from etb_hil.discrepancy.calibration import calibrate
 from etb_hil.discrepancy.explain import explain, write
 from etb_hil.discrepancy.unknowns import base_unknowns
 from etb_hil.plant.drive_file import load_plant
+from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.parameters import load_model
+from etb_hil.plant.physics import INERTIA, VISCOUS
 from etb_hil.recording.tables import read_table
 
 HERE = Path(__file__).parent
@@ -80,7 +82,19 @@ def test_pwm_frequency_and_elapsed_time_cannot_be_told_apart():
     assert "shuffle its order" in pair["says"]
 
 
-def test_the_rest_is_owned_up_to(answer, tmp_path):
+def test_the_rest_is_owned_up_to(answer):
     assert answer.explanation["verdict"] == "unexplained"
     assert answer.explanation["unexplained"]["where"]
-    assert "model.yaml" not in [path.name for path in write(answer, tmp_path)]  # no throttle, no such file
+
+
+def test_the_extended_drive_is_a_model_file_again(answer, tmp_path):
+    write(answer, tmp_path)
+    model, is_drive = load_plant(tmp_path / "model.yaml")
+    assert is_drive
+    assert {entry.id for entry in model.effects} == {"friction_asymmetry", "cogging_torque"}
+    found = answer.findings.final.fit.whole
+    for id_ in ("friction_asymmetry", "cogging_torque"):
+        for place in CATALOGUE[id_].indices:
+            assert model.vector()[place] == pytest.approx(found[place], rel=1e-4, abs=1e-9)
+    assert model.values.inertia == pytest.approx(float(found[INERTIA]), rel=1e-6)
+    assert model.values.viscous == pytest.approx(float(found[VISCOUS]), rel=1e-6)

@@ -1,0 +1,62 @@
+"""Effects in a linear drive's model file: forces for torques, metres for radians, bounds as its friction has them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from etb_hil.base.errors import Problem
+from etb_hil.base.quantity import tidy_unit
+from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.effects.effect import EffectParameter
+from etb_hil.plant.model_file import EffectEntry
+
+THROTTLE_FRICTION = 0.144  # N·m of the throttle that the catalogue's bounds are for
+_LINEAR = {"N·m": "N", "rad": "m", "rad/s": "m/s"}
+
+
+def read_effects(entries: Iterable[EffectEntry], coulomb: float, *, is_linear: bool) -> list[EffectEntry | Problem]:
+    """Return effects as a throttle's model has them, or what is wrong; `coulomb`: the drive's friction in N or N·m."""
+    return [_read(entry, coulomb / THROTTLE_FRICTION, is_linear) for entry in entries]
+
+
+def _read(entry: EffectEntry, load: float, is_linear: bool) -> EffectEntry | Problem:
+    effect = CATALOGUE.get(entry.id)
+    if effect is None:
+        return Problem("unknown effect", value=entry.id, allowed=", ".join(CATALOGUE))
+    known = {parameter.name: parameter for parameter in effect.parameters}
+    found: dict[str, str | float] = {}
+    for name, value in entry.strengths.items():
+        if name not in known:
+            return Problem(f"{entry.id} has no such parameter", value=name, allowed=", ".join(known))
+        parameter = known[name]
+        unit = _unit(parameter, is_linear)
+        number, _, its = str(value).partition(" ")
+        size = load if parameter.unit == "N·m" else 1.0
+        try:
+            if tidy_unit(its or "1") != tidy_unit(unit):
+                raise ValueError(its)  # noqa: TRY301 (as a number that is none)
+            amount = float(number)
+        except ValueError:
+            return Problem(f"{entry.id}: {name} is no number in its unit", value=value, allowed=unit)
+        if not size * parameter.low <= amount <= size * parameter.high:
+            allowed = f"{size * parameter.low:g} to {size * parameter.high:g} {unit}"
+            return Problem(f"{entry.id}: {name} is out of its range", value=value, allowed=allowed)
+        found[name] = amount if parameter.unit == "1" else f"{number} {parameter.unit}"
+    return EffectEntry(id=entry.id, strengths=found)
+
+
+def written_effects(entries: Iterable[EffectEntry], *, is_linear: bool) -> list[dict[str, object]]:
+    """Return the `effects` of a drive's file from those that its model has."""
+    found: list[dict[str, object]] = []
+    for entry in entries:
+        known = {parameter.name: parameter for parameter in CATALOGUE[entry.id].parameters}
+        strengths = {
+            name: value if known[name].unit == "1" else f"{str(value).split()[0]} {_unit(known[name], is_linear)}"
+            for name, value in entry.strengths.items()
+        }
+        found.append({"id": entry.id, "strengths": strengths})
+    return found
+
+
+def _unit(parameter: EffectParameter, is_linear: bool) -> str:
+    return _LINEAR.get(parameter.unit, parameter.unit) if is_linear else parameter.unit

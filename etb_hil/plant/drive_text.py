@@ -1,0 +1,50 @@
+"""A linear drive's model written as its model file."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import yaml
+
+from etb_hil.base.quantity import format_quantity
+from etb_hil.plant.drive_effects import written_effects
+from etb_hil.plant.parameters import Model
+
+_DIGITS = 9
+_ENTRIES = {
+    "inertia": ("motor_inertia", "mass"),
+    "viscous": ("viscous", "linear damping"),
+    "coulomb": ("coulomb", "force"),
+    "constant_load": ("preload_open", "force"),
+}
+
+
+def drive_text(model: Model, description: str) -> str:
+    """Return the YAML text from which `load_plant` reads the same linear drive."""
+    v, sensors = model.values, model.sensors
+    turn = 2.0 * math.pi / v.gear_ratio
+    content: dict[str, Any] = {
+        "schema": "etb_hil/drive/1",
+        "name": model.name,
+        "description": description,
+        "motion": "linear",
+    }
+    for key, (name, dimension) in _ENTRIES.items():
+        parameter = model.parameters[name]
+        half = parameter.tolerance
+        amount = (
+            f"{100.0 * half.amount:.6g} %" if half.is_relative else format_quantity(half.amount, dimension, _DIGITS)
+        )
+        value = format_quantity(parameter.value, dimension, _DIGITS)
+        content[key] = {"value": value, "tolerance": amount, "source": parameter.source}
+    lengths = {
+        "presliding": v.coulomb / v.bristle_stiffness,
+        "travel_per_turn": turn,
+        "position_step": turn / sensors.motor_counts_per_turn,
+    }
+    content |= {name: format_quantity(value, "length", _DIGITS) for name, value in lengths.items()}
+    content["settled_speed"] = format_quantity(v.stribeck_velocity, "speed", _DIGITS)
+    content["drive_noise"] = format_quantity(sensors.current_noise, "force", _DIGITS)
+    content["effects"] = written_effects(model.effects, is_linear=True)
+    return yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=120)
