@@ -104,13 +104,17 @@ def _hold(
     law: int,
     observed: float,
     integral: float,
+    error: float,
     velocity: float,
     known: float,
     dt: float,
     inertia: float,
     tuning: Float64,
 ) -> tuple[float, float, float]:
-    """Move the observed velocity by one step; return it, the integral, and the torque that held it where it was."""
+    """Move the observed velocity by one step; return it, the integral, and the torque that held it where it was.
+
+    `error` is how far it was off at the step's beginning, `velocity` the true one at its end.
+    """
     switching = tuning[_SWITCHING]
     free = observed + dt * known / inertia
     if law == _SUPER_TWISTING:
@@ -120,7 +124,7 @@ def _hold(
     if law == _IMPLICIT:
         torque = min(max((free - velocity) * inertia / dt, -switching), switching)
     else:
-        torque = switching if observed > velocity else -switching if observed < velocity else 0.0
+        torque = switching if error > 0.0 else -switching if error < 0.0 else 0.0
     return free - dt * torque / inertia, integral, torque
 
 
@@ -167,7 +171,7 @@ def _observe(
             observed = omega + error
         else:
             known = torque_per_ampere * 0.5 * (i + before) - spring_torque(measured, p)
-            observed, integral, torque = _hold(law, observed, integral, omega, known, dt, inertia, tuning)
+            observed, integral, torque = _hold(law, observed, integral, error, omega, known, dt, inertia, tuning)
             # Backward Euler: stable for any step, and no exponential.
             share = dt / (lag + dt)
             first += share * (torque - first)
