@@ -20,6 +20,7 @@ COMMANDS = {
     "history": "units over time, control charts, capability, gauge R&R and drift of many runs",
     "check": "check bench, scenario, model and limits without moving anything",
     "simulate": "run a scenario or a recorded voltage on a model, without a bus, into a table",
+    "reproduce": "run the seed paper's simulations: its figures, and the numbers behind them",
     "schema": "print the JSON schemas of the files that people write",
 }
 
