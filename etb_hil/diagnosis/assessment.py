@@ -9,6 +9,7 @@ import numpy as np
 
 from etb_hil.diagnosis.current_zero import Zero
 from etb_hil.diagnosis.friction_model import COULOMB, DROP, LOG_SPEED, VISCOUS
+from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.prior import PRELOAD_CLOSE, PRELOAD_OPEN, prior_of
 from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit, fit_stribeck, gather_evidence
 from etb_hil.diagnosis.ticks import Ticks
@@ -18,16 +19,17 @@ from etb_hil.plant.exactmath import exp
 from etb_hil.plant.parameters import Model, ThrottleParameters
 from etb_hil.recording.samples import Float64, Int64
 
-TWO_SIDED_95 = 1.96
 JUDGED = 1  # code of ticks in phases whose motion is judged
 
 _ANGLE_ERROR = 1e-3  # rad: encoder's zero against the plate
 _SLOWEST = 0.025  # rad/s: below that the encoder's steps are a large share of the way
 _FEWEST = 60  # windows
-_CLUSTER = 50  # ticks that share their noise
+_CLUSTER = 100  # ticks that share their noise
 _UNKNOWN_ZERO = 0.02  # A, where the current's zero was not measured
 _STEP_OF_ZERO = 2e-4  # A: drift of the zero over a run
 _DROP_STANDS_OUT = 3.0  # standard errors
+# Share of omega_s that it costs to know the motion at ticks only; no noise, so it does not average out (decision 0046).
+_BETWEEN_TICKS = 0.002
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +79,9 @@ def fitted_numbers(fit: StribeckFit, throttle: ThrottleParameters, fastest: floa
     """
     q = fit.parameters
     stiction, stiction_error = fit.stiction
-    speed, speed_error = float(exp(q[LOG_SPEED])), TWO_SIDED_95 * fit.error(LOG_SPEED)
+    speed = float(exp(q[LOG_SPEED]))
+    variance = float(fit.covariance[LOG_SPEED, LOG_SPEED]) + _BETWEEN_TICKS * _BETWEEN_TICKS
+    speed_error = TWO_SIDED_95 * math.sqrt(variance)
     return {
         "T_st": _around(stiction, stiction_error),
         "T_c": _coulomb(fit, fastest, throttle),

@@ -6,12 +6,11 @@ along (springs' torques, inertia, viscosity) is said and no more.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from etb_hil.diagnosis.assessment import TWO_SIDED_95, Assessment
+from etb_hil.diagnosis.assessment import Assessment
 from etb_hil.diagnosis.friction_model import VISCOUS
+from etb_hil.diagnosis.half_width import TWO_SIDED_95, half_width
 from etb_hil.diagnosis.local_friction import LocalFriction
 from etb_hil.diagnosis.prior import INERTIA, PRELOAD_CLOSE, PRELOAD_OPEN, SLOPE_CLOSE, SLOPE_OPEN
 from etb_hil.diagnosis.result import Reason
@@ -129,10 +128,10 @@ def gain_range(
 
 
 def widened(value: float, low: float, high: float, gain: tuple[float, float]) -> tuple[float, float]:
-    """Return an interval of a torque with what the current's gain may make of it."""
-    own = TWO_SIDED_95 * GAIN / math.sqrt(3.0) * value
-    low = value - math.sqrt((value - low) * (value - low) + own * own)
-    high = value + math.sqrt((high - value) * (high - value) + own * own)
+    """Return a 95 % interval of a torque with what the current's gain, even within `GAIN`, may make of it."""
+    even = GAIN * abs(value)
+    low = value - half_width((value - low) / TWO_SIDED_95, even)
+    high = value + half_width((high - value) / TWO_SIDED_95, even)
     return min(low, low / gain[0], low / gain[1]), max(high, high / gain[0], high / gain[1])
 
 

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etb_hil.diagnosis.assessment import TWO_SIDED_95, Assessment
+from etb_hil.diagnosis.assessment import Assessment
 from etb_hil.diagnosis.exceedance import FAR_ABOVE, KINDS, Exceedance
 from etb_hil.diagnosis.friction_model import LOG_SPEED, steady_level
+from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.local_friction import LocalFriction
 from etb_hil.diagnosis.prior import CONSTANT
 from etb_hil.diagnosis.result import Reason

@@ -44,7 +44,7 @@ def report_numbers(
         if name in fitted:
             low, high = bounds.get(name, (None, None))
             found = fitted[name]
-            if name in bounds:
+            if name != "omega_s":  # a speed; the rest are torques, or torques over speeds
                 least, most = widened(found.value, found.low, found.high, gain)
                 found = Interval(found.value, found.low if found.low == 0.0 else least, most)
             numbers.append(_fitted(name, found, low, high, limits.marginal_band))

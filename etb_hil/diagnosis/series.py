@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from etb_hil.diagnosis.assessment import TWO_SIDED_95, Assessment, fitted_curve
+from etb_hil.diagnosis.assessment import Assessment, fitted_curve
 from etb_hil.diagnosis.friction_model import steady_level
+from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.prior import CONSTANT
 from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit
 from etb_hil.recording.samples import Float64

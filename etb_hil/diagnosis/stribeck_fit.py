@@ -19,7 +19,7 @@ from etb_hil.diagnosis.friction_model import (
     LOG_SPEED,
     friction_along,
 )
-from etb_hil.diagnosis.normal_equations import accumulate, inverse, robust_covariance, times
+from etb_hil.diagnosis.normal_equations import accumulate, inverse, jackknife_covariance, times
 from etb_hil.diagnosis.prior import CONSTANT, INERTIA, LAG, OFFSET, PARAMETERS, Prior
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.windows import (
@@ -224,7 +224,7 @@ def _conclude(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, 
     held = np.zeros_like(matrix)
     held[np.diag_indices(PARAMETERS)] = prior.precision
     bread = inverse(matrix + held)
-    covariance = robust_covariance(bread, held, jacobian, residual, weight, evidence.cluster)
+    covariance = jackknife_covariance(bread, held, jacobian, residual, weight, evidence.cluster)
     if not _is_covariance(covariance):
         return None
     sensed = evidence.per_ampere * q[OFFSET] - q[LAG] * evidence.motor_rate

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etb_hil.diagnosis.normal_equations import accumulate, inverse, robust_covariance, times
+from etb_hil.diagnosis.normal_equations import accumulate, inverse, jackknife_covariance, times
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.windows import RATE_KERNEL, TORQUE_KERNEL, Windows, window_means
 from etb_hil.plant.parameters import ThrottleParameters
@@ -57,7 +57,7 @@ def voltage_balance(ticks: Ticks, windows: Windows, cluster: Int64) -> VoltageBa
     bread = inverse(matrix)
     solution = times(bread, vector)
     residual = voltage[known] - times(jacobian, solution)
-    covariance = robust_covariance(bread, np.zeros_like(bread), jacobian, residual, weight, cluster[known])
+    covariance = jackknife_covariance(bread, np.zeros_like(bread), jacobian, residual, weight, cluster[known])
     errors = np.sqrt(np.diag(covariance))
     if not (np.all(np.isfinite(errors)) and np.all(np.isfinite(solution))):
         return None

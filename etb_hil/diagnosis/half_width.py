@@ -1,0 +1,41 @@
+"""How far a value may be off when part of its error is normal and part lies anywhere within bounds."""
+
+from __future__ import annotations
+
+from etb_hil.plant.exactmath import exp
+
+TWO_SIDED_95 = 1.96
+
+_HALVINGS = 40
+_PER_SQRT_TWO_PI = 0.3989422804014327
+
+
+def half_width(normal: float, even: float) -> float:
+    """Return what a sum of two errors stays within in 95 % of cases.
+
+    One is normal with the standard deviation `normal`, the other anywhere within +- `even` alike.
+    """
+    if even <= 0.0:
+        return TWO_SIDED_95 * normal
+    if normal <= 1e-3 * even:
+        return 0.95 * even
+    low, high = 0.0, even + TWO_SIDED_95 * normal
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        # The share within is the mean, over the even error, of the normal one's: an integral that has a closed form.
+        share = (_integral((middle + even) / normal) - _integral((middle - even) / normal)) * normal / even - 1.0
+        low, high = (middle, high) if share < 0.95 else (low, middle)
+    return 0.5 * (low + high)
+
+
+def _integral(x: float) -> float:
+    """Return the integral of the normal distribution's function up to x."""
+    return x * _below(x) + _PER_SQRT_TWO_PI * float(exp(-0.5 * x * x))
+
+
+def _below(x: float) -> float:
+    """Return the normal distribution's function within 1e-7 (Abramowitz and Stegun 1964, 26.2.17)."""
+    t = 1.0 / (1.0 + 0.2316419 * abs(x))
+    series = t * (0.319381530 + t * (-0.356563782 + t * (1.781477937 + t * (-1.821255978 + t * 1.330274429))))
+    above = _PER_SQRT_TWO_PI * float(exp(-0.5 * x * x)) * series
+    return 1.0 - above if x >= 0.0 else above
