@@ -1,6 +1,6 @@
 """How well the diagnosis tells a throttle whose T_st has risen, and how honest its intervals are, over random units.
 
-Run: python benchmarks/diagnosis_power.py [--units N] [--rate 1000|20000] [--picture FILE]
+Run: python benchmarks/diagnosis_power.py [--units N] [--rate 1000|20000]... [--seed N] [--picture FILE]
 Each unit is of a design of its own, drawn from a box of plausible throttles; its friction differs from its design's by
 10 % (one standard deviation) and falls by 0.3 % per K with 10 % scatter of that law; it is tested at a temperature
 anywhere between 0 and 80 degC, three checks a test, with a bench's model that is off by its tolerances. A test's T_st
@@ -12,6 +12,7 @@ Thresholds are those with 1 % of false alarms by the healthy units' spread, take
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 from dataclasses import replace
 
@@ -27,6 +28,7 @@ LIMITS = load_limits(find("limits", "default")).content
 LAW, LAW_SCATTER, UNIT_SPREAD, REFERENCE = -0.003, 0.10, 0.10, 20.0
 CHECKS = 3
 ONE_PERCENT = 2.326
+RISES = (1.0, 1.25, 1.6)
 
 
 def design(rng):
@@ -64,9 +66,9 @@ def at(unit, share, coefficient, temperature, rise=1.0):
     return replace(unit, coulomb=unit.coulomb * factor, stiction=unit.stiction * factor * rise)
 
 
-def test(unit, bench, rate, rng, coverage):
+def test(unit, bench, run, rate, rng, coverage):
     """Return T_st as fitted and as the paper reads it, each the mean of the checks; None where a check had no fit."""
-    truth, phases = friction_check(unit)
+    truth, phases = run
     fitted, peaks = [], []
     for _ in range(CHECKS):
         diagnosis = Diagnosis(bench_model(bench), LIMITS)
@@ -86,41 +88,50 @@ def test(unit, bench, rate, rng, coverage):
     return float(np.mean(fitted)), float(np.mean(peaks))
 
 
-def study(units, rate):
-    """Return log-ratios by rise, for baseline, population and the paper's peak; coverage; tests without a fit."""
-    ratios = {rise: {"baseline": [], "population": [], "paper": []} for rise in (1.0, 1.25, 1.6)}
-    coverage, unfitted = {}, 0
-    for number in range(units):
-        rng = np.random.default_rng(7000 + number)
-        nominal = healthy_design(rng)
-        bench = off_by_tolerances(nominal, rng)
-        share = np.exp(UNIT_SPREAD * rng.standard_normal())
-        coefficient = LAW * (1.0 + LAW_SCATTER * rng.standard_normal())
+class Study:
+    """What a rate of the bus comes to: log-ratios by rise and kind of threshold, coverage, tests without a fit."""
 
-        def law(temperature):
-            return 1.0 + LAW * (temperature - REFERENCE)
+    def __init__(self, rate):
+        self.rate, self.coverage, self.unfitted = rate, {}, 0
+        self.ratios = {rise: {"baseline": [], "population": [], "paper": []} for rise in RISES}
 
-        first_at = rng.uniform(0.0, 80.0)
-        first = test(at(nominal, share, coefficient, first_at), bench, rate, rng, coverage)
-        for rise, found in ratios.items():
-            now_at = rng.uniform(0.0, 80.0)
-            now = test(at(nominal, share, coefficient, now_at, rise), bench, rate, rng, coverage)
+
+def law(temperature):
+    return 1.0 + LAW * (temperature - REFERENCE)
+
+
+def add_unit(studies, rng):
+    """Draw a unit, run its tests once, and hold each against baseline, population and threshold at every rate."""
+    nominal = healthy_design(rng)
+    bench = off_by_tolerances(nominal, rng)
+    share = np.exp(UNIT_SPREAD * rng.standard_normal())
+    coefficient = LAW * (1.0 + LAW_SCATTER * rng.standard_normal())
+    drawn = [(rng.uniform(0.0, 80.0), rise) for rise in (1.0, *RISES)]  # the baseline's, then one a rise
+    units = [at(nominal, share, coefficient, temperature, rise) for temperature, rise in drawn]
+    runs = [friction_check(unit) for unit in units]
+    for study in studies:
+        first, *later = [
+            test(unit, bench, run, study.rate, rng, study.coverage) for unit, run in zip(units, runs, strict=True)
+        ]
+        first_at, now_at = drawn[0][0], dict(zip(RISES, (temperature for temperature, _ in drawn[1:]), strict=True))
+        for rise, now in zip(RISES, later, strict=True):
             if first is None or now is None:
-                unfitted += 1
+                study.unfitted += 1
                 continue
-            found["baseline"].append(np.log(now[0] / law(now_at) / (first[0] / law(first_at))))
-            found["population"].append(np.log(now[0] / law(now_at) / nominal.stiction))
+            found, corrected = study.ratios[rise], now[0] / law(now_at[rise])
+            found["baseline"].append(np.log(corrected / (first[0] / law(first_at))))
+            found["population"].append(np.log(corrected / nominal.stiction))
             found["paper"].append(np.log(now[1] / nominal.stiction))
-    return ratios, coverage, unfitted
 
 
 def threshold(healthy):
     return float(np.mean(healthy) + ONE_PERCENT * np.std(healthy, ddof=1))
 
 
-def report(ratios, coverage, unfitted):
-    print(f"tests without a fit: {unfitted}")
-    for name, rows in coverage.items():
+def report(study):
+    ratios = study.ratios
+    print(f"tests without a fit: {study.unfitted}")
+    for name, rows in study.coverage.items():
         good, value = np.array(rows).T
         if name == "reached":
             print(f"passed 2.15 omega_s: {np.mean(good):.1%} (slowest unit {value.min():.2f})")
@@ -136,35 +147,49 @@ def report(ratios, coverage, unfitted):
         print(f"{kind:12}{np.exp(limit):10.3f}" + "".join(f"{share:13.1%}" for share in shares))
 
 
-def draw(ratios, path):
+def draw(studies, path):
     """Draw found rises over false alarms, for every threshold."""
     from matplotlib.figure import Figure  # noqa: PLC0415 (only where a picture is asked for)
 
-    figure = Figure(figsize=(9, 4), layout="constrained")
-    for axes, rise in zip(figure.subplots(1, 2, sharey=True), (1.25, 1.6), strict=True):
-        for kind, style in (("baseline", "-"), ("population", "--"), ("paper", ":")):
-            healthy, risen = np.array(ratios[1.0][kind]), np.array(ratios[rise][kind])
-            limits = np.sort(np.concatenate([healthy, risen, [-9.0, 9.0]]))
-            alarms = [np.mean(healthy > limit) for limit in limits]
-            axes.plot(alarms, [np.mean(risen > limit) for limit in limits], style, drawstyle="steps-post", label=kind)
-        axes.set(title=f"T_st risen by {rise - 1.0:.0%}", xlabel="false alarms", xlim=(-0.02, 1.02), ylim=(-0.02, 1.02))
-    figure.axes[0].set_ylabel("found")
-    figure.axes[0].legend(loc="lower right")
+    figure = Figure(figsize=(9, 4 * len(studies)), layout="constrained")
+    grid = figure.subplots(len(studies), 2, sharex=True, sharey=True, squeeze=False)
+    for study, row in zip(studies, grid, strict=True):
+        for axes, rise in zip(row, RISES[1:], strict=True):
+            for kind, style in (("baseline", "-"), ("population", "--"), ("paper", ":")):
+                healthy, risen = np.array(study.ratios[1.0][kind]), np.array(study.ratios[rise][kind])
+                limits = np.sort(np.concatenate([healthy, risen, [-9.0, 9.0]]))
+                alarms = [np.mean(healthy > limit) for limit in limits]
+                name = {"paper": "paper: peak, fixed threshold"}.get(kind, kind)
+                axes.plot(
+                    alarms, [np.mean(risen > limit) for limit in limits], style, drawstyle="steps-post", label=name
+                )
+            axes.set_title(f"T_st risen by {rise - 1.0:.0%}, {study.rate // 1000} kHz, {len(healthy)} units")
+            axes.set(xlim=(-0.02, 1.02), ylim=(-0.02, 1.02))
+            axes.axvline(0.01, color="0.7", linewidth=0.8)
+        row[0].set_ylabel("found")
+    for axes in grid[-1]:
+        axes.set_xlabel("false alarms")
+    grid[0, 0].legend(loc="lower right")
     figure.savefig(path, dpi=120)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--units", type=int, default=500)
-    parser.add_argument("--rate", type=int, choices=(1000, 20000), default=1000)
+    parser.add_argument("--rate", type=int, choices=(1000, 20000), action="append", help="default: both")
+    parser.add_argument("--seed", type=int, default=130)
     parser.add_argument("--picture", metavar="FILE")
     options = parser.parse_args()
-    start = time.perf_counter()
-    ratios, coverage, unfitted = study(options.units, options.rate)
-    print(f"{options.units} units at {options.rate} Hz, {time.perf_counter() - start:.0f} s")
-    report(ratios, coverage, unfitted)
-    if options.picture:
-        draw(ratios, options.picture)
+    start, studies = time.perf_counter(), [Study(rate) for rate in options.rate or (20000, 1000)]
+    for number in range(options.units):
+        add_unit(studies, np.random.default_rng([options.seed, number]))
+        if (number + 1) % 25 == 0 or number + 1 == options.units:
+            for study in studies:
+                print(f"\n{number + 1} units at {study.rate} Hz, {time.perf_counter() - start:.0f} s")
+                report(study)
+            sys.stdout.flush()
+            if options.picture:
+                draw(studies, options.picture)
 
 
 if __name__ == "__main__":

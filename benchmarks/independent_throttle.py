@@ -103,10 +103,17 @@ def _derivative(y, u, mode, p, out):
 
 
 @njit
+def _moved(y, h, slope, out):
+    """Fill out with y + h slope: no arrays are made on the way."""
+    for j in range(len(y)):
+        out[j] = y[j] + h * slope[j]
+
+
+@njit
 def _simulate(p, reference, velocity, mode, limp_angle, out):
     """Mode of each control period: bridge off, position loop in volts, position loop in torque without a motor."""
     y = np.array([limp_angle, 0.0, 0.0, 0.0])
-    k1, k2, k3, k4 = np.zeros(4), np.zeros(4), np.zeros(4), np.zeros(4)
+    k1, k2, k3, k4, at = np.zeros(4), np.zeros(4), np.zeros(4), np.zeros(4), np.zeros(4)
     h = SAMPLE_S / SUBSTEPS
     r, ke, kt, limit = p[0], p[2], p[3], p[22]
     turn = 2.0 * math.pi / COUNTS_PER_TURN / p[4]
@@ -133,10 +140,14 @@ def _simulate(p, reference, velocity, mode, limp_angle, out):
                 if mode[n] == _TORQUE:
                     y[3] = (6.0 * (reference[n] - y[0]) + 0.12 * (velocity[n] - y[1])) / kt
                 _derivative(y, u, mode[n], p, k1)
-                _derivative(y + 0.5 * h * k1, u, mode[n], p, k2)
-                _derivative(y + 0.5 * h * k2, u, mode[n], p, k3)
-                _derivative(y + h * k3, u, mode[n], p, k4)
-                y += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+                _moved(y, 0.5 * h, k1, at)
+                _derivative(at, u, mode[n], p, k2)
+                _moved(y, 0.5 * h, k2, at)
+                _derivative(at, u, mode[n], p, k3)
+                _moved(y, h, k3, at)
+                _derivative(at, u, mode[n], p, k4)
+                for j in range(len(y)):
+                    y[j] += h / 6.0 * (k1[j] + 2.0 * k2[j] + 2.0 * k3[j] + k4[j])
 
 
 def simulate(unit, reference, velocity, mode):

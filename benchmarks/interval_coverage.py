@@ -1,0 +1,92 @@
+"""How often 95 % intervals hold the truth, over random units that the bench's model is not.
+
+Run: python benchmarks/interval_coverage.py [--units 300] [--rate 1000|20000]... [--seed 46]
+One friction check a unit, from the independent generator. Drawn beside the throttle itself: T_st as healthy or risen by
+25 or 60 %; motor constant, springs and inertia of the bench's model inside their tolerances; the gain of the current
+sensor anywhere within 2 %; K_t against K_e by 0.2 % (one standard deviation): what the intervals claim to cover.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from dataclasses import replace
+
+import numpy as np
+from diagnosis_power import LIMITS, RISES, UNIT_SPREAD, healthy_design
+from independent_throttle import friction_check, off_by_tolerances, sense
+from throttle_as_model import bench_model, rows_of
+
+from etb_hil.diagnosis.contradiction import GAIN
+from etb_hil.diagnosis.diagnosis import Diagnosis
+
+ONE_MOTOR = 0.002  # of K_t against K_e, one standard deviation
+
+
+def check(rng, rates):
+    """Return a drawn unit and what the diagnosis says of it at each rate."""
+    nominal = healthy_design(rng)
+    bench = bench_model(off_by_tolerances(nominal, rng))
+    share = np.exp(UNIT_SPREAD * rng.standard_normal())
+    unit = replace(
+        nominal,
+        coulomb=nominal.coulomb * share,
+        stiction=nominal.stiction * share * rng.choice(RISES),
+        torque_per_ampere=nominal.torque_per_ampere * (1.0 + ONE_MOTOR * rng.standard_normal()),
+    )
+    truth, phases = friction_check(unit)
+    gain = 1.0 + GAIN * rng.uniform(-1.0, 1.0)
+    results = []
+    for rate in rates:
+        sensed = sense(unit, truth, rate, rng)
+        diagnosis = Diagnosis(bench, LIMITS)
+        for rows, kind in rows_of(replace(sensed, current=gain * sensed.current), phases, rate):
+            diagnosis.push(rows, kind)
+        results.append(diagnosis.finish())
+    return unit, results
+
+
+def collect(rows, unit, result):
+    """Add what each interval says: whether it holds the truth, the error, and its half width, as shares."""
+    for name, real in (
+        ("T_st", unit.stiction),
+        ("T_c", unit.coulomb),
+        ("omega_s", unit.stribeck_velocity),
+        ("viscous", unit.viscous),
+    ):
+        found = result.number(name)
+        if found is None:
+            rows.setdefault(f"{name}: no interval", []).append((True, np.nan, np.nan))
+        elif name == "T_c" and found.low <= 0.0:
+            rows.setdefault("T_c: bound above only", []).append((found.high >= real, np.nan, found.high / real - 1.0))
+        else:
+            held = found.low <= real <= found.high
+            rows.setdefault(name, []).append((held, found.value / real - 1.0, (found.high - found.low) / real / 2.0))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--units", type=int, default=300)
+    parser.add_argument("--rate", type=int, choices=(1000, 20000), action="append", help="default: both")
+    parser.add_argument("--seed", type=int, default=46)
+    options = parser.parse_args()
+    rates = options.rate or (20000, 1000)
+    start, tables = time.perf_counter(), [{} for _ in rates]
+    for number in range(options.units):
+        unit, results = check(np.random.default_rng([options.seed, number]), rates)
+        for table, result in zip(tables, results, strict=True):
+            collect(table, unit, result)
+        if (number + 1) % 50 == 0 or number + 1 == options.units:
+            for rate, table in zip(rates, tables, strict=True):
+                print(f"{number + 1} units at {rate} Hz, {time.perf_counter() - start:.0f} s")
+                for name, kept in table.items():
+                    held, off, width = np.array(kept).T
+                    print(
+                        f"  {name:22} {len(held):4d}  cover {np.mean(held):.1%}  bias {np.mean(off):+.2%}  "
+                        f"rms {np.sqrt(np.mean(off**2)):.2%}  half width, median {np.median(width):.2%}",
+                        flush=True,
+                    )
+
+
+if __name__ == "__main__":
+    main()
