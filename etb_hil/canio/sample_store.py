@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 ROOM = 8192  # samples of each message that new columns hold at least
 
 # Columns of a message: its columns of roles, samples a frame and ticks between them; where its samples begin among the
-# times and among the values, how many fit, how many are there.
-_FIRST, _END, _SAMPLES, _TICK, _TIMES, _VALUES, _ROOM, _USED, _MESSAGE = range(9)
+# times and among the values, how many fit, how many are there, how many came with the last frames.
+_FIRST, _END, _SAMPLES, _TICK, _TIMES, _VALUES, _ROOM, _USED, _NEW, _MESSAGE = range(10)
 # Columns of a role: its first signal among those wanted, how many it has, where its turns are counted (-1: nowhere),
 # whether it wraps, whether it is scaled.
 _SIGNAL, _COUNT, _TURNS, _WRAPS, _SCALED, _ROLE = range(6)
@@ -65,7 +65,7 @@ class SampleStore:
         self._ids = np.concatenate([*tables.ids, np.zeros(1, np.int64)])
         self._times: list[Int64] = []
         self._values: list[Float64] = []
-        self._renew(np.zeros(len(messages), np.int64))
+        self._renew()
 
     def add(self, frames: FrameBlock, data: Bytes, accepted: Int64) -> list[SampleBlock]:
         """Read the frames that were accepted; return the samples that they brought, a block a message.
@@ -76,7 +76,7 @@ class SampleStore:
             frames.stamp_ns, data, accepted, self._messages, self._kinds, self._numbers,
             self._wanted, self._places, self._factors, self._ids, self._all_times, self._all_values,
         ):  # fmt: skip
-            self._renew(np.bincount(accepted[0][accepted[0] >= 0], minlength=len(self._names)))
+            self._renew()
         before, self._used = self._used, self._messages[:, _USED].tolist()
         return [
             self._block(k, first, end)
@@ -104,13 +104,13 @@ class SampleStore:
         columns = {role: values[index, first:end] for index, role in enumerate(self._roles[k])}
         return SampleBlock(self._names[k], times[0, first:end], times[1, first:end], columns, times[2, first:end])
 
-    def _renew(self, frames: Int64) -> None:
-        """Begin new columns with room for so many frames of each message; blocks that are out keep the old ones."""
+    def _renew(self) -> None:
+        """Begin new columns with room for the samples that came last; blocks that are out keep the old ones."""
         if self._gather and self._times:
             self._gathered += self._since_last()
         messages = self._messages
         messages[:, _USED] = 0
-        messages[:, _ROOM] = np.maximum(frames * messages[:, _SAMPLES], ROOM)
+        messages[:, _ROOM] = np.maximum(messages[:, _NEW], ROOM)
         roles = messages[:, _END] - messages[:, _FIRST]
         times, values = np.cumsum(3 * messages[:, _ROOM]), np.cumsum(roles * messages[:, _ROOM])
         self._all_times, self._all_values = np.empty(times[-1], np.int64), np.empty(values[-1])
@@ -177,11 +177,13 @@ def _fill(
     count, width = data.shape
     flat = data.reshape(count * width)
     rows, ends = _by_message(accepted, len(messages))
-    first = 0
+    first, fits = 0, True
     for k in range(len(messages)):
-        if messages[k, _USED] + (ends[k] - first) * messages[k, _SAMPLES] > messages[k, _ROOM]:
-            return False
+        messages[k, _NEW] = (ends[k] - first) * messages[k, _SAMPLES]
+        fits = fits and messages[k, _USED] + messages[k, _NEW] <= messages[k, _ROOM]
         first = ends[k]
+    if not fits:
+        return False
     first = 0
     for k in range(len(messages)):
         end = ends[k]
@@ -194,7 +196,7 @@ def _fill(
             at = messages[k, _VALUES] + (c - messages[k, _FIRST]) * room + used
             _read_role(flat, width, rows, first, end, c, samples, kinds, numbers, wanted, places, factors, ids,
                        values, at)  # fmt: skip
-        messages[k, _USED] = used + (end - first) * samples
+        messages[k, _USED] = used + messages[k, _NEW]
         first = end
     return True
 
