@@ -36,6 +36,7 @@ _MEASURED = (
     Role("mode", "1", "the mode that the controller reports"),
     Role("enable", "1", "1 while the bridge is on"),
     Role("faults", "1", "fault bits that the controller reports"),
+    Role("interlock", "1", "1 while the guard is closed; the bridge is on only then"),
 )
 
 _COMMANDED = (

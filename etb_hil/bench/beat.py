@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from etb_hil.base.lateness import Lateness
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.bench.condition_watch import ConditionWatch
+from etb_hil.bench.interlock import Interlock
 from etb_hil.bench.stop_signals import TIME_OUT, StopSignals, Verb
 from etb_hil.bench.supervision import Supervisor, Trip
 from etb_hil.bench.trajectory import OFF, SetPoint
@@ -61,6 +62,7 @@ class Beat:
         self.lateness = Lateness()
         self.frame_age = Lateness()
         self.supervisor = Supervisor(bench.limits, gear_ratio, self.start_ns, reports_status=tap.reports_status)
+        self._interlock = Interlock(round(bench.limits.frame_age * 1e9)) if tap.reports_interlock else None
         self.signals = StopSignals()
         self.commanded = OFF
         self.is_ending = False
@@ -71,8 +73,9 @@ class Beat:
         While the controller is waking, nothing has to be there yet, and its fault bits are of what was before.
         """
         self._heed_signals()
-        if (forbidden := self.supervisor.allows(set_point)) is not None:
-            raise RunStopped(forbidden.outcome, forbidden.reason_id, forbidden.reason)
+        self._refuse(self.supervisor.allows(set_point))
+        if set_point.enable and self._interlock is not None:
+            self._refuse(self._interlock.trip(self._clock.now_ns()))
         self._tap.command(set_point)
         self.commanded = set_point
         self.next_ns += self.tick_ns
@@ -83,11 +86,14 @@ class Beat:
             self.next_ns = now_ns
         blocks = self._tap.receive()
         trip = self._supervise(blocks, self._clock.now_ns(), is_waking=is_waking)  # a stall may have come in between
-        if trip is not None:
-            raise RunStopped(trip.outcome, trip.reason_id, trip.reason)
+        self._refuse(trip)
         if now_ns >= self._show_due_ns:
             self._show_due_ns = now_ns + round(WATCH_S * 1e9)
             self._show(now_ns)
+
+    def _refuse(self, trip: Trip | None) -> None:
+        if trip is not None:
+            raise RunStopped(trip.outcome, trip.reason_id, trip.reason)
 
     def _heed_signals(self) -> None:
         if self.signals.verb is Verb.STOP:
@@ -105,6 +111,10 @@ class Beat:
             trip = self.supervisor.age(now_ns)
             if trip is not None and self._tap.health().state is BusState.BUS_OFF:
                 trip = Trip("bus_off", f"the CAN interface is bus-off; {trip.reason}")
+        if self._interlock is not None:
+            self._interlock.push(blocks)
+            if trip is None and self.commanded.enable:
+                trip = self._interlock.trip(now_ns)
         if trip is None and self._supply is not None:
             trip = self._supply_trip(blocks, now_ns)
         if trip is None and now_ns - self.start_ns > self._limits.duration * 1e9:

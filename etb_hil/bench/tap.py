@@ -8,6 +8,7 @@ from typing import Protocol
 from etb_hil.base.clock import Clock
 from etb_hil.base.errors import BenchFault, RecordingFault
 from etb_hil.bench.analysis import Analysis
+from etb_hil.bench.interlock import ROLE as INTERLOCK
 from etb_hil.bench.phase import Measure
 from etb_hil.bench.supervision import STATUS_ROLES
 from etb_hil.bench.trajectory import SetPoint
@@ -60,6 +61,7 @@ class Tap:
         self._is_lost = False
         self.events = events
         self.reports_enable = analysis.reports("enable")
+        self.reports_interlock = analysis.reports(INTERLOCK)
         self.reports_status = any(analysis.reports(role) for role in STATUS_ROLES)
 
     def command(self, set_point: SetPoint) -> None:

@@ -39,8 +39,9 @@ _SCALARS = {
     "temperature": 8,
     "supply_voltage": 9,
     "controller_time": 10,
+    "interlock": 11,
 }
-_CURRENT = 11
+_CURRENT = 12
 _ANGLE = _CURRENT + BURST_SAMPLES
 _VALUES = _ANGLE + BURST_SAMPLES
 _GROUPS = {"motor_current": CURRENT_SIGNALS, "motor_voltage": CURRENT_SIGNALS, "motor_angle": ENCODER_SIGNALS,
@@ -89,6 +90,7 @@ class FrameWriter:
         self._places = np.concatenate([entries.places for entries in tables])
         self._factors = np.concatenate([entries.factors for entries in tables])
         self._values = np.zeros(_VALUES)
+        self._values[_SCALARS["interlock"]] = 1.0  # a virtual bench has its guard closed
         self._width = 8 if self._messages[:, _LENGTH].max(initial=0) <= 8 else 64
         self._nothing = FrameBlock.empty(self._width)
 

@@ -162,6 +162,14 @@ BENCH_REASONS = {
     "controller_fault": Wording(
         "The controller reported a fault and left the run.", "Switch the controller off and on, then repeat."
     ),
+    "interlock_open": Wording(
+        "The interlock was open, so that the drive was switched off.", "Close the guard, then repeat the test."
+    ),
+    "interlock_silent": Wording(
+        "The bench stopped the run: nothing was heard of the interlock.",
+        "Check the device that reports the guard, and its message in the bench file, then repeat.",
+        True,
+    ),
     "supply_window": Wording(
         "The bench stopped the run: the supply left the scenario's window.",
         "Check the supply and its cables, then repeat.",

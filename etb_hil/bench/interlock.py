@@ -1,0 +1,36 @@
+"""The interlock: a guard or a key switch that must be closed before the bridge goes on, and while it is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from etb_hil.bench.supervision import Trip
+from etb_hil.recording.samples import SampleBlock
+
+ROLE = "interlock"
+CLOSED = 0.5  # 1 is closed; a bad sample is not
+
+
+class Interlock:
+    """Follows the role `interlock`; samples older than `age_ns` say nothing."""
+
+    def __init__(self, age_ns: int) -> None:
+        self._age_ns = age_ns
+        self._newest_ns: int | None = None
+        self._opened = False
+
+    def push(self, blocks: Iterable[SampleBlock]) -> None:
+        """Take new samples."""
+        for block in blocks:
+            if ROLE in block.columns and len(block):
+                closed = block.columns[ROLE] > CLOSED
+                self._newest_ns = int(block.stamp_ns[-1])
+                self._opened = not bool(np.all(closed))
+
+    def trip(self, now_ns: int) -> Trip | None:
+        """Return why the bridge may not be on at this time, if so."""
+        if self._newest_ns is None or abs(now_ns - self._newest_ns) > self._age_ns:
+            return Trip("interlock_silent", f"no sample of the interlock for {self._age_ns * 1e-6:.0f} ms")
+        return Trip("interlock_open", "the interlock is open") if self._opened else None

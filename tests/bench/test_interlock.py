@@ -1,0 +1,104 @@
+"""The interlock: the bridge goes on only behind a closed guard, and off when it opens or is not heard of."""
+
+import numpy as np
+import pytest
+from whole_run import files
+
+from etb_hil.base.stock import find
+from etb_hil.bench import job as job_room
+from etb_hil.bench.bench_file import load_bench
+from etb_hil.bench.interlock import Interlock
+from etb_hil.bench.job import execute, prepare
+from etb_hil.canio.frames import FrameBlock
+from etb_hil.canio.link import VirtualLink
+from etb_hil.canio.virtual_network import VirtualNetwork
+from etb_hil.controller.virtual_controller import VirtualController
+from etb_hil.recording.samples import SampleBlock
+
+MS = 1_000_000
+GUARD = '\nBO_ 320 CellGuard: 1 EtbController\n SG_ Closed : 0|1@1+ (1,0) [0|1] "" Bench\n'
+
+
+@pytest.fixture
+def guarded(tmp_path):
+    """Return a bench file whose DBC has a guard of the cell."""
+    dbc = tmp_path / "guarded.dbc"
+    text = find("dbc", "etb_controller").read_text("utf-8")
+    first = text.index("\nBO_ ")
+    dbc.write_text(text[:first] + GUARD + text[first:], "utf-8")
+    bench = tmp_path / "guarded.yaml"
+    text = find("bench", "virtual_classic").read_text("utf-8").replace("dbc: etb_controller", "dbc: guarded.dbc")
+    bench.write_text(text.replace("  faults: Etb", "  interlock: CellGuard.Closed\n  faults: Etb"), "utf-8")
+    return bench
+
+
+class Guard:
+    """A node that reports the guard every 10 ms: open from `opens` s on, and nothing from `ends` s on."""
+
+    def __init__(self, opens, ends=1e9):
+        self.opens, self.ends, self.due_ns = opens, ends, 0
+
+    def run(self, until_ns, inbox):  # noqa: ARG002 (a node hears the bus, this one does not listen)
+        stamps = np.arange(self.due_ns, until_ns + 1, 10 * MS)
+        self.due_ns += 10 * MS * len(stamps)
+        stamps = stamps[stamps < self.ends * 1e9]
+        count = len(stamps)
+        data = (stamps < self.opens * 1e9).astype(np.uint8)[:, None]
+        return FrameBlock(
+            stamps, np.full(count, 320, np.uint32), np.zeros(count, np.uint8), np.ones(count, np.uint8), data,
+            np.zeros(count, np.uint8),
+        )  # fmt: skip
+
+
+def run_behind(guard, guarded, tmp_path, monkeypatch):
+    job = prepare(files(bench=guarded, scenario="paper_step"))
+    bus = job.setup.bench.bus
+    network = VirtualNetwork(int(bus.bitrate), int(bus.data_bitrate), fd=bus.fd)
+    unguarded = load_bench(find("bench", "virtual_classic")).dialect
+    network.attach(VirtualController(job.unit, unguarded, 1, nominal=job.model))
+    network.attach(guard)
+    monkeypatch.setattr(job_room, "connect", lambda _job, _seed: (VirtualLink(network), network.clock))
+    return execute(job, tmp_path, "", 1)
+
+
+def test_a_virtual_bench_has_its_guard_closed(guarded, tmp_path):
+    finished = execute(prepare(files(bench=guarded, scenario="paper_step")), tmp_path, "", 1)
+    assert finished.results["bench"]["outcome"] == "ok"
+
+
+@pytest.mark.parametrize(
+    ("guard", "reason"), [(Guard(2.0), "interlock_open"), (Guard(9.0, ends=2.0), "interlock_silent")]
+)
+def test_a_guard_that_opens_ends_the_run_with_the_drive_off(guard, reason, guarded, tmp_path, monkeypatch):
+    finished = run_behind(guard, guarded, tmp_path, monkeypatch)
+    bench = finished.results["bench"]
+    assert (bench["outcome"], bench["reason_id"], bench["safe_state"]) == ("fault", reason, True)
+    enabled = finished.analysis.recording.series("enable")
+    origin = finished.record.start_ns
+    off = enabled.time_ns[np.flatnonzero(enabled.values == 1.0)[-1]]
+    slack = 0.12 if reason == "interlock_silent" else 0.03  # a frame of the guard, two beats and a status
+    assert 1.9 < (off - origin) * 1e-9 < 2.0 + slack
+
+
+def test_behind_an_open_guard_nothing_ever_moves(guarded, tmp_path, monkeypatch):
+    finished = run_behind(Guard(0.0), guarded, tmp_path, monkeypatch)
+    assert finished.results["bench"]["reason_id"] == "interlock_open"
+    assert finished.analysis.recording.series("enable").values.max() == 0.0
+
+
+def block(stamp_ns, *values):
+    stamps = np.full(len(values), stamp_ns)
+    return SampleBlock("CellGuard", stamps, stamps, {"interlock": np.array(values)}, np.zeros(len(values), np.int64))
+
+
+def test_one_open_or_bad_sample_is_enough():
+    interlock = Interlock(100 * MS)
+    assert interlock.trip(0).reason_id == "interlock_silent"
+    interlock.push([block(10 * MS, 1.0, 1.0)])
+    assert interlock.trip(50 * MS) is None
+    assert interlock.trip(111 * MS).reason_id == "interlock_silent"
+    for values in ((1.0, 0.0, 1.0), (np.nan,)):
+        interlock.push([block(20 * MS, *values)])
+        assert interlock.trip(21 * MS).reason_id == "interlock_open"
+    interlock.push([block(30 * MS, 1.0)])
+    assert interlock.trip(31 * MS) is None
