@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -31,6 +32,9 @@ from etb_hil.observer.angle import AngleObserver
 from etb_hil.observer.estimate import Observer, SensorNoise
 from etb_hil.plant.parameters import Model, ThrottleParameters
 from etb_hil.recording.samples import Float64, SampleBlock
+
+if TYPE_CHECKING:
+    from etb_hil.observer.compensation import Compensation
 
 ObserverFactory = Callable[[ThrottleParameters, SensorNoise], Observer]
 
@@ -91,13 +95,18 @@ class Diagnosis:
         running = self._start_or_go_on(plate_less_encoder)
         angle = encoder + (self._zero.angle or 0.0)
         true_current = current - self._zero.current if self._zero.is_measured else current
+        voltage = rows.columns.get("motor_voltage", missing)
+        if running.compensation is not None:
+            true_current, angle, voltage = running.compensation.push(
+                rows.time_ns, true_current, angle, voltage, temperature
+            )
         estimate = running.observer.push(rows.time_ns, true_current, angle)
         judged = JUDGED if phase in MOVING else 0
         self._ticks.push(
             rows.time_ns,
             angle,
             true_current,
-            rows.columns.get("motor_voltage", missing),
+            voltage,
             temperature,
             estimate.velocity,
             estimate.friction,
@@ -198,8 +207,16 @@ class Diagnosis:
                 self._make_observer(throttle, _noise(self._model)),
                 Tally(throttle),
                 ExceedanceDetector(self._model, throttle, *self._upper_limits()),
+                self._compensation(),
             )
         return self._running
+
+    def _compensation(self) -> Compensation | None:
+        if not self._model.effects:
+            return None
+        from etb_hil.observer.compensation import Compensation  # noqa: PLC0415 (all effects, compiled)
+
+        return Compensation(self._model, is_zeroed=self._zero.is_measured)
 
     def _detectors(self) -> list[ExceedanceDetector]:
         return self._finished if self._running is None else [*self._finished, self._running.detector]
@@ -234,6 +251,7 @@ class _Running:
     observer: Observer
     tally: Tally
     detector: ExceedanceDetector
+    compensation: Compensation | None
 
 
 def _noise(model: Model) -> SensorNoise:

@@ -1,0 +1,111 @@
+"""What a model's effects put into the measured signals, taken out of them again, so that its base equations hold.
+
+Observers and diagnosis know the base model. With an extended one they are given the angle, current and voltage that the
+base model's unit would have shown: sensors' errors undone, torques of springs, stops and magnets turned into current,
+losses taken off the voltage. Friction stays in, whatever effect it has: it is what is measured. A late current and a
+lagging plate sensor stay as they are, since undoing them would need what is yet to come.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from etb_hil.plant.effects import cogging_torque, ports, sensing, teeth
+from etb_hil.plant.effects.current_sensor_offset import REFERENCE
+from etb_hil.plant.effects.layout import row
+from etb_hil.plant.parameters import Model
+from etb_hil.plant.physics import (
+    BACK_EMF,
+    GEAR_RATIO,
+    RESISTANCE,
+    TORQUE_PER_AMPERE,
+    Vector,
+    spring_torque,
+    stop_torque,
+)
+
+Float64 = NDArray[np.float64]
+
+_GAIN = row("current_sensor_gain")
+_OFFSET = row("current_sensor_offset")
+_ROUNDS = 6  # of the encoder's inverse: each takes what is left down by the slope of its error
+_THETA, _PLATE, _SLOW = range(3)
+
+
+class Compensation:
+    """Takes a model's effects out of what is pushed; the same numbers however the stream is cut.
+
+    With `is_zeroed` the current's zero was measured and is off already.
+    """
+
+    def __init__(self, model: Model, *, is_zeroed: bool = False) -> None:
+        self._p = model.vector()
+        if is_zeroed:
+            self._p[_OFFSET] = self._p[_OFFSET + 1] = 0.0
+        self._memory = np.full(_SLOW + ports.SLOW, np.nan)
+        self._newest_ns = np.zeros(1, np.int64)
+
+    def push(
+        self, time_ns: NDArray[np.int64], current: Float64, angle: Float64, voltage: Float64, temperature: Float64
+    ) -> tuple[Float64, Float64, Float64]:
+        """Return current (n) in A, throttle angle (n) in rad and voltage (n) in V as the base model has them.
+
+        A temperature in degC that is NaN counts as the one at which effects of temperature are none.
+        """
+        out = np.empty((3, len(time_ns)))
+        _compensate(self._p, self._memory, self._newest_ns, time_ns, current, angle, voltage, temperature, out)
+        return out[0], out[1], out[2]
+
+
+@njit(cache=True, error_model="numpy")
+def _true_angle(angle: float, p: Vector) -> float:
+    measured = angle * p[GEAR_RATIO]
+    true = measured
+    for _ in range(_ROUNDS):
+        true = measured - (sensing.motor_angle(true, p) - true)
+    return true / p[GEAR_RATIO]
+
+
+@njit(cache=True, error_model="numpy")
+def _compensate(
+    p: Vector,
+    memory: Vector,
+    newest_ns: NDArray[np.int64],
+    time_ns: NDArray[np.int64],
+    current: Vector,
+    angle: Vector,
+    voltage: Vector,
+    temperature: Vector,
+    out: Float64,
+) -> None:
+    slow = memory[_SLOW:]
+    loose = ports.is_loose(p)
+    for k in range(len(time_ns)):
+        warm = REFERENCE if math.isnan(temperature[k]) else temperature[k]
+        i = (current[k] - p[_OFFSET] - p[_OFFSET + 1] * (warm - REFERENCE)) / (1.0 + p[_GAIN])
+        theta = _true_angle(angle[k], p)
+        out[0, k], out[1, k], out[2, k] = i, theta, voltage[k]
+        if math.isnan(i) or math.isnan(theta):
+            continue
+        if math.isnan(memory[_THETA]):
+            slow[:] = ports.slow_start(warm)
+            memory[_THETA], memory[_PLATE], newest_ns[0] = theta, theta, time_ns[k]
+        dt, way = 1e-9 * (time_ns[k] - newest_ns[0]), theta - memory[_THETA]
+        omega = way / dt if dt > 0.0 else 0.0
+        command = 0.0 if math.isnan(voltage[k]) else voltage[k]
+        ports.pass_time(slow, omega, way, i, command, warm, dt, p)
+        plate = teeth.on_plate(theta, memory[_PLATE] + way, 0.0, 0.0, p) if loose else theta
+        extra = ports.elastic_torque(plate, 0.0, p) - spring_torque(theta, p) - stop_torque(theta, 0.0, p)
+        extra += cogging_torque.torque(theta, p)
+        magnet = slow[ports.MAGNET]
+        out[0, k] = i * (1.0 + ports.torque_share(theta, magnet, p)) - extra / p[TORQUE_PER_AMPERE]
+        lost = ports.voltage_loss(i, command, slow[ports.DRAWN], False, p)
+        lost += p[RESISTANCE] * ports.resistance_share(warm, slow[ports.RISE], p) * i
+        lost += p[BACK_EMF] * ports.back_emf_share(theta, magnet, p) * omega
+        # The base model's winding carries the current that is handed on, the true one carried another.
+        out[2, k] = voltage[k] - lost + p[RESISTANCE] * (out[0, k] - i)
+        memory[_THETA], memory[_PLATE], newest_ns[0] = theta, plate, time_ns[k]
