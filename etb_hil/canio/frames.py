@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import IntFlag
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 FD_LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)  # payload bytes of DLC 0 to 15
+_KEPT = np.where(np.arange(64) < np.arange(65)[:, None], 255, 0).astype(np.uint8).view(np.uint64)  # bytes of a payload
 
 
 class FrameFlag(IntFlag):
@@ -66,6 +68,12 @@ class FrameBlock:
             self.data[part],
             self.channel[part],
         )
+
+
+def clear_behind(data: NDArray[np.uint8], length: NDArray[np.integer[Any]]) -> None:
+    """Set what lies behind each payload's length (n) to zero, in place; `data` is uint8 (n, 8 or 64), contiguous."""
+    words = data.view(np.uint64)
+    words &= _KEPT[:, : words.shape[1]].take(length, axis=0)
 
 
 def concatenate_frames(blocks: Iterable[FrameBlock]) -> FrameBlock:

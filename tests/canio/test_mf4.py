@@ -2,17 +2,20 @@
 
 import gc
 
+import cantools
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from test_logs import messages, same
 
 from etb_hil.base.errors import InputError
-from etb_hil.canio.frames import FrameFlag, concatenate_frames
+from etb_hil.canio.columns import ColumnDecoder
+from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
 from etb_hil.canio.logs.reading import read_log
+from etb_hil.canio.logs.writing import write_log
 from etb_hil.canio.messages import from_messages
 
-pytest.importorskip("asammdf", reason="the extra `logs` is not installed")
+asammdf = pytest.importorskip("asammdf", reason="the extra `logs` is not installed")
 pytestmark = pytest.mark.filterwarnings(
     "ignore::DeprecationWarning",
     "ignore::ResourceWarning",
@@ -117,8 +120,6 @@ def test_a_damaged_file_is_never_a_traceback(tmp_path):
 
 
 def test_frames_written_by_us_are_read_by_python_can(tmp_path):
-    from etb_hil.canio.logs.writing import write_log  # noqa: PLC0415
-
     frames = from_messages(kinds(many(50)))
     frames.flags[::2] |= np.uint8(FrameFlag.SENT)
     path = tmp_path / "ours.mf4"
@@ -133,3 +134,34 @@ def test_frames_written_by_us_are_read_by_python_can(tmp_path):
     same(got, peer)
     np.testing.assert_array_equal(np.sort(got.stamp_ns), np.sort(frames.stamp_ns))
     assert np.count_nonzero(got.flags & FrameFlag.SENT) == np.count_nonzero(frames.flags & FrameFlag.SENT)
+
+
+def test_asammdf_decodes_what_we_write_as_we_decode_it(tmp_path):
+    text = 'VERSION ""\nBU_: A\nBO_ 100 M: 8 A\n'
+    text += ' SG_ S : 3|13@1- (0.25,-3) [0|0] "A" A\n SG_ T : 23|16@0+ (2,1) [0|0] "" A\n'
+    dbc = tmp_path / "m.dbc"
+    dbc.write_text(text)
+    rng = np.random.default_rng(5)
+    count = 20_000  # more than are packed together
+    frames = FrameBlock(
+        1_763_600_000_250_000_000 + np.arange(count) * 1_000_001,
+        np.full(count, 100, np.uint32),
+        np.zeros(count, np.uint8),
+        np.full(count, 8, np.uint8),
+        rng.integers(0, 256, (count, 8), dtype=np.uint8),
+        np.zeros(count, np.uint8),
+    )
+    path = tmp_path / "ours.mf4"
+    log = write_log(path, int(frames.stamp_ns[0]))
+    log.write(frames.rows(slice(5000)))
+    log.write(frames.rows(slice(5000, None)))
+    log.close()
+    (ours,) = ColumnDecoder(cantools.database.load_file(dbc).messages).push(frames)
+    with asammdf.MDF(path) as mdf:
+        assert mdf.start_time.timestamp() == 1_763_600_000
+        decoded = mdf.extract_bus_logging({"CAN": [(str(dbc), 0)]})
+        for name, values in ours.columns.items():
+            signal = decoded.get(name)
+            np.testing.assert_array_equal(signal.samples.astype(float), values)
+            np.testing.assert_allclose(signal.timestamps, (frames.stamp_ns - 1_763_600_000 * 10**9) * 1e-9, atol=1e-9)
+    np.testing.assert_array_equal(read(path)[0].stamp_ns, frames.stamp_ns)

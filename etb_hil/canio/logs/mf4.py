@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from etb_hil.base.errors import InputError, Place, Problem
-from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
+from etb_hil.canio.frames import FrameBlock, FrameFlag, clear_behind, concatenate_frames
 from etb_hil.canio.logs.mf4_blocks import DamagedError, Mf4Blocks, UnknownLayoutError
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ _FLAGS = {
 }
 _KINDS = {"CAN_DataFrame": 0, "CAN_ErrorFrame": int(FrameFlag.ERROR), "CAN_RemoteFrame": int(FrameFlag.REMOTE)}
 _LATEST_S = 4e9  # after the start, which may be as late: what 64 bits hold in nanoseconds
-_ROWS = 1 << 15  # of a block of frames
+_ROWS = 1 << 13  # of a block of frames: their records stay in the processor's cache
 
 
 class Mf4Reader:
@@ -96,12 +96,16 @@ def _block(records: NDArray[np.uint8], group: FrameGroup, start_ns: int) -> Fram
     fields = {name.removeprefix(f"{group.kind}."): field for name, field in group.fields.items()}
     count = len(records)
     seconds = np.ascontiguousarray(records[:, fields[""].byte : fields[""].byte + 8]).view("<f8").ravel()
-    if not (np.abs(seconds) < _LATEST_S).all():  # nan, too
+    if not (seconds.min() > -_LATEST_S and seconds.max() < _LATEST_S):  # nan, too
         raise DamagedError("a stamp is no time")
+    stamp_ns = np.rint(seconds * 1e9).astype(np.int64)
+    stamp_ns += start_ns
     flags = np.full(count, _KINDS[group.kind], np.uint8)
     for name, flag in _FLAGS.items():
         if name in fields:
-            flags |= np.where(_numbers(records, fields[name]), np.uint8(flag), np.uint8(0))
+            found = _numbers(records, fields[name])
+            if found.any():
+                flags |= np.where(found, np.uint8(flag), np.uint8(0))
     remote = group.kind == "CAN_RemoteFrame"
     length = _numbers(records, fields.get("DLC" if remote else "DataLength")).astype(np.uint8)
     data = np.zeros((count, 8), np.uint8)
@@ -113,11 +117,11 @@ def _block(records: NDArray[np.uint8], group: FrameGroup, start_ns: int) -> Fram
             data = np.zeros((count, 64), np.uint8)
         data[:, :longest] = records[:, there.byte : there.byte + longest]
         if int(length.min(initial=64)) < longest:
-            data[np.arange(data.shape[1]) >= length[:, None]] = 0
+            clear_behind(data, length)
     elif not remote:
         length = np.zeros(count, np.uint8)
     return FrameBlock(
-        np.rint(seconds * 1e9).astype(np.int64) + start_ns,
+        stamp_ns,
         _numbers(records, fields.get("ID")).astype(np.uint32) & np.uint32(0x1FFFFFFF),
         flags,
         length,
@@ -126,11 +130,13 @@ def _block(records: NDArray[np.uint8], group: FrameGroup, start_ns: int) -> Fram
     )
 
 
-def _numbers(records: NDArray[np.uint8], field: Field | None) -> NDArray[np.uint32]:
+def _numbers(records: NDArray[np.uint8], field: Field | None) -> NDArray[np.uint32] | NDArray[np.uint8]:
     """Return a whole number of at most 32 bits of each record, 0 where the records have none."""
     if field is None:
-        return np.zeros(len(records), np.uint32)
+        return np.zeros(len(records), np.uint8)
     size = -(-(field.bit + field.bits) // 8)
+    if size == 1:
+        return records[:, field.byte] >> np.uint8(field.bit) & np.uint8((1 << field.bits) - 1)
     if size == 4 and not field.bit and field.bits == 32:
         return np.ascontiguousarray(records[:, field.byte : field.byte + 4]).view("<u4").ravel()
     word = np.zeros(len(records), np.uint64)

@@ -9,7 +9,7 @@ from typing import IO, TYPE_CHECKING
 
 import numpy as np
 
-from etb_hil.canio.logs.inflate import MOST_BYTES, inflate
+from etb_hil.canio.logs.inflate import MOST_BYTES, inflate, inflate_in_parts
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -23,7 +23,7 @@ _MASTER, _FIXED = 2, 0  # kinds of channel
 _WORD = 32  # bits of the widest number that is read
 _UNSIGNED, _FLOAT, _BYTES = 0, 4, 10  # kinds of data, in Intel order
 _LOCAL_TIME = 1
-_CHUNK_BYTES = 4 << 20
+_CHUNK_BYTES = 512 << 10
 _LATEST_S = 5_000_000_000  # and as much again for the stamps is what 64 bits hold in nanoseconds
 _BEYOND = 1 << 42  # no file is so long, and no system seeks much further
 _MAX_BLOCKS = 1_000_000  # a chain of more goes in circles
@@ -158,7 +158,7 @@ class Mf4Blocks:
                 for link in self._links(each)[0][1:]:
                     yield from self._data(link, nested=True)
         elif name == b"##DZ":
-            yield self._inflated(at)
+            yield from self._inflated(at)
         elif name in {b"##DT", b"##DV"}:
             _, first, length = self._links(at)
             for start in range(first, first + length, _CHUNK_BYTES):
@@ -169,13 +169,16 @@ class Mf4Blocks:
         elif at:
             raise UnknownLayoutError(f"its data lies in blocks of the kind {name!r}")
 
-    def _inflated(self, at: int) -> tuple[bytes | bytearray, int]:
+    def _inflated(self, at: int) -> Iterator[tuple[bytes | bytearray, int]]:
         _, first, _ = self._links(at)
         zipped, columns, size, packed = struct.unpack("<2xBxIQQ", self._read(first, 24))
         if max(size, packed) > MOST_BYTES or zipped > 1:
             raise UnknownLayoutError(f"a block of {size} bytes is packed by method {zipped}")
-        data = inflate(self._file_part(first + 24, packed), size)
-        return data, columns if zipped else 0
+        data = self._file_part(first + 24, packed)
+        if zipped:
+            yield inflate(data, size), columns
+        else:
+            yield from ((part, 0) for part in inflate_in_parts(data, size))
 
     def _chain(self, at: int) -> Iterator[int]:
         for _ in range(_MAX_BLOCKS):

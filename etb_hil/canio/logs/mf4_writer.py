@@ -1,14 +1,14 @@
-"""MF4 files: frames as ASAM's bus logging defines them, and decoded signals with units and comments beside them."""
+"""MF4 logs: frames as ASAM's bus logging defines them, and decoded signals with units and comments beside them."""
 
 from __future__ import annotations
 
-from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING
 
 import numpy as np
 
-from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.canio.frames import FD_LENGTHS, FrameFlag
+from etb_hil.canio.logs.mf4_file import BYTES, FLOAT, UNSIGNED, Channel, Mf4File
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -19,101 +19,168 @@ if TYPE_CHECKING:
 
     from etb_hil.canio.columns import MessageColumns
     from etb_hil.canio.frames import FrameBlock
+    from etb_hil.canio.logs.mf4_file import Group
 
 _SECOND_NS = 1_000_000_000
-_KINDS = ("CAN_DataFrame", "CAN_ErrorFrame", "CAN_RemoteFrame")
+_ROWS = 8192  # of frames that are packed together: less than a megabyte
+_SIGNAL_BYTES = 1 << 20  # of signals
 _DLC_OF_LENGTH = np.array([next(d for d, n in enumerate(FD_LENGTHS) if n >= length) for length in range(65)], np.uint8)
+_TIME = Channel("Timestamp", FLOAT, 0, 64, "s", is_time=True)
+# The fields of a frame, with their bytes; the payload is written in words. Remote frames end before it.
+_FIELDS = {
+    "BusChannel": 1,
+    "ID": 4,
+    "IDE": 1,
+    "DLC": 1,
+    "DataLength": 1,
+    "Dir": 1,
+    "DataBytes": 64,
+    "EDL": 1,
+    "BRS": 1,
+    "ESI": 1,
+}
+_DATA, _ERROR, _REMOTE = "CAN_DataFrame", "CAN_ErrorFrame", "CAN_RemoteFrame"
 
 
 class Mf4Log:
     """An MF4 file that grows by frames and decoded signals; complete once it is closed.
 
     Stamps are seconds after `start_ns`, rounded down to a second, in float64: exact to a nanosecond for a hundred days.
+    Raises InputError where the file cannot be written.
     """
 
     def __init__(self, path: Path, start_ns: int) -> None:
-        try:
-            import asammdf  # noqa: PLC0415 (an extra, and slow to import)
-            from asammdf.blocks import v4_constants as constants  # noqa: PLC0415
-            from asammdf.blocks.source_utils import Source  # noqa: PLC0415
-        except ImportError:
-            raise InputError(Problem("asammdf is not installed", remedy="pip install 'etb-hil[logs]'")) from None
         self.left_out = 0
-        self._path = path
-        self._asammdf: Any = asammdf
-        self._mdf: Any = asammdf.MDF(version="4.10")
         self._start_ns = start_ns // _SECOND_NS * _SECOND_NS
-        self._mdf.header.start_time = datetime.fromtimestamp(self._start_ns // _SECOND_NS, UTC)
-        self._source = Source("CAN", "CAN", "", constants.SOURCE_BUS, constants.BUS_TYPE_CAN)
-        self._groups: dict[str, int] = {}
+        try:
+            self._opened: IO[bytes] = path.open("wb")
+        except OSError as error:
+            wrong = f"cannot be written: {error.strerror or error}"
+            raise InputError(Problem(wrong, Place(path), remedy="give another path")) from None
+        self._file = Mf4File(self._opened, self._start_ns)
+        self._frames: dict[str, _FrameRecords] = {}
+        self._signals: dict[str, _SignalRecords] = {}
 
     def write(self, frames: FrameBlock) -> None:
         """Take frames in the order in which they were seen; groups of data, error and remote frames hold them."""
         error = (frames.flags & FrameFlag.ERROR) != 0
         remote = ~error & ((frames.flags & FrameFlag.REMOTE) != 0)
-        for kind, rows in zip(_KINDS, (~error & ~remote, error, remote), strict=True):
+        if not (error.any() or remote.any()):
+            self._extend(_DATA, frames)
+            return
+        for kind, rows in ((_DATA, ~error & ~remote), (_ERROR, error), (_REMOTE, remote)):
             if rows.any():
-                part = frames.rows(rows)
-                self._extend(kind, part.stamp_ns, [(kind, _records(kind, part), "", "")])
+                self._extend(kind, frames.rows(rows))
 
     def write_signals(self, found: Iterable[MessageColumns], messages: dict[str, Message]) -> None:
         """Take decoded signals, with the units and comments that the DBC file gives them."""
         for part in found:
-            signals = {signal.name: signal for signal in messages[part.message].signals}
-            columns = [
-                (name, values, signals[name].unit or "", signals[name].comment or "")
-                for name, values in part.columns.items()
-            ]
-            self._extend(part.message, part.stamp_ns, columns)
+            records = self._signals.get(part.message)
+            if records is None:
+                records = self._signals[part.message] = _SignalRecords(self._file, messages[part.message])
+            records.write((part.stamp_ns - self._start_ns) / _SECOND_NS, list(part.columns.values()))
 
     def close(self) -> None:
-        """Write the file."""
-        self._mdf.save(self._path, overwrite=True, compression=1)
-        self._mdf.close()
+        """Complete the file."""
+        for frames in self._frames.values():
+            frames.flush()
+        for signals in self._signals.values():
+            signals.flush()
+        self._file.close()
+        self._opened.close()
 
-    def _extend(
-        self, group: str, stamp_ns: NDArray[np.int64], columns: list[tuple[str, NDArray[Any], str, str]]
-    ) -> None:
-        seconds = (stamp_ns - self._start_ns) / _SECOND_NS
-        if group in self._groups:
-            self._mdf.extend(self._groups[group], [(seconds, None), *((values, None) for _, values, _, _ in columns)])
-            return
-        source = self._source if group in _KINDS else None
-        signals = [
-            self._asammdf.Signal(
-                name=name, samples=values, timestamps=seconds, unit=unit, comment=comment, source=source
-            )
-            for name, values, unit, comment in columns
+    def _extend(self, kind: str, frames: FrameBlock) -> None:
+        records = self._frames.get(kind)
+        if records is None:
+            records = self._frames[kind] = _FrameRecords(self._file, kind)
+        records.write((frames.stamp_ns - self._start_ns) / _SECOND_NS, frames)
+
+
+class _FrameRecords:
+    """The records of one kind of frames, packed `_ROWS` at a time."""
+
+    def __init__(self, file: Mf4File, kind: str) -> None:
+        self._file = file
+        names = [name for name in _FIELDS if kind != _REMOTE or name not in {"DataBytes", "EDL", "BRS", "ESI"}]
+        offsets, at = [], 8
+        for name in names:
+            offsets.append(at)
+            at += _FIELDS[name]
+        formats = {"ID": "<u4", "DataBytes": ("<u8", (8,))}
+        self._records = np.zeros(
+            _ROWS,
+            np.dtype(
+                {
+                    "names": ["time", *names],
+                    "formats": ["<f8", *(formats.get(name, "u1") for name in names)],
+                    "offsets": [0, *offsets],
+                    "itemsize": at,
+                }
+            ),
+        )
+        self._used = 0
+        parts = [
+            Channel(f"{kind}.{name}", BYTES if name == "DataBytes" else UNSIGNED, offset, 8 * _FIELDS[name])
+            for name, offset in zip(names, offsets, strict=True)
         ]
-        self._groups[group] = self._mdf.append(signals, acq_name=group, comment=group, common_timebase=True)
+        channels = (_TIME, Channel(kind, BYTES, 8, 8 * (at - 8), parts=parts))
+        self._group: Group = file.group(kind, at, channels, is_bus=True)
+        self._is_remote = kind == _REMOTE
+
+    def write(self, seconds: NDArray[np.float64], frames: FrameBlock) -> None:
+        first = 0
+        while first < len(frames):
+            count = min(len(frames) - first, _ROWS - self._used)
+            part = slice(first, first + count)
+            self._fill(self._records[self._used : self._used + count], seconds[part], frames.rows(part))
+            self._used += count
+            first += count
+            if self._used == _ROWS:
+                self.flush()
+
+    def flush(self) -> None:
+        if self._used:
+            self._file.write(self._group, self._records[: self._used].tobytes())
+            self._used = 0
+
+    def _fill(self, out: NDArray[np.void], seconds: NDArray[np.float64], frames: FrameBlock) -> None:
+        flags, length = frames.flags, frames.length
+        fd = (flags & FrameFlag.FD) != 0
+        out["time"] = seconds
+        out["BusChannel"], out["ID"], out["IDE"] = frames.channel, frames.ident, (flags & FrameFlag.EXTENDED) != 0
+        out["DLC"] = np.where(fd, _DLC_OF_LENGTH[np.minimum(length, 64)], length) if fd.any() else length
+        out["DataLength"] = 0 if self._is_remote else length
+        out["Dir"] = (flags & FrameFlag.SENT) != 0
+        if self._is_remote:
+            return
+        words = np.ascontiguousarray(frames.data).view(np.uint64)
+        out["DataBytes"][:, : words.shape[1]] = words
+        out["DataBytes"][:, words.shape[1] :] = 0
+        out["EDL"], out["BRS"] = fd, (flags & FrameFlag.BITRATE_SWITCH) != 0
+        out["ESI"] = (flags & FrameFlag.ERROR_STATE) != 0
 
 
-def _records(kind: str, frames: FrameBlock) -> NDArray[np.void]:
-    """Return frames as the structure that bus logging prescribes."""
-    names = ["BusChannel", "ID", "IDE", "DLC", "DataLength", "Dir"]
-    names += [] if kind == "CAN_RemoteFrame" else ["DataBytes", "EDL", "BRS", "ESI"]
-    width = 64 if frames.data.shape[1] > 8 else 8
-    kinds: dict[str, Any] = {"ID": "<u4", "DataBytes": ("u1", (64,))}
-    records = np.zeros(len(frames), np.dtype([(f"{kind}.{name}", *_field(kinds.get(name, "u1"))) for name in names]))
-    fd = (frames.flags & FrameFlag.FD) != 0
-    columns = {
-        "BusChannel": frames.channel,
-        "ID": frames.ident,
-        "IDE": (frames.flags & FrameFlag.EXTENDED) != 0,
-        "DLC": np.where(fd, _DLC_OF_LENGTH[np.minimum(frames.length, 64)], frames.length),
-        "DataLength": 0 if kind == "CAN_RemoteFrame" else frames.length,
-        "Dir": (frames.flags & FrameFlag.SENT) != 0,
-        "EDL": fd,
-        "BRS": (frames.flags & FrameFlag.BITRATE_SWITCH) != 0,
-        "ESI": (frames.flags & FrameFlag.ERROR_STATE) != 0,
-    }
-    for name in names:
-        if name == "DataBytes":
-            records[f"{kind}.{name}"][:, :width] = frames.data[:, :width]
-        else:
-            records[f"{kind}.{name}"] = columns[name]
-    return records
+class _SignalRecords:
+    """The decoded signals of one message: records of float64."""
 
+    def __init__(self, file: Mf4File, message: Message) -> None:
+        self._file = file
+        self._waiting: list[NDArray[np.float64]] = []
+        self._bytes = 0
+        channels = [
+            Channel(signal.name, FLOAT, 8 * (1 + index), 64, signal.unit or "", signal.comment or "")
+            for index, signal in enumerate(message.signals)
+        ]
+        self._group: Group = file.group(message.name, 8 * (1 + len(channels)), (_TIME, *channels), is_bus=False)
 
-def _field(kind: Any) -> tuple[Any, ...]:  # noqa: ANN401 (what numpy takes)
-    return kind if isinstance(kind, tuple) else (kind,)
+    def write(self, seconds: NDArray[np.float64], columns: list[NDArray[np.float64]]) -> None:
+        records = np.column_stack([seconds, *columns])
+        self._waiting.append(records)
+        self._bytes += records.nbytes
+        if self._bytes >= _SIGNAL_BYTES:
+            self.flush()
+
+    def flush(self) -> None:
+        if self._waiting:
+            self._file.write(self._group, np.concatenate(self._waiting).astype("<f8").tobytes())
+            self._waiting, self._bytes = [], 0

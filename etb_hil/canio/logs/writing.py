@@ -52,7 +52,7 @@ def write_log(path: Path, start_ns: int) -> LogWriter:
     if suffix == ".blf":
         return _BlfWriter(path, start_ns)
     if suffix == ".mf4":
-        from etb_hil.canio.logs.mf4_writer import Mf4Log  # noqa: PLC0415 (asammdf is an extra, and slow to import)
+        from etb_hil.canio.logs.mf4_writer import Mf4Log  # noqa: PLC0415 (few logs are)
 
         return Mf4Log(path, start_ns)
     if suffix not in _BY_PYTHON_CAN:
