@@ -2,9 +2,11 @@
 
 from pathlib import Path
 
+import asammdf
 import cantools
 import numpy as np
 import pytest
+from pyarrow import parquet
 from whole_run import run_on
 
 from etb_hil.base.errors import InputError
@@ -94,7 +96,6 @@ def decoded(live, messages, name):
 
 
 def test_signals_in_parquet_are_those_of_cantools(live, messages, tmp_path):
-    parquet = pytest.importorskip("pyarrow.parquet", reason="the extra `logs` is not installed")
     path = tmp_path / "signals.parquet"
     export(lambda: read_log(live.session.raw_log), path, messages)
     table = parquet.read_table(path)
@@ -113,7 +114,6 @@ def test_signals_in_parquet_are_those_of_cantools(live, messages, tmp_path):
 
 
 def test_signals_in_mf4_have_units_and_comments(live, messages, tmp_path):
-    asammdf = pytest.importorskip("asammdf", reason="the extra `logs` is not installed")
     path = tmp_path / "signals.mf4"
     done = export(lambda: read_log(live.session.raw_log), path, messages)
     expected_ns, expected = decoded(live, messages, "EtbCurrent")

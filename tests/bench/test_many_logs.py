@@ -3,12 +3,16 @@
 import json
 import os
 
+import dask
+import distributed
+import duckdb
 import pytest
 from whole_run import run_on
 
 from etb_hil.base.errors import BenchFault
 from etb_hil.bench.log_replay import STRETCH_S
 from etb_hil.bench.many_logs import CRASHED, JUDGED, PROGRESS, REFUSED, judge_many, judge_task, tasks_for
+from etb_hil.bench.parquet import write_parquet
 from etb_hil.bench.replay import rule_files
 from etb_hil.bench.workers import DaskWorkers, LocalProcesses
 from etb_hil.cli import replay as command
@@ -92,10 +96,6 @@ def test_a_process_that_dies_costs_only_its_log(tasks):
 
 
 def test_the_tables_open_in_a_database(tasks, tmp_path):
-    pytest.importorskip("pyarrow", reason="the extra `logs` is not installed")
-    duckdb = pytest.importorskip("duckdb", reason="the extra `dev` is not installed")
-    from etb_hil.bench.parquet import write_parquet  # noqa: PLC0415
-
     outcomes = judge_many(tasks, tmp_path / "out", one_after_the_other)
     logs, exceedances = write_parquet(outcomes, tmp_path / "out")
     rows = duckdb.sql(f"select status, verdict, T_st, T_st_low from '{logs}'").fetchall()  # noqa: S608
@@ -109,7 +109,6 @@ def test_the_tables_open_in_a_database(tasks, tmp_path):
 
 
 def test_a_dask_cluster_gives_the_same(tasks, tmp_path):
-    distributed = pytest.importorskip("distributed", reason="the extra `fleet` is not installed")
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, processes=True, host="127.0.0.1", dashboard_address=None
     ) as cluster:
@@ -122,10 +121,6 @@ def test_a_dask_cluster_gives_the_same(tasks, tmp_path):
 
 
 def test_a_cluster_that_does_not_answer_is_said(tasks):
-    distributed = pytest.importorskip("distributed", reason="the extra `fleet` is not installed")
-    import dask  # noqa: PLC0415
-
-    assert distributed
     with dask.config.set({"distributed.comm.timeouts.connect": "1s"}), pytest.raises(BenchFault, match="no Dask"):
         next(DaskWorkers("tcp://127.0.0.1:9")(tasks))
 

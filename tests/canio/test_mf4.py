@@ -2,9 +2,12 @@
 
 import gc
 
+import asammdf
+import can
 import cantools
 import numpy as np
 import pytest
+from can.io.mf4 import MF4Reader, MF4Writer
 from hypothesis import HealthCheck, given, settings
 from test_logs import messages, same
 
@@ -15,15 +18,11 @@ from etb_hil.canio.logs.reading import read_log
 from etb_hil.canio.logs.writing import write_log
 from etb_hil.canio.messages import from_messages
 
-asammdf = pytest.importorskip("asammdf", reason="the extra `logs` is not installed")
 pytestmark = pytest.mark.filterwarnings(
     "ignore::DeprecationWarning",
     "ignore::ResourceWarning",
     "ignore::pytest.PytestUnraisableExceptionWarning",  # asammdf closes no file that it refuses
 )
-
-import can  # noqa: E402 (behind the check for the extra)
-from can.io.mf4 import MF4Reader, MF4Writer  # noqa: E402
 
 
 @pytest.fixture(autouse=True)
