@@ -96,10 +96,8 @@ def prepare(files: JobFiles, *, attended: bool = False) -> Job:
     if not attended:
         check_unattended(scenario)
     budgets = check_scenario(scenario, setup.bench, setup.dialect, model.values)
-    job = Job(files, scenario, setup, model, limits, unit, budgets)
-    if not job.is_virtual:
-        rehearse(scenario, setup.bench, model, limits)
-    return job
+    rehearse(scenario, setup.bench, model, limits)
+    return Job(files, scenario, setup, model, limits, unit, budgets)
 
 
 def execute(

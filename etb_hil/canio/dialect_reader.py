@@ -71,11 +71,25 @@ class _Reader:
         found = [
             self._message(message, chosen[message.name], protection, id_offset)
             for message in self._database.messages
-            if message.name in chosen
+            if message.name in chosen and self._is_plain(message, chosen[message.name][0][2])
         ]
         self._check_names(protection)
         self._check_clock(found)
         return tuple(found)
+
+    def _is_plain(self, message: Message, place: Place) -> bool:
+        """Return whether the message and its signals are there once; else nobody knows which of them is meant."""
+        for kind, names, twice in (
+            ("message", [other.name for other in self._database.messages], message.name),
+            *(("signal", [s.name for s in message.signals], signal.name) for signal in message.signals),
+        ):
+            if names.count(twice) > 1:
+                what = f"{self._path.name} has more than one {kind} of this name"
+                name = twice if kind == "message" else f"{message.name}.{twice}"
+                problem = Problem(what, place, name, remedy="take the wrong one out of the DBC file")
+                self.problems += [] if problem in self.problems else [problem]
+                return False
+        return True
 
     def _exists(self, entry: RoleSignal, place: Place) -> bool:
         names = {message.name: message for message in self._database.messages}

@@ -15,12 +15,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Read and check all files, and print what the run would do; InputError lists what is wrong."""
     from etb_hil.bench.job import prepare
-    from etb_hil.bench.rehearsal import rehearse
     from etb_hil.cli.compiling import announced
 
     with announced():
         job = prepare(job_files(options))
-        rehearse(job.scenario, job.setup.bench, job.model, job.limits)
     bench, throttle = job.setup.bench, job.model.values
     steps = job.scenario.content.steps
     print(f"scenario  {job.scenario.content.name}: {len(steps)} phases")

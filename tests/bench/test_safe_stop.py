@@ -79,9 +79,10 @@ def test_an_exception_in_a_room_still_ends_in_the_safe_state(tmp_path, monkeypat
             raise ZeroDivisionError("a bug")
         return push(self, frames)
 
+    job = prepare(files())
     monkeypatch.setattr(Analysis, "push", failing)
     with pytest.raises(ZeroDivisionError):
-        execute(prepare(files()), tmp_path, "", 1)
+        execute(job, tmp_path, "", 1)
     (events,) = tmp_path.glob("*/events.jsonl")
     kinds = {entry["event"]: entry for entry in map(json.loads, events.read_text().splitlines())}
     assert kinds["safe_state"]["state"] == "verified"
