@@ -109,8 +109,10 @@ def test_dbc_files(tmp_path):
     @given(st.one_of(bytes_of_any_kind, changed(original)))
     @example(original.replace(" SG_ MotorVoltage : 32|16", " SG_ MotorVoltage : 20|16").encode())  # overlaps
     @example(original.replace("EtbCurrent: 8", "EtbCurrent: 4").encode())
-    @example(re.sub(r"^(BO_ .*)$", r"\1\n\1", original, flags=re.M).encode())  # each message twice, one of them empty
-    @example(re.sub(r"^( SG_ .*)$", r"\1\n\1", original, flags=re.M).encode())
+    @example(
+        re.sub(r"^(BO_ .*)$", r"\1\n\1", original, flags=re.MULTILINE).encode()
+    )  # each message twice, one of them empty
+    @example(re.sub(r"^( SG_ .*)$", r"\1\n\1", original, flags=re.MULTILINE).encode())
     @example(original.replace("16|16@1-", "16|160@1-").encode())
     @example(original.replace("(0.001,0)", "(0,0)").encode())
     @example(original.replace("(0.001,0)", "(1e400,0)").encode())
