@@ -6,6 +6,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict, exit_code
+from etb_hil.bench.answer_time import answer_time
 from etb_hil.bench.clock_grade import grade_clock
 from etb_hil.bench.safe_state import SafeState
 from etb_hil.bench.session import versions
@@ -57,6 +58,7 @@ def results_of(
             "name": bench.name,
             "lateness": {"worst_ms": record.late_worst_ns * 1e-6, "mean_ms": record.late_mean_ns * 1e-6},
             "frame_age": {"worst_ms": record.age_worst_ns * 1e-6, "mean_ms": record.age_mean_ns * 1e-6},
+            "answer_time": answer_time(analysis.recording),
             "set_point_jitter": set_point_jitter(analysis.recording, bench.command_rate),
         },
         "timestamp_grade": str(analysis.recording.clock),

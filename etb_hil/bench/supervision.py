@@ -14,6 +14,7 @@ from pydantic import Field
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.base.quantity import Angle, AngularVelocity, Current, Duration, Temperature, Voltage
 from etb_hil.base.yamlfile import FileModel
+from etb_hil.bench.answer_time import AnswerWatch
 from etb_hil.bench.trajectory import SetPoint
 from etb_hil.recording.samples import Float64, SampleBlock
 
@@ -59,6 +60,7 @@ class Supervisor:
         self._seen: set[str] = set()
         self._newest_status_ns = start_ns
         self._statuses = 0
+        self._answer = AnswerWatch(self._frame_age_ns)
         self._anchor_ns, self._anchor_angle = 0, math.nan
         self.current = np.nan
         self.angle = np.nan
@@ -102,7 +104,8 @@ class Supervisor:
         )
         if inside:  # False where one of them is no number, too
             return None
-        asked = f"{set_point.position:.3f} rad, {set_point.velocity:.2f} rad/s, {set_point.voltage:.2f} V"
+        place = f"{math.degrees(set_point.position):.2f} deg"
+        asked = f"{place}, {set_point.velocity:.2f} rad/s, {set_point.voltage:.2f} V"
         return Trip("set_point_limit", f"the next set-point ({asked}) is outside the bench's limits; it was not sent")
 
     def look(self, blocks: Iterable[SampleBlock], *, heed_faults: bool = True) -> Trip | None:
@@ -129,7 +132,13 @@ class Supervisor:
             if role in block.columns:
                 self._newest_ns[role] = int(block.stamp_ns[-1])
                 self._seen.add(role)
-        return self._look_at_motor(block) or self._look_at_plate(block) or self._look_at_status(block)
+        late = self._answer.push(block)
+        return (
+            self._look_at_motor(block)
+            or self._look_at_plate(block)
+            or self._look_at_status(block)
+            or (None if late is None else Trip("answers_late", late))
+        )
 
     def _look_at_motor(self, block: SampleBlock) -> Trip | None:
         columns, limits = block.columns, self._limits
@@ -152,7 +161,8 @@ class Supervisor:
             lowest, highest = _extremes(angle)
             if lowest < low or highest > high:
                 worst = lowest if lowest < low else highest
-                return Trip("angle_limit", f"plate at {worst:.3f} rad, outside {low:.3f} to {high:.3f} rad")
+                seen, least, most = (math.degrees(value) for value in (worst, low, high))
+                return Trip("angle_limit", f"plate at {seen:.2f} deg, outside {least:.2f} to {most:.2f} deg")
         if "motor_angle" in columns:
             self.velocity = self._motor_speed(block) / self._gear_ratio
             if abs(self.velocity) > limits.velocity:

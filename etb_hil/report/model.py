@@ -52,6 +52,14 @@ class FrameAge:
 
 
 @dataclass(frozen=True, slots=True)
+class AnswerTime:
+    """How long after a command for the bridge a status showed it."""
+
+    mean_ms: float
+    worst_ms: float
+
+
+@dataclass(frozen=True, slots=True)
 class Jitter:
     """How far the times between two set-points on the bus were off their period."""
 
@@ -71,6 +79,7 @@ class Bench:
     name: str = ""
     lateness: Lateness | None = None
     frame_age: FrameAge | None = None
+    answer_time: AnswerTime | None = None
     set_point_jitter: Jitter | None = None
 
 

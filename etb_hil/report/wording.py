@@ -113,6 +113,11 @@ BENCH_REASONS = {
     "frames_stopped": Wording(
         "The controller's frames stopped arriving.", "Check the CAN plug, the supply and the termination, then repeat."
     ),
+    "answers_late": Wording(
+        "The controller answers late, or does not do as it is told.",
+        "Check what lies between the bench and the controller (gateways, adapters), and whether the controller's own "
+        "release is given, then repeat.",
+    ),
     "clock_stepped": Wording(
         "The computer's clock was set while the test ran.", "Repeat the test while the clock is left alone."
     ),
@@ -247,6 +252,9 @@ def timing_sentence(results: Results) -> str:
     age, jitter = results.bench.frame_age, results.bench.set_point_jitter
     shown = "unknown" if age is None else f"{age.mean_ms:.2f} ms on average, {age.worst_ms:.2f} ms at most"
     text += f" Age of the newest sample at its ticks: {shown}."
+    answer = results.bench.answer_time
+    shown = "unknown" if answer is None else f"{answer.mean_ms:.1f} ms on average, {answer.worst_ms:.1f} ms at most"
+    text += f" From a command to the status that shows it: {shown}."
     shown = "unknown" if jitter is None else f"{jitter.rms_us:.0f} us rms, {jitter.worst_us:.0f} us at most"
     return f"{text} Jitter of the set-points on the bus: {shown}."
 

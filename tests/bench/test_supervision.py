@@ -6,7 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from etb_hil.base.modes import Mode
+from etb_hil.bench.answer_time import answer_time
 from etb_hil.bench.supervision import SafetyLimits, Supervisor
+from etb_hil.bench.trajectory import SetPoint
+from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock
 
 LIMITS = SafetyLimits(
@@ -63,6 +67,49 @@ def test_each_limit_trips(supervisor, columns, reason):
     assert trip is not None
     assert trip.reason_id == reason
     assert any(character.isdigit() for character in trip.reason)
+
+
+def test_a_trip_speaks_of_degrees_as_the_files_do(supervisor):
+    assert "91.67 deg, outside -2.00 to 87.00 deg" in supervisor.look([samples(throttle_angle=[1.6])]).reason
+    assert "91.67 deg" in supervisor.allows(SetPoint(Mode.POSITION, 1.6)).reason
+
+
+def commanded(mode, stamp_ms):
+    return samples(stamp_ns=stamp_ms * 1_000_000, command_mode=[float(mode)])
+
+
+def shown(is_on, stamp_ms):
+    return samples(stamp_ns=stamp_ms * 1_000_000, enable=[float(is_on)])
+
+
+@pytest.mark.parametrize(("mode", "is_on"), [(Mode.POSITION, True), (Mode.OFF, False)])
+def test_a_bridge_that_is_not_shown_to_obey_trips(supervisor, mode, is_on):
+    before = Mode.POSITION if mode is Mode.OFF else Mode.OFF
+    assert supervisor.look([commanded(before, 10), shown(not is_on, 20), commanded(mode, 30)]) is None
+    assert supervisor.look([shown(not is_on, 129), commanded(mode, 130)]) is None
+    late = supervisor.look([shown(not is_on, 131)])
+    assert late.reason_id == "answers_late"
+    assert "101 ms" in late.reason
+
+
+def test_a_bridge_that_was_shown_to_obey_may_go_off_by_itself(supervisor):
+    blocks = [shown(False, 5), commanded(Mode.POSITION, 10), shown(False, 100), shown(True, 105), shown(False, 300)]
+    assert supervisor.look(blocks) is None  # its fault bits say why
+
+
+def test_a_status_that_is_slow_is_not_late(supervisor):
+    assert supervisor.look([commanded(Mode.OFF, 0), commanded(Mode.POSITION, 10), shown(True, 510)]) is None
+
+
+def test_the_answer_time_is_from_the_command_to_the_status_that_shows_it():
+    recording = Recording("test", ClockGrade.RECEIVE_STAMPS)
+    modes = [0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0]
+    recording.append([samples("commands", command_mode=modes)])  # a millisecond apart, from 1 ms on
+    assert answer_time(recording) is None
+    late = samples("status", enable=[0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0])
+    recording.append([replace(late, stamp_ns=late.stamp_ns + 100_000)])
+    found = answer_time(recording)  # on at 3 ms, shown at 4.1; off at 6 ms, shown at 8.1; on at 9 ms: never shown
+    assert found == {"mean_ms": pytest.approx(1.6), "worst_ms": pytest.approx(2.1)}
 
 
 def test_bad_samples_do_not_hide_good_ones(supervisor):

@@ -4,6 +4,7 @@ import numpy as np
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.report.model import (
+    AnswerTime,
     Attempt,
     Bench,
     Bus,
@@ -104,6 +105,7 @@ def results(stiction=T_ST, **changes):
             name="virtual classic",
             lateness=Lateness(0.05, 1.25),
             frame_age=FrameAge(0.6, 2.0),
+            answer_time=AnswerTime(5.2, 10.4),
         ),
         "started": "2026-11-20T07:00:00Z",
         "duration_s": DURATION_S,

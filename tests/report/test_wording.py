@@ -67,7 +67,7 @@ def test_further_reasons_come_after_the_first():
 def test_grades_say_what_is_known_of_time():
     assert timing_sentence(sample_run.results(timestamp_grade="", clock=Clock(), bench=Bench(BenchOutcome.OK))) == (
         "Timestamps: grade unknown. Age of the newest sample at its ticks: unknown. "
-        "Jitter of the set-points on the bus: unknown."
+        "From a command to the status that shows it: unknown. Jitter of the set-points on the bus: unknown."
     )
     for grade in ClockGrade:
         assert timing_sentence(sample_run.results(timestamp_grade=grade.value)).startswith(

@@ -6,7 +6,7 @@ A seed or two of each here; `benchmarks/faults_study.py` runs as many as wanted,
 import numpy as np
 import pytest
 from faults_cases import CASES, Injected
-from faults_nodes import MS, Rewriting
+from faults_nodes import MS, Late, Rewriting
 from faults_study import EXPECTED, job_of, judge, run_with, seed_of
 
 from etb_hil.canio.faults import Forged, Lost, StuckCounter, Window, protections_of
@@ -48,6 +48,19 @@ def test_a_sensor_that_cannot_be_true_is_named(tmp_path, jobs, role, change, rea
     unit = run_with(jobs["default"], tmp_path, 1, [spoil]).results["unit"]
     assert unit["verdict"] == "inconclusive"
     assert reason in (unit["reason_id"], *unit["also"])
+
+
+@pytest.mark.parametrize("delay_ms", [60, 95, 105, 250])
+def test_a_constant_delay_is_measured_and_too_long_a_one_ends_the_run(tmp_path, jobs, delay_ms):
+    delayed = Injected(spoil=[lambda node: Late(node, 0, delay_ms * MS)])
+    results = run_with(jobs["default"], tmp_path, 1, [delayed]).results
+    if delay_ms < 100:  # the bench's `frame_age`
+        assert results["unit"]["verdict"] == "pass"
+        assert delay_ms < results["bench"]["answer_time"]["mean_ms"] < delay_ms + 11
+    else:
+        assert results["bench"]["reason_id"] == "answers_late"
+        assert results["duration_s"] < 2.0
+        assert results["bench"]["safe_state"] is True
 
 
 @pytest.mark.parametrize(("start_ms", "length_ms"), [(6000, 3), (6000, 15), (7003, 40), (9500, 90)])
