@@ -9,8 +9,11 @@ import pytest
 
 from etb_hil.canio.frames import FrameFlag, concatenate_frames
 from etb_hil.canio.logs.blf import read_blf
+from etb_hil.canio.messages import from_messages
 
-CAN_MESSAGE, CAN_STATISTIC, APP_TEXT, CAN_MESSAGE2, CAN_FD_64 = 1, 4, 65, 86, 101
+CAN_MESSAGE, CAN_ERROR, CAN_STATISTIC, APP_TRIGGER, ENV_INTEGER, APP_TEXT = 1, 2, 4, 5, 6, 65
+REAL_TIME_CLOCK, CAN_ERROR_EXT, CAN_MESSAGE2, CAN_FD, CAN_FD_64, CAN_FD_ERROR_64 = 51, 73, 86, 100, 101, 104
+EVENT_COMMENT, GLOBAL_MARKER, RESTORE_POINTS = 92, 96, 115
 TEN_MICROSECONDS, NANOSECONDS = 1, 2
 START_NS = 1_763_600_000_000_000_000
 
@@ -79,3 +82,73 @@ def test_frames_among_other_objects_are_found(tmp_path, stored, cut):
     assert [bytes(m.data) for m in theirs] == [
         row.tobytes()[:length] for row, length in zip(frames.data, frames.length, strict=True)
     ]
+
+
+def fd(ident, data, *, flags=0, fd_flags=1):
+    code = {8: 8, 48: 14, 64: 15}[len(data)]
+    return struct.pack("<HBBLLBBB5x", 1, flags, code, ident, 0, 0, fd_flags, len(data)) + data.ljust(64, b"\xa5")
+
+
+def error_ext(ident, data):
+    return struct.pack("<HHLBBBxLLHH", 1, 0, 0, 0, 0, len(data), 0, ident, 0, 0) + data.ljust(8, b"\0")
+
+
+def vector_log(rng, count, *, other=True):
+    """The objects of a measurement as CANoe and CANalyzer write it, those of the frames that python-can knows apart."""
+    content = objects(EVENT_COMMENT, 0, struct.pack("<L4xQ", 0, 4) + b"test", version=1, pad=1)
+    for k in range(count):
+        ident, data = int(rng.integers(0, 0x800)), rng.bytes(8)
+        stamp = 1_000_000 * k
+        kind = int(rng.integers(0, 8))
+        if kind < 2:
+            content += objects(CAN_MESSAGE2, stamp, message(ident, data, tail=struct.pack("<LBBH", 230_000, 111, 0, 0)))
+        elif kind == 2:  # a remote frame on an extended identifier, sent by the tool
+            content += objects(CAN_MESSAGE2, stamp, message(ident | 1 << 31, b"", flags=0x81, tail=bytes(8)))
+        elif kind == 3:
+            content += objects(CAN_FD_64, stamp, fd_64(ident, rng.bytes(64)) + b"\x11" * 8, version=2)
+        elif kind == 4:  # with the block that tools append behind the payload, which its offset announces
+            body = bytearray(fd_64(ident, rng.bytes(12)) + struct.pack("<LL", 7, 9))
+            body[35] = 32 + 40 + 12
+            content += objects(CAN_FD_64, stamp, bytes(body))
+        elif kind == 5:
+            content += objects(CAN_FD, stamp, fd(ident, rng.bytes(48), flags=1, fd_flags=3))
+        elif kind == 6:
+            content += objects(CAN_ERROR_EXT, stamp, error_ext(ident, rng.bytes(3)))
+        else:
+            content += objects(CAN_MESSAGE, stamp // 10_000, message(ident, data), unit=TEN_MICROSECONDS)
+        if other and k % 5 == 0:
+            content += objects(CAN_STATISTIC, stamp, struct.pack("<HHLLLLLL", 1, 4321, 1, 2, 3, 4, 0, 0)[:28])
+            content += objects(APP_TRIGGER, stamp, bytes(range(40)))
+            content += objects(ENV_INTEGER, stamp, struct.pack("<LL8x", 4, 4) + b"Gear" + bytes(4), pad=1)
+            content += objects(REAL_TIME_CLOCK, stamp, struct.pack("<QQ", stamp, 0))
+            content += objects(GLOBAL_MARKER, stamp, b"\0" * 17 + b"LOBJ marker", version=2, pad=4)
+    return content + objects(RESTORE_POINTS, 0, bytes(14) + struct.pack("<H", 33) + bytes(range(33)))
+
+
+@pytest.mark.parametrize("cut", [131_072, 1021])
+@pytest.mark.parametrize("other", [False, True])
+def test_a_measurement_of_vectors_tools_reads_as_python_can_reads_it(tmp_path, cut, other):
+    path = tmp_path / "vector.blf"
+    write(path, vector_log(np.random.default_rng(11), 400, other=other), cut=cut)
+    reader = read_blf(path)
+    frames = concatenate_frames(reader)
+    assert reader.notes == []
+    assert len(frames) == 400
+    with can.BLFReader(path) as peer:
+        theirs = from_messages(peer)
+    assert np.abs(frames.stamp_ns - theirs.stamp_ns).max() < 1000
+    for column in ("ident", "flags", "length", "data", "channel"):
+        np.testing.assert_array_equal(getattr(frames, column), getattr(theirs, column), err_msg=column)
+
+
+def test_error_frames_that_python_can_passes_over_are_kept(tmp_path):
+    content = objects(CAN_ERROR, 10, struct.pack("<HH4x", 2, 6))
+    content += objects(CAN_MESSAGE, 20, message(0x123, b"12345678"))
+    content += objects(CAN_FD_ERROR_64, 30, struct.pack("<BBBBHHHBBL", 3, 0, 0, 5, 0, 0, 0x80, 0, 0, 0x77) + bytes(28))
+    path = tmp_path / "errors.blf"
+    write(path, content)
+    frames = concatenate_frames(read_blf(path))
+    assert frames.flags.tolist() == [FrameFlag.ERROR, 0, FrameFlag.ERROR]
+    assert frames.channel.tolist() == [1, 1, 2]
+    assert frames.length.tolist() == [0, 8, 0]
+    assert (frames.stamp_ns - frames.stamp_ns[0]).tolist() == [0, 10, 20]

@@ -1,6 +1,7 @@
 """CAN objects of Vector's Binary Logging Format to and from columns of frames, whole blocks at a time.
 
-There is no public specification; layouts follow what python-can reads and writes. An object is a header of 32 bytes
+There is no public specification; layouts follow what python-can reads and writes, and what is known of those that it
+passes over (error frames of old tools and of FD channels). An object is a header of 32 bytes
 (40 in version 2) and a body; the next one starts up to 4 bytes of padding behind its end.
 """
 
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from etb_hil.canio.frames import FD_LENGTHS, FrameBlock, FrameFlag
+from etb_hil.canio.frames import FD_LENGTHS, FrameBlock, FrameFlag, clear_behind
 from etb_hil.canio.logs.blf_chain import SIGNATURE
 
 if TYPE_CHECKING:
@@ -23,7 +24,8 @@ if TYPE_CHECKING:
     Offsets = NDArray[np.int64]
     Rows = slice | NDArray[np.bool_]
 
-CAN_MESSAGE, CAN_ERROR_EXT, CAN_MESSAGE2, CAN_FD_MESSAGE, CAN_FD_MESSAGE_64 = 1, 73, 86, 100, 101
+CAN_MESSAGE, CAN_MESSAGE2, CAN_FD_MESSAGE, CAN_FD_MESSAGE_64 = 1, 86, 100, 101
+CAN_ERROR, CAN_ERROR_EXT, CAN_FD_ERROR_64 = 2, 73, 104
 
 HEADER = np.dtype(
     [
@@ -55,6 +57,13 @@ _ERROR = np.dtype(
         ("data", "u1", 8),
     ]
 )  # fmt: skip
+_OLD_ERROR = np.dtype([("channel", "<u2"), ("length", "<u2")])
+_ERROR_64 = np.dtype(
+    [
+        ("channel", "u1"), ("dlc", "u1"), ("valid", "u1"), ("ecc", "u1"), ("flags", "<u2"), ("code", "<u2"),
+        ("fd_flags", "<u2"), ("extension", "u1"), ("reserved", "u1"), ("id", "<u4"),
+    ]
+)  # fmt: skip
 _PAYLOAD = np.dtype([("data", "u1", 64)])  # behind a CAN_FD_MESSAGE_64, often shorter
 _BODIES = {
     CAN_MESSAGE: _MESSAGE,
@@ -62,6 +71,8 @@ _BODIES = {
     CAN_FD_MESSAGE: _FD,
     CAN_FD_MESSAGE_64: _FD_64,
     CAN_ERROR_EXT: _ERROR,
+    CAN_ERROR: _OLD_ERROR,
+    CAN_FD_ERROR_64: _ERROR_64,
 }
 _WIDE = (CAN_FD_MESSAGE, CAN_FD_MESSAGE_64)
 MARGIN = _PAYLOAD.itemsize
@@ -71,7 +82,6 @@ _EDL, _BRS, _ESI = 1, 2, 4  # fd_flags of CAN_FD_MESSAGE
 _REMOTE_64, _EDL_64, _BRS_64, _ESI_64 = 0x0010, 0x1000, 0x2000, 0x4000  # fd_flags of CAN_FD_MESSAGE_64
 _ID_EXTENDED = 0x80000000
 
-_KEPT = np.where(np.arange(64) < np.arange(65)[:, None], 255, 0).astype(np.uint8).view(np.uint64)  # bytes of a payload
 _LENGTH_OF_DLC = np.array(FD_LENGTHS, np.uint8)
 _DLC_OF_LENGTH = np.array([next(d for d, n in enumerate(FD_LENGTHS) if n >= length) for length in range(65)], np.uint8)
 
@@ -190,6 +200,11 @@ def _fill(
     kind = group.kind
     body_at = starts + group.head_bytes
     body = _gather(data, body_at, _BODIES[kind], step)
+    frames.channel[rows] = np.clip(body["channel"], 1, 256) - 1
+    if kind in (CAN_ERROR, CAN_FD_ERROR_64):
+        frames.flags[rows], frames.ident[rows] = FrameFlag.ERROR, 0
+        frames.length[rows], frames.data[rows] = 0, 0
+        return
     payload = _payload_behind(data, body, starts, body_at, head["size"]) if kind == CAN_FD_MESSAGE_64 else body["data"]
     length = body["dlc"]
     if kind == CAN_ERROR_EXT:
@@ -209,10 +224,11 @@ def _fill(
     width = payload.shape[1]
     length = np.minimum(length, width)
     there = np.where(remote, 0, length) if has_remote else length
-    words, out = payload.view(np.uint64), frames.data.view(np.uint64)  # eight bytes at a time
     shortest, longest = int(there.min()), int(there.max())
     if shortest < longest:
-        words = words & _KEPT[:, : words.shape[1]].take(there, axis=0)
+        payload = payload.copy()
+        clear_behind(payload, there)
+    words, out = payload.view(np.uint64), frames.data.view(np.uint64)  # eight bytes at a time
     out[rows, : words.shape[1]] = words
     out[rows, words.shape[1] :] = 0
     if shortest == longest < width:
@@ -220,7 +236,6 @@ def _fill(
     frames.length[rows] = length
     frames.flags[rows] = flags | _bits(body["id"], _ID_EXTENDED, FrameFlag.EXTENDED)
     frames.ident[rows] = body["id"] & np.uint32(0x1FFFFFFF)
-    frames.channel[rows] = np.clip(body["channel"], 1, 256) - 1
 
 
 def _payload_behind(
@@ -230,7 +245,8 @@ def _payload_behind(
     first = body_at + _FD_64.itemsize
     end = starts + np.where(body["extension"] == 0, size, body["extension"])
     payload = _gather(data, first, _PAYLOAD, 0)["data"]
-    return (payload.view(np.uint64) & _KEPT[np.clip(end - first, 0, 64)]).view(np.uint8)
+    clear_behind(payload, np.clip(end - first, 0, 64))
+    return payload
 
 
 def _flags_of_message(body: NDArray[np.void]) -> Bytes:
