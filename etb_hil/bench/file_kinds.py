@@ -7,6 +7,7 @@ from typing import Any
 from etb_hil.base.yamlfile import FileModel
 from etb_hil.bench.bench_file import Bench
 from etb_hil.bench.scenario_file import Scenario
+from etb_hil.bench.station_file import Station
 from etb_hil.diagnosis.limits import Limits
 from etb_hil.plant.model_file import ModelFile
 from etb_hil.recording.columns import TableMap
@@ -17,6 +18,7 @@ KINDS: dict[str, type[FileModel]] = {
     "model": ModelFile,
     "limits": Limits,
     "table_map": TableMap,
+    "station": Station,
 }
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 

@@ -45,7 +45,8 @@ if TYPE_CHECKING:
 class JobFiles:
     """The files of a run; `unit` is the virtual unit's model, which only the virtual controller reads.
 
-    Without a `unit`, the virtual one is the stock default.
+    Without a `unit`, the virtual one is the stock default; without a `dbc`, it is the one that the bench file names. A
+    `station` file is kept with the session.
     """
 
     scenario: Path
@@ -53,6 +54,8 @@ class JobFiles:
     model: Path
     limits: Path
     unit: Path | None = None
+    dbc: Path | None = None
+    station: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +82,7 @@ def prepare(files: JobFiles, *, attended: bool = False) -> Job:
     `attended` says that somebody is there to answer the scenario's prompts.
     """
     scenario = load_scenario(files.scenario)
-    setup = load_bench(files.bench)
+    setup = load_bench(files.bench, files.dbc)
     model = load_model(files.model)
     limits = load_limits(files.limits).content
     if files.unit is not None and setup.bench.bus.interface != VIRTUAL:
@@ -114,6 +117,8 @@ def execute(
         "limits": job.files.limits,
         "dbc": job.setup.dbc,
     }
+    if job.files.station is not None:
+        inputs["station"] = job.files.station
     if job.is_virtual:
         inputs["unit"] = job.files.unit or find("model", "default")
     bench = job.setup.bench

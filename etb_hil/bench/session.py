@@ -16,7 +16,7 @@ from typing import Any
 from etb_hil import __version__
 from etb_hil.base.errors import InputError, Place, Problem, RecordingFault
 
-INPUT_KINDS = ("scenario", "bench", "model", "limits", "dbc", "unit")
+INPUT_KINDS = ("scenario", "bench", "model", "limits", "dbc", "unit", "station")
 RAW_LOG = "raw.blf"
 EVENTS = "events.jsonl"
 RESULTS = "results.json"

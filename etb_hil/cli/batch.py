@@ -18,62 +18,82 @@ if TYPE_CHECKING:
 REPEAT, QUIT = "r", "q"
 LONGEST = 80
 # what the exit code of a queue is, where it holds several: the first of these
+_UNJUDGED = (ExitCode.BENCH_FAULT, ExitCode.ABORTED)
 RANKS = (ExitCode.BENCH_FAULT, ExitCode.UNIT_FAILED, ExitCode.INCONCLUSIVE, ExitCode.ABORTED, ExitCode.DONE)
 
 
 @dataclass(slots=True)
 class Tally:
-    """What came of the units of a queue; of a unit that was run several times, the last run counts."""
+    """What came of the units of a queue, run by run, in the order in which they first came.
 
-    outcomes: dict[str, tuple[str, ExitCode]] = field(default_factory=dict)
-    runs: int = 0
+    Of a unit that was run several times, the last run that judged it counts; a run that was stopped takes no verdict
+    away.
+    """
+
+    runs: dict[str, list[tuple[str, ExitCode]]] = field(default_factory=dict)
 
     def add(self, serial: str, results: Mapping[str, Any], code: ExitCode) -> None:
         """Count a run."""
         outcome = results["bench"]["outcome"]
         judged = str(results["unit"]["verdict"]) if outcome == BenchOutcome.OK else ""
         word = judged or {BenchOutcome.FAULT: "bench fault"}.get(outcome, "aborted")
-        self.outcomes[serial] = (word, code)
-        self.runs += 1
+        self.runs.setdefault(serial, []).append((word, code))
+
+    def counting(self, serial: str) -> tuple[str, ExitCode]:
+        """Return what counts of a unit, and its exit code."""
+        runs = self.runs[serial]
+        return next((run for run in reversed(runs) if run[1] not in _UNJUDGED), runs[-1])
 
     @property
     def exit_code(self) -> ExitCode:
         """The exit code of the queue."""
-        codes = {code for _, code in self.outcomes.values()}
+        codes = {self.counting(serial)[1] for serial in self.runs}
         return next((code for code in RANKS if code in codes), ExitCode.DONE)
 
     def __str__(self) -> str:
-        words = [word for word, _ in self.outcomes.values()]
-        counts = ", ".join(f"{words.count(word)} {word}" for word in dict.fromkeys(sorted(words)))
-        more = f" in {self.runs} runs" if self.runs > len(words) else ""
-        return f"{len(words)} unit{'' if len(words) == 1 else 's'}{more}: {counts}" if words else "no unit yet"
+        words = [self.counting(serial)[0] for serial in self.runs]
+        counts = ", ".join(f"{words.count(word)} {word}" for word in sorted(set(words)))
+        runs = sum(map(len, self.runs.values()))
+        more = f" in {runs} runs" if runs > len(words) else ""
+        return f"{len(words)} unit{'' if len(words) == 1 else 's'}{more}: {counts}" if words else "no unit"
+
+    def table(self) -> list[str]:
+        """Return a line a unit: what counts, its serial number, and all its runs where there were several."""
+        lines = []
+        for serial, runs in self.runs.items():
+            all_of_them = f"  (runs: {', '.join(word for word, _ in runs)})" if len(runs) > 1 else ""
+            lines.append(f"  {self.counting(serial)[0]:12}  {serial}{all_of_them}")
+        return lines
 
 
-def run_batch(run_unit: Callable[[str, str], tuple[Mapping[str, Any], ExitCode]], *, attended: bool) -> ExitCode:
+def run_batch(
+    run_unit: Callable[[str, str], tuple[Mapping[str, Any], ExitCode]], check: Callable[[str], str], *, attended: bool
+) -> ExitCode:
     """Run unit after unit until there are no more; return the exit code of the worst.
 
-    `run_unit(serial, before)` runs one, shows its verdict and returns its results. Where nobody attends the queue, it
-    ends with a bench fault: the next units would meet the same.
+    `check(text)` returns a serial number that may be tested, or raises InputError; `run_unit(serial, before)` runs one,
+    shows its verdict and returns its results. Where nobody attends the queue, it ends with a bench fault: the next
+    units would meet the same.
     """
     tally, last = Tally(), ""
-    while (serial := _next_serial(last, attended=attended)) is not None:
-        before = f"last: {last} {tally.outcomes[last][0]}; so far {tally}" if last else ""
+    while (serial := _next_serial(last, check, attended=attended)) is not None:
+        before = f"last: {last} {tally.runs[last][-1][0]}; so far {tally}" if last else ""
         results, code = run_unit(serial, before)
         tally.add(serial, results, code)
         last = serial
         say(f"  Tally    {tally}\n")
         if code is ExitCode.BENCH_FAULT and not attended:
             break
-    _summary(tally)
+    say("\n".join([f"Batch ended: {tally}", *tally.table()]))
     return tally.exit_code
 
 
-def _next_serial(last: str, *, attended: bool) -> str | None:
+def _next_serial(last: str, check: Callable[[str], str], *, attended: bool) -> str | None:
     """Ask for a serial number until there is one; None where there are no more units."""
     while True:
         if attended:
-            also = f", '{REPEAT}' to repeat {last}" if last else ""
-            print(f"Serial number of the next unit, then Enter ('{QUIT}' to end{also}): ", end="", flush=True)
+            also = f"'{REPEAT}' repeats {printable(last, 20)}, " if last else ""
+            print(f"Next serial number and Enter ({also}'{QUIT}' ends): ", end="", flush=True)
         try:
             line = sys.stdin.readline()
         except KeyboardInterrupt:
@@ -84,19 +104,14 @@ def _next_serial(last: str, *, attended: bool) -> str | None:
                 print()
             return None
         if text.lower() == REPEAT and last:
-            return last
+            text = last
         try:
             if text:
-                return checked_serial(text)
+                return check(text)
         except InputError as error:
             if not attended:
                 raise
             print(error)
-
-
-def _summary(tally: Tally) -> None:
-    lines = [f"  {word:12} {serial}" for serial, (word, _) in tally.outcomes.items()]
-    say("\n".join([f"Batch ended: {tally}", *lines]))
 
 
 def read_serial(source: TextIO) -> str:

@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from etb_hil.bench.job import JobFiles
 
+DEFAULTS = {"scenario": "friction_check", "bench": "virtual_classic", "model": "default", "limits": "default"}
+
 
 def add_file_arguments(parser: argparse.ArgumentParser) -> None:
     """Add scenario, bench, model, limits and virtual unit; each is a path or the name of a stock file."""
-    parser.add_argument("scenario", nargs="?", default="friction_check", help="scenario file (default: %(default)s)")
-    parser.add_argument("--bench", default="virtual_classic", help="bench file (default: %(default)s)")
-    parser.add_argument("--model", default="default", help="what the bench knows of the unit (default: %(default)s)")
-    parser.add_argument("--limits", default="default", help="limits of the part (default: %(default)s)")
+    parser.add_argument("scenario", nargs="?", help=f"scenario file (default: {DEFAULTS['scenario']})")
+    parser.add_argument("--bench", help=f"bench file (default: {DEFAULTS['bench']})")
+    parser.add_argument("--model", help=f"what the bench knows of the unit (default: {DEFAULTS['model']})")
+    parser.add_argument("--limits", help=f"limits of the part (default: {DEFAULTS['limits']})")
     parser.add_argument("--unit", help="model of the virtual unit, on a virtual bench (default: default)")
 
 
@@ -24,9 +26,6 @@ def job_files(options: argparse.Namespace) -> JobFiles:
     from etb_hil.bench.job import JobFiles
 
     return JobFiles(
-        scenario=find("scenario", options.scenario),
-        bench=find("bench", options.bench),
-        model=find("model", options.model),
-        limits=find("limits", options.limits),
+        **{kind: find(kind, getattr(options, kind) or name) for kind, name in DEFAULTS.items()},
         unit=None if options.unit is None else find("model", options.unit),
     )

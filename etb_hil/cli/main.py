@@ -17,6 +17,7 @@ COMMANDS = {
     "controller": "be the virtual throttle controller on a bus",
     "explain": "explain a measurement: what the simulation gets wrong, why, and how much better it gets",
     "isolability": "tell which effects a planned scenario could tell apart",
+    "station": "say what a station tests, whether its bench is fit, and which sessions need not be kept",
     "history": "units over time, control charts, capability, gauge R&R and drift of many runs",
     "check": "check bench, scenario, model and limits without moving anything",
     "simulate": "run a scenario or a recorded voltage on a model, without a bus, into a table",

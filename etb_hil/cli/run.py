@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from etb_hil.cli.ci_output import CiOutput, add_ci_arguments
-from etb_hil.cli.files import add_file_arguments, job_files
+from etb_hil.cli.files import add_file_arguments
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from typing import Any
 
     from etb_hil.base.outcome import ExitCode
+    from etb_hil.cli.desk import Desk
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,55 +35,47 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--yes", action="store_true", help="nobody attends the run: prompts are answered as the scenario says"
     )
+    parser.add_argument(
+        "--station",
+        type=Path,
+        metavar="FILE",
+        help="station file: it decides on scenario, model and limits (default: station.yaml beside the bench file)",
+    )
     add_ci_arguments(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the scenario, write session and report, print the verdict and return the exit code."""
-    from etb_hil.base.errors import BenchFault
-    from etb_hil.bench.job import prepare
-    from etb_hil.cli.batch import checked_serial, read_serial, run_batch
-    from etb_hil.cli.compiling import announced
+    from etb_hil.cli.batch import read_serial, run_batch
     from etb_hil.cli.keyboard import somebody_attends
-    from etb_hil.cli.show import say, show_finished
     from etb_hil.cli.time_limit import TimeLimit
+    from etb_hil.cli.units import Units
 
     output = CiOutput(options)
     _refuse_contradictions(options, output)
     time_limit = TimeLimit(options.timeout)
     attended = not options.yes and somebody_attends()
-    serial = "" if options.batch or options.serial == "" else options.serial
-    if serial == "-":
-        serial = read_serial(sys.stdin)
-    elif serial:
-        serial = checked_serial(serial)
-    with time_limit:
-        with announced():
-            job = prepare(job_files(options), attended=attended)
-        from etb_hil.cli.run_screen import RunScreen, faulted
-        from etb_hil.report.verdict import verdict_text
-
-        screen = RunScreen(job, options.out, options.seed, attended, shown=not output.owns_standard_output)
-
-        def run_unit(serial: str, before: str = "") -> tuple[Mapping[str, Any], ExitCode]:
-            words = sys.stderr if output.owns_standard_output else sys.stdout
-            try:
-                finished = screen.run(serial, before)
-            except BenchFault as fault:
-                results = faulted(job, serial, fault)
-                say(verdict_text(results), words)
-                return results, output.add(results)
-            show_finished(finished, words)
-            return finished.results, output.add(finished.results, finished.session.folder)
-
-        if not options.batch:
-            return run_unit(serial)[1]
+    units = Units(options, output, _desk(options), attended)
+    if not options.batch:
+        serial = read_serial(sys.stdin) if options.serial == "-" else options.serial
+        with time_limit:
+            return units.run(units.check(serial) if serial else "")[1]
+    if units.desk is None:
+        with time_limit:
+            units.screen_for("")  # what is wrong with the files is said before anybody scans a unit
 
     def run_in_time(serial: str, before: str) -> tuple[Mapping[str, Any], ExitCode]:
         with time_limit:
-            return run_unit(serial, before)
+            return units.run(serial, before)
 
-    return run_batch(run_in_time, attended=attended)
+    return run_batch(run_in_time, units.check, attended=attended)
+
+
+def _desk(options: argparse.Namespace) -> Desk | None:
+    from etb_hil.cli.desk import Desk, station_of
+
+    path = station_of(options)
+    return None if path is None else Desk.open(options, path)
 
 
 def _refuse_contradictions(options: argparse.Namespace, output: CiOutput) -> None:

@@ -95,17 +95,18 @@ def _of_sessions(folders: Iterable[Path], notes: list[str]) -> Iterator[Run]:
             continue
         results = session.read_results()
         try:
-            yield _of_results(results, session.scenario)
+            yield run_of_results(results)
         except (KeyError, TypeError) as error:
             raise InputError(Problem(f"is damaged: {error}", Place(folder / RESULTS))) from None
     if unfinished:
         notes.append(f"{unfinished} sessions have no results: replay them to have them counted")
 
 
-def _of_results(results: Mapping[str, Any], scenario: str) -> Run:
+def run_of_results(results: Mapping[str, Any]) -> Run:
+    """Return a run from the contents of its `results.json`; KeyError or TypeError where they are none."""
     unit, bench = results["unit"], results["bench"]
     return _run(
-        (results["run_id"], results["started"], bench["name"], scenario),
+        (results["run_id"], results["started"], bench["name"], results.get("scenario", "")),
         (unit["serial"], unit["part_number"], unit["revision"]),
         (bench["outcome"], unit["verdict"], unit["reason_id"]),
         {n["id"]: (n["value"], n["low"], n["high"], n["limit_low"], n["limit_high"]) for n in results["numbers"]},

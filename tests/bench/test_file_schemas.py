@@ -14,6 +14,7 @@ from etb_hil.cli.main import main
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 STOCK = [(kind, find(kind, name)) for kind in ("scenario", "bench", "model", "limits") for name in stock_names(kind)]
 STOCK += [("table_map", path) for path in sorted(EXAMPLES.glob("*.map.yaml"))]
+STOCK += [("station", path) for path in sorted(EXAMPLES.glob("*.station.yaml"))]
 STOCK += [("bench", path) for path in sorted(EXAMPLES.glob("*.bench.yaml"))]
 
 

@@ -1,0 +1,99 @@
+"""The desk of a station: what it makes of a serial number, before a run and after it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.outcome import BenchOutcome, ExitCode
+from etb_hil.base.stock import find
+from etb_hil.bench.bench_file import load_bench
+from etb_hil.bench.job import JobFiles
+from etb_hil.bench.station_file import load_station
+from etb_hil.bench.store import STORE
+from etb_hil.cli.batch import checked_serial
+from etb_hil.history.runs import Run, read_runs, run_of_results
+from etb_hil.station.admission import admitted_part, compared, require_fit_bench
+
+if TYPE_CHECKING:
+    import argparse
+
+    from etb_hil.base.yamlfile import Document
+    from etb_hil.bench.station_file import Part, Station
+
+STATION_FILE = "station.yaml"
+
+
+def station_of(options: argparse.Namespace) -> Path | None:
+    """Return the station file that is named, or that stands beside the bench file that is named, if any."""
+    if options.station is not None:
+        return Path(options.station)
+    beside = Path(options.bench or "").parent / STATION_FILE
+    return beside if options.bench and Path(options.bench).is_file() and beside.is_file() else None
+
+
+@dataclass(frozen=True, slots=True)
+class Desk:
+    """A station file and its sessions; `unit` is the model of the virtual unit, on a virtual bench."""
+
+    document: Document[Station]
+    bench: Path
+    bench_name: str
+    sessions: Path
+    unit: Path | None
+
+    @staticmethod
+    def open(options: argparse.Namespace, path: Path) -> Desk:
+        """Read the station file; InputError where it is wrong, or another option names what the station decides."""
+        document = load_station(path)
+        given = [name for name in ("scenario", "model", "limits") if getattr(options, name) is not None]
+        if given or (options.station is not None and options.bench is not None):
+            names = ", ".join(given or ["bench"])
+            raise InputError(Problem("the station file decides on this", value=names, remedy="leave it out"))
+        bench = find("bench", options.bench or document.content.bench, beside=path)
+        unit = None if options.unit is None else find("model", options.unit)
+        return Desk(document, bench, load_bench(bench).bench.name, options.out, unit)
+
+    def check(self, text: str) -> str:
+        """Return a serial number that may be tested; InputError says why not."""
+        serial = checked_serial(text)
+        admitted_part(self.document.content, serial, self._runs())
+        return serial
+
+    def files(self, serial: str) -> JobFiles:
+        """Return the files by which a unit is tested; InputError where it may not be."""
+        path = self.document.path
+        part: Part = admitted_part(self.document.content, serial, self._runs())
+        return JobFiles(
+            scenario=find("scenario", part.scenario, beside=path),
+            bench=self.bench,
+            model=find("model", part.model, beside=path),
+            limits=find("limits", part.limits, beside=path),
+            unit=self.unit,
+            dbc=None if part.dbc is None else find("dbc", part.dbc, beside=path),
+            station=path,
+        )
+
+    def require_fit_bench(self, serial: str) -> None:
+        """Raise BenchFault where the bench may not judge units now."""
+        require_fit_bench(self.document.content, self.bench_name, serial, self._runs(), datetime.now(UTC))
+
+    def concluded(self, results: dict[str, Any], code: ExitCode) -> tuple[ExitCode, list[str]]:
+        """Return the exit code of a run and what is to be said: the golden unit judges the bench, not itself."""
+        golden = self.document.content.golden
+        if golden is None or results["unit"]["serial"] != golden.serial:
+            return code, []
+        if results["bench"]["outcome"] != BenchOutcome.OK:
+            return code, []
+        found = compared(golden, run_of_results(results))
+        lines = [f"{'' if good else 'NOT '}as expected: {text}" for text, good in found]
+        if all(good for _, good in found):
+            return ExitCode.DONE, [*lines, f"the bench is fit to judge units for {golden.every / 3600.0:g} h"]
+        return ExitCode.BENCH_FAULT, [*lines, "the bench is NOT fit to judge units: find out why, then repeat"]
+
+    def _runs(self) -> list[Run]:
+        store = self.sessions / STORE
+        return read_runs([store])[0] if store.is_file() else []

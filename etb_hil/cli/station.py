@@ -1,0 +1,74 @@
+"""`etb-hil station`: what a station file says, whether the bench is fit, and which sessions need not be kept."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from datetime import datetime
+
+    from etb_hil.bench.station_file import Retention
+    from etb_hil.history.runs import Run
+
+_MB = 1e6
+_DAY_S = 86400.0
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.add_argument("station", type=Path, metavar="FILE", help="station file")
+    parser.add_argument("--out", type=Path, default=Path("sessions"), help="folder of sessions (default: %(default)s)")
+    parser.add_argument("--tidy", action="store_true", help="delete the sessions that need not be kept any longer")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print what the station tests and how it stands; exit code 3 where its bench may not judge units now."""
+    from datetime import UTC, datetime
+
+    from etb_hil.base.errors import BenchFault
+    from etb_hil.base.outcome import ExitCode
+    from etb_hil.base.stock import find
+    from etb_hil.bench.bench_file import load_bench
+    from etb_hil.bench.station_file import load_station
+    from etb_hil.bench.store import STORE
+    from etb_hil.history.runs import read_runs
+    from etb_hil.station.admission import require_fit_bench
+
+    document = load_station(options.station)
+    station = document.content
+    bench = load_bench(find("bench", station.bench, beside=document.path)).bench.name
+    store, now = options.out / STORE, datetime.now(UTC)
+    runs = read_runs([store])[0] if store.is_file() else []
+    print(f"{station.name}, bench {bench}")
+    for part in station.parts:
+        print(f"part      {part.number} revision {part.revision}, approved by {part.approver}")
+        print(f"          serial numbers {part.serial}")
+    for entry in station.calibration:
+        left = (entry.due - now.date()).days
+        print(f"calibrate {entry.of}, certificate {entry.certificate}: until {entry.due} ({left} days)")
+    if station.retention is not None:
+        _keep(options, station.retention, runs, now)
+    try:
+        require_fit_bench(station, bench, "", runs, now)
+    except BenchFault as fault:
+        print(f"NOT FIT   {fault}")
+        return ExitCode.BENCH_FAULT
+    print("fit       the bench may judge units")
+    return ExitCode.DONE
+
+
+def _keep(options: argparse.Namespace, rules: Retention, runs: list[Run], now: datetime) -> None:
+    from etb_hil.station.retention import expired, remove
+
+    found = expired(options.out, rules, {run.run_id for run in runs}, now)
+    size = sum(session.size for session in found) / _MB
+    for session in found:
+        print(
+            f"{'deleted' if options.tidy else 'expired':9} {session.folder.name}, {session.age / _DAY_S:.0f} days old"
+        )
+    if options.tidy:
+        remove(found)
+    also = "" if options.tidy or not found else "; --tidy deletes them"
+    print(f"sessions  {len(found)} need not be kept any longer ({size:.0f} MB){also}")

@@ -1,0 +1,71 @@
+"""Units on a bench, one by one: what decides on each, its run, and what is shown and kept of it."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from etb_hil.base.errors import BenchFault
+from etb_hil.bench.job import prepare
+from etb_hil.cli.batch import checked_serial
+from etb_hil.cli.compiling import announced
+from etb_hil.cli.files import job_files
+from etb_hil.cli.run_screen import RunScreen, faulted
+from etb_hil.cli.show import say, show_finished
+from etb_hil.report.verdict import verdict_text
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Mapping
+
+    from etb_hil.base.outcome import ExitCode
+    from etb_hil.bench.job import JobFiles
+    from etb_hil.cli.ci_output import CiOutput
+    from etb_hil.cli.desk import Desk
+
+
+@dataclass(frozen=True, slots=True)
+class Units:
+    """Runs units as the options say, or a station's desk where there is one; `output` keeps what CI reads."""
+
+    options: argparse.Namespace
+    output: CiOutput
+    desk: Desk | None
+    attended: bool
+    screens: dict[JobFiles, RunScreen] = field(default_factory=dict)
+
+    def check(self, text: str) -> str:
+        """Return a serial number that may be tested; InputError says why not."""
+        return checked_serial(text) if self.desk is None else self.desk.check(text)
+
+    def screen_for(self, serial: str) -> RunScreen:
+        """Return what runs a unit, its files read and checked; InputError lists what is wrong."""
+        files = job_files(self.options) if self.desk is None else self.desk.files(serial)
+        if files not in self.screens:
+            with announced():
+                job = prepare(files, attended=self.attended)
+            shown = not self.output.owns_standard_output
+            options = self.options
+            self.screens[files] = RunScreen(job, options.out, options.seed, self.attended, shown=shown)
+        return self.screens[files]
+
+    def run(self, serial: str, before: str = "") -> tuple[Mapping[str, Any], ExitCode]:
+        """Run a unit and show its verdict; `before` is what came of those before it. Return results and exit code."""
+        words = sys.stderr if self.output.owns_standard_output else sys.stdout
+        screen = self.screen_for(serial)
+        try:
+            if self.desk is not None:
+                self.desk.require_fit_bench(serial)
+            finished = screen.run(serial, before)
+        except BenchFault as fault:
+            results = faulted(screen.job, serial, fault)
+            say(verdict_text(results), words)
+            return results, self.output.add(results)
+        show_finished(finished, words)
+        code = self.output.add(finished.results, finished.session.folder)
+        if self.desk is not None:
+            code, lines = self.desk.concluded(finished.results, code)
+            for line in lines:
+                say(f"  Station  {line}", words)
+        return finished.results, code
