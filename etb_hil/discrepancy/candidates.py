@@ -76,16 +76,14 @@ def suspects(
 
 def _shapes(effect: Effect, load: float) -> list[Candidate]:
     grids = [(0.0,) if p.is_strength else p.starts for p in effect.parameters]
-    single = len(effect.searched) == 1
-    steps = effect.parameters[effect.searched[0]].starts if single else (0.0,)
+    searched = [effect.parameters[k] for k in effect.searched]
     found = []
     for values in itertools.product(*grids):
         unknowns = tuple(effect_unknowns(effect, values, load))
-        for step in steps:
-            sizes = tuple(
-                (step if single else effect.parameters[k].starts[0])
-                * (load if effect.parameters[k].unit == "N·m" else 1.0)
-                for k in effect.searched
+        for turn in range(max(len(parameter.starts) for parameter in searched)):
+            steps = tuple(
+                parameter.starts[min(turn, len(parameter.starts) - 1)] * (load if parameter.unit == "N·m" else 1.0)
+                for parameter in searched
             )
-            found.append(Candidate(effect.id, effect, values, unknowns, steps=sizes))
+            found.append(Candidate(effect.id, effect, values, unknowns, steps=steps))
     return found

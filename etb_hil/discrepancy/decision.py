@@ -22,6 +22,9 @@ Float64 = NDArray[np.float64]
 
 # Mean square over the floor that a healthy case may show: torque, voltage, angle; each on a stop, slow, sliding.
 BAND = np.array([10.0, 3.0, 1.6, 6.0, 1.25, 2.0, 1.6, 1.25, 1.35])
+# What varies so much between healthy devices that it accuses alone only where it is this many times its band.
+LOOSE = np.array([True, True, False, True, False, False, False, False, False])
+ALONE = 4.0
 EXPLAINED_SHARE = 0.93  # of the excess over the floor
 LEAST_GAIN = 0.04  # of the squared residual, beyond what the suspect takes of the model's own simulation
 HEALTHY_TIMES = 2.0
@@ -29,6 +32,7 @@ LATER_GAIN = 0.25
 LATER_T = 4.0
 GROUP_GAIN = np.array([4.0, 1.0, 0.25, 1.2, 0.12, 0.35, 0.4, 0.12, 0.2])  # of a group's floor, likewise
 CERTAIN_GAIN = 0.3
+CONCENTRATED = 0.33
 LEAST_T = 1.0  # over the held-out segments
 LEAST_BEYOND = 1.2  # tolerances off its nominal value that a parameter must be before it is a cause
 CLASS_MARGIN = 0.05
@@ -69,8 +73,11 @@ def is_accepted(found: Round, findings: Findings) -> bool:
         if _is_on_bound(found.winner) or known & set(found.alike) or is_theft:
             return False
         least = max(least, LATER_GAIN if found.t < LATER_T else 2.0 * LEAST_GAIN)
-    # What sits in few segments scores low over all of them although it is certain: t guards small gains only.
-    is_steady = found.t > LEAST_T or found.gain > CERTAIN_GAIN
+    # What sits in few segments scores low over all of them although it is certain: t guards small gains only, and none
+    # that bring a group which was over its band down to a fraction.
+    over = (found.before_groups > BAND) & (findings.rows >= LEAST_ROWS)
+    is_concentrated = bool((over & (found.after_groups < CONCENTRATED * found.before_groups)).any())
+    is_steady = found.t > LEAST_T or found.gain > CERTAIN_GAIN or is_concentrated
     return bool(found.gain > least and by_group and is_steady and _is_beyond(found.winner))
 
 
@@ -103,13 +110,19 @@ def verdict(findings: Findings) -> str:
     if findings.is_cut_short:
         return "unexplained" if first > 0.0 else "insufficient_data"
     if not accepted:
-        return "unexplained" if last > 0.0 else "adequate"
+        return "unexplained" if _accuses(findings) else "adequate"
     # What is left of a cause's shape has no shape of its own; a spline that takes it tells of something else.
     is_shapeless = all(spline.share <= PLACEHOLDER for spline in findings.rest)
     explained = last == 0.0 or (last <= (1.0 - EXPLAINED_SHARE) * first and is_shapeless)
     if not explained:
         return "unexplained"
     return "ambiguous" if any(r.alike for r in accepted) else "explained"
+
+
+def _accuses(findings: Findings) -> bool:
+    """Tell whether a group is over its band that may accuse alone, or so far over it that even a loose one may."""
+    judged = findings.rows >= LEAST_ROWS
+    return bool((judged & (findings.final_groups > np.where(LOOSE, ALONE * BAND, BAND))).any())
 
 
 def _first_groups(findings: Findings) -> Float64:

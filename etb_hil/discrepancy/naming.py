@@ -16,9 +16,9 @@ from etb_hil.discrepancy.fit import Residual
 from etb_hil.discrepancy.floor import Floor, floor_of, group_means, weigh
 from etb_hil.discrepancy.placeholders import Placeholder, placeholders
 from etb_hil.discrepancy.refining import Refined, fully, quickly
+from etb_hil.discrepancy.rivals import alike
 from etb_hil.discrepancy.screening import Linear, Screened, screen
 from etb_hil.discrepancy.segments import held_out, segment_of
-from etb_hil.discrepancy.similarity import ABSORBED, ALIKE, Projector, cosine, rest_of
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
 
@@ -142,12 +142,8 @@ def _siblings(winner: Refined) -> tuple[str, ...]:
 def _round(findings: Findings, taken: Sequence[str], progress: Progress) -> Round:
     base = findings.final
     residual = residual_of(findings.balances)
-    screened = screen(
-        residual,
-        Linear.of(base),
-        suspects(findings.balances, base.unknowns, taken),
-        lambda id_: progress(f"trying {id_}"),
-    )
+    shapes = suspects(findings.balances, base.unknowns, taken)
+    screened = screen(residual, Linear.of(base), shapes, lambda id_: progress(f"trying {id_}"))
     progress("fitting the best suspects")
     refined = sorted(
         (quickly(residual, base, s, findings.balances[0].load) for s in screened[:_REFINED]), key=lambda r: r.fit.cost
@@ -170,7 +166,7 @@ def _round(findings: Findings, taken: Sequence[str], progress: Progress) -> Roun
         healthy,
         _alone(residual, base, refined[0]),
     )
-    found.alike = _alike(found)
+    found.alike = alike(found, residual, shapes)
     return found
 
 
@@ -197,30 +193,3 @@ def _take_in(findings: Findings, found: Round) -> None:
     groups, _ = group_means(findings.balances, final.fit.whole)
     findings.final, findings.final_floor, findings.final_groups = final, floor, groups / floor.level
     found.accepted = True
-
-
-def _alike(found: Round) -> list[str]:
-    """Return the ids that these data cannot tell from the winner, the winner left out."""
-    projector = Projector(found.before)
-    winner = found.winner
-    by_id = {s.candidate.id: s for s in found.screened}
-    own = projector.rest(found.does, frozenset({winner.candidate.frees} - {""}))
-    whole = found.does
-    names = [
-        id_
-        for id_, screened in by_id.items()
-        if id_ != winner.id
-        and cosine(own, rest_of(projector, screened, winner.candidate.frees)) > ALIKE
-        and not _is_nothing(projector, screened, winner.candidate.frees)
-    ]
-    margin = decision.class_margin(found)
-    names += [r.id for r in found.refined[1:] if np.log(r.fit.cost / winner.fit.cost) < margin]
-    if float(np.linalg.norm(own)) < ABSORBED * float(np.linalg.norm(whole)):
-        names += [decision.parameter_id(name) for name in projector.imitators(whole)]
-    return list(dict.fromkeys(name for name in names if name and name != winner.id))
-
-
-def _is_nothing(projector: Projector, screened: Screened, suspected: str) -> bool:
-    """Tell whether the base parameters are this suspect: what is left of it is the error of the difference."""
-    rest = float(np.linalg.norm(rest_of(projector, screened, suspected)))
-    return rest < 0.03 * float(np.linalg.norm(screened.sensitivity))

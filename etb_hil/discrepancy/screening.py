@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from etb_hil.discrepancy.boxed import boxed
 from etb_hil.discrepancy.calibration import Calibration
 from etb_hil.discrepancy.candidates import Candidate
-from etb_hil.discrepancy.fit import Residual
+from etb_hil.discrepancy.fit import Fit, Residual
 from etb_hil.plant.physics import Vector
 
 Float64 = NDArray[np.float64]
@@ -70,24 +70,36 @@ def screen(
     return sorted(found, key=lambda s: s.cost)
 
 
+def shaped(fit: Fit, candidate: Candidate) -> Vector:
+    """Return a fit's whole vector with the shapes of a candidate, and still none of its strengths."""
+    effect = candidate.effect
+    assert effect is not None  # noqa: S101 (parameters have no shape)
+    base = fit.whole.copy()
+    for unknown, value, parameter in zip(candidate.unknowns, candidate.shape, effect.parameters, strict=True):
+        if not parameter.is_strength:
+            base[unknown.place] = value
+    return base
+
+
+def stepped(residual: Residual, fit: Fit, candidate: Candidate) -> Float64:
+    """Return what each strength that is searched changes in a fit's residual (n, strengths), a scaled unit of it."""
+    base = shaped(fit, candidate)
+    found = []
+    for unknown, step in zip(candidate.strengths, candidate.steps, strict=True):
+        moved = base.copy()
+        moved[unknown.place] = step
+        found.append((residual(moved) - fit.residual) * (unknown.scale / step))
+    return np.column_stack(found)
+
+
 def _tried(residual: Residual, linear: Linear, candidate: Candidate) -> Screened:
     if candidate.frees:
         return _freed(linear, candidate)
     calibration = linear.calibration
     fit = calibration.fit
-    effect = candidate.effect
-    assert effect is not None  # noqa: S101 (a candidate is either)
-    base = fit.whole.copy()
-    for unknown, value, parameter in zip(candidate.unknowns, candidate.shape, effect.parameters, strict=True):
-        if not parameter.is_strength:
-            base[unknown.place] = value
-    extra = []
-    for unknown, step in zip(candidate.strengths, candidate.steps, strict=True):
-        moved = base.copy()
-        moved[unknown.place] = step
-        extra.append((residual(moved) - fit.residual) * (unknown.scale / step))
-    columns = np.column_stack(extra)
-    count = len(extra)
+    base = shaped(fit, candidate)
+    columns = stepped(residual, fit, candidate)
+    count = columns.shape[1]
     cross = calibration.columns.T @ columns
     own = columns.T @ columns
     normal = np.block([[linear.normal, cross], [cross.T, own + (_RIDGE + 1e-9 * np.trace(own)) * np.eye(count)]])

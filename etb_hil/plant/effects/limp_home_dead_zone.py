@@ -6,19 +6,29 @@ from numba import njit
 
 from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
 from etb_hil.plant.effects.layout import row
-from etb_hil.plant.physics import LIMP_HOME, Vector
+from etb_hil.plant.physics import (
+    DEAD_ZONE,
+    LIMP_HOME,
+    PRELOAD_CLOSE,
+    PRELOAD_OPEN,
+    SLOPE_CLOSE,
+    SLOPE_OPEN,
+    Vector,
+)
 
 _K = row("limp_home_dead_zone")
+_WEAR = "wear of the limp-home lever"
+_NARROWEST = 1e-5  # rad
 
 EFFECT = Effect(
     id="limp_home_dead_zone",
-    equation="springs at lh + max(0, abs(x) - w) sgn(x), x = theta - lh - d",
+    equation="springs times 3 u^2 - 2 u^3, u = (abs(x) - (1 - s) w) / (dead zone + s w), x = theta - lh; w by side",
     balance=Balance.TORQUE,
     parity=Parity.EVEN,
     parameters=(
-        strength("half_width", "rad", -0.001, 0.08, (0.002, 0.008, 0.02), "wear of the limp-home lever"),
-        shape("shift", "rad", -0.06, 0.06, (-0.008, 0.0, 0.008), "of the zone's middle"),
-        shape("softness", "1", 0.0, 1.0, (0.8, 0.0), "0: nothing pulls inside; 1: torque rises evenly over the zone"),
+        strength("above", "rad", -0.001, 0.08, (0.002, 0.008, 0.02), _WEAR),
+        strength("below", "rad", -0.001, 0.08, (0.002, 0.008, 0.02), _WEAR),
+        shape("softness", "1", 0.0, 1.0, (0.8, 0.0), "0: nothing pulls inside; 1: torque rises over the whole zone"),
     ),
     looks_like="the plate is loose over some degrees about limp-home",
     check="lever and stop of the limp-home position",
@@ -29,23 +39,21 @@ EFFECT = Effect(
 
 
 @njit(cache=True, error_model="numpy")
-def moved(theta: float, p: Vector) -> float:
-    """Return the angle in rad at which the base model's springs give the torque that these give at an angle."""
-    if p[_K] == 0.0:
-        return theta
-    x = theta - p[LIMP_HOME] - p[_K + 1]
-    width = p[_K]
-    if abs(x) >= abs(width):
-        return p[LIMP_HOME] + (x - width if x > 0.0 else x + width)
-    return p[LIMP_HOME] if width > 0.0 else p[LIMP_HOME] - x
+def is_there(p: Vector) -> bool:
+    """Tell whether the zone is another than the base model's."""
+    return p[_K] != 0.0 or p[_K + 1] != 0.0
 
 
 @njit(cache=True, error_model="numpy")
-def softened(theta: float, torque: float, full: float, p: Vector) -> float:
-    """Return the springs' torque in N·m where it rises over the zone; `full`: what they give just outside it."""
-    if p[_K] <= 0.0 or p[_K + 2] == 0.0:
-        return torque
-    x = theta - p[LIMP_HOME] - p[_K + 1]
-    if abs(x) >= p[_K]:
-        return torque
-    return torque + p[_K + 2] * (full * x / p[_K] - torque)
+def spring_torque(theta: float, p: Vector) -> float:
+    """Return the springs' torque in N·m at an angle in rad, positive where it closes the plate, with this zone."""
+    x = theta - p[LIMP_HOME]
+    distance = abs(x)
+    wider = p[_K] if x > 0.0 else p[_K + 1]
+    torque = p[PRELOAD_OPEN] + p[SLOPE_OPEN] * distance if x > 0.0 else p[PRELOAD_CLOSE] + p[SLOPE_CLOSE] * distance
+    whole = max(p[DEAD_ZONE] + wider, _NARROWEST)
+    if distance < whole:
+        dead = (1.0 - p[_K + 2]) * max(wider, 0.0)
+        u = max((distance - dead) / (whole - dead), 0.0)
+        torque *= u * u * (3.0 - 2.0 * u)
+    return torque if x > 0.0 else -torque

@@ -35,9 +35,6 @@ from etb_hil.plant.effects import (
 from etb_hil.plant.effects.effect import Effect
 from etb_hil.plant.physics import (
     COULOMB,
-    LIMP_HOME,
-    PRELOAD_CLOSE,
-    PRELOAD_OPEN,
     STICTION,
     STRIBECK_VELOCITY,
     VISCOUS,
@@ -121,12 +118,8 @@ def lead(load: float, p: Vector) -> float:
 @njit(cache=True, error_model="numpy")
 def elastic_torque(plate: float, omega: float, p: Vector) -> float:
     """Return the torque in N·m of springs and stops on the plate, positive where it closes it."""
-    moved = limp_home_dead_zone.moved(plate, p)
-    springs = spring_torque(moved, p)
-    if moved != plate:
-        springs = limp_home_dead_zone.softened(
-            plate, springs, p[PRELOAD_OPEN] if plate > p[LIMP_HOME] else p[PRELOAD_CLOSE], p
-        )
+    loose = limp_home_dead_zone.is_there(p)
+    springs = limp_home_dead_zone.spring_torque(plate, p) if loose else spring_torque(plate, p)
     return (
         springs
         + stop_torque(plate, omega, p)
