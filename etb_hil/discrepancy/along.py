@@ -17,6 +17,7 @@ from etb_hil.plant.physics import (
     RESISTANCE,
     TORQUE_PER_AMPERE,
     VISCOUS,
+    VOLTAGE_LIMIT,
     Vector,
     spring_torque,
     stop_torque,
@@ -55,6 +56,7 @@ def along(
     drag = 0.0
     settle = int(_SETTLE / dt)
     resistance, torque_per_ampere, back_emf = p[RESISTANCE], p[TORQUE_PER_AMPERE], p[BACK_EMF]
+    limit = p[VOLTAGE_LIMIT]
     sigma_0, sigma_1, sigma_2 = p[BRISTLE_STIFFNESS], p[BRISTLE_DAMPING], p[VISCOUS]
     where = angle[0]
     for k in range(angle.size):
@@ -62,6 +64,7 @@ def along(
         way = theta - angle[k - 1] if k > settle else 0.0
         # What the balance itself says of the voltage: losses that scale the measured one would scale its noise away.
         command = 0.0 if is_open[k] else resistance * i + back_emf * omega + lost
+        command = min(max(command, -limit), limit)  # no bridge gives more; losses that grow with it would run away
         if slow_acts:
             ports.pass_time(slow, omega, way, i, command, temperature[k], dt, p)
         swing = p[PLATE_INERTIA] * acceleration[k]

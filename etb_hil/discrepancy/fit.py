@@ -42,9 +42,10 @@ def columns(residual: Residual, at: Fit, unknowns: Sequence[Unknown]) -> Float64
 
 
 def fit_of(residual: Residual, whole: Vector) -> Fit:
-    """Return the residual at a point."""
+    """Return the residual at a point; where the model cannot be computed, at endless cost."""
     left = residual(whole)
-    return Fit(whole, left, float(left @ left))
+    cost = float(left @ left)
+    return Fit(whole, left, cost if np.isfinite(cost) else np.inf)
 
 
 def gauss_newton(
@@ -65,6 +66,9 @@ def gauss_newton(
     at, damping = begin, 1e-4
     known = 0 if kept is None else kept.shape[1]
     found = np.empty((len(at.residual), len(unknowns)))
+    if not np.isfinite(begin.cost):
+        found[:] = 0.0
+        return begin, found
     if kept is not None:
         found[:, :known] = kept
     if first is not None:
