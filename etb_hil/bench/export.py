@@ -9,7 +9,7 @@ import numpy as np
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.canio.columns import ColumnDecoder
-from etb_hil.canio.frames import gathered
+from etb_hil.canio.frames import FrameFlag, gathered
 from etb_hil.canio.logs.reading import read_log
 from etb_hil.canio.logs.writing import log_suffix, write_log
 
@@ -23,18 +23,21 @@ if TYPE_CHECKING:
     from etb_hil.canio.frames import FrameBlock
     from etb_hil.canio.logs.mf4_writer import Mf4Log
     from etb_hil.canio.logs.writing import LogWriter
-    from etb_hil.recording.samples import Int64
 
 
 @dataclass(slots=True)
 class Exported:
-    """What an export wrote; of stamps, what a reader of the new file sees: a shift of all, and the largest rest."""
+    """What an export wrote; of stamps, what a reader of the new file sees: a shift of all, and the largest rest.
+
+    `gone` names what else of the frames the format does not keep.
+    """
 
     frames: int = 0
     left_out: int = 0
     signals: dict[str, int] = field(default_factory=dict)
     shift_ns: int | None = None
     worst_ns: int | None = None
+    gone: list[str] = field(default_factory=list)
 
     def __str__(self) -> str:
         parts = [f"{self.frames} frames read"]
@@ -42,6 +45,8 @@ class Exported:
             parts.append(f"signals of {', '.join(f'{n} {name}' for name, n in self.signals.items())}")
         if self.left_out:
             parts.append(f"{self.left_out} left out, which the format cannot hold")
+        if self.gone:
+            parts.append(f"{' and '.join(self.gone)} not kept")
         if self.worst_ns is None:
             return ", ".join(parts)
         if not self.shift_ns and not self.worst_ns:
@@ -102,34 +107,34 @@ def _count(done: Exported, found: Iterable[MessageColumns]) -> None:
 
 
 def _compare(before: Iterable[FrameBlock], after: Iterable[FrameBlock], done: Exported) -> None:
-    """Find the shift of all stamps, as the first frame has it, and the largest difference that is left.
+    """Find the shift of all stamps, as the first frame has it, the largest rest, and what else is not what it was.
 
     Raises InputError where the new log has not all frames: its format cannot be trusted with them.
     """
     shift, worst, found = None, 0, 0
-    for old, new in _side_by_side(_stamps(before), _stamps(after)):
+    sent, channels = 0, np.zeros(256, np.int64)  # more before than after
+    for old, new in _side_by_side(iter(before), iter(after)):
+        moved = new.stamp_ns - old.stamp_ns
         if shift is None:
-            shift = int(new[0] - old[0])
-        worst = max(worst, int(np.max(np.abs(new - old - shift))))
+            shift = int(moved[0])
+        worst = max(worst, int(np.max(np.abs(moved - shift))))
         found += len(new)
+        sent += np.count_nonzero(old.flags & FrameFlag.SENT) - np.count_nonzero(new.flags & FrameFlag.SENT)
+        channels += np.bincount(old.channel, minlength=256) - np.bincount(new.channel, minlength=256)
     if found != done.frames:
         raise InputError(
             Problem(f"holds {found} of {done.frames} frames when it is read back", remedy="export to .blf")
         )
     done.shift_ns, done.worst_ns = shift, worst
+    done.gone = [what for what, is_gone in (("direction", sent > 0), ("channel", channels.any())) if is_gone]
 
 
-def _stamps(blocks: Iterable[FrameBlock]) -> Iterator[Int64]:
-    for block in blocks:
-        if len(block):
-            yield block.stamp_ns
-
-
-def _side_by_side(first: Iterator[Int64], second: Iterator[Int64]) -> Iterator[tuple[Int64, Int64]]:
+def _side_by_side(first: Iterator[FrameBlock], second: Iterator[FrameBlock]) -> Iterator[tuple[FrameBlock, FrameBlock]]:
     """Yield the same rows of two streams that are cut in different places."""
     one, two = next(first, None), next(second, None)
     while one is not None and two is not None:
         count = min(len(one), len(two))
-        yield one[:count], two[:count]
-        one = one[count:] if len(one) > count else next(first, None)
-        two = two[count:] if len(two) > count else next(second, None)
+        if count:
+            yield one.rows(slice(count)), two.rows(slice(count))
+        one = one.rows(slice(count, None)) if len(one) > count else next(first, None)
+        two = two.rows(slice(count, None)) if len(two) > count else next(second, None)
