@@ -22,6 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--model", required=True, help="model file, or the name of a stock one")
     parser.add_argument("--map", type=Path, help="which column of a table is which role")
     parser.add_argument("--bench", help="bench file that says which frame of a CAN log is which role")
+    parser.add_argument("--limits", help="limits of the part (default: the first session's own, else default)")
     parser.add_argument("--out", type=Path, default=Path("explanation"), help="folder (default: %(default)s)")
 
 
@@ -29,6 +30,7 @@ def run(options: argparse.Namespace) -> int:
     """Explain the data, write the answer and print its verdict."""
     from etb_hil.base.outcome import ExitCode
     from etb_hil.base.stock import find
+    from etb_hil.diagnosis.limits import load_limits
     from etb_hil.discrepancy.explain import explain, write
     from etb_hil.discrepancy.pictures import pictures
     from etb_hil.plant.drive_file import load_plant
@@ -36,7 +38,8 @@ def run(options: argparse.Namespace) -> int:
 
     model, _ = load_plant(find("model", options.model))
     recordings = [_recording(path, options) for path in options.data]
-    answer = explain(recordings, model, progress=_progress)
+    limits = load_limits(_limits(options)).content
+    answer = explain(recordings, model, progress=_progress, limits=limits)
     paths = write(answer, options.out)
     series = pictures(answer.findings, answer.holdout.segments) if answer.findings and answer.holdout else None
     paths.append(write_explanation(answer.explanation, series, options.out))
@@ -68,6 +71,15 @@ def _recording(path: Path, options: argparse.Namespace) -> Recording:
         setup = load_bench(session.input_path("bench"), session.input_path("dbc"))
         return record_log(session.raw_log, setup.dialect)
     return record_log(path, load_bench(find("bench", options.bench)).dialect)
+
+
+def _limits(options: argparse.Namespace) -> Path:
+    from etb_hil.base.stock import find
+    from etb_hil.bench.session import open_session
+
+    if options.limits or not options.data[0].is_dir():
+        return find("limits", options.limits or "default")
+    return open_session(options.data[0]).input_path("limits")
 
 
 def _progress(what: str) -> None:

@@ -59,26 +59,36 @@ def excess(groups: Float64, rows: NDArray[np.int64]) -> Float64:
     return np.where(judged, rows * np.maximum(groups - BAND, 0.0), 0.0)
 
 
-def is_accepted(found: Round, findings: Findings) -> bool:
-    """Tell whether the winner explains more than a suspect does where nothing is missing."""
-    drop = (found.before_groups - found.after_groups)[findings.rows >= LEAST_ROWS]
-    by_group = bool((drop > GROUP_GAIN[findings.rows >= LEAST_ROWS]).any())
-    # After one cause, what another takes may be no more than that the first one's shape is not quite ours.
+def refusal(found: Round, findings: Findings) -> str:
+    """Return why the winner is no cause, nothing where it is: suspects gain where nothing is missing, too."""
+    judged = findings.rows >= LEAST_ROWS
     least = LEAST_GAIN + HEALTHY_TIMES * found.healthy_gain
     if findings.accepted:
-        # What cannot be told from an earlier cause is that cause; what base parameters imitate but for a fifth trades
-        # with them once something else stands in for them.
-        known = {r.winner.id for r in findings.accepted}
-        is_theft = any(name.startswith("parameter:") for name in found.alike)
-        if _is_on_bound(found.winner) or known & set(found.alike) or is_theft:
-            return False
+        if reason := _refusal_after_others(found, findings):
+            return reason
+        # After one cause, what another takes may be no more than that the first one's shape is not quite ours.
         least = max(least, LATER_GAIN if found.t < LATER_T else 2.0 * LEAST_GAIN)
+    if not found.gain > least:
+        return f"takes {100.0 * found.gain:.1f} % of what is left; a cause takes {100.0 * least:.1f} %"
+    if not (found.before_groups - found.after_groups > GROUP_GAIN)[judged].any():
+        return "brings no balance down by more than chance does"
     # What sits in few segments scores low over all of them although it is certain: t guards small gains only, and none
     # that bring a group which was over its band down to a fraction.
-    over = (found.before_groups > BAND) & (findings.rows >= LEAST_ROWS)
-    is_concentrated = bool((over & (found.after_groups < CONCENTRATED * found.before_groups)).any())
-    is_steady = found.t > LEAST_T or found.gain > CERTAIN_GAIN or is_concentrated
-    return bool(found.gain > least and by_group and is_steady and _is_beyond(found.winner))
+    is_concentrated = (found.before_groups > BAND) & (found.after_groups < CONCENTRATED * found.before_groups)
+    if found.t <= LEAST_T and found.gain <= CERTAIN_GAIN and not (is_concentrated & judged).any():
+        return f"does not hold on segments that the fit did not see: t is {found.t:.1f}"
+    return "" if _is_beyond(found.winner) else "inside its tolerance, or next to it"
+
+
+def _refusal_after_others(found: Round, findings: Findings) -> str:
+    if _is_on_bound(found.winner):
+        return "its strength is on a bound: it stands for something else"
+    if {r.winner.id for r in findings.accepted} & set(found.alike):
+        return "cannot be told from a cause that was found before"
+    # What base parameters imitate but for a fifth trades with them once something else stands in for them.
+    if any(name.startswith("parameter:") for name in found.alike):
+        return "base parameters do nearly the same: it would trade with them"
+    return ""
 
 
 def _is_beyond(winner: Refined) -> bool:

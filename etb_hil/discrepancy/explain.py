@@ -10,8 +10,10 @@ from typing import Any, ParamSpec, TypeVar
 
 from etb_hil.base.errors import InputError
 from etb_hil.base.stock import find
+from etb_hil.diagnosis.limits import Limits
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.confounding import confounded
+from etb_hil.discrepancy.consequence import consequence
 from etb_hil.discrepancy.explanation import SCHEMA, explanation
 from etb_hil.discrepancy.extending import extended_model
 from etb_hil.discrepancy.holdout import Holdout, hold_out
@@ -42,10 +44,12 @@ def explain(
     model: Model,
     without: Sequence[str] = (),
     progress: Callable[[str], None] = lambda _: None,
+    limits: Limits | None = None,
 ) -> Answer:
     """Explain the first of some recordings of one kind of unit by a model, and try the causes on the others.
 
-    `without`: effects that are not looked for. An interrupt ends it with what is known by then; the answer says so.
+    `without`: effects that are not looked for; with `limits` it says what the causes change in the diagnosis. An
+    interrupt ends it with what is known by then; the answer says so.
     """
     together = [one for recording in recordings for one in confounded(recording)]
     stretches, others, missing = _read(recordings, model)
@@ -64,6 +68,8 @@ def explain(
         said.cut_short()
     holdout = None if said.is_cut_short else said.unless_cut_short("running the models freely", hold_out, findings)
     answer = explanation(findings, holdout)
+    if limits is not None and not said.is_cut_short:
+        answer["diagnosis"] = said.unless_cut_short("judging the unit", consequence, findings, limits)
     if others and not said.is_cut_short:
         tested = [Balances(measured, model) for measured in others]
         found = said.unless_cut_short("trying the causes on the other recordings", transfer, findings, tested)

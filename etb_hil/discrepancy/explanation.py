@@ -117,7 +117,8 @@ def _suspects(findings: Findings) -> list[dict[str, Any]]:
                     "search": number,
                     "effect": one.id,
                     "taken_in": each.accepted and one is each.winner,
-                    "probability": probable[one.id],
+                    "refused": each.refused if one is each.winner else "",
+                    "probability": probable[one.id] if each.accepted else 0.0,
                     "leaves": one.fit.cost / each.before.fit.cost,
                     "looks_like": effect.looks_like if effect else "a base parameter outside its tolerance",
                     "check": effect.check if effect else "the number in the model file, and its tolerance",
@@ -152,7 +153,7 @@ def _calibrated(findings: Findings) -> dict[str, Any]:
             continue
         nominal = float(getattr(findings.model.values, name))
         half = findings.model.tolerance(name)
-        moved = abs(estimate.value - first[name].value) / max(abs(first[name].value), 1e-12)
+        moved = abs(estimate.value - first[name].value) / max(abs(first[name].value), half)
         flags = []
         if abs(estimate.value - nominal) > half * 1.03:
             flags.append("left its tolerance")

@@ -44,6 +44,7 @@ class Round:
     does: Float64  # what the winner alone changes in the residual (n), at its size
     alike: list[str] = field(default_factory=list)
     accepted: bool = False
+    refused: str = ""  # why the winner is no cause
 
     @property
     def winner(self) -> Refined:
@@ -113,7 +114,8 @@ def _look(findings: Findings, taken: list[str], progress: Progress) -> None:
     while len(findings.accepted) < _MOST_CAUSES:
         found = _round(findings, taken, progress)
         findings.rounds.append(found)
-        if not decision.is_accepted(found, findings):
+        found.refused = decision.refusal(found, findings)
+        if found.refused:
             return
         taken += [found.winner.id, *_siblings(found.winner)]
         _take_in(findings, found)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
+from etb_hil.discrepancy.leftover import Leftover
 from etb_hil.discrepancy.pictures import Pictures
 from etb_hil.report.drawing import CLOSING, INK, LIMIT, MEASURED, MUTED, OPENING, STYLE, legend_below, new_figure
 
@@ -25,17 +26,16 @@ def before_and_after(series: Pictures) -> Figure:
 
 
 @mpl.rc_context(STYLE)
-def left_over_angle(series: Pictures) -> Figure:
-    """Draw what is left of the torque balance over the angle, by direction, before and after."""
+def left_over(left: Leftover) -> Figure:
+    """Draw what a balance has left over a coordinate, by direction, before and after."""
     figure, (upper, lower) = new_figure(9.0, 4.6, 2)
     names = ("before", "with the causes")
     for axes, name, number in ((upper, names[0], 0), (lower, names[1], 1)):
-        axes.set(title=f"What the model lacks, {name}", ylabel=f"left / {series.load_unit}")
+        axes.set(title=f"{left.balance.capitalize()} that the model lacks, {name}", ylabel=f"left / {left.unit}")
         axes.axhline(0.0, color=MUTED, linewidth=0.8)
-        axes.plot(series.angle, series.opening[number], "-", color=OPENING, label="forward" if number == 0 else None)
-        axes.plot(series.angle, series.closing[number], "--", color=CLOSING, label="back" if number == 0 else None)
-    limits = upper.get_ylim()
-    lower.set_ylim(*limits)
-    lower.set_xlabel(f"position / {series.position_unit}")
+        axes.plot(left.place, left.forward[number], "-", color=OPENING, label="forward" if number == 0 else None)
+        axes.plot(left.place, left.back[number], "--", color=CLOSING, label="back" if number == 0 else None)
+    lower.set_ylim(*upper.get_ylim())
+    lower.set_xlabel(f"{left.over} / {left.over_unit}")
     legend_below(figure, 2)
     return figure

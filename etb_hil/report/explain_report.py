@@ -33,7 +33,6 @@ _REASONS = {
 _MODELS = ("nominal", "calibrated", "extended", "noise_floor")
 _KINDS = {"one_step": "10 ms ahead", "free_run": "free run"}
 _UNITS = {"throttle_angle": "rad", "motor_current": "A"}
-_PLOTS = {"before_and_after": explain_plots.before_and_after, "left_over_angle": explain_plots.left_over_angle}
 
 
 def write_explanation(found: dict[str, Any], series: Pictures | None, folder: Path) -> Path:
@@ -43,8 +42,10 @@ def write_explanation(found: dict[str, Any], series: Pictures | None, folder: Pa
     """
     drawn = []
     if series is not None:
-        for name, draw in _PLOTS.items():
-            figure = draw(series)
+        plots = {"before_and_after": explain_plots.before_and_after(series)}
+        for left in series.left:
+            plots[f"{left.balance}_over_{left.over}".replace(" ", "_")] = explain_plots.left_over(left)
+        for name, figure in plots.items():
             save_png(figure, folder / f"{name}.png")
             drawn.append((name, Markup(inline_svg(figure, name))))  # noqa: S704 (our own drawing)
     page = folder / REPORT_NAME
@@ -76,6 +77,8 @@ def _page(found: dict[str, Any], drawn: list[tuple[str, Markup]], series: Pictur
         gain=_gain(found),
         suspects=[_suspect(one) for one in found.get("suspects", [])],
         moved=_moved(found),
+        friction=_friction(found),
+        judged=_judged(found),
         quality=[_quality(one) for one in found["data_quality"]],
         limits=_limits(found),
     )
@@ -143,7 +146,7 @@ def _suspect(one: dict[str, Any]) -> dict[str, Any]:
         "effect": _words(one["effect"]),
         "probability": f"{100.0 * one['probability']:.0f} %",
         "leaves": f"{100.0 * one['leaves']:.1f} %",
-        "standing": "taken in" if one["taken_in"] else "-",
+        "standing": "taken in" if one["taken_in"] else one["refused"] or "-",
     }
 
 
@@ -158,6 +161,27 @@ def _moved(found: dict[str, Any]) -> list[dict[str, Any]]:
         for name, p in found.get("calibrated", {}).items()
         if p["flags"]
     ]
+
+
+def _friction(found: dict[str, Any]) -> list[dict[str, str]]:
+    names = {"stiction": "break-away", "coulomb": "sliding"}
+    return [
+        {"name": names[name]} | {key: f"{p[key]:.4g} {p['unit']}" for key in ("nominal", "calibrated", "extended")}
+        for name, p in found.get("friction", {}).items()
+    ]
+
+
+def _judged(found: dict[str, Any]) -> list[str]:
+    """Return what the diagnosis makes of these data under both models."""
+    diagnosis = found.get("diagnosis")
+    if not diagnosis:
+        return []
+    sentences = []
+    for name, model in (("stated", "as stated"), ("extended", "with the causes")):
+        one = diagnosis[name]
+        numbers = [f"{id_} {one[id_]['value']:.3g} {one[id_]['unit']}" for id_ in ("T_st", "T_c") if id_ in one]
+        sentences.append(f"Diagnosis, model {model}: {', '.join(numbers) or 'no friction found'}; {one['verdict']}.")
+    return [*sentences, f"{diagnosis['says'].capitalize()}."]
 
 
 def _quality(one: dict[str, Any] | str) -> dict[str, Any]:
