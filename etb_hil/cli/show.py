@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
 from typing import TYPE_CHECKING, TextIO
 
 if TYPE_CHECKING:
     from etb_hil.bench.finished import Finished
+
+_BELOW = 4  # rows below a verdict: a tally, and the question for the next unit
 
 
 def say(text: str, screen: TextIO | None = None) -> None:
@@ -29,5 +32,10 @@ def show_finished(finished: Finished, screen: TextIO | None = None) -> int:
         page = write_report(finished.results, finished.series, finished.session.folder)
     except OSError as error:  # a full disk must not cost the verdict
         print(f"the report could not be written: {error}", file=sys.stderr)
-    say(verdict_text(finished.results, page), screen)
+    say(verdict_text(finished.results, page, rows=_rows(screen or sys.stdout)), screen)
     return int(finished.results["exit_code"])
+
+
+def _rows(screen: TextIO) -> int | None:
+    """Return how many rows a verdict may take, so that its headline stays on the screen; None in a file."""
+    return shutil.get_terminal_size((80, 24)).lines - _BELOW if screen.isatty() else None

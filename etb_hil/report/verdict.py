@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from etb_hil.report.wording import attempts_sentence, bench_wording, further_rea
 
 WIDTH = 80
 _NOT_THE_UNIT = ("The unit was not judged: what was measured of it until then does not count.",)
+_MORE = "More stands in the report."
 _HELD = "\N{NO-BREAK SPACE}"
 
 # Five rows of a letter each, in characters that every terminal and every log has.
@@ -86,14 +87,24 @@ def banner(headline: str) -> list[str]:
     return [" ".join(letter[row] for letter in letters).rstrip() for row in range(5)]
 
 
-def verdict_text(results: Results | Mapping[str, Any], report: Path | None = None) -> str:
+def verdict_text(results: Results | Mapping[str, Any], report: Path | None = None, *, rows: int | None = None) -> str:
     """Return the verdict as plain text of at most 80 columns, for a terminal or a log file.
 
-    Takes `Results` or the dictionary of `results.json`; raises InputError where that is wrong.
+    Where it is to fit into some `rows`, further reasons give way, the last ones first. Takes `Results` or the
+    dictionary of `results.json`; raises InputError where that is wrong.
     """
     if not isinstance(results, Results):
         results = Results.from_dict(results)
     verdict = verdict_of(results)
+    text = _text(results, verdict, report)
+    while rows is not None and text.count("\n") + 1 > rows and verdict.further:
+        kept = tuple(line for line in verdict.further if line != _MORE)[:-1]
+        verdict = replace(verdict, further=() if verdict.further == (_MORE,) else (*kept, _MORE))
+        text = _text(results, verdict, report)
+    return text
+
+
+def _text(results: Results, verdict: Verdict, report: Path | None) -> str:
     lines = ["", *(f"  {row}" for row in banner(verdict.headline)), ""]
     lines += _entry("Result", f"{verdict.headline} - {unit_line(results)}")
     lines += _entry("Why", verdict.reason)

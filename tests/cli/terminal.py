@@ -1,0 +1,80 @@
+"""A program on a terminal of its own, 80 x 24, with a keyboard: what a technician has over ssh."""
+
+import fcntl
+import os
+import pty
+import select
+import struct
+import subprocess
+import sys
+import termios
+import time
+
+import pyte
+
+PATIENCE_S = 240.0  # for a loaded machine that has to compile first; nothing waits that long on a good day
+ETB_HIL = (sys.executable, "-m", "etb_hil.cli.main")
+
+
+class Terminal:
+    """Runs a command with this screen and keyboard as its controlling terminal."""
+
+    def __init__(self, folder, *command, **variables):
+        self.screen = pyte.HistoryScreen(80, 24, history=1000)
+        self._stream = pyte.ByteStream(self.screen)
+        self.bytes = b""
+        self._main, side = pty.openpty()
+        fcntl.ioctl(side, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
+        known = {k: v for k, v in os.environ.items() if k not in {"NO_COLOR", "COLUMNS", "LINES", "FORCE_COLOR"}}
+        self.program = subprocess.Popen(
+            command,
+            cwd=folder,
+            stdin=side,
+            stdout=side,
+            stderr=side,
+            env={**known, "TERM": "xterm-256color", **variables},
+            start_new_session=True,
+            preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),  # noqa: PLW1509 (no threads in this test)
+        )
+        self._side = side
+
+    @property
+    def text(self):
+        return "\n".join(line.rstrip() for line in self.screen.display).rstrip()
+
+    def until(self, expected):
+        """Wait for a text on the screen, and return the screen."""
+        deadline = time.monotonic() + PATIENCE_S
+        while expected not in self.text:
+            assert time.monotonic() < deadline, self.text
+            assert self.program.poll() is None or self._pump(), self.text
+            self._pump()
+        return self.text
+
+    def press(self, keys):
+        os.write(self._main, keys.encode())
+
+    def end(self):
+        """Wait for the program's end; return its exit code."""
+        deadline = time.monotonic() + PATIENCE_S
+        while self.program.poll() is None:
+            assert time.monotonic() < deadline, self.text
+            self._pump()
+        while self._pump():
+            pass
+        os.close(self._main), os.close(self._side)
+        return self.program.returncode
+
+    @property
+    def keeps_line_mode(self):
+        """Whether the keyboard is as a shell leaves it: whole lines, seen as they are typed."""
+        flags = termios.tcgetattr(self._side)[3]
+        return bool(flags & termios.ICANON) and bool(flags & termios.ECHO)
+
+    def _pump(self):
+        if not select.select([self._main], [], [], 0.05)[0]:
+            return False
+        data = os.read(self._main, 65536)
+        self.bytes += data
+        self._stream.feed(data)
+        return bool(data)

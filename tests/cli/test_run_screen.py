@@ -1,0 +1,102 @@
+"""The run screen on a terminal of 80 x 24: keys, prompts, a queue of units, and a verdict that stays."""
+
+import json
+
+import pytest
+from terminal import ETB_HIL, Terminal
+
+LONG = """schema: etb_hil/scenario/1
+name: held
+phases:
+  - id: clamped
+    kind: prompt
+    text: Is the unit clamped and its connector locked?
+    answers: [yes, no]
+    timeout: 100 s
+  - {id: zero, kind: current_zero, duration: 0.3 s}
+  - {id: held, kind: hold, position: 30 deg, duration: 450 s}
+"""
+COLOURS = [b"\x1b[3%dm" % colour for colour in range(8)] + [b"\x1b[1;3%dm" % colour for colour in range(8)]
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    path = tmp_path / "held.yaml"
+    path.write_text(LONG)
+    return path
+
+
+def bench_of(folder):
+    return [json.loads(path.read_text())["bench"] for path in sorted(folder.glob("sessions/*/results.json"))]
+
+
+def test_a_queue_of_units_with_keys_to_stop_abort_and_repeat(tmp_path, scenario):
+    terminal = Terminal(tmp_path, *ETB_HIL, "run", scenario.name, "--batch")
+    terminal.until("Next serial number and Enter ('q' ends):")
+    terminal.press("SN-0042\n")  # a scanner types, too
+    shown = terminal.until("1 yes   2 no")
+    assert "? Is the unit clamped and its connector locked?" in shown
+    assert not terminal.keeps_line_mode
+    terminal.press("1")
+    shown = terminal.until("phase  held")
+    assert "keys: s stop (plate led home, drive off)   a abort (drive off now)" in shown
+    assert "held - serial SN-0042 - Virtual bench" in shown
+    terminal.press("s")
+    shown = terminal.until("('r' repeats SN-0042, 'q' ends):")
+    assert "#####" in shown  # the verdict is large, and all of it is on the screen
+    assert "ABORTED - serial SN-0042" in shown
+    assert "Somebody stopped the run. (stopped by SIGUSR1)" in shown
+    assert "Next     Repeat the test when the bench is clear." in shown
+    assert "1 unit: 1 aborted" in shown
+    assert terminal.keeps_line_mode
+    terminal.press("r\n")
+    terminal.until("1 yes   2 no")
+    assert "last: SN-0042 aborted; so far 1 unit: 1 aborted" in terminal.text
+    terminal.press("1")
+    terminal.until("phase  held")
+    terminal.press("a")
+    terminal.until("1 unit in 2 runs: 1 aborted")
+    terminal.until("'q' ends):")
+    terminal.press("q\n")
+    assert terminal.end() == 5
+    assert "aborted       SN-0042  (runs: aborted, aborted)" in terminal.text
+    first, second = bench_of(tmp_path)
+    assert (first["reason"], first["safe_state"]) == ("stopped by SIGUSR1", True)
+    assert (second["reason"], second["safe_state"]) == ("stopped by SIGINT", True)
+
+
+def test_a_verdict_stays_without_colour_and_the_serial_number_is_typed(tmp_path):
+    terminal = Terminal(tmp_path, *ETB_HIL, "run", "--unit", "faulty", "--serial", "-", NO_COLOR="1")
+    terminal.until("Serial number, then Enter:")
+    terminal.press("SN 7\n")
+    assert terminal.end() == 10
+    shown = terminal.text
+    for expected in (
+        "#####  ###  ### #",
+        "FAIL - serial SN 7",
+        "Break-away friction is",
+        "Next     Do not fit",
+        "Report",
+    ):
+        assert expected in shown
+    assert not terminal.screen.cursor.hidden
+    assert not [code for code in COLOURS if code in terminal.bytes]
+
+
+def test_an_answer_may_be_typed_in_words_and_no_is_an_end(tmp_path, scenario):
+    terminal = Terminal(tmp_path, *ETB_HIL, "run", scenario.name, TERM="dumb")
+    terminal.until("1 yes   2 no")
+    terminal.press("maybe\n")
+    terminal.until("no answer to this; allowed: yes, no")
+    terminal.press("n0\x7fo\n")
+    assert terminal.end() == 5
+    assert "The run was ended by the operator's answer." in terminal.text
+    assert b"\x1b" not in terminal.bytes
+
+
+def test_ctrl_c_ends_a_prompt_on_a_bench_whose_time_is_its_own(tmp_path, scenario):
+    terminal = Terminal(tmp_path, *ETB_HIL, "run", scenario.name)
+    terminal.until("1 yes   2 no")
+    terminal.press("\x03")
+    assert terminal.end() == 5
+    assert "stopped by SIGINT" in terminal.text
