@@ -119,7 +119,7 @@ def _compare(before: Iterable[FrameBlock], after: Iterable[FrameBlock], done: Ex
             shift = int(moved[0])
         worst = max(worst, int(np.max(np.abs(moved - shift))))
         found += len(new)
-        sent += np.count_nonzero(old.flags & FrameFlag.SENT) - np.count_nonzero(new.flags & FrameFlag.SENT)
+        sent += int(np.count_nonzero(old.flags & FrameFlag.SENT)) - int(np.count_nonzero(new.flags & FrameFlag.SENT))
         channels += np.bincount(old.channel, minlength=256) - np.bincount(new.channel, minlength=256)
     if found != done.frames:
         raise InputError(

@@ -7,6 +7,7 @@ import importlib
 import sys
 
 from etb_hil import __version__
+from etb_hil.base.lean_imports import hide_asammdf
 
 # command -> what it does; each has a module of its name in this folder with `add_arguments` and `run`
 COMMANDS = {
@@ -35,6 +36,8 @@ def main(arguments: list[str] | None = None) -> int:
     command = next((word for word in words if not word.startswith("-")), None)
     parser = _parser(command if command in COMMANDS else None)
     options = parser.parse_args(words)
+    if arguments is None:  # the process is ours
+        hide_asammdf()
     module = importlib.import_module(f"etb_hil.cli.{options.command}")
     return _guarded(module.run, options)
 

@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Iterator
 from contextlib import closing, nullcontext
 from dataclasses import dataclass, replace
+from importlib import import_module
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ import can
 from can.util import dlc2len
 
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.lean_imports import bring_asammdf_back
 from etb_hil.canio.frames import FrameBlock
 from etb_hil.canio.logs.line_source import LineSource, reader_warnings
 from etb_hil.canio.messages import from_messages
@@ -37,6 +39,11 @@ class _Format:
     fd_codes: bool = False  # python-can gives the code 0 to 15 as `dlc` of its FD frames, not the bytes
 
 
+def _mf4_reader(path: Path) -> Any:  # noqa: ANN401 (python-can's readers share no type)
+    bring_asammdf_back()
+    return import_module("can.io.mf4").MF4Reader(path)
+
+
 # python-can's stamps are floats. Those of TRC and candump count whole microseconds, which a float of today's epoch
 # still tells apart (its own step is 0.24 us): rounding to the step undoes every error. ASC counts from zero, so that a
 # nanosecond survives. CSV, SQLite and MF4 hold the float itself.
@@ -46,7 +53,7 @@ FORMATS = {
     ".log": _Format("candump", can.CanutilsLogReader, 1000, ends_lines=True),
     ".csv": _Format("python-can CSV", can.CSVReader, 1, ends_lines=True),
     ".db": _Format("python-can SQLite", can.SqliteReader, 1, text=False),
-    ".mf4": _Format("MF4", can.MF4Reader, 1, text=False),
+    ".mf4": _Format("MF4", _mf4_reader, 1, text=False),
 }
 
 
