@@ -4,7 +4,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from faults_nodes import MS, Babbler, Deaf, Late, OwnClock, Resetting, Rewriting, ShiftedStamps
+from faults_nodes import MS, Babbler, Deaf, Late, OwnClock, Resetting, Rewriting, SetBackStamps, ShiftedStamps
 
 from etb_hil.canio.faults import (
     Corrupted,
@@ -253,6 +253,12 @@ def _stamps(rng, dialect):
     return Injected(link=[lambda link: ShiftedStamps(link, at, step)], note=f"{step / S:+.3f} s at {at / S:.2f} s")
 
 
+def _set_back(rng, dialect):
+    step, every = int(np.exp(rng.uniform(np.log(0.1), np.log(5.0))) * MS), int(rng.uniform(3.0, 100.0) * MS)
+    note = f"by {step / MS:.2f} ms every {every / MS:.0f} ms"
+    return Injected(link=[lambda link: SetBackStamps(link, step, every)], note=note)
+
+
 CASES = {
     "frames lost": _bus(Lost, 1, 1500),
     "frames duplicated": _bus(Duplicated, 1, 3000, delay_ns=_few_ms),
@@ -280,4 +286,5 @@ CASES = {
     "sample clock steps": _counter_step,
     "sample clock stuck": _counter_stuck,
     "stamps step": _stamps,
+    "stamps set back often": _set_back,
 }

@@ -181,3 +181,17 @@ class ShiftedStamps:
     def receive(self):
         frames = self._link.receive()
         return replace(frames, stamp_ns=frames.stamp_ns + np.where(frames.stamp_ns >= self._at, self._offset, 0))
+
+
+class SetBackStamps:
+    """A link whose clock runs ahead and is set back by `step_ns`, every `every_ns`."""
+
+    def __init__(self, link, step_ns, every_ns):
+        self._link, self._step, self._every = link, step_ns, every_ns
+
+    def __getattr__(self, name):
+        return getattr(self._link, name)
+
+    def receive(self):
+        frames = self._link.receive()
+        return replace(frames, stamp_ns=frames.stamp_ns + frames.stamp_ns % self._every * self._step // self._every)

@@ -55,6 +55,7 @@ class Analysis:
         self._plausibility = Plausibility(model)
         self._keep = keep
         self._judged_ns = 0
+        self._judged_stamp_ns = 0
         self._newest_ns = 0
         self._dialect = dialect
         self._rows = RowBuilder(
@@ -134,7 +135,10 @@ class Analysis:
 
     def _judge(self, rows: SampleBlock) -> None:
         """Hand each row to the diagnosis as part of the phase that its stamp lies in; what came before all is left."""
-        edges = np.searchsorted(rows.stamp_ns, [mark.stamp_ns for mark in self._marks], side="right")
+        stamp_ns = np.maximum.accumulate(rows.stamp_ns)  # a host's clock may be set back by a little
+        stamp_ns = np.maximum(stamp_ns, self._judged_stamp_ns)
+        self._judged_stamp_ns = int(stamp_ns[-1])
+        edges = np.searchsorted(stamp_ns, [mark.stamp_ns for mark in self._marks], side="right")
         for index, mark in enumerate(self._marks):
             stop = int(edges[index + 1]) if index + 1 < len(edges) else len(rows)
             if stop > (start := int(edges[index])):

@@ -6,9 +6,11 @@ A seed or two of each here; `benchmarks/faults_study.py` runs as many as wanted,
 import numpy as np
 import pytest
 from faults_cases import CASES, Injected
-from faults_nodes import MS, Late, Rewriting
+from faults_nodes import MS, Late, Rewriting, SetBackStamps
 from faults_study import EXPECTED, job_of, judge, run_with, seed_of
 
+from etb_hil.bench.differences import first_difference
+from etb_hil.bench.replay import replay
 from etb_hil.canio.faults import Forged, Lost, StuckCounter, Window, protections_of
 from etb_hil.canio.virtual_network import VirtualNetwork
 
@@ -48,6 +50,15 @@ def test_a_sensor_that_cannot_be_true_is_named(tmp_path, jobs, role, change, rea
     unit = run_with(jobs["default"], tmp_path, 1, [spoil]).results["unit"]
     assert unit["verdict"] == "inconclusive"
     assert reason in (unit["reason_id"], *unit["also"])
+
+
+@pytest.mark.parametrize(("step_us", "every_ms"), [(400, 50), (2000, 7)])
+def test_a_hosts_clock_that_is_set_back_again_and_again_changes_nothing(tmp_path, step_us, every_ms):
+    shaken = Injected(link=[lambda link: SetBackStamps(link, step_us * 1000, every_ms * MS)])
+    finished = run_with(job_of("virtual_fd", "faulty"), tmp_path, 5, [shaken])
+    assert finished.results["unit"]["verdict"] == "fail"
+    assert not any(message["lost"] for message in finished.results["bus"]["messages"])
+    assert first_difference(replay(finished.session.folder)) is None
 
 
 @pytest.mark.parametrize("delay_ms", [60, 95, 105, 250])
