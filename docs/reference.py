@@ -1,0 +1,192 @@
+"""Writes the reference from the code itself: commands, files, roles, effects, reasons, and each room's public names."""
+
+import ast
+import os
+from pathlib import Path
+
+from etb_hil.base.roles import COMMANDED, ROLES
+from etb_hil.bench.file_kinds import KINDS, file_schema
+from etb_hil.cli.main import COMMANDS, EXIT_CODES, _parser
+from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.report.model import results_schema
+from etb_hil.report.wording import BENCH_REASONS, UNIT_REASONS
+
+PACKAGE = Path(__file__).parents[1] / "etb_hil"
+ROOMS = (
+    "base", "recording", "plant", "observer", "diagnosis", "discrepancy", "canio", "controller", "bench", "history",
+    "station", "report",
+)  # fmt: skip
+
+
+def write(folder):
+    """Write all pages into a folder."""
+    folder.mkdir(exist_ok=True)
+    pages = {
+        "commands": commands(),
+        "files": files(),
+        "roles": roles(),
+        "effects": effects(),
+        "reasons": reasons(),
+        **{f"room_{room}": room_page(room) for room in ROOMS},
+    }
+    listed = "\n".join(pages)
+    pages["index"] = f"# Reference\n\nMade from the code.\n\n```{{toctree}}\n:maxdepth: 1\n\n{listed}\n```\n"
+    for name, text in pages.items():
+        (folder / f"{name}.md").write_text(text, "utf-8")
+
+
+def commands():
+    """Return what `etb-hil COMMAND --help` prints, command by command."""
+
+    os.environ["COLUMNS"] = "100"
+    parts = [f"# Commands\n\n{EXIT_CODES.capitalize()}.\n"]
+    for name in COMMANDS:
+        subparsers = next(a for a in _parser(name)._actions if a.dest == "command")  # noqa: SLF001 (no public way)
+        parts.append(f"## etb-hil {name}\n\n```text\n{subparsers.choices[name].format_help()}```\n")
+    return "\n".join(parts)
+
+
+def files():
+    """Return the keys of every file that people write, and of `results.json`."""
+
+    parts = [
+        (
+            "# Files\n\nYAML 1.2; values carry their unit (`30 deg`, `0.35 N·m`). "
+            "`etb-hil schema KIND` prints the JSON schema of a kind.\n"
+        )
+    ]
+    for kind in (*KINDS, "results"):
+        schema = results_schema() if kind == "results" else file_schema(kind)
+        parts.append(f"## {kind.replace('_', ' ')}\n")
+        parts += _table(schema)
+        for name, definition in sorted(schema.get("$defs", {}).items()):
+            if "properties" in definition:
+                parts += [f"### {name} (of {kind.replace('_', ' ')})\n", *_table(definition)]
+    return "\n".join(parts)
+
+
+def _table(schema):
+    yield f"{_plain(schema.get('description', ''))}\n"
+    yield "| key | what it holds | default | |\n|---|---|---|---|"
+    needed = schema.get("required", [])
+    for key, value in schema.get("properties", {}).items():
+        default = "needed" if key in needed else f"`{value['default']}`" if "default" in value else ""
+        yield f"| `{key}` | {_kind(value)} | {_cell(default)} | {_cell(_plain(value.get('description', '')))} |"
+    yield ""
+
+
+def _kind(value):
+    if "$ref" in value:
+        return value["$ref"].rsplit("/", 1)[-1]
+    if "const" in value or "enum" in value:
+        return ", ".join(f"`{each}`" for each in value.get("enum", [value.get("const")]))
+    if "anyOf" in value or "oneOf" in value:
+        return " or ".join(dict.fromkeys(_kind(each) for each in value.get("anyOf", value.get("oneOf"))))
+    kind = value.get("type", "any")
+    if kind == "array":
+        return f"list of {_kind(value.get('items') or {'anyOf': value.get('prefixItems', [{}])})}"
+    return " or ".join(kind) if isinstance(kind, list) else kind
+
+
+def _plain(text):
+    return " ".join(text.split())
+
+
+def _cell(text):
+    return text.replace("|", "\\|")
+
+
+def roles():
+    """Return the roles that signals can have."""
+
+    rows = [
+        f"| `{r.name}` | {r.unit} | {r.meaning} | {'commanded' if r.name in COMMANDED else ''} |"
+        for r in ROLES.values()
+    ]
+    return "\n".join(
+        [
+            "# Roles\n\nWhat a signal is, whichever bus, file or model it comes from.\n",
+            "| role | unit | meaning | |",
+            "|---|---|---|---|",
+            *rows,
+            "",
+        ]
+    )
+
+
+def effects():
+    """Return the catalogue of what the base model leaves out."""
+
+    parts = [
+        (
+            "# Effects\n\nWhat the base model leaves out; a model file names them by id under `effects`, "
+            "an explanation finds them.\n"
+        )
+    ]
+    for effect in CATALOGUE.values():
+        parts.append(f"## {effect.id}\n\n    {effect.equation}\n")
+        parts.append("| parameter | unit | from | to | source |\n|---|---|---|---|---|")
+        parts += [f"| `{p.name}` | {p.unit} | {p.low:g} | {p.high:g} | {_cell(p.source)} |" for p in effect.parameters]
+        parts.append(f"\n- In data: {effect.looks_like}.\n- On the unit: {effect.check}.")
+        if effect.look_alikes:
+            alike = ", ".join(f"`{name}`" for name in effect.look_alikes)
+            parts.append(f"- Looks like: {alike}; told apart by {effect.separated_by}.")
+        parts.append(f"- Source: {effect.source}.{f' {effect.limits}' if effect.limits else ''}\n")
+    return "\n".join(parts)
+
+
+def reasons():
+    """Return what each reason id of a result says, and what to do then."""
+
+    parts = ["# Reasons\n\n`reason_id` in `results.json`, the sentence on the screen, and what to do next.\n"]
+    for title, table in (("Of the unit", UNIT_REASONS), ("Of the bench", BENCH_REASONS)):
+        parts.append(f"## {title}\n\n| id | sentence | next |\n|---|---|---|")
+        parts += [f"| `{name}` | {_cell(w.reason)} | {_cell(w.next_step)} |" for name, w in table.items()]
+        parts.append("")
+    return "\n".join(parts)
+
+
+def room_page(room):
+    """Return the public names of a room with their signatures and docstrings, read from the source alone."""
+    parts = [f"# Room `{room}`\n"]
+    for path in sorted((PACKAGE / room).rglob("*.py")):
+        tree = ast.parse(path.read_text("utf-8"))
+        name = ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(".__init__")
+        doc = _doc(tree)
+        if path.name == "__init__.py":
+            parts.append(f"{doc}\n" if path.parent == PACKAGE / room else "")
+            continue
+        parts.append(f"## {name}\n\n{doc}\n")
+        named = [node for node in tree.body if isinstance(node, ast.FunctionDef | ast.ClassDef)]
+        parts += [_entry(node) for node in named if not node.name.startswith("_")]
+    return "\n".join(parts)
+
+
+def _entry(node):
+    if isinstance(node, ast.FunctionDef):
+        return f"```text\n{_signature(node)}\n```\n\n{_doc(node)}\n"
+    bases = ", ".join(ast.unparse(base) for base in node.bases)
+    members = [
+        f"- `{_signature(child)}`: {_doc(child).splitlines()[0] if _doc(child) else ''}"
+        for child in node.body
+        if isinstance(child, ast.FunctionDef) and not child.name.startswith("_")
+    ]
+    fields = [
+        f"    {child.target.id}: {ast.unparse(child.annotation)}"
+        for child in node.body
+        if isinstance(child, ast.AnnAssign)
+        and isinstance(child.target, ast.Name)
+        and not child.target.id.startswith("_")
+    ]
+    head = "\n".join([f"class {node.name}{f'({bases})' if bases else ''}", *fields])
+    return "\n".join([f"```text\n{head}\n```\n\n{_doc(node)}\n", *members, ""])
+
+
+def _signature(node):
+    returns = f" -> {ast.unparse(node.returns)}" if node.returns else ""
+    return f"{node.name}({ast.unparse(node.args)}){returns}"
+
+
+def _doc(node):
+    text = ast.get_docstring(node) or ""
+    return text.replace("<", "&lt;").replace("*", "\\*").replace("[", "\\[")

@@ -1,0 +1,27 @@
+"""The commands and files that the documents show."""
+
+import re
+from pathlib import Path
+
+CHECKOUT = Path(__file__).resolve().parents[2]
+DOCS = CHECKOUT / "docs"
+PAGES = [CHECKOUT / "README.md", *sorted(DOCS.glob("*.md")), *sorted((DOCS / "howto").glob("*.md"))]
+
+_BLOCK = re.compile(r"^    (etb-hil .*)$", re.MULTILINE)
+_ANYWHERE = re.compile(r"etb-hil ([a-z]+)((?: [^`|\n&]*)?)")
+_FILE = re.compile(r"```\{code-block\} yaml\n:caption: (\S+)\n(.*?)```", re.DOTALL)
+
+
+def shown(page):
+    """Return each command that stands in a page as (command, the rest), in text, tables and code."""
+    return [(command, rest.strip().rstrip("'.,;)")) for command, rest in _ANYWHERE.findall(page.read_text("utf-8"))]
+
+
+def blocks(page):
+    """Return the commands that stand in a page as code of their own, in order."""
+    return [line.split(" #")[0].strip() for line in _BLOCK.findall(page.read_text("utf-8"))]
+
+
+def files(page):
+    """Return the files that a page lets its reader write, by name."""
+    return dict(_FILE.findall(page.read_text("utf-8")))

@@ -1,0 +1,68 @@
+"""Every command that the documents show is run as printed, or, for a stated reason, held against the real options."""
+
+import re
+import shlex
+import shutil
+
+import documents
+import pytest
+
+from etb_hil.cli.main import COMMANDS, _parser, main
+
+# Pages whose commands are typed by their reader one after the other.
+RUN = [documents.DOCS / name for name in ("tutorial.md", "station.md")]
+RUN += [documents.DOCS / "howto" / f"{name}.md" for name in ("own_dbc", "own_effect", "replay", "ci")]
+EXIT_CODES = {
+    "etb-hil run --serial A-002 --unit faulty": 10,
+    "etb-hil replay sessions/*a-002": 10,
+    "etb-hil replay sessions/*a-002 --limits dv_e5": 10,
+    "etb-hil station line.station.yaml": 3,  # before the golden unit
+}
+NOT_RUN = {
+    "etb-hil run --station line.station.yaml --batch": "waits for serial numbers: tests/cli drives it in a terminal",
+    "etb-hil isolability default friction_check": "takes minutes: tests/discrepancy/test_isolability.py",
+}
+
+
+@pytest.mark.parametrize("page", RUN, ids=lambda page: page.stem)
+def test_a_page_as_its_reader_types_it(page, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for name, text in documents.files(page).items():
+        (tmp_path / name).write_text(text, "utf-8")
+    for example in (documents.DOCS / "examples").glob("*.station.yaml"):
+        shutil.copy(example, tmp_path)
+    commands = documents.blocks(page)
+    assert commands
+    for command in commands:
+        if command in NOT_RUN:
+            continue
+        words = [path for word in shlex.split(command)[1:] for path in expanded(word, tmp_path)]
+        if words[0] == "run":
+            words.append("--yes")  # nobody sits at a test
+        code = main(words)
+        told = capsys.readouterr()
+        assert code == EXIT_CODES.get(command, 0), (command, told.out[-2000:], told.err[-2000:])
+
+
+def expanded(word, folder):
+    """Return what a shell makes of a word."""
+    found = sorted(str(path.relative_to(folder)) for path in folder.glob(word)) if "*" in word else [word]
+    assert found, word
+    return found
+
+
+@pytest.mark.parametrize("page", documents.PAGES, ids=lambda page: page.stem)
+def test_every_command_and_option_that_a_page_names_is_there(page):
+    for command, rest in documents.shown(page):
+        assert command in COMMANDS, (page.name, command)
+        choices = next(action for action in _parser(command)._actions if action.dest == "command").choices
+        options = {option for action in choices[command]._actions for option in action.option_strings}
+        for option in re.findall(r"(?<![\w-])--[a-z][a-z-]*", rest):
+            assert option in options, (page.name, command, option)
+        if rest and "--" not in rest and not re.search(r"[A-Z\[<{*.]", rest):
+            choices[command].parse_args(shlex.split(rest))  # whole, without placeholders
+
+
+def test_what_is_not_run_still_stands_in_a_page():
+    every = {command for page in documents.PAGES for command in documents.blocks(page)}
+    assert NOT_RUN.keys() | EXIT_CODES.keys() <= every
