@@ -13,10 +13,11 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 from explain_cases import hidden_case
+from explain_sizes import covered
 from generator import layout
 from generator.case import SINGLES
 from generator.size import OutOfReachError
-from scoring import aggregate, score
+from scoring import aggregate, rate, score
 
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.explanation import causes
@@ -59,6 +60,7 @@ def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
         "visible": scored.visible,
         "separable": scored.separable,
         "seconds": seconds,
+        "covered": covered(findings, truth),
     }
     if with_holdout:
         errors = hold_out(findings)
@@ -88,21 +90,42 @@ def main():
     options = parser.parse_args()
     seeds = range(options.first, options.first + options.count)
     jobs = [(options.kind, seed, options.view, options.rate, options.holdout) for seed in seeds]
-    scores = []
+    scores, rows = [], []
     with ProcessPoolExecutor(options.jobs) as pool:
         for scored, row in pool.map(_job, jobs):
             print(json.dumps(row), flush=True)
+            rows.append(row)
             if options.out:
                 with options.out.open("a", encoding="utf-8") as file:
                     file.write(json.dumps(row) + "\n")
             if scored is not None:
                 scores.append(scored)
     for (kind, level, part), outcomes in aggregate(scores).items():
-        for name, rate in sorted(outcomes.items()):
+        for name, share in sorted(outcomes.items()):
             print(
-                f"{kind:8} {level:7} {part:10} {name:16} {rate.hits:4} of {rate.count:4} "
-                f"= {100 * rate.value:5.1f} % ({100 * rate.low:.1f} to {100 * rate.high:.1f})"
+                f"{kind:8} {level:7} {part:10} {name:16} {share.hits:4} of {share.count:4} "
+                f"= {100 * share.value:5.1f} % ({100 * share.low:.1f} to {100 * share.high:.1f})"
             )
+    _say_more(rows)
+
+
+def _say_more(rows):
+    """Print how often intervals hold the truth, the errors of free runs, and the time."""
+    for what, is_base in (("effects", False), ("base parameters", True)):
+        held = [
+            holds
+            for row in rows
+            for name, holds in row.get("covered", {}).items()
+            if name.startswith("base:") == is_base
+        ]
+        if held:
+            share = rate(sum(held), len(held))
+            said = f"{100 * share.value:.1f} % ({100 * share.low:.1f} to {100 * share.high:.1f})"
+            print(f"95 % intervals of {what} hold the truth: {share.hits} of {share.count} = {said}")
+    for key in ("free_run_over_floor", "nrmse", "seconds"):
+        values = sorted(row[key] for row in rows if key in row)
+        if values:
+            print(f"{key}: median {values[len(values) // 2]:.3g}, 90 % up to {values[int(0.9 * len(values))]:.3g}")
 
 
 if __name__ == "__main__":
