@@ -6,7 +6,7 @@ The values are cantools', bit for bit. What judges a unit goes through `decoder.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -97,11 +97,12 @@ class _MessageReader:
             covered = 0  # bits
             for signal in sorted((s for s in message.signals if s.byte_order == there), key=_first_bit):
                 end = _first_bit(signal) + signal.length
-                if end > covered:
+                if end > covered and _plain_type(signal) is None:
                     first = 0 if message.length <= _WORD else min(_first_bit(signal) // 8, _LAST)
                     self._words.append((first, order))
                     covered = 8 * (first + _WORD)
-                self._signals.append(_SignalReader(signal, len(self._words) - 1, self._words[-1][0]))
+                first = self._words[-1][0] if self._words else 0
+                self._signals.append(_SignalReader(signal, len(self._words) - 1, first))
         self._reach = max((reader.reach for reader in self._signals), default=0)
         place = {reader.name: row for row, reader in enumerate(self._signals)}
         self._rows = {name: place[name] for name in self._by_name}
@@ -119,7 +120,7 @@ class _MessageReader:
         raw: dict[str, NDArray[np.generic]] = {}
         with np.errstate(invalid="ignore"):  # a payload may spell a NaN that signals
             for reader, column in zip(self._signals, out, strict=True):
-                bits = reader.bits(data, words[reader.word], scratch, signed)
+                bits = reader.plain(data) if reader.is_plain else reader.bits(data, words[reader.word], scratch, signed)
                 reader.scale(bits, column)
                 if reader.name in self._switches:
                     raw[reader.name] = bits.copy()
@@ -145,10 +146,19 @@ def _first_bit(signal: Signal) -> int:
     return start if signal.byte_order == "little_endian" else start // 8 * 8 + 7 - start % 8
 
 
-class _SignalReader:
-    """Reads one signal out of a word that starts at a byte of the payload, and the few bits of a ninth byte.
+def _plain_type(signal: Signal) -> np.dtype[Any] | None:
+    """Return the type of a signal that is a number of whole bytes, as numpy knows them; None of any other."""
+    if _first_bit(signal) % 8 or signal.length not in {8, 16, 32, 64} or (signal.is_float and signal.length == 8):
+        return None
+    order = ">" if signal.byte_order == "big_endian" else "<"
+    return np.dtype(f"{order}{'f' if signal.is_float else 'i' if signal.is_signed else 'u'}{signal.length // 8}")
 
-    The word is moved left, then right: its sign comes along, and what belongs to others goes.
+
+class _SignalReader:
+    """Reads one signal: a number of whole bytes as it stands, any other out of a word of eight bytes.
+
+    The word starts at a byte of the payload; the few bits of a ninth byte are added. It is moved left, then right: its
+    sign comes along, and what belongs to others goes.
     """
 
     def __init__(self, signal: Signal, word: int, first: int) -> None:
@@ -156,15 +166,23 @@ class _SignalReader:
         self.is_multiplexed = bool(signal.multiplexer_signal)
         self._length, self._is_signed, self._is_float = signal.length, signal.is_signed, signal.is_float
         self._motorola = signal.byte_order == "big_endian"
-        skip = _first_bit(signal) - 8 * first
+        self._type, self._byte = _plain_type(signal), _first_bit(signal) // 8
+        self.is_plain = self._type is not None
+        skip = 0 if self.is_plain else _first_bit(signal) - 8 * first
         self._skip = np.uint64(skip)
         self._left = np.uint64(skip if self._motorola else max(0, 64 - skip - signal.length))
         self._room = 64 - signal.length
         self._right = np.int64(self._room) if signal.is_signed else np.uint64(self._room)
         self._ninth, self._ninth_at = max(0, skip + signal.length - 64), first + _WORD
         self.reach = first + _WORD + (1 if self._ninth else 0)
+        if self.is_plain:
+            self.reach = self._byte + signal.length // 8
         self._scale, self._offset = np.float64(signal.scale), float(signal.offset)
         self._exact = _exact_factors(signal)
+
+    def plain(self, data: Bytes) -> NDArray[np.generic]:
+        """Return a number of whole bytes, as a view."""
+        return np.ndarray((len(data),), self._type, data, self._byte, (data.shape[1],))
 
     def bits(
         self, data: Bytes, word: NDArray[np.uint64], scratch: NDArray[np.uint64], signed: NDArray[np.int64]

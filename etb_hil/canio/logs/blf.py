@@ -38,7 +38,7 @@ _STORED, _DEFLATED = 0, 2
 _LEVEL = 1  # the default level takes twice as long for a tenth less
 
 _ROWS = 2048  # frames a container: 100 to 240 KB, which stays in the processor's cache
-_PARSE_BYTES = 512 << 10
+_PARSE_BYTES = 1 << 20
 _MILLISECOND_NS = 1_000_000
 _HEAD_START_NS = 1_000_000_000
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     Bytes = NDArray[np.uint8]
     Offsets = NDArray[np.int64]
-    Rows = slice | NDArray[np.bool_]
+    Rows = slice | NDArray[np.intp]
 
 CAN_MESSAGE, CAN_MESSAGE2, CAN_FD_MESSAGE, CAN_FD_MESSAGE_64 = 1, 86, 100, 101
 CAN_ERROR, CAN_ERROR_EXT, CAN_FD_ERROR_64 = 2, 73, 104
@@ -133,16 +133,20 @@ def unpack(data: Bytes, objects: Objects, start_ns: int) -> FrameBlock:
     head = _gather(data, starts, HEADER, step)
     groups = _groups(head)
     wide = any(group.kind in _WIDE for group in groups)
-    if len(groups) == 1 and groups[0].mask is None:  # views where masks would copy
+    if len(groups) == 1 and groups[0].rows is None:  # views where gathering would copy
         frames = _frames(head, start_ns, wide=wide)
-        _fill(frames, slice(None), groups[0], head, data, starts, step)
+        _fill(frames, slice(None), groups[0], head["size"], data, starts, step)
         return frames
-    is_frame = np.zeros(len(starts), np.bool_)
+    place = None  # of each object among the frames
+    if sum(len(group.rows) for group in groups) < len(starts):
+        is_frame = np.zeros(len(starts), np.bool_)
+        for group in groups:
+            is_frame[group.rows] = True
+        place, head = np.cumsum(is_frame) - 1, head[is_frame]
+    frames = _frames(head, start_ns, wide=wide)
     for group in groups:
-        is_frame |= group.mask
-    frames = _frames(head[is_frame], start_ns, wide=wide)
-    for group in groups:
-        _fill(frames, group.mask[is_frame], group, head[group.mask], data, starts[group.mask], 0)
+        rows = group.rows if place is None else place[group.rows]
+        _fill(frames, rows, group, head["size"].take(rows), data, starts.take(group.rows), 0)
     return frames
 
 
@@ -152,7 +156,7 @@ class _Group:
 
     kind: int
     head_bytes: int
-    mask: Any  # NDArray[np.bool_], or None where they are all objects that there are
+    rows: Any  # NDArray[np.intp], or None where they are all objects that there are
 
 
 def _groups(head: NDArray[np.void]) -> list[_Group]:
@@ -171,7 +175,7 @@ def _groups(head: NDArray[np.void]) -> list[_Group]:
             for key, head_bytes in _HEADER_BYTES.items():
                 mask = there & (version == key) & (size >= head_bytes + body.itemsize)
                 if mask.any():
-                    groups.append(_Group(number, head_bytes, mask))
+                    groups.append(_Group(number, head_bytes, np.flatnonzero(mask)))
     return groups
 
 
@@ -194,7 +198,13 @@ def _frames(head: NDArray[np.void], start_ns: int, *, wide: bool) -> FrameBlock:
 
 
 def _fill(
-    frames: FrameBlock, rows: Rows, group: _Group, head: NDArray[np.void], data: Bytes, starts: Offsets, step: int
+    frames: FrameBlock,
+    rows: Rows,
+    group: _Group,
+    size: NDArray[np.uint32],
+    data: Bytes,
+    starts: Offsets,
+    step: int,
 ) -> None:
     """Write the objects of a group into their rows of `frames`."""
     kind = group.kind
@@ -205,7 +215,7 @@ def _fill(
         frames.flags[rows], frames.ident[rows] = FrameFlag.ERROR, 0
         frames.length[rows], frames.data[rows] = 0, 0
         return
-    payload = _payload_behind(data, body, starts, body_at, head["size"]) if kind == CAN_FD_MESSAGE_64 else body["data"]
+    payload = _payload_behind(data, body, starts, body_at, size) if kind == CAN_FD_MESSAGE_64 else body["data"]
     length = body["dlc"]
     if kind == CAN_ERROR_EXT:
         flags = np.full(len(body), FrameFlag.ERROR, np.uint8)
@@ -229,10 +239,14 @@ def _fill(
         payload = payload.copy()
         clear_behind(payload, there)
     words, out = payload.view(np.uint64), frames.data.view(np.uint64)  # eight bytes at a time
-    out[rows, : words.shape[1]] = words
-    out[rows, words.shape[1] :] = 0
     if shortest == longest < width:
-        frames.data[rows, longest:width] = 0
+        words = words.copy()
+        words.view(np.uint8)[:, longest:] = 0
+    if words.shape[1] == out.shape[1]:
+        out[rows] = words
+    else:
+        out[rows, : words.shape[1]] = words
+        out[rows, words.shape[1] :] = 0
     frames.length[rows] = length
     frames.flags[rows] = flags | _bits(body["id"], _ID_EXTENDED, FrameFlag.EXTENDED)
     frames.ident[rows] = body["id"] & np.uint32(0x1FFFFFFF)
