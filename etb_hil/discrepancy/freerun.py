@@ -67,9 +67,9 @@ def _segment(b: Balances, p: Vector, begin: int, rows: int, every: int) -> tuple
     return angle_sensor_eccentricity.measured_angle(out[:, 0] * b.gear, p) / b.gear, sensed
 
 
-def trace(b: Balances, p: Vector, begin: int) -> Float64:
-    """Return the model's angle (rows of a segment) as the encoder would tell it, run freely from a row on."""
-    return _segment(b, p, begin, round(SEGMENT_S * b.measured.rate), 0)[0]
+def trace(b: Balances, p: Vector, begin: int, rows: int | None = None) -> Float64:
+    """Return the model's angle (rows; else a segment's) as the encoder would tell it, run freely from a row on."""
+    return _segment(b, p, begin, rows or round(SEGMENT_S * b.measured.rate), 0)[0]
 
 
 def _true_current(b: Balances, p: Vector) -> Float64:

@@ -1,0 +1,134 @@
+"""The published positioning system: parameters, what is missing in them, and how far it carries to the other file.
+
+    python benchmarks/explain_emps.py FOLDER_OF_EMPS
+
+Fits use the estimation file alone. Published: Janot, Gautier, Brunot 2019.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from numba import njit
+from scipy.io import loadmat
+
+from etb_hil.discrepancy import freerun
+from etb_hil.discrepancy.balances import Balances
+from etb_hil.discrepancy.calibration import all_unknowns, calibrate
+from etb_hil.discrepancy.measurement import measurements_of
+from etb_hil.discrepancy.unknowns import base_unknowns, effect_unknowns, simulable, start
+from etb_hil.plant.drive_file import load_plant
+from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.effects.layout import EXTENDED
+from etb_hil.plant.extended import advance_extended, new_extended_state
+from etb_hil.plant.integrator import OMEGA, THETA
+from etb_hil.recording.tables import read_table
+
+EXAMPLES = Path(__file__).resolve().parent.parent / "docs" / "examples"
+PUBLISHED = {"inertia": 95.109, "viscous": 203.50, "coulomb": 20.394, "preload_open": -3.165}
+CLOSED_LOOP = {"position": 0.00802, "velocity": 0.479, "acceleration": 19.8, "force": 8.94}
+TRAINING = 0.6
+CUTOFF_HZ = 40.0
+MOVING = 0.01  # m/s: away from reversals
+
+
+def with_effects(model, balances, names):
+    """Calibrate the base with some effects beside it; shapes from the middle of their grid, ripple once a turn."""
+    whole = start(model)
+    unknowns = all_unknowns(model, balances)
+    for name in names:
+        effect = CATALOGUE[name]
+        values = [0.0 if p.is_strength else p.starts[len(p.starts) // 2] for p in effect.parameters]
+        if name == "cogging_torque":
+            values[2] = 1.0
+        for place, value in zip(effect.indices, values, strict=True):
+            whole[place] = value
+        unknowns = unknowns + effect_unknowns(effect, values, balances[0].load)
+    return calibrate(model, balances, whole, unknowns, rounds=12).fit.whole
+
+
+def held_out_force(model, balances, names):
+    """Residual force (N rms) on the last part of the record under a fit to the first: of all rows, of moving ones."""
+    b = balances[0]
+    kept = b.weights.copy()
+    cut = round(TRAINING * b.rows)
+    b.weights = kept * np.tile(np.arange(b.rows) < cut, 3)
+    whole = with_effects(model, balances, names)
+    b.weights = kept
+    left = b.channels(whole[:EXTENDED], whole[EXTENDED:])[0][cut:] / b.whitening(0)[0]
+    moving = np.abs(b.spectrum.picked(b.motion(whole[:EXTENDED])[1]))[cut:] > MOVING
+    return float(np.sqrt(np.mean(left**2))), float(np.sqrt(np.mean(left[moving] ** 2)))
+
+
+@njit(cache=True, error_model="numpy")
+def closed_loop(state, p, reference, added, kp, kv, gain, out):
+    """Run the published control law on the model, a sample of 1 ms a row: position, velocity, drive."""
+    for k in range(reference.size):
+        drive = kv * (kp * (reference[k] - state[THETA]) - state[OMEGA]) + added[k]
+        out[k, 0], out[k, 1], out[k, 2] = state[THETA], state[OMEGA], drive
+        advance_extended(state, p, gain * drive, 20, 25.0)
+
+
+def low(values, rate=1000.0):
+    """The part of a signal below the cut-off, without delay."""
+    spectrum = np.fft.rfft(np.concatenate([values, values[::-1]]))
+    frequency = np.fft.rfftfreq(2 * len(values), 1.0 / rate)
+    return np.fft.irfft(spectrum * (frequency < CUTOFF_HZ), 2 * len(values))[: len(values)]
+
+
+def share(simulated, measured):
+    """Relative error in per cent, ends left out."""
+    inside = slice(200, -200)
+    return 100.0 * float(np.linalg.norm((simulated - measured)[inside]) / np.linalg.norm(measured[inside]))
+
+
+def closed_loop_errors(data, p):
+    """Errors in per cent of position, velocity, acceleration and force on the test file."""
+    added = data["pulses_N"].ravel().astype(float)  # in volts, whatever its name says
+    measured, force = data["qm"].ravel(), data["gtau"].item() * data["vir"].ravel()
+    out = np.empty((measured.size, 3))
+    state = new_extended_state(float(measured[0]), 25.0)
+    kp, kv, gain = (data[name].item() for name in ("kp", "kv", "gtau"))
+    closed_loop(state, simulable(p), data["qg"].ravel().copy(), added, kp, kv, gain, out)
+    velocity, simulated = np.gradient(low(measured), 1e-3), np.gradient(low(out[:, 0]), 1e-3)
+    return {
+        "position": share(out[:, 0], measured),
+        "velocity": share(simulated, velocity),
+        "acceleration": share(np.gradient(simulated, 1e-3), np.gradient(velocity, 1e-3)),
+        "force": share(gain * out[:, 2], force),
+    }
+
+
+def main(folder):
+    model, _ = load_plant(EXAMPLES / "emps.drive.yaml")
+    names = ("DATA_EMPS.mat", "DATA_EMPS_PULSES.mat")
+    tables = [read_table(Path(folder) / name, EXAMPLES / "emps.map.yaml") for name in names]
+    estimation, test = ([Balances(m, model) for m in measurements_of(table, model)] for table in tables)
+    plain = calibrate(model, estimation, unknowns=base_unknowns(model)).fit.whole
+    skewed = calibrate(model, estimation).fit.whole
+    places = {u.name: u.place for u in base_unknowns(model)}
+    print("parameter      published  same instant     with skew")
+    for name, value in PUBLISHED.items():
+        print(f"{name:14} {value:9.4g} {plain[places[name]]:13.4g} {skewed[places[name]]:13.4g}")
+    print(f"force's skew {1e3 * skewed[EXTENDED]:.2f} ms: read and held, it acts half a millisecond later")
+    print("residual force on the last 40 % of the estimation file, N rms: all of it, where it moves")
+    for effects in ((), ("friction_asymmetry",), ("friction_asymmetry", "cogging_torque")):
+        everywhere, moving = held_out_force(model, estimation, effects)
+        print(f"  {', '.join(effects) or 'symmetric':40} {everywhere:.3f} {moving:.3f}")
+    print("free run on the test file by the drive alone, mm rms")
+    m = test[0].measured
+    models = {"symmetric": skewed, "symmetric, same instant": plain}
+    models["friction_asymmetry"] = with_effects(model, estimation, ("friction_asymmetry",))
+    for name, whole in models.items():
+        off = freerun.trace(test[0], whole[:EXTENDED], 0, len(m)) - m.angle
+        print(f"  {name:40} {1e3 * np.sqrt(np.mean(off**2)):.2f}")
+    print("closed-loop simulation of the test file, % of the measured")
+    data = loadmat(Path(folder) / names[1])
+    found = {name: closed_loop_errors(data, whole[:EXTENDED]) for name, whole in models.items()}
+    for signal, published in CLOSED_LOOP.items():
+        each = ", ".join(f"{name} {errors[signal]:.4g}" for name, errors in found.items())
+        print(f"  {signal:14} published {published:g}; {each}")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
