@@ -110,6 +110,14 @@ def _moved(y, h, slope, out):
 
 
 @njit
+def _torque(y, reference, velocity, n, after, share):
+    """Return the torque of a position loop that follows its set-points continuously, not in steps of a millisecond."""
+    position = reference[n] + share * (reference[after] - reference[n])
+    speed = velocity[n] + share * (velocity[after] - velocity[n])
+    return 6.0 * (position - y[0]) + 0.12 * (speed - y[1])
+
+
+@njit
 def _simulate(p, reference, velocity, mode, limp_angle, out):
     """Mode of each control period: bridge off, position loop in volts, position loop in torque without a motor."""
     y = np.array([limp_angle, 0.0, 0.0, 0.0])
@@ -131,14 +139,18 @@ def _simulate(p, reference, velocity, mode, limp_angle, out):
             spring = p[6] if seen > p[10] else -p[7]
             torque += spring + 0.8 * p[16] * direction
             u = min(max(r * torque / kt + ke * slope, -limit), limit)
-        for _ in range(PER_CONTROL):
+        after = min(n + 1, len(reference) - 1)
+        for tick in range(PER_CONTROL):
+            if mode[n] == _TORQUE:
+                y[3] = _torque(y, reference, velocity, n, after, tick / PER_CONTROL) / kt
             friction = _derivative(y, u, mode[n], p, k1)
             out[0, row], out[1, row], out[2, row] = y[0], y[1], y[3]
             out[3, row], out[4, row] = u if mode[n] == _VOLTS else ke * y[1], friction
             row += 1
-            for _ in range(SUBSTEPS):
+            for part in range(SUBSTEPS):
                 if mode[n] == _TORQUE:
-                    y[3] = (6.0 * (reference[n] - y[0]) + 0.12 * (velocity[n] - y[1])) / kt
+                    share = (tick + part / SUBSTEPS) / PER_CONTROL
+                    y[3] = _torque(y, reference, velocity, n, after, share) / kt
                 _derivative(y, u, mode[n], p, k1)
                 _moved(y, 0.5 * h, k1, at)
                 _derivative(at, u, mode[n], p, k2)

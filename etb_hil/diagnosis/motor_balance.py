@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from etb_hil.diagnosis.normal_equations import accumulate, inverse, times
+from etb_hil.observer.normal_equations import accumulate, inverse, times
 from etb_hil.recording.samples import Float64
 
 # Columns: means of voltage V, current A and velocity rad/s, slopes of current A/s and voltage V/s, and by how much V a

@@ -19,7 +19,7 @@ from etb_hil.diagnosis.friction_model import (
     LOG_SPEED,
     friction_along,
 )
-from etb_hil.diagnosis.normal_equations import accumulate, inverse, jackknife_covariance, times
+from etb_hil.observer.normal_equations import accumulate, inverse, jackknife_covariance, times
 from etb_hil.diagnosis.prior import CONSTANT, INERTIA, LAG, OFFSET, PARAMETERS, Prior
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.windows import (

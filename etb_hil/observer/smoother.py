@@ -29,6 +29,7 @@ from etb_hil.recording.samples import Float64, Int64
 _STIFFNESSES = (0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8)
 _WANDERS = (1.0, 4.0, 16.0)
 _UNSETTLED = 100  # first samples, which say more of the start than of the friction
+_SMALL, _LARGE = 1e-200, 1e200
 
 
 def smooth(
@@ -45,7 +46,7 @@ def smooth(
     def unlikelihood(stiffness: float, wander: float) -> float:
         supposed = replace(throttle, bristle_stiffness=stiffness * throttle.bristle_stiffness)
         BristleObserver(supposed, noise, wander).record(time_ns, current, angle, trace)
-        return _unlikelihood(trace)
+        return surprise(trace, _UNSETTLED)
 
     stiffness = min(_STIFFNESSES, key=lambda factor: unlikelihood(factor, 1.0))
     wander = min(_WANDERS, key=lambda factor: unlikelihood(stiffness, factor))
@@ -71,14 +72,18 @@ def forward_backward(
 
 
 @njit(cache=True, error_model="numpy")
-def _unlikelihood(trace: Float64) -> float:
-    """Return minus twice the mean log-likelihood of the innovations, constants left out (Schweppe 1965)."""
-    total, count = 0.0, 0
-    for k in range(_UNSETTLED, len(trace)):
-        if not math.isnan(trace[k, ERROR]):
-            total += trace[k, ERROR] * trace[k, ERROR] / trace[k, VARIANCE] + log(trace[k, VARIANCE])
-            count += 1
-    return total / count if count > 0 else 0.0
+def surprise(trace: Float64, first: int) -> float:
+    """Return minus twice the log-likelihood of the innovations from `first` on, constants left out (Schweppe 1965)."""
+    total, product = 0.0, 1.0
+    for k in range(first, len(trace)):
+        if math.isnan(trace[k, ERROR]):
+            continue
+        total += trace[k, ERROR] * trace[k, ERROR] / trace[k, VARIANCE]
+        product *= trace[k, VARIANCE]  # a logarithm now and then, not one a sample
+        if product < _SMALL or product > _LARGE:
+            total += log(product)
+            product = 1.0
+    return total + log(product)
 
 
 @njit(cache=True, error_model="numpy")

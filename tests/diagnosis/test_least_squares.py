@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from etb_hil.diagnosis.normal_equations import accumulate, inverse, jackknife_covariance, product, times
+from etb_hil.observer.normal_equations import accumulate, inverse, jackknife_covariance, product, times
 
 
 @given(size=st.integers(1, 14), seed=st.integers(0, 2**32 - 1), spread=st.floats(0.0, 6.0))

@@ -9,6 +9,7 @@ from throttle_as_model import noise, parameters
 
 from etb_hil.observer.angle import AngleObserver
 from etb_hil.observer.bristle import _LATCHED, RECORDED, BristleObserver
+from etb_hil.observer.lugre_smoother import smooth_along_lugre
 from etb_hil.observer.smoother import _backward, forward_backward, smooth
 
 THROTTLE = parameters(Unit())
@@ -39,6 +40,32 @@ def test_whole_recording_beats_the_live_estimate(run, rate):
     assert not np.any(smoothed.delay_ns)
     assert np.nanmean(smoothed.velocity[3 * rate : 4 * rate]) == pytest.approx(0.4, abs=0.005)
     assert np.nanmean(both.velocity[3 * rate : 4 * rate]) == pytest.approx(0.4, abs=0.005)
+
+
+def test_lugre_along_the_motion_needs_no_right_friction(run):
+    """T_st stated 39 % too low, sigma_0 at half, no Stribeck velocity to speak of: the recording knows better."""
+    truth, sensed = run[0], run[1][1000]
+    data = (sensed.time_ns, sensed.current, sensed.motor_angle / 18.0)
+    stated = replace(THROTTLE, stiction=0.61 * Unit().stiction, bristle_stiffness=30.0, stribeck_velocity=4.0)
+    along = _error(smooth_along_lugre(stated, noise(), *data).friction, truth, 1000)
+    assert along < 1.02 * _error(smooth(stated, noise(), *data).friction, truth, 1000)
+    assert along < 0.035 * Unit().coulomb
+
+
+def test_lugre_smoother_leaves_bad_samples_out(run):
+    sensed = run[1][1000]
+    part = slice(1500, 4000)
+    angle = sensed.motor_angle[part] / 18.0
+    angle[700] = np.nan
+    keep = np.ones(len(angle), bool)
+    keep[1200:1300] = False
+    data = [sensed.time_ns[part][keep], sensed.current[part][keep], angle[keep]]
+    found = smooth_along_lugre(THROTTLE, noise(), *data)
+    assert np.flatnonzero(np.isnan(found.friction)).tolist() == [700]
+    again = smooth_along_lugre(THROTTLE, noise(), *data)
+    assert found.friction.tobytes() == again.friction.tobytes()
+    short = smooth_along_lugre(THROTTLE, noise(), *(column[:50] for column in data))
+    assert np.all(np.isnan(short.friction))
 
 
 def test_gaps_part_a_recording(run):
