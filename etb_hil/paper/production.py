@@ -38,7 +38,13 @@ def _rows(motion: Motion, kind: str, model: Model, rng: np.random.Generator) -> 
     still = np.full(_ZERO_SAMPLES, motion.angle[0])
     none = np.zeros(_ZERO_SAMPLES)
     step_ns = int(motion.time_ns[1] - motion.time_ns[0])
-    rest = replace(motion, time=np.arange(_ZERO_SAMPLES) * step_ns * 1e-9, angle=still, current=none, voltage=none)
+    rest = replace(
+        motion,
+        time=np.arange(_ZERO_SAMPLES, dtype=np.float64) * (step_ns * 1e-9),
+        angle=still,
+        current=none,
+        voltage=none,
+    )
     yield _sensed(rest, 0, model, rng), "current_zero"
     yield _sensed(motion, _ZERO_SAMPLES * step_ns, model, rng), kind
 

@@ -107,7 +107,7 @@ def _properties() -> Properties:
 
 def _pictures(set_ups: Sequence[SetUp], trades: dict[str, Trade], properties: Properties) -> dict[str, Figure]:
     good, bad = healthy(), faulty()
-    voltage = _VOLTS_PER_SECOND * TICK * np.arange(round(_RISE_S / TICK))
+    voltage = np.arange(round(_RISE_S / TICK), dtype=np.float64) * (_VOLTS_PER_SECOND * TICK)
     one_input = [
         (f"T_st = {unit.stiction:.3f}, T_c = {unit.coulomb:.3f} N·m", driven(unit, voltage, unit.limp_home))
         for unit in (good, bad)

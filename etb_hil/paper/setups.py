@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from etb_hil.base.stock import find
 from etb_hil.controller.laws import pd
@@ -45,7 +46,7 @@ class Motion:
         return np.round(self.time * 1e9).astype(np.int64)
 
     @property
-    def counted(self) -> Float64:
+    def counted(self) -> NDArray[np.bool_]:
         """Which samples (n) count."""
         return self.time >= SETTLING_S
 
@@ -99,7 +100,7 @@ def controlled(
     """
     known = healthy() if nominal is None else nominal
     gain, memory = pd.gains(known), np.zeros(1)
-    control_time = np.arange(round(duration / (CONTROL_TICKS * TICK))) * CONTROL_TICKS * TICK
+    control_time: Float64 = np.arange(round(duration / (CONTROL_TICKS * TICK)), dtype=np.float64) * CONTROL_TICKS * TICK
     position, velocity = reference(control_time)
     to_volt = known.resistance / known.torque_per_ampere
     forward = known.coulomb * np.sign(velocity) + known.viscous * velocity
@@ -131,6 +132,6 @@ def literal_fault() -> ThrottleParameters:
 def _motion(throttle: ThrottleParameters, reference: Float64, voltage: Float64, record: Float64) -> Motion:
     columns = [record[:, index].copy() for index in (THETA, OMEGA, BRISTLE, CURRENT)]
     angle, velocity, bristle, current = columns
-    time = (1.0 + np.arange(len(record))) * TICK
+    time: Float64 = np.arange(1, len(record) + 1, dtype=np.float64) * TICK
     friction = friction_torque(velocity, bristle, throttle)
     return Motion(throttle, time, reference, angle, velocity, bristle, current, voltage, friction)
