@@ -68,9 +68,8 @@ def main():
         print(f"2 processes are {min(walls[1]) / min(walls[2]):.2f} times as fast as 1")
         print(f"a log: {each:.3f} s processor (median), {size / 1e6:.2f} MB of BLF")
         hours, row = TEN_MILLION * each / 3600, (folder / "out" / "logs.parquet").stat().st_size / options.logs
-        print(
-            f"ten million: {hours:.0f} h of one core, {hours / 96:.1f} h of 96; {TEN_MILLION * size / 1e12:.1f} TB to read"
-        )
+        print(f"ten million: {hours:.0f} h of one core, {hours / 96:.1f} h of 96")
+        print(f"what they read: {TEN_MILLION * size / 1e12:.1f} TB")
         print(f"their table: at most {TEN_MILLION * row / 1e9:.1f} GB")
 
 
