@@ -136,7 +136,7 @@ def baseline_text(results: Mapping[str, Any], description: str) -> str:
         )
     verdict = results["unit"]["verdict"]
     return (
-        "# What a run is expected to find. Tolerance: twice the half of the 95 % interval, at least 2 % of the value,\n"
+        "# What a run is expected to find. Tolerance: twice the half of the 95 % interval, at least 2 % of the value;\n"
         "# narrow them to what you must not miss, widen them for what you do not mind, drop what you do not follow.\n"
         "schema: etb_hil/baseline/1\n"
         f"description: {description}\n" + (f"verdict: {verdict}\n" if verdict else "") + "numbers:\n" + "".join(lines)

@@ -1,10 +1,20 @@
-"""`etb-hil check`: everything that a run would refuse, without moving anything."""
+"""`etb-hil check`: everything that a run would refuse or miss, on paper and on this machine; nothing moves."""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
+from typing import TYPE_CHECKING, TypeVar
 
 from etb_hil.cli.files import add_file_arguments, job_files
+
+if TYPE_CHECKING:
+    from etb_hil.base.errors import Problem
+    from etb_hil.bench.bench_file import Bench
+    from etb_hil.bench.job import Job, JobFiles
+    from etb_hil.canio.interface_check import Finding
+
+T = TypeVar("T")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -13,12 +23,45 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Read and check all files, and print what the run would do; InputError lists what is wrong."""
+    """Print what the run would do and what is missing, with what to do; exit code 2 for files, 3 for the machine."""
+    from etb_hil.base.errors import InputError
+    from etb_hil.base.outcome import ExitCode
     from etb_hil.bench.job import prepare
+    from etb_hil.canio.interface_check import look_at
     from etb_hil.cli.compiling import announced
 
-    with announced():
-        job = prepare(job_files(options))
+    files = job_files(options)
+    problems: list[Problem] = []
+    try:
+        with announced():
+            job = prepare(files)
+    except InputError as error:
+        problems += error.problems
+        bench = _each_by_itself(files, problems)
+    else:
+        _print_plan(job)
+        bench = job.setup.bench
+    findings = [] if bench is None else [*look_at(bench.bus), *_controller(bench)]
+    for finding in findings:
+        print(f"{'unknown' if finding.ok is None else 'ok' if finding.ok else 'MISSING':9} {finding.what}")
+        if finding.remedy:
+            print(f"          -> {finding.remedy}")
+    for problem in dict.fromkeys(map(str, problems)):
+        print(f"WRONG     {problem}")
+    missing = sum(finding.ok is False for finding in findings)
+    if problems:
+        print("not ready a run would be refused: put right what is wrong above")
+        return ExitCode.BAD_INPUT
+    if missing:
+        print(
+            f"not ready the files are good; {missing} thing{'s are' if missing > 1 else ' is'} missing on this machine"
+        )
+        return ExitCode.BENCH_FAULT
+    print("ready     nothing stands in the way of this run")
+    return ExitCode.DONE
+
+
+def _print_plan(job: Job) -> None:
     bench, throttle = job.setup.bench, job.model.values
     steps = job.scenario.content.steps
     print(f"scenario  {job.scenario.content.name}: {len(steps)} phases")
@@ -29,5 +72,45 @@ def run(options: argparse.Namespace) -> int:
     print(f"bench     {bench.name}: {bench.bus.interface} {bench.bus.channel}")
     for budget in job.budgets:
         print(f"bus       {budget}")
-    print("ready     nothing stands in the way of this run")
-    return 0
+
+
+def _each_by_itself(files: JobFiles, problems: list[Problem]) -> Bench | None:
+    """Add what is wrong with each file, not only with the first one; return the bench file's contents where it can."""
+    from etb_hil.base.yamlfile import load
+    from etb_hil.bench.bench_file import Bench, load_bench
+    from etb_hil.bench.scenario_file import load_scenario
+    from etb_hil.diagnosis.limits import load_limits
+    from etb_hil.plant.parameters import load_model
+
+    _tried(lambda: load_scenario(files.scenario), problems)
+    _tried(lambda: load_model(files.model), problems)
+    _tried(lambda: load_limits(files.limits), problems)
+    _tried(lambda: load_bench(files.bench), problems)
+    document = _tried(lambda: load(files.bench, Bench), problems)
+    return None if document is None else document.content
+
+
+def _tried(read: Callable[[], T], problems: list[Problem]) -> T | None:
+    from etb_hil.base.errors import InputError
+
+    try:
+        return read()
+    except InputError as error:
+        problems += error.problems
+        return None
+
+
+def _controller(bench: Bench) -> list[Finding]:
+    """Look whether another bench holds the controller."""
+    from etb_hil.base.errors import BenchFault
+    from etb_hil.bench.controller_lock import controller_lock
+    from etb_hil.canio.bus_settings import VIRTUAL
+    from etb_hil.canio.interface_check import Finding
+
+    if bench.bus.interface == VIRTUAL:
+        return []
+    try:
+        with controller_lock(bench.bus, bench.id_offset):
+            return [Finding(True, "no other bench holds the controller")]
+    except BenchFault as fault:
+        return [Finding(False, str(fault))]

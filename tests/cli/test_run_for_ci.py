@@ -1,0 +1,233 @@
+"""What CI reads of a run: JUnit, JSON against its schema, a baseline, a time-out, exit codes."""
+
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+import xml.etree.ElementTree as ET
+
+import jsonschema
+import pytest
+import yaml
+
+from etb_hil.base.errors import InputError
+from etb_hil.base.stock import find
+from etb_hil.bench.baseline import baseline_text, compare, load_baseline
+from etb_hil.bench.job import JobFiles, execute, prepare
+from etb_hil.cli.main import main
+from etb_hil.cli.time_limit import TimeLimit
+from etb_hil.report.model import results_schema
+
+SHORT = """schema: etb_hil/scenario/1
+name: short
+phases:
+  - {id: zero, kind: current_zero, duration: 0.3 s}
+  - {id: held, kind: hold, position: 30 deg, duration: 60 s}
+"""
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory):
+    """Run the friction check once on a healthy unit, with everything that CI can ask for."""
+    folder = tmp_path_factory.mktemp("good")
+    command = ["run", "--serial", "CI-1", "--seed", "7", "--yes", "--out", str(folder / "sessions")]
+    assert main([*command, "--junit", str(folder / "run.xml"), "--json", str(folder / "results.json")]) == 0
+    return folder
+
+
+@pytest.fixture
+def results(good):
+    return json.loads((good / "results.json").read_text())
+
+
+def written(tmp_path, text):
+    path = tmp_path / "baseline.yaml"
+    path.write_text(text)
+    return path
+
+
+def test_results_are_as_the_published_schema_says(results, good):
+    schema = results_schema()
+    jsonschema.Draft202012Validator.check_schema(schema)
+    jsonschema.validate(results, schema)
+    assert not undocumented(results, schema, schema["$defs"])
+    (session,) = good.glob("sessions/*/results.json")
+    assert json.loads(session.read_text()) == results
+    assert (results["seed"], results["scenario"], results["model"]) == (
+        7,
+        "Friction check",
+        "default throttle, healthy",
+    )
+
+
+def undocumented(value, schema, definitions):
+    """Return keys of a file that its schema does not name."""
+    if "$ref" in schema:
+        schema = definitions[schema["$ref"].rsplit("/", 1)[-1]]
+    for member in schema.get("anyOf", []):
+        if "$ref" in member and isinstance(value, dict):
+            return undocumented(value, member, definitions)
+    if isinstance(value, list):
+        return [name for entry in value for name in undocumented(entry, schema["items"], definitions)]
+    if not isinstance(value, dict) or "properties" not in schema:
+        return []
+    found = [name for name in value if name not in schema["properties"]]
+    known = [name for name in value if name in schema["properties"]]
+    return found + [n for name in known for n in undocumented(value[name], schema["properties"][name], definitions)]
+
+
+def test_junit_of_a_real_run(good):
+    (suite,) = ET.parse(good / "run.xml").getroot()  # noqa: S314 (our own)
+    assert (suite.get("failures"), suite.get("errors"), suite.get("skipped")) == ("0", "0", "0")
+    told = {entry.get("name"): entry.get("value") for entry in suite.iter("property")}
+    assert (told["serial"], told["seed"], told["bus_state"], told["lost_frames"]) == ("CI-1", "7", "error-active", "0")
+    assert 0.1 < float(told["bus_load_peak"]) < 0.8
+    assert {case.get("name") for case in suite.iter("testcase")} == {"bench", "unit", "T_st", "T_c", "return_margin"}
+
+
+def test_a_run_agrees_with_the_baseline_that_was_made_from_it(results, tmp_path):
+    baseline = load_baseline(written(tmp_path, baseline_text(results, "made here")))
+    found = compare(baseline, results)
+    assert {"verdict", "T_st", "T_c"} <= {comparison.name for comparison in found}
+    assert all(comparison.agrees for comparison in found)
+
+
+@pytest.mark.parametrize(
+    ("entry", "agrees"),
+    [
+        ("{value: 0.2 N·m, tolerance: 50 %}", True),
+        ("{value: 200 mN·m, tolerance: 50 mN·m}", True),
+        ("{value: 0.2 Nm, tolerance: 0.001 Nm}", False),
+        ("{value: 0.2 N·m, tolerance: 1 %}", False),
+    ],
+)
+def test_tolerances_are_shares_or_amounts(results, tmp_path, entry, agrees):
+    path = written(tmp_path, f"schema: etb_hil/baseline/1\nnumbers:\n  T_st: {entry}\n")
+    (found,) = compare(load_baseline(path), results)
+    assert found.agrees is agrees
+    assert "T_st: expected 0.2 N" in str(found) or "200 mN" in str(found)
+
+
+def test_what_was_not_measured_does_not_agree(results, tmp_path):
+    path = written(
+        tmp_path, "schema: etb_hil/baseline/1\nverdict: fail\nnumbers:\n  gone: {value: 1, tolerance: 1 %}\n"
+    )
+    verdict, gone = compare(load_baseline(path), results)
+    assert (verdict.found, verdict.agrees, gone.found, gone.agrees) == ("pass", False, "not measured", False)
+
+
+@pytest.mark.parametrize(
+    ("entry", "words"),
+    [
+        ("{value: 1 furlong, tolerance: 1 %}", "no unit known here"),
+        ("{value: 1 N·m, tolerance: 0 %}", "above 0"),
+        ("{value: 1 N·m, tolerance: 1 V}", "'V' is no unit of torque"),
+        ("{value: 1 A, tolerance: 1 %}", "is measured in N·m"),
+    ],
+)
+def test_a_wrong_baseline_is_bad_input(results, tmp_path, entry, words):
+    path = written(tmp_path, f"schema: etb_hil/baseline/1\nnumbers:\n  T_st: {entry}\n")
+    with pytest.raises(InputError, match=words) as caught:
+        compare(load_baseline(path), results)
+    assert "baseline.yaml:3: numbers.T_st" in str(caught.value)
+
+
+def test_only_the_baseline_disagreeing_is_inconclusive(good, tmp_path, capsys):
+    (session,) = good.glob("sessions/*/")
+    path = tmp_path / "baseline.yaml"
+    assert main(["baseline", str(session), "--out", str(path)]) == 0
+    assert main(["baseline", str(session), "--out", str(path)]) == 2  # not written over
+    expected = yaml.safe_load(path.read_text())
+    expected["numbers"] = {"T_st": {"value": "0.1 N·m", "tolerance": "1 %"}}
+    path.write_text(yaml.safe_dump(expected, allow_unicode=True))
+    code = main(["run", "--yes", "--out", str(tmp_path), "--baseline", str(path), "--junit", str(tmp_path / "j.xml")])
+    assert code == 4
+    assert "Baseline T_st: expected 0.1 N·m within 1 %, found 0.17" in capsys.readouterr().out
+    cases = ET.parse(tmp_path / "j.xml").iter("testcase")  # noqa: S314
+    failing = [case.get("name") for case in cases if case.find("failure") is not None]
+    assert failing == ["baseline T_st"]
+
+
+def test_a_queue_from_a_pipe_is_one_junit_file_in_plain_lines(tmp_path, monkeypatch, capfd):
+    scenario = tmp_path / "short.yaml"
+    scenario.write_text(SHORT.replace("60 s", "0.5 s"))
+    monkeypatch.setattr(sys, "stdin", io.StringIO("A-1\n\nA-2\n"))
+    junit = tmp_path / "j.xml"
+    assert main(["run", str(scenario), "--batch", "--out", str(tmp_path), "--junit", str(junit)]) == 4
+    out = capfd.readouterr().out
+    assert "\x1b" not in out
+    assert max(map(len, out.splitlines())) <= 200
+    assert "Batch ended: 2 units: 2 inconclusive\n  inconclusive  A-1\n  inconclusive  A-2" in out
+    assert [suite.get("name") for suite in ET.parse(junit).getroot()] == ["short - A-1", "short - A-2"]  # noqa: S314
+
+
+def test_json_on_standard_output_stands_alone(tmp_path, capfd):
+    scenario = tmp_path / "short.yaml"
+    scenario.write_text(SHORT.replace("60 s", "0.5 s"))
+    main(["run", str(scenario), "--yes", "--out", str(tmp_path), "--json", "-"])
+    out, words = capfd.readouterr()
+    assert json.loads(out)["scenario"] == "short"
+    assert "INCONCLUSIVE" in words
+
+
+def test_a_bench_that_is_not_there_leaves_junit_and_words(tmp_path, capfd):
+    bench = tmp_path / "bench.yaml"
+    text = find("bench", "slcan").read_text().replace("/dev/ttyACM0", str(tmp_path / "nowhere"))
+    bench.write_text(text)
+    scenario = tmp_path / "short.yaml"
+    scenario.write_text(SHORT.replace("60 s", "0.5 s"))
+    junit = tmp_path / "j.xml"
+    command = ["run", str(scenario), "--bench", str(bench), "--yes", "--out", str(tmp_path), "--junit", str(junit)]
+    assert main(command) == 3
+    assert "BENCH FAULT" in capfd.readouterr().out
+    (suite,) = ET.parse(junit).getroot()  # noqa: S314
+    assert (suite.get("errors"), suite.get("failures")) == ("1", "0")
+
+
+def test_a_run_out_of_time_ends_in_the_safe_state(tmp_path):
+    scenario = tmp_path / "short.yaml"
+    scenario.write_text(SHORT)
+    files = {name: find(name, "default") for name in ("model", "limits")}
+    job = prepare(JobFiles(scenario=scenario, bench=find("bench", "virtual_classic"), **files))
+
+    def at_two_seconds(snapshot):
+        if snapshot.time_s > 2.0:
+            os.kill(os.getpid(), signal.SIGALRM)
+
+    results = execute(job, tmp_path, "", 1, at_two_seconds).results
+    bench = results["bench"]
+    assert (results["exit_code"], bench["outcome"], bench["reason_id"]) == (5, "aborted", "time_out")
+    assert bench["safe_state"] is True
+
+
+def test_time_runs_out_before_a_run_too_and_only_while_it_is_entered():
+    before = signal.getsignal(signal.SIGALRM)
+    with pytest.raises(KeyboardInterrupt, match=r"time-out of 0\.05 s"), TimeLimit(0.05):
+        time.sleep(60.0)
+    assert signal.getsignal(signal.SIGALRM) is before
+    with TimeLimit(0.05), TimeLimit(None):
+        pass
+    time.sleep(0.1)
+
+
+def test_what_does_not_end_is_ended_as_a_bench_fault():
+    hung = (
+        "import signal, time\n"
+        "from etb_hil.cli import time_limit\n"
+        "time_limit.GRACE_S = 0.1\n"
+        "with time_limit.TimeLimit(0.1):\n"
+        "    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGALRM})\n"
+        "    time.sleep(600)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", hung], capture_output=True, text=True, check=False)
+    assert done.returncode == 3
+    assert done.stderr.startswith("bench fault: nothing has ended 0.1 s after the time-out of 0.1 s")
+
+
+@pytest.mark.parametrize("seconds", [0.0, -1.0, float("nan"), float("inf"), 1e9])
+def test_a_time_that_is_none_is_refused(seconds):
+    with pytest.raises(InputError, match="--timeout is no time"):
+        TimeLimit(seconds)
