@@ -30,7 +30,7 @@ BASE = (
 
 def covered(findings, truth):
     """{number: whether its interval holds the truth}; only for causes that are the truth, with nothing else named."""
-    found = {e.name: e for e in estimates(findings.final, findings.balances) if not e.on_bound}
+    found = {e.name: e for e in estimates(findings.final, findings.balances, findings.final_floor) if not e.on_bound}
     causes = {round_.winner.id for round_ in findings.accepted}
     hidden = {entry["effect"]: entry for entry in truth["effects"]}
     if causes != set(hidden) or any(round_.alike for round_ in findings.accepted):

@@ -38,6 +38,7 @@ LEAST_BEYOND = 1.2  # tolerances off its nominal value that a parameter must be 
 CLASS_MARGIN = 0.05
 CLASS_SHARE = 0.15  # of what the winner gains
 PLACEHOLDER = 0.3  # share of the rest that a nameless spline may take after a true cause
+TRIFLE = 0.005  # of the whole excess: a spline that takes less accuses nobody
 
 
 def parameter_id(name: str) -> str:
@@ -122,8 +123,9 @@ def verdict(findings: Findings) -> str:
     if not accepted:
         return "unexplained" if _accuses(findings) else "adequate"
     # What is left of a cause's shape has no shape of its own; a spline that takes it tells of something else.
-    is_shapeless = all(spline.share <= PLACEHOLDER for spline in findings.rest)
-    explained = last == 0.0 or (last <= (1.0 - EXPLAINED_SHARE) * first and is_shapeless)
+    left = last / max(first, 1e-12)
+    is_shapeless = all(spline.share <= max(PLACEHOLDER, TRIFLE / max(left, 1e-12)) for spline in findings.rest)
+    explained = last == 0.0 or (left <= 1.0 - EXPLAINED_SHARE and is_shapeless)
     if not explained:
         return "unexplained"
     return "ambiguous" if any(r.alike for r in accepted) else "explained"

@@ -59,7 +59,7 @@ def _limits(findings: Findings) -> dict[str, dict[str, object]]:
 
 def causes(findings: Findings) -> list[dict[str, Any]]:
     """Return the causes that were taken in, most probable first; where none was, nothing."""
-    numbers = {e.place: e for e in estimates(findings.final, findings.balances)}
+    numbers = {e.place: e for e in estimates(findings.final, findings.balances, findings.final_floor)}
     found, left = [], 1.0
     for each in findings.accepted:
         winner = each.winner
@@ -145,8 +145,8 @@ def _unexplained(findings: Findings) -> dict[str, Any]:
 
 
 def _calibrated(findings: Findings) -> dict[str, Any]:
-    first = {e.name: e for e in estimates(findings.calibration, findings.balances)}
-    last = {e.name: e for e in estimates(findings.final, findings.balances)}
+    first = {e.name: e for e in estimates(findings.calibration, findings.balances, findings.floor)}
+    last = {e.name: e for e in estimates(findings.final, findings.balances, findings.final_floor)}
     found = {}
     for name, estimate in last.items():
         if estimate.place >= EXTENDED or name not in FIELDS:
@@ -175,7 +175,7 @@ def _nuisances(findings: Findings) -> dict[str, Any]:
     """Return what is no part of the unit but was fitted: clock skews of the signals, and the plate sensor's zero."""
     return {
         e.name: _number(e, "rad" if e.name.endswith("_zero") else "s")
-        for e in estimates(findings.final, findings.balances)
+        for e in estimates(findings.final, findings.balances, findings.final_floor)
         if e.place >= EXTENDED and e.low < e.high
     }
 

@@ -29,11 +29,15 @@ LEAST_ROWS = 25  # of a group that is judged: 0.1 s
 
 @dataclass(frozen=True, slots=True)
 class Floor:
-    """Mean square (9) by group of what a true model leaves before any weight, and the rerun it was found in."""
+    """Mean square (9) by group of what a true model leaves before any weight, and the rerun it was found in.
+
+    `truth`: the whole vector that was simulated; how far the rerun's calibration is from it says how well one finds it.
+    """
 
     level: Float64
     balances: list[Balances]
     calibration: Calibration
+    truth: Vector
 
 
 def group_means(balances: Sequence[Balances], whole: Vector) -> tuple[Float64, NDArray[np.int64]]:
@@ -63,7 +67,7 @@ def floor_of(
     # On a stop the plate bounces between two rows, and jitter shows as voltage.
     level[3] *= _BOUNCE
     level = np.maximum(level, _LOWEST)
-    return Floor(level, again, calibration)
+    return Floor(level, again, calibration, begin)
 
 
 def weigh(balances: Sequence[Balances], floor: Float64) -> None:

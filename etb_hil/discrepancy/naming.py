@@ -187,9 +187,7 @@ def _healthy_gain(findings: Findings, id_: str) -> float:
 def _take_in(findings: Findings, found: Round) -> None:
     winner = found.winner
     unknowns = winner.unknowns
-    floor = floor_of(
-        findings.model, findings.balances, winner.fit.whole, unknowns[: len(findings.calibration.unknowns)]
-    )
+    floor = floor_of(findings.model, findings.balances, winner.fit.whole, unknowns)
     weigh(findings.balances, floor.level)
     final = calibrate(findings.model, findings.balances, winner.fit.whole, unknowns, rounds=4)
     groups, _ = group_means(findings.balances, final.fit.whole)

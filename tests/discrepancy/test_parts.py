@@ -16,6 +16,7 @@ from etb_hil.discrepancy.boxed import boxed
 from etb_hil.discrepancy.calibration import calibrate
 from etb_hil.discrepancy.confounding import confounded
 from etb_hil.discrepancy.explain import explain
+from etb_hil.discrepancy.floor import floor_of
 from etb_hil.discrepancy.intervals import estimates
 from etb_hil.discrepancy.measurement import measurements_of
 from etb_hil.discrepancy.spectrum import Spectrum
@@ -71,7 +72,8 @@ def test_calibration_finds_numbers_inside_their_tolerance():
     bench = replace(MODEL, parameters=off)
     b = Balances(measurement(MODEL.vector(), seed=6), bench)
     calibration = calibrate(bench, [b])
-    numbers = {e.name: e for e in estimates(calibration, [b])}
+    floor = floor_of(bench, [b], calibration.fit.whole, calibration.unknowns)
+    numbers = {e.name: e for e in estimates(calibration, [b], floor)}
     assert numbers["resistance"].value == pytest.approx(1.5, rel=0.005)
     assert numbers["resistance"].low < numbers["resistance"].value < numbers["resistance"].high
 
