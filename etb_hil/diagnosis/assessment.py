@@ -75,20 +75,28 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
 def fitted_numbers(fit: StribeckFit, throttle: ThrottleParameters, fastest: float) -> dict[str, Interval]:
     """Return T_st, T_c, omega_s, viscosity and the return margin with their intervals, at the throttle shaft in SI.
 
-    `fastest` rad/s is the highest speed among the windows.
+    `fastest` rad/s is the highest speed among the windows; without a drop from T_st to T_c there is no omega_s.
     """
     q = fit.parameters
     stiction, stiction_error = fit.stiction
-    speed = float(exp(q[LOG_SPEED]))
-    variance = float(fit.covariance[LOG_SPEED, LOG_SPEED]) + _BETWEEN_TICKS * _BETWEEN_TICKS
-    speed_error = TWO_SIDED_95 * math.sqrt(variance)
-    return {
+    numbers = {
         "T_st": _around(stiction, stiction_error),
         "T_c": _coulomb(fit, fastest, throttle),
-        "omega_s": Interval(speed, speed * float(exp(-speed_error)), speed * float(exp(speed_error))),
         "viscous": _around(float(q[VISCOUS]), fit.error(VISCOUS)),
         "return_margin": _return_margin(fit, throttle),
     }
+    if _shows_drop(fit, fastest):
+        speed = float(exp(q[LOG_SPEED]))
+        variance = float(fit.covariance[LOG_SPEED, LOG_SPEED]) + _BETWEEN_TICKS * _BETWEEN_TICKS
+        factor = float(exp(TWO_SIDED_95 * math.sqrt(variance)))
+        numbers["omega_s"] = Interval(speed, speed / factor, speed * factor)
+    return numbers
+
+
+def _shows_drop(fit: StribeckFit, fastest: float) -> bool:
+    """Return whether friction was seen to fall from T_st towards T_c: then Stribeck effect and viscosity are two."""
+    stands_out = float(fit.parameters[DROP]) > _DROP_STANDS_OUT * fit.error(DROP)
+    return stands_out and fastest * float(exp(-fit.parameters[LOG_SPEED])) >= 1.0
 
 
 def fitted_curve(fit: StribeckFit, speeds: Float64) -> tuple[Float64, Float64]:
@@ -122,7 +130,7 @@ def _coulomb(fit: StribeckFit, fastest: float, throttle: ThrottleParameters) -> 
     stiction, stiction_error = fit.stiction
     ratio = fastest * float(exp(-q[LOG_SPEED]))
     around = _around(coulomb, fit.error(COULOMB))
-    if drop > _DROP_STANDS_OUT * fit.error(DROP) and ratio >= 1.0:
+    if _shows_drop(fit, fastest):
         unseen = drop * float(exp(-ratio * ratio))
         return Interval(coulomb, around.low - unseen, around.high + unseen)
     level, error = fitted_curve(fit, np.array([fastest]))

@@ -19,7 +19,6 @@ from etb_hil.diagnosis.friction_model import (
     LOG_SPEED,
     friction_along,
 )
-from etb_hil.observer.normal_equations import accumulate, inverse, jackknife_covariance, times
 from etb_hil.diagnosis.prior import CONSTANT, INERTIA, LAG, OFFSET, PARAMETERS, Prior
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.windows import (
@@ -31,6 +30,7 @@ from etb_hil.diagnosis.windows import (
     bend,
     window_means,
 )
+from etb_hil.observer.normal_equations import accumulate, inverse, jackknife_covariance, times
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.recording.samples import Float64, Int64
 

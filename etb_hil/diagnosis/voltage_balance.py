@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etb_hil.observer.normal_equations import accumulate, inverse, jackknife_covariance, times
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.windows import RATE_KERNEL, TORQUE_KERNEL, Windows, window_means
+from etb_hil.observer.normal_equations import accumulate, inverse, jackknife_covariance, times
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.recording.samples import Int64
 

@@ -45,7 +45,8 @@ def test_covariance_sees_noise_that_lasts():
     for _ in range(300):
         noise = np.repeat(rng.standard_normal(200), 10)
         means.append(noise.mean())
-        stated.append(jackknife_covariance(bread, np.zeros((1, 1)), jacobian, noise - noise.mean(), weight, cluster)[0, 0])
+        left = noise - noise.mean()
+        stated.append(jackknife_covariance(bread, np.zeros((1, 1)), jacobian, left, weight, cluster)[0, 0])
     assert np.mean(stated) == pytest.approx(np.var(means), rel=0.2)
     assert np.mean(stated) == pytest.approx(1.0 / 200.0, rel=0.05)
 
@@ -56,3 +57,20 @@ def test_covariance_takes_a_prior_as_stated():
     prior = np.diag([4.0, 0.25])
     covariance = jackknife_covariance(inverse(prior), prior, jacobian, none, none, np.arange(4))
     np.testing.assert_allclose(covariance, np.diag([0.25, 4.0]))
+
+
+def test_covariance_where_few_clusters_decide():
+    """A slope that two of forty clusters tell: the scatter of scores alone would state half of its variance."""
+    rng = np.random.default_rng(6)
+    cluster = np.repeat(np.arange(40), 5)
+    lever = np.where(cluster < 2, 1.0, 0.02 * rng.standard_normal(200))
+    jacobian, weight = np.stack([np.ones(200), lever], axis=1), np.ones(200)
+    bread = inverse(accumulate(jacobian, weight, weight)[0])
+    stated, slopes = [], []
+    for _ in range(400):
+        noise = np.repeat(rng.standard_normal(40), 5)
+        solution = times(bread, accumulate(jacobian, noise, weight)[1])
+        slopes.append(solution[1])
+        left = noise - times(jacobian, solution)
+        stated.append(jackknife_covariance(bread, np.zeros((2, 2)), jacobian, left, weight, cluster)[1, 1])
+    assert 0.8 < np.mean(stated) / np.var(slopes) < 2.5
