@@ -15,7 +15,8 @@ from etb_hil.discrepancy.naming import Findings, Round
 from etb_hil.discrepancy.nexttest import next_test
 from etb_hil.discrepancy.quality import data_quality
 from etb_hil.discrepancy.regimes import REGIMES
-from etb_hil.discrepancy.unknowns import FIELDS
+from etb_hil.discrepancy.unknowns import FIELDS, simulable
+from etb_hil.plant.drive_effects import unit_for
 from etb_hil.plant.effects.layout import EXTENDED
 
 SCHEMA = "etb_hil/explanation/1"
@@ -54,7 +55,9 @@ def _limits(findings: Findings) -> dict[str, dict[str, object]]:
     if not findings.rounds:
         return {}
     last = findings.rounds[-1]
-    return detection_limits(last.before, last.screened, decision.LEAST_GAIN)
+    return detection_limits(
+        last.before, last.screened, decision.LEAST_GAIN, is_drive=findings.balances[0].measured.is_drive
+    )
 
 
 def causes(findings: Findings) -> list[dict[str, Any]]:
@@ -68,7 +71,7 @@ def causes(findings: Findings) -> list[dict[str, Any]]:
                 "effect": winner.id,
                 "probability": _probabilities(each)[winner.id],
                 "class": each.alike,
-                "parameters": _parameters(each, numbers),
+                "parameters": _parameters(each, numbers, is_drive=findings.balances[0].measured.is_drive),
                 "share_of_error": left * each.gain,
                 "held_out_t": each.t,
             }
@@ -77,13 +80,13 @@ def causes(findings: Findings) -> list[dict[str, Any]]:
     return found
 
 
-def _parameters(each: Round, numbers: dict[int, Estimate]) -> dict[str, Any]:
+def _parameters(each: Round, numbers: dict[int, Estimate], *, is_drive: bool) -> dict[str, Any]:
     effect = each.winner.candidate.effect
     if effect is None:
         name = each.winner.candidate.frees
         return {name: _number(numbers[FIELDS.index(name)], "SI")}
     return {
-        parameter.name: _number(numbers[place], parameter.unit)
+        parameter.name: _number(numbers[place], unit_for(parameter, is_linear=is_drive))
         for parameter, place in zip(effect.parameters, effect.indices, strict=True)
     }
 
@@ -182,7 +185,7 @@ def _nuisances(findings: Findings) -> dict[str, Any]:
 
 def _friction(findings: Findings) -> dict[str, Any]:
     """Return break-away and sliding friction at the throttle shaft as each model has them: what a verdict rests on."""
-    first, last = findings.calibration.fit.whole, findings.final.fit.whole
+    first, last = simulable(findings.calibration.fit.whole), simulable(findings.final.fit.whole)
     return {
         name: {
             "unit": "N" if findings.balances[0].measured.is_drive else "N·m",

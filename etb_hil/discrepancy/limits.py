@@ -7,12 +7,15 @@ import numpy as np
 from etb_hil.discrepancy.calibration import Calibration
 from etb_hil.discrepancy.screening import Screened
 from etb_hil.discrepancy.similarity import Projector
+from etb_hil.plant.drive_effects import unit_for
 
 _SIGMAS = 3.0
 _CORRELATED = 4.0  # rows of the band-limited, coloured residual that are one independent value
 
 
-def detection_limits(before: Calibration, screened: list[Screened], least_gain: float) -> dict[str, dict[str, object]]:
+def detection_limits(
+    before: Calibration, screened: list[Screened], least_gain: float, *, is_drive: bool
+) -> dict[str, dict[str, object]]:
     """Return by effect the strength that would stand out by three sigma and by the gain that is asked of a cause."""
     projector = Projector(before)
     fit = before.fit
@@ -32,6 +35,6 @@ def detection_limits(before: Calibration, screened: list[Screened], least_gain: 
         found[effect.id] = {
             "parameter": parameter.name,
             "limit": float(max(by_noise, by_gain)) * unknown.scale,
-            "unit": parameter.unit,
+            "unit": unit_for(parameter, is_linear=is_drive),
         }
     return found

@@ -36,20 +36,21 @@ def next_test(findings: Findings) -> dict[str, Any] | None:
 
     `separation_here` is by how many noise units the rivals differ in these data.
     """
+    is_drive = findings.balances[0].measured.is_drive
     open_rounds = [r for r in findings.accepted if r.alike]
     if open_rounds:
-        return _between(open_rounds[0], open_rounds[0].alike[0])
+        return _between(open_rounds[0], open_rounds[0].alike[0], is_drive=is_drive)
     if findings.verdict == "unexplained" and findings.rounds:
         last = findings.rounds[-1]
-        return _between(last, last.refined[1].id) if len(last.refined) > 1 else None
+        return _between(last, last.refined[1].id, is_drive=is_drive) if len(last.refined) > 1 else None
     return None
 
 
-def _between(found: Round, rival: str) -> dict[str, Any]:
+def _between(found: Round, rival: str, *, is_drive: bool) -> dict[str, Any]:
     first = found.winner.id
     costs = {one.id: one.fit.cost for one in found.refined} | {first: found.winner.fit.cost}
     away = float(np.sqrt(max(costs[rival] - costs[first], 0.0))) if rival in costs else None
     ways = [CATALOGUE[id_].separated_by for id_ in (first, rival) if id_ in CATALOGUE]
     runnable = next((_ON_THE_BENCH[id_] for id_ in (first, rival) if id_ in _ON_THE_BENCH), None)
     says = "; or ".join(dict.fromkeys(ways)) or "state the parameter's tolerance more narrowly"
-    return {"pair": [first, rival], "says": says, "separation_here": away, "scenario": runnable}
+    return {"pair": [first, rival], "says": says, "separation_here": away, "scenario": None if is_drive else runnable}

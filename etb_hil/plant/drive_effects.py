@@ -29,7 +29,7 @@ def _read(entry: EffectEntry, load: float, is_linear: bool) -> EffectEntry | Pro
         if name not in known:
             return Problem(f"{entry.id} has no such parameter", value=name, allowed=", ".join(known))
         parameter = known[name]
-        unit = _unit(parameter, is_linear)
+        unit = unit_for(parameter, is_linear=is_linear)
         number, _, its = str(value).partition(" ")
         size = load if parameter.unit == "N·m" else 1.0
         try:
@@ -51,12 +51,15 @@ def written_effects(entries: Iterable[EffectEntry], *, is_linear: bool) -> list[
     for entry in entries:
         known = {parameter.name: parameter for parameter in CATALOGUE[entry.id].parameters}
         strengths = {
-            name: value if known[name].unit == "1" else f"{str(value).split()[0]} {_unit(known[name], is_linear)}"
+            name: value
+            if known[name].unit == "1"
+            else f"{str(value).split()[0]} {unit_for(known[name], is_linear=is_linear)}"
             for name, value in entry.strengths.items()
         }
         found.append({"id": entry.id, "strengths": strengths})
     return found
 
 
-def _unit(parameter: EffectParameter, is_linear: bool) -> str:
+def unit_for(parameter: EffectParameter, *, is_linear: bool) -> str:
+    """Return the unit of an effect's parameter; a linear drive's is that of forces and lengths."""
     return _LINEAR.get(parameter.unit, parameter.unit) if is_linear else parameter.unit

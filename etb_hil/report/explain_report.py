@@ -30,6 +30,7 @@ _REASONS = {
     "unexplained": "Something is missing in the model that no known cause accounts for.",
     "insufficient_data": "These data do not suffice to judge the model.",
 }
+_IN_PART = "The causes below account for a part of it; something else is missing that no known cause accounts for."
 _MODELS = ("nominal", "calibrated", "extended", "noise_floor")
 _KINDS = {"one_step": "10 ms ahead", "free_run": "free run"}
 _UNITS = {"throttle_angle": "rad", "motor_current": "A"}
@@ -64,7 +65,7 @@ def _page(found: dict[str, Any], drawn: list[tuple[str, Markup]], series: Pictur
     return environment.get_template("explain.html.jinja").render(
         headline=verdict.replace("_", " ").upper(),
         tone=_TONES[verdict],
-        reason=_REASONS[verdict],
+        reason=_IN_PART if verdict == "unexplained" and found["causes"] else _REASONS[verdict],
         further=_further(found),
         next_test=(found.get("next_test") or {}).get("says", ""),
         style=Markup((here / "report.css").read_text("utf-8")),  # noqa: S704 (our own file)
@@ -125,7 +126,8 @@ def _errors(found: dict[str, Any], unit: str) -> list[dict[str, Any]]:
         for signal, models in signals.items():
             its = unit if signal == "throttle_angle" else _UNITS[signal]
             numbers = [f"{models[name]:.3g} {its}" if name in models else "-" for name in _MODELS]
-            rows.append({"signal": signal.replace("_", " "), "kind": _KINDS[kind], "numbers": numbers})
+            name = "position" if its == "m" else signal.replace("_", " ")
+            rows.append({"signal": name, "kind": _KINDS[kind], "numbers": numbers})
     return rows
 
 

@@ -1,0 +1,51 @@
+"""The whole answer of one explanation: the picture that shows the cause, what it changes, the files that hold it."""
+
+import json
+
+import pytest
+from synthetic import MODEL
+
+from etb_hil.base.stock import find
+from etb_hil.diagnosis.limits import load_limits
+from etb_hil.discrepancy.explain import explain, write
+from etb_hil.discrepancy.pictures import pictures
+from etb_hil.plant.parameters import load_model
+from etb_hil.report.explain_report import write_explanation
+
+
+@pytest.fixture(scope="module")
+def answer(cogging_recording):
+    return explain([cogging_recording], MODEL, limits=load_limits(find("limits", "default")).content)
+
+
+def test_it_is_plain_values(answer):
+    assert json.loads(json.dumps(answer.explanation))["causes"][0]["effect"] == "cogging_torque"
+
+
+def test_suspects_that_were_refused_say_why(answer):
+    best = {one["search"]: one for one in reversed(answer.explanation["suspects"])}
+    for one in best.values():
+        assert one["taken_in"] == (not one["refused"])
+
+
+def test_the_diagnosis_is_said_under_both_models(answer):
+    diagnosis = answer.explanation["diagnosis"]
+    for name in ("stated", "extended"):
+        assert diagnosis[name]["verdict"] in ("pass", "fail", "inconclusive")
+    assert diagnosis["extended"]["T_st"]["value"] == pytest.approx(MODEL.values.stiction, rel=0.1)
+
+
+def test_the_report_shows_it_over_the_motors_turn(answer, tmp_path):
+    series = pictures(answer.findings, answer.holdout.segments)
+    assert [left.over for left in series.left] == ["position", "motor turn"]
+    page = write_explanation(answer.explanation, series, tmp_path).read_text("utf-8")
+    assert "cogging torque" in page
+    assert "Friction that the models have" in page
+    assert (tmp_path / "torque_over_motor_turn.png").stat().st_size > 10_000
+
+
+def test_the_extended_model_is_read_again(answer, tmp_path):
+    write(answer, tmp_path)
+    model = load_model(tmp_path / "model.yaml")
+    assert [entry.id for entry in model.effects] == ["cogging_torque"]
+    assert model.values.coulomb == pytest.approx(MODEL.values.coulomb, rel=0.05)
