@@ -129,6 +129,18 @@ def test_signals_in_mf4_have_units_and_comments(live, messages, tmp_path):
     assert len(concatenate_frames(read_log(path))) == done.frames
 
 
+def test_every_signal_of_a_session_has_its_name_and_unit_in_asammdf(live, messages, tmp_path):
+    path = tmp_path / "session.mf4"
+    export(lambda: read_log(live.session.raw_log), path, messages)
+    with asammdf.MDF(path) as mdf:
+        there = {
+            group.channel_group.acq_name: {channel.name: channel.unit for channel in group.channels[1:]}
+            for group in mdf.groups
+        }
+    for message in messages:
+        assert there[message.name] == {signal.name: signal.unit or "" for signal in message.signals}
+
+
 def test_what_cannot_be_exported_is_said(live, tmp_path, capsys):
     with pytest.raises(InputError, match="a Parquet file holds signals"):
         export(lambda: [traffic()], tmp_path / "out.parquet")
