@@ -31,5 +31,6 @@ def assert_bus_was_healthy(finished):
     bench = finished.results["bench"]
     assert bench["lateness"]["worst_ms"] == 0.0  # virtual time
     assert bench["frame_age"]["worst_ms"] < 2.0
-    assert bench["answer_time"]["worst_ms"] < 12.0  # a status comes every 10 ms
+    # A status comes every 10 ms; a run that switches nothing on is answered nothing.
+    assert bench["answer_time"] is None or bench["answer_time"]["worst_ms"] < 12.0
     assert bench["set_point_jitter"]["worst_us"] < 500.0  # commands wait for a frame on the bus, or two
