@@ -19,11 +19,11 @@ def impossible(parameters: Mapping[str, Parameter]) -> dict[str, Problem]:
     found = {}
     for name, parameter in parameters.items():
         kind = KINDS[name]
-        if parameter.value < 0.0 or (parameter.value == 0.0 and not kind.may_be_zero):
+        if parameter.value < kind.least or (parameter.value == 0.0 and not kind.may_be_zero):
             found[name] = Problem(
                 f"{kind.symbol} is impossible",
                 value=format_quantity(parameter.value, kind.dimension),
-                allowed=f"{'0 or more' if kind.may_be_zero else 'above 0'}, in {unit_of(kind.dimension)}",
+                allowed=f"{f'{kind.least:g} or more' if kind.may_be_zero else 'above 0'}, in {unit_of(kind.dimension)}",
             )
     if found:
         return found

@@ -29,6 +29,7 @@ class ParameterKind:
     """A parameter: its symbol, its dimension, its row of table I, and how it is referred from shaft to shaft.
 
     A rotary value at the motor shaft times G_r**`gear_power` is the value at the throttle shaft; None: not rotary.
+    `least`: below zero for what is counted from a zero that a sensor sets.
     """
 
     symbol: str
@@ -36,6 +37,7 @@ class ParameterKind:
     gear_power: int | None = None
     row: TableRow | None = None
     may_be_zero: bool = False
+    least: float = 0.0
 
 
 _MOTOR, _THROTTLE = Shaft.MOTOR, Shaft.THROTTLE
@@ -62,7 +64,7 @@ KINDS: dict[str, ParameterKind] = {
     "slope_close": ParameterKind("spring slope, closing side", "stiffness", 2, may_be_zero=True),
     "limp_home": ParameterKind("limp-home angle", "angle", -1, may_be_zero=True),
     "dead_zone": ParameterKind("half the dead zone", "angle", -1),
-    "stop_low": ParameterKind("lower stop", "angle", -1, may_be_zero=True),
+    "stop_low": ParameterKind("lower stop", "angle", -1, may_be_zero=True, least=-0.1),
     "stop_high": ParameterKind("upper stop", "angle", -1),
     "stop_stiffness": ParameterKind("stiffness of the stops", "stiffness", 2),
     "stop_damping": ParameterKind("damping of the stops", "rotary damping", 2, may_be_zero=True),

@@ -1,6 +1,7 @@
 """The whole answer of one explanation: the picture that shows the cause, what it changes, the files that hold it."""
 
 import json
+from dataclasses import replace
 
 import pytest
 from synthetic import MODEL
@@ -8,8 +9,11 @@ from synthetic import MODEL
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.limits import load_limits
 from etb_hil.discrepancy.explain import explain, write
+from etb_hil.discrepancy.extending import calibrated_parameters
 from etb_hil.discrepancy.pictures import pictures
+from etb_hil.plant.model_text import model_text
 from etb_hil.plant.parameters import load_model
+from etb_hil.plant.physics import STOP_LOW
 from etb_hil.report.explain_report import write_explanation
 
 
@@ -49,3 +53,12 @@ def test_the_extended_model_is_read_again(answer, tmp_path):
     model = load_model(tmp_path / "model.yaml")
     assert [entry.id for entry in model.effects] == ["cogging_torque"]
     assert model.values.coulomb == pytest.approx(MODEL.values.coulomb, rel=0.05)
+
+
+def test_a_stop_just_below_the_sensors_zero_is_a_model_all_the_same(tmp_path):
+    p = MODEL.vector()
+    p[STOP_LOW] = -0.002
+    model = replace(MODEL, parameters=calibrated_parameters(MODEL, p))
+    path = tmp_path / "model.yaml"
+    path.write_text(model_text(model, "calibrated"), "utf-8")
+    assert load_model(path).values.stop_low == pytest.approx(-0.002)
