@@ -112,7 +112,7 @@ def _gauge(study: GaugeStudy | None) -> str:
     if study is None:
         return "no study: at least 2 units must be there twice each, on one bench or on several."
     text = (
-        f"{study.share(study.gauge):.1%} of the study's variation, {study.categories} distinct categories; "
+        f"{100 * study.share(study.gauge):.1f} % of the study's variation, {study.categories} distinct categories; "
         f"{study.units} units x {study.benches} benches x {study.trials} runs: EV {1e3 * study.repeatability:.2f}, "
     )
     if study.reproducibility is None:

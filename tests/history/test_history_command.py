@@ -27,6 +27,7 @@ def results(session, value):
     return {
         "run_id": session.run_id,
         "started": session.started,
+        "scenario": session.scenario,
         "duration_s": 1.0,
         "exit_code": 0,
         "unit": {"verdict": "pass", "reason_id": "within_limits", "serial": "A1", "part_number": "p", "revision": "1"},
