@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 
 from etb_hil.diagnosis.assessment import Assessment, Interval, fitted_numbers
+from etb_hil.diagnosis.break_away import READING, break_away_torque, break_aways
 from etb_hil.diagnosis.contradiction import widened
 from etb_hil.diagnosis.current_zero import Zero
 from etb_hil.diagnosis.limits import Limits
+from etb_hil.diagnosis.prior import CONSTANT
 from etb_hil.diagnosis.result import Number
 from etb_hil.diagnosis.tally import LiveReading
 from etb_hil.diagnosis.verdict import stand
@@ -48,7 +50,8 @@ def report_numbers(
                 least, most = widened(found.value, found.low, found.high, gain)
                 found = Interval(found.value, found.low if found.low == 0.0 else least, most)
             numbers.append(_fitted(name, found, low, high, limits.marginal_band))
-    return (*numbers, *_paper(reading), *_motor(assessment.balance), *_basis(assessment, reading, zero))
+    broken_away = _broken_away(assessment, throttle, gain)
+    return (*numbers, *broken_away, *_paper(reading), *_motor(assessment.balance), *_basis(assessment, reading, zero))
 
 
 def _fitted(name: str, interval: Interval, limit_low: float | None, limit_high: float | None, band: float) -> Number:
@@ -57,6 +60,31 @@ def _fitted(name: str, interval: Interval, limit_low: float | None, limit_high: 
     if limit_low is not None or limit_high is not None:
         verdict = stand(interval.value, interval.low, interval.high, limit_low, limit_high, band)
     return Number(name, words, interval.value, unit, interval.low, interval.high, limit_low, limit_high, verdict)
+
+
+def _broken_away(assessment: Assessment, throttle: ThrottleParameters, gain: tuple[float, float]) -> tuple[Number, ...]:
+    """Return T_st as break-aways from rest show it, and what longer rests add; nothing where there were too few."""
+    found = break_away_torque(break_aways(assessment.ticks, throttle))
+    if found is None:
+        return ()
+    scale = 1.0 if assessment.fit is None else 1.0 + float(assessment.fit.parameters[CONSTANT])
+    value, reading = scale * found.value, READING * scale * found.value
+    low, high = scale * found.low - reading, scale * found.high + reading
+    name, note = "T_st from break-aways", f"mean of {found.count}, in both directions"
+    number = Number("T_st_break_away", name, value, "N·m", *widened(value, low, high, gain), note=note)
+    if found.per_decade is None:
+        return (number,)
+    return (
+        number,
+        Number(
+            "break_away_per_decade",
+            "more T_st per ten times longer rest",
+            found.per_decade[0],
+            "1",
+            found.per_decade[1],
+            found.per_decade[2],
+        ),
+    )
 
 
 def _paper(reading: LiveReading) -> tuple[Number, ...]:

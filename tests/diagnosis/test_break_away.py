@@ -1,0 +1,85 @@
+"""Break-aways in ticks made to measure, their mean, the law of rest, and T_st of a unit on a simulated bench."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from etb_hil.base.stock import find
+from etb_hil.bench.scenario_file import load_scenario
+from etb_hil.bench.simulation import Simulation
+from etb_hil.diagnosis.break_away import break_away_torque, break_aways
+from etb_hil.diagnosis.diagnosis import Diagnosis
+from etb_hil.diagnosis.limits import load_limits
+from etb_hil.diagnosis.ticks import Ticks
+from etb_hil.plant.parameters import load_model
+from etb_hil.recording.samples import SampleBlock
+
+MODEL = load_model(find("model", "default"))
+THROTTLE = MODEL.values
+LEVEL = 0.17
+
+
+def ticks_of(rests, *, per_decade=0.0, even=0.0, noise=0.0, at=0.6):
+    """Creep to and fro with rests (s) between: friction climbs to its peak within 3 mrad, then stays at LEVEL."""
+    rng = np.random.default_rng(8)
+    angle, friction, place = [], [], at
+    for number, rest in enumerate(rests):
+        way = 1.0 if number % 2 == 0 else -1.0
+        peak = LEVEL * (1.0 + per_decade * math.log10(rest / 0.1))
+        angle += [place] * round(rest * 1000)
+        friction += [0.2 * way * LEVEL] * round(rest * 1000)
+        moved = np.arange(1, 601) * 1e-4  # 0.1 rad/s
+        climb = np.minimum(moved / 0.003, 1.0) * np.where(moved < 0.006, peak, LEVEL)
+        angle += (place + way * moved).tolist()
+        friction += (way * np.maximum(climb, 0.2 * LEVEL)).tolist()
+        place = angle[-1]
+    angle, friction = np.array(angle), np.array(friction) + even + noise * rng.standard_normal(len(angle))
+    velocity, none = np.gradient(angle, 1e-3), np.zeros(len(angle))
+    time = np.arange(len(angle)) * 1e-3
+    return Ticks(time, angle, none, none, none, velocity, friction, none + 1.0, np.ones(len(angle), np.int64))
+
+
+def test_one_for_every_rest_and_a_spring_that_is_off_cancels():
+    found = break_aways(ticks_of([0.3, 0.5, 0.4, 0.3, 0.5, 0.4], even=0.02), THROTTLE)
+    assert [one.direction for one in found] == [1, -1, 1, -1, 1, -1]
+    assert [one.rest for one in found] == pytest.approx([0.3, 0.5, 0.4, 0.3, 0.5, 0.4], abs=0.03)
+    assert [one.torque for one in found[:2]] == pytest.approx([LEVEL + 0.02, LEVEL - 0.02], abs=2e-3)
+    assert break_away_torque(found).value == pytest.approx(LEVEL, abs=1e-3)
+    assert break_away_torque(found).per_decade is None
+    assert found[0].rate == pytest.approx(0.1 * LEVEL / 0.003, rel=0.15)
+
+
+def test_law_of_rest():
+    rests = [0.2, 0.2, 1.0, 1.0, 4.0, 4.0, 0.4, 0.4]
+    for law in (0.0, 0.12):
+        found = break_away_torque(break_aways(ticks_of(rests, per_decade=law, noise=1e-3), THROTTLE))
+        slope, low, high = found.per_decade
+        assert low < slope < high
+        assert slope == pytest.approx(law, abs=0.02)
+        assert (low > 0.0) == (law > 0.0)
+
+
+def test_quick_starts_stops_and_short_rests_are_none():
+    quick = ticks_of([0.3, 0.3])
+    angle = np.where(quick.angle > 0.6, 0.6 + 20.0 * (quick.angle - 0.6), quick.angle)
+    assert break_aways(replace(quick, angle=angle, velocity=np.gradient(angle, 1e-3)), THROTTLE) == []
+    assert break_aways(ticks_of([0.3, 0.3], at=THROTTLE.stop_low + 0.01), THROTTLE)[1:] == []
+    assert break_aways(ticks_of([0.05, 0.05]), THROTTLE) == []
+    assert break_away_torque([]) is None
+
+
+def test_stock_scenario_measures_break_away():
+    scenario = load_scenario(find("scenario", "break_away")).content
+    steps = [step for step in scenario.steps if step.phase.kind in {"current_zero", "home", "break_away"}]
+    time_ns, columns = Simulation(MODEL, MODEL, law="pd", seed=2, rate=20000.0).run(steps)
+    diagnosis = Diagnosis(MODEL, load_limits(find("limits", "default")).content)
+    none = np.zeros(20_000, np.int64)
+    for part, kind in ((slice(20_000), "current_zero"), (slice(20_000, None), "break_away")):
+        rows = {role: values[part] for role, values in columns.items() if not role.startswith("command")}
+        stamps = time_ns[part]
+        diagnosis.push(SampleBlock("samples", stamps, stamps, rows, np.resize(none, len(stamps))), kind)
+    number = diagnosis.finish().number("T_st_break_away")
+    assert number.low < THROTTLE.stiction < number.high
+    assert number.value == pytest.approx(THROTTLE.stiction, rel=0.03)
