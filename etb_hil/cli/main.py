@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import os
 import sys
 
 from etb_hil import __version__
 from etb_hil.base.lean_imports import hide_asammdf
+from etb_hil.cli.completion import ASKED, complete, words_so_far
 
 # command -> what it does; each has a module of its name in this folder with `add_arguments` and `run`
 COMMANDS = {
@@ -20,10 +22,12 @@ COMMANDS = {
     "isolability": "tell which effects a planned scenario could tell apart",
     "station": "say what a station tests, whether its bench is fit, and which sessions need not be kept",
     "history": "units over time, control charts, capability, gauge R&R and drift of many runs",
-    "check": "check bench, scenario, model and limits without moving anything",
+    "new": "write a bench, a model and a scenario to start from, for a controller's DBC file",
+    "check": "say what is missing for a run, on paper and on this machine, and how to put it right",
     "simulate": "run a scenario or a recorded voltage on a model, without a bus, into a table",
     "reproduce": "run the seed paper's simulations: its figures, and the numbers behind them",
     "schema": "print the JSON schemas of the files that people write",
+    "completion": "print what a shell has to read so that Tab completes commands, options and names",
 }
 
 DESCRIPTION = "Hardware-in-the-loop bench for electronic throttle bodies over CAN."
@@ -33,8 +37,12 @@ EXIT_CODES = "exit codes: 0 pass or done, 2 bad input, 3 bench fault, 4 inconclu
 def main(arguments: list[str] | None = None) -> int:
     """Run one command and return its exit code."""
     words = sys.argv[1:] if arguments is None else arguments
+    if ASKED in os.environ:
+        words = words_so_far()
     command = next((word for word in words if not word.startswith("-")), None)
     parser = _parser(command if command in COMMANDS else None)
+    if ASKED in os.environ:
+        complete(parser)
     options = parser.parse_args(words)
     if arguments is None:  # the process is ours
         hide_asammdf()
