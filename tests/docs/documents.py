@@ -5,7 +5,11 @@ from pathlib import Path
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 DOCS = CHECKOUT / "docs"
-PAGES = [CHECKOUT / "README.md", *sorted(DOCS.glob("*.md")), *sorted((DOCS / "howto").glob("*.md"))]
+PAGES = [
+    path
+    for path in [CHECKOUT / "README.md", *sorted(DOCS.rglob("*.md"))]
+    if (DOCS / "reference") not in path.parents  # which is made from the commands themselves
+]
 
 _BLOCK = re.compile(r"^    (etb-hil .*)$", re.MULTILINE)
 _ANYWHERE = re.compile(r"etb-hil ([a-z]+)((?: [^`|\n&]*)?)")
