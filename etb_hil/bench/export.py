@@ -112,7 +112,7 @@ def _compare(before: Iterable[FrameBlock], after: Iterable[FrameBlock], done: Ex
     Raises InputError where the new log has not all frames: its format cannot be trusted with them.
     """
     shift, worst, found = None, 0, 0
-    sent, channels = 0, np.zeros(256, np.int64)  # more before than after
+    sent, lengths, channels = 0, 0, np.zeros(256, np.int64)  # more before than after
     for old, new in _side_by_side(iter(before), iter(after)):
         moved = new.stamp_ns - old.stamp_ns
         if shift is None:
@@ -120,13 +120,15 @@ def _compare(before: Iterable[FrameBlock], after: Iterable[FrameBlock], done: Ex
         worst = max(worst, int(np.max(np.abs(moved - shift))))
         found += len(new)
         sent += int(np.count_nonzero(old.flags & FrameFlag.SENT)) - int(np.count_nonzero(new.flags & FrameFlag.SENT))
+        lengths += int(old.length.sum()) - int(new.length.sum())
         channels += np.bincount(old.channel, minlength=256) - np.bincount(new.channel, minlength=256)
     if found != done.frames:
         raise InputError(
             Problem(f"holds {found} of {done.frames} frames when it is read back", remedy="export to .blf")
         )
     done.shift_ns, done.worst_ns = shift, worst
-    done.gone = [what for what, is_gone in (("direction", sent > 0), ("channel", channels.any())) if is_gone]
+    changed = {"direction": sent > 0, "channel": channels.any(), "length of remote frames": lengths > 0}
+    done.gone = [what for what, is_gone in changed.items() if is_gone]
 
 
 def _side_by_side(first: Iterator[FrameBlock], second: Iterator[FrameBlock]) -> Iterator[tuple[FrameBlock, FrameBlock]]:

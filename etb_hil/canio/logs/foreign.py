@@ -44,6 +44,19 @@ def _mf4_reader(path: Path) -> Any:  # noqa: ANN401 (python-can's readers share 
     return import_module("can.io.mf4").MF4Reader(path)
 
 
+def _sqlite_reader(path: Path) -> Any:  # noqa: ANN401 (likewise)
+    """Open a database that is whole: of one that is cut off, SQLite reads what is missing of a page as zeros."""
+    with path.open("rb") as file:
+        head = file.read(100)
+    if head[:15] == b"SQLite format 3" and len(head) == 100:
+        page = int.from_bytes(head[16:18], "big")
+        whole = int.from_bytes(head[28:32], "big") * (65536 if page == 1 else page)
+        size = path.stat().st_size
+        if size < whole:
+            raise ValueError(f"{size} of {whole} bytes are there; `sqlite3 {path.name} .recover` finds what is left")
+    return can.SqliteReader(path)
+
+
 # python-can's stamps are floats. Those of TRC and candump count whole microseconds, which a float of today's epoch
 # still tells apart (its own step is 0.24 us): rounding to the step undoes every error. ASC counts from zero, so that a
 # nanosecond survives. CSV, SQLite and MF4 hold the float itself.
@@ -52,7 +65,7 @@ FORMATS = {
     ".trc": _Format("TRC", can.TRCReader, 1000, fd_codes=True),
     ".log": _Format("candump", can.CanutilsLogReader, 1000, ends_lines=True),
     ".csv": _Format("python-can CSV", can.CSVReader, 1, ends_lines=True),
-    ".db": _Format("python-can SQLite", can.SqliteReader, 1, text=False),
+    ".db": _Format("python-can SQLite", _sqlite_reader, 1, text=False),
     ".mf4": _Format("MF4", _mf4_reader, 1, text=False),
 }
 
@@ -89,7 +102,7 @@ class ForeignLog:
         line = lines.line if lines else None
         if fault is not None:
             self._stopped(fault, frames, line)
-        if lines and lines.cut:
+        elif lines and lines.is_cut():
             self.notes.append(f"{Place(self.path, line)}: the last line is cut off and was left out")
 
     def _lines(self) -> LineSource | None:
@@ -105,6 +118,8 @@ class ForeignLog:
     def _messages(self, source: LineSource | Path) -> Iterator[can.Message]:
         with self._format.reader(source) as reader:
             for message in reader:
+                if isinstance(source, LineSource):
+                    source.frame_line = source.line
                 yield _checked(message, self._format)
 
     def _stopped(self, fault: Exception, frames: int, line: int | None) -> None:

@@ -24,8 +24,8 @@ class LineSource:
         opened = gzip.open if path.suffix.lower() == ".gz" else open
         self._file = cast("TextIO", opened(path, "rt", encoding="utf-8", errors="replace"))
         self._ends_lines = ends_lines
-        self.line = 0
-        self.cut = False
+        self.line = self.frame_line = 0  # `frame_line` is for who finds a frame in the line
+        self._cut = self._is_open = False
 
     def __iter__(self) -> Iterator[str]:
         return self
@@ -33,10 +33,16 @@ class LineSource:
     def __next__(self) -> str:
         text = next(self._file)
         self.line += 1
-        if not text.endswith("\n") and (self._ends_lines or _HALF_BYTE.search(text)):
-            self.cut = True
-            raise StopIteration
+        if not text.endswith("\n"):
+            if self._ends_lines or _HALF_BYTE.search(text):
+                self._cut = True
+                raise StopIteration
+            self._is_open = text.lstrip()[:1].isdigit()
         return text
+
+    def is_cut(self) -> bool:
+        """Return whether the last line was cut off: it was left out, or it looks like a frame and was none."""
+        return self._cut or (self._is_open and self.frame_line != self.line)
 
     def close(self) -> None:
         """Close the file."""

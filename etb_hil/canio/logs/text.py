@@ -40,6 +40,7 @@ _HALF = re.compile(
     rb"|\scanfd(\s+\w+){3,4}\s+[01]\s+[01]\s+[0-9A-F]\s+\d+\s+[0-9A-F])\Z",
     re.IGNORECASE,
 )
+_EVENT = re.compile(rb"\s*\d")  # of an ASC log: it starts with its time
 
 
 class TextLog:
@@ -56,14 +57,18 @@ class TextLog:
         self._base = 16
         self._width = 8
         self._fault = ""
+        self._is_open = False  # the last line has no end
 
     def __iter__(self) -> Iterator[FrameBlock]:
         """Yield the frames in blocks of bounded size; InputError where not even the first frame can be read."""
         self.notes, self._frames, self._line, self._base, self._width, self._fault = [], 0, 0, 16, 8, ""
+        self._is_open = False
         for text in self._chunks():
             if not self._line and self._suffix == ".asc":
                 text = text[self._header(text) :]  # noqa: PLW2901 (the header is no part of the events)
             frames = concatenate_frames(self._parts(text))
+            if self._is_open and not len(frames) and not self._fault and _EVENT.match(text):
+                self._cut_off(self._line)
             self._frames += len(frames)
             if len(frames):
                 yield frames
@@ -96,9 +101,13 @@ class TextLog:
             self._fault = "a line without an end"
             self._stopped()
         elif rest and (self._suffix == ".log" or _HALF.search(rest)):
-            self.notes.append(f"{Place(self.path, self._line + 1)}: the last line is cut off and was left out")
+            self._cut_off(self._line + 1)
         elif rest:
+            self._is_open = True
             yield rest + b"\n"
+
+    def _cut_off(self, line: int) -> None:
+        self.notes.append(f"{Place(self.path, line)}: the last line is cut off and was left out")
 
     def _header(self, text: bytes) -> int:
         """Return where the events of an ASC log start; its header says how numbers are written."""

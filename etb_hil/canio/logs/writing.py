@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from etb_hil.canio.frames import FrameBlock
 
 _BY_PYTHON_CAN = (".asc", ".log", ".trc", ".csv", ".db", ".asc.gz", ".log.gz", ".csv.gz", ".trc.gz")
-_CLASSIC_ONLY = (".trc", ".csv")
+_NOT_HELD = {".trc": FrameFlag.FD | FrameFlag.ERROR | FrameFlag.REMOTE, ".csv": FrameFlag.FD}
 _TABLE = (
     "CREATE TABLE messages (ts REAL, arbitration_id INTEGER, extended INTEGER, remote INTEGER, error INTEGER, "
     "dlc INTEGER, data BLOB)"
@@ -80,7 +80,7 @@ class _PythonCanWriter:
         from etb_hil.canio.messages import to_message  # noqa: PLC0415
 
         self.left_out = 0
-        self._classic_only = suffix.removesuffix(".gz") in _CLASSIC_ONLY
+        self._not_held = _NOT_HELD.get(suffix.removesuffix(".gz"), FrameFlag(0))
         self._to_message = to_message
         try:
             self._logger: Any = can.Logger(path)
@@ -89,8 +89,8 @@ class _PythonCanWriter:
             raise InputError(Problem(wrong, Place(path), remedy="give another path")) from None
 
     def write(self, frames: FrameBlock) -> None:
-        if self._classic_only:
-            fit = (frames.flags & FrameFlag.FD) == 0
+        if self._not_held:
+            fit = (frames.flags & self._not_held) == 0
             self.left_out += len(frames) - int(np.count_nonzero(fit))
             frames = frames.rows(fit)
         for row in range(len(frames)):
