@@ -14,7 +14,7 @@ from etb_hil.report.wording import BENCH_REASONS, UNIT_REASONS
 PACKAGE = Path(__file__).parents[1] / "etb_hil"
 ROOMS = (
     "base", "recording", "plant", "observer", "diagnosis", "discrepancy", "canio", "controller", "bench", "history",
-    "station", "report",
+    "station", "report", "paper",
 )  # fmt: skip
 
 
