@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from etb_hil.base.yamlfile import FileModel
+from etb_hil.bench.baseline import Baseline
 from etb_hil.bench.bench_file import Bench
 from etb_hil.bench.scenario_file import Scenario
 from etb_hil.bench.station_file import Station
@@ -19,6 +20,7 @@ KINDS: dict[str, type[FileModel]] = {
     "limits": Limits,
     "table_map": TableMap,
     "station": Station,
+    "baseline": Baseline,
 }
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 

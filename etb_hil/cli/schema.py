@@ -9,7 +9,9 @@ from pathlib import Path
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument(
-        "kind", nargs="?", help="scenario, bench, model, limits, table_map, station or results (default: list them)"
+        "kind",
+        nargs="?",
+        help="scenario, bench, model, limits, table_map, station, baseline or results (default: list them)",
     )
     parser.add_argument(
         "--out", type=Path, metavar="FOLDER", help="write KIND.schema.json here, all of them without KIND"

@@ -16,6 +16,7 @@ STOCK = [(kind, find(kind, name)) for kind in ("scenario", "bench", "model", "li
 STOCK += [("table_map", path) for path in sorted(EXAMPLES.glob("*.map.yaml"))]
 STOCK += [("station", path) for path in sorted(EXAMPLES.glob("*.station.yaml"))]
 STOCK += [("bench", path) for path in sorted(EXAMPLES.glob("*.bench.yaml"))]
+STOCK += [(kind, EXAMPLES / "ci" / f"{kind}.yaml") for kind in ("limits", "baseline")]
 
 
 @pytest.mark.parametrize(("kind", "path"), STOCK, ids=[f"{kind}-{path.stem}" for kind, path in STOCK])
