@@ -1,6 +1,7 @@
 """The panel in a terminal of 80 x 24, in a pipe, when it stalls and when it dies."""
 
 import fcntl
+import io
 import os
 import pty
 import select
@@ -10,15 +11,18 @@ import subprocess
 import sys
 import termios
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pyte
 import pytest
+from rich.console import Console
 from run_with_panel import FULL
 
 from etb_hil.bench.snapshot import Snapshot
 from etb_hil.report.panel import new_messages
 from etb_hil.report.panel_feed import PanelFeed, PanelSnapshot
+from etb_hil.report.panel_view import draw
 from etb_hil.report.panel_watcher import PanelLimits, PanelWatcher
 
 HERE = Path(__file__).parent
@@ -178,9 +182,25 @@ def test_a_panel_that_stalls_costs_snapshots_and_nothing_else():
 def test_longest_texts_arrive_whole(character):
     longest = character * 500
     with PanelFeed() as feed:
-        feed.update(PanelSnapshot(title=longest, phase=longest, messages=(longest,) * 9))
+        texts = dict.fromkeys(("title", "phase", "question", "keys", "before"), longest)
+        feed.update(PanelSnapshot(**texts, messages=(longest,) * 9))
         assert feed.dropped == 0
         assert feed.close() == ""
+
+
+def test_a_question_takes_the_messages_place_and_all_of_it_fits():
+    question = "Is the unit clamped, its connector locked and the hood closed? " * 4
+    busiest = replace(FULL, question=question, keys="1 yes   2 no", before="last: A-1 pass; so far 1 unit: 1 pass")
+    console = Console(width=80, file=io.StringIO(), record=True)
+    console.print(draw(busiest, silent_s=9.0))
+    shown = console.export_text().splitlines()
+    assert len(shown) < 24
+    assert max(map(len, shown)) == 80
+    text = " ".join(line.strip("│ ") for line in shown)
+    assert " ".join(question.split()) in " ".join(text.split())
+    assert "keys: 1 yes   2 no" in text
+    assert "last: A-1 pass" in text
+    assert "homing done" not in text
 
 
 def test_a_run_without_a_panel_feeds_nobody():
@@ -248,6 +268,15 @@ def test_the_watcher_shows_what_is_known_and_the_limit_that_applies():
     watcher(told(time_s=24.0))
     assert feed.kept[-2].time_left_s > 0.0
     assert feed.kept[-1].time_left_s == 0.0
+
+
+def test_the_watcher_shows_question_keys_and_what_came_before():
+    feed = Kept()
+    watcher = PanelWatcher(feed, "a run", PanelLimits(), keys=lambda: "1 yes", before="last: A-1 pass")
+    watcher(told(message="Clamped?"))
+    watcher(told())
+    assert [snapshot.question for snapshot in feed.kept] == ["Clamped?", ""]
+    assert {(snapshot.keys, snapshot.before) for snapshot in feed.kept} == {("1 yes", "last: A-1 pass")}
 
 
 def test_the_watcher_keeps_the_last_messages_once_each():
