@@ -168,7 +168,7 @@ def _round(findings: Findings, taken: Sequence[str], progress: Progress) -> Roun
         healthy,
         _alone(residual, base, refined[0]),
     )
-    found.alike = alike(found, residual, shapes)
+    found.alike = alike(found, findings.balances, residual, shapes)
     return found
 
 

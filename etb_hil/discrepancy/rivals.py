@@ -10,10 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy import decision
+from etb_hil.discrepancy.balances import Balances
+from etb_hil.discrepancy.calibration import Calibration
 from etb_hil.discrepancy.candidates import Candidate
 from etb_hil.discrepancy.fit import Fit, Residual
 from etb_hil.discrepancy.screening import Screened, stepped
 from etb_hil.discrepancy.similarity import ABSORBED, ALIKE, Projector, cosine, rest_of
+from etb_hil.discrepancy.unknowns import Unknown
+from etb_hil.plant.physics import RESISTANCE, TORQUE_PER_AMPERE
 
 if TYPE_CHECKING:
     from etb_hil.discrepancy.naming import Round
@@ -27,10 +31,14 @@ _HALVINGS = 3
 _NOTHING_LEFT = 0.03  # share of a column below which the base parameters are it
 
 
-def alike(found: Round, residual: Residual, shapes: Mapping[str, Sequence[Candidate]]) -> list[str]:
+def alike(
+    found: Round, balances: Sequence[Balances], residual: Residual, shapes: Mapping[str, Sequence[Candidate]]
+) -> list[str]:
     """Return the ids that these data cannot tell from a round's winner, the winner left out; `shapes` by id."""
-    projector = Projector(found.before)
     winner = found.winner
+    base = found.before.unknowns
+    columns = _without_scale(base, winner, found.does, balances)
+    projector = Projector(Calibration(base, winner.fit, columns))
     suspected = winner.candidate.frees
     whole = found.does
     own = projector.rest(whole, frozenset({suspected} - {""}))
@@ -47,7 +55,7 @@ def alike(found: Round, residual: Residual, shapes: Mapping[str, Sequence[Candid
             and not is_absorbed
             and (near > _WORTH or _declared(winner, rival))
         ):
-            near = _closest(residual, found.before.fit, projector, shapes[rival.id], own, suspected)
+            near = _closest(residual, winner.fit, projector, shapes[rival.id], own, suspected)
         if near > ALIKE:
             names.append(rival.id)
     margin = decision.class_margin(found)
@@ -55,6 +63,23 @@ def alike(found: Round, residual: Residual, shapes: Mapping[str, Sequence[Candid
     if is_absorbed:
         names += [decision.parameter_id(name) for name in projector.imitators(whole)]
     return list(dict.fromkeys(name for name in names if name and name != winner.id))
+
+
+def _without_scale(base: Sequence[Unknown], winner: Refined, does: Float64, balances: Sequence[Balances]) -> Float64:
+    """Return the base parameters' columns (n, base) as a unit without the effect would have them.
+
+    The measured current drives the effect, too. Scaling every torque down would therefore imitate any torque exactly,
+    so the torque constant has to be freed of the effect's share of the current; without a current, the resistance too.
+    """
+    columns = winner.columns[:, : len(base)].copy()
+    rows = np.concatenate([np.arange(3 * b.rows) < b.rows for b in balances])
+    share = np.where(rows, does, 0.0)
+    for k, unknown in enumerate(base):
+        if unknown.place == TORQUE_PER_AMPERE:
+            columns[:, k] -= share * unknown.scale / winner.fit.whole[unknown.place]
+        if unknown.place == RESISTANCE and balances[0].measured.current is None:
+            columns[:, k] += share * unknown.scale / winner.fit.whole[unknown.place]
+    return columns
 
 
 def _declared(winner: Refined, rival: Candidate) -> bool:
