@@ -38,10 +38,14 @@ class LogJob:
 
 
 class Frames:
-    """The frames of several files, one after the other; `notes` says afterwards what could not be read."""
+    """The frames of several files, one after the other; `notes` says afterwards what could not be read.
 
-    def __init__(self, paths: Sequence[Path]) -> None:
+    With a `channel`, counted from 0, those of all other channels are left out.
+    """
+
+    def __init__(self, paths: Sequence[Path], channel: int | None = None) -> None:
         self._paths = paths
+        self._channel = channel
         self.notes: list[str] = []
 
     def __iter__(self) -> Iterator[FrameBlock]:
@@ -51,7 +55,10 @@ class Frames:
         for path in self._paths:
             log = read_log(path)
             begun = False
-            for frames in log:
+            for block in log:
+                frames = block if self._channel is None else block.rows(block.channel == self._channel)
+                if not len(frames):
+                    continue
                 if not begun and last_ns is not None and int(frames.stamp_ns[0]) < last_ns:
                     raise InputError(
                         Problem(

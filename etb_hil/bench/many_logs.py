@@ -28,7 +28,7 @@ _RANKS = [str(v) for v in (UnitVerdict.FAIL, UnitVerdict.PASS, UnitVerdict.INCON
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One log or session; without `rules`, a session is judged by its own files. `key` tells it from all others."""
+    """One unit in a log, or a session, which has files of its own (no `rules`). `key` tells it from all others."""
 
     source: Path
     rules: RuleFiles | None
@@ -36,6 +36,7 @@ class Task:
     model: Path | None = None
     limits: Path | None = None
     stretch_s: float = STRETCH_S
+    channel: int | None = None
 
 
 Outcome = dict[str, Any]
@@ -43,10 +44,16 @@ Pool = "Callable[[Sequence[Task]], Iterator[Outcome]]"
 
 
 def tasks_for(
-    sources: Iterable[Path], rules: RuleFiles, model: Path | None, limits: Path | None, stretch_s: float = STRETCH_S
+    sources: Iterable[Path],
+    units: Sequence[tuple[RuleFiles, int | None]],
+    model: Path | None,
+    limits: Path | None,
+    stretch_s: float = STRETCH_S,
 ) -> list[Task]:
-    """Return a task a source; `rules` serve those that are no sessions, `model` and `limits` overrule a session's."""
-    about = f"{__version__} {stretch_s} {[entry.sha256 for entry in rules.inputs()]}"
+    """Return a task a session, and a task a log and unit; a unit is its files, and the channel if not all are its own.
+
+    `model` and `limits` overrule a session's.
+    """
     own = [path.read_bytes() if path else b"" for path in (model, limits)]
     found = {}
     for source in sources:
@@ -57,9 +64,11 @@ def tasks_for(
         except OSError as error:
             wrong = f"cannot be read: {error.strerror or error}"
             raise InputError(Problem(wrong, Place(log), remedy="check the path and its permissions")) from None
-        what = f"{source.resolve()} {state.st_size} {state.st_mtime_ns} {about}".encode()
-        key = hashlib.sha256(b"\0".join([what, *own])).hexdigest()[:24]
-        found[key] = Task(source, None if is_session else rules, key, model, limits, stretch_s)
+        what = f"{source.resolve()} {state.st_size} {state.st_mtime_ns} {__version__} {stretch_s}"
+        for rules, channel in units[:1] if is_session else units:
+            unit = f"{channel} {[entry.sha256 for entry in rules.inputs()]}"
+            key = hashlib.sha256(b"\0".join([what.encode(), unit.encode(), *own])).hexdigest()[:24]
+            found[key] = Task(source, None if is_session else rules, key, model, limits, stretch_s, channel)
     return list(found.values())
 
 
@@ -101,7 +110,7 @@ def _read_progress(path: Path) -> dict[str, Outcome]:
 def judge_task(task: Task) -> Outcome:
     """Judge one log; what goes wrong with it is part of the outcome."""
     start, spent = time.perf_counter(), time.process_time()
-    outcome: Outcome = {"key": task.key, "path": str(task.source)}
+    outcome = _about(task)
     try:
         outcome |= _judged(task)
     except EtbHilError as error:
@@ -113,7 +122,12 @@ def judge_task(task: Task) -> Outcome:
 
 def failed(task: Task, status: str, error: str) -> Outcome:
     """Return the outcome of a log that could not be judged."""
-    return {"key": task.key, "path": str(task.source), "status": status, "error": error, "exceedances": []}
+    return {**_about(task), "status": status, "error": error, "exceedances": []}
+
+
+def _about(task: Task) -> Outcome:
+    bench = None if task.rules is None else task.rules.bench.name
+    return {"key": task.key, "path": str(task.source), "bench": bench, "channel": task.channel}
 
 
 def _judged(task: Task) -> Outcome:
@@ -121,7 +135,7 @@ def _judged(task: Task) -> Outcome:
     if task.rules is None:
         parts = [_part(replay(task.source, task.model, task.limits), 0)]
     else:
-        frames = Frames([task.source])
+        frames = Frames([task.source], task.channel)
         job = LogJob((task.source,), task.rules, task.rules.read(), keep=False)
         length_ns = round(task.stretch_s * 1e9)
         parts, origin = [], None
@@ -134,7 +148,7 @@ def _judged(task: Task) -> Outcome:
             parts.append(_part(finished, finished.record.start_ns - origin))
         notes = frames.notes
         if not parts:
-            judge(job, Frames([task.source]))  # says what is wrong with all of it
+            judge(job, Frames([task.source], task.channel))  # says what is wrong with all of it
     verdict = min((part["verdict"] or _RANKS[-1] for part in parts), key=_RANKS.index)
     deciding = next(part for part in parts if (part["verdict"] or _RANKS[-1]) == verdict)
     whole = {name: sum(part[name] for part in parts) for name in ("duration_s", "frames", "lost", "crc_failures")}

@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 LOGS, EXCEEDANCES = "logs.parquet", "exceedances.parquet"
 
 _TEXTS = (
-    "path", "key", "status", "error", "verdict", "reason_id", "reason", "serial", "part_number", "revision",
+    "path", "key", "bench", "status", "error", "verdict", "reason_id", "reason", "serial", "part_number", "revision",
     "bench_outcome", "timestamp_grade", "notes", "version",
 )  # fmt: skip
-_COUNTS = ("exit_code", "stretches", "start_ns", "frames", "lost", "crc_failures", "exceedances")
+_COUNTS = ("channel", "exit_code", "stretches", "start_ns", "frames", "lost", "crc_failures", "exceedances")
 _VALUES = ("duration_s", "deciding_s", "wall_s", "processor_s")
 _EPISODE = ("start_s", "end_s", "peak", "allowance", "limit", "angle", "velocity", "temperature")
 

@@ -22,7 +22,16 @@ STRETCH_S = 60.0
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("sources", type=Path, nargs="+", metavar="SOURCE", help="folder of a session, or a log")
-    parser.add_argument("--bench", help="bench file of a log (default: virtual_classic)")
+    parser.add_argument(
+        "--bench", action="append", help="bench file of a log; again for each further unit (default: virtual_classic)"
+    )
+    parser.add_argument(
+        "--channel",
+        type=int,
+        action="append",
+        metavar="N",
+        help="judge frames of this channel of a log, from 0 (Vector's tools count from 1); again for further units",
+    )
     parser.add_argument("--model", help="what is known of the unit (default: the session's own, else default)")
     parser.add_argument("--limits", help="limits of the part (default: the session's own, else default)")
     parser.add_argument(
@@ -59,7 +68,21 @@ def run(options: argparse.Namespace) -> int:
         )
     if (options.sources[0] / "session.json").exists():
         return _session(options)
-    return _log(options)
+    return _units(options)
+
+
+def _units(options: argparse.Namespace) -> int:
+    """Judge each unit of a log and return the worst exit code."""
+    from etb_hil.base.outcome import ExitCode
+
+    units = _rules_and_channels(options)
+    ranks = [ExitCode.UNIT_FAILED, ExitCode.INCONCLUSIVE, ExitCode.DONE]
+    found = []
+    for files, channel in units:
+        if len(units) > 1:
+            print(f"{files.bench.name}{'' if channel is None else f', channel {channel}'}:")
+        found.append(ExitCode(_log(options, files, channel)))
+    return min(found, key=ranks.index)
 
 
 def _session(options: argparse.Namespace) -> int:
@@ -85,14 +108,14 @@ def _session(options: argparse.Namespace) -> int:
     return int(finished.results["exit_code"])
 
 
-def _log(options: argparse.Namespace) -> int:
+def _log(options: argparse.Namespace, files: RuleFiles, channel: int | None) -> int:
     from etb_hil.bench.log_replay import Frames, LogJob, judge, stretches
     from etb_hil.bench.replay import within
     from etb_hil.report.verdict import verdict_text
 
-    files, phases = _rule_files(options), _phases(options)
+    phases = _phases(options)
     job = LogJob(tuple(options.sources), files, files.read(), phases, keep=options.against is not None)
-    frames = Frames(options.sources)
+    frames = Frames(options.sources, channel)
     window = _window(options)
     if phases or window or options.against:
         finished = judge(job, within(frames, window))
@@ -158,7 +181,7 @@ def _many(options: argparse.Namespace) -> int:
     from etb_hil.bench.parquet import write_parquet
     from etb_hil.bench.workers import DaskWorkers, LocalProcesses
 
-    tasks = tasks_for(options.sources, _rule_files(options), *_own(options), options.stretch)
+    tasks = tasks_for(options.sources, _rules_and_channels(options), *_own(options), options.stretch)
     pool = DaskWorkers(options.dask) if options.dask else LocalProcesses(options.jobs)
     outcomes = judge_many(tasks, options.out, pool)
     for outcome in outcomes:
@@ -191,7 +214,13 @@ def _onto_bus(options: argparse.Namespace) -> int:
     return 0
 
 
-def _rule_files(options: argparse.Namespace) -> RuleFiles:
+def _rules_and_channels(options: argparse.Namespace) -> list[tuple[RuleFiles, int | None]]:
+    """Return the units of a log: each bench file with each channel."""
+    rules = [_rule_files(options, bench) for bench in options.bench or [None]]
+    return [(files, channel) for files in rules for channel in options.channel or [None]]
+
+
+def _rule_files(options: argparse.Namespace, bench_name: str | None) -> RuleFiles:
     """Return the files that a log is judged by: those named, those of the session to compare with, or stock ones."""
     from etb_hil.base.stock import find
     from etb_hil.bench.bench_file import load_bench
@@ -199,9 +228,9 @@ def _rule_files(options: argparse.Namespace) -> RuleFiles:
     from etb_hil.bench.session import open_session
 
     model, limits = _own(options)
-    if options.against and not options.bench:
+    if options.against and not bench_name:
         return rule_files(open_session(options.against), model, limits)
-    bench = find("bench", options.bench or "virtual_classic")
+    bench = find("bench", bench_name or "virtual_classic")
     return RuleFiles(
         bench, model or find("model", "default"), limits or find("limits", "default"), load_bench(bench).dbc
     )

@@ -2,10 +2,12 @@
 
 import json
 import os
+from dataclasses import replace
 
 import dask
 import distributed
 import duckdb
+import numpy as np
 import pytest
 from whole_run import run_on
 
@@ -15,7 +17,10 @@ from etb_hil.bench.many_logs import CRASHED, JUDGED, PROGRESS, REFUSED, judge_ma
 from etb_hil.bench.parquet import write_parquet
 from etb_hil.bench.replay import rule_files
 from etb_hil.bench.workers import DaskWorkers, LocalProcesses
+from etb_hil.canio.frames import concatenate_frames
+from etb_hil.canio.logs.blf import BlfLog, read_blf
 from etb_hil.cli import replay as command
+from etb_hil.cli.main import main as command_line
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +39,7 @@ def sources(live, tmp_path):
 
 @pytest.fixture
 def tasks(live, sources):
-    return tasks_for(sources, rule_files(live.session), None, None)
+    return tasks_for(sources, [(rule_files(live.session), None)], None, None)
 
 
 def one_after_the_other(tasks):
@@ -83,16 +88,38 @@ def test_interrupted_work_goes_on(tasks, tmp_path):
 
 def test_a_log_that_changed_or_other_limits_are_new_work(live, sources, tasks):
     limits = live.session.input_path("limits")
-    other = tasks_for(sources, rule_files(live.session), None, limits)
+    other = tasks_for(sources, [(rule_files(live.session), None)], None, limits)
     assert not {task.key for task in tasks} & {task.key for task in other}
     sources[1].write_bytes(b"something else")
-    keys = [task.key for task in tasks_for(sources, rule_files(live.session), None, None)]
+    keys = [task.key for task in tasks_for(sources, [(rule_files(live.session), None)], None, None)]
     assert [key == task.key for key, task in zip(keys, tasks, strict=True)] == [True, False, True]
 
 
 def test_a_process_that_dies_costs_only_its_log(tasks):
     outcomes = {outcome["path"]: outcome for outcome in LocalProcesses(2, dies_at_bad_logs)(tasks)}
     assert [outcomes[str(task.source)]["status"] for task in tasks] == [JUDGED, CRASHED, JUDGED]
+
+
+def test_units_on_channels_of_one_log_are_judged_each_by_itself(live, sources, tmp_path, capsys):
+    frames = concatenate_frames(read_blf(sources[2]))
+    other = replace(frames, stamp_ns=frames.stamp_ns + 300_000, channel=np.full_like(frames.channel, 1))
+    both = concatenate_frames([frames, other])
+    both = both.rows(np.argsort(both.stamp_ns, kind="stable"))
+    path = tmp_path / "both.blf"
+    log = BlfLog(path, int(both.stamp_ns[0]))
+    log.write(both)
+    log.close()
+    rules = rule_files(live.session)
+    alone = judge_task(tasks_for([sources[2]], [(rules, None)], None, None)[0])
+    tasks = tasks_for([path], [(rules, 0), (rules, 1)], None, None)
+    outcomes = judge_many(tasks, tmp_path / "out", one_after_the_other)
+    assert [outcome["channel"] for outcome in outcomes] == [0, 1]
+    for outcome in outcomes:
+        for key in ("verdict", "reason", "frames", "lost", "crc_failures", "numbers"):
+            assert outcome[key] == alone[key]
+    assert command_line(["replay", str(path), "--bench", str(rules.bench), "--channel", "0", "--channel", "1"]) == 10
+    said = capsys.readouterr().out
+    assert f"{rules.bench.name}, channel 1:" in said
 
 
 def test_the_tables_open_in_a_database(tasks, tmp_path):
