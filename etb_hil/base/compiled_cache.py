@@ -15,6 +15,11 @@ PACKAGE = Path(__file__).resolve().parent.parent
 FLOORS = ("base", "recording", "plant", "observer", "diagnosis", "discrepancy", "canio", "controller", "bench")
 
 
+def is_cold(package: Path = PACKAGE) -> bool:
+    """Return whether nothing was compiled yet, so that the next run has to."""
+    return next((package / "controller").rglob("__pycache__/*.nbi"), None) is None
+
+
 def drop_stale(package: Path = PACKAGE) -> int:
     """Delete cached kernels that are older than a source they may hold code of; return how many there were."""
     newest = dropped = 0

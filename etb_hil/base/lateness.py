@@ -29,6 +29,8 @@ class Lateness:
         return self.sum_ns // self.waits if self.waits else 0
 
     def __str__(self) -> str:
+        if not self.waits:
+            return "never woken"
         mean_ms, worst_ms = self.mean_ns * 1e-6, self.worst_ns * 1e-6
         return (
             f"{self.waits} wakes, late by {mean_ms:.3f} ms on average, {worst_ms:.1f} ms at worst, {self.stalls} stalls"

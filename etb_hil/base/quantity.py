@@ -91,17 +91,21 @@ def to_si(value: float, unit: str, dimension: str) -> float:
 def parse_quantity(text: object, dimension: str) -> float:
     """Read `30 deg` and the like; the result is in the dimension's SI unit. ValueError says what is wrong."""
     if isinstance(text, bool) or not isinstance(text, str | int | float):
-        raise ValueError(f"a {dimension} is expected, for instance '1 {unit_of(dimension)}'")  # noqa: TRY004 (pydantic wants it)
+        raise ValueError(f"{_named(dimension)} is expected, for instance '1 {unit_of(dimension)}'")  # noqa: TRY004 (pydantic wants it)
     if isinstance(text, int | float):
         number, unit = float(text), "1" if dimension == "ratio" else ""
     else:
         match = _NUMBER.match(text)
         if match is None:
-            raise ValueError(f"a {dimension} is expected, for instance '1 {unit_of(dimension)}'")
+            raise ValueError(f"{_named(dimension)} is expected, for instance '1 {unit_of(dimension)}'")
         number, unit = float(match[1]), match[2] or ("1" if dimension == "ratio" else "")
     if not math.isfinite(number):
         raise ValueError(f"a finite {dimension} is expected")
     return to_si(number, unit, dimension)
+
+
+def _named(dimension: str) -> str:
+    return f"{'an' if dimension[0] in 'aeiou' else 'a'} {dimension}"
 
 
 def format_quantity(value: float, dimension: str, digits: int = 6) -> str:

@@ -206,6 +206,13 @@ def _problems(path: Path, lines: dict[Path_, int], model: type[BaseModel], error
             found.append(Problem("unknown key", place, value=shown, allowed=", ".join(names) or None, remedy=remedy))
         elif detail["type"] == "missing":
             found.append(Problem("this key is missing", place, remedy=f"add '{key[-1]}'" if key else None))
+        elif detail["type"] == "union_tag_invalid":
+            context = detail["ctx"]
+            tag, field = str(context["tag"]), str(context["discriminator"]).strip("'")
+            near = difflib.get_close_matches(tag, names := context["expected_tags"].replace("'", "").split(", "), n=1)
+            place = _place(path, lines, (*key, field))
+            meant = f"did you mean '{near[0]}'?" if near else None
+            found.append(Problem(f"no such {field}", place, tag, ", ".join(names), meant))
         else:
             found.append(Problem(message, place, value=shown))
     return found

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from etb_hil.plant.parameters import Model
     from etb_hil.recording.samples import SampleBlock
 
-SLOW_ROLES = ("temperature", "supply_voltage")
+SLOW_ROLES = ("temperature", "supply_voltage", "command_mode")
 JUDGE_NS = 200_000_000  # rows are judged in stretches of this length: each costs the same, long or short
 
 
@@ -57,7 +57,7 @@ class Analysis:
         self._judged_ns = 0
         self._judged_stamp_ns = 0
         self._newest_ns = 0
-        self._dialect = dialect
+        self.dialect = dialect
         self._rows = RowBuilder(
             list(dict.fromkeys(dialect.source_of(role) for role in ("motor_current", "motor_angle"))),
             {role: dialect.source_of(role) for role in SLOW_ROLES if dialect.has(role)},
@@ -67,7 +67,7 @@ class Analysis:
 
     def reports(self, role: str) -> bool:
         """Return whether the controller sends a signal of this role."""
-        return self._dialect.has(role)
+        return self.dialect.has(role)
 
     def begin_phase(self, stamp_ns: int, phase_id: str, kind: str, until: Condition | None = None) -> int:
         """Let what is sampled after this stamp, and after all that was pushed, belong to a phase; return its begin.
@@ -117,7 +117,7 @@ class Analysis:
         found = self.diagnosis.finish(complete=complete)
         doubts = [
             *self._plausibility.doubts(),
-            *corruption_doubts(self.decoder.statistics(), self._dialect),
+            *corruption_doubts(self.decoder.statistics(), self.dialect),
         ]
         return withheld(found, doubts)
 

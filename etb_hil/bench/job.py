@@ -98,7 +98,7 @@ def prepare(files: JobFiles, *, attended: bool = False) -> Job:
     unit = load_model(files.unit or find("model", "default"))
     if not attended:
         check_unattended(scenario)
-    budgets = check_scenario(scenario, setup.bench, setup.dialect, model.values)
+    budgets = check_scenario(scenario, setup, model.values)
     rehearse(scenario, setup.bench, model, limits)
     return Job(files, scenario, setup, model, limits, unit, budgets)
 

@@ -6,29 +6,33 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
-from etb_hil.base.quantity import Angle, AngularVelocity, Duration, Frequency
+from etb_hil.base.quantity import Angle, AngularVelocity, Duration, Frequency, format_quantity
 from etb_hil.base.yamlfile import FileModel
 from etb_hil.bench.condition import Until
 
 LEAST = 1e-3  # of a speed, an angle, a time, a frequency in SI: below it nothing moves or ends
 
 
-def _positive(value: float) -> float:
-    if value < LEAST:
-        raise ValueError(f"a value of at least {LEAST:g} in SI units is expected")
-    return value
+def _positive(dimension: str) -> AfterValidator:
+    def check(value: float) -> float:
+        if value < LEAST:
+            raise ValueError(f"at least {format_quantity(LEAST, dimension)} is expected")
+        return value
+
+    return AfterValidator(check)
 
 
 def _rising(pair: tuple[float, float]) -> tuple[float, float]:
     if pair[0] >= pair[1]:
-        raise ValueError("the first angle must lie below the second")
+        shown = " and ".join(format_quantity(angle, "angle", 4) for angle in pair)
+        raise ValueError(f"the first angle must lie below the second; they are {shown}")
     return pair
 
 
-PositiveSpeed = Annotated[AngularVelocity, AfterValidator(_positive)]
-PositiveAngle = Annotated[Angle, AfterValidator(_positive)]
-PositiveTime = Annotated[Duration, AfterValidator(_positive)]
-PositiveFrequency = Annotated[Frequency, AfterValidator(_positive)]
+PositiveSpeed = Annotated[AngularVelocity, _positive("angular velocity")]
+PositiveAngle = Annotated[Angle, _positive("angle")]
+PositiveTime = Annotated[Duration, _positive("time")]
+PositiveFrequency = Annotated[Frequency, _positive("frequency")]
 Between = Annotated[tuple[Angle, Angle], AfterValidator(_rising)]
 Speeds = Annotated[
     tuple[PositiveSpeed, ...],

@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.quantity import format_quantity
+from etb_hil.bench.controller_needs import missing_roles, unsendable
 from etb_hil.bench.phase import Measure
 from etb_hil.bench.phases import Phase
 from etb_hil.canio.budget import bus_budget
 
 if TYPE_CHECKING:
     from etb_hil.base.yamlfile import Document
-    from etb_hil.bench.bench_file import Bench
+    from etb_hil.bench.bench_file import Bench, BenchSetup
     from etb_hil.bench.scenario_file import Scenario
     from etb_hil.bench.supervision import SafetyLimits
-    from etb_hil.bench.trajectory import Trajectory
+    from etb_hil.bench.trajectory import SetPoint, Trajectory
     from etb_hil.canio.budget import BusBudget
     from etb_hil.canio.dialect import Dialect
     from etb_hil.plant.values import ThrottleParameters
@@ -24,14 +25,14 @@ if TYPE_CHECKING:
 SAMPLE_S = 0.001  # set-points are looked at this often
 
 
-def check_scenario(
-    scenario: Document[Scenario], bench: Bench, dialect: Dialect, throttle: ThrottleParameters
-) -> list[BusBudget]:
+def check_scenario(scenario: Document[Scenario], setup: BenchSetup, throttle: ThrottleParameters) -> list[BusBudget]:
     """Hold every phase against the bench's limits, its roles and its bus; return the budget of each kind of request.
 
     Raises InputError with every problem found, each with file, line, key, value and what is allowed.
     """
-    problems: list[Problem] = []
+    bench, dialect = setup.bench, setup.dialect
+    problems = list(missing_roles(dialect, setup.document.place("roles")))
+    is_told = not problems
     total = 0.0
     start = throttle.limp_home
     looked_at: set[tuple[object, ...]] = set()  # a repeated phase has the same problems each time
@@ -47,7 +48,9 @@ def check_scenario(
                 *_moves_unseen(phase, trajectory, where),
             ]
             if not found and total <= bench.limits.duration:
-                found = [*_strays(trajectory, bench.limits, where)]
+                points = _points(trajectory)
+                found = [*_strays(points, bench.limits, where)]
+                found += unsendable(points, dialect, where()) if is_told and not found else ()
             problems += [problem for problem in found if problem not in problems]
         last = trajectory.at(trajectory.duration)
         start = last.position if last.enable else throttle.limp_home
@@ -56,7 +59,6 @@ def check_scenario(
         problems.append(
             Problem("the scenario takes too long", scenario.place("phases"), f"{total:.1f} s", allowed, "shorten it")
         )
-    problems += _missing_roles(bench, dialect)
     if scenario.content.supply is not None and not dialect.has("supply_voltage"):
         problems.append(_no_such_signal("supply_voltage", scenario.place("supply")))
     if problems:
@@ -133,9 +135,12 @@ def _moves_unseen(phase: Phase, trajectory: Trajectory, where: _Where) -> Iterat
         )
 
 
-def _strays(trajectory: Trajectory, limits: SafetyLimits, where: _Where) -> Iterator[Problem]:
+def _points(trajectory: Trajectory) -> list[SetPoint]:
+    return [trajectory.at(i * SAMPLE_S) for i in range(int(trajectory.duration / SAMPLE_S) + 1)]
+
+
+def _strays(points: list[SetPoint], limits: SafetyLimits, where: _Where) -> Iterator[Problem]:
     """Find set-points on the way that leave the limits, although each value of the phase is inside."""
-    points = [trajectory.at(i * SAMPLE_S) for i in range(int(trajectory.duration / SAMPLE_S) + 1)]
     driven = [point for point in points if point.enable]
     low, high = limits.angle
     for what, dimension, worst, least, most in (
@@ -152,20 +157,6 @@ def _strays(trajectory: Trajectory, limits: SafetyLimits, where: _Where) -> Iter
                 format_quantity(worst, dimension),
                 f"{allowed} (the bench's limit)",
                 "change the phase's angles, speeds or times",
-            )
-
-
-def _missing_roles(bench: Bench, dialect: Dialect) -> Iterator[Problem]:
-    for role, use in (
-        ("motor_current", "friction torque cannot be told without it"),
-        ("motor_angle", "friction torque cannot be told without it"),
-        ("throttle_angle", "the encoder's zero and the stops cannot be found without it"),
-        ("command_mode", "the controller cannot be switched off without it"),
-        ("command_position", "no motion can be commanded without it"),
-    ):
-        if not dialect.has(role):
-            yield Problem(
-                f"no signal has the role '{role}': {use}", Place(bench.dbc, key=f"roles.{role}"), remedy="map the role"
             )
 
 

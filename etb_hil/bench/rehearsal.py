@@ -86,6 +86,8 @@ def rehearse(scenario: Document[Scenario], bench: Bench, model: Model, limits: L
         Problem(
             f"a dry run on the bench's model stops in this phase: {record.reason}",
             scenario.place(*step.key),
+            allowed=f"the bench's limits less a margin: {MARGIN:.0%} of current and velocity, "
+            f"{TEMPERATURE_MARGIN:g} K of temperature",
             remedy="make the phase gentler, or mend the model or the bench's limits",
         )
     )

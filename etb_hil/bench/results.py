@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict, exit_code
 from etb_hil.bench.answer_time import answer_time
 from etb_hil.bench.clock_grade import grade_clock
+from etb_hil.bench.controller_needs import not_watched
 from etb_hil.bench.safe_state import SafeState
 from etb_hil.bench.session import versions
 from etb_hil.bench.set_point_jitter import set_point_jitter
@@ -59,12 +60,13 @@ def results_of(
             "lateness": {"worst_ms": record.late_worst_ns * 1e-6, "mean_ms": record.late_mean_ns * 1e-6},
             "frame_age": {"worst_ms": record.age_worst_ns * 1e-6, "mean_ms": record.age_mean_ns * 1e-6},
             "answer_time": answer_time(analysis.recording),
+            "not_watched": not_watched(analysis.dialect),
             "set_point_jitter": set_point_jitter(analysis.recording, bench.command_rate),
         },
         "timestamp_grade": str(analysis.recording.clock),
         "clock": asdict(grade_clock(analysis.recording)),
         "numbers": plain["numbers"],
-        "exceedances": plain["exceedances"],
+        "exceedances": [each | {"phase": _phase_at(each["start_s"], record)} for each in plain["exceedances"]],
         "phases": [
             _phase(phase, fired, record.start_ns) for phase, fired in zip(record.phases, analysis.firings, strict=True)
         ],
@@ -89,6 +91,12 @@ def verdict_of(results: dict[str, Any]) -> tuple[BenchOutcome, UnitVerdict | Non
     """Return the two outcomes of a results file."""
     unit = results["unit"]["verdict"]
     return BenchOutcome(results["bench"]["outcome"]), None if unit is None else UnitVerdict(unit)
+
+
+def _phase_at(time_s: float, record: RunRecord) -> str:
+    """Return the id of the phase that a time of the run lies in."""
+    time_ns = record.start_ns + round(time_s * 1e9)
+    return next((phase.id for phase in reversed(record.phases) if phase.start_ns <= time_ns), "")
 
 
 def _phase(phase: PhaseTime, fired: Firing | None, origin_ns: int) -> dict[str, Any]:

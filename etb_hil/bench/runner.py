@@ -71,6 +71,10 @@ class Runner:
                 record.outcome, record.reason_id, record.reason = BenchOutcome.FAULT, "not_recorded", str(fault)
             except BenchFault as fault:
                 record.outcome, record.reason_id, record.reason = BenchOutcome.FAULT, "bus_fault", str(fault)
+            except Exception as error:
+                record.outcome, record.reason_id, record.reason = BenchOutcome.FAULT, "bench_failed", str(error)
+                self._tap.events.add(self._clock.now_ns(), "failed", error=repr(error))
+                raise
             finally:
                 self._make_safe()
         record.end_ns = self._clock.now_ns()

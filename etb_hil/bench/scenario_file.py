@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.quantity import Voltage
 from etb_hil.base.yamlfile import Document, FileModel, load
 from etb_hil.bench.condition import Condition
@@ -64,11 +65,7 @@ class Scenario(FileModel):
     phases: Annotated[tuple[Entry, ...], Field(min_length=1, max_length=200)]
 
     @model_validator(mode="after")
-    def _ids_are_unique(self) -> Scenario:
-        ids = list(_ids(self.phases))
-        twice = sorted({name for name in ids if ids.count(name) > 1})
-        if twice:
-            raise ValueError(f"phase ids stand twice: {', '.join(twice)}")
+    def _is_possible(self) -> Scenario:
         if self.supply is not None and self.supply[0] >= self.supply[1]:
             raise ValueError("'supply': the first voltage must lie below the second")
         if (count := _count(self.phases)) > MOST_STEPS:
@@ -92,14 +89,26 @@ class Scenario(FileModel):
 
 def load_scenario(path: Path) -> Document[Scenario]:
     """Read a scenario file; InputError lists every problem with file, line, key and value."""
-    return load(path, Scenario)
+    document = load(path, Scenario)
+    seen: set[str] = set()
+    problems = []
+    for name, key in _ids(document.content.phases, ("phases",)):
+        if name in seen:
+            place = document.place(*key, "id")
+            problems.append(
+                Problem("this phase id stands twice", place, name, remedy="give each phase a name of its own")
+            )
+        seen.add(name)
+    if problems:
+        raise InputError(*problems)
+    return document
 
 
-def _ids(entries: Iterable[Phase | Group]) -> Iterator[str]:
-    for entry in entries:
-        yield entry.id
+def _ids(entries: Iterable[Phase | Group], key: tuple[str | int, ...]) -> Iterator[tuple[str, tuple[str | int, ...]]]:
+    for index, entry in enumerate(entries):
+        yield entry.id, (*key, index)
         if isinstance(entry, Group):
-            yield from _ids(entry.phases)
+            yield from _ids(entry.phases, (*key, index, "phases"))
 
 
 def _count(entries: Iterable[Phase | Group]) -> int:

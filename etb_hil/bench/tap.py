@@ -54,6 +54,7 @@ class Tap:
     ) -> None:
         self._link = link
         self._encoder = encoder
+        self._carried = encoder.roles
         self._analysis = analysis
         self._log = log
         self._clock = clock
@@ -121,4 +122,9 @@ class Tap:
         return None
 
     def _send(self, values: dict[str, float]) -> None:
+        """Send what this controller can be told; what a scenario needs of it was checked before."""
+        if not self._carried.issuperset(values):
+            values = {role: value for role, value in values.items() if role in self._carried}
+            if not values:
+                return
         self._link.send(self._encoder.encode(values, self._clock.now_ns()))

@@ -137,6 +137,16 @@ def _require_measurement(dialect: Dialect, rates: Mapping[str, float], signals: 
     for signal in signals:
         if not any(message.counter is not None and _brings(message, [signal]) for message in asked):
             what = "bursts" if burst else "single samples"
+            uncounted = [m.name for m in dialect.messages if m.counter is None and _brings(m, [signal])]
+            if uncounted:
+                raise InputError(
+                    Problem(
+                        f"{uncounted[0]} brings the {signal} without a sample counter: current and angle cannot be put "
+                        "on one clock",
+                        Place(dialect.path, key=uncounted[0]),
+                        remedy="map the role 'sample_counter' of this message",
+                    )
+                )
             raise InputError(
                 Problem(
                     f"no message brings {what} of the {signal}",

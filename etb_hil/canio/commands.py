@@ -28,6 +28,11 @@ class CommandEncoder:
         }
         self._routes: dict[tuple[str, ...], list[tuple[MessageWriter, tuple[str, ...]]]] = {}
 
+    @property
+    def roles(self) -> frozenset[str]:
+        """The roles that some message to the controller carries."""
+        return frozenset(role for writer in self._writers.values() for role in writer.roles)
+
     def encode(self, values: Mapping[str, float], stamp_ns: int) -> FrameBlock:
         """Return one frame for each message that carries one of the roles; what a frame lacks is 0 in it.
 

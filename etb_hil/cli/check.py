@@ -62,6 +62,8 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _print_plan(job: Job) -> None:
+    from etb_hil.bench.controller_needs import not_watched
+
     bench, throttle = job.setup.bench, job.model.values
     steps = job.scenario.content.steps
     print(f"scenario  {job.scenario.content.name}: {len(steps)} phases")
@@ -70,6 +72,8 @@ def _print_plan(job: Job) -> None:
         until = "" if step.phase.until is None else f" at most, until {step.phase.until}"
         print(f"          {step.id} ({step.phase.kind}), {seconds:.1f} s{until}")
     print(f"bench     {bench.name}: {bench.bus.interface} {bench.bus.channel}")
+    for what in not_watched(job.setup.dialect):
+        print(f"without   {what}")
     for budget in job.budgets:
         print(f"bus       {budget}")
 

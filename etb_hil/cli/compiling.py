@@ -7,12 +7,17 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from etb_hil.base.compiled_cache import is_cold
+
 PATIENCE_S = 1.0
 
 
 @contextmanager
 def announced() -> Iterator[None]:
-    """Print a line to standard error when what runs inside takes more than a second."""
+    """Print a line to standard error when what runs inside has to compile, and takes more than a second."""
+    if not is_cold():
+        yield
+        return
     timer = threading.Timer(PATIENCE_S, _say)
     timer.daemon = True
     timer.start()

@@ -6,6 +6,7 @@ import argparse
 import importlib
 import os
 import sys
+import warnings
 
 from etb_hil import __version__
 from etb_hil.base.lean_imports import hide_asammdf
@@ -46,6 +47,7 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(words)
     if arguments is None:  # the process is ours
         hide_asammdf()
+        warnings.showwarning = _caution  # type: ignore[assignment]
     module = importlib.import_module(f"etb_hil.cli.{options.command}")
     return _guarded(module.run, options)
 
@@ -60,6 +62,11 @@ def _parser(command: str | None) -> argparse.ArgumentParser:
         if name == command:
             importlib.import_module(f"etb_hil.cli.{name}").add_arguments(sub)
     return parser
+
+
+def _caution(message: Warning | str, *_: object) -> None:
+    """Print what a warning says, without the line of code that gave it."""
+    print(f"caution: {message}", file=sys.stderr)
 
 
 def _guarded(run: object, options: argparse.Namespace) -> int:

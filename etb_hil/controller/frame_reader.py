@@ -12,7 +12,15 @@ from etb_hil.canio.frames import FrameFlag
 from etb_hil.canio.protection import Profile, alive_counter, crc_is_right
 from etb_hil.canio.signal_bits import read_value
 from etb_hil.controller.signal_tables import signal_tables
-from etb_hil.controller.state import COMMAND, EVENT_WIDTH, REFUSED_COUNTER, REFUSED_CRC, REQUEST
+from etb_hil.controller.state import (
+    COMMAND,
+    CURRENT_SIGNALS,
+    ENCODER_SIGNALS,
+    EVENT_WIDTH,
+    REFUSED_COUNTER,
+    REFUSED_CRC,
+    REQUEST,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -38,6 +46,7 @@ _EXTENDED_FLAG = int(FrameFlag.EXTENDED)
 _NO_PROFILE = int(Profile.NONE)
 _UNSEEN = -1
 _GROWTH = 64
+UNASKED_RATE = 1000.0  # Hz
 
 
 class FrameReader:
@@ -68,9 +77,13 @@ class FrameReader:
         self._roles = np.array(roles, np.int64)
         self._places, self._factors = np.concatenate(places), np.concatenate(factors)
         self._values = np.zeros(len(_ROLES))
+        self._values[_ROLES.index("command_enable")] = 1.0  # where no signal says it, the mode does
         self._stamps = np.zeros(_GROWTH, np.int64)
         self._events = np.zeros((_GROWTH, EVENT_WIDTH))
         self._waiting = 0
+        if not self._messages[:, _IS_REQUEST].any():  # a controller that nobody can ask sends by itself
+            self._stamps[0], self._waiting = np.iinfo(np.int64).min, 1
+            self._events[0, :5] = REQUEST, CURRENT_SIGNALS | ENCODER_SIGNALS, UNASKED_RATE, 0.0, 0.0
 
     @property
     def stamp_ns(self) -> Int64:

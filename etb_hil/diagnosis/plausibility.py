@@ -11,7 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
+from etb_hil.base.modes import Mode
 from etb_hil.diagnosis.motor_balance import WINDOW, worst_residual
 from etb_hil.diagnosis.result import Reason
 from etb_hil.plant.parameters import Model
@@ -109,7 +111,8 @@ class Plausibility:
         b = self._bounds
         closed = _watch(
             rows.time_ns, rows.stamp_ns, columns["motor_current"], encoder, columns.get("throttle_angle", missing),
-            columns.get("throttle_angle_2", missing), columns.get("motor_voltage", missing), phase, moving,
+            columns.get("throttle_angle_2", missing), columns.get("motor_voltage", missing),
+            columns.get("command_mode", missing) == Mode.OFF, phase, moving,
             self._asked_from_ns, b.equal, b.acceleration, b.step, b.low, b.high, self._floats, self._ints, out,
         )  # fmt: skip
         if closed:
@@ -179,6 +182,7 @@ def _watch(
     plate: Float64,
     plate_2: Float64,
     voltage: Float64,
+    off: NDArray[np.bool_],
     phase: int,
     moving: bool,
     asked_from_ns: int,
@@ -202,11 +206,13 @@ def _watch(
         _clock(time_ns[k], stamp_ns[k], gap, moving, asked_from_ns, n)
         _angles(encoder[k], plate[k], plate_2[k], gap, acceleration, step, low, high, s, n)
         _frozen_current(time_ns[k], current[k], equal, s, n)
-        if math.isnan(voltage[k]):
-            n[_WINDOW_N] = 0
+        if off[k]:
             _bridge_off(time_ns[k], current[k], s, n)
         else:
             n[_OFF_FROM], n[_OFF_N] = time_ns[k] + _SETTLE_NS, 0
+        if math.isnan(voltage[k]):
+            n[_WINDOW_N] = 0
+        else:
             closed += _window(time_ns[k], gap, current[k], encoder[k], voltage[k], s, n, out[closed])
         s[_ENCODER_BEFORE], s[_ENCODER], s[_CURRENT] = s[_ENCODER], encoder[k], current[k]
         n[_STEP_BEFORE], n[_LAST_NS] = gap, time_ns[k]

@@ -175,10 +175,11 @@ def _undecided(judged: Sequence[Number], grounds: Grounds) -> list[Reason]:
         if number.verdict is not UnitVerdict.INCONCLUSIVE:
             continue
         text = _sentence(number)
-        step = "repeat the check, more often or slower, to narrow the interval"
         if number.id == "T_c" and grounds.fastest < grounds.far:
-            text += f"; the plate never passed 2.15 omega_s ({grounds.fastest:.1f} of {grounds.far:.1f} rad/s)"
-            step = "add a dash that passes 2.15 omega_s"
+            text = f"the plate never passed 2.15 omega_s ({grounds.fastest:.1f} of {grounds.far:.1f} rad/s)"
+            reasons.append(Reason("T_c_not_reached", text, "add a dash that passes 2.15 omega_s"))
+            continue
+        step = "repeat the check, more often or slower, to narrow the interval"
         reasons.append(Reason(f"{number.id}_undecided", text, step))
     return reasons
 

@@ -81,6 +81,7 @@ class Bench:
     frame_age: FrameAge | None = None
     answer_time: AnswerTime | None = None
     set_point_jitter: Jitter | None = None
+    not_watched: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

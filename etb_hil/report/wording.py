@@ -56,6 +56,11 @@ UNIT_REASONS = {
     ),
     "T_st_undecided": Wording("Break-away friction {T_st} is too close to its limit {T_st.limit} to tell.", _AGAIN),
     "T_c_undecided": Wording("Sliding friction {T_c} is too close to its limit {T_c.limit} to tell.", _AGAIN, True),
+    "T_c_not_reached": Wording(
+        "The plate never moved fast enough to tell sliding friction.",
+        "Run a scenario with fast dashes through limp-home, as friction_check has them.",
+        True,
+    ),
     "return_margin_undecided": Wording(
         "The return spring's margin over friction {return_margin} is too close to {return_margin.limit} to tell.",
         _AGAIN,
@@ -271,7 +276,8 @@ def bus_sentence(results: Results) -> str:
     loads = [show.UNKNOWN_WORD if load is None else show.share(load) for load in (bus.load, bus.load_peak)]
     told = ", ".join(f"{name} {show.UNKNOWN_WORD if n is None else n}" for name, n in counts.items())
     state = bus.state or show.UNKNOWN_WORD
-    return f"{bus.name or 'Bus'}: load {loads[0]} in the last 0.1 s, {loads[1]} in the worst; state {state}; {told}."
+    text = f"{bus.name or 'Bus'}: load {loads[0]} in the last 0.1 s, {loads[1]} in the worst; state {state}; {told}."
+    return f"{text} Not watched: {'; '.join(results.bench.not_watched)}." if results.bench.not_watched else text
 
 
 def attempts_sentence(results: Results) -> str:

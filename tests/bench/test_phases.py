@@ -35,7 +35,7 @@ def written(tmp_path, phases, head=""):
 
 
 def checked(tmp_path, phases, head=""):
-    return check_scenario(written(tmp_path, phases, head), BENCH.bench, BENCH.dialect, THROTTLE)
+    return check_scenario(written(tmp_path, phases, head), BENCH, THROTTLE)
 
 
 def test_a_multisine_never_passes_its_amplitude_and_shares_the_velocity():
@@ -94,7 +94,7 @@ def test_groups_are_unrolled_in_order_and_know_their_place(tmp_path):
 @pytest.mark.parametrize(
     ("phases", "told"),
     [
-        ("- {id: a, kind: off, duration: 1 s}\n- {id: a, kind: off, duration: 1 s}\n", "stand twice: a"),
+        ("- {id: a, kind: off, duration: 1 s}\n- {id: a, kind: off, duration: 1 s}\n", r"yaml:5: phases\[1\].id: this phase id stands twice"),
         (
             "- id: a\n  kind: group\n  repeat: 1000\n  phases:\n"  # noqa: ISC004 (one text)
             "  - {id: b, kind: group, repeat: 1000, phases: [{id: c, kind: off, duration: 1 s}]}\n",

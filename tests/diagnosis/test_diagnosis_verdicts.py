@@ -123,7 +123,7 @@ def test_without_a_dash_the_coulomb_torque_stays_open():
     run, phases = friction_check(unit, speeds=(0.4,), dashes=0)
     result = judge(unit, sense(unit, run, 1000, np.random.default_rng(10)), phases, 1000)
     assert result.verdict is UnitVerdict.INCONCLUSIVE
-    assert result.reasons[0].id == "T_c_undecided"
+    assert result.reasons[0].id == "T_c_not_reached"
     assert "never passed 2.15 omega_s" in result.reasons[0].text
     assert result.number("T_st").value == pytest.approx(unit.stiction, rel=0.02)
 

@@ -93,7 +93,7 @@ def test_files_that_people_write(tmp_path, kind):
         path.write_bytes(content)
         document = ends_well(LOAD[kind], path)
         if kind == "scenario" and document is not None:
-            ends_well(lambda _: check_scenario(document, setup.bench, setup.dialect, throttle), path)
+            ends_well(lambda _: check_scenario(document, setup, throttle), path)
 
     reads()
     assert [entry.name for entry in tmp_path.iterdir()] == [path.name]

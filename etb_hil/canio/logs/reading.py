@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Protocol
 
+from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.canio.frames import FrameBlock
 from etb_hil.canio.logs.blf import read_blf
 
@@ -27,6 +28,9 @@ def read_log(path: Path) -> LogReader:
     format holds them. A broken end costs what is broken, not what came before. Raises InputError where the format is
     unknown.
     """
+    if not path.is_file():
+        what = "is a folder without a session.json: no session" if path.is_dir() else "there is no such file or folder"
+        raise InputError(Problem(what, Place(path), remedy="name a session's folder, or a log"))
     if path.suffix.lower() == ".blf":
         return read_blf(path)
     suffix = (Path(path.stem).suffix if path.suffix.lower() == ".gz" else path.suffix).lower()

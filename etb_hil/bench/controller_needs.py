@@ -1,0 +1,70 @@
+"""What a run needs of the controller's DBC file, what it holds against it, and what it has to do without."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.modes import Mode
+from etb_hil.bench.trajectory import OFF
+from etb_hil.canio.commands import CommandEncoder
+
+if TYPE_CHECKING:
+    from etb_hil.bench.trajectory import SetPoint
+    from etb_hil.canio.dialect import Dialect
+
+_NEEDED = {
+    "motor_current": "friction torque cannot be told without it",
+    "motor_angle": "friction torque cannot be told without it",
+    "throttle_angle": "the encoder's zero and the stops cannot be found without it",
+    "command_mode": "the controller cannot be switched off without it",
+    "command_position": "no motion can be commanded without it",
+}
+_MODES = {Mode.VELOCITY: "command_velocity", Mode.VOLTAGE: "command_voltage"}
+_WATCHED = {
+    "throttle_angle_2": "both tracks of the plate sensor against each other",
+    "motor_voltage": "the motor's voltage, and the motor's balance",
+    "temperature": "the housing's temperature and its limit",
+    "supply_voltage": "the supply",
+    "enable": "whether the controller says that the bridge is off",
+    "faults": "the controller's fault bits",
+}
+
+
+def missing_roles(dialect: Dialect, place: Place) -> Iterator[Problem]:
+    """Find roles without which no run makes sense; `place` is that of the bench file's roles."""
+    for role, use in _NEEDED.items():
+        if not dialect.has(role):
+            key = f"{place.key}.{role}" if place.key else f"roles.{role}"
+            yield Problem(f"no signal has the role '{role}': {use}", Place(place.file, place.line, key), remedy=_MAP)
+
+
+def unsendable(points: Sequence[SetPoint], dialect: Dialect, place: Place) -> Iterator[Problem]:
+    """Find set-points of a phase that the controller's signals cannot carry."""
+    for mode in {point.mode for point in points} & _MODES.keys():
+        if not dialect.has(_MODES[mode]):
+            what = f"the phase commands {mode.name.lower()}, and no signal has the role '{_MODES[mode]}'"
+            yield Problem(what, place, remedy=_MAP)
+    encoder = CommandEncoder(dialect)
+    carried = encoder.roles
+    for name in ("position", "velocity", "voltage"):
+        role = f"command_{name}"
+        if role not in carried:
+            continue
+        values = [getattr(point, name) for point in (*points, OFF)]
+        for worst in (min(values), max(values)):
+            try:
+                encoder.encode({role: worst}, 0)
+            except InputError as error:
+                for problem in error.problems:
+                    yield Problem(problem.what, place, problem.value, problem.allowed, _OWN_RANGE)
+
+
+def not_watched(dialect: Dialect) -> list[str]:
+    """Return in words what a run on this controller goes without, for want of a signal."""
+    return [f"{what} (no signal has the role '{role}')" for role, what in _WATCHED.items() if not dialect.has(role)]
+
+
+_MAP = "map the role in the bench file"
+_OWN_RANGE = "change the phase, or the role's scale and offset in the bench file"
