@@ -94,7 +94,10 @@ def test_groups_are_unrolled_in_order_and_know_their_place(tmp_path):
 @pytest.mark.parametrize(
     ("phases", "told"),
     [
-        ("- {id: a, kind: off, duration: 1 s}\n- {id: a, kind: off, duration: 1 s}\n", r"yaml:5: phases\[1\].id: this phase id stands twice"),
+        (
+            "- {id: a, kind: off, duration: 1 s}\n- {id: a, kind: off, duration: 1 s}\n",
+            r"yaml:5: phases\[1\].id: this phase id stands twice",
+        ),
         (
             "- id: a\n  kind: group\n  repeat: 1000\n  phases:\n"  # noqa: ISC004 (one text)
             "  - {id: b, kind: group, repeat: 1000, phases: [{id: c, kind: off, duration: 1 s}]}\n",
