@@ -51,8 +51,8 @@ class Runner:
         self._operator: Operator = Unattended() if operator is None else operator
         self._watcher = watcher
         self._throttle = analysis.model.values
-        home = self._throttle.limp_home
-        self._total_s = sum(step.phase.trajectory(home, self._throttle).duration for step in steps)
+        self._ahead_s = sum(self._expected_s(step) for step in steps)  # of the phases that have not begun
+        self._phase_due_ns = 0
         self._beat = Beat(bench, tap, clock, self._throttle.gear_ratio, supply=supply, show=self._show)
         self._record = RunRecord(start_ns=self._beat.start_ns)
         self._phase_id = ""
@@ -123,6 +123,8 @@ class Runner:
 
     def _run_phase(self, step: Step) -> None:
         phase, self._phase_id = step.phase, step.id
+        self._ahead_s -= self._expected_s(step)
+        self._phase_due_ns = self._clock.now_ns() + round(self._expected_s(step) * 1e9)
         start_ns = self._analysis.begin_phase(self._clock.now_ns(), step.id, phase.kind, phase.until)
         self._tap.events.add(start_ns, "phase", id=step.id, kind=phase.kind)
         self._record.phases.append(PhaseTime(step.id, phase.kind, start_ns))
@@ -142,6 +144,12 @@ class Runner:
             raise RunStopped(
                 BenchOutcome.FAULT, "condition_never_true", f"in '{step.id}' it never came to this: {phase.until}"
             )
+
+    def _expected_s(self, step: Step) -> float:
+        """Return how long a phase takes, at most; how long somebody takes for an answer, nobody knows."""
+        if isinstance(step.phase, PromptPhase):
+            return 0.0
+        return step.phase.trajectory(self._throttle.limp_home, self._throttle).duration
 
     def _request(self, measure: Measure) -> None:
         """Ask for samples, and expect them from now on."""
@@ -205,10 +213,11 @@ class Runner:
         estimate = self._analysis.snapshot()
         reading = estimate.reading
         health = self._tap.health()
+        time_s = (now_ns - self._record.start_ns) * 1e-9
         self._watcher(
             Snapshot(
-                time_s=(now_ns - self._record.start_ns) * 1e-9,
-                total_s=self._total_s,
+                time_s=time_s,
+                total_s=time_s + max(self._ahead_s, 0.0) + max((self._phase_due_ns - now_ns) * 1e-9, 0.0),
                 phase=self._phase_id,
                 angle=seen.angle,
                 velocity=seen.velocity,
