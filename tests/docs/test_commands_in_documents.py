@@ -16,6 +16,7 @@ EXIT_CODES = {
     "etb-hil run --serial A-002 --unit faulty": 10,
     "etb-hil replay sessions/*a-002": 10,
     "etb-hil replay sessions/*a-002 --limits dv_e5": 10,
+    "etb-hil check my_controller/scenario.yaml --bench my_controller/bench.yaml --model my_controller/model.yaml": 2,
     "etb-hil station line.station.yaml": 3,  # before the golden unit
 }
 NOT_RUN = {
@@ -29,6 +30,7 @@ def test_a_page_as_its_reader_types_it(page, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for name, text in documents.files(page).items():
         (tmp_path / name).write_text(text, "utf-8")
+    shutil.copy(documents.CHECKOUT / "dbc" / "etb_controller.dbc", tmp_path / "my_controller.dbc")
     for example in (documents.DOCS / "examples").glob("*.station.yaml"):
         shutil.copy(example, tmp_path)
     commands = documents.blocks(page)
