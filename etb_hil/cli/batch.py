@@ -76,15 +76,17 @@ def run_batch(
     units would meet the same.
     """
     tally, last = Tally(), ""
-    while (serial := _next_serial(last, check, attended=attended)) is not None:
-        before = f"last: {last} {tally.runs[last][-1][0]}; so far {tally}" if last else ""
-        results, code = run_unit(serial, before)
-        tally.add(serial, results, code)
-        last = serial
-        say(f"  Tally    {tally}\n")
-        if code is ExitCode.BENCH_FAULT and not attended:
-            break
-    say("\n".join([f"Batch ended: {tally}", *tally.table()]))
+    try:
+        while (serial := _next_serial(last, check, attended=attended)) is not None:
+            before = f"last: {last} {tally.runs[last][-1][0]}; so far {tally}" if last else ""
+            results, code = run_unit(serial, before)
+            tally.add(serial, results, code)
+            last = serial
+            say(f"  Tally    {tally}\n")
+            if code is ExitCode.BENCH_FAULT and not attended:
+                break
+    finally:  # whatever ends the queue, what came of its units is said
+        say("\n".join([f"Batch ended: {tally}", *tally.table()]))
     return tally.exit_code
 
 

@@ -51,3 +51,17 @@ def test_values_stay_with_their_units():
     lines = verdict_text(CASES["PASS"]).splitlines()
     assert not any(line[-1:].isdigit() for line in lines)
     assert any(line.endswith("N·m") or "N·m)" in line for line in lines)
+
+
+@pytest.mark.parametrize("headline", CASES)
+@pytest.mark.parametrize("rows", [12, 16, 20])
+def test_on_a_small_screen_further_reasons_give_way_and_nothing_else(headline, rows):
+    full = verdict_text(CASES[headline])
+    short = verdict_text(CASES[headline], rows=rows)
+    assert len(short.splitlines()) <= max(rows, 15)  # headline, result, reason, caution and what to do always stand
+    assert verdict_text(CASES[headline], rows=100) == full
+    for row in banner(headline):
+        assert row in short
+    assert short.splitlines()[-1] == full.splitlines()[-1]  # what to do
+    if short != full:
+        assert "More stands in the report." in short or rows == 12
