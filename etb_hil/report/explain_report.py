@@ -30,6 +30,7 @@ _REASONS = {
     "unexplained": "Something is missing in the model that no known cause accounts for.",
     "insufficient_data": "These data do not suffice to judge the model.",
 }
+_CUT_SHORT = "The search did not come to its end: what is missing may have a cause that was not yet looked for."
 _IN_PART = "The causes below account for a part of it; something else is missing that no known cause accounts for."
 _MODELS = ("nominal", "calibrated", "extended", "noise_floor")
 _KINDS = {"one_step": "10 ms ahead", "free_run": "free run"}
@@ -65,7 +66,7 @@ def _page(found: dict[str, Any], drawn: list[tuple[str, Markup]], series: Pictur
     return environment.get_template("explain.html.jinja").render(
         headline=verdict.replace("_", " ").upper(),
         tone=_TONES[verdict],
-        reason=_IN_PART if verdict == "unexplained" and found["causes"] else _REASONS[verdict],
+        reason=_reason(found),
         further=_further(found),
         next_test=(found.get("next_test") or {}).get("says", ""),
         style=Markup((here / "report.css").read_text("utf-8")),  # noqa: S704 (our own file)
@@ -83,6 +84,12 @@ def _page(found: dict[str, Any], drawn: list[tuple[str, Markup]], series: Pictur
         quality=[_quality(one) for one in found["data_quality"]],
         limits=_limits(found),
     )
+
+
+def _reason(found: dict[str, Any]) -> str:
+    if "interrupted" in found:
+        return _CUT_SHORT
+    return _IN_PART if found["verdict"] == "unexplained" and found["causes"] else _REASONS[found["verdict"]]
 
 
 def _further(found: dict[str, Any]) -> list[str]:
