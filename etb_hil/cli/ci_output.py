@@ -37,7 +37,10 @@ def add_ci_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 class CiOutput:
-    """Writes the files that the options name, anew after every run; InputError where the baseline cannot be read."""
+    """Writes the files that the options name, anew after every run.
+
+    Raises InputError before anything is run, where the baseline cannot be read or a file cannot be written.
+    """
 
     def __init__(self, options: argparse.Namespace) -> None:
         from etb_hil.bench.baseline import load_baseline
@@ -46,6 +49,9 @@ class CiOutput:
         self._json: Path | None = options.json
         self._baseline = None if options.baseline is None else load_baseline(options.baseline)
         self._runs: list[Reported] = []
+        for path in (self._junit, self._json):
+            if path is not None and path != STANDARD_OUTPUT:
+                _clear(path)
 
     @property
     def owns_standard_output(self) -> bool:
@@ -73,6 +79,18 @@ class CiOutput:
             print(f"  Baseline all {len(comparisons)} expectations met", file=screen)
         code = ExitCode(results["exit_code"])
         return ExitCode.INCONCLUSIVE if differing and code is ExitCode.DONE else code
+
+
+def _clear(path: Path) -> None:
+    """Take away what an earlier run left, lest it be read as this one's, and find out whether a file can stand there."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+        path.unlink()
+    except OSError as error:
+        raise InputError(
+            Problem(f"cannot be written: {error.strerror}", Place(path), remedy="choose another file")
+        ) from None
 
 
 def _write(path: Path, text: str) -> None:

@@ -164,6 +164,17 @@ def test_a_queue_from_a_pipe_is_one_junit_file_in_plain_lines(tmp_path, monkeypa
     assert [suite.get("name") for suite in ET.parse(junit).getroot()] == ["short - A-1", "short - A-2"]  # noqa: S314
 
 
+def test_files_of_an_earlier_run_are_gone_and_bad_places_refused_before_a_run(tmp_path, capsys):
+    junit = tmp_path / "new" / "j.xml"
+    junit.parent.mkdir()
+    junit.write_text("of yesterday")
+    assert main(["run", "no_such_scenario", "--junit", str(junit)]) == 2
+    assert not junit.exists()
+    assert main(["run", "--out", str(tmp_path / "s"), "--json", str(tmp_path)]) == 2
+    assert "cannot be written: Is a directory" in capsys.readouterr().err
+    assert not (tmp_path / "s").exists()
+
+
 def test_json_on_standard_output_stands_alone(tmp_path, capfd):
     scenario = tmp_path / "short.yaml"
     scenario.write_text(SHORT.replace("60 s", "0.5 s"))
