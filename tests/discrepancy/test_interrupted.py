@@ -31,7 +31,7 @@ def test_in_the_search_the_calibration_is_kept_and_no_cause_is_named(cogging_rec
     assert found["calibrated"]["resistance"]["value"] == pytest.approx(MODEL.values.resistance, rel=0.02)
     assert found["unexplained"]["where"]
     assert {path.name for path in write(answer, tmp_path)} == {"explanation.json", "model.yaml"}
-    assert "Interrupted while trying stribeck shape" in write_explanation(found, None, tmp_path).read_text("utf-8")
+    assert "interrupted while trying stribeck shape" in write_explanation(found, None, tmp_path).read_text("utf-8")
 
 
 def test_after_the_search_the_causes_are_kept(cogging_recording):
