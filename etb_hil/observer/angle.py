@@ -11,7 +11,7 @@ from etb_hil.observer import kalman
 from etb_hil.observer.estimate import Estimate, SensorNoise
 from etb_hil.observer.kalman import CURRENT, FRICTION, L0, L1, L2, OMEGA, RUNNING, STEADY, STEP, THETA
 from etb_hil.plant.parameters import ThrottleParameters
-from etb_hil.plant.physics import INERTIA, TORQUE_PER_AMPERE, spring_torque
+from etb_hil.plant.physics import INERTIA, TORQUE_PER_AMPERE, registers, spring_torque
 from etb_hil.recording.samples import Float64, Int64
 
 _LAST_NS, _DELAY_NS = 0, 1
@@ -60,14 +60,15 @@ def _observe(
     per_inertia = 1.0 / inertia
     # What every sample needs stays out of memory: as elements of `s`, they would be stored and loaded sample by sample.
     theta, omega, drag, before = s[THETA], s[OMEGA], s[FRICTION], s[CURRENT]
+    last, values = whole[_LAST_NS], registers(p)
     for k in range(len(time_ns)):
         i, measured = current[k], angle[k]
         velocity[k] = friction[k] = np.nan
         delay_ns[k] = whole[_DELAY_NS]
         if math.isnan(i) or math.isnan(measured):
             continue
-        step_ns = time_ns[k] - whole[_LAST_NS]
-        whole[_LAST_NS] = time_ns[k]
+        step_ns = time_ns[k] - last
+        last = time_ns[k]
         if s[RUNNING] == 0.0 or step_ns > _LONGEST_GAP_NS or step_ns <= 0:
             kalman.restart(s, measured, i, angle_variance)
             theta, omega, drag, before = s[THETA], s[OMEGA], s[FRICTION], s[CURRENT]
@@ -78,7 +79,7 @@ def _observe(
                 whole[_DELAY_NS] = kalman.settle(s, dt, wander, jitter, angle_variance)
             kalman.carry(s, dt, wander, jitter)
             kalman.narrow(s, dt, wander, angle_variance)
-        known = torque_per_ampere * 0.5 * (i + before) - spring_torque(theta + 0.5 * dt * omega, p)
+        known = torque_per_ampere * 0.5 * (i + before) - spring_torque(theta + 0.5 * dt * omega, values)
         acceleration = known * per_inertia - drag
         predicted = theta + dt * (omega + 0.5 * dt * acceleration)
         error = measured - predicted
@@ -90,3 +91,4 @@ def _observe(
             velocity[k] = omega
             friction[k] = drag * inertia
     s[THETA], s[OMEGA], s[FRICTION], s[CURRENT] = theta, omega, drag, before
+    whole[_LAST_NS] = last

@@ -12,7 +12,7 @@ from etb_hil.observer.estimate import Estimate
 from etb_hil.observer.kalman import LONGEST_GAP_NS
 from etb_hil.observer.sliding_mode import SlidingModeSettings
 from etb_hil.plant.parameters import ThrottleParameters
-from etb_hil.plant.physics import INERTIA, TORQUE_PER_AMPERE, spring_torque
+from etb_hil.plant.physics import INERTIA, TORQUE_PER_AMPERE, registers, spring_torque
 from etb_hil.recording.samples import Float64, Int64
 
 _LATE = 1.5  # times the step before: a sample that comes later than this has lost one before it
@@ -60,28 +60,33 @@ def _observe(
     velocity: Float64,
     friction: Float64,
 ) -> None:
-    inertia = p[INERTIA]
+    bound, lag, torque_per_ampere, inertia = tuning[_BOUND], tuning[_LAG], p[TORQUE_PER_AMPERE], p[INERTIA]
+    per_inertia, settled, values = 1.0 / inertia, _SETTLING * lag, registers(p)
+    # What every sample needs stays out of memory: as elements of `s`, they would be stored and loaded sample by sample.
+    theta, omega, first, filtered = s[_ANGLE], s[_VELOCITY], s[_FIRST], s[_FILTERED]
+    age, before, step, runs, last = s[_AGE], s[_CURRENT], s[_STEP], s[_RUNNING], last_ns[0]
     for k in range(len(time_ns)):
         i, measured = current[k], angle[k]
         velocity[k] = friction[k] = np.nan
         if math.isnan(i) or math.isnan(measured):
             continue
-        step_ns = time_ns[k] - last_ns[0]
-        last_ns[0] = time_ns[k]
-        if s[_RUNNING] == 0.0 or step_ns > LONGEST_GAP_NS or step_ns <= 0:
-            s[:] = 0.0
-            s[_ANGLE], s[_CURRENT], s[_RUNNING] = measured, i, 1.0
+        step_ns = time_ns[k] - last
+        last = time_ns[k]
+        if runs == 0.0 or step_ns > LONGEST_GAP_NS or step_ns <= 0:
+            omega = first = filtered = age = step = 0.0
+            theta, before, runs = measured, i, 1.0
             continue
         dt = step_ns * 1e-9
-        known = (p[TORQUE_PER_AMPERE] * 0.5 * (i + s[_CURRENT]) - spring_torque(s[_ANGLE], p)) / inertia
-        free = s[_VELOCITY] + dt * known
-        s[_ANGLE], s[_VELOCITY] = differentiate(s[_ANGLE], free, measured, dt, tuning[_BOUND])
-        if dt <= _LATE * s[_STEP] or s[_STEP] == 0.0:
-            share = dt / (tuning[_LAG] + dt)
-            s[_FIRST] += share * ((free - s[_VELOCITY]) * inertia / dt - s[_FIRST])
-            s[_FILTERED] += share * (s[_FIRST] - s[_FILTERED])
-        s[_AGE] += dt
-        s[_CURRENT], s[_STEP] = i, dt
-        if s[_AGE] >= _SETTLING * tuning[_LAG]:
-            velocity[k] = s[_VELOCITY]
-            friction[k] = s[_FILTERED]
+        free = omega + dt * per_inertia * (torque_per_ampere * 0.5 * (i + before) - spring_torque(theta, values))
+        theta, omega = differentiate(theta, free, measured, dt, bound)
+        if dt <= _LATE * step or step == 0.0:
+            share = dt / (lag + dt)
+            first += share * ((free - omega) * inertia / dt - first)
+            filtered += share * (first - filtered)
+        age += dt
+        before, step = i, dt
+        if age >= settled:
+            velocity[k] = omega
+            friction[k] = filtered
+    s[_ANGLE], s[_VELOCITY], s[_FIRST], s[_FILTERED] = theta, omega, first, filtered
+    s[_AGE], s[_CURRENT], s[_STEP], s[_RUNNING], last_ns[0] = age, before, step, runs, last

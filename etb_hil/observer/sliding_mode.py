@@ -17,7 +17,7 @@ from etb_hil.observer.differentiator import differentiate
 from etb_hil.observer.estimate import Estimate
 from etb_hil.observer.kalman import LONGEST_GAP_NS
 from etb_hil.plant.parameters import ThrottleParameters
-from etb_hil.plant.physics import INERTIA, TORQUE_PER_AMPERE, spring_torque
+from etb_hil.plant.physics import INERTIA, TORQUE_PER_AMPERE, registers, spring_torque
 from etb_hil.recording.samples import Float64, Int64
 
 _LATE = 1.5  # times the step before: a sample that comes later than this has lost one before it
@@ -108,7 +108,9 @@ def _hold(
     velocity: float,
     known: float,
     dt: float,
+    per_dt: float,
     inertia: float,
+    per_inertia: float,
     tuning: Float64,
 ) -> tuple[float, float, float]:
     """Move the observed velocity by one step; return it, the integral, and the torque that held it where it was.
@@ -116,16 +118,16 @@ def _hold(
     `error` is how far it was off at the step's beginning, `velocity` the true one at its end.
     """
     switching = tuning[_SWITCHING]
-    free = observed + dt * known / inertia
+    free = observed + dt * known * per_inertia
     if law == _SUPER_TWISTING:
         held, integral = differentiate(free, integral, velocity, dt, tuning[_RATE])
         # All that was injected: noise makes the proportional part lean to one side, and the integral makes up for it.
-        return held, integral, (free - held) * inertia / dt
+        return held, integral, (free - held) * inertia * per_dt
     if law == _IMPLICIT:
-        torque = min(max((free - velocity) * inertia / dt, -switching), switching)
+        torque = min(max((free - velocity) * inertia * per_dt, -switching), switching)
     else:
         torque = switching if error > 0.0 else -switching if error < 0.0 else 0.0
-    return free - dt * torque / inertia, integral, torque
+    return free - dt * torque * per_inertia, integral, torque
 
 
 @njit(cache=True, error_model="numpy")
@@ -144,23 +146,28 @@ def _observe(
 ) -> None:
     is_given = len(given) > 0
     lag, bound, torque_per_ampere, inertia = tuning[_LAG], tuning[_BOUND], p[TORQUE_PER_AMPERE], p[INERTIA]
-    settled = _SETTLING * lag
+    settled, per_inertia = _SETTLING * lag, 1.0 / inertia
+    counted = per_dt = share = 0.0
     # What every sample needs stays out of memory: as elements of `s`, they would be stored and loaded sample by sample.
     theta, omega, observed, integral = s[_ANGLE], s[_VELOCITY], s[_OBSERVED], s[_INTEGRAL]
     first, filtered, age, before, step = s[_FIRST], s[_FILTERED], s[_AGE], s[_CURRENT], s[_STEP]
+    runs, last, values = s[_RUNNING], last_ns[0], registers(p)
     for k in range(len(time_ns)):
         i, measured = current[k], angle[k]
         velocity[k] = friction[k] = np.nan
         if math.isnan(i) or math.isnan(measured) or (is_given and math.isnan(given[k])):
             continue
-        step_ns = time_ns[k] - last_ns[0]
-        last_ns[0] = time_ns[k]
-        if s[_RUNNING] == 0.0 or step_ns > LONGEST_GAP_NS or step_ns <= 0:
+        step_ns = time_ns[k] - last
+        last = time_ns[k]
+        if runs == 0.0 or step_ns > LONGEST_GAP_NS or step_ns <= 0:
             observed = omega = given[k] if is_given else 0.0
             integral = first = filtered = age = step = 0.0
-            theta, before, s[_RUNNING] = measured, i, 1.0
+            theta, before, runs = measured, i, 1.0
             continue
         dt = step_ns * 1e-9
+        if dt != counted:  # divisions are dear, and the step hardly ever changes
+            counted, per_dt = dt, 1.0 / dt
+            share = dt / (lag + dt)  # backward Euler: stable for any step, and no exponential
         error = observed - omega
         if is_given:
             omega = given[k]
@@ -170,10 +177,10 @@ def _observe(
             # A sign held over the gap would pass for a torque: the filter waits, and sliding goes on where it was.
             observed = omega + error
         else:
-            known = torque_per_ampere * 0.5 * (i + before) - spring_torque(measured, p)
-            observed, integral, torque = _hold(law, observed, integral, error, omega, known, dt, inertia, tuning)
-            # Backward Euler: stable for any step, and no exponential.
-            share = dt / (lag + dt)
+            known = torque_per_ampere * 0.5 * (i + before) - spring_torque(measured, values)
+            observed, integral, torque = _hold(
+                law, observed, integral, error, omega, known, dt, per_dt, inertia, per_inertia, tuning
+            )
             first += share * (torque - first)
             filtered += share * (first - filtered)
         age += dt
@@ -183,3 +190,4 @@ def _observe(
             friction[k] = filtered
     s[_ANGLE], s[_VELOCITY], s[_OBSERVED], s[_INTEGRAL] = theta, omega, observed, integral
     s[_FIRST], s[_FILTERED], s[_AGE], s[_CURRENT], s[_STEP] = first, filtered, age, before, step
+    s[_RUNNING], last_ns[0] = runs, last
