@@ -82,7 +82,7 @@ class CiOutput:
 
 
 def _clear(path: Path) -> None:
-    """Take away what an earlier run left, lest it be read as this one's, and find out whether a file can stand there."""
+    """Take away what an earlier run left, lest it be read as this one's; find out whether a file can stand there."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.touch()
