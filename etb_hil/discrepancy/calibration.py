@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.fit import Fit, Residual, fit_of, gauss_newton
-from etb_hil.discrepancy.unknowns import Unknown, base_unknowns, nuisance_unknowns, start
+from etb_hil.discrepancy.unknowns import Unknown, base_unknowns, effect_unknowns, nuisance_unknowns, start
+from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import STOP_HIGH, STOP_LOW, Vector
@@ -59,9 +60,14 @@ def calibrate(
 
 
 def all_unknowns(model: Model, balances: Sequence[Balances]) -> list[Unknown]:
-    """Return base parameters and nuisances."""
+    """Return nuisances, base parameters, and the parameters of effects that the model has already."""
     # Nuisances first: their columns need no integration, as long as the point that they are taken at is remembered.
-    return nuisance_unknowns(max(b.measured.dt for b in balances)) + base_unknowns(model)
+    found = nuisance_unknowns(max(b.measured.dt for b in balances)) + base_unknowns(model)
+    vector = model.vector()
+    for entry in model.effects:
+        effect = CATALOGUE[entry.id]
+        found += effect_unknowns(effect, [float(vector[place]) for place in effect.indices], balances[0].load)
+    return found
 
 
 def _at_the_stops(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence[Balances]) -> Vector:

@@ -42,8 +42,8 @@ TRIFLE = 0.005  # of the whole excess: a spline that takes less accuses nobody
 
 
 def parameter_id(name: str) -> str:
-    """Return the id under which a base parameter is a cause; nothing for nuisances."""
-    if name.endswith(("_skew", "_zero")):
+    """Return the id under which a base parameter is a cause; nothing for nuisances and effects' own."""
+    if name.endswith(("_skew", "_zero")) or "." in name:
         return ""
     return f"parameter:{MODEL_FILE_NAME.get(name, name)}"
 

@@ -20,17 +20,17 @@ _OTHERWISE = {
     "torque_constant": "torque_per_ampere",
     "back_emf_constant": "back_emf",
 }
+_SAID = ", explained"
 _KEPT = ("gear_ratio", "throttle_inertia", "motor_inertia", "supply_voltage", "voltage_limit")
 
 
 def extended_model(findings: Findings) -> Model:
-    """Return the calibrated model with the accepted effects."""
+    """Return the calibrated model with the accepted effects and those that it had."""
     p = findings.final.fit.whole
-    accepted = {r.winner.id for r in findings.accepted}
-    effects = tuple(EffectEntry(id=id_, strengths=entry_of(CATALOGUE[id_], p)) for id_ in CATALOGUE if id_ in accepted)
-    name = f"{findings.model.name}, explained"
-    kept = tuple(entry for entry in findings.model.effects if entry.id not in accepted)
-    return Model(name, calibrated_parameters(findings.model, p), findings.model.sensors, kept + effects)
+    there = {r.winner.id for r in findings.accepted} | {entry.id for entry in findings.model.effects}
+    effects = tuple(EffectEntry(id=id_, strengths=entry_of(CATALOGUE[id_], p)) for id_ in CATALOGUE if id_ in there)
+    name = findings.model.name.removesuffix(_SAID) + _SAID
+    return Model(name, calibrated_parameters(findings.model, p), findings.model.sensors, effects)
 
 
 def calibrated_parameters(model: Model, p: Vector) -> Mapping[str, Parameter]:

@@ -99,7 +99,7 @@ def search(
         model, stretches, calibration, floor, [], calibration, floor, groups / floor.level, rows, [],
     )  # fmt: skip
     try:
-        _look(findings, list(without), progress)
+        _look(findings, [*without, *(entry.id for entry in model.effects)], progress)
     except KeyboardInterrupt:
         findings.is_cut_short = True  # what is known so far is worth having
     findings.rest = placeholders(

@@ -9,7 +9,7 @@ from synthetic import MODEL
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.limits import load_limits
 from etb_hil.discrepancy.explain import explain, write
-from etb_hil.discrepancy.extending import calibrated_parameters
+from etb_hil.discrepancy.extending import calibrated_parameters, extended_model
 from etb_hil.discrepancy.pictures import pictures
 from etb_hil.plant.model_text import model_text
 from etb_hil.plant.parameters import load_model
@@ -53,6 +53,13 @@ def test_the_extended_model_is_read_again(answer, tmp_path):
     model = load_model(tmp_path / "model.yaml")
     assert [entry.id for entry in model.effects] == ["cogging_torque"]
     assert model.values.coulomb == pytest.approx(MODEL.values.coulomb, rel=0.05)
+
+
+def test_with_what_was_found_nothing_more_is_missing(answer, cogging_recording):
+    again = explain([cogging_recording], extended_model(answer.findings))
+    assert again.explanation["verdict"] == "adequate"
+    assert "cogging_torque" not in {one["effect"] for one in again.explanation["suspects"]}
+    assert [entry.id for entry in extended_model(again.findings).effects] == ["cogging_torque"]
 
 
 def test_a_stop_just_below_the_sensors_zero_is_a_model_all_the_same(tmp_path):
