@@ -12,7 +12,7 @@ from etb_hil.diagnosis.friction_model import COULOMB, DROP, LOG_SPEED, VISCOUS
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.prior import PRELOAD_CLOSE, PRELOAD_OPEN, prior_of
 from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit, fit_stribeck, gather_evidence
-from etb_hil.diagnosis.ticks import Ticks
+from etb_hil.diagnosis.ticks import TICK, Ticks
 from etb_hil.diagnosis.voltage_balance import VoltageBalance, voltage_balance
 from etb_hil.diagnosis.windows import RATE_KERNEL, Windows, place_windows, window_means
 from etb_hil.plant.exactmath import exp
@@ -28,8 +28,10 @@ _CLUSTER = 100  # ticks that share their noise
 _UNKNOWN_ZERO = 0.02  # A, where the current's zero was not measured
 _STEP_OF_ZERO = 2e-4  # A: drift of the zero over a run
 _DROP_STANDS_OUT = 3.0  # standard errors
-# Share of omega_s that it costs to know the motion at ticks only; no noise, so it does not average out (decision 0046).
-_BETWEEN_TICKS = 0.002
+# Share of omega_s that it costs to know the motion at ticks only, where the speed changes by so many rad/s between
+# them; harder motions cost more. No noise, so it does not average out (decision 0046).
+_BETWEEN_TICKS, _CHANGE = 0.002, 0.8
+_REACH = 4  # ticks, over which an acceleration stands out of the encoder's steps
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +48,13 @@ class Assessment:
     def fastest(self) -> float:
         """Highest speed among the windows, in rad/s; 0 where there are none."""
         return float(np.abs(self.evidence.velocity).max()) if len(self.windows) else 0.0
+
+    @property
+    def hardest(self) -> float:
+        """Largest change of speed from tick to tick in the middle of a window, in rad/s; 0 where there are none."""
+        angle, centre = self.ticks.angle, self.windows.centre
+        bend = angle[centre + _REACH] - 2.0 * angle[centre] + angle[centre - _REACH]
+        return float(np.abs(bend).max()) / (_REACH * _REACH * TICK) if len(centre) else 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,10 +81,13 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
     return Assessment(ticks, windows, evidence, fit, balance)
 
 
-def fitted_numbers(fit: StribeckFit, throttle: ThrottleParameters, fastest: float) -> dict[str, Interval]:
+def fitted_numbers(
+    fit: StribeckFit, throttle: ThrottleParameters, fastest: float, hardest: float
+) -> dict[str, Interval]:
     """Return T_st, T_c, omega_s, viscosity and the return margin with their intervals, at the throttle shaft in SI.
 
-    `fastest` rad/s is the highest speed among the windows; without a drop from T_st to T_c there is no omega_s.
+    `fastest` rad/s is the highest speed among the windows, `hardest` rad/s its largest change in a tick; without a
+    drop from T_st to T_c there is no omega_s.
     """
     q = fit.parameters
     stiction, stiction_error = fit.stiction
@@ -87,7 +99,9 @@ def fitted_numbers(fit: StribeckFit, throttle: ThrottleParameters, fastest: floa
     }
     if _shows_drop(fit, fastest):
         speed = float(exp(q[LOG_SPEED]))
-        variance = float(fit.covariance[LOG_SPEED, LOG_SPEED]) + _BETWEEN_TICKS * _BETWEEN_TICKS
+        share = hardest / _CHANGE
+        between = _BETWEEN_TICKS * max(share * share * share, 1.0)
+        variance = float(fit.covariance[LOG_SPEED, LOG_SPEED]) + between * between
         factor = float(exp(TWO_SIDED_95 * math.sqrt(variance)))
         numbers["omega_s"] = Interval(speed, speed / factor, speed * factor)
     return numbers

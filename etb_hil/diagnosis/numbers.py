@@ -40,7 +40,9 @@ def report_numbers(
         "T_c": (None, limits.coulomb.at_throttle(gear, zero.temperature)),
         "return_margin": (limits.return_margin.at_throttle(gear), None),
     }
-    fitted = {} if assessment.fit is None else fitted_numbers(assessment.fit, throttle, assessment.fastest)
+    fitted: dict[str, Interval] = {}
+    if assessment.fit is not None:
+        fitted = fitted_numbers(assessment.fit, throttle, assessment.fastest, assessment.hardest)
     numbers = []
     for name in _NAMES:
         if name in fitted:
