@@ -52,12 +52,14 @@ class Frames:
         """Yield the blocks; InputError where a file starts before the one in front of it ended."""
         last_ns = None
         self.notes = []
+        others: set[int] = set()
         for path in self._paths:
             log = read_log(path)
             begun = False
             for block in log:
                 frames = block if self._channel is None else block.rows(block.channel == self._channel)
                 if not len(frames):
+                    others.update(np.unique(block.channel).tolist())
                     continue
                 if not begun and last_ns is not None and int(frames.stamp_ns[0]) < last_ns:
                     raise InputError(
@@ -71,6 +73,11 @@ class Frames:
                 last_ns = int(frames.stamp_ns.max())
                 yield frames
             self.notes += log.notes
+        if last_ns is None and others:
+            there = ", ".join(map(str, sorted(others)))
+            raise InputError(
+                Problem("holds no frame on the channel", Place(self._paths[0]), self._channel, allowed=there)
+            )
 
 
 def judge(job: LogJob, frames: Iterator[FrameBlock] | Frames) -> Finished:

@@ -120,6 +120,8 @@ def test_units_on_channels_of_one_log_are_judged_each_by_itself(live, sources, t
     assert command_line(["replay", str(path), "--bench", str(rules.bench), "--channel", "0", "--channel", "1"]) == 10
     said = capsys.readouterr().out
     assert f"{rules.bench.name}, channel 1:" in said
+    assert command_line(["replay", str(path), "--channel", "7"]) == 2
+    assert "holds no frame on the channel (it is 7); allowed: 0, 1" in capsys.readouterr().err
 
 
 def test_the_tables_open_in_a_database(tasks, tmp_path):
