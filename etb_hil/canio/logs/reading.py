@@ -28,8 +28,8 @@ def read_log(path: Path) -> LogReader:
     format holds them. A broken end costs what is broken, not what came before. Raises InputError where the format is
     unknown.
     """
-    if not path.is_file():
-        what = "is a folder without a session.json: no session" if path.is_dir() else "there is no such file or folder"
+    if path.is_dir():
+        what = "is a folder without a session.json: no session"
         raise InputError(Problem(what, Place(path), remedy="name a session's folder, or a log"))
     if path.suffix.lower() == ".blf":
         return read_blf(path)
