@@ -31,7 +31,9 @@ def plain(value: float | None, unit: str) -> str:
     if value is None or not math.isfinite(value):
         return UNKNOWN
     _, factor, decimals = _SHOWN.get(unit, (unit, 1.0, -1))
-    return f"{value * factor:.{decimals}f}" if decimals >= 0 else f"{value:.0f}" if value >= 1e4 else f"{value:.4g}"
+    if decimals < 0:
+        return f"{value:.0f}" if value >= 1e4 else f"{value:.4g}"
+    return f"{round(value * factor, decimals) + 0.0:.{decimals}f}"  # + 0.0: nothing is shown as -0.000
 
 
 def unit_shown(unit: str) -> str:

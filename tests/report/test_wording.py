@@ -7,6 +7,7 @@ import sample_run
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.recording.recording import ClockGrade
+from etb_hil.report import show
 from etb_hil.report.model import Bench, Clock, Number, Unit
 from etb_hil.report.wording import (
     BENCH_REASONS,
@@ -101,3 +102,8 @@ def test_p2119_names_spring_or_friction(results, said):
 def test_p2119_is_not_spoken_of_for_a_good_unit():
     assert spring_or_friction(standing()) == ""
     assert spring_or_friction(replace(standing(), numbers=())) == ""
+
+
+def test_nothing_is_shown_as_minus_zero():
+    assert show.plain(-1e-5, "A") == "0.000"
+    assert show.plain(-0.0123, "A") == "-0.012"
