@@ -1,4 +1,5 @@
-"""Speed of our BLF log beside python-can's writer and reader, in one process; medians over interleaved rounds.
+"""Speed of our BLF log beside python-can's writer and reader, in one process: processor time, medians over interleaved
+rounds.
 
     python benchmarks/blf_speed.py [--rounds 3] [--frames 200000]
 
@@ -46,9 +47,9 @@ def traffic(count):
 
 
 def seconds(action):
-    start = time.perf_counter()
+    start = time.process_time()
     result = action()
-    return time.perf_counter() - start, result
+    return time.process_time() - start, result
 
 
 def write_ours(path, frames):
