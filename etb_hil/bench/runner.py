@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Sequence
 from dataclasses import asdict
 
@@ -53,7 +54,13 @@ class Runner:
         self._throttle = analysis.model.values
         self._ahead_s = sum(self._expected_s(step) for step in steps)  # of the phases that have not begun
         self._phase_due_ns = 0
-        self._beat = Beat(bench, tap, clock, self._throttle.gear_ratio, supply=supply, show=self._show)
+        shown = weakref.WeakMethod(self._show)  # no circle: a run's samples are let go with the last reference to it
+
+        def show(now_ns: int) -> None:
+            if (still_there := shown()) is not None:
+                still_there(now_ns)
+
+        self._beat = Beat(bench, tap, clock, self._throttle.gear_ratio, supply=supply, show=show)
         self._record = RunRecord(start_ns=self._beat.start_ns)
         self._phase_id = ""
         self._message = ""
