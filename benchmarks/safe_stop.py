@@ -1,10 +1,11 @@
 """From a cause to drive off, by the controller's own log: bench and controller as two processes at wall clock.
 
     python benchmarks/safe_stop.py --runs 300 --cause SIGINT SIGTERM SIGHUP SIGQUIT SIGKILL
-    python benchmarks/safe_stop.py --interface socketcan --channel vcan0 --runs 300
+    python benchmarks/safe_stop.py --interface socketcan --channel vcan0 --runs 300 --cause SIGKILL LINK_DOWN LINK_GONE
 
-The bus is UDP multicast on loopback, or any that both can open. SIGKILL and SIGQUIT are measured from the last
-command on the controller's clock; the others from the signal to drive off, on the clock that both processes share.
+The bus is UDP multicast on loopback, or any that both can open. SIGKILL and SIGQUIT, and a link of SocketCAN that is
+set down or deleted while the plate moves, are measured from the last command on the controller's clock; the others from
+the signal to drive off, on the clock that both processes share.
 A run ends in seconds; the rest of the time is starting Python.
 """
 
@@ -27,6 +28,19 @@ name: Sway
 phases:
   - {id: sway, kind: ramp, between: [20 deg, 70 deg], speed: 1 rad/s, repeat: 4}
 """
+
+
+SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGKILL")
+START_S = 300.0  # a machine that has to compile everything first takes minutes
+FROM_COMMAND = ("SIGKILL", "SIGQUIT", "LINK_DOWN", "LINK_GONE")
+LINK = {  # how it is broken, and mended
+    "LINK_DOWN": ("link set {} down", "link set {} up"),
+    "LINK_GONE": ("link del {}", "link add {} type vcan", "link set {} mtu 72 up"),
+}
+
+
+def ip(words, channel):
+    subprocess.run(["ip", *words.format(channel).split()], check=True)
 
 
 def bench_file(folder, options):
@@ -64,13 +78,17 @@ def one_run(folder, options, cause, rng):
             [*command, "run", str(folder / "sway.yaml"), "--bench", str(bench), "--out", str(folder / "out")],
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
         )  # fmt: skip
+        broken = False
         try:
-            wait_for(lambda: any(e["event"] == "drive_on" for e in events(log)), 120.0)
+            wait_for(lambda: any(e["event"] == "drive_on" for e in events(log)), START_S)
             time.sleep(rng.uniform(0.5, 2.0))
             if any(e["event"] == "drive_off" for e in events(log)):
                 raise TimeoutError  # the run ended by itself: the host was too slow for it
             at_ns = time.time_ns()
-            run.send_signal(getattr(signal, cause))
+            if broken := cause in LINK:
+                ip(LINK[cause][0], options.channel)
+            else:
+                run.send_signal(getattr(signal, cause))
             run.wait(60)
             off = wait_for(lambda: [e for e in events(log) if e["event"] == "drive_off"], 10.0)[-1]
         finally:
@@ -78,7 +96,9 @@ def one_run(folder, options, cause, rng):
             run.wait()
             controller.terminate()
             controller.communicate()
-    if cause in ("SIGKILL", "SIGQUIT"):
+            for words in LINK[cause][1:] if broken else ():
+                ip(words, options.channel)
+    if cause in FROM_COMMAND:
         return off["since_command_ms"], off["reason"]
     return (off["stamp_ns"] - at_ns) * 1e-6, off["reason"]
 
@@ -86,7 +106,7 @@ def one_run(folder, options, cause, rng):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runs", type=int, default=300, help="of each cause")
-    parser.add_argument("--cause", nargs="*", default=["SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGKILL"])
+    parser.add_argument("--cause", nargs="*", default=list(SIGNALS), choices=[*SIGNALS, *LINK])
     parser.add_argument("--interface", default="udp_multicast")
     parser.add_argument("--channel", default="239.74.163.9")
     options = parser.parse_args()

@@ -1,7 +1,13 @@
-"""What holds for every test: kernels are compiled from the source as it is, and no machine's load fails a test."""
+"""What holds for every test: kernels are compiled from the source as it is, no machine's load fails a test.
+
+And each run of a bench ends with a look at its bus.
+"""
 
 import os
+import sys
 
+import pytest
+from bus_truth import VIRTUAL, assert_bus_truth, assert_bus_was_healthy
 from hypothesis import HealthCheck, settings
 
 from etb_hil.base.compiled_cache import drop_stale
@@ -15,3 +21,35 @@ settings.load_profile("etb_hil")
 
 def pytest_configure():
     drop_stale()
+
+
+@pytest.fixture(autouse=True, scope="session")
+def run_results():
+    """Keep the results of every run in this process, whoever started it."""
+    kept = []
+    job = sys.modules.get("etb_hil.bench.job")  # loaded by whichever test module runs benches
+    if job is None:
+        yield kept
+        return
+    with pytest.MonkeyPatch.context() as patch:
+        results_of = job.results_of
+
+        def keeping(*parts):
+            results = results_of(*parts)
+            kept.append(results)
+            return results
+
+        patch.setattr(job, "results_of", keeping)
+        yield kept
+
+
+@pytest.fixture(autouse=True)
+def _bus_is_looked_at(request, run_results):
+    """End every test by asserting the bus truth of its runs; those marked `spoilt` had their faults on purpose."""
+    yield
+    is_spoilt = request.node.get_closest_marker("spoilt") is not None
+    while run_results:
+        results = run_results.pop()
+        assert_bus_truth(results)
+        if not is_spoilt and results["bus"]["name"].startswith(VIRTUAL):
+            assert_bus_was_healthy(results)

@@ -7,11 +7,12 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-PRIORITY = 1  # the least that goes before all ordinary work
+BENCH = 1  # the least that goes before all ordinary work
+DEVICE = 2  # what stands for a device with a processor of its own goes before the bench
 
 
 @contextmanager
-def steady() -> Iterator[None]:
+def steady(priority: int = BENCH) -> Iterator[None]:
     """Take all that is loaded so far out of the garbage collector's sight, and go before ordinary work if allowed.
 
     A full collection walks every object of every library: 30 ms, on a slow machine 150 ms, in the middle of a motion
@@ -20,7 +21,7 @@ def steady() -> Iterator[None]:
     """
     gc.collect()
     gc.freeze()
-    before = _go_first()
+    before = _go_first(priority)
     try:
         yield
     finally:
@@ -29,13 +30,15 @@ def steady() -> Iterator[None]:
             os.sched_setscheduler(0, *before)
 
 
-def _go_first() -> tuple[int, os.sched_param] | None:
+def _go_first(priority: int) -> tuple[int, os.sched_param] | None:
     """Ask for a real-time priority; return what there was before, None where nothing changed."""
     if not hasattr(os, "sched_setscheduler"):  # only Linux lets a process ask
         return None
     before = os.sched_getscheduler(0), os.sched_getparam(0)
+    if before[1].sched_priority >= priority:  # whoever started it knows better
+        return None
     try:
-        os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(PRIORITY))
+        os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(priority))
     except OSError:  # without the privilege (CAP_SYS_NICE, or an rtprio limit)
         return None
     return before

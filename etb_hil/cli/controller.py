@@ -37,7 +37,7 @@ def run(args: argparse.Namespace) -> int:
     from etb_hil.base.clock import WallClock
     from etb_hil.base.errors import InputError, Problem
     from etb_hil.base.outcome import ExitCode
-    from etb_hil.base.steady import steady
+    from etb_hil.base.steady import DEVICE, steady
     from etb_hil.base.stock import find
     from etb_hil.bench.bench_file import load_bench
     from etb_hil.bench.stop_signals import StopSignals
@@ -79,7 +79,7 @@ def run(args: argparse.Namespace) -> int:
         )
         with announced():
             compile_kernels(power_on())
-        stack.enter_context(steady())
+        stack.enter_context(steady(DEVICE))
         link = open_link(settings, clock)
         stack.callback(link.close)
         controller = power_on(start_ns=clock.now_ns())

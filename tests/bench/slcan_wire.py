@@ -13,7 +13,7 @@ import sys
 import tty
 from pathlib import Path
 
-from etb_hil.base.steady import steady
+from etb_hil.base.steady import DEVICE, steady
 
 MOST = 16_384  # bytes that an adapter keeps for a computer that does not read
 
@@ -57,5 +57,5 @@ def _written(master, data):
 
 
 if __name__ == "__main__":
-    with steady():  # adapters have processors of their own
+    with steady(DEVICE):  # adapters have processors of their own
         main(sys.argv[1:])

@@ -50,6 +50,7 @@ def events_of(finished):
     return [json.loads(line) for line in finished.session.events.read_text().splitlines()]
 
 
+@pytest.mark.spoilt
 def test_frames_that_stop_are_a_bench_fault_and_the_safe_state_is_not_verified(broken_run):
     finished = broken_run(lambda frames: FrameBlock.empty(frames.data.shape[1]))
     results = finished.results

@@ -14,6 +14,8 @@ from etb_hil.bench.replay import replay
 from etb_hil.canio.faults import Forged, Lost, StuckCounter, Window, protections_of
 from etb_hil.canio.virtual_network import VirtualNetwork
 
+pytestmark = pytest.mark.spoilt
+
 S = 1_000 * MS
 
 
