@@ -7,8 +7,6 @@ import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-import pytest
-
 pytest_plugins = "pytester"
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "docs" / "examples" / "ci"
@@ -92,11 +90,10 @@ phases:
 """
 
 
-@pytest.mark.parametrize("arguments", [(), ("--etb-bench", "virtual_fd")])
-def test_a_bench_that_fails_before_the_test_is_an_error(pytester, arguments):
+def test_a_bench_that_fails_before_the_test_is_an_error(pytester):
     pytester.makepyfile(FAULT)
     pytester.path.joinpath("held.yaml").write_text(HELD)
-    result = pytester.runpytest_subprocess("-p", "no:cacheprovider", *arguments)
+    result = pytester.runpytest_subprocess("-p", "no:cacheprovider", "--etb-bench", "virtual_fd")
     result.assert_outcomes(errors=1)
     result.stdout.fnmatch_lines(["*outside 1 to 2 V*"])
 

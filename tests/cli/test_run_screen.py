@@ -57,12 +57,18 @@ def test_a_queue_of_units_with_keys_to_stop_abort_and_repeat(tmp_path, scenario)
     terminal.press("a")
     terminal.until("1 unit in 2 runs: 1 aborted")
     terminal.until("'q' ends):")
+    terminal.press("r\n")
+    terminal.until("so far 1 unit in 2 runs: 1 aborted")
+    terminal.press("\x03")  # while a question is open, on a bench whose time is its own
+    terminal.until("1 unit in 3 runs: 1 aborted")
+    terminal.until("'q' ends):")
     terminal.press("q\n")
     assert terminal.end() == 5
-    assert "aborted       SN-0042  (runs: aborted, aborted)" in terminal.text
-    first, second = bench_of(tmp_path)
+    assert "aborted       SN-0042  (runs: aborted, aborted, aborted)" in terminal.text
+    first, second, third = bench_of(tmp_path)
     assert (first["reason"], first["safe_state"]) == ("stopped by SIGUSR1", True)
     assert (second["reason"], second["safe_state"]) == ("stopped by SIGINT", True)
+    assert (third["reason"], third["safe_state"]) == ("stopped by SIGINT", True)
 
 
 def test_a_verdict_stays_without_colour_and_the_serial_number_is_typed(tmp_path):
@@ -92,11 +98,3 @@ def test_an_answer_may_be_typed_in_words_and_no_is_an_end(tmp_path, scenario):
     assert terminal.end() == 5
     assert "The run was ended by the operator's answer." in terminal.text
     assert b"\x1b" not in terminal.bytes
-
-
-def test_ctrl_c_ends_a_prompt_on_a_bench_whose_time_is_its_own(tmp_path, scenario):
-    terminal = Terminal(tmp_path, *ETB_HIL, "run", scenario.name)
-    terminal.until("1 yes   2 no")
-    terminal.press("\x03")
-    assert terminal.end() == 5
-    assert "stopped by SIGINT" in terminal.text
