@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -79,6 +80,13 @@ def bus_budget_of(bench: Bench, measure: Measure, dialect: Dialect) -> BusBudget
     )
 
 
+def _shown(value: float, dimension: str, digits: int = 6) -> str:
+    """Write a value as people write it: angles in degrees."""
+    if dimension == "angle":
+        return f"{math.degrees(value):.{digits}g} deg"
+    return format_quantity(value, dimension, digits)
+
+
 class _Where:
     def __init__(self, scenario: Document[Scenario], step: tuple[str | int, ...]) -> None:
         self._scenario, self._step = scenario, step
@@ -90,15 +98,15 @@ class _Where:
 def _outside(phase: Phase, limits: SafetyLimits, where: _Where) -> Iterator[Problem]:
     """Find values of a phase that lie outside the bench's limits by themselves."""
     low, high = limits.angle
-    angles = f"{format_quantity(low, 'angle', 4)} to {format_quantity(high, 'angle', 4)} (the bench's limit)"
+    angles = f"{_shown(low, 'angle', 4)} to {_shown(high, 'angle', 4)} (the bench's limit)"
     for place, angle in _values(phase, phase.angles, where):
         if not low <= angle <= high:
-            shown = format_quantity(angle, "angle")
+            shown = _shown(angle, "angle")
             yield Problem("the angle is outside the bench's limits", place, shown, angles, "choose one inside")
     for place, speed in _values(phase, phase.speeds, where):
         if speed > limits.velocity:
-            shown = format_quantity(speed, "angular velocity")
-            allowed = f"up to {format_quantity(limits.velocity, 'angular velocity')} (the bench's limit)"
+            shown = _shown(speed, "angular velocity")
+            allowed = f"up to {_shown(limits.velocity, 'angular velocity')} (the bench's limit)"
             yield Problem("the velocity is outside the bench's limits", place, shown, allowed, "choose a lower one")
 
 
@@ -150,11 +158,11 @@ def _strays(points: list[SetPoint], limits: SafetyLimits, where: _Where) -> Iter
         ("voltage", "voltage", max((abs(p.voltage) for p in driven), default=0.0), 0.0, limits.voltage),
     ):
         if not least <= worst <= most:
-            allowed = f"{format_quantity(least, dimension, 4)} to {format_quantity(most, dimension, 4)}"
+            allowed = f"{_shown(least, dimension, 4)} to {_shown(most, dimension, 4)}"
             yield Problem(
                 f"the phase's set-points leave the bench's limits of {what}",
                 where(),
-                format_quantity(worst, dimension),
+                _shown(worst, dimension),
                 f"{allowed} (the bench's limit)",
                 "change the phase's angles, speeds or times",
             )
