@@ -102,7 +102,7 @@ class Runner:
             if beat.commanded.enable:
                 self._follow(move(beat.supervisor.angle, self._throttle.limp_home, HOMEWARD), None)
             raise RunStopped(
-                BenchOutcome.ABORTED, "stopped_by_operator", f"stopped by {beat.signals.received}"
+                BenchOutcome.ABORTED, "stopped_by_operator", f"stopped by {beat.signals.cause}"
             ) from None
 
     def _wake_controller(self) -> None:

@@ -27,6 +27,7 @@ VERBS = {
     TIME_OUT: Verb.ABORT,
     "SIGQUIT": Verb.HALT,  # Ctrl-\
 }
+_CAUSES = {"SIGUSR1": "key s, SIGUSR1", "SIGINT": "key a or Ctrl-C, SIGINT"}
 EXPLAINED = (
     "ending a run: Ctrl-C, SIGTERM and a closed terminal abort (drive off now); SIGUSR1 stops (the plate is led back "
     "to limp-home, then drive off); Ctrl-\\ (SIGQUIT) halts (no more commands: the controller's watchdog takes the "
@@ -59,6 +60,11 @@ class StopSignals:
         for number, handler in self._before.items():
             with contextlib.suppress(ValueError):
                 signal.signal(number, handler)
+
+    @property
+    def cause(self) -> str | None:
+        """What asked for it, in words: the run screen's keys send the same signals."""
+        return None if self.received is None else _CAUSES.get(self.received, self.received)
 
     def _note(self, number: int, frame: FrameType | None) -> None:  # noqa: ARG002 (the signature of a handler)
         name = signal.Signals(number).name

@@ -45,7 +45,7 @@ def test_a_queue_of_units_with_keys_to_stop_abort_and_repeat(tmp_path, scenario)
     shown = terminal.until("('r' repeats SN-0042, 'q' ends):")
     assert "#####" in shown  # the verdict is large, and all of it is on the screen
     assert "ABORTED - serial SN-0042" in shown
-    assert "Somebody stopped the run. (stopped by SIGUSR1)" in shown
+    assert "Somebody stopped the run. (stopped by key s, SIGUSR1)" in shown
     assert "Next     Repeat the test when the bench is clear." in shown
     assert "1 unit: 1 aborted" in shown
     assert terminal.keeps_line_mode
@@ -66,9 +66,9 @@ def test_a_queue_of_units_with_keys_to_stop_abort_and_repeat(tmp_path, scenario)
     assert terminal.end() == 5
     assert "aborted       SN-0042  (runs: aborted, aborted, aborted)" in terminal.text
     first, second, third = bench_of(tmp_path)
-    assert (first["reason"], first["safe_state"]) == ("stopped by SIGUSR1", True)
-    assert (second["reason"], second["safe_state"]) == ("stopped by SIGINT", True)
-    assert (third["reason"], third["safe_state"]) == ("stopped by SIGINT", True)
+    assert (first["reason"], first["safe_state"]) == ("stopped by key s, SIGUSR1", True)
+    assert (second["reason"], second["safe_state"]) == ("stopped by key a or Ctrl-C, SIGINT", True)
+    assert (third["reason"], third["safe_state"]) == ("stopped by key a or Ctrl-C, SIGINT", True)
 
 
 def test_a_verdict_stays_without_colour_and_the_serial_number_is_typed(tmp_path):
