@@ -191,6 +191,14 @@ def _place(path: Path, lines: dict[Path_, int], key: Path_) -> Place:
     return Place(path, None, _key_text(key))
 
 
+_BOUNDS = {
+    "greater_than_equal": "at least",
+    "greater_than": "above",
+    "less_than_equal": "up to",
+    "less_than": "below",
+}
+
+
 def _problems(path: Path, lines: dict[Path_, int], model: type[BaseModel], error: ValidationError) -> list[Problem]:
     found = []
     for detail in error.errors(include_url=False):
@@ -206,6 +214,9 @@ def _problems(path: Path, lines: dict[Path_, int], model: type[BaseModel], error
             found.append(Problem("unknown key", place, value=shown, allowed=", ".join(names) or None, remedy=remedy))
         elif detail["type"] == "missing":
             found.append(Problem("this key is missing", place, remedy=f"add '{key[-1]}'" if key else None))
+        elif (bound := _BOUNDS.get(detail["type"])) is not None:
+            most = next(iter(detail["ctx"].values()))
+            found.append(Problem("out of range", place, shown, f"{bound} {most:g}, in the quantity's SI unit"))
         elif detail["type"] == "union_tag_invalid":
             context = detail["ctx"]
             tag, field = str(context["tag"]), str(context["discriminator"]).strip("'")

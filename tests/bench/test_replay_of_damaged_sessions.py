@@ -1,5 +1,7 @@
 """A replay says what is wrong with a session, and never judges by files that somebody changed."""
 
+import json
+
 import pytest
 from whole_run import run_on
 
@@ -39,3 +41,14 @@ def test_a_log_that_was_cut_is_said_to_be(session, capsys):
     shown = capsys.readouterr().out
     assert "Note" in shown
     assert "raw.blf" in shown
+
+
+def test_results_that_the_frames_do_not_give_end_otherwise_than_a_pass(tmp_path, capsys):
+    session = run_on(tmp_path).session
+    assert main(["replay", str(session.folder)]) == 0
+    results = session.folder / "results.json"
+    told = json.loads(results.read_text())
+    told["numbers"][0]["value"] += 1e-12
+    results.write_text(json.dumps(told))
+    assert main(["replay", str(session.folder)]) == 4
+    assert "Differs from live: numbers.0.value" in capsys.readouterr().out
