@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from etb_hil.recording.samples import SampleBlock
 
 SLOW_ROLES = ("temperature", "supply_voltage", "command_mode")
-JUDGE_NS = 200_000_000  # rows are judged in stretches of this length: each costs the same, long or short
+JUDGE_NS = 250_000_000  # rows are judged in stretches of this length: each costs the same, long or short
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from etb_hil.recording.samples import Int64, SampleBlock
 
 COMMAND, STATUS = "command_mode", "enable"
+_OFF = float(Mode.OFF)  # comparing with a member of an enum takes longer than all the rest
 
 
 class AnswerWatch:
@@ -31,9 +32,7 @@ class AnswerWatch:
     def push(self, block: SampleBlock) -> str | None:
         """Take a block of commands or statuses; return what is wrong, if anything, as a sentence."""
         if COMMAND in block.columns:
-            for mode, stamp_ns in zip(block.columns[COMMAND], block.stamp_ns, strict=True):
-                if (asked := bool(mode != Mode.OFF)) is not self._asked:
-                    self._asked, self._asked_ns, self._is_awaited = asked, int(stamp_ns), True
+            self._command(block)
         if STATUS in block.columns and self._is_awaited:
             for shown, stamp_ns in zip(block.columns[STATUS], block.stamp_ns, strict=True):
                 since_ns = int(stamp_ns) - self._asked_ns
@@ -46,6 +45,15 @@ class AnswerWatch:
                         f"(allowed: {self._allowed_ns * 1e-6:.0f} ms)"
                     )
         return None
+
+    def _command(self, block: SampleBlock) -> None:
+        """Note when the bridge was last commanded on or off; most commands change nothing."""
+        modes = block.columns[COMMAND]
+        if len(modes) == 1 and (float(modes[0]) != _OFF) is self._asked:
+            return
+        for mode, stamp_ns in zip(modes, block.stamp_ns, strict=True):
+            if (asked := bool(mode != _OFF)) is not self._asked:
+                self._asked, self._asked_ns, self._is_awaited = asked, int(stamp_ns), True
 
 
 def answer_time(recording: Recording) -> dict[str, float] | None:

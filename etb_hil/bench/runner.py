@@ -101,9 +101,7 @@ class Runner:
             beat.is_ending = True
             if beat.commanded.enable:
                 self._follow(move(beat.supervisor.angle, self._throttle.limp_home, HOMEWARD), None)
-            raise RunStopped(
-                BenchOutcome.ABORTED, "stopped_by_operator", f"stopped by {beat.signals.cause}"
-            ) from None
+            raise RunStopped(BenchOutcome.ABORTED, "stopped_by_operator", f"stopped by {beat.signals.cause}") from None
 
     def _wake_controller(self) -> None:
         """Ask for samples with the drive off, until the first ones arrive and no fault of an earlier run is left.

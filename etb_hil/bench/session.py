@@ -9,6 +9,7 @@ import re
 import shutil
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -86,10 +87,15 @@ class Session:
         return _read_json(self.folder / RESULTS)
 
 
+@cache
+def _installed() -> dict[str, str]:
+    names = ("numpy", "numba", "python-can", "cantools")
+    return {name: metadata.version(name) for name in names}
+
+
 def versions() -> dict[str, str]:
     """Return the versions of the program and of what it computes with."""
-    names = ("numpy", "numba", "python-can", "cantools")
-    return {"etb-hil": __version__, "python": platform.python_version()} | {n: metadata.version(n) for n in names}
+    return {"etb-hil": __version__, "python": platform.python_version()} | _installed()
 
 
 def create(

@@ -128,10 +128,13 @@ class Supervisor:
         return None
 
     def _look_at(self, block: SampleBlock) -> Trip | None:
-        for role in self._newest_ns:
-            if role in block.columns:
-                self._newest_ns[role] = int(block.stamp_ns[-1])
-                self._seen.add(role)
+        columns = block.columns
+        due = [role for role in self._newest_ns if role in columns]
+        if due:
+            newest_ns = int(block.stamp_ns[-1])
+            for role in due:
+                self._newest_ns[role] = newest_ns
+            self._seen.update(due)
         late = self._answer.push(block)
         return (
             self._look_at_motor(block)

@@ -7,11 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.ticks import TICK, Ticks
 from etb_hil.plant.exactmath import log
 from etb_hil.plant.parameters import ThrottleParameters
+from etb_hil.recording.samples import Float64
 
 READING = 0.015  # share by which a filtered, noisy peak may be read wrong: what simulated units have shown
 
@@ -64,10 +66,17 @@ def break_aways(ticks: Ticks, throttle: ThrottleParameters) -> list[BreakAway]:
 
     Springs are the bench's model's; what they have wrong is even in the direction and leaves a mean over both.
     """
-    found: list[BreakAway] = []
-    time, angle, velocity = ticks.time.tolist(), ticks.angle.tolist(), ticks.velocity.tolist()
+    rests = _rests(ticks.time, ticks.angle, ticks.velocity)
+    clear = [(since, left) for since, left in rests if _is_clear(float(ticks.angle[since]), throttle)]
+    return [one for since, left in clear if (one := _followed(ticks, since, left)) is not None]
+
+
+@njit(cache=True, error_model="numpy")
+def _rests(time: Float64, angle: Float64, velocity: Float64) -> list[tuple[int, int]]:
+    """Return from which tick to which one the plate rested, each time that it moved off again."""
+    found = [(0, 0)]
     since = flicker = 0
-    for k in range(1, len(ticks)):
+    for k in range(1, len(time)):
         if not abs(time[k] - time[k - 1] - TICK) < 0.5 * TICK or math.isnan(velocity[k]):
             since, flicker = k, 0
         elif abs(velocity[k]) < _STILL and abs(angle[k] - angle[since]) < _RESTED:
@@ -77,12 +86,10 @@ def break_aways(ticks: Ticks, throttle: ThrottleParameters) -> list[BreakAway]:
             if flicker < _FLICKER and abs(angle[k] - angle[since]) < _RESTED:
                 continue
             left = k - flicker + 1
-            if left - since >= _REST and _is_clear(angle[since], throttle):
-                one = _followed(ticks, since, left)
-                if one is not None:
-                    found.append(one)
+            if left - since >= _REST:
+                found.append((since, left))
             since, flicker = k, 0
-    return found
+    return found[1:]
 
 
 def break_away_torque(found: Sequence[BreakAway]) -> BreakAwayTorque | None:

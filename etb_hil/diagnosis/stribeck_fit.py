@@ -36,7 +36,8 @@ from etb_hil.recording.samples import Float64, Int64
 
 _STARTS = (1.0, 0.5, 2.0)  # times the model's omega_s: the cost has more than one valley
 _ITERATIONS = 40
-_CONVERGED = 1e-5  # in standard errors
+_CONVERGED = 1e-3  # in standard errors
+_SAME_VALLEY = 0.5  # in standard errors: as near as that to an end that was found, a descent comes to the same one
 _LEAST_NOISE = 2e-4  # N·m
 _OVERLAP = 3.0  # windows a stride apart share this many times their noise
 
@@ -115,7 +116,8 @@ def fit_stribeck(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prio
     """Fit by Levenberg's and Marquardt's method from several starts; None where none of them comes to an end."""
     best: tuple[float, Float64] | None = None
     for factor in _STARTS:
-        found = _descend(ticks, windows, evidence, prior, _start(evidence, prior, factor))
+        known = None if best is None else best[1]
+        found = _descend(ticks, windows, evidence, prior, _start(evidence, prior, factor), known)
         if found is not None and (best is None or found[0] < best[0]):
             best = found
     if best is None:
@@ -186,8 +188,9 @@ def _precision(residual: Float64) -> float:
 
 
 def _descend(
-    ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, start: Float64
+    ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, start: Float64, known: Float64 | None
 ) -> tuple[float, Float64] | None:
+    """Return the mean square left over and the parameters; None where there is no end, or only a `known` one."""
     q, damping = start, 1e-3
     residual, jacobian = _linearise(ticks, windows, evidence, q)
     for _ in range(_ITERATIONS):
@@ -210,7 +213,10 @@ def _descend(
             damping = 10.0 * damping
         else:
             break
-        if np.all(np.abs(step) < _CONVERGED * np.sqrt(np.diag(covariance))):
+        error = np.sqrt(np.diag(covariance))
+        if known is not None and np.all(np.abs(q - known) < _SAME_VALLEY * error):
+            return None
+        if np.all(np.abs(step) < _CONVERGED * error):
             break
     # Costs of different starts compare only at one precision; the profile over the noise level is its logarithm,
     # and the mean square orders the starts in the same way.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,7 +24,7 @@ __all__ = ["Model", "ThrottleParameters", "load_model"]
 _DRAWS = 1000
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Model:
     """A throttle as a model file states it, or as drawn from one."""
 
@@ -56,12 +57,17 @@ class Model:
     def tolerance(self, name: str) -> float:
         """Return how far a field of `ThrottleParameters` may be off, in SI: the worst case over what it is made of."""
         nominal = getattr(self.values, name)
+        return float(sum(abs(getattr(moved, name) - nominal) for moved in self._one_moved))
+
+    @cached_property
+    def _one_moved(self) -> list[ThrottleParameters]:
+        """The values with one parameter after the other at the end of its tolerance."""
         moved = [
             replace(parameter, value=parameter.value + parameter.half_width)
             for parameter in self.parameters.values()
             if parameter.half_width
         ]
-        return float(sum(abs(getattr(referred({**self.parameters, p.name: p}), name) - nominal) for p in moved))
+        return [referred({**self.parameters, parameter.name: parameter}) for parameter in moved]
 
     def drawn(self, rng: Generator) -> Model:
         """Return a unit of this model: every parameter drawn evenly inside its tolerance, K_e and K_t by one factor.
