@@ -13,7 +13,10 @@ def somebody_attends() -> bool:
     """Return whether a terminal's keyboard is ours to read: not a pipe's end, not another job's."""
     if sys.platform == "win32" or sys.stdin is None or not sys.stdin.isatty():
         return False
-    return os.tcgetpgrp(sys.stdin.fileno()) == os.getpgrp()
+    try:
+        return os.tcgetpgrp(sys.stdin.fileno()) == os.getpgrp()
+    except OSError:  # a terminal, and not the one that controls this process: nobody's keys come from there
+        return False
 
 
 class Keyboard:
