@@ -17,8 +17,7 @@ def steady(priority: int = BENCH) -> Iterator[None]:
 
     A full collection walks every object of every library: 30 ms, on a slow machine 150 ms, in the middle of a motion
     whose watchdog waits for 30 ms. On a busy machine an ordinary process waits its turn for longer still. Threads and
-    processes that are started inside are ordinary: a panel that is drawn must not take turns with the bench. Where the
-    system does not allow it, the process stays ordinary too.
+    processes that are started inside are as urgent. Where the system does not allow it, the process stays ordinary.
     """
     gc.collect()
     gc.freeze()
@@ -28,8 +27,7 @@ def steady(priority: int = BENCH) -> Iterator[None]:
     finally:
         gc.unfreeze()
         if before is not None:
-            # The flag stays: only a privileged process may drop it.
-            os.sched_setscheduler(0, before[0] | os.SCHED_RESET_ON_FORK, before[1])
+            os.sched_setscheduler(0, *before)
 
 
 def _go_first(priority: int) -> tuple[int, os.sched_param] | None:
@@ -40,7 +38,7 @@ def _go_first(priority: int) -> tuple[int, os.sched_param] | None:
     if before[1].sched_priority >= priority:  # whoever started it knows better
         return None
     try:
-        os.sched_setscheduler(0, os.SCHED_RR | os.SCHED_RESET_ON_FORK, os.sched_param(priority))
+        os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(priority))
     except OSError:  # without the privilege (CAP_SYS_NICE, or an rtprio limit)
         return None
     return before
