@@ -187,6 +187,23 @@ def test_a_damaged_container_costs_itself_only_and_is_noted(tmp_path):
     assert "a container is damaged" in note
 
 
+@pytest.mark.parametrize("at", range(40, 400, 30))
+def test_damage_never_invents_a_frame(tmp_path, at):
+    path = tmp_path / "log.blf"
+    frames = traffic(300)
+    written(path, frames, parts=3)
+    raw = bytearray(path.read_bytes())
+    (size,) = struct.unpack_from("<L", raw, 144 + 8)
+    first = 144 + size + size % 4 + at  # inside the second container
+    raw[first : first + 50] = bytes(50)
+    path.write_bytes(raw)
+    reader = read_blf(path)
+    got = set(rows_of(concatenate_frames(reader)))
+    assert got <= set(rows_of(frames))
+    assert len(got) >= 200
+    assert reader.notes
+
+
 def test_an_object_over_a_damaged_container_is_not_patched_up_from_its_halves(tmp_path):
     path = tmp_path / "log.blf"
     frames = traffic(300)

@@ -184,9 +184,10 @@ class BlfReader:
                     return
                 body = file.read(size - _OBJECT.size)
                 if kind == _CONTAINER_TYPE and len(body) >= _CONTAINER.size:
-                    if len(body) < size - _OBJECT.size:
+                    cut = len(body) < size - _OBJECT.size
+                    if cut:
                         self._note(position, "the last container is cut off; what it still holds was read")
-                    yield self._inflate(body, position)
+                    yield self._inflate(body, position, cut=cut)
                 position += size + size % 4
 
     def _read_header(self, raw: bytes) -> None:
@@ -205,7 +206,7 @@ class BlfReader:
             seconds = (start - _EPOCH) // timedelta(seconds=1)
             self.start_ns = seconds * 1_000_000_000 + millisecond * _MILLISECOND_NS
 
-    def _inflate(self, body: bytes, position: int) -> bytes | bytearray | None:
+    def _inflate(self, body: bytes, position: int, *, cut: bool) -> bytes | bytearray | None:
         method, claimed = _CONTAINER.unpack_from(body)
         data = memoryview(body)[_CONTAINER.size :]
         if method == _STORED:
@@ -214,7 +215,7 @@ class BlfReader:
             self._note(position, f"a container of method {method} and {claimed} bytes was left out")
             return None
         try:
-            return inflate(data, claimed)
+            return inflate(data, claimed, cut=cut)
         except zlib.error as error:
             self._note(position, f"a container is damaged and was left out ({error})")
             return None

@@ -21,10 +21,11 @@ _FAST, _FAST_LIBDEFLATE = 1, 2  # levels; zlib's default takes twice as long for
 _SLICE = 96 << 10  # of a large block: what it inflates to stays in the processor's cache
 
 
-def inflate(packed: bytes | memoryview, size: int) -> bytes | bytearray:
+def inflate(packed: bytes | memoryview, size: int, *, cut: bool = False) -> bytes | bytearray:
     """Return at most `size` bytes (no more than `MOST_BYTES`) of a zlib stream; of one that is cut off, what is there.
 
-    Raises zlib.error where the stream is damaged.
+    Raises zlib.error where the stream is damaged, and where it does not end although it is not `cut`: damage may well
+    inflate to nonsense, and only the checksum at the end tells.
     """
     if libdeflate is not None:
         with suppress(libdeflate.DeflateError):  # damaged, cut off or longer than it says: zlib tells them apart
@@ -32,7 +33,11 @@ def inflate(packed: bytes | memoryview, size: int) -> bytes | bytearray:
     if len(packed) * _MOST_RATIO <= MOST_BYTES:
         with suppress(zlib.error):
             return zlib.decompress(packed, bufsize=max(size, 1))[:size]
-    return zlib.decompressobj().decompress(packed, max(size, 1))
+    stream = zlib.decompressobj()
+    data = stream.decompress(packed, max(size, 1))
+    if not stream.eof and not cut and len(packed) * _MOST_RATIO <= MOST_BYTES:
+        raise zlib.error("its checksum is not reached")
+    return data
 
 
 def inflate_in_parts(packed: bytes, size: int) -> Iterator[bytes | bytearray]:

@@ -176,7 +176,7 @@ class Mf4Blocks:
             raise UnknownLayoutError(f"a block of {size} bytes is packed by method {zipped}")
         data = self._file_part(first + 24, packed)
         if zipped:
-            yield inflate(data, size), columns
+            yield inflate(data, size, cut=len(data) < packed), columns
         else:
             yield from ((part, 0) for part in inflate_in_parts(data, size))
 
