@@ -98,9 +98,11 @@ def _session(options: argparse.Namespace) -> int:
         print(f"  Note     {note}")
     if options.against:
         return _compared(options, finished)
-    if not finished.session.has_results:
+    if not finished.session.has_results and not (model or limits or options.window):
         finished.session.write_results(finished.results)
         print("  The run was cut short before it left results; these are in its folder now.")
+    elif not finished.session.has_results:
+        print("  The run was cut short before it left results: there is nothing to compare with.")
     elif model or limits or options.window:
         print(changes_text(changes(finished.session.read_results(), finished.results)))
     else:
