@@ -81,8 +81,8 @@ class Supervisor:
 
     @property
     def is_complete(self) -> bool:
-        """Whether every role that was asked for has been measured since."""
-        return self._seen >= self._newest_ns.keys()
+        """Whether something was asked for, and every role of it has been measured since."""
+        return bool(self._newest_ns) and self._seen >= self._newest_ns.keys()
 
     @property
     def has_answered(self) -> bool:

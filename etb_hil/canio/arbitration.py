@@ -312,7 +312,7 @@ def _release(ports: Ints, bus: Ints, meter: Ints) -> None:
     sender = bus[SENDER]
     bus[FREE] = bus[END] + time_ns(INTERMISSION_BITS, bus[NOMINAL])
     bus[SENDER] = -1
-    note_busy(meter, bus[END], bus[FREE] - bus[START])
+    note_busy(meter, bus[FREE], bus[FREE] - bus[START])
     if ports[sender, TEC] > 127 or ports[sender, REC] > 127:
         ports[sender, BLOCKED] = bus[FREE] + time_ns(_SUSPEND_BITS, bus[NOMINAL])
     for port in range(len(ports)):  # acknowledge delimiter, end of frame and intermission are 11 recessive bits

@@ -90,10 +90,19 @@ def advance_load(meter: NDArray[np.int64], now_ns: int) -> None:
 
 @njit(cache=True, error_model="numpy")
 def note_busy(meter: NDArray[np.int64], end_ns: int, busy_ns: int) -> None:
-    """Count one frame that ended at `end_ns`."""
+    """Count a frame that held the bus until `end_ns`; what of it lies before the bin under way counts before it."""
     advance_load(meter, end_ns)
-    if end_ns // BIN_NS >= meter[_FIRST]:
-        meter[_BINS + meter[_CURRENT] % BINS] += busy_ns
+    current = meter[_CURRENT]
+    if end_ns // BIN_NS < meter[_FIRST]:
+        return
+    begin_ns = current * BIN_NS
+    before_ns = max(busy_ns - (end_ns - begin_ns), 0) if end_ns >= begin_ns else 0  # a late frame counts where it came
+    meter[_BINS + current % BINS] += busy_ns - before_ns
+    if current > meter[_FIRST]:
+        meter[_BINS + (current - 1) % BINS] += before_ns
+    if meter[_FULL] >= 0:
+        meter[_FULL] += before_ns
+        meter[_PEAK] = max(meter[_PEAK], meter[_FULL])
 
 
 @njit(cache=True, error_model="numpy")

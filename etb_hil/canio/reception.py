@@ -92,7 +92,8 @@ def receive(
             counts[k, FRAMES] += 1
             out[1, n], out[2, n] = clock[EPOCH] + place * table[k, TICK], 0
         else:
-            _settle(np.int64(n), stamp, step, alive, counter, k, table, state, counts, clock, out)
+            is_sent = flags[n] & _SENT != 0
+            _settle(np.int64(n), stamp, is_sent, step, alive, counter, k, table, state, counts, clock, out)
 
 
 @njit(cache=True, error_model="numpy")
@@ -142,6 +143,7 @@ def _is_due(beside: np.int64, bits: np.int64, interval: np.int64, late: np.int64
 def _settle(
     n: np.int64,
     stamp: np.int64,
+    is_sent: bool,
     step: np.int64,
     alive: np.int64,
     counter: np.int64,
@@ -156,7 +158,7 @@ def _settle(
     if table[k, COUNTER_BITS]:
         accepted, time, lost = _by_counter(stamp, counter, step, k, table, state, clock)
     else:
-        accepted, time, lost = _by_stamp(stamp, step, k, table, state, counts)
+        accepted, time, lost = _by_stamp(stamp, is_sent, step, k, table, state, counts)
     state[k, STAMP] = stamp  # of repeats too, so that a counter that stays stuck is never taken for one whole wrap
     if accepted:
         state[k, SEEN], state[k, ALIVE], state[k, TIME] = 1, alive, time
@@ -268,16 +270,19 @@ def _learn_interval(moved: np.int64, step: np.int64, k: np.int64, state: Int64) 
 
 @njit(cache=True, error_model="numpy")
 def _by_stamp(
-    stamp: np.int64, step: np.int64, k: np.int64, table: Int64, state: Int64, counts: Int64
+    stamp: np.int64, is_sent: bool, step: np.int64, k: np.int64, table: Int64, state: Int64, counts: Int64
 ) -> tuple[bool, np.int64, np.int64]:
-    """Return whether a frame without a sample counter is new, its time, and the frames lost before it."""
+    """Return whether a frame without a sample counter is new, its time, and the frames lost before it.
+
+    Whole wraps are told by the stamps, but for what this side sent itself: it was the sender that paused.
+    """
     if not state[k, SEEN]:
         return True, stamp, _NOTHING
     gap, cycle, modulus = stamp - state[k, STAMP], table[k, CYCLE], table[k, MODULUS]
     lost = _NOTHING
     if step >= 0:
         wraps = 0
-        if cycle > 0:
+        if cycle > 0 and not is_sent:
             wraps = max(0, (gap + cycle * (modulus // 2 - step)) // (cycle * modulus))
         lost = step + modulus * wraps - 1
         if lost < 0:

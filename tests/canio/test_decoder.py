@@ -333,3 +333,15 @@ def test_alive_counters_count_losses_without_a_sample_counter(classic):
         found, decoder = decode(classic, streams.without(frames, range(50, 50 + gone)))
         assert decoder.lost == gone
         assert found["EtbStatus"].lost_before[50] == gone
+
+
+@pytest.mark.parametrize(("is_ours", "lost"), [(True, 0), (False, 16)])
+def test_a_pause_of_this_side_loses_no_command(classic, is_ours, lost):
+    """A bench that stalls for a wrap of its counter goes on with the next number: what it sent late was never lost."""
+    encoder = CommandEncoder(classic)
+    stamps = [0, 5, 10, 95, 100]  # ms; the cycle is 5
+    commands = [encoder.encode({"command_mode": 1, "command_position": 0.5}, ms * 1_000_000) for ms in stamps]
+    frames = concatenate_frames([streams.sent(one) if is_ours else one for one in commands])
+    found, decoder = decode(classic, frames)
+    assert decoder.lost == lost
+    assert len(found["EtbCommand"]) == len(stamps)

@@ -347,3 +347,17 @@ def test_named_networks_are_shared_and_die_with_their_last_user():
 def test_a_bit_rate_that_no_bus_has_is_refused():
     with pytest.raises(InputError, match="no bit rate of CAN"):
         VirtualNetwork(0)
+
+
+def test_load_is_never_more_than_all_the_time_there_is():
+    """Frames back to back lie across the edges of bins and windows: what lies before an edge counts before it."""
+    network = VirtualNetwork()
+    sender = network.open_port()
+    one = frame(0x123, b"12345678")
+    (bits,), _ = frame_bits(one)
+    network.send(sender, concatenate_frames([one] * int(0.35e9 / (bits * BIT))))
+    network.sleep_until_ns(300 * MS)
+    health = network.health(sender)
+    assert 1.0 - bits * BIT / 100e6 < health.load <= 1.0  # the frame under way counts when it ends
+    assert health.peak_load == pytest.approx(1.0, abs=1e-9)
+    assert health.peak_load <= 1.0
