@@ -1,20 +1,27 @@
 """How well the diagnosis tells a throttle whose T_st has risen, and how honest its intervals are, over random units.
 
-Run: python benchmarks/diagnosis_power.py [--units N] [--rate 1000|20000]... [--seed N] [--picture FILE]
+Run: python benchmarks/diagnosis_power.py [--units 500] [--calibration 100] [--rate 1000|20000]... [--seed N]
+     [--rows FILE] [--picture FILE]
 Each unit is of a design of its own, drawn from a box of plausible throttles; its friction differs from its design's by
 10 % (one standard deviation) and falls by 0.3 % per K with 10 % scatter of that law; it is tested at a temperature
 anywhere between 0 and 80 degC, three checks a test, with a bench's model that is off by its tolerances. A test's T_st
-is held against the unit's own baseline (an earlier test at another temperature) and its population (the design), both
-with the law's mean taken off; beside them, the paper's reading: the highest estimate, against a fixed threshold.
-Thresholds are those with 1 % of false alarms by the healthy units' spread, taken as normal in the logarithm.
+is held against the unit's own baseline (an earlier test at another temperature) and against its population (the
+design), both with the law's mean taken off and in units of the scatter that the temperatures leave; beside them, the
+paper's reading: the highest estimate, against a fixed threshold.
+
+Thresholds come from healthy units that are not counted, as a station would find them: below the limit lie 99 % of
+healthy units, with 95 % confidence (one-sided tolerance limit of a normal distribution). Rows are appended to a file as
+they come; a study that is started again with the same file goes on where it stopped.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
 import sys
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from independent_throttle import Unit, friction_check, off_by_tolerances, sense
@@ -26,9 +33,11 @@ from etb_hil.diagnosis.limits import load_limits
 
 LIMITS = load_limits(find("limits", "default")).content
 LAW, LAW_SCATTER, UNIT_SPREAD, REFERENCE = -0.003, 0.10, 0.10, 20.0
+REPEATABILITY = 0.005  # of a mean of three checks by one bench on one unit, as a share; the calibration scales it
 CHECKS = 3
-ONE_PERCENT = 2.326
 RISES = (1.0, 1.25, 1.6)
+KINDS = ("baseline", "population", "paper")
+COLUMNS = ("unit", "rate", "rise", "temperature", *KINDS)
 
 
 def design(rng):
@@ -90,51 +99,62 @@ def test(unit, bench, run, rate, rng, coverage):
     return float(np.mean(fitted)), float(np.mean(peaks))
 
 
-class Study:
-    """What a rate of the bus comes to: log-ratios by rise and kind of threshold, coverage, tests without a fit."""
-
-    def __init__(self, rate):
-        self.rate, self.coverage, self.unfitted = rate, {}, 0
-        self.ratios = {rise: {"baseline": [], "population": [], "paper": []} for rise in RISES}
-
-
 def law(temperature):
     return 1.0 + LAW * (temperature - REFERENCE)
 
 
-def add_unit(studies, rng):
-    """Draw a unit, run its tests once, and hold each against baseline, population and threshold at every rate."""
+def scatter(temperature, spread):
+    """Return the standard deviation of a log-ratio: `spread`, and what the law's scatter adds at a temperature."""
+    return np.hypot(spread, LAW * LAW_SCATTER * (temperature - REFERENCE) / law(temperature))
+
+
+def baseline_scatter(first, now):
+    """Return the same between two tests of one unit, at two temperatures: its own law takes part in both."""
+    return np.hypot(REPEATABILITY, LAW * LAW_SCATTER * (now - first) / (law(now) * law(first)))
+
+
+def rows_of_unit(number, rng, rates, coverage, rises):
+    """Draw a unit, run its tests once, and hold each against baseline, population and the paper's reading."""
     nominal = healthy_design(rng)
     bench = off_by_tolerances(nominal, rng)
     share = np.exp(UNIT_SPREAD * rng.standard_normal())
     coefficient = LAW * (1.0 + LAW_SCATTER * rng.standard_normal())
-    drawn = [(rng.uniform(0.0, 80.0), rise) for rise in (1.0, *RISES)]  # the baseline's, then one a rise
+    drawn = [(rng.uniform(0.0, 80.0), rise) for rise in (1.0, *rises)]  # the baseline's, then one a rise
     units = [at(nominal, share, coefficient, temperature, rise) for temperature, rise in drawn]
     runs = [friction_check(unit) for unit in units]
-    for study in studies:
-        first, *later = [
-            test(unit, bench, run, study.rate, rng, study.coverage) for unit, run in zip(units, runs, strict=True)
-        ]
-        first_at, now_at = drawn[0][0], dict(zip(RISES, (temperature for temperature, _ in drawn[1:]), strict=True))
-        for rise, now in zip(RISES, later, strict=True):
-            if first is None or now is None:
-                study.unfitted += 1
-                continue
-            found, corrected = study.ratios[rise], now[0] / law(now_at[rise])
-            found["baseline"].append(np.log(corrected / (first[0] / law(first_at))))
-            found["population"].append(np.log(corrected / nominal.stiction))
-            found["paper"].append(np.log(now[1] / nominal.stiction))
+    for rate in rates:
+        found = [test(unit, bench, run, rate, rng, coverage[rate]) for unit, run in zip(units, runs, strict=True)]
+        first_at, first = drawn[0][0], found[0]
+        for (temperature, rise), now in zip(drawn[1:], found[1:], strict=True):
+            statistics = [""] * len(KINDS)  # a test without a fit finds nothing
+            if first is not None and now is not None:
+                corrected = now[0] / law(temperature)
+                statistics = [
+                    np.log(corrected * law(first_at) / first[0]) / baseline_scatter(first_at, temperature),
+                    np.log(corrected / nominal.stiction) / scatter(temperature, UNIT_SPREAD),
+                    np.log(now[1] / nominal.stiction),
+                ]
+            yield (number, rate, rise, temperature, *statistics)
+
+
+def statistics_of(rows, rate, rise, kind, *, calibration):
+    """Return a statistic of the units that calibrate, or of those that count; NaN where a test had no fit."""
+    chosen = [r for r in rows if int(r["rate"]) == rate and float(r["rise"]) == rise]
+    values = [r[kind] for r in chosen if (int(r["unit"]) < 0) == calibration]
+    return np.array([float(v) if v != "" else np.nan for v in values])
 
 
 def threshold(healthy):
-    return float(np.mean(healthy) + ONE_PERCENT * np.std(healthy, ddof=1))
+    """Return the limit below which 99 % of healthy units lie, with 95 % confidence (Natrella 1963)."""
+    known = healthy[np.isfinite(healthy)]
+    content, confidence, n = 2.3263, 1.6449, len(known)
+    a, b = 1.0 - confidence**2 / (2.0 * (n - 1.0)), content**2 - confidence**2 / n
+    return float(known.mean() + (content + np.sqrt(content**2 - a * b)) / a * known.std(ddof=1))
 
 
-def report(study):
-    ratios = study.ratios
-    print(f"tests without a fit: {study.unfitted}")
-    for name, rows in study.coverage.items():
-        good, value = np.array(rows).T
+def report(rows, rate, coverage):
+    for name, kept in coverage.items():
+        good, value = np.array(kept).T
         if name == "reached":
             print(f"passed 2.15 omega_s: {np.mean(good):.1%} (slowest unit {value.min():.2f})")
             continue
@@ -142,56 +162,98 @@ def report(study):
             f"{name:8} 95 % intervals cover {np.mean(good):.1%}; "
             f"bias {np.mean(value):+.2%}, rms {np.sqrt(np.mean(value**2)):.2%}"
         )
-    print(f"{'':12}{'threshold':>10}{'false alarms':>14}{'+25 % found':>13}{'+60 % found':>13}")
-    for kind in ("baseline", "population", "paper"):
-        limit = threshold(ratios[1.0][kind])
-        shares = [np.mean(np.array(ratios[rise][kind]) > limit) for rise in ratios]
-        print(f"{kind:12}{np.exp(limit):10.3f}" + "".join(f"{share:13.1%}" for share in shares))
+    print(f"{'':12}{'threshold':>10}{'false alarms':>20}{'+25 % found':>13}{'+60 % found':>13}")
+    for kind in KINDS:
+        healthy = statistics_of(rows, rate, 1.0, kind, calibration=True)
+        limit = threshold(healthy)
+        above = [statistics_of(rows, rate, rise, kind, calibration=False) > limit for rise in RISES]
+        unit = "sd" if kind != "paper" else "ln"
+        alarms = f"{above[0].sum()} of {len(above[0])}, {np.mean(above[0]):.1%}"
+        print(f"{kind:12}{limit:7.2f} {unit}{alarms:>20}" + "".join(f"{np.mean(share):13.1%}" for share in above[1:]))
+    tests = [r["baseline"] for r in rows if int(r["rate"]) == rate]
+    print(f"tests without a fit: {tests.count('')} of {len(tests)}")
 
 
-def draw(studies, path):
-    """Draw found rises over false alarms, for every threshold."""
+def draw(rows, rates, path):
+    """Draw found rises over false alarms, for every kind of threshold."""
     from matplotlib.figure import Figure  # noqa: PLC0415 (only where a picture is asked for)
 
-    figure = Figure(figsize=(9, 4 * len(studies)), layout="constrained")
-    grid = figure.subplots(len(studies), 2, sharex=True, sharey=True, squeeze=False)
-    for study, row in zip(studies, grid, strict=True):
-        for axes, rise in zip(row, RISES[1:], strict=True):
-            for kind, style in (("baseline", "-"), ("population", "--"), ("paper", ":")):
-                healthy, risen = np.array(study.ratios[1.0][kind]), np.array(study.ratios[rise][kind])
-                limits = np.sort(np.concatenate([healthy, risen, [-9.0, 9.0]]))
-                alarms = [np.mean(healthy > limit) for limit in limits]
-                name = {"paper": "paper: peak, fixed threshold"}.get(kind, kind)
-                axes.plot(
-                    alarms, [np.mean(risen > limit) for limit in limits], style, drawstyle="steps-post", label=name
+    figure = Figure(figsize=(9, 3.6 * len(rates)), layout="constrained")
+    grid = figure.subplots(len(rates), 2, sharex=True, sharey=True, squeeze=False)
+    styles = {"baseline": "-", "population": "--", "paper": ":"}
+    names = {"baseline": "own baseline", "population": "population's limit", "paper": "paper: peak, fixed threshold"}
+    for rate, line in zip(rates, grid, strict=True):
+        for axes, rise in zip(line, RISES[1:], strict=True):
+            for kind, style in styles.items():
+                calibrating, healthy, risen = (
+                    statistics_of(rows, rate, of, kind, calibration=first)
+                    for of, first in ((1.0, True), (1.0, False), (rise, False))
                 )
-            axes.set_title(f"T_st risen by {rise - 1.0:.0%}, {study.rate // 1000} kHz, {len(healthy)} units")
-            axes.set(xlim=(-0.02, 1.02), ylim=(-0.02, 1.02))
+                limits = np.sort(np.concatenate([healthy, risen, [-99.0, 99.0]]))[::-1]
+                alarms = np.array([np.mean(healthy > limit) for limit in limits])
+                found = np.array([np.mean(risen > limit) for limit in limits])
+                (curve,) = axes.plot(alarms, found, style, drawstyle="steps-post", label=names[kind])
+                chosen = threshold(calibrating)
+                at_limit = (max(np.mean(healthy > chosen), 1e-3), np.mean(risen > chosen))
+                axes.plot(*at_limit, "o", color=curve.get_color(), clip_on=False, zorder=3)
+            axes.set_title(f"T_st risen by {rise - 1.0:.0%}, {rate // 1000} kHz, {len(healthy)} units")
+            axes.set_xscale("symlog", linthresh=1e-3, linscale=0.3)
+            axes.set(xlim=(0.0, 1.0), ylim=(0.0, 1.02))
+            axes.set_xticks([0.0, 1e-3, 1e-2, 1e-1, 1.0], ["0", "0.1 %", "1 %", "10 %", "100 %"])
             axes.axvline(0.01, color="0.7", linewidth=0.8)
-        row[0].set_ylabel("found")
+            axes.grid(alpha=0.3)
+        line[0].set_ylabel("share of risen units found")
     for axes in grid[-1]:
-        axes.set_xlabel("false alarms")
-    grid[0, 0].legend(loc="lower right")
+        axes.set_xlabel("share of healthy units above the threshold")
+    grid[0, 0].legend(loc="center left", title="dots: thresholds from other units", fontsize="small")
     figure.savefig(path, dpi=120)
+
+
+def read_rows(path):
+    if path is None or not path.exists():
+        return []
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def append_rows(path, rows):
+    if path is None:
+        return
+    is_new = not path.exists()
+    with path.open("a", newline="") as file:
+        writer = csv.DictWriter(file, COLUMNS)
+        if is_new:
+            writer.writeheader()
+        writer.writerows(rows)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--units", type=int, default=500)
+    parser.add_argument("--calibration", type=int, default=100, help="healthy units that only set the thresholds")
     parser.add_argument("--rate", type=int, choices=(1000, 20000), action="append", help="default: both")
-    parser.add_argument("--seed", type=int, default=130)
+    parser.add_argument("--seed", type=int, default=131)
+    parser.add_argument("--rows", type=Path, metavar="FILE", help="CSV that rows are appended to, and read from")
     parser.add_argument("--picture", metavar="FILE")
     options = parser.parse_args()
-    start, studies = time.perf_counter(), [Study(rate) for rate in options.rate or (20000, 1000)]
-    for number in range(options.units):
-        add_unit(studies, np.random.default_rng([options.seed, number]))
-        if (number + 1) % 25 == 0 or number + 1 == options.units:
-            for study in studies:
-                print(f"\n{number + 1} units at {study.rate} Hz, {time.perf_counter() - start:.0f} s")
-                report(study)
+    rates = tuple(options.rate or (20000, 1000))
+    rows, coverage = read_rows(options.rows), {rate: {} for rate in rates}
+    start, known = time.perf_counter(), {int(row["unit"]) for row in rows}
+    numbers = [-1 - k for k in range(options.calibration)] + list(range(options.units))
+    for count, number in enumerate(numbers, 1):
+        if number not in known:
+            rng = np.random.default_rng([options.seed, int(number < 0), abs(number)])
+            rises = RISES if number >= 0 else RISES[:1]
+            new = [dict(zip(COLUMNS, row, strict=True)) for row in rows_of_unit(number, rng, rates, coverage, rises)]
+            append_rows(options.rows, new)
+            rows += new
+        if number >= 0 and ((number + 1) % 50 == 0 or count == len(numbers)):
+            for rate in rates:
+                print(f"\n{number + 1} units at {rate} Hz, {time.perf_counter() - start:.0f} s")
+                report(rows, rate, coverage[rate])
             sys.stdout.flush()
-            if options.picture:
-                draw(studies, options.picture)
+    if options.picture:
+        draw(rows, rates, options.picture)
 
 
 if __name__ == "__main__":
