@@ -21,8 +21,8 @@ from pathlib import Path
 
 import can
 
-from etb_hil.bench.events import read_events
-from etb_hil.bench.replay import replay
+from etb_hil.replay.session_replay import replay
+from etb_hil.session.events import read_events
 
 ALLOWED_S = 0.1
 CHILD = """

@@ -5,7 +5,7 @@ import os
 from pathlib import Path
 
 from etb_hil.base.roles import COMMANDED, ROLES
-from etb_hil.bench.file_kinds import KINDS, file_schema
+from etb_hil.cli.file_kinds import KINDS, file_schema
 from etb_hil.cli.main import COMMANDS, EXIT_CODES, _parser
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.report.model import results_schema
@@ -13,8 +13,8 @@ from etb_hil.report.wording import BENCH_REASONS, UNIT_REASONS
 
 PACKAGE = Path(__file__).parents[1] / "etb_hil"
 ROOMS = (
-    "base", "recording", "plant", "observer", "diagnosis", "discrepancy", "canio", "controller", "bench", "history",
-    "station", "report", "paper",
+    "base", "recording", "plant", "observer", "diagnosis", "discrepancy", "canio", "controller", "scenario", "session",
+    "bench", "replay", "history", "station", "report", "paper",
 )  # fmt: skip
 
 

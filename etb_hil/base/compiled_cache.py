@@ -12,7 +12,10 @@ from pathlib import Path
 PACKAGE = Path(__file__).resolve().parent.parent
 
 # Rooms with kernels, lowest floor first: a kernel can hold code of its own room and of those before it.
-FLOORS = ("base", "recording", "plant", "observer", "diagnosis", "discrepancy", "canio", "controller", "bench")
+FLOORS = (
+    "base", "recording", "plant", "observer", "diagnosis", "discrepancy", "canio", "controller", "scenario", "session",
+    "bench",
+)  # fmt: skip
 
 
 def is_cold(package: Path = PACKAGE) -> bool:

@@ -1,4 +1,4 @@
-"""The two kinds of outcome that are never mixed, and the exit codes they give."""
+"""The two kinds of outcome that are never mixed, the exit codes they give, and whether the drive was seen off."""
 
 from __future__ import annotations
 
@@ -19,6 +19,13 @@ class BenchOutcome(StrEnum):
     OK = "ok"
     FAULT = "fault"
     ABORTED = "aborted"
+
+
+class SafeState(StrEnum):
+    """Whether the safe state was reached."""
+
+    VERIFIED = "verified"
+    NOT_VERIFIED = "not verified"
 
 
 class ExitCode(IntEnum):

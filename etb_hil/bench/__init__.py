@@ -1,1 +1,1 @@
-"""Bench and scenario files, the sequence runner, its safe stop, sessions."""
+"""Runs a scenario on a bench: bench files, what is refused before it moves, the runner, supervision, safe stop."""

@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING
 
 from etb_hil.base.lateness import Lateness
 from etb_hil.base.outcome import BenchOutcome
-from etb_hil.bench.condition_watch import ConditionWatch
 from etb_hil.bench.interlock import Interlock
 from etb_hil.bench.stop_signals import TIME_OUT, StopSignals, Verb
 from etb_hil.bench.supervision import Supervisor, Trip
-from etb_hil.bench.trajectory import OFF, SetPoint
 from etb_hil.canio.health import BusState
+from etb_hil.scenario.condition_watch import ConditionWatch
+from etb_hil.scenario.trajectory import OFF, SetPoint
 
 if TYPE_CHECKING:
     from etb_hil.base.clock import Clock
     from etb_hil.bench.bench_file import Bench
-    from etb_hil.bench.condition import Condition
     from etb_hil.bench.tap import Tap
     from etb_hil.recording.samples import SampleBlock
+    from etb_hil.scenario.condition import Condition
 
 WATCH_S = 0.125  # how often a watcher is told
 

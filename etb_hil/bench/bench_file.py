@@ -11,11 +11,11 @@ from pydantic import Field, field_validator, model_validator
 from etb_hil.base.quantity import Frequency, Ratio
 from etb_hil.base.stock import find
 from etb_hil.base.yamlfile import Document, FileModel, load
-from etb_hil.bench.phase import Measure
 from etb_hil.bench.supervision import SafetyLimits
 from etb_hil.canio.bus_settings import VIRTUAL, BusSettings
 from etb_hil.canio.dialect import Dialect
 from etb_hil.canio.role_map import ProtectionSettings, RoleMap
+from etb_hil.scenario.phase import Measure
 
 
 class Bench(FileModel):

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.modes import Mode
-from etb_hil.bench.trajectory import OFF
 from etb_hil.canio.commands import CommandEncoder
+from etb_hil.scenario.trajectory import OFF
 
 if TYPE_CHECKING:
-    from etb_hil.bench.trajectory import SetPoint
     from etb_hil.canio.dialect import Dialect
+    from etb_hil.scenario.trajectory import SetPoint
 
 _NEEDED = {
     "motor_current": "friction torque cannot be told without it",

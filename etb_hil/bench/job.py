@@ -12,21 +12,14 @@ from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.steady import steady
 from etb_hil.base.stock import find
 from etb_hil.base.yamlfile import Document
-from etb_hil.bench.analysis import Analysis
-from etb_hil.bench.attempts import earlier_attempts, is_tried_again, set_aside
 from etb_hil.bench.bench_file import BenchSetup, load_bench
 from etb_hil.bench.controller_lock import controller_lock
-from etb_hil.bench.events import EventLog
-from etb_hil.bench.finished import Finished
 from etb_hil.bench.operator import Operator, check_unattended
 from etb_hil.bench.preflight import check_scenario
 from etb_hil.bench.rehearsal import rehearse
 from etb_hil.bench.results import results_of
 from etb_hil.bench.runner import Runner
-from etb_hil.bench.scenario_file import Scenario, load_scenario
-from etb_hil.bench.session import Session, create
 from etb_hil.bench.snapshot import Watcher, nobody
-from etb_hil.bench.store import STORE, RunInStore
 from etb_hil.bench.tap import Tap
 from etb_hil.canio.bus_settings import VIRTUAL
 from etb_hil.canio.commands import CommandEncoder
@@ -36,6 +29,13 @@ from etb_hil.canio.virtual_network import VirtualNetwork
 from etb_hil.controller.virtual_controller import VirtualController
 from etb_hil.diagnosis.limits import Limits, load_limits
 from etb_hil.plant.parameters import Model, load_model
+from etb_hil.scenario.scenario_file import Scenario, load_scenario
+from etb_hil.session.analysis import Analysis
+from etb_hil.session.attempts import earlier_attempts, is_tried_again, set_aside
+from etb_hil.session.events import EventLog
+from etb_hil.session.finished import Finished
+from etb_hil.session.session import Session, create
+from etb_hil.session.store import STORE, RunInStore
 
 if TYPE_CHECKING:
     from etb_hil.canio.budget import BusBudget

@@ -8,8 +8,8 @@ from etb_hil.base.errors import InputError, Problem
 
 if TYPE_CHECKING:
     from etb_hil.base.yamlfile import Document
-    from etb_hil.bench.scenario_file import Scenario
-    from etb_hil.bench.waiting import PromptPhase
+    from etb_hil.scenario.scenario_file import Scenario
+    from etb_hil.scenario.waiting import PromptPhase
 
 
 class Operator(Protocol):

@@ -13,26 +13,26 @@ from typing import TYPE_CHECKING
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.base.stock import find
-from etb_hil.bench.analysis import Analysis
 from etb_hil.bench.bench_file import load_bench
-from etb_hil.bench.excitations import WarmUpPhase
 from etb_hil.bench.runner import Runner
 from etb_hil.bench.tap import Tap
-from etb_hil.bench.waiting import PromptPhase, WaitPhase
 from etb_hil.canio.commands import CommandEncoder
 from etb_hil.canio.link import VirtualLink
 from etb_hil.canio.virtual_network import VirtualNetwork
 from etb_hil.controller.virtual_controller import VirtualController
+from etb_hil.scenario.excitations import WarmUpPhase
+from etb_hil.scenario.waiting import PromptPhase, WaitPhase
+from etb_hil.session.analysis import Analysis
 
 if TYPE_CHECKING:
     from etb_hil.base.yamlfile import Document
     from etb_hil.bench.bench_file import Bench
-    from etb_hil.bench.record import RunRecord
-    from etb_hil.bench.scenario_file import Scenario, Step
     from etb_hil.bench.supervision import SafetyLimits
     from etb_hil.canio.frames import FrameBlock
     from etb_hil.diagnosis.limits import Limits
     from etb_hil.plant.parameters import Model
+    from etb_hil.scenario.scenario_file import Scenario, Step
+    from etb_hil.session.record import RunRecord
 
 SEED = 0
 MARGIN = 0.1  # of current and velocity: the model's tolerances of resistance and motor constant

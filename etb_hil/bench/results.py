@@ -5,22 +5,21 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from etb_hil.base.outcome import BenchOutcome, UnitVerdict, exit_code
-from etb_hil.bench.answer_time import answer_time
-from etb_hil.bench.clock_grade import grade_clock
+from etb_hil.base.outcome import BenchOutcome, SafeState, UnitVerdict, exit_code
 from etb_hil.bench.controller_needs import not_watched
-from etb_hil.bench.safe_state import SafeState
-from etb_hil.bench.session import versions
-from etb_hil.bench.set_point_jitter import set_point_jitter
+from etb_hil.session.answer_time import answer_time
+from etb_hil.session.clock_grade import grade_clock
+from etb_hil.session.session import versions
+from etb_hil.session.set_point_jitter import set_point_jitter
 
 if TYPE_CHECKING:
-    from etb_hil.bench.analysis import Analysis
     from etb_hil.bench.bench_file import Bench
-    from etb_hil.bench.condition_watch import Firing
-    from etb_hil.bench.record import PhaseTime, RunRecord
-    from etb_hil.bench.session import Session
     from etb_hil.diagnosis.limits import Limits
     from etb_hil.diagnosis.result import DiagnosisResult
+    from etb_hil.scenario.condition_watch import Firing
+    from etb_hil.session.analysis import Analysis
+    from etb_hil.session.record import PhaseTime, RunRecord
+    from etb_hil.session.session import Session
 
 SCHEMA_VERSION = 1
 

@@ -8,21 +8,21 @@ from dataclasses import asdict
 
 from etb_hil.base.clock import Clock
 from etb_hil.base.errors import BenchFault, RecordingFault
-from etb_hil.base.outcome import BenchOutcome
-from etb_hil.bench.analysis import Analysis
+from etb_hil.base.outcome import BenchOutcome, SafeState
 from etb_hil.bench.beat import Beat, RunStopped, StopInOrder
 from etb_hil.bench.bench_file import Bench
-from etb_hil.bench.condition import Condition, Until
 from etb_hil.bench.operator import Operator, Unattended
-from etb_hil.bench.phase import Measure
-from etb_hil.bench.record import Answered, PhaseEnd, PhaseTime, RunRecord
-from etb_hil.bench.safe_state import SafeState, bring_to_rest
-from etb_hil.bench.scenario_file import Step
+from etb_hil.bench.safe_state import bring_to_rest
 from etb_hil.bench.snapshot import Snapshot, Watcher, nobody
 from etb_hil.bench.stop_signals import Verb
 from etb_hil.bench.tap import Tap
-from etb_hil.bench.trajectory import OFF, Trajectory, move
-from etb_hil.bench.waiting import PromptPhase
+from etb_hil.scenario.condition import Condition, Until
+from etb_hil.scenario.phase import Measure
+from etb_hil.scenario.scenario_file import Step
+from etb_hil.scenario.trajectory import OFF, Trajectory, move
+from etb_hil.scenario.waiting import PromptPhase
+from etb_hil.session.analysis import Analysis
+from etb_hil.session.record import Answered, PhaseEnd, PhaseTime, RunRecord
 
 ANSWER_S = 1.0  # how long the controller may take to send its first samples
 ASK_S = 0.05  # how often it is asked for them

@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
-
 import numpy as np
 
 from etb_hil.base.clock import Clock
 from etb_hil.base.errors import BenchFault
+from etb_hil.base.outcome import SafeState
 from etb_hil.bench.tap import Tap
-from etb_hil.bench.trajectory import OFF
 from etb_hil.recording.samples import SampleBlock
+from etb_hil.scenario.trajectory import OFF
 
 PATIENCE_S = 0.5  # how long drive off may take to show
 QUIET_A = 0.05  # a mean current below this is about zero: ten times the sensor's noise
 LARGEST_ZERO_A = 0.5  # a sensor that is off by more is not believed to show no current
 SAMPLES = 10  # current samples that must agree
-
-
-class SafeState(StrEnum):
-    """Whether the safe state was reached."""
-
-    VERIFIED = "verified"
-    NOT_VERIFIED = "not verified"
 
 
 def bring_to_rest(tap: Tap, clock: Clock, tick_ns: int, *, commanding: bool = True) -> SafeState:

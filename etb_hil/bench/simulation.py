@@ -7,14 +7,14 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from etb_hil.base.errors import InputError, Problem
-from etb_hil.bench.condition_watch import ConditionWatch
-from etb_hil.bench.scenario_file import Step
-from etb_hil.bench.trajectory import OFF, SetPoint, Trajectory
-from etb_hil.bench.waiting import PromptPhase
 from etb_hil.controller.machine import Machine, Output
 from etb_hil.controller.state import COMMAND, EVENT_WIDTH, REQUEST, TICK_NS
 from etb_hil.plant.parameters import Model
 from etb_hil.recording.samples import Float64, Int64, SampleBlock, concatenate
+from etb_hil.scenario.condition_watch import ConditionWatch
+from etb_hil.scenario.scenario_file import Step
+from etb_hil.scenario.trajectory import OFF, SetPoint, Trajectory
+from etb_hil.scenario.waiting import PromptPhase
 
 BOTH = 3.0  # current and encoder
 COMMAND_RATE = 100.0

@@ -14,9 +14,9 @@ from pydantic import Field
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.base.quantity import Angle, AngularVelocity, Current, Duration, Temperature, Voltage
 from etb_hil.base.yamlfile import FileModel
-from etb_hil.bench.answer_time import AnswerWatch
-from etb_hil.bench.trajectory import SetPoint
 from etb_hil.recording.samples import Float64, SampleBlock
+from etb_hil.scenario.trajectory import SetPoint
+from etb_hil.session.answer_time import AnswerWatch
 
 SPEED_SPAN_NS = 5_000_000  # velocity is the travel over this time: long enough for an encoder's steps
 MEASURED = {"current": ("motor_current",), "encoder": ("motor_angle", "throttle_angle")}  # what a request brings

@@ -7,16 +7,17 @@ from typing import Protocol
 
 from etb_hil.base.clock import Clock
 from etb_hil.base.errors import BenchFault, RecordingFault
-from etb_hil.bench.analysis import Analysis
 from etb_hil.bench.interlock import ROLE as INTERLOCK
-from etb_hil.bench.phase import Measure
 from etb_hil.bench.supervision import STATUS_ROLES
-from etb_hil.bench.trajectory import SetPoint
 from etb_hil.canio.commands import CommandEncoder
 from etb_hil.canio.frames import FrameBlock
 from etb_hil.canio.health import BusHealth
 from etb_hil.canio.link import Link
 from etb_hil.recording.samples import SampleBlock
+from etb_hil.scenario.phase import Measure
+from etb_hil.scenario.trajectory import SetPoint
+from etb_hil.session.analysis import Analysis
+from etb_hil.session.events import EventSink
 
 FLUSH_S = 0.02  # what a killed run may lose is this and one beat, and as long as the host stalls
 SIGNAL_BITS = {"current": 1, "encoder": 2}
@@ -35,14 +36,6 @@ class RawLog(Protocol):
 
     def close(self) -> None:
         """Flush and close."""
-        ...
-
-
-class EventSink(Protocol):
-    """Where events are written as they happen."""
-
-    def add(self, stamp_ns: int, event: str, **details: object) -> None:
-        """Write one event."""
         ...
 
 

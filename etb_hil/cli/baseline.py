@@ -17,8 +17,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Write the baseline; a file that is there already is left alone."""
     from etb_hil.base.errors import InputError, Place, Problem
-    from etb_hil.bench.baseline import baseline_text
-    from etb_hil.bench.session import open_session
+    from etb_hil.session.baseline import baseline_text
+    from etb_hil.session.session import open_session
 
     session = open_session(options.session)
     text = baseline_text(session.read_results(), f"made from the session {session.run_id}")

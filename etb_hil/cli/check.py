@@ -82,9 +82,9 @@ def _each_by_itself(files: JobFiles, problems: list[Problem]) -> Bench | None:
     """Add what is wrong with each file, not only with the first one; return the bench file's contents where it can."""
     from etb_hil.base.yamlfile import load
     from etb_hil.bench.bench_file import Bench, load_bench
-    from etb_hil.bench.scenario_file import load_scenario
     from etb_hil.diagnosis.limits import load_limits
     from etb_hil.plant.parameters import load_model
+    from etb_hil.scenario.scenario_file import load_scenario
 
     _tried(lambda: load_scenario(files.scenario), problems)
     _tried(lambda: load_model(files.model), problems)

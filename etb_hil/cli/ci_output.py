@@ -43,7 +43,7 @@ class CiOutput:
     """
 
     def __init__(self, options: argparse.Namespace) -> None:
-        from etb_hil.bench.baseline import load_baseline
+        from etb_hil.session.baseline import load_baseline
 
         self._junit: Path | None = options.junit
         self._json: Path | None = options.json
@@ -60,9 +60,9 @@ class CiOutput:
 
     def add(self, results: dict[str, Any], session: Path | None = None) -> ExitCode:
         """Write what came of a run; return its exit code, inconclusive where only the baseline disagrees."""
-        from etb_hil.bench.baseline import compare
         from etb_hil.report.junit import Reported, junit_text
         from etb_hil.report.model import Results
+        from etb_hil.session.baseline import compare
 
         comparisons = [] if self._baseline is None else compare(self._baseline, results)
         self._runs.append(Reported(Results.from_dict(results), session, comparisons))

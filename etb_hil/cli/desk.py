@@ -12,17 +12,17 @@ from etb_hil.base.outcome import BenchOutcome, ExitCode
 from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.bench.job import JobFiles
-from etb_hil.bench.station_file import load_station
-from etb_hil.bench.store import STORE
 from etb_hil.cli.batch import checked_serial
 from etb_hil.history.runs import Run, read_runs, run_of_results
+from etb_hil.session.store import STORE
 from etb_hil.station.admission import admitted_part, compared, require_fit_bench
+from etb_hil.station.station_file import load_station
 
 if TYPE_CHECKING:
     import argparse
 
     from etb_hil.base.yamlfile import Document
-    from etb_hil.bench.station_file import Part, Station
+    from etb_hil.station.station_file import Part, Station
 
 STATION_FILE = "station.yaml"
 

@@ -63,8 +63,8 @@ def _recording(path: Path, options: argparse.Namespace) -> Recording:
         return read_table(path, options.map)
     from etb_hil.base.stock import find
     from etb_hil.bench.bench_file import load_bench
-    from etb_hil.bench.session import open_session
     from etb_hil.canio.logs.recording import record_log
+    from etb_hil.session.session import open_session
 
     if path.is_dir():
         session = open_session(path)
@@ -75,7 +75,7 @@ def _recording(path: Path, options: argparse.Namespace) -> Recording:
 
 def _limits(options: argparse.Namespace) -> Path:
     from etb_hil.base.stock import find
-    from etb_hil.bench.session import open_session
+    from etb_hil.session.session import open_session
 
     if options.limits or not options.data[0].is_dir():
         return find("limits", options.limits or "default")

@@ -22,8 +22,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Write the file, and say what it could not hold."""
     from etb_hil.base.errors import InputError, Place, Problem
-    from etb_hil.bench.export import export
     from etb_hil.canio.logs.reading import read_log
+    from etb_hil.replay.export import export
 
     raw = options.source / "raw.blf" if options.source.is_dir() else options.source
     if options.out.exists() and options.out.samefile(raw):
@@ -37,7 +37,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _messages(options: argparse.Namespace) -> list[Message]:
     from etb_hil.base.stock import find
-    from etb_hil.bench.session import open_session
+    from etb_hil.session.session import open_session
 
     if options.dbc:
         path = find("dbc", options.dbc)

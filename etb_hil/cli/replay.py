@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from etb_hil.bench.finished import Finished
-    from etb_hil.bench.log_replay import LogJob
-    from etb_hil.bench.record import PhaseTime
-    from etb_hil.bench.replay import RuleFiles, Window
     from etb_hil.canio.frames import FrameBlock
+    from etb_hil.replay.log_replay import LogJob
+    from etb_hil.replay.session_replay import RuleFiles, Window
+    from etb_hil.session.finished import Finished
+    from etb_hil.session.record import PhaseTime
 
 STRETCH_S = 60.0
 
@@ -87,9 +87,9 @@ def _units(options: argparse.Namespace) -> int:
 
 def _session(options: argparse.Namespace) -> int:
     from etb_hil.base.outcome import ExitCode
-    from etb_hil.bench.differences import changes, changes_text, first_difference
-    from etb_hil.bench.replay import replay
+    from etb_hil.replay.session_replay import replay
     from etb_hil.report.verdict import verdict_text
+    from etb_hil.session.differences import changes, changes_text, first_difference
 
     model, limits = _own(options)
     finished = replay(options.sources[0], model, limits, _window(options))
@@ -115,8 +115,8 @@ def _session(options: argparse.Namespace) -> int:
 
 
 def _log(options: argparse.Namespace, files: RuleFiles, channel: int | None) -> int:
-    from etb_hil.bench.log_replay import Frames, LogJob, judge, stretches
-    from etb_hil.bench.replay import within
+    from etb_hil.replay.log_replay import Frames, LogJob, judge, stretches
+    from etb_hil.replay.session_replay import within
     from etb_hil.report.verdict import verdict_text
 
     phases = _phases(options)
@@ -139,7 +139,7 @@ def _in_stretches(job: LogJob, parts: Iterator[Iterator[FrameBlock]]) -> Finishe
     """Print a verdict for a short log, a line a stretch for a long one; return the worst."""
     from etb_hil.base.errors import InputError, Place, Problem
     from etb_hil.base.outcome import ExitCode
-    from etb_hil.bench.log_replay import judge
+    from etb_hil.replay.log_replay import judge
     from etb_hil.report.verdict import verdict_text
 
     worst: Finished | None = None
@@ -168,8 +168,8 @@ def _line(finished: Finished, first_ns: int) -> str:
 
 def _compared(options: argparse.Namespace, finished: Finished) -> int:
     from etb_hil.base.outcome import ExitCode
-    from etb_hil.bench.differences import changes, changes_text, first_divergence
-    from etb_hil.bench.replay import replay
+    from etb_hil.replay.session_replay import replay
+    from etb_hil.session.differences import changes, changes_text, first_divergence
 
     other = replay(options.against, window=_window(options))
     divergence = first_divergence(finished, other)
@@ -183,9 +183,9 @@ def _compared(options: argparse.Namespace, finished: Finished) -> int:
 
 def _many(options: argparse.Namespace) -> int:
     from etb_hil.base.outcome import ExitCode
-    from etb_hil.bench.many_logs import JUDGED, judge_many, tasks_for
-    from etb_hil.bench.parquet import write_parquet
-    from etb_hil.bench.workers import DaskWorkers, LocalProcesses
+    from etb_hil.replay.many_logs import JUDGED, judge_many, tasks_for
+    from etb_hil.replay.parquet import write_parquet
+    from etb_hil.replay.workers import DaskWorkers, LocalProcesses
 
     tasks = tasks_for(options.sources, _rules_and_channels(options), *_own(options), options.stretch)
     pool = DaskWorkers(options.dask) if options.dask else LocalProcesses(options.jobs)
@@ -207,10 +207,10 @@ def _onto_bus(options: argparse.Namespace) -> int:
     from etb_hil.base.steady import steady
     from etb_hil.base.stock import find
     from etb_hil.bench.bench_file import load_bench
-    from etb_hil.bench.log_replay import Frames
-    from etb_hil.bench.onto_bus import send_log
-    from etb_hil.bench.replay import within
     from etb_hil.canio.link import open_link
+    from etb_hil.replay.log_replay import Frames
+    from etb_hil.replay.onto_bus import send_log
+    from etb_hil.replay.session_replay import within
 
     bus = load_bench(find("bench", options.onto)).bench.bus
     paths = [source / "raw.blf" if source.is_dir() else source for source in options.sources]
@@ -230,8 +230,8 @@ def _rule_files(options: argparse.Namespace, bench_name: str | None) -> RuleFile
     """Return the files that a log is judged by: those named, those of the session to compare with, or stock ones."""
     from etb_hil.base.stock import find
     from etb_hil.bench.bench_file import load_bench
-    from etb_hil.bench.replay import RuleFiles, rule_files
-    from etb_hil.bench.session import open_session
+    from etb_hil.replay.session_replay import RuleFiles, rule_files
+    from etb_hil.session.session import open_session
 
     model, limits = _own(options)
     if options.against and not bench_name:
@@ -243,9 +243,9 @@ def _rule_files(options: argparse.Namespace, bench_name: str | None) -> RuleFile
 
 
 def _phases(options: argparse.Namespace) -> tuple[PhaseTime, ...]:
-    from etb_hil.bench.events import read_events
-    from etb_hil.bench.record import record_of
-    from etb_hil.bench.session import open_session
+    from etb_hil.session.events import read_events
+    from etb_hil.session.record import record_of
+    from etb_hil.session.session import open_session
 
     if not options.against:
         return ()
@@ -263,7 +263,7 @@ def _own(options: argparse.Namespace) -> tuple[Path | None, Path | None]:
 
 def _window(options: argparse.Namespace) -> Window | None:
     from etb_hil.base.errors import InputError, Problem
-    from etb_hil.bench.replay import Window
+    from etb_hil.replay.session_replay import Window
 
     if options.window is None:
         return None

@@ -18,9 +18,9 @@ from etb_hil.report.panel_watcher import PanelLimits, PanelWatcher
 
 if TYPE_CHECKING:
     from etb_hil.base.errors import BenchFault
-    from etb_hil.bench.finished import Finished
     from etb_hil.bench.job import Job
     from etb_hil.bench.snapshot import Snapshot
+    from etb_hil.session.finished import Finished
 
 _NO_SCREEN = {"", "dumb", "unknown"}
 

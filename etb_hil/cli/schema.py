@@ -23,7 +23,7 @@ def run(options: argparse.Namespace) -> int:
     import json
 
     from etb_hil.base.errors import InputError, Place, Problem
-    from etb_hil.bench.file_kinds import KINDS, file_schema
+    from etb_hil.cli.file_kinds import KINDS, file_schema
     from etb_hil.report.model import results_schema
 
     kinds = [*KINDS, "results"]

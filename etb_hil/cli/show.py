@@ -8,7 +8,7 @@ import sys
 from typing import TYPE_CHECKING, TextIO
 
 if TYPE_CHECKING:
-    from etb_hil.bench.finished import Finished
+    from etb_hil.session.finished import Finished
 
 _BELOW = 4  # rows below a verdict: a tally, and the question for the next unit
 

@@ -54,9 +54,9 @@ def run(options: argparse.Namespace) -> int:
 
 def _scenario(options: argparse.Namespace, unit: Model) -> tuple[Int64, dict[str, Float64]]:
     from etb_hil.base.stock import find
-    from etb_hil.bench.scenario_file import load_scenario
     from etb_hil.bench.simulation import Simulation
     from etb_hil.plant.parameters import load_model
+    from etb_hil.scenario.scenario_file import load_scenario
 
     scenario = load_scenario(find("scenario", options.scenario or "friction_check")).content
     rate = quantity_option("--rate", options.rate, "frequency")

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from datetime import datetime
 
-    from etb_hil.bench.station_file import Retention
     from etb_hil.history.runs import Run
+    from etb_hil.station.station_file import Retention
 
 _MB = 1e6
 _DAY_S = 86400.0
@@ -31,10 +31,10 @@ def run(options: argparse.Namespace) -> int:
     from etb_hil.base.outcome import ExitCode
     from etb_hil.base.stock import find
     from etb_hil.bench.bench_file import load_bench
-    from etb_hil.bench.station_file import load_station
-    from etb_hil.bench.store import STORE
     from etb_hil.history.runs import read_runs
+    from etb_hil.session.store import STORE
     from etb_hil.station.admission import require_fit_bench
+    from etb_hil.station.station_file import load_station
 
     document = load_station(options.station)
     station = document.content

@@ -7,8 +7,8 @@ import signal
 from typing import TYPE_CHECKING, TextIO
 
 if TYPE_CHECKING:
-    from etb_hil.bench.waiting import PromptPhase
     from etb_hil.cli.keyboard import Keyboard
+    from etb_hil.scenario.waiting import PromptPhase
 
 STOP, ABORT = "s", "a"
 KEYS = f"{STOP} stop (plate led home, drive off)   {ABORT} abort (drive off now)"

@@ -11,8 +11,8 @@ from typing import Any
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
-from etb_hil.bench.session import MANIFEST, RESULTS, open_session
-from etb_hil.bench.store import STORE
+from etb_hil.session.session import MANIFEST, RESULTS, open_session
+from etb_hil.session.store import STORE
 
 TEMPERATURE = "temperature"
 _Row = tuple[float | None, ...]

@@ -18,8 +18,8 @@ from etb_hil.report.verdict import unit_line, verdict_of
 from etb_hil.report.wording import bench_wording
 
 if TYPE_CHECKING:
-    from etb_hil.bench.baseline import Comparison
     from etb_hil.report.model import Attempt, Number, Results
+    from etb_hil.session.baseline import Comparison
 
 _LONGEST = 2000
 

@@ -7,8 +7,8 @@ from datetime import datetime
 
 from etb_hil.base.errors import BenchFault, InputError, Problem
 from etb_hil.base.outcome import BenchOutcome
-from etb_hil.bench.station_file import Golden, Part, Station
 from etb_hil.history.runs import Run
+from etb_hil.station.station_file import Golden, Part, Station
 
 
 def admitted_part(station: Station, serial: str, runs: Sequence[Run]) -> Part:

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from etb_hil.base.errors import InputError
 from etb_hil.base.outcome import UnitVerdict
-from etb_hil.bench.session import MANIFEST, open_session
-from etb_hil.bench.station_file import Retention
+from etb_hil.session.session import MANIFEST, open_session
+from etb_hil.station.station_file import Retention
 
 
 @dataclass(frozen=True, slots=True)

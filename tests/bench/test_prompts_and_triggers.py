@@ -9,12 +9,12 @@ import pytest
 from etb_hil.base.errors import InputError
 from etb_hil.base.stock import find
 from etb_hil.bench import job as job_room
-from etb_hil.bench.differences import first_difference
-from etb_hil.bench.events import read_events
 from etb_hil.bench.job import JobFiles, execute, prepare
-from etb_hil.bench.replay import replay
 from etb_hil.cli.keyboard import Keyboard
 from etb_hil.cli.terminal_operator import TerminalOperator
+from etb_hil.replay.session_replay import replay
+from etb_hil.session.differences import first_difference
+from etb_hil.session.events import read_events
 
 ZERO = "- {id: zero, kind: current_zero, duration: 0.3 s}\n"
 SUPPLY = "{role: supply_voltage, inside: [13 V, 14 V], for: 100 ms}"

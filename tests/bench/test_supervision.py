@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from etb_hil.base.modes import Mode
-from etb_hil.bench.answer_time import answer_time
 from etb_hil.bench.supervision import SafetyLimits, Supervisor
-from etb_hil.bench.trajectory import SetPoint
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock
+from etb_hil.scenario.trajectory import SetPoint
+from etb_hil.session.answer_time import answer_time
 
 LIMITS = SafetyLimits(
     current="8 A", voltage="16 V", angle=("-2 deg", "87 deg"), velocity="25 rad/s", temperature="110 degC",

@@ -5,9 +5,9 @@ import pytest
 from whole_run import run_on
 
 from etb_hil.base.stock import find
-from etb_hil.bench.differences import first_difference
-from etb_hil.bench.replay import replay
 from etb_hil.plant.parameters import load_model
+from etb_hil.replay.session_replay import replay
+from etb_hil.session.differences import first_difference
 
 
 def truth(name):

@@ -15,11 +15,11 @@ import yaml
 
 from etb_hil.base.errors import InputError
 from etb_hil.base.stock import find
-from etb_hil.bench.baseline import baseline_text, compare, load_baseline
 from etb_hil.bench.job import JobFiles, execute, prepare
 from etb_hil.cli.main import main
 from etb_hil.cli.time_limit import TimeLimit
 from etb_hil.report.model import results_schema
+from etb_hil.session.baseline import baseline_text, compare, load_baseline
 
 SHORT = """schema: etb_hil/scenario/1
 name: short

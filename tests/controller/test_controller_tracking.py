@@ -7,10 +7,10 @@ import pytest
 from controller_harness import MS, command, drive, model, request, stream
 
 from etb_hil.base.modes import Mode
-from etb_hil.bench.sines import Sinusoid
-from etb_hil.bench.trajectory import Chain, Held, dash, move
 from etb_hil.controller.laws.choice import LAWS
 from etb_hil.controller.machine import Machine
+from etb_hil.scenario.sines import Sinusoid
+from etb_hil.scenario.trajectory import Chain, Held, dash, move
 
 DEFAULT = model("default")
 DRAWN = DEFAULT.drawn(np.random.default_rng(17))

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from etb_hil.base.stock import find
-from etb_hil.bench.scenario_file import load_scenario
 from etb_hil.bench.simulation import Simulation
 from etb_hil.diagnosis.break_away import break_away_torque, break_aways
 from etb_hil.diagnosis.diagnosis import Diagnosis
@@ -15,6 +14,7 @@ from etb_hil.diagnosis.limits import load_limits
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.plant.parameters import load_model
 from etb_hil.recording.samples import SampleBlock
+from etb_hil.scenario.scenario_file import load_scenario
 
 MODEL = load_model(find("model", "default"))
 THROTTLE = MODEL.values

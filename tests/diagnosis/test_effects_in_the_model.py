@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from etb_hil.base.stock import find
-from etb_hil.bench.scenario_file import load_scenario
 from etb_hil.bench.simulation import Simulation
 from etb_hil.diagnosis.diagnosis import Diagnosis
 from etb_hil.diagnosis.limits import load_limits
@@ -16,6 +15,7 @@ from etb_hil.plant.model_file import EffectEntry
 from etb_hil.plant.parameters import load_model
 from etb_hil.plant.physics import GEAR_RATIO
 from etb_hil.recording.samples import SampleBlock
+from etb_hil.scenario.scenario_file import load_scenario
 
 MODEL = load_model(find("model", "default"))
 LIMITS = load_limits(find("limits", "default")).content

@@ -7,8 +7,6 @@ import made_up
 import pytest
 
 from etb_hil.base.stock import find
-from etb_hil.bench.session import create
-from etb_hil.bench.store import STORE, RunInStore
 from etb_hil.cli.main import main
 from etb_hil.diagnosis.limits import load_limits
 from etb_hil.history.history import histories
@@ -16,6 +14,8 @@ from etb_hil.history.runs import read_runs
 from etb_hil.history.tables import write_tables
 from etb_hil.report.history_plot import plot_history
 from etb_hil.report.history_text import history_text
+from etb_hil.session.session import create
+from etb_hil.session.store import STORE, RunInStore
 
 
 def number(name, value):

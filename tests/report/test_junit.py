@@ -7,9 +7,9 @@ import pytest
 import sample_run
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
-from etb_hil.bench.baseline import Comparison
 from etb_hil.report.junit import Reported, junit_text
 from etb_hil.report.model import Bench
+from etb_hil.session.baseline import Comparison
 
 
 def suite_of(*runs):

@@ -7,14 +7,14 @@ import pytest
 
 from etb_hil.base.errors import BenchFault, InputError
 from etb_hil.base.stock import find
-from etb_hil.bench.session import create, open_session
-from etb_hil.bench.station_file import Retention, load_station
-from etb_hil.bench.store import STORE, RunInStore
 from etb_hil.cli.main import main
 from etb_hil.diagnosis.limits import load_limits
 from etb_hil.history.runs import Measured, Run
+from etb_hil.session.session import create, open_session
+from etb_hil.session.store import STORE, RunInStore
 from etb_hil.station.admission import admitted_part, compared, require_fit_bench
 from etb_hil.station.retention import expired, remove
+from etb_hil.station.station_file import Retention, load_station
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "line.station.yaml"
 NOW = datetime(2026, 11, 20, 12, 0, tzinfo=UTC)

@@ -17,12 +17,12 @@ from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.bench.job import execute
 from etb_hil.bench.preflight import check_scenario
-from etb_hil.bench.replay import replay
-from etb_hil.bench.scenario_file import load_scenario
 from etb_hil.canio.logs.reading import read_log
 from etb_hil.diagnosis.limits import load_limits
 from etb_hil.plant.parameters import load_model
+from etb_hil.replay.session_replay import replay
 from etb_hil.report.html_report import write_report
+from etb_hil.scenario.scenario_file import load_scenario
 
 STOCK = {"scenario": "friction_check", "bench": "virtual_classic", "model": "default", "limits": "default"}
 LOAD = {"scenario": load_scenario, "bench": load_bench, "model": load_model, "limits": load_limits}

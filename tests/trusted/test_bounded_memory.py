@@ -4,7 +4,7 @@ import gc
 
 from whole_run import run_on
 
-from etb_hil.bench.analysis import Analysis
+from etb_hil.session.analysis import Analysis
 
 
 def test_a_finished_run_needs_no_collector_to_be_let_go(tmp_path):

@@ -15,10 +15,10 @@ from etb_hil.base.stock import find
 from etb_hil.bench import job as job_room
 from etb_hil.bench.job import JobFiles, execute, prepare
 from etb_hil.bench.rehearsal import rehearse, with_margins
-from etb_hil.bench.scenario_file import load_scenario
 from etb_hil.bench.supervision import Supervisor
-from etb_hil.bench.trajectory import OFF, SetPoint
 from etb_hil.canio.decoder import Decoder
+from etb_hil.scenario.scenario_file import load_scenario
+from etb_hil.scenario.trajectory import OFF, SetPoint
 
 LIMITS = {"current": "5 A", "angle": "[5 deg, 70 deg]", "velocity": "6 rad/s", "duration": "20 s"}
 

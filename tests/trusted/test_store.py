@@ -11,16 +11,16 @@ from faults_study import job_of
 from etb_hil.base.errors import InputError, RecordingFault
 from etb_hil.base.stock import find
 from etb_hil.bench.job import execute
-from etb_hil.bench.session import create
-from etb_hil.bench.store import STORE, RunInStore, open_store
 from etb_hil.diagnosis.limits import load_limits
+from etb_hil.session.session import create
+from etb_hil.session.store import STORE, RunInStore, open_store
 
 WRITER = """
 import sys
 from pathlib import Path
 from etb_hil.base.stock import find
-from etb_hil.bench.session import create
-from etb_hil.bench.store import RunInStore
+from etb_hil.session.session import create
+from etb_hil.session.store import RunInStore
 from etb_hil.diagnosis.limits import load_limits
 folder, bench = Path(sys.argv[1]), sys.argv[2]
 limits = load_limits(find("limits", "default")).content

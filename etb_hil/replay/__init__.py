@@ -1,0 +1,1 @@
+"""What was recorded judged again: sessions, logs of any origin, one or many; exports, and logs sent onto a bus."""

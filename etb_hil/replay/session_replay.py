@@ -1,0 +1,155 @@
+"""A session judged again: the raw frames and the events, through the same analysis as live."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.bench.bench_file import load_bench
+from etb_hil.bench.results import results_of
+from etb_hil.canio.logs.blf import read_blf
+from etb_hil.diagnosis.limits import load_limits
+from etb_hil.plant.parameters import load_model
+from etb_hil.scenario.scenario_file import load_scenario
+from etb_hil.session.analysis import Analysis
+from etb_hil.session.attempts import earlier_attempts
+from etb_hil.session.events import read_events
+from etb_hil.session.finished import Finished
+from etb_hil.session.record import record_of
+from etb_hil.session.session import InputFile, Session, open_session
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from etb_hil.bench.bench_file import BenchSetup
+    from etb_hil.canio.frames import FrameBlock
+    from etb_hil.diagnosis.limits import Limits
+    from etb_hil.plant.parameters import Model
+    from etb_hil.session.record import RunRecord
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """A stretch of a log, in ns after its first frame; the end is not part of it."""
+
+    start_ns: int
+    end_ns: int
+
+
+@dataclass(frozen=True, slots=True)
+class RuleFiles:
+    """The files that a verdict rests on; without `dbc`, it is the one that the bench file names."""
+
+    bench: Path
+    model: Path
+    limits: Path
+    dbc: Path | None = None
+
+    def read(self) -> Rules:
+        """Read and check them; InputError lists what is wrong."""
+        setup = load_bench(self.bench, self.dbc)
+        return Rules(setup, load_model(self.model), load_limits(self.limits).content)
+
+    def inputs(self) -> tuple[InputFile, ...]:
+        """Return the files as a session's manifest lists them."""
+        paths = {"bench": self.bench, "model": self.model, "limits": self.limits, "dbc": self.dbc}
+        return tuple(InputFile(kind, path.name, _digest(path)) for kind, path in paths.items() if path is not None)
+
+
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """What a verdict rests on, read."""
+
+    setup: BenchSetup
+    model: Model
+    limits: Limits
+
+
+def rule_files(session: Session, model: Path | None = None, limits: Path | None = None) -> RuleFiles:
+    """Return the files that a session was judged by, with another model or other limits where they are given."""
+    return RuleFiles(
+        session.input_path("bench"),
+        model or session.input_path("model"),
+        limits or session.input_path("limits"),
+        session.input_path("dbc"),
+    )
+
+
+def replay(
+    folder: Path, model: Path | None = None, limits: Path | None = None, window: Window | None = None
+) -> Finished:
+    """Judge a recorded session again; with its own inputs, the results are those of the live run.
+
+    `model` and `limits` take the place of the session's own; of a `window`, nothing else is read.
+    """
+    session = open_session(folder)
+    _require_untouched(session)
+    files = rule_files(session, model, limits)
+    if model or limits:
+        kept = tuple(entry for entry in session.inputs if entry.kind in {"scenario", "unit"})
+        session = replace(session, inputs=(*kept, *files.inputs()))
+    rules = files.read()
+    if model:
+        session = replace(session, model=rules.model.name)
+    record = _record(session)
+    analysis = Analysis(rules.setup.dialect, rules.model, rules.limits, str(folder))
+    conditions = {step.id: step.phase.until for step in load_scenario(session.input_path("scenario")).content.steps}
+    for phase in record.phases:
+        analysis.begin_phase(phase.start_ns, phase.id, phase.kind, conditions.get(phase.id))
+    log = read_blf(session.raw_log)
+    for frames in within(log, window):
+        analysis.push(frames)
+    analysis.recording.notes += log.notes
+    found = analysis.finish(complete=record.is_complete and not log.notes)
+    results = results_of(session, rules.setup.bench, rules.limits, record, analysis, found)
+    results["attempts"] = earlier_attempts(session)
+    return Finished(session, results, record, analysis, found)
+
+
+def _record(session: Session) -> RunRecord:
+    try:
+        return record_of(read_events(session.events))
+    except (KeyError, IndexError, TypeError, ValueError) as error:
+        raise InputError(
+            Problem(f"is damaged: {error!r}", Place(session.events), remedy="restore it from a copy of the session")
+        ) from None
+
+
+def _require_untouched(session: Session) -> None:
+    """Refuse a session whose copies of the inputs are not those that it was made with: a verdict rests on them."""
+    changed = [
+        Problem(
+            f"the session's {entry.kind} file is not the one that the run was made with",
+            Place(session.input_path(entry.kind)),
+            remedy="restore it; to judge by other files, give them to replay with --model or --limits",
+        )
+        for entry in session.inputs
+        if _digest(session.input_path(entry.kind)) != entry.sha256
+    ]
+    if changed:
+        raise InputError(*changed)
+
+
+def _digest(path: Path) -> str:
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError as error:
+        raise InputError(Problem(f"cannot be read: {error.strerror}", Place(path), remedy="restore the file")) from None
+
+
+def within(log: Iterable[FrameBlock], window: Window | None) -> Iterator[FrameBlock]:
+    """Yield the frames of a window, counted from the log's first frame; all of them without a window."""
+    first_ns = None
+    for frames in log:
+        if window is None:
+            yield frames
+            continue
+        if first_ns is None:
+            first_ns = int(frames.stamp_ns[0])
+        after = frames.stamp_ns - first_ns
+        part = frames.rows((after >= window.start_ns) & (after < window.end_ns))
+        if len(part):
+            yield part

@@ -1,0 +1,98 @@
+"""Where many logs are judged: processes of this machine, or the workers of a Dask cluster."""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections import deque
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from typing import TYPE_CHECKING, Any
+
+from etb_hil.base.errors import BenchFault, InputError, Problem
+from etb_hil.replay.many_logs import CRASHED, failed, judge_task
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+    from concurrent.futures import Future
+
+    from etb_hil.replay.many_logs import Outcome, Task
+
+_AHEAD = 2  # tasks a process that wait for it
+_DIED = "the process that read it died"
+
+
+class LocalProcesses:
+    """Judges tasks in so many processes; a log at which a process dies costs only itself."""
+
+    def __init__(self, jobs: int, work: Callable[[Task], Outcome] = judge_task) -> None:
+        self._jobs = jobs
+        self._work = work
+
+    def __call__(self, tasks: Sequence[Task]) -> Iterator[Outcome]:
+        """Yield the outcomes as they come."""
+        left = deque(tasks)
+        while left:
+            suspects: list[Task] = []
+            yield from self._together(left, suspects)
+            for task in suspects:  # one of these killed its process: each alone tells which
+                yield from self._alone(task)
+
+    def _together(self, left: deque[Task], suspects: list[Task]) -> Iterator[Outcome]:
+        """Work until all is done or a process dies; what was under way then is put into `suspects`."""
+        with self._pool(min(self._jobs, len(left))) as pool:
+            running: dict[Future[Outcome], Task] = {}
+            while (left or running) and not suspects:
+                while left and len(running) < self._jobs * _AHEAD:
+                    task = left.popleft()
+                    try:
+                        running[pool.submit(self._work, task)] = task
+                    except BrokenProcessPool:
+                        suspects.append(task)
+                        break
+                for future in wait(running, return_when=FIRST_COMPLETED).done:
+                    task = running.pop(future)
+                    try:
+                        yield future.result()
+                    except BrokenProcessPool:
+                        suspects.append(task)
+            suspects += running.values() if suspects else ()
+
+    def _alone(self, task: Task) -> Iterator[Outcome]:
+        with self._pool(1) as pool:
+            try:
+                yield pool.submit(self._work, task).result()
+            except BrokenProcessPool:
+                yield failed(task, CRASHED, _DIED)
+
+    def _pool(self, processes: int) -> ProcessPoolExecutor:
+        return ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"))
+
+
+class DaskWorkers:
+    """Judges tasks on a running Dask cluster, whose workers see the same files and have the same etb_hil."""
+
+    def __init__(self, address: str, work: Callable[[Task], Outcome] = judge_task) -> None:
+        try:
+            import distributed  # noqa: PLC0415 (an extra)
+        except ImportError:
+            raise InputError(Problem("Dask is not installed", remedy="pip install 'etb-hil[fleet]'")) from None
+        self._distributed: Any = distributed  # it carries no types
+        self._address = address
+        self._work = work
+
+    def __call__(self, tasks: Sequence[Task]) -> Iterator[Outcome]:
+        """Yield the outcomes as they come; BenchFault where no scheduler answers."""
+        if not tasks:
+            return
+        try:
+            client = self._distributed.Client(self._address, set_as_default=False)
+        except (OSError, TimeoutError, ValueError) as error:
+            raise BenchFault(f"no Dask scheduler answers at {self._address}: {error}") from None
+        with client:
+            futures = {client.submit(self._work, task, key=task.key, pure=False): task for task in tasks}
+            for future in self._distributed.as_completed(futures, loop=client.loop):
+                if future.status == "finished":
+                    yield future.result()
+                else:
+                    yield failed(futures[future], CRASHED, f"{_DIED}: {future.exception()}")
+                future.release()

@@ -1,0 +1,63 @@
+"""What every kind of phase has, and the quantities that their settings are made of."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import AfterValidator, BeforeValidator, Field
+
+from etb_hil.base.quantity import Angle, AngularVelocity, Duration, Frequency, format_quantity
+from etb_hil.base.yamlfile import FileModel
+from etb_hil.scenario.condition import Until
+
+LEAST = 1e-3  # of a speed, an angle, a time, a frequency in SI: below it nothing moves or ends
+
+
+def _positive(dimension: str) -> AfterValidator:
+    def check(value: float) -> float:
+        if value < LEAST:
+            raise ValueError(f"at least {format_quantity(LEAST, dimension)} is expected")
+        return value
+
+    return AfterValidator(check)
+
+
+def _rising(pair: tuple[float, float]) -> tuple[float, float]:
+    if pair[0] >= pair[1]:
+        shown = " and ".join(format_quantity(angle, "angle", 4) for angle in pair)
+        raise ValueError(f"the first angle must lie below the second; they are {shown}")
+    return pair
+
+
+PositiveSpeed = Annotated[AngularVelocity, _positive("angular velocity")]
+PositiveAngle = Annotated[Angle, _positive("angle")]
+PositiveTime = Annotated[Duration, _positive("time")]
+PositiveFrequency = Annotated[Frequency, _positive("frequency")]
+Between = Annotated[tuple[Angle, Angle], AfterValidator(_rising)]
+Speeds = Annotated[
+    tuple[PositiveSpeed, ...],
+    BeforeValidator(
+        lambda value: value if isinstance(value, list | tuple) else [value], json_schema_input_type=str | list[str]
+    ),
+    Field(min_length=1, max_length=100, description="an angular velocity with its unit, or a list of them"),
+]
+Repeat = Annotated[int, Field(ge=1, le=1000)]
+
+
+class Measure(FileModel):
+    """What the controller is asked to send while a phase runs."""
+
+    signals: Annotated[tuple[Literal["current", "encoder"], ...], Field(min_length=1)] = ("current", "encoder")
+    rate: Annotated[Frequency, Field(ge=1000, le=20_000, description="friction is told from 1 kHz on")] = 1000.0
+    burst: bool = False
+
+
+class PhaseModel(FileModel):
+    """Base of all phases."""
+
+    angles: ClassVar[tuple[str, ...]] = ()  # keys whose values the plate is sent to
+    speeds: ClassVar[tuple[str, ...]] = ()  # keys whose values are velocities of the plate
+
+    id: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,39}$", description="name of the phase, once a scenario")]
+    measure: Annotated[Measure | None, Field(description="in place of the bench's usual request")] = None
+    until: Annotated[Until | None, Field(description="what ends the phase before its time")] = None

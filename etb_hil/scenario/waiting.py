@@ -1,0 +1,53 @@
+"""Phases that wait for something outside the bench: a signal, or the operator."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from etb_hil.plant.parameters import ThrottleParameters
+from etb_hil.scenario.condition import Until
+from etb_hil.scenario.phase import PhaseModel, PositiveTime
+from etb_hil.scenario.trajectory import Held, Released, Trajectory
+
+Answer = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9 ,.%-]{0,39}$")]
+
+
+class WaitPhase(PhaseModel):
+    """Waits for a condition, with the bridge off or with the plate held where it is."""
+
+    kind: Literal["wait"]
+    until: Annotated[Until, Field(description="what is waited for")]
+    timeout: Annotated[PositiveTime, Field(description="the longest that it may take")]
+    drive: Literal["off", "hold"] = "off"
+
+    def trajectory(self, start: float, throttle: ThrottleParameters) -> Trajectory:  # noqa: ARG002 (one signature for all)
+        """Return the phase's set-points."""
+        return Held(start, self.timeout) if self.drive == "hold" else Released(self.timeout)
+
+
+class PromptPhase(PhaseModel):
+    """Asks the operator and waits for an answer, with the bridge off; both are kept in the session.
+
+    Only the first of `answers` lets the run go on; any other ends it. A run that nobody attends takes `unattended` as
+    the answer, and is refused before anything moves where there is none.
+    """
+
+    kind: Literal["prompt"]
+    text: Annotated[str, Field(min_length=1, max_length=400)]
+    answers: Annotated[tuple[Answer, ...], Field(min_length=1, max_length=9)] = ("done", "stop")
+    unattended: Annotated[Answer | None, Field(description="the answer where nobody attends the run")] = None
+    timeout: PositiveTime = 300.0
+
+    @model_validator(mode="after")
+    def _is_an_answer(self) -> PromptPhase:
+        if self.unattended is not None and self.unattended not in self.answers:
+            raise ValueError(f"'unattended' is none of the answers: {', '.join(self.answers)}")
+        if len({answer.lower() for answer in self.answers}) < len(self.answers):
+            raise ValueError("two answers are the same")
+        return self
+
+    def trajectory(self, start: float, throttle: ThrottleParameters) -> Trajectory:  # noqa: ARG002 (one signature for all)
+        """Return the phase's set-points."""
+        return Released(self.timeout)

@@ -1,0 +1,147 @@
+"""The one path from frames to a verdict: live, in replay, and over logs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from etb_hil.canio.decoder import Decoder
+from etb_hil.diagnosis.diagnosis import MOVING, Diagnosis
+from etb_hil.diagnosis.plausibility import Plausibility
+from etb_hil.recording.recording import ClockGrade, Recording
+from etb_hil.scenario.phase_watches import PhaseWatches
+from etb_hil.session.rows import RowBuilder
+from etb_hil.session.verdict_policy import corruption_doubts, withheld
+
+if TYPE_CHECKING:
+    from etb_hil.canio.dialect import Dialect
+    from etb_hil.canio.frames import FrameBlock
+    from etb_hil.diagnosis.diagnosis import Snapshot
+    from etb_hil.diagnosis.limits import Limits
+    from etb_hil.diagnosis.result import DiagnosisResult
+    from etb_hil.plant.parameters import Model
+    from etb_hil.recording.samples import SampleBlock
+    from etb_hil.scenario.condition import Condition
+    from etb_hil.scenario.condition_watch import Firing
+
+SLOW_ROLES = ("temperature", "supply_voltage", "command_mode")
+JUDGE_NS = 250_000_000  # rows are judged in stretches of this length: each costs the same, long or short
+
+
+@dataclass(frozen=True, slots=True)
+class PhaseMark:
+    """After this stamp, samples belong to this phase."""
+
+    stamp_ns: int
+    id: str
+    kind: str
+
+
+class Analysis:
+    """Decodes frames, keeps the Recording, and runs observer and diagnosis on it while it grows.
+
+    Its results depend on the frames, their stamps and the phases' marks alone, not on how they were cut into calls.
+    Without `keep`, the Recording holds the samples' times alone: logs may be long.
+    """
+
+    def __init__(self, dialect: Dialect, model: Model, limits: Limits, origin: str, *, keep: bool = True) -> None:
+        self.model = model
+        counted = any(message.counter is not None for message in dialect.messages)
+        self.recording = Recording(origin, ClockGrade.SAMPLE_COUNTER if counted else ClockGrade.RECEIVE_STAMPS)
+        self.decoder = Decoder(dialect, gather=True)
+        self.diagnosis = Diagnosis(model, limits)
+        self._plausibility = Plausibility(model)
+        self._keep = keep
+        self._judged_ns = 0
+        self._judged_stamp_ns = 0
+        self._newest_ns = 0
+        self.dialect = dialect
+        self._rows = RowBuilder(
+            list(dict.fromkeys(dialect.source_of(role) for role in ("motor_current", "motor_angle"))),
+            {role: dialect.source_of(role) for role in SLOW_ROLES if dialect.has(role)},
+        )
+        self._marks: list[PhaseMark] = []
+        self._watches = PhaseWatches()
+
+    def reports(self, role: str) -> bool:
+        """Return whether the controller sends a signal of this role."""
+        return self.dialect.has(role)
+
+    def begin_phase(self, stamp_ns: int, phase_id: str, kind: str, until: Condition | None = None) -> int:
+        """Let what is sampled after this stamp, and after all that was pushed, belong to a phase; return its begin.
+
+        Of the phase's samples, `fired` is the one that fires its condition.
+        """
+        begins_ns = max(stamp_ns, self._newest_ns)  # else a replay would give this phase what another one judged
+        self._marks.append(PhaseMark(begins_ns, phase_id, kind))
+        self._watches.begin(begins_ns, until)
+        return begins_ns
+
+    def push(self, frames: FrameBlock) -> list[SampleBlock]:
+        """Take frames in the order of their stamps; return the samples that they brought."""
+        if len(frames):
+            self._newest_ns = max(self._newest_ns, int(frames.stamp_ns.max()))
+        blocks = self.decoder.push(frames)
+        self._watches.push(blocks, self._newest_ns)
+        if self._newest_ns - self._judged_ns >= JUDGE_NS:
+            self._catch_up()
+        return blocks
+
+    def snapshot(self) -> Snapshot:
+        """Return friction now, and what is known of T_st and T_c so far."""
+        return self.diagnosis.snapshot()
+
+    @property
+    def fired(self) -> Firing | None:
+        """The sample that fired the condition of the phase that began last, once there is one."""
+        return self._watches.fired
+
+    @property
+    def firings(self) -> list[Firing | None]:
+        """The samples that fired the phases' conditions, in the order of the phases; None where none did."""
+        return self._watches.firings
+
+    @property
+    def frames_lost(self) -> int:
+        """Frames that the counters say are missing, so far."""
+        return self.decoder.lost
+
+    def finish(self, *, complete: bool = True) -> DiagnosisResult:
+        """Return the verdict on the unit, from all that was pushed; none where the measurement cannot be true.
+
+        A run that is not `complete`, since it was ended early or its log is cut, never passes a unit.
+        """
+        self._catch_up()
+        found = self.diagnosis.finish(complete=complete)
+        doubts = [
+            *self._plausibility.doubts(),
+            *corruption_doubts(self.decoder.statistics(), self.dialect),
+        ]
+        return withheld(found, doubts)
+
+    def _catch_up(self) -> None:
+        blocks = self.decoder.gathered()
+        self._judged_ns = self._newest_ns
+        self.recording.append(blocks if self._keep else [replace(block, columns={}) for block in blocks])
+        for block in blocks:
+            if "request_rate" in block.columns:
+                for rate, stamp_ns in zip(block.columns["request_rate"], block.stamp_ns, strict=True):
+                    self._plausibility.ask(float(rate), int(stamp_ns))
+        rows = self._rows.push(blocks)
+        if rows is not None:
+            self._judge(rows)
+
+    def _judge(self, rows: SampleBlock) -> None:
+        """Hand each row to the diagnosis as part of the phase that its stamp lies in; what came before all is left."""
+        stamp_ns = np.maximum.accumulate(rows.stamp_ns)  # a host's clock may be set back by a little
+        stamp_ns = np.maximum(stamp_ns, self._judged_stamp_ns)
+        self._judged_stamp_ns = int(stamp_ns[-1])
+        edges = np.searchsorted(stamp_ns, [mark.stamp_ns for mark in self._marks], side="right")
+        for index, mark in enumerate(self._marks):
+            stop = int(edges[index + 1]) if index + 1 < len(edges) else len(rows)
+            if stop > (start := int(edges[index])):
+                stretch = rows.rows(slice(start, stop))
+                self.diagnosis.push(stretch, mark.kind)
+                self._plausibility.push(stretch, index, moving=mark.kind in MOVING)

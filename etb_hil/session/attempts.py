@@ -1,0 +1,61 @@
+"""Attempts of a run: which outcome is tried again, and where the earlier ones are kept."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from etb_hil.base.outcome import BenchOutcome, UnitVerdict
+from etb_hil.session.session import EVENTS, MANIFEST, RAW_LOG, RESULTS, open_session
+
+if TYPE_CHECKING:
+    from etb_hil.scenario.scenario_file import Retry
+    from etb_hil.session.session import Session
+
+FOLDER = "attempts"
+
+
+def is_tried_again(retry: Retry | None, results: dict[str, Any], attempt: int) -> bool:
+    """Return whether the scenario wants another attempt after this one, counted from 1.
+
+    Never after a unit that failed, a run that somebody stopped, or a drive that was not seen to be off.
+    """
+    if retry is None or attempt >= retry.attempts or not results["bench"]["safe_state"]:
+        return False
+    outcome = results["bench"]["outcome"]
+    if outcome == BenchOutcome.FAULT:
+        return "bench_fault" in retry.after
+    return outcome == BenchOutcome.OK and (
+        results["unit"]["verdict"] == UnitVerdict.INCONCLUSIVE and "inconclusive" in retry.after
+    )
+
+
+def set_aside(session: Session, attempt: int) -> Path:
+    """Move what an attempt left into a session folder of its own inside the session; return that folder."""
+    folder = session.folder / FOLDER / str(attempt)
+    folder.mkdir(parents=True)
+    shutil.copytree(session.folder / "inputs", folder / "inputs")
+    shutil.copyfile(session.folder / MANIFEST, folder / MANIFEST)
+    for name in (RAW_LOG, EVENTS, RESULTS):
+        (session.folder / name).rename(folder / name)
+    return folder
+
+
+def earlier_attempts(session: Session) -> list[dict[str, Any]]:
+    """Return, for `results.json`, what came of the attempts before the one that counts."""
+    entries: list[dict[str, Any]] = []
+    while (folder := session.folder / FOLDER / str(len(entries) + 1)).is_dir():
+        results = open_session(folder).read_results()
+        entries.append(
+            {
+                "number": len(entries) + 1,
+                "verdict": results["unit"]["verdict"],
+                "outcome": results["bench"]["outcome"],
+                "reason_id": results["unit"]["reason_id"]
+                if results["bench"]["outcome"] == BenchOutcome.OK
+                else results["bench"]["reason_id"],
+                "folder": f"{FOLDER}/{folder.name}",
+            }
+        )
+    return entries

@@ -1,0 +1,80 @@
+"""What happened in a run beside its frames: phases, stops, lateness; appended line by line to `events.jsonl`."""
+
+from __future__ import annotations
+
+import json
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol, TextIO
+
+from etb_hil.base.errors import InputError, Place, Problem, RecordingFault
+
+SCHEMA = "etb_hil/events/1"
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """One happening: when (ns on the clock of the bus), what, and its details."""
+
+    stamp_ns: int
+    event: str
+    details: dict[str, Any]
+
+
+class EventSink(Protocol):
+    """Where events are written as they happen."""
+
+    def add(self, stamp_ns: int, event: str, **details: object) -> None:
+        """Write one event."""
+        ...
+
+
+class EventLog:
+    """Appends events to a file; each line is with the operating system before `add` returns.
+
+    Where the file cannot be written any more, RecordingFault says so once; later events are dropped.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._is_lost = False
+        self._file: TextIO = path.open("a", encoding="utf-8", buffering=1)
+        self.add(0, "opened", schema=SCHEMA)
+
+    def add(self, stamp_ns: int, event: str, **details: object) -> None:
+        """Write one event."""
+        if self._is_lost:
+            return
+        try:
+            self._file.write(json.dumps({"stamp_ns": stamp_ns, "event": event, **details}) + "\n")
+        except OSError as error:
+            self._is_lost = True
+            raise RecordingFault(f"{self._path}: cannot be written: {error.strerror}; make room") from None
+
+    def close(self) -> None:
+        """Close the file."""
+        with suppress(OSError):  # what could not be written has been told
+            self._file.close()
+
+
+def read_events(path: Path) -> list[Event]:
+    """Read the events of a session; a last line that was cut short is left out, any other bad line is an InputError."""
+    try:
+        lines = path.read_text("utf-8").split("\n")
+    except OSError as error:
+        raise InputError(Problem(f"cannot be read: {error.strerror}", Place(path))) from None
+    found = []
+    for number, line in enumerate(lines, 1):
+        if not line.strip():
+            continue
+        try:
+            entry = json.loads(line)
+            found.append(Event(int(entry.pop("stamp_ns")), str(entry.pop("event")), entry))
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+            if number == len(lines):  # a killed run leaves half a line at the end
+                break
+            raise InputError(
+                Problem("is no event", Place(path, number), value=line[:80], remedy="restore the file from the session")
+            ) from None
+    return found

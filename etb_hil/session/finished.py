@@ -1,0 +1,30 @@
+"""A run that was recorded and judged, live or in replay."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from etb_hil.diagnosis.result import DiagnosisResult
+    from etb_hil.recording.samples import Float64
+    from etb_hil.session.analysis import Analysis
+    from etb_hil.session.record import RunRecord
+    from etb_hil.session.session import Session
+
+
+@dataclass(frozen=True, slots=True)
+class Finished:
+    """The session, the contents of its `results.json`, and what they were made from."""
+
+    session: Session
+    results: dict[str, Any]
+    record: RunRecord
+    analysis: Analysis
+    found: DiagnosisResult
+
+    @property
+    def series(self) -> dict[str, Float64]:
+        """Columns for the plots, their time in seconds since the run began, as in the results."""
+        later = (self.found.start_ns - self.record.start_ns) * 1e-9
+        return {**self.found.series, "time": self.found.series["time"] + later}

@@ -1,0 +1,97 @@
+"""How a run went, apart from what was measured; kept in the events, so that a replay knows it too."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, field
+from enum import StrEnum
+from typing import Any
+
+from etb_hil.base.outcome import BenchOutcome, SafeState
+from etb_hil.session.events import Event
+
+CUT_SHORT = "the run was cut short: its end was never written"
+
+
+class PhaseEnd(StrEnum):
+    """What ended a phase."""
+
+    DONE = "done"
+    TRIGGERED = "triggered"
+    NEVER_FIRED = "condition never true"
+
+
+@dataclass(frozen=True, slots=True)
+class PhaseTime:
+    """When a phase ran, on the clock of the bus; `end_ns` is None where the run ended inside it."""
+
+    id: str
+    kind: str
+    start_ns: int
+    end_ns: int | None = None
+    end: PhaseEnd = PhaseEnd.DONE
+
+
+@dataclass(frozen=True, slots=True)
+class Answered:
+    """A prompt of the scenario, and who answered it with what and when."""
+
+    id: str
+    text: str
+    answer: str
+    by: str
+    stamp_ns: int
+
+
+@dataclass(slots=True)
+class RunRecord:
+    """Start and end, phases, how the bench fared; `health` holds the fields of `BusHealth` at the end."""
+
+    start_ns: int = 0
+    end_ns: int = 0
+    outcome: BenchOutcome = BenchOutcome.OK
+    reason_id: str = ""
+    reason: str = ""
+    phases: list[PhaseTime] = field(default_factory=list)
+    answers: list[Answered] = field(default_factory=list)
+    safe_state: SafeState = SafeState.NOT_VERIFIED
+    late_worst_ns: int = 0
+    late_mean_ns: int = 0
+    age_worst_ns: int = 0  # of the newest sample at a tick
+    age_mean_ns: int = 0
+    health: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether every phase of the scenario was run to its end."""
+        return not self.reason_id or self.reason_id == "safe_state_not_verified"
+
+    def details(self) -> dict[str, Any]:
+        """Return what the last event of a run keeps."""
+        plain = asdict(self)
+        del plain["phases"], plain["answers"]
+        return plain
+
+
+def record_of(events: Iterable[Event]) -> RunRecord:
+    """Return the record that the events of a run tell; a run without an end is a bench fault."""
+    record = RunRecord(outcome=BenchOutcome.FAULT, reason_id="cut_short", reason=CUT_SHORT)
+    for event in events:
+        details = event.details
+        if event.event == "start":
+            record.start_ns = record.end_ns = event.stamp_ns
+        elif event.event == "phase":
+            record.phases.append(PhaseTime(details["id"], details["kind"], event.stamp_ns))
+        elif event.event == "phase_end":
+            begun = record.phases[-1]
+            end = PhaseEnd(details.get("outcome", PhaseEnd.DONE))
+            record.phases[-1] = PhaseTime(begun.id, begun.kind, begun.start_ns, event.stamp_ns, end)
+        elif event.event == "answer":
+            said = {key: details[key] for key in ("id", "text", "answer", "by")}
+            record.answers.append(Answered(**said, stamp_ns=event.stamp_ns))
+        elif event.event == "end":
+            details["outcome"] = BenchOutcome(details["outcome"])
+            details["safe_state"] = SafeState(details["safe_state"])
+            return RunRecord(**details, phases=record.phases, answers=record.answers)
+        record.end_ns = max(record.end_ns, event.stamp_ns)
+    return record

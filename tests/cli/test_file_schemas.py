@@ -1,0 +1,50 @@
+"""The JSON schemas agree with what is read: every file that comes with the project is valid, broken ones are not."""
+
+import json
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+from etb_hil.base.stock import find, stock_names
+from etb_hil.base.yamlfile import parse
+from etb_hil.cli.file_kinds import KINDS, file_schema
+from etb_hil.cli.main import main
+
+EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
+STOCK = [(kind, find(kind, name)) for kind in ("scenario", "bench", "model", "limits") for name in stock_names(kind)]
+STOCK += [("table_map", path) for path in sorted(EXAMPLES.glob("*.map.yaml"))]
+STOCK += [("station", path) for path in sorted(EXAMPLES.glob("*.station.yaml"))]
+STOCK += [("bench", path) for path in sorted(EXAMPLES.glob("*.bench.yaml"))]
+STOCK += [(kind, EXAMPLES / "ci" / f"{kind}.yaml") for kind in ("limits", "baseline")]
+
+
+@pytest.mark.parametrize(("kind", "path"), STOCK, ids=[f"{kind}-{path.stem}" for kind, path in STOCK])
+def test_stock_files_are_valid(kind, path):
+    data, _ = parse(path)
+    schema = file_schema(kind)
+    jsonschema.Draft202012Validator.check_schema(schema)
+    jsonschema.validate(data, schema, jsonschema.Draft202012Validator)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    "change", [lambda d: d | {"unheard_of": 1}, lambda d: {**d, "schema": "other"}, lambda d: {"schema": d["schema"]}]
+)
+def test_broken_files_are_not(kind, change):
+    path = next(path for known, path in STOCK if known == kind)
+    data, _ = parse(path)
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(change(data), file_schema(kind), jsonschema.Draft202012Validator)
+
+
+def test_the_command_lists_prints_and_writes(tmp_path, capsys):
+    assert main(["schema"]) == 0
+    listed = capsys.readouterr().out.split()
+    assert listed == [*KINDS, "results"]
+    assert main(["schema", "scenario"]) == 0
+    assert json.loads(capsys.readouterr().out) == file_schema("scenario")
+    assert main(["schema", "--out", str(tmp_path / "new")]) == 0
+    assert sorted(p.name for p in (tmp_path / "new").iterdir()) == sorted(f"{kind}.schema.json" for kind in listed)
+    assert main(["schema", "nonsense"]) == 2
+    assert "allowed: scenario" in capsys.readouterr().err

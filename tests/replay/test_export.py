@@ -1,0 +1,155 @@
+"""Exports hold the same frames and signals, and say truly what became of the stamps."""
+
+from pathlib import Path
+
+import asammdf
+import cantools
+import numpy as np
+import pytest
+from pyarrow import parquet
+from whole_run import run_on
+
+from etb_hil.base.errors import InputError
+from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
+from etb_hil.canio.logs.reading import read_log
+from etb_hil.cli.main import main
+from etb_hil.replay.export import export
+
+pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::ResourceWarning")
+
+ALL = [".blf", ".asc", ".log", ".csv", ".db", ".asc.gz", ".log.gz", ".mf4"]
+CLASSIC_ONLY = (".csv", ".db")
+START_NS = 1_700_000_000_000_000_000
+
+
+def traffic(count=3000, *, fd=False, odd_ns=0):
+    rng = np.random.default_rng(8)
+    flags = np.where(rng.random(count) < 0.3, np.uint8(FrameFlag.EXTENDED), np.uint8(0))
+    flags |= np.where(rng.random(count) < 0.2, np.uint8(FrameFlag.SENT), np.uint8(0))
+    length = rng.choice(np.array([1, 8, 12, 64] if fd else [0, 3, 8], np.uint8), count)
+    if fd:
+        flags |= np.uint8(FrameFlag.FD)
+    data = rng.integers(0, 256, (count, 64 if fd else 8), dtype=np.uint8)
+    data[np.arange(data.shape[1]) >= length[:, None]] = 0
+    ident = rng.integers(1, 0x7FF, count).astype(np.uint32)
+    return FrameBlock(
+        START_NS + np.arange(count) * 250_000 + odd_ns, ident, flags, length, data, np.zeros(count, np.uint8)
+    )
+
+
+@pytest.mark.parametrize(
+    ("suffix", "fd"), [(s, fd) for s in ALL for fd in (False, True) if not (fd and s in CLASSIC_ONLY)]
+)
+def test_the_frames_survive(tmp_path, suffix, fd):
+    frames = traffic(fd=fd)
+    path = tmp_path / f"out{suffix}"
+    done = export(lambda: [frames.rows(slice(1000)), frames.rows(slice(1000, None))], path)
+    got = concatenate_frames(read_log(path))
+    assert done.frames == len(got) == len(frames)
+    assert done.left_out == 0
+    for column in ("ident", "length"):
+        np.testing.assert_array_equal(getattr(got, column), getattr(frames, column))
+    width = min(got.data.shape[1], frames.data.shape[1])
+    np.testing.assert_array_equal(got.data[:, :width], frames.data[:, :width])
+    assert done.gone == (["direction"] if suffix in CLASSIC_ONLY else [])
+    told = got.stamp_ns - frames.stamp_ns
+    assert done.shift_ns == told[0]
+    assert done.worst_ns == np.max(np.abs(told - told[0]))
+
+
+@pytest.mark.parametrize(
+    ("suffix", "worst", "says"),
+    [(".blf", 0, "kept to the nanosecond"), (".log", 500, "rounded by at most"), (".asc", 500, "shifted by -17")],
+)
+def test_the_loss_of_stamps_is_said(tmp_path, suffix, worst, says):
+    frames = traffic(odd_ns=np.arange(3000) % 7 * 111)
+    done = export(lambda: [frames], tmp_path / f"out{suffix}")
+    assert says in str(done)
+    assert 0 <= done.worst_ns <= 2 * worst  # of a difference of two roundings
+
+
+def test_frames_that_a_format_cannot_hold_are_counted(tmp_path):
+    frames = traffic(fd=True)
+    frames.flags[::2] &= ~np.uint8(FrameFlag.FD)
+    frames.length[::2] = np.minimum(frames.length[::2], 8)
+    frames.data[::2, 8:] = 0
+    done = export(lambda: [frames], tmp_path / "out.csv")
+    assert done.left_out == 1500
+    assert "1500 left out" in str(done)
+    assert len(concatenate_frames(read_log(tmp_path / "out.csv"))) == 1500
+
+
+@pytest.fixture(scope="module")
+def live(tmp_path_factory):
+    return run_on(tmp_path_factory.mktemp("sessions"))
+
+
+@pytest.fixture
+def messages(live):
+    return cantools.database.load_file(live.session.input_path("dbc")).messages
+
+
+def decoded(live, messages, name):
+    message = next(message for message in messages if message.name == name)
+    frames = concatenate_frames(read_log(live.session.raw_log))
+    rows = frames.rows(frames.ident == message.frame_id)
+    return rows.stamp_ns, [message.decode(data.tobytes()[: message.length], decode_choices=False) for data in rows.data]
+
+
+def test_signals_in_parquet_are_those_of_cantools(live, messages, tmp_path):
+    path = tmp_path / "signals.parquet"
+    export(lambda: read_log(live.session.raw_log), path, messages)
+    table = parquet.read_table(path)
+    stamps = np.asarray(table["stamp_ns"])
+    assert np.all(np.diff(stamps) >= 0)
+    expected_ns, expected = decoded(live, messages, "EtbCurrent")
+    rows = np.asarray(table["message"]) == "EtbCurrent"
+    np.testing.assert_array_equal(stamps[rows], expected_ns)
+    for name in expected[0]:
+        column = np.asarray(table[f"EtbCurrent.{name}"])
+        np.testing.assert_array_equal(column[rows], [float(row[name]) for row in expected])
+        assert np.isnan(column[~rows].astype(float)).all()
+    about = table.schema.field("EtbCurrent.MotorCurrent").metadata
+    assert about[b"unit"] == b"A"
+    assert about[b"comment"]
+
+
+def test_signals_in_mf4_have_units_and_comments(live, messages, tmp_path):
+    path = tmp_path / "signals.mf4"
+    done = export(lambda: read_log(live.session.raw_log), path, messages)
+    expected_ns, expected = decoded(live, messages, "EtbCurrent")
+    with asammdf.MDF(path) as mdf:
+        signal = mdf.get("MotorCurrent")
+    np.testing.assert_array_equal(signal.samples, [float(row["MotorCurrent"]) for row in expected])
+    start = expected_ns[0] // 1_000_000_000 * 1_000_000_000
+    np.testing.assert_allclose(signal.timestamps * 1e9, expected_ns - start, atol=1)
+    assert signal.unit == "A"
+    assert signal.comment
+    assert done.signals["EtbCurrent"] == len(expected)
+    assert len(concatenate_frames(read_log(path))) == done.frames
+
+
+def test_every_signal_of_a_session_has_its_name_and_unit_in_asammdf(live, messages, tmp_path):
+    path = tmp_path / "session.mf4"
+    export(lambda: read_log(live.session.raw_log), path, messages)
+    with asammdf.MDF(path) as mdf:
+        there = {
+            group.channel_group.acq_name: {channel.name: channel.unit for channel in group.channels[1:]}
+            for group in mdf.groups
+        }
+    for message in messages:
+        assert there[message.name] == {signal.name: signal.unit or "" for signal in message.signals}
+
+
+def test_what_cannot_be_exported_is_said(live, tmp_path, capsys):
+    with pytest.raises(InputError, match="a Parquet file holds signals"):
+        export(lambda: [traffic()], tmp_path / "out.parquet")
+    with pytest.raises(InputError, match="no log format that can be written"):
+        export(lambda: [traffic()], tmp_path / "out.xyz")
+    with pytest.raises(InputError, match="holds no frame"):
+        export(list, tmp_path / "out.blf")
+    raw = Path(live.session.folder) / "raw.blf"
+    assert main(["export", str(live.session.folder), str(raw)]) == 2
+    assert "over itself" in capsys.readouterr().err
+    assert main(["export", str(live.session.folder), str(tmp_path / "out.log")]) == 0
+    assert "frames read" in capsys.readouterr().out

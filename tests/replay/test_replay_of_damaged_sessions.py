@@ -1,0 +1,54 @@
+"""A replay says what is wrong with a session, and never judges by files that somebody changed."""
+
+import json
+
+import pytest
+from whole_run import run_on
+
+from etb_hil.base.errors import InputError
+from etb_hil.cli.main import main
+from etb_hil.replay.session_replay import replay
+
+
+@pytest.fixture
+def session(tmp_path):
+    return run_on(tmp_path, unit="faulty").session
+
+
+@pytest.mark.parametrize("kind", ["limits", "model", "bench", "dbc"])
+def test_a_changed_input_is_refused(session, kind, capsys):
+    path = session.input_path(kind)
+    path.write_text(path.read_text() + "\n")
+    with pytest.raises(InputError, match=f"the session's {kind} file is not the one"):
+        replay(session.folder)
+    assert main(["replay", str(session.folder)]) == 2
+    assert "restore it" in capsys.readouterr().err
+
+
+def test_a_killed_run_is_a_bench_fault_and_gets_its_results(session, capsys):
+    (session.folder / "results.json").unlink()
+    lines = session.events.read_text().splitlines()
+    session.events.write_text("\n".join(lines[: len(lines) // 2]) + '\n{"stamp_ns": 1')
+    assert main(["replay", str(session.folder)]) == 3
+    assert "cut short" in capsys.readouterr().out
+    assert session.read_results()["bench"]["reason_id"] == "cut_short"
+
+
+def test_a_log_that_was_cut_is_said_to_be(session, capsys):
+    raw = session.raw_log.read_bytes()
+    session.raw_log.write_bytes(raw[: len(raw) * 2 // 3])
+    assert main(["replay", str(session.folder)]) != 0
+    shown = capsys.readouterr().out
+    assert "Note" in shown
+    assert "raw.blf" in shown
+
+
+def test_results_that_the_frames_do_not_give_end_otherwise_than_a_pass(tmp_path, capsys):
+    session = run_on(tmp_path).session
+    assert main(["replay", str(session.folder)]) == 0
+    results = session.folder / "results.json"
+    told = json.loads(results.read_text())
+    told["numbers"][0]["value"] += 1e-12
+    results.write_text(json.dumps(told))
+    assert main(["replay", str(session.folder)]) == 4
+    assert "Differs from live: numbers.0.value" in capsys.readouterr().out

@@ -1,0 +1,150 @@
+"""Phases: set-points stay where the file says, groups unroll in order, and mistakes are named with their place."""
+
+import math
+
+import numpy as np
+import pytest
+
+from etb_hil.base.errors import InputError
+from etb_hil.base.stock import find
+from etb_hil.bench.bench_file import load_bench
+from etb_hil.bench.preflight import check_scenario
+from etb_hil.plant.parameters import load_model
+from etb_hil.scenario.scenario_file import Scenario, load_scenario
+from etb_hil.scenario.sines import Multisine
+
+THROTTLE = load_model(find("model", "default")).values
+BENCH = load_bench(find("bench", "virtual_classic"))
+HEAD = "schema: etb_hil/scenario/1\nname: test\n"
+
+
+def phase(**settings):
+    plain = {"schema": "etb_hil/scenario/1", "name": "test", "phases": [{"id": "one", **settings}]}
+    return Scenario.model_validate(plain).steps[0].phase
+
+
+def positions(trajectory, step=1e-3):
+    points = [trajectory.at(t) for t in np.arange(0.0, trajectory.duration, step)]
+    return np.array([p.position for p in points if p.enable])
+
+
+def written(tmp_path, phases, head=""):
+    path = tmp_path / "scenario.yaml"
+    path.write_text(HEAD + head + "phases:\n" + phases)
+    return load_scenario(path)
+
+
+def checked(tmp_path, phases, head=""):
+    return check_scenario(written(tmp_path, phases, head), BENCH, THROTTLE)
+
+
+def test_a_multisine_never_passes_its_amplitude_and_shares_the_velocity():
+    frequencies = (0.3, 0.7, 1.9)
+    sines = Multisine(0.7, 0.3, frequencies, 60.0)
+    time = np.arange(20.0, 60.0, 1e-3)
+    points = [sines.at(t) for t in time]
+    position = np.array([p.position for p in points]) - 0.7
+    velocity = np.array([p.velocity for p in points])
+    assert np.max(np.abs(position)) <= 0.3
+    lines = [2.0 * abs(np.mean(velocity * np.exp(-2j * math.pi * f * time))) for f in frequencies]
+    assert lines == pytest.approx([lines[0]] * 3, rel=0.02)
+    assert sines.at(0.0).position == 0.7
+    assert sines.at(0.0).velocity == 0.0
+
+
+def test_reversals_are_about_limp_home_where_no_centre_is_given():
+    moves = phase(kind="reversals", amplitude="2 deg", speed="0.1 rad/s", repeat=3)
+    way = positions(moves.trajectory(THROTTLE.limp_home, THROTTLE)) - THROTTLE.limp_home
+    assert way.min() == pytest.approx(-math.radians(2), abs=1e-3)
+    assert way.max() == pytest.approx(math.radians(2), abs=1e-3)
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(way[np.abs(np.diff(way, prepend=9.0)) > 1e-9]))))
+    assert len(turns) == 7  # four at the lower end, three at the upper one
+
+
+def test_break_away_rests_before_it_creeps_both_ways():
+    creep = phase(kind="break_away", positions=["20 deg", "40 deg"], dwell="0.5 s", travel="4 deg", speed="0.1 rad/s")
+    way = np.degrees(positions(creep.trajectory(math.radians(20), THROTTLE)))
+    for level in (20.0, 24.0, 40.0, 44.0):
+        assert np.sum(np.abs(way - level) < 1e-9) >= 499, level
+
+
+def test_a_ramp_goes_at_each_of_its_speeds():
+    ramp = phase(kind="ramp", between=["10 deg", "60 deg"], speed=["0.4 rad/s", "1.2 rad/s"], repeat=2)
+    trajectory = ramp.trajectory(math.radians(10), THROTTLE)
+    speeds = np.array([trajectory.at(t).velocity for t in np.arange(0.0, trajectory.duration, 1e-3)])
+    for wanted in (0.4, -0.4, 1.2, -1.2):
+        assert np.sum(np.abs(speeds - wanted) < 1e-9) > 500, wanted
+
+
+def test_groups_are_unrolled_in_order_and_know_their_place(tmp_path):
+    scenario = written(
+        tmp_path,
+        "- {id: a, kind: off, duration: 1 s}\n"
+        "- id: outer\n  kind: group\n  repeat: 2\n  phases:\n"
+        "  - {id: b, kind: off, duration: 1 s}\n"
+        "  - {id: inner, kind: group, repeat: 2, phases: [{id: c, kind: off, duration: 1 s}]}\n",
+    )
+    assert [step.id for step in scenario.content.steps] == [
+        "a", "outer.1.b", "outer.1.inner.1.c", "outer.1.inner.2.c", "outer.2.b", "outer.2.inner.1.c",
+        "outer.2.inner.2.c",
+    ]  # fmt: skip
+    assert scenario.place(*scenario.content.steps[1].key).line == 9
+
+
+@pytest.mark.parametrize(
+    ("phases", "told"),
+    [
+        (
+            "- {id: a, kind: off, duration: 1 s}\n- {id: a, kind: off, duration: 1 s}\n",
+            r"yaml:5: phases\[1\].id: this phase id stands twice",
+        ),
+        (
+            "- id: a\n  kind: group\n  repeat: 1000\n  phases:\n"  # noqa: ISC004 (one text)
+            "  - {id: b, kind: group, repeat: 1000, phases: [{id: c, kind: off, duration: 1 s}]}\n",
+            "1000000 phases",
+        ),
+        ("- {id: a, kind: wait, timeout: 1 s}\n", r"yaml:4: .*until.*missing"),
+        ("- {id: a, kind: wait, timeout: 1 s, until: {role: speed, above: 1}}\n", "no role that is measured"),
+        ("- {id: a, kind: wait, timeout: 1 s, until: {role: motor_current, above: 1}}\n", "no unit"),
+        ("- {id: a, kind: wait, timeout: 1 s, until: {role: motor_current, above: 1 V}}\n", "no unit of current"),
+        ("- {id: a, kind: wait, timeout: 1 s, until: {role: motor_current}}\n", "it has none"),
+        (
+            "- {id: a, kind: wait, timeout: 1 s, until: {role: motor_current, above: 1 A, below: 2 A}}\n",
+            "above and below",
+        ),
+        (
+            "- {id: a, kind: wait, timeout: 1 s, until: {role: motor_current, inside: [2 A, 1 A]}}\n",
+            "first value must lie below",
+        ),
+        ("- {id: a, kind: prompt, text: Ready, answers: [yes, no], unattended: maybe}\n", "none of the answers"),
+        ("- {id: a, kind: prompt, text: Ready, answers: [yes, Yes]}\n", "two answers are the same"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused_with_its_place(tmp_path, phases, told):
+    with pytest.raises(InputError, match=told):
+        written(tmp_path, phases)
+
+
+@pytest.mark.parametrize(
+    ("phases", "told"),
+    [
+        (
+            "- {id: a, kind: ramp, between: [2 deg, 80 deg], speed: [1 rad/s, 50 rad/s]}\n",
+            r"speed\[1\].*outside the bench's limits",
+        ),
+        (
+            "- {id: g, kind: group, repeat: 3, phases: [{id: a, kind: hold, position: 95 deg, duration: 1 s}]}\n",
+            r"phases\[0\]\.phases\[0\]\.position.*outside the bench's limits",
+        ),
+        (
+            "- {id: a, kind: wait, timeout: 1 s, until: {role: engine_speed, above: 10 rad/s}}\n",
+            "no signal for the role",
+        ),
+        ("- {id: a, kind: reversals, amplitude: 20 deg, speed: 0.1 rad/s}\n", "set-points leave the bench's limits"),
+        ("- {id: g, kind: group, repeat: 100, phases: [{id: a, kind: off, duration: 1 min}]}\n", "takes too long"),
+    ],
+)
+def test_what_this_bench_must_not_do_is_refused_once_with_its_place(tmp_path, phases, told):
+    with pytest.raises(InputError, match=told) as refused:
+        checked(tmp_path, phases)
+    assert len(refused.value.problems) == 1

@@ -1,0 +1,100 @@
+"""Sessions and events: nothing is lost, nothing leaves the folder, what is broken is named."""
+
+import json
+
+import pytest
+
+from etb_hil.base.errors import InputError
+from etb_hil.base.outcome import BenchOutcome, SafeState
+from etb_hil.session.events import EventLog, read_events
+from etb_hil.session.record import Answered, PhaseEnd, PhaseTime, RunRecord, record_of
+from etb_hil.session.session import create, open_session
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    path = tmp_path / "my scenario.yaml"
+    path.write_text("name: x\n")
+    return path
+
+
+def test_a_session_keeps_its_inputs_as_they_were(tmp_path, scenario):
+    session = create(tmp_path / "out", "Friction check!", "../../SN <7>", {"scenario": scenario})
+    scenario.write_text("name: changed\n")
+    again = open_session(session.folder)
+    assert again == session
+    assert again.input_path("scenario").read_text() == "name: x\n"
+    assert session.folder.parent == tmp_path / "out"
+    assert "/" not in session.run_id
+    assert session.serial == "../../SN <7>"
+
+
+def test_two_sessions_of_one_second_are_two_folders(tmp_path, scenario):
+    first, second = (create(tmp_path, "a", "", {"scenario": scenario}) for _ in range(2))
+    assert first.folder != second.folder
+
+
+def test_results_are_written_and_read_back(tmp_path, scenario):
+    session = create(tmp_path, "a", "", {"scenario": scenario})
+    with pytest.raises(InputError, match=r"results\.json: cannot be read"):
+        session.read_results()
+    session.write_results({"value": 0.1 + 0.2})
+    assert session.read_results() == {"value": 0.1 + 0.2}
+
+
+@pytest.mark.parametrize("change", [{"schema": "other"}, {"inputs": [{"kind": "a", "name": "../x", "sha256": ""}]}])
+def test_a_manifest_that_lies_is_refused(tmp_path, scenario, change):
+    session = create(tmp_path, "a", "", {"scenario": scenario})
+    path = session.folder / "session.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | change))
+    with pytest.raises(InputError, match=r"session\.json"):
+        open_session(session.folder)
+
+
+def test_a_folder_that_is_no_session_says_what_to_give(tmp_path):
+    with pytest.raises(InputError, match="give the folder of a session"):
+        open_session(tmp_path)
+
+
+def test_the_record_is_what_the_events_tell(tmp_path):
+    record = RunRecord(5, 90, BenchOutcome.ABORTED, "stopped_by_operator", "stopped by SIGINT")
+    record.phases = [
+        PhaseTime("ready", "prompt", 5, 9, PhaseEnd.DONE),
+        PhaseTime("home", "home", 10, 40, PhaseEnd.TRIGGERED),
+        PhaseTime("ramps", "ramp", 40, None),
+    ]
+    record.answers = [Answered("ready", "Ready?", "yes", "operator", 8)]
+    record.safe_state, record.late_worst_ns, record.health = SafeState.VERIFIED, 7, {"load": 0.5, "state": None}
+    log = EventLog(tmp_path / "events.jsonl")
+    log.add(5, "start")
+    log.add(5, "phase", id="ready", kind="prompt")
+    log.add(6, "prompt", id="ready", text="Ready?", answers=["yes", "no"])
+    log.add(8, "answer", id="ready", text="Ready?", answer="yes", by="operator")
+    log.add(9, "phase_end", id="ready")  # a session of the first release says no more of a phase that was done
+    log.add(10, "phase", id="home", kind="home")
+    log.add(40, "phase_end", id="home", outcome="triggered")
+    log.add(40, "phase", id="ramps", kind="ramp")
+    log.add(90, "end", **record.details())
+    log.close()
+    assert record_of(read_events(tmp_path / "events.jsonl")) == record
+
+
+def test_a_run_without_an_end_is_a_bench_fault(tmp_path):
+    path = tmp_path / "events.jsonl"
+    log = EventLog(path)
+    log.add(5, "start")
+    log.add(10, "phase", id="home", kind="home")
+    log.close()
+    path.write_text(path.read_text() + '{"stamp_ns": 20, "ev')
+    record = record_of(read_events(path))
+    assert record.outcome is BenchOutcome.FAULT
+    assert record.reason_id == "cut_short"
+    assert record.phases == [PhaseTime("home", "home", 10)]
+    assert record.safe_state is SafeState.NOT_VERIFIED
+
+
+def test_a_broken_event_in_the_middle_is_named(tmp_path):
+    path = tmp_path / "events.jsonl"
+    path.write_text('{"stamp_ns": 1, "event": "start"}\nnonsense\n{"stamp_ns": 2, "event": "end"}\n')
+    with pytest.raises(InputError, match=r"events\.jsonl:2: is no event"):
+        read_events(path)
