@@ -14,9 +14,9 @@ import time
 import can
 import numpy as np
 
+from etb_hil.canio.bus.link import VirtualLink
+from etb_hil.canio.bus.virtual_network import VirtualNetwork
 from etb_hil.canio.frames import FrameBlock
-from etb_hil.canio.link import VirtualLink
-from etb_hil.canio.virtual_network import VirtualNetwork
 
 FRAMES = 20_000
 BLOCK = 1_000

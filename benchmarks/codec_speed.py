@@ -17,13 +17,13 @@ from pydantic import TypeAdapter
 
 from etb_hil.base.stock import find
 from etb_hil.base.yamlfile import parse
-from etb_hil.canio.codec import MessageCodec
-from etb_hil.canio.commands import CommandEncoder
-from etb_hil.canio.decoder import Decoder
-from etb_hil.canio.dialect import Dialect
+from etb_hil.canio.dbc.codec import MessageCodec
+from etb_hil.canio.dbc.commands import CommandEncoder
+from etb_hil.canio.dbc.decoder import Decoder
+from etb_hil.canio.dbc.dialect import Dialect
+from etb_hil.canio.dbc.role_map import RoleMap
+from etb_hil.canio.dbc.writer import MessageWriter
 from etb_hil.canio.frames import concatenate_frames
-from etb_hil.canio.role_map import RoleMap
-from etb_hil.canio.writer import MessageWriter
 
 TICK_NS = 50_000
 MANY = 20_000  # frames of a block

@@ -13,8 +13,8 @@ import numpy as np
 from etb_hil.base.modes import Mode
 from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench
+from etb_hil.canio.dbc.writer import MessageWriter
 from etb_hil.canio.frames import concatenate_frames
-from etb_hil.canio.writer import MessageWriter
 from etb_hil.controller.machine import Machine
 from etb_hil.controller.state import COMMAND, REQUEST
 from etb_hil.controller.virtual_controller import VirtualController

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from faults_nodes import MS, Babbler, Deaf, Late, OwnClock, Resetting, Rewriting, SetBackStamps, ShiftedStamps
 
-from etb_hil.canio.faults import (
+from etb_hil.canio.bus.faults import (
     Corrupted,
     CounterJump,
     Delayed,

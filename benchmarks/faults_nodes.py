@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from etb_hil.canio.codec import MessageCodec
+from etb_hil.canio.dbc.codec import MessageCodec
+from etb_hil.canio.dbc.protection import alive_counter, write_protection
+from etb_hil.canio.dbc.signal_bits import Overflow
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
-from etb_hil.canio.protection import alive_counter, write_protection
-from etb_hil.canio.signal_bits import Overflow
 
 MS = 1_000_000
 

@@ -22,8 +22,8 @@ from faults_cases import CASES
 from etb_hil.base.stock import find
 from etb_hil.bench import job as job_room
 from etb_hil.bench.job import JobFiles, execute, prepare
-from etb_hil.canio.link import VirtualLink
-from etb_hil.canio.virtual_network import VirtualNetwork
+from etb_hil.canio.bus.link import VirtualLink
+from etb_hil.canio.bus.virtual_network import VirtualNetwork
 from etb_hil.controller.virtual_controller import VirtualController
 
 EXPECTED = {"default": "pass", "faulty": "fail"}

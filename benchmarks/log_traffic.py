@@ -5,10 +5,10 @@ from pydantic import TypeAdapter
 
 from etb_hil.base.stock import find
 from etb_hil.base.yamlfile import parse
-from etb_hil.canio.dialect import Dialect
+from etb_hil.canio.dbc.dialect import Dialect
+from etb_hil.canio.dbc.role_map import RoleMap
+from etb_hil.canio.dbc.writer import MessageWriter
 from etb_hil.canio.frames import FrameBlock, concatenate_frames
-from etb_hil.canio.role_map import RoleMap
-from etb_hil.canio.writer import MessageWriter
 from etb_hil.plant.parameters import load_model
 
 TICK_NS = 50_000

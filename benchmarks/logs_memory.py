@@ -32,7 +32,7 @@ import sys
 from cantools.database.can import Database
 from pathlib import Path
 from etb_hil.canio.logs.reading import read_log
-from etb_hil.canio.columns import ColumnDecoder
+from etb_hil.canio.dbc.columns import ColumnDecoder
 from etb_hil.canio.frames import gathered
 database = Database(strict=False)
 database.add_dbc_file({dbc!r})

@@ -21,8 +21,8 @@ import cantools
 import numpy as np
 from log_traffic import Traffic
 
-from etb_hil.canio.columns import ColumnDecoder
-from etb_hil.canio.decoder import Decoder
+from etb_hil.canio.dbc.columns import ColumnDecoder
+from etb_hil.canio.dbc.decoder import Decoder
 from etb_hil.canio.frames import FrameBlock, gathered
 from etb_hil.canio.logs import inflate as inflating
 from etb_hil.canio.logs.blf import read_blf

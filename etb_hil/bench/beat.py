@@ -10,7 +10,7 @@ from etb_hil.base.outcome import BenchOutcome
 from etb_hil.bench.interlock import Interlock
 from etb_hil.bench.stop_signals import TIME_OUT, StopSignals, Verb
 from etb_hil.bench.supervision import Supervisor, Trip
-from etb_hil.canio.health import BusState
+from etb_hil.canio.bus.health import BusState
 from etb_hil.scenario.condition_watch import ConditionWatch
 from etb_hil.scenario.trajectory import OFF, SetPoint
 

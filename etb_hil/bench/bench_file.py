@@ -12,9 +12,9 @@ from etb_hil.base.quantity import Frequency, Ratio
 from etb_hil.base.stock import find
 from etb_hil.base.yamlfile import Document, FileModel, load
 from etb_hil.bench.supervision import SafetyLimits
-from etb_hil.canio.bus_settings import VIRTUAL, BusSettings
-from etb_hil.canio.dialect import Dialect
-from etb_hil.canio.role_map import ProtectionSettings, RoleMap
+from etb_hil.canio.bus.bus_settings import VIRTUAL, BusSettings
+from etb_hil.canio.dbc.dialect import Dialect
+from etb_hil.canio.dbc.role_map import ProtectionSettings, RoleMap
 from etb_hil.scenario.phase import Measure
 
 

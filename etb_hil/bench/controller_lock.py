@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from etb_hil.base.errors import BenchFault
-from etb_hil.canio.bus_settings import BusSettings
+from etb_hil.canio.bus.bus_settings import BusSettings
 
 _PID = re.compile(r"[0-9]{1,10}")
 

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.modes import Mode
-from etb_hil.canio.commands import CommandEncoder
+from etb_hil.canio.dbc.commands import CommandEncoder
 from etb_hil.scenario.trajectory import OFF
 
 if TYPE_CHECKING:
-    from etb_hil.canio.dialect import Dialect
+    from etb_hil.canio.dbc.dialect import Dialect
     from etb_hil.scenario.trajectory import SetPoint
 
 _NEEDED = {

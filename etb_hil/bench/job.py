@@ -21,11 +21,11 @@ from etb_hil.bench.results import results_of
 from etb_hil.bench.runner import Runner
 from etb_hil.bench.snapshot import Watcher, nobody
 from etb_hil.bench.tap import Tap
-from etb_hil.canio.bus_settings import VIRTUAL
-from etb_hil.canio.commands import CommandEncoder
-from etb_hil.canio.link import Link, VirtualLink, open_link
+from etb_hil.canio.bus.bus_settings import VIRTUAL
+from etb_hil.canio.bus.link import Link, VirtualLink, open_link
+from etb_hil.canio.bus.virtual_network import VirtualNetwork
+from etb_hil.canio.dbc.commands import CommandEncoder
 from etb_hil.canio.logs.blf import BlfLog
-from etb_hil.canio.virtual_network import VirtualNetwork
 from etb_hil.controller.virtual_controller import VirtualController
 from etb_hil.diagnosis.limits import Limits, load_limits
 from etb_hil.plant.parameters import Model, load_model
@@ -38,7 +38,7 @@ from etb_hil.session.session import Session, create
 from etb_hil.session.store import STORE, RunInStore
 
 if TYPE_CHECKING:
-    from etb_hil.canio.budget import BusBudget
+    from etb_hil.canio.bus.budget import BusBudget
 
 
 @dataclass(frozen=True, slots=True)

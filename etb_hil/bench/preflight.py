@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.quantity import format_quantity
 from etb_hil.bench.controller_needs import missing_roles, unsendable
-from etb_hil.canio.budget import bus_budget
+from etb_hil.canio.bus.budget import bus_budget
 from etb_hil.scenario.phase import Measure
 from etb_hil.scenario.phases import Phase
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from etb_hil.base.yamlfile import Document
     from etb_hil.bench.bench_file import Bench, BenchSetup
     from etb_hil.bench.supervision import SafetyLimits
-    from etb_hil.canio.budget import BusBudget
-    from etb_hil.canio.dialect import Dialect
+    from etb_hil.canio.bus.budget import BusBudget
+    from etb_hil.canio.dbc.dialect import Dialect
     from etb_hil.plant.values import ThrottleParameters
     from etb_hil.scenario.scenario_file import Scenario
     from etb_hil.scenario.trajectory import SetPoint, Trajectory

@@ -16,9 +16,9 @@ from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.bench.runner import Runner
 from etb_hil.bench.tap import Tap
-from etb_hil.canio.commands import CommandEncoder
-from etb_hil.canio.link import VirtualLink
-from etb_hil.canio.virtual_network import VirtualNetwork
+from etb_hil.canio.bus.link import VirtualLink
+from etb_hil.canio.bus.virtual_network import VirtualNetwork
+from etb_hil.canio.dbc.commands import CommandEncoder
 from etb_hil.controller.virtual_controller import VirtualController
 from etb_hil.scenario.excitations import WarmUpPhase
 from etb_hil.scenario.waiting import PromptPhase, WaitPhase

@@ -9,10 +9,10 @@ from etb_hil.base.clock import Clock
 from etb_hil.base.errors import BenchFault, RecordingFault
 from etb_hil.bench.interlock import ROLE as INTERLOCK
 from etb_hil.bench.supervision import STATUS_ROLES
-from etb_hil.canio.commands import CommandEncoder
+from etb_hil.canio.bus.health import BusHealth
+from etb_hil.canio.bus.link import Link
+from etb_hil.canio.dbc.commands import CommandEncoder
 from etb_hil.canio.frames import FrameBlock
-from etb_hil.canio.health import BusHealth
-from etb_hil.canio.link import Link
 from etb_hil.recording.samples import SampleBlock
 from etb_hil.scenario.phase import Measure
 from etb_hil.scenario.trajectory import SetPoint

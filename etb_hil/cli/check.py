@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from etb_hil.base.errors import Problem
     from etb_hil.bench.bench_file import Bench
     from etb_hil.bench.job import Job, JobFiles
-    from etb_hil.canio.interface_check import Finding
+    from etb_hil.canio.bus.interface_check import Finding
 
 T = TypeVar("T")
 
@@ -27,7 +27,7 @@ def run(options: argparse.Namespace) -> int:
     from etb_hil.base.errors import InputError
     from etb_hil.base.outcome import ExitCode
     from etb_hil.bench.job import prepare
-    from etb_hil.canio.interface_check import look_at
+    from etb_hil.canio.bus.interface_check import look_at
     from etb_hil.cli.compiling import announced
 
     files = job_files(options)
@@ -108,8 +108,8 @@ def _controller(bench: Bench) -> list[Finding]:
     """Look whether another bench holds the controller."""
     from etb_hil.base.errors import BenchFault
     from etb_hil.bench.controller_lock import controller_lock
-    from etb_hil.canio.bus_settings import VIRTUAL
-    from etb_hil.canio.interface_check import Finding
+    from etb_hil.canio.bus.bus_settings import VIRTUAL
+    from etb_hil.canio.bus.interface_check import Finding
 
     if bench.bus.interface == VIRTUAL:
         return []

@@ -41,8 +41,8 @@ def run(args: argparse.Namespace) -> int:
     from etb_hil.base.stock import find
     from etb_hil.bench.bench_file import load_bench
     from etb_hil.bench.stop_signals import StopSignals
-    from etb_hil.canio.bus_settings import VIRTUAL
-    from etb_hil.canio.link import open_link
+    from etb_hil.canio.bus.bus_settings import VIRTUAL
+    from etb_hil.canio.bus.link import open_link
     from etb_hil.cli.compiling import announced
     from etb_hil.controller.process import EventLog, compile_kernels, serve
     from etb_hil.controller.virtual_controller import VirtualController

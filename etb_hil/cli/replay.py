@@ -207,7 +207,7 @@ def _onto_bus(options: argparse.Namespace) -> int:
     from etb_hil.base.steady import steady
     from etb_hil.base.stock import find
     from etb_hil.bench.bench_file import load_bench
-    from etb_hil.canio.link import open_link
+    from etb_hil.canio.bus.link import open_link
     from etb_hil.replay.log_replay import Frames
     from etb_hil.replay.onto_bus import send_log
     from etb_hil.replay.session_replay import within

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 
 from etb_hil.base.roles import COMMANDED, ROLES
 from etb_hil.base.stock import find
-from etb_hil.canio.role_proposals import chosen
+from etb_hil.canio.dbc.role_proposals import chosen
 
 if TYPE_CHECKING:
     from cantools.database.can import Database
 
-    from etb_hil.canio.role_proposals import Proposal
+    from etb_hil.canio.dbc.role_proposals import Proposal
 
 REQUIRED = ("command_mode", "command_position", "motor_current", "motor_angle", "throttle_angle")
 _SHOWN = 3  # guesses a role

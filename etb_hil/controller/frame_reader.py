@@ -8,9 +8,9 @@ import numpy as np
 from numba import njit
 
 from etb_hil.base.roles import COMMANDED
+from etb_hil.canio.dbc.protection import Profile, alive_counter, crc_is_right
+from etb_hil.canio.dbc.signal_bits import read_value
 from etb_hil.canio.frames import FrameFlag
-from etb_hil.canio.protection import Profile, alive_counter, crc_is_right
-from etb_hil.canio.signal_bits import read_value
 from etb_hil.controller.signal_tables import signal_tables
 from etb_hil.controller.state import (
     COMMAND,
@@ -25,7 +25,7 @@ from etb_hil.controller.state import (
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from etb_hil.canio.dialect import Dialect
+    from etb_hil.canio.dbc.dialect import Dialect
     from etb_hil.canio.frames import FrameBlock
 
     Bytes = NDArray[np.uint8]

@@ -11,17 +11,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
+from etb_hil.canio.dbc.protection import write_protection
+from etb_hil.canio.dbc.signal_bits import Overflow, write_value
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
-from etb_hil.canio.protection import write_protection
-from etb_hil.canio.signal_bits import Overflow, write_value
 from etb_hil.controller.signal_tables import signal_tables
 from etb_hil.controller.state import BURST_SAMPLES, CURRENT_SIGNALS, ENCODER_SIGNALS, TICK_NS, Sample, Status
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from etb_hil.canio.dialect import Dialect
-    from etb_hil.canio.dialect_message import DialectMessage
+    from etb_hil.canio.dbc.dialect import Dialect
+    from etb_hil.canio.dbc.dialect_message import DialectMessage
 
     Bytes = NDArray[np.uint8]
     Int64 = NDArray[np.int64]

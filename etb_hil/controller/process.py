@@ -15,7 +15,7 @@ from etb_hil.base.lateness import Lateness
 from etb_hil.canio.frames import FrameBlock, FrameFlag
 
 if TYPE_CHECKING:
-    from etb_hil.canio.link import Link
+    from etb_hil.canio.bus.link import Link
     from etb_hil.controller.virtual_controller import DriveSwitch, VirtualController
 
 PERIOD_NS = 1_000_000

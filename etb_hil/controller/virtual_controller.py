@@ -16,7 +16,7 @@ from etb_hil.controller.state import LATCHED, TICK_NS, Fault
 if TYPE_CHECKING:
     import numpy as np
 
-    from etb_hil.canio.dialect import Dialect
+    from etb_hil.canio.dbc.dialect import Dialect
     from etb_hil.plant.parameters import Model
 
 

@@ -17,6 +17,7 @@ from etb_hil.diagnosis.friction_model import (
     DROP,
     FRICTION_PARAMETERS,
     LOG_SPEED,
+    VISCOUS,
     friction_along,
 )
 from etb_hil.diagnosis.prior import CONSTANT, INERTIA, LAG, OFFSET, PARAMETERS, Prior
@@ -31,6 +32,7 @@ from etb_hil.diagnosis.windows import (
     window_means,
 )
 from etb_hil.observer.normal_equations import accumulate, inverse, jackknife_covariance, times
+from etb_hil.plant.exactmath import log
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.recording.samples import Float64, Int64
 
@@ -126,18 +128,23 @@ def fit_stribeck(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prio
 
 
 def _start(evidence: Evidence, prior: Prior, factor: float) -> Float64:
+    """Return where a descent begins: T_st and T_c as slow and fast windows have them, at so many times omega_s.
+
+    The model's viscosity comes off first: taken for T_c, it leads into a valley where friction rises with speed. From
+    a small drop a descent finds a rise just as well.
+    """
     q = prior.mean.copy()
     omega_s = factor * prior.stribeck_velocity
-    q[LOG_SPEED] += {1.0: 0.0, 0.5: -0.6931471805599453, 2.0: 0.6931471805599453}[factor]
-    slow = np.abs(evidence.velocity) < 0.3 * omega_s
-    fast = np.abs(evidence.velocity) > 1.5 * omega_s
+    q[LOG_SPEED] += log(factor)
+    speed = np.abs(evidence.velocity)
+    slow, fast = speed < 0.3 * omega_s, speed > 1.5 * omega_s
     torque = evidence.motor - evidence.load
-    along = np.where(evidence.velocity > 0.0, torque, -torque)
+    along = np.where(evidence.velocity > 0.0, torque, -torque) - q[VISCOUS] * speed
     if np.any(slow):
-        q[COULOMB], q[DROP] = 0.9 * float(np.median(along[slow])), 0.1 * float(np.median(along[slow]))
-    if np.any(slow) and np.any(fast):
-        q[COULOMB] = max(float(np.median(along[fast])), 1e-2 * q[COULOMB])
-        q[DROP] = float(np.median(along[slow])) - q[COULOMB]
+        stiction = float(np.median(along[slow]))
+        coulomb = float(np.median(along[fast])) if np.any(fast) else stiction
+        q[COULOMB] = min(max(coulomb, 1e-2 * stiction), 0.9 * stiction)
+        q[DROP] = stiction - q[COULOMB]
     return q
 
 

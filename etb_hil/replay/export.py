@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from etb_hil.base.errors import InputError, Place, Problem
-from etb_hil.canio.columns import ColumnDecoder
+from etb_hil.canio.dbc.columns import ColumnDecoder
 from etb_hil.canio.frames import FrameFlag, gathered
 from etb_hil.canio.logs.reading import read_log
 from etb_hil.canio.logs.writing import log_suffix, write_log
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from cantools.database.can import Message
 
-    from etb_hil.canio.columns import MessageColumns
+    from etb_hil.canio.dbc.columns import MessageColumns
     from etb_hil.canio.frames import FrameBlock
     from etb_hil.canio.logs.mf4_writer import Mf4Log
     from etb_hil.canio.logs.writing import LogWriter

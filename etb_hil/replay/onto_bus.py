@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from etb_hil.base.clock import Clock
+    from etb_hil.canio.bus.link import Link
     from etb_hil.canio.frames import FrameBlock
-    from etb_hil.canio.link import Link
 
 TOGETHER_NS = 50_000  # frames closer than this go out at once: no host sleeps more exactly
 DRAIN_NS = 20_000_000  # from look to look at what else is on the bus

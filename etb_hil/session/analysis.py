@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from etb_hil.canio.decoder import Decoder
+from etb_hil.canio.dbc.decoder import Decoder
 from etb_hil.diagnosis.diagnosis import MOVING, Diagnosis
 from etb_hil.diagnosis.plausibility import Plausibility
 from etb_hil.recording.recording import ClockGrade, Recording
@@ -16,7 +16,7 @@ from etb_hil.session.rows import RowBuilder
 from etb_hil.session.verdict_policy import corruption_doubts, withheld
 
 if TYPE_CHECKING:
-    from etb_hil.canio.dialect import Dialect
+    from etb_hil.canio.dbc.dialect import Dialect
     from etb_hil.canio.frames import FrameBlock
     from etb_hil.diagnosis.diagnosis import Snapshot
     from etb_hil.diagnosis.limits import Limits

@@ -7,12 +7,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from etb_hil.base.outcome import UnitVerdict
-from etb_hil.canio.protection import Profile
+from etb_hil.canio.dbc.protection import Profile
 from etb_hil.diagnosis.result import DiagnosisResult, Reason
 
 if TYPE_CHECKING:
-    from etb_hil.canio.decoder import MessageStatistics
-    from etb_hil.canio.dialect import Dialect
+    from etb_hil.canio.dbc.decoder import MessageStatistics
+    from etb_hil.canio.dbc.dialect import Dialect
 
 UNSEEN = 0.1  # frames with a wrong content that may have passed their CRC, in expectation over a run
 _CRC_BITS = {Profile.NONE: 0, Profile.PROFILE_2: 8, Profile.PROFILE_5: 16}

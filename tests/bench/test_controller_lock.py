@@ -9,14 +9,14 @@ import pytest
 
 from etb_hil.base.errors import BenchFault
 from etb_hil.bench.controller_lock import controller_lock
-from etb_hil.canio.bus_settings import BusSettings
+from etb_hil.canio.bus.bus_settings import BusSettings
 
 VCAN0 = BusSettings(interface="socketcan", channel="vcan0")
 HOLD = """
 import sys, time
 from pathlib import Path
 from etb_hil.bench.controller_lock import controller_lock
-from etb_hil.canio.bus_settings import BusSettings
+from etb_hil.canio.bus.bus_settings import BusSettings
 with controller_lock(BusSettings(interface="socketcan", channel="vcan0"), 0, Path(sys.argv[1])):
     print("held", flush=True)
     time.sleep(600)

@@ -9,9 +9,9 @@ from etb_hil.bench import job as job_room
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.bench.interlock import Interlock
 from etb_hil.bench.job import execute, prepare
+from etb_hil.canio.bus.link import VirtualLink
+from etb_hil.canio.bus.virtual_network import VirtualNetwork
 from etb_hil.canio.frames import FrameBlock
-from etb_hil.canio.link import VirtualLink
-from etb_hil.canio.virtual_network import VirtualNetwork
 from etb_hil.controller.virtual_controller import VirtualController
 from etb_hil.recording.samples import SampleBlock
 

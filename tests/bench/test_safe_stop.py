@@ -11,8 +11,8 @@ from etb_hil.base.outcome import BenchOutcome
 from etb_hil.base.stock import find
 from etb_hil.bench import job as job_room
 from etb_hil.bench.job import execute, prepare
+from etb_hil.canio.bus.link import VirtualLink
 from etb_hil.canio.frames import FrameBlock
-from etb_hil.canio.link import VirtualLink
 from etb_hil.session.analysis import Analysis
 
 

@@ -3,8 +3,8 @@
 from pydantic import TypeAdapter
 
 from etb_hil.base.stock import find
-from etb_hil.canio.dialect import Dialect
-from etb_hil.canio.role_map import ProtectionSettings, RoleMap
+from etb_hil.canio.dbc.dialect import Dialect
+from etb_hil.canio.dbc.role_map import ProtectionSettings, RoleMap
 
 COMMANDS = {
     "command_mode": "EtbCommand.CommandMode",

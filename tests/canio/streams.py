@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from etb_hil.canio.dbc.writer import MessageWriter
 from etb_hil.canio.frames import FrameFlag, concatenate_frames
-from etb_hil.canio.writer import MessageWriter
 
 TICK_NS = 50_000
 START_NS = 1_700_000_000_000_000_000

@@ -6,7 +6,7 @@ import dialects
 import pytest
 
 from etb_hil.base.errors import InputError
-from etb_hil.canio.budget import budget_of, bus_budget
+from etb_hil.canio.bus.budget import budget_of, bus_budget
 
 CLASSIC = SimpleNamespace(bitrate=500e3, data_bitrate=2e6, fd=False)
 FD = SimpleNamespace(bitrate=500e3, data_bitrate=2e6, fd=True)

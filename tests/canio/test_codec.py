@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from etb_hil.base.errors import InputError
 from etb_hil.base.stock import find
-from etb_hil.canio.codec import MessageCodec
-from etb_hil.canio.signal_bits import Overflow
+from etb_hil.canio.dbc.codec import MessageCodec
+from etb_hil.canio.dbc.signal_bits import Overflow
 
 DATA = Path(os.environ.get("ETB_HIL_REAL_DATA", Path(__file__).parents[3] / "shared" / "data"))
 COLLECTION = sorted((DATA / "peers" / "cantools_dbc").glob("*.[dD][bB][cC]"))

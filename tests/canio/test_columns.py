@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from test_codec import COLLECTION, dbc_signals, usable_messages
 
 from etb_hil.base.errors import InputError
-from etb_hil.canio.codec import MessageCodec
-from etb_hil.canio.columns import ColumnDecoder
+from etb_hil.canio.dbc.codec import MessageCodec
+from etb_hil.canio.dbc.columns import ColumnDecoder
 from etb_hil.canio.frames import FrameBlock, FrameFlag
 
 

@@ -8,9 +8,9 @@ import pytest
 
 from etb_hil.base.errors import InputError
 from etb_hil.base.stock import find
-from etb_hil.canio.commands import CommandEncoder
+from etb_hil.canio.dbc.commands import CommandEncoder
+from etb_hil.canio.dbc.writer import MessageWriter
 from etb_hil.canio.frames import FrameFlag
-from etb_hil.canio.writer import MessageWriter
 
 SET_POINT = {
     "command_mode": 1.0,

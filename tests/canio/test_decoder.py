@@ -9,9 +9,9 @@ import streams
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from etb_hil.canio import sample_store
-from etb_hil.canio.commands import CommandEncoder
-from etb_hil.canio.decoder import Decoder
+from etb_hil.canio.dbc import sample_store
+from etb_hil.canio.dbc.commands import CommandEncoder
+from etb_hil.canio.dbc.decoder import Decoder
 from etb_hil.canio.frames import concatenate_frames
 from etb_hil.recording.samples import LOSS_UNKNOWN, Joiner, concatenate
 

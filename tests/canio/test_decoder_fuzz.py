@@ -5,7 +5,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from etb_hil.canio.decoder import Decoder
+from etb_hil.canio.dbc.decoder import Decoder
 from etb_hil.canio.frames import FrameBlock
 
 DIALECTS = {

@@ -12,14 +12,14 @@ from pydantic import Field, ValidationError
 from etb_hil.base.errors import InputError
 from etb_hil.base.stock import find
 from etb_hil.base.yamlfile import FileModel, load
-from etb_hil.canio.codec import MessageCodec
-from etb_hil.canio.commands import CommandEncoder
-from etb_hil.canio.decoder import Decoder
-from etb_hil.canio.dialect import Dialect
+from etb_hil.canio.dbc.codec import MessageCodec
+from etb_hil.canio.dbc.commands import CommandEncoder
+from etb_hil.canio.dbc.decoder import Decoder
+from etb_hil.canio.dbc.dialect import Dialect
+from etb_hil.canio.dbc.protection import Profile
+from etb_hil.canio.dbc.role_map import ProtectionSettings, RoleMap
+from etb_hil.canio.dbc.writer import MessageWriter
 from etb_hil.canio.frames import FrameBlock, FrameFlag
-from etb_hil.canio.protection import Profile
-from etb_hil.canio.role_map import ProtectionSettings, RoleMap
-from etb_hil.canio.writer import MessageWriter
 
 DATA = Path(os.environ.get("ETB_HIL_REAL_DATA", Path(__file__).parents[3] / "shared" / "data"))
 FOREIGN = Path(__file__).parent / "foreign.dbc"

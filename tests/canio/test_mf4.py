@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from test_logs import messages, same
 
 from etb_hil.base.errors import InputError
-from etb_hil.canio.columns import ColumnDecoder
+from etb_hil.canio.dbc.columns import ColumnDecoder
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
 from etb_hil.canio.logs.reading import read_log
 from etb_hil.canio.logs.writing import write_log

@@ -7,7 +7,7 @@ from crccheck.crc import Crc8Autosar, Crc16Autosar
 from hypothesis import given
 from hypothesis import strategies as st
 
-from etb_hil.canio.protection import UNPROTECTED, Profile, Protection, crc_profile_2, crc_profile_5, protect, verify
+from etb_hil.canio.dbc.protection import UNPROTECTED, Profile, Protection, crc_profile_2, crc_profile_5, protect, verify
 
 PROFILE_2 = Protection(Profile.PROFILE_2, tuple(range(1, 17)))
 PROFILE_5 = Protection(Profile.PROFILE_5, (0x1234,))

@@ -12,8 +12,8 @@ from etb_hil.base.roles import COMMANDED
 from etb_hil.base.stock import find
 from etb_hil.base.yamlfile import load
 from etb_hil.bench.bench_file import Bench, load_bench
-from etb_hil.canio.dialect_reader import load_dbc
-from etb_hil.canio.role_proposals import chosen, proposals, words_of
+from etb_hil.canio.dbc.dialect_reader import load_dbc
+from etb_hil.canio.dbc.role_proposals import chosen, proposals, words_of
 from etb_hil.cli.main import main
 
 REAL = Path(os.environ.get("ETB_HIL_REAL_DATA") or Path(__file__).resolve().parents[3] / "shared" / "data")

@@ -5,10 +5,10 @@ import pytest
 from bus_tools import block, frame, rows_of
 
 from etb_hil.canio.bit_timing import frame_bits
-from etb_hil.canio.faults import Corrupted, Delayed, Duplicated, ErrorFrames, Lost, Window
+from etb_hil.canio.bus.faults import Corrupted, Delayed, Duplicated, ErrorFrames, Lost, Window
+from etb_hil.canio.bus.health import BusState
+from etb_hil.canio.bus.virtual_network import VirtualNetwork
 from etb_hil.canio.frames import FrameFlag
-from etb_hil.canio.health import BusState
-from etb_hil.canio.virtual_network import VirtualNetwork
 
 BIT = 2000
 MS = 1_000_000

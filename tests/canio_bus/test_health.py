@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from etb_hil.canio.bit_timing import frame_bits
-from etb_hil.canio.health import BIN_NS, WINDOW_NS, LoadMeter
+from etb_hil.canio.bus.health import BIN_NS, WINDOW_NS, LoadMeter
 
 
 @given(

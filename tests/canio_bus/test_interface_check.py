@@ -7,9 +7,9 @@ import pty
 import pytest
 
 from etb_hil.base.stock import find
-from etb_hil.canio import interface_check
-from etb_hil.canio.bus_settings import BusSettings
-from etb_hil.canio.interface_check import Finding, look_at
+from etb_hil.canio.bus import interface_check
+from etb_hil.canio.bus.bus_settings import BusSettings
+from etb_hil.canio.bus.interface_check import Finding, look_at
 from etb_hil.cli.main import main
 
 

@@ -11,10 +11,10 @@ from pydantic import ValidationError
 
 from etb_hil.base.clock import WallClock
 from etb_hil.base.errors import BenchFault, InputError
-from etb_hil.canio.bus_settings import BusSettings
+from etb_hil.canio.bus.bus_settings import BusSettings
+from etb_hil.canio.bus.link import open_link, virtual_network
+from etb_hil.canio.bus.virtual_network import VirtualNetwork
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
-from etb_hil.canio.link import open_link, virtual_network
-from etb_hil.canio.virtual_network import VirtualNetwork
 
 RATES = {"bitrate": "500 kbit/s", "data_bitrate": "2 Mbit/s"}
 FD = FrameFlag.FD | FrameFlag.BITRATE_SWITCH

@@ -6,8 +6,8 @@ import time
 import pytest
 
 from etb_hil.base.clock import WallClock
-from etb_hil.canio.bus_settings import BusSettings
-from etb_hil.canio.link import open_link
+from etb_hil.canio.bus.bus_settings import BusSettings
+from etb_hil.canio.bus.link import open_link
 
 pytest.importorskip("serial", reason="slcan needs pyserial")
 pty, tty = pytest.importorskip("pty", reason="no pseudo-terminals"), pytest.importorskip("tty")

@@ -12,11 +12,11 @@ from bus_tools import frame, rows_of
 
 from etb_hil.base.clock import WallClock
 from etb_hil.base.errors import BenchFault, InputError
-from etb_hil.canio import socketcan_link as module
-from etb_hil.canio.bus_settings import BusSettings
+from etb_hil.canio.bus import socketcan_link as module
+from etb_hil.canio.bus.bus_settings import BusSettings
+from etb_hil.canio.bus.health import BusState
+from etb_hil.canio.bus.socketcan_link import SocketCanLink
 from etb_hil.canio.frames import FrameFlag
-from etb_hil.canio.health import BusState
-from etb_hil.canio.socketcan_link import SocketCanLink
 
 if not hasattr(socket, "AF_CAN"):
     pytest.skip("Python without SocketCAN", allow_module_level=True)

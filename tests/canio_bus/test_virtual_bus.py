@@ -5,8 +5,8 @@ import pytest
 from bus_tools import block
 from buses import etb_virtual
 
+from etb_hil.canio.bus.virtual_network import named_network
 from etb_hil.canio.frames import FrameBlock
-from etb_hil.canio.virtual_network import named_network
 
 
 @pytest.fixture

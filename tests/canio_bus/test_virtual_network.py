@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from etb_hil.base.errors import BenchFault, InputError
-from etb_hil.canio import wire as module
 from etb_hil.canio.bit_timing import frame_bits
-from etb_hil.canio.faults import Corrupted, Delayed, Duplicated, ErrorFrames, Fault, Lost, Window
+from etb_hil.canio.bus import wire as module
+from etb_hil.canio.bus.faults import Corrupted, Delayed, Duplicated, ErrorFrames, Fault, Lost, Window
+from etb_hil.canio.bus.virtual_network import VirtualNetwork, named_network, network_names
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
-from etb_hil.canio.virtual_network import VirtualNetwork, named_network, network_names
 
 BIT = 2000  # ns at 500 kbit/s
 MS = 1_000_000

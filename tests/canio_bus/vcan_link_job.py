@@ -7,9 +7,9 @@ from bus_tools import block, frame
 
 from etb_hil.base.clock import WallClock
 from etb_hil.base.errors import BenchFault
-from etb_hil.canio.bus_settings import BusSettings
+from etb_hil.canio.bus.bus_settings import BusSettings
+from etb_hil.canio.bus.link import open_link
 from etb_hil.canio.frames import concatenate_frames
-from etb_hil.canio.link import open_link
 
 
 def fault_of(action):

@@ -14,9 +14,9 @@ import numpy as np
 from etb_hil.base.clock import WallClock
 from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench
+from etb_hil.canio.bus.link import open_link
+from etb_hil.canio.dbc.writer import MessageWriter
 from etb_hil.canio.frames import FrameFlag, concatenate_frames
-from etb_hil.canio.link import open_link
-from etb_hil.canio.writer import MessageWriter
 
 MS = 1_000_000
 DRIVEN_MS, AFTER_MS, PERIOD_MS = 1000, 200, 10

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from etb_hil.base.modes import Mode
 from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench
+from etb_hil.canio.bus.virtual_network import VirtualNetwork
+from etb_hil.canio.dbc.writer import MessageWriter
 from etb_hil.canio.frames import FrameFlag, concatenate_frames
-from etb_hil.canio.virtual_network import VirtualNetwork
-from etb_hil.canio.writer import MessageWriter
 from etb_hil.controller.state import WATCHDOG_NS, Fault
 from etb_hil.controller.virtual_controller import VirtualController
 

@@ -8,10 +8,10 @@ import pytest
 from controller_harness import MS, model
 from pydantic import TypeAdapter
 
-from etb_hil.canio.dialect import Dialect
+from etb_hil.canio.dbc.dialect import Dialect
+from etb_hil.canio.dbc.role_map import RoleMap
+from etb_hil.canio.dbc.writer import MessageWriter
 from etb_hil.canio.frames import concatenate_frames
-from etb_hil.canio.role_map import RoleMap
-from etb_hil.canio.writer import MessageWriter
 from etb_hil.controller.virtual_controller import VirtualController
 
 DBC = """

@@ -14,8 +14,8 @@ from etb_hil.base.lateness import Lateness
 from etb_hil.base.modes import Mode
 from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench
+from etb_hil.canio.dbc.writer import MessageWriter
 from etb_hil.canio.frames import FrameBlock, concatenate_frames
-from etb_hil.canio.writer import MessageWriter
 from etb_hil.controller.process import EventLog, compile_kernels, serve
 from etb_hil.controller.state import WATCHDOG_NS
 from etb_hil.controller.virtual_controller import VirtualController

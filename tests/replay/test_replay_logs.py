@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from whole_run import run_on
 
 from etb_hil.base.errors import BenchFault, InputError
+from etb_hil.canio.bus.link import VirtualLink
+from etb_hil.canio.bus.virtual_network import VirtualNetwork
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
-from etb_hil.canio.link import VirtualLink
 from etb_hil.canio.logs.blf import BlfLog, read_blf
-from etb_hil.canio.virtual_network import VirtualNetwork
 from etb_hil.cli.main import main
 from etb_hil.replay.log_replay import Frames, LogJob, judge, stretches
 from etb_hil.replay.onto_bus import LEAD_NS, send_log

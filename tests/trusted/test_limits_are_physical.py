@@ -16,7 +16,7 @@ from etb_hil.bench import job as job_room
 from etb_hil.bench.job import JobFiles, execute, prepare
 from etb_hil.bench.rehearsal import rehearse, with_margins
 from etb_hil.bench.supervision import Supervisor
-from etb_hil.canio.decoder import Decoder
+from etb_hil.canio.dbc.decoder import Decoder
 from etb_hil.scenario.scenario_file import load_scenario
 from etb_hil.scenario.trajectory import OFF, SetPoint
 

@@ -12,9 +12,9 @@ from etb_hil.base.errors import BenchFault, RecordingFault
 from etb_hil.bench import job as job_room
 from etb_hil.bench.job import execute
 from etb_hil.bench.stop_signals import StopSignals, Verb
-from etb_hil.canio.link import VirtualLink
+from etb_hil.canio.bus.link import VirtualLink
+from etb_hil.canio.bus.virtual_network import VirtualNetwork
 from etb_hil.canio.logs.blf import BlfLog
-from etb_hil.canio.virtual_network import VirtualNetwork
 from etb_hil.controller.virtual_controller import VirtualController
 
 CAUSE_NS = 2_000_000_000  # on the way to the stops, the drive on

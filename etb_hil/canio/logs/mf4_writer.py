@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from cantools.database.can import Message
     from numpy.typing import NDArray
 
-    from etb_hil.canio.columns import MessageColumns
+    from etb_hil.canio.dbc.columns import MessageColumns
     from etb_hil.canio.frames import FrameBlock
     from etb_hil.canio.logs.mf4_file import Group
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from cantools.database.can import Message
 
-    from etb_hil.canio.columns import MessageColumns
+    from etb_hil.canio.dbc.columns import MessageColumns
 
 ROWS = 1 << 17  # of a row group
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from etb_hil.base.errors import InputError, Place, Problem
-from etb_hil.canio.decoder import Decoder, MessageStatistics
-from etb_hil.canio.dialect import Dialect
+from etb_hil.canio.dbc.decoder import Decoder, MessageStatistics
+from etb_hil.canio.dbc.dialect import Dialect
 from etb_hil.canio.logs.reading import read_log
 from etb_hil.recording.recording import ClockGrade, Recording
 

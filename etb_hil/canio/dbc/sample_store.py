@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
-from etb_hil.canio import signal_bits as sb
-from etb_hil.canio.signal_layout import SignalLayout
+from etb_hil.canio.dbc import signal_bits as sb
+from etb_hil.canio.dbc.signal_layout import SignalLayout
 from etb_hil.recording.samples import SampleBlock
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from etb_hil.canio.dialect_message import DialectMessage
+    from etb_hil.canio.dbc.dialect_message import DialectMessage
     from etb_hil.canio.frames import FrameBlock
 
     Bytes = NDArray[np.uint8]

@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING, Protocol
 from weakref import WeakValueDictionary
 
 from etb_hil.base.errors import InputError, Problem
-from etb_hil.canio.arbitration import arbitration_key
-from etb_hil.canio.fault_injection import FaultInjection
+from etb_hil.canio.bus.arbitration import arbitration_key
+from etb_hil.canio.bus.fault_injection import FaultInjection
+from etb_hil.canio.bus.wire import Wire
 from etb_hil.canio.frames import FrameFlag
-from etb_hil.canio.wire import Wire
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from etb_hil.base.clock import Clock
-    from etb_hil.canio.faults import Fault
+    from etb_hil.canio.bus.faults import Fault
+    from etb_hil.canio.bus.health import BusHealth
     from etb_hil.canio.frames import FrameBlock
-    from etb_hil.canio.health import BusHealth
 
 
 class Node(Protocol):

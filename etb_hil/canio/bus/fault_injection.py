@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from etb_hil.canio import arbitration as arb
+from etb_hil.canio.bus import arbitration as arb
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
 
 if TYPE_CHECKING:
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from etb_hil.canio.faults import Fault
-    from etb_hil.canio.wire import Wire
+    from etb_hil.canio.bus.faults import Fault
+    from etb_hil.canio.bus.wire import Wire
 
 
 class FaultInjection:

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 import can
 
 from etb_hil.base.errors import EtbHilError
-from etb_hil.canio.health import BusState
+from etb_hil.canio.bus.health import BusState
+from etb_hil.canio.bus.virtual_network import named_network, network_names
 from etb_hil.canio.messages import from_messages, to_message
-from etb_hil.canio.virtual_network import named_network, network_names
 
 if TYPE_CHECKING:
     from can.typechecking import AutoDetectedConfig, CanFilters

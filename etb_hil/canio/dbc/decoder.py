@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from etb_hil.canio import reception as rx
-from etb_hil.canio import signal_bits as sb
-from etb_hil.canio.sample_store import SampleStore
-from etb_hil.canio.signal_layout import SignalLayout
+from etb_hil.canio.dbc import reception as rx
+from etb_hil.canio.dbc import signal_bits as sb
+from etb_hil.canio.dbc.sample_store import SampleStore
+from etb_hil.canio.dbc.signal_layout import SignalLayout
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from etb_hil.canio.dialect import Dialect
-    from etb_hil.canio.dialect_message import DialectMessage
+    from etb_hil.canio.dbc.dialect import Dialect
+    from etb_hil.canio.dbc.dialect_message import DialectMessage
     from etb_hil.canio.frames import FrameBlock
     from etb_hil.recording.samples import SampleBlock
 

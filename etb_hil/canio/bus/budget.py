@@ -11,8 +11,8 @@ from etb_hil.canio.bit_timing import worst_case_bits
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
 
-    from etb_hil.canio.dialect import Dialect
-    from etb_hil.canio.dialect_message import DialectMessage
+    from etb_hil.canio.dbc.dialect import Dialect
+    from etb_hil.canio.dbc.dialect_message import DialectMessage
 
 LIMIT = 0.8  # share of the bus beyond which frames of low priority wait too long
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from etb_hil.base.errors import BenchFault
-from etb_hil.canio import arbitration as arb
+from etb_hil.canio.bus import arbitration as arb
+from etb_hil.canio.bus.health import BusHealth, BusState, LoadMeter
 from etb_hil.canio.frames import FrameBlock
-from etb_hil.canio.health import BusHealth, BusState, LoadMeter
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

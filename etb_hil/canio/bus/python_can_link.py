@@ -10,14 +10,14 @@ import can
 import numpy as np
 
 from etb_hil.base.errors import BenchFault, InputError, Problem
+from etb_hil.canio.bus.health import BusHealth, LoadMeter
+from etb_hil.canio.bus.serial_adapter import ReadAhead
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
-from etb_hil.canio.health import BusHealth, LoadMeter
 from etb_hil.canio.messages import from_messages, to_message
-from etb_hil.canio.serial_adapter import ReadAhead
 
 if TYPE_CHECKING:
     from etb_hil.base.clock import Clock
-    from etb_hil.canio.bus_settings import BusSettings
+    from etb_hil.canio.bus.bus_settings import BusSettings
 
 _BATCH = 10_000  # frames taken in one call: a flooded bus must not hold the bench up for ever
 _PATIENCE_NS = 10_000_000  # nor one whose frames take longer to decode than to come

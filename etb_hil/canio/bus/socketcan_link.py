@@ -17,12 +17,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from etb_hil.base.errors import BenchFault, InputError, Problem
+from etb_hil.canio.bus.health import BusHealth, BusState, LoadMeter
 from etb_hil.canio.frames import FrameBlock, FrameFlag
-from etb_hil.canio.health import BusHealth, BusState, LoadMeter
 
 if TYPE_CHECKING:
     from etb_hil.base.clock import Clock
-    from etb_hil.canio.bus_settings import BusSettings
+    from etb_hil.canio.bus.bus_settings import BusSettings
 
 _BATCH = 10_000  # frames taken in one call: a flooded bus must not hold the bench up for ever
 _BUFFER_BYTES = 8 << 20  # an unread socket of the default size keeps 278 frames

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from etb_hil.canio.bus_settings import SOCKETCAN, VIRTUAL
+from etb_hil.canio.bus.bus_settings import SOCKETCAN, VIRTUAL
 
 if TYPE_CHECKING:
-    from etb_hil.canio.bus_settings import BusSettings
+    from etb_hil.canio.bus.bus_settings import BusSettings
 
 NETWORK = Path("/sys/class/net")
 _CAN_DEVICE = "280"  # ARPHRD_CAN of linux/if_arp.h

@@ -17,8 +17,8 @@ import numpy as np
 from numba import njit
 
 from etb_hil.canio.bit_timing import one_frame_bits
+from etb_hil.canio.bus.health import note_busy
 from etb_hil.canio.frames import FrameFlag
-from etb_hil.canio.health import note_busy
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

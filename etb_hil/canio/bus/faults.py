@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from etb_hil.canio.dbc.protection import alive_counter, protect
 from etb_hil.canio.frames import concatenate_frames
-from etb_hil.canio.protection import alive_counter, protect
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from etb_hil.canio.dialect import Dialect
+    from etb_hil.canio.dbc.dialect import Dialect
+    from etb_hil.canio.dbc.protection import Protection
     from etb_hil.canio.frames import FrameBlock
-    from etb_hil.canio.protection import Protection
 
 
 @dataclass(frozen=True, slots=True)

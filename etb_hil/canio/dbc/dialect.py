@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError, Place, Problem
-from etb_hil.canio.dialect_reader import read_dialect
+from etb_hil.canio.dbc.dialect_reader import read_dialect
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from etb_hil.canio.dialect_message import DialectMessage
-    from etb_hil.canio.role_map import ProtectionSettings, RoleMap
+    from etb_hil.canio.dbc.dialect_message import DialectMessage
+    from etb_hil.canio.dbc.role_map import ProtectionSettings, RoleMap
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field, field_validator, model_validator
 from etb_hil.base.quantity import Duration
 from etb_hil.base.roles import ROLES
 from etb_hil.base.yamlfile import FileModel
-from etb_hil.canio.protection import Profile, Protection
+from etb_hil.canio.dbc.protection import Profile, Protection
 
 _RANGE = re.compile(r"(?P<message>[^.\s]+)\.(?P<stem>[^.\s]*?)(?P<first>\d+)\.\.(?P<last>\d+)\Z")
 _SINGLE = re.compile(r"(?P<message>[^.\s]+)\.(?P<signal>[^.\s]+)\Z")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from etb_hil.base.errors import InputError, Problem
-from etb_hil.canio import signal_bits as sb
+from etb_hil.canio.dbc import signal_bits as sb
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -10,7 +10,7 @@ from etb_hil.base.roles import COMMANDED
 if TYPE_CHECKING:
     from cantools.database.can import Message
 
-    from etb_hil.canio.protection import Protection
+    from etb_hil.canio.dbc.protection import Protection
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.canio.dbc.signal_bits import Overflow
+from etb_hil.canio.dbc.writer import MessageWriter
 from etb_hil.canio.frames import FrameBlock, concatenate_frames
-from etb_hil.canio.signal_bits import Overflow
-from etb_hil.canio.writer import MessageWriter
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from etb_hil.canio.dialect import Dialect
+    from etb_hil.canio.dbc.dialect import Dialect
 
 
 class CommandEncoder:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
-from etb_hil.canio.bus_settings import SOCKETCAN, VIRTUAL, BusSettings
-from etb_hil.canio.virtual_network import VirtualNetwork, named_network
+from etb_hil.canio.bus.bus_settings import SOCKETCAN, VIRTUAL, BusSettings
+from etb_hil.canio.bus.virtual_network import VirtualNetwork, named_network
 
 if TYPE_CHECKING:
     from etb_hil.base.clock import Clock
+    from etb_hil.canio.bus.health import BusHealth
     from etb_hil.canio.frames import FrameBlock
-    from etb_hil.canio.health import BusHealth
 
 
 class Link(Protocol):
@@ -74,9 +74,9 @@ def open_link(settings: BusSettings, clock: Clock) -> Link:
     if settings.interface == VIRTUAL:
         return VirtualLink(virtual_network(settings))
     if settings.interface == SOCKETCAN:
-        from etb_hil.canio.socketcan_link import SocketCanLink  # noqa: PLC0415 (does not exist on every platform)
+        from etb_hil.canio.bus.socketcan_link import SocketCanLink  # noqa: PLC0415 (does not exist on every platform)
 
         return SocketCanLink(settings, clock)
-    from etb_hil.canio.python_can_link import PythonCanLink  # noqa: PLC0415 (importing can is slow)
+    from etb_hil.canio.bus.python_can_link import PythonCanLink  # noqa: PLC0415 (importing can is slow)
 
     return PythonCanLink(settings, clock)

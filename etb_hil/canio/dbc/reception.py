@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
+from etb_hil.canio.dbc.protection import counter_at, is_right_at
+from etb_hil.canio.dbc.signal_bits import raw_bits
 from etb_hil.canio.frames import FrameFlag
-from etb_hil.canio.protection import counter_at, is_right_at
-from etb_hil.canio.signal_bits import raw_bits
 from etb_hil.recording.samples import LOSS_UNKNOWN
 
 if TYPE_CHECKING:

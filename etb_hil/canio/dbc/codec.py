@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from etb_hil.canio.signal_bits import Overflow
-from etb_hil.canio.signal_layout import SignalLayout
+from etb_hil.canio.dbc.signal_bits import Overflow
+from etb_hil.canio.dbc.signal_layout import SignalLayout
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -12,9 +12,9 @@ from cantools.database.errors import Error as CantoolsError
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.quantity import dimension_of_unit, tidy_unit, to_si
 from etb_hil.base.roles import ROLES
-from etb_hil.canio.dialect_message import DialectMessage, RoleColumn, SampleCounter
-from etb_hil.canio.protection import UNPROTECTED, Profile, Protection
-from etb_hil.canio.signal_layout import SignalLayout
+from etb_hil.canio.dbc.dialect_message import DialectMessage, RoleColumn, SampleCounter
+from etb_hil.canio.dbc.protection import UNPROTECTED, Profile, Protection
+from etb_hil.canio.dbc.signal_layout import SignalLayout
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from cantools.database.can import Database, Message, Signal
 
-    from etb_hil.canio.role_map import ProtectionSettings, RoleMap, RoleSignal
+    from etb_hil.canio.dbc.role_map import ProtectionSettings, RoleMap, RoleSignal
 
     Where = Callable[..., Place]
 

@@ -8,18 +8,18 @@ import numpy as np
 from cantools.database.errors import Error as CantoolsError
 
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.canio.dbc.protection import protect_rows
+from etb_hil.canio.dbc.signal_bits import Overflow
+from etb_hil.canio.dbc.signal_layout import SignalLayout
 from etb_hil.canio.frames import FrameBlock, FrameFlag
-from etb_hil.canio.protection import protect_rows
-from etb_hil.canio.signal_bits import Overflow
-from etb_hil.canio.signal_layout import SignalLayout
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import ArrayLike, NDArray
 
-    from etb_hil.canio.dialect import Dialect
-    from etb_hil.canio.dialect_message import DialectMessage, RoleColumn
+    from etb_hil.canio.dbc.dialect import Dialect
+    from etb_hil.canio.dbc.dialect_message import DialectMessage, RoleColumn
 
     Float64 = NDArray[np.float64]
     _Constants = tuple[NDArray[np.uint32], NDArray[np.uint8], NDArray[np.uint8], NDArray[np.uint8]]
