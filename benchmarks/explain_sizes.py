@@ -30,7 +30,7 @@ BASE = (
 
 def covered(findings, truth):
     """{number: whether its interval holds the truth}; only for causes that are the truth, with nothing else named."""
-    found = {e.name: e for e in estimates(findings.final, findings.balances, findings.final_floor) if not e.on_bound}
+    found = {e.name: e for e in estimates(findings.final, findings.balances, findings.final_floor)}
     causes = {round_.winner.id for round_ in findings.accepted}
     hidden = {entry["effect"]: entry for entry in truth["effects"]}
     if causes != set(hidden) or any(round_.alike for round_ in findings.accepted):
@@ -42,14 +42,19 @@ def covered(findings, truth):
             parts = [found.get(f"{name}.{part}") for part in names]
             if all(parts):
                 held[name] = _holds(parts, hidden[name]["strength"])
-    unit = truth["unit"]
-    real = {name: unit[name] for name in BASE}
-    real["torque_per_ampere"] = unit["motor_constant"] * unit["gear_ratio"]
-    real["inertia"] = unit["plate_inertia"] + unit["gear_ratio"] ** 2 * unit["motor_inertia"]
     return held | {
         f"base:{name}": bool(found[name].low <= value <= found[name].high)
-        for name, value in real.items()
+        for name, value in base_numbers(truth).items()
         if name in found
+    }
+
+
+def base_numbers(truth):
+    """{base parameter: its true value at the throttle shaft} of a sealed truth."""
+    unit = truth["unit"]
+    return {name: unit[name] for name in BASE} | {
+        "torque_per_ampere": unit["motor_constant"] * unit["gear_ratio"],
+        "inertia": unit["plate_inertia"] + unit["gear_ratio"] ** 2 * unit["motor_inertia"],
     }
 
 

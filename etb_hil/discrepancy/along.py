@@ -85,7 +85,11 @@ def along(
         friction = sigma_0 * bristle
         if drag_acts:
             drag = ports.motor_drag(theta, omega, slow[ports.MEMORY], p)
-        passive = friction + sigma_1 * (bristle - before) / dt + sigma_2 * omega + elastic + drag
+        # The bristles' rate between two rows is told to both of them: it is centred, then.
+        rate = 0.5 * sigma_1 * (bristle - before) / dt
+        if k > 0:
+            torque[k - 1] -= rate
+        passive = friction + rate + sigma_2 * omega + elastic + drag
         drive, voltage[k] = torque_per_ampere * i, resistance * i
         if constant_acts:
             drive = torque_per_ampere * (1.0 + ports.torque_share(theta, slow[ports.MAGNET], p)) * i

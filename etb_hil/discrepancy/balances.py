@@ -12,8 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.along import along
+from etb_hil.discrepancy.driving import without_noise
 from etb_hil.discrepancy.measurement import Measurement
 from etb_hil.discrepancy.regimes import Regimes
+from etb_hil.discrepancy.rows import held, missed_by_rows, open_bridge, trembling, until_next
 from etb_hil.discrepancy.spectrum import Spectrum
 from etb_hil.plant.drive_effects import THROTTLE_FRICTION
 from etb_hil.plant.effects import (
@@ -42,7 +44,7 @@ CHANNELS = ("torque", "voltage", "angle")
 _TORQUE_FLOOR = 3.0  # times the current's noise
 # Unknown but small: clock skew of current, voltage and plate sensor, and the plate sensor's zero.
 NUISANCES = ("current_skew", "voltage_skew", "plate_skew", "plate_zero")
-_OPEN_FOR = 0.02  # s
+_TREMBLES = 0.01  # of T_c / sigma_0 from row to row
 _REMEMBERED = 4  # integrations: a fit moves what is not integrated about one of them
 _SENSORS = (row("current_sensor_gain"), row("measurement_delay") + WIDTH)
 
@@ -75,17 +77,21 @@ class Balances:
 
     def __init__(self, measured: Measurement, model: Model) -> None:
         self.measured = measured
-        self.gear = model.values.gear_ratio
+        v = model.values
+        self.gear = v.gear_ratio
         # Bounds of effects are a throttle's; another drive's forces are larger by as much as its friction is.
-        self.load = model.values.coulomb / THROTTLE_FRICTION if measured.is_drive else 1.0
+        self.load = v.coulomb / THROTTLE_FRICTION if measured.is_drive else 1.0
         self.spectrum = spectrum = Spectrum(len(measured), measured.rate)
-        # The mean of the held voltage about a row is its mean over one period: undo what that takes of fast changes.
-        self._voltage = spectrum.of(measured.held_voltage) / np.sinc(spectrum.s.imag * measured.dt / (2.0 * np.pi))
+        self.is_open = open_bridge(measured, model)
+        self._rows = spectrum.of(until_next(measured.voltage, self.is_open))
+        self._voltage = self._rows * held(spectrum.s, measured.dt)
         self._plate = None if measured.plate is None else spectrum.of(measured.plate)
-        self._is_open = _open_bridge(measured, model)
+        noise = float(np.hypot(model.sensors.voltage_noise, model.sensors.voltage_step / np.sqrt(12.0)))
+        self.driving = without_noise(measured.voltage, noise, measured.rate)
+        self._is_calm = trembling(measured.angle, measured.rate) < _TREMBLES * v.coulomb / v.bristle_stiffness
         self._known: dict[bytes, _Truth] = {}
         self._integrated: dict[bytes, _Modelled] = {}
-        base = model.values.vector()
+        base = v.vector()
         self._whiten = _whitening(measured, model, spectrum)
         truth = self._truth(_no_sensors(base))
         self.regimes = Regimes.of(measured, model, spectrum, truth.angle, truth.velocity)
@@ -103,9 +109,10 @@ class Balances:
         truth = self._truth(p)
         s = spectrum.s
         modelled = self._modelled(truth, p)
-        current_spectrum = modelled.current
+        missed = self._missed(p)
+        current_spectrum = modelled.current + missed
         skew_i, skew_u, skew_plate, zero = nuisance
-        torque = modelled.torque - p[INERTIA] * s * s * truth.angle_spectrum
+        torque = modelled.torque + p[TORQUE_PER_AMPERE] * missed - p[INERTIA] * s * s * truth.angle_spectrum
         torque += skew_i * p[TORQUE_PER_AMPERE] * s * current_spectrum
         # In units of the measured current: a gain that shrinks all torques would shrink the noise with them.
         torque *= 1.0 + p[row("current_sensor_gain")]
@@ -113,7 +120,7 @@ class Balances:
         if not self.has[1]:
             found.append(np.zeros(self.rows))
         else:
-            voltage = self._voltage * (1.0 + skew_u * s) - modelled.drop
+            voltage = self._voltage * (1.0 + skew_u * s) - modelled.drop - p[RESISTANCE] * missed
             voltage -= p[INDUCTANCE] * s * current_spectrum + p[BACK_EMF] * s * truth.angle_spectrum
             voltage -= skew_i * (p[RESISTANCE] + p[INDUCTANCE] * s) * s * current_spectrum
             found.append(spectrum.back(voltage * self._whiten[1]))
@@ -124,6 +131,12 @@ class Balances:
             angle[0] -= zero * spectrum.padded
             found.append(spectrum.back(angle * self._whiten[2]))
         return found
+
+    def _missed(self, p: Vector) -> Complex128:
+        """Return what of the current's spectrum its rows miss, inside the band."""
+        if self.measured.current is None or self.measured.is_drive:
+            return np.zeros(1, np.complex128)
+        return self._rows * missed_by_rows(self.spectrum.s, self.measured.dt, p[RESISTANCE], p[INDUCTANCE])
 
     def _modelled(self, truth: _Truth, p: Vector) -> _Modelled:
         """Return what is integrated along the motion; only inductance and inertia have no part in it."""
@@ -147,7 +160,7 @@ class Balances:
             current, current_spectrum = self._current_from_voltage(truth, p)
         torque, drop, place = np.empty((3, len(m)))
         lossy, loose = along(
-            truth.angle, truth.velocity, truth.acceleration, current, self._is_open, m.temperature, m.dt,
+            truth.angle, truth.velocity, truth.acceleration, current, self.is_open, m.temperature, m.dt,
             p, torque, drop, place,
         )  # fmt: skip
         sensed = sensor_hysteresis.measured_plate(place, p)
@@ -192,7 +205,7 @@ class Balances:
         m, spectrum = self.measured, self.spectrum
         angle = angle_sensor_eccentricity.true_angle(m.angle * self.gear, p) / self.gear
         whole = spectrum.all_of(angle)
-        smooth, velocity, acceleration = spectrum.motion(whole)
+        smooth, velocity, acceleration = spectrum.motion(angle, whole, is_calm=self._is_calm)
         inside = whole[: spectrum.bins]
         smooth_spectrum = spectrum.of(smooth)
         if m.current is None:
@@ -210,15 +223,6 @@ class Balances:
         return _Truth(
             current, current_spectrum[: spectrum.bins], inside, smooth_spectrum, smooth, velocity, acceleration
         )
-
-
-def _open_bridge(measured: Measurement, model: Model) -> NDArray[np.bool_]:
-    """Return where (n) no current has flown for some time: with the bridge off its losses are none."""
-    if measured.current is None:
-        return np.zeros(len(measured), np.bool_)
-    width = max(3, round(_OPEN_FOR * measured.rate))
-    rms = np.sqrt(np.convolve(measured.current**2, np.full(width, 1.0 / width), "same"))
-    return rms < 2.0 * np.hypot(model.sensors.current_noise, model.sensors.current_step)
 
 
 def _no_sensors(base: Vector) -> Vector:

@@ -22,7 +22,6 @@ from etb_hil.plant.physics import Vector
 Float64 = NDArray[np.float64]
 
 GROUPS = 9  # 3 balances by 3 regimes
-_BOUNCE = 9.0
 _LOWEST = 0.05  # below it a floor is luck: noise alone leaves more
 LEAST_ROWS = 25  # of a group that is judged: 0.1 s
 
@@ -64,8 +63,6 @@ def floor_of(
     begin[EXTENDED:] = 0.0
     calibration = calibrate(model, again, begin, unknowns)
     level, _ = group_means(again, calibration.fit.whole)
-    # On a stop the plate bounces between two rows, and jitter shows as voltage.
-    level[3] *= _BOUNCE
     level = np.maximum(level, _LOWEST)
     return Floor(level, again, calibration, begin)
 

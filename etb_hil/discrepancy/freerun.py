@@ -59,7 +59,7 @@ def _segment(b: Balances, p: Vector, begin: int, rows: int, every: int) -> tuple
     state[BRISTLE] = _bristle(p, float(angle[begin]), float(velocity[begin]), float(current[0]))
     out = np.empty((rows, 3))
     _run(
-        state, p, m.voltage[part], m.temperature[part], angle[part], velocity[part], current,
+        state, p, b.driving[part], m.temperature[part], angle[part], velocity[part], current,
         round(m.dt / TICK), every, out,
     )  # fmt: skip
     sensed = current_sensor_gain.measured_current(out[:, 1], p)

@@ -55,11 +55,6 @@ class Measurement:
         """Time between two rows in s."""
         return 1.0 / self.rate
 
-    @property
-    def held_voltage(self) -> Float64:
-        """Mean of the voltage just before and just after each row."""
-        return 0.5 * (self.voltage + np.concatenate([self.voltage[:1], self.voltage[:-1]]))
-
 
 def measurements_of(recording: Recording, model: Model) -> list[Measurement]:
     """Return the stretches of a recording that are long enough, InputError where the roles do not suffice."""

@@ -21,7 +21,7 @@ from etb_hil.plant.effects import (
 from etb_hil.plant.extended import PLATE, advance_extended, new_extended_state
 from etb_hil.plant.integrator import CURRENT, OMEGA, THETA, TICK
 from etb_hil.plant.parameters import Model
-from etb_hil.plant.physics import INERTIA, RESISTANCE, TORQUE_PER_AMPERE, VOLTAGE_LIMIT, Vector
+from etb_hil.plant.physics import BACK_EMF, INERTIA, RESISTANCE, TORQUE_PER_AMPERE, VOLTAGE_LIMIT, Vector
 
 Float64 = NDArray[np.float64]
 
@@ -77,7 +77,7 @@ def _simulated(balances: Balances, p: Vector) -> Float64:
     state = new_extended_state(float(angle[0]), float(m.temperature[0]))
     stiff = p[RESISTANCE] * p[INERTIA] / p[TORQUE_PER_AMPERE]
     _keep_on(
-        state, p, angle, velocity, m.voltage, m.temperature,
+        state, p, angle, velocity, balances.driving, balances.is_open, m.temperature,
         max(1, round(m.dt / TICK)), _BANDWIDTH**2 * stiff, _BANDWIDTH * stiff, rows,
     )  # fmt: skip
     return rows
@@ -90,6 +90,7 @@ def _keep_on(
     angle: Vector,
     velocity: Vector,
     voltage: Vector,
+    is_open: NDArray[np.bool_],
     temperature: Vector,
     ticks: int,
     gain_p: float,
@@ -104,4 +105,7 @@ def _keep_on(
         rows[k, 1] = state[CURRENT]
         rows[k, 2] = state[PLATE]
         rows[k, 3] = u
+        if is_open[k]:
+            rows[k, 3] = p[BACK_EMF] * state[OMEGA]  # the voltmeter sees the motor
+            u = np.nan
         advance_extended(state, p, u, ticks, temperature[k])

@@ -14,7 +14,8 @@ BAND = 60.0  # Hz that pass whole
 EDGE = 90.0  # Hz from which nothing passes
 OUTPUT_RATE = 250.0  # Hz
 ENDS = 0.3  # s at either end that are not looked at: filter and bristles settle
-_BRISTLE_BAND = 300.0  # Hz of smoothing before the bristles: 4 ms of it would cost ten times the noise
+_VELOCITY_BAND = 300.0  # Hz of smoothing of a velocity
+_NOISY_BAND = 100.0  # Hz of smoothing of an angle that trembles at rest: bristles would give way under it
 
 
 class Spectrum:
@@ -37,7 +38,8 @@ class Spectrum:
         self.s = self.all_s[: self.bins]
         x = np.clip((frequency[: self.bins] - band) / (edge - band), 0.0, 1.0)
         self.low = 0.5 + 0.5 * np.cos(np.pi * x)
-        self._smooth = np.exp(-0.5 * (frequency / min(_BRISTLE_BAND, 0.3 * rate)) ** 2)
+        self._smooth = np.exp(-0.5 * (frequency / min(_VELOCITY_BAND, 0.3 * rate)) ** 2)
+        self._calm = np.exp(-0.5 * (frequency / min(_NOISY_BAND, 0.3 * rate)) ** 2)
         self._gentle = np.exp(-0.5 * (frequency / 45.0) ** 2)
         end = round(ENDS * rate / self.every)
         self.kept = slice(end, count // self.every - end)
@@ -60,10 +62,14 @@ class Spectrum:
         """Return the rows (n) at the output rate, without the ends."""
         return values[:: self.every][: self.count // self.every][self.kept]
 
-    def motion(self, spectrum: Complex128) -> tuple[Float64, Float64, Float64]:
-        """Return angle and velocity, lightly smoothed, and the acceleration inside the band, all (n)."""
-        smooth = spectrum * self._smooth
-        angle = np.fft.irfft(smooth, self.padded)[: self.count]
+    def motion(self, angle: Float64, spectrum: Complex128, *, is_calm: bool) -> tuple[Float64, Float64, Float64]:
+        """Return angle and velocity for the bristles, and the acceleration inside the band, all (n).
+
+        An angle that `is_calm` at rest is taken as it is: half a millisecond of smoothing costs bristles, which live on
+        the way since the last reversal, ten times what an encoder's counts do.
+        """
+        smooth = spectrum * (self._smooth if is_calm else self._calm)
+        angle = angle if is_calm else np.fft.irfft(smooth, self.padded)[: self.count]
         velocity = np.fft.irfft(smooth * self.all_s, self.padded)[: self.count]
         acceleration = np.fft.irfft(spectrum * self._gentle * self.all_s**2, self.padded)[: self.count]
         return angle, velocity, acceleration

@@ -1,0 +1,96 @@
+"""Signals between their rows: a current after steps of its voltage, noise apart from edges, tremor at rest."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from synthetic import MODEL, RATE, measurement
+
+from etb_hil.discrepancy.balances import Balances
+from etb_hil.discrepancy.calibration import calibrate
+from etb_hil.discrepancy.driving import without_noise
+from etb_hil.discrepancy.rows import held, missed_by_rows, trembling, until_next
+from etb_hil.discrepancy.spectrum import Spectrum
+
+FINE = 64
+
+
+def _winding(volts, dt, resistance, inductance):
+    """Current of a winding under held voltages, on rows FINE times as dense: solved exactly, step by step."""
+    keep = np.exp(-dt / FINE * resistance / inductance)
+    current = np.empty(len(volts) * FINE)
+    now = 0.0
+    for k, target in enumerate(np.repeat(volts / resistance, FINE)):
+        current[k] = now
+        now = target + (now - target) * keep
+    return current
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 10_000), st.floats(1.0, 3.0), st.floats(0.5e-3, 3e-3), st.sampled_from([1000.0, 2000.0]))
+def test_rows_and_what_they_miss_are_the_whole_current(seed, resistance, inductance, rate):
+    rng = np.random.default_rng(seed)
+    volts = np.repeat(rng.uniform(-12.0, 12.0, 200), 10)
+    volts[:200] = volts[-200:] = 0.0  # nothing where the record is closed to a ring
+    dt = 1.0 / rate
+    fine = _winding(volts, dt, resistance, inductance)
+    spectrum, dense = Spectrum(len(volts), rate), Spectrum(len(fine), rate * FINE)
+    assert dense.padded == FINE * spectrum.padded
+    whole = dense.all_of(fine)[: spectrum.bins] / FINE
+    rows = spectrum.of(fine[::FINE])
+    missed = spectrum.of(volts) * missed_by_rows(spectrum.s, dt, resistance, inductance)
+    error, without = (np.linalg.norm(spectrum.low * (part - whole)) for part in (rows + missed, rows))
+    assert error < 0.03 * without
+
+
+def test_a_held_voltage_is_late_by_half_a_row():
+    s = 2j * np.pi * np.array([0.0, 10.0])
+    found = held(s, 1e-3)
+    assert found[0] == pytest.approx(1.0)
+    assert np.angle(found[1]) == pytest.approx(-2.0 * np.pi * 10.0 * 0.5e-3)
+
+
+def test_only_with_the_bridge_open_is_a_voltage_no_step():
+    volts = np.array([0.0, 2.0, 4.0, 6.0])
+    open_ = np.array([False, True, True, False])
+    np.testing.assert_array_equal(until_next(volts, open_), [0.0, 3.0, 5.0, 6.0])
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 10_000), st.floats(0.005, 0.05), st.floats(-3.0, 3.0))
+def test_a_voltage_loses_its_noise_and_keeps_its_steps_and_slopes(seed, noise, slope):
+    rng = np.random.default_rng(seed)
+    clean = np.where(np.arange(4000) < 2000, 1.0, 4.0) + slope * np.arange(4000) / 2000.0
+    found = without_noise(clean + noise * rng.standard_normal(4000), noise, 2000.0)
+    away = found - clean
+    assert np.sqrt(np.mean(away[200:-200] ** 2)) < 0.6 * noise
+    assert abs(np.mean(away[200:-200])) < 0.1 * noise
+    assert np.abs(away[1995:2005]).max() < 5.0 * noise
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.lists(st.floats(-12.0, 12.0), min_size=2, max_size=200))
+def test_a_voltage_without_noise_stays_as_it_is(volts):
+    rows = np.repeat(np.array(volts), 20)
+    np.testing.assert_array_equal(without_noise(rows, 0.02, 2000.0), rows)
+
+
+def test_an_encoder_is_calm_at_rest_and_in_slow_motion_and_a_noisy_sensor_is_not():
+    rng = np.random.default_rng(3)
+    count = 2e-5
+    moving = np.floor(0.05 * np.arange(8000) / RATE / count) * count
+    assert trembling(moving, RATE) < count
+    assert trembling(np.zeros(8000), RATE) == 0.0
+    # The calmest of many moments is somewhat calmer than the mean.
+    assert 0.7 < trembling(2e-4 * rng.standard_normal(8000), RATE) / (2e-4 * np.sqrt(2.0)) < 1.0
+
+
+@pytest.mark.parametrize("seed", [11, 12])
+def test_clocks_and_inductance_are_not_moved_by_what_rows_miss(seed):
+    """With rows taken for the current itself, clocks moved by a tenth of a row and the inductance by its tolerance."""
+    b = Balances(measurement(MODEL.vector(), seed), MODEL)
+    found = calibrate(MODEL, [b])
+    x = {u.name: u.x_of(found.fit.whole) for u in found.unknowns}
+    assert abs(x["current_skew"]) < 0.04
+    assert abs(x["viscous"]) < 1.0
+    assert abs(x["stribeck_velocity"]) < 1.0
