@@ -149,6 +149,31 @@ def test_what_cannot_be_known_is_none():
         closed((link,))
 
 
+@pytest.mark.parametrize(
+    ("interface", "channels", "options"),
+    [
+        ("virtual", ("links", "other links"), {}),
+        ("udp_multicast", ("239.74.163.2", "239.74.163.3"), {"port": 43902}),
+        ("udp_multicast", ("ff15:7079::2", "ff15:7079::3"), {"port": 43902}),
+    ],
+)
+def test_what_is_sent_on_another_channel_is_not_heard(interface, channels, options):
+    settings = [BusSettings(interface=interface, channel=name, options=options, **RATES) for name in channels]
+    try:
+        links = [open_link(each, WallClock()) for each in (*settings, settings[0])]
+    except BenchFault as reason:
+        pytest.skip(str(reason))
+    here, elsewhere, peer = links
+    elsewhere.receive()
+    here.send(frame(0x123, b"here"))
+    deadline = time.monotonic() + 2.0
+    while not len(peer.receive()) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert not len(elsewhere.receive())
+    for link in links:
+        link.close()
+
+
 def test_an_unknown_interface_is_an_input_error():
     with pytest.raises(InputError, match=r"no such CAN interface .*'canalyser'.*socketcan"):
         open_link(BusSettings(interface="canalyser", channel="0"), WallClock())

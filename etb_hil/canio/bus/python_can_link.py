@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import socket
+import sys
 from collections import deque
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -24,6 +27,10 @@ _PATIENCE_NS = 10_000_000  # nor one whose frames take longer to decode than to 
 _SEND_TIMEOUT_S = 0.1  # a driver that is not rid of a frame by then has no bus any more
 _LOOPING = {"udp_multicast"}  # interfaces that give a sender its own frames back, and cannot be told not to
 _SERIAL = "slcan"
+_MULTICAST_ALL = {  # of Linux, by address family; Python has no names for them
+    socket.AF_INET: (socket.IPPROTO_IP, 49),
+    socket.AF_INET6: (socket.IPPROTO_IPV6, 29),
+}
 _SAME_EPOCH_NS = 10_000_000_000  # a driver's first stamp farther from our clock than this counts from another epoch
 
 
@@ -154,12 +161,25 @@ def _open(settings: BusSettings) -> can.BusABC:
     if settings.fd:
         rates["data_bitrate"] = int(settings.data_bitrate)
     try:
-        return can.Bus(interface=settings.interface, channel=settings.channel, **(rates | settings.options))
+        bus = can.Bus(interface=settings.interface, channel=settings.channel, **(rates | settings.options))
+        if settings.interface in _LOOPING and sys.platform == "linux":
+            _keep_to_group(bus)
+        return bus
     except (can.CanError, OSError, ImportError, ValueError, TypeError, NotImplementedError) as error:
         raise BenchFault(
             f"{settings.interface} channel '{settings.channel}' cannot be opened: {error}; check the channel's "
             "name, the adapter's driver, and that the options are those of python-can for this interface"
         ) from error
+
+
+def _keep_to_group(bus: can.BusABC) -> None:
+    """Let a multicast bus hear its own group alone.
+
+    Linux gives a socket what is sent to any group that anybody on the machine has joined, as long as the port is the
+    same: two benches on two channels would hear, and judge, each other's controller.
+    """
+    with socket.socket(fileno=os.dup(bus.fileno())) as port:
+        port.setsockopt(*_MULTICAST_ALL[port.family], 0)
 
 
 def _is_whole(message: can.Message) -> bool:
