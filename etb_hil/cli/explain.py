@@ -5,10 +5,6 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from etb_hil.recording.recording import Recording
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,6 +26,7 @@ def run(options: argparse.Namespace) -> int:
     """Explain the data, write the answer and print its verdict."""
     from etb_hil.base.outcome import ExitCode
     from etb_hil.base.stock import find
+    from etb_hil.cli.recordings import recording_of
     from etb_hil.diagnosis.limits import load_limits
     from etb_hil.discrepancy.explain import explain, write
     from etb_hil.discrepancy.pictures import pictures
@@ -37,7 +34,7 @@ def run(options: argparse.Namespace) -> int:
     from etb_hil.report.explain_report import write_explanation
 
     model, _ = load_plant(find("model", options.model))
-    recordings = [_recording(path, options) for path in options.data]
+    recordings = [recording_of(path, options.bench, options.map) for path in options.data]
     limits = load_limits(_limits(options)).content
     answer = explain(recordings, model, progress=_progress, limits=limits)
     paths = write(answer, options.out)
@@ -54,23 +51,6 @@ def run(options: argparse.Namespace) -> int:
         print(f"interrupted while {found['interrupted']}: this is what was known by then", file=sys.stderr)
         return int(ExitCode.ABORTED)
     return int(ExitCode.INCONCLUSIVE if found["verdict"] == "insufficient_data" else ExitCode.DONE)
-
-
-def _recording(path: Path, options: argparse.Namespace) -> Recording:
-    if not path.is_dir() and not options.bench:
-        from etb_hil.recording.tables import read_table
-
-        return read_table(path, options.map)
-    from etb_hil.base.stock import find
-    from etb_hil.bench.bench_file import load_bench
-    from etb_hil.canio.logs.recording import record_log
-    from etb_hil.session.session import open_session
-
-    if path.is_dir():
-        session = open_session(path)
-        setup = load_bench(session.input_path("bench"), session.input_path("dbc"))
-        return record_log(session.raw_log, setup.dialect)
-    return record_log(path, load_bench(find("bench", options.bench)).dialect)
 
 
 def _limits(options: argparse.Namespace) -> Path:

@@ -18,6 +18,7 @@ COMMANDS = {
     "replay": "judge a recorded session or log again, with the same code",
     "baseline": "make a baseline from a session, for later runs to be compared to",
     "export": "write a session or log in another format, or its signals",
+    "plot": "draw what a session, a log or a table holds, role by role over time",
     "controller": "be the virtual throttle controller on a bus",
     "explain": "explain a measurement: what the simulation gets wrong, why, and how much better it gets",
     "isolability": "tell which effects a planned scenario could tell apart",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -26,6 +27,8 @@ from etb_hil.report.drawing import (
 
 _NS = 1e-9
 _LONGEST_TITLE = 90
+_TALL, _FLAT = 1.7, 0.7  # inches of a role that moves, and of one that never does
+_CLOCKS = {"sample_counter", "controller_time"}
 
 
 @mpl.rc_context(STYLE)
@@ -39,18 +42,22 @@ def plot_recording(recording: Recording, roles: Sequence[str], path: Path) -> No
     signals = [recording.series(role) for role in roles]
     begins = [int(signal.time_ns[0]) for signal in signals if len(signal.time_ns)]
     start_ns = min(begins, default=0)
-    figure, rows = new_figure(10.4, 1.2 + 1.7 * len(signals), rows=len(signals))
+    shown = [_shown(signal) for signal in signals]
+    heights = [_FLAT if _is_flat(values) else _TALL for values, _ in shown]
+    figure, rows = new_figure(10.4, 1.2 + sum(heights), rows=len(signals), ratios=heights)
     title = f"{Path(recording.origin).name} ({recording.clock.value})"  # no one's folders in a picture
     rows[0].set_title(title if len(title) <= _LONGEST_TITLE else "..." + title[-_LONGEST_TITLE:])
     rows[-1].set_xlabel("time / s")
-    for axes, signal in zip(rows, signals, strict=True):
-        values, unit = _shown(signal)
-        axes.set_ylabel(f"{signal.role.replace('_', ' ')}\n/ {unit}" if unit else signal.role.replace("_", " "))
+    for axes, signal, (values, unit) in zip(rows, signals, shown, strict=True):
+        name = signal.role.replace("_", " ")
+        axes.set_ylabel(f"{name}\n/ {unit}" if unit else name, rotation=0, ha="right", va="center")
         if not np.any(np.isfinite(values)):
             say_empty(axes, "no good sample")
             continue
         time = (signal.time_ns - start_ns).astype(np.float64) * _NS
         axes.plot(*broken_at_gaps(*envelope(time, values)), color=MEASURED, linewidth=1.0)
+        if _is_flat(values):
+            axes.set_yticks([float(np.nanmin(values))])
     figure.align_ylabels(rows)
     first = True
     for gap in recording.gaps():
@@ -62,10 +69,30 @@ def plot_recording(recording: Recording, roles: Sequence[str], path: Path) -> No
     save_png(figure, path)
 
 
+def worth_showing(recording: Recording) -> list[str]:
+    """Return the roles that say something over time: no counters and clocks, nothing that was there once."""
+    return [role for role in recording.roles if role not in _CLOCKS and len(recording.series(role).values) > 1]
+
+
+def range_text(signal: Series) -> str:
+    """Return in a line how many samples a role has and where they lie, in the unit that people read them in."""
+    values, unit = _shown(signal)
+    good = values[np.isfinite(values)]
+    span = f"{good.min():.4g} to {good.max():.4g} {unit}".rstrip() if len(good) else "no good sample"
+    seconds = (int(signal.time_ns[-1]) - int(signal.time_ns[0])) * _NS if len(signal.time_ns) else 0.0
+    return f"{signal.role:20} {len(values):8} samples in {seconds:.1f} s, {span}"
+
+
+def _is_flat(values: Float64) -> bool:
+    return not np.any(np.isfinite(values)) or bool(np.nanmin(values) == np.nanmax(values))
+
+
 def _shown(signal: Series) -> tuple[Float64, str]:
     """Return the values in the unit that people read them in."""
     if signal.unit == "rad":
         return np.degrees(signal.values).astype(np.float64), "deg"
+    if signal.role == "engine_speed":
+        return signal.values * (30.0 / math.pi), "rpm"
     if signal.unit == "degC":
         return signal.values, "°C"
     if signal.role in {"pedal_position", "throttle_opening", "motor_duty", "command_duty"}:

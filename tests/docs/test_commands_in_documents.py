@@ -1,8 +1,10 @@
 """Every command that the documents show is run as printed, or, for a stated reason, held against the real options."""
 
+import os
 import re
 import shlex
 import shutil
+from pathlib import Path
 
 import documents
 import pytest
@@ -11,7 +13,9 @@ from etb_hil.cli.main import COMMANDS, _parser, main
 
 # Pages whose commands are typed by their reader one after the other.
 RUN = [documents.DOCS / name for name in ("tutorial.md", "station.md")]
-RUN += [documents.DOCS / "howto" / f"{name}.md" for name in ("own_dbc", "own_effect", "replay", "ci")]
+RUN += [documents.DOCS / "howto" / f"{name}.md" for name in ("own_dbc", "own_effect", "replay", "other_data", "ci")]
+FOREIGN = ["can_passat/passat-idling.trc", "can_passat/vw_pq.dbc", "etb_tbcp/tbcp_open_loop_duty_staircase.csv"]
+DATA = Path(os.environ.get("ETB_HIL_REAL_DATA", documents.CHECKOUT.parent / "shared" / "data"))
 EXIT_CODES = {
     "etb-hil run --serial A-002 --unit faulty": 10,
     "etb-hil replay sessions/*a-002": 10,
@@ -31,8 +35,13 @@ def test_a_page_as_its_reader_types_it(page, tmp_path, monkeypatch, capsys):
     for name, text in documents.files(page).items():
         (tmp_path / name).write_text(text, "utf-8")
     shutil.copy(documents.CHECKOUT / "dbc" / "etb_controller.dbc", tmp_path / "my_controller.dbc")
-    for example in (documents.DOCS / "examples").glob("*.station.yaml"):
+    for example in (documents.DOCS / "examples").glob("*.yaml"):
         shutil.copy(example, tmp_path)
+    if page.stem == "other_data":
+        if not DATA.is_dir():
+            pytest.skip("no measured data beside the checkout (ETB_HIL_REAL_DATA)")
+        for name in FOREIGN:
+            shutil.copy(DATA / name, tmp_path)
     commands = documents.blocks(page)
     assert commands
     for command in commands:

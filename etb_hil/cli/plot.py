@@ -1,0 +1,40 @@
+"""`etb-hil plot`: what was measured, a picture of any session, log or table."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.add_argument("data", type=Path, help="session folder, CAN log (with --bench), CSV or MAT file")
+    parser.add_argument("--bench", help="bench file that says which frame of a CAN log is which role")
+    parser.add_argument("--map", type=Path, help="which column of a table is which role")
+    parser.add_argument("--roles", nargs="+", metavar="ROLE", help="what to show (default: all that was measured)")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="the picture (default: the data's name with .png)")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write the picture, and print what it shows: each role's samples and range."""
+    from etb_hil.base.errors import InputError, Place, Problem
+    from etb_hil.cli.recordings import recording_of
+    from etb_hil.cli.show import say
+    from etb_hil.report.recording_plot import plot_recording, range_text, worth_showing
+
+    recording = recording_of(options.data, options.bench, options.map)
+    recording.origin = str(options.data)  # of a session its name, not that of the log in it
+    roles = options.roles or worth_showing(recording)
+    page = options.out or Path(f"{options.data.resolve().stem}.png")
+    try:
+        plot_recording(recording, roles, page)
+    except OSError as error:
+        raise InputError(
+            Problem(f"cannot be written: {error.strerror}", Place(page), remedy="choose another file")
+        ) from None
+    for role in roles:
+        say(range_text(recording.series(role)))
+    for note in recording.notes:
+        say(f"note: {note}")
+    say(str(page))
+    return 0
