@@ -46,7 +46,7 @@ def smooth(
     def unlikelihood(stiffness: float, wander: float) -> float:
         supposed = replace(throttle, bristle_stiffness=stiffness * throttle.bristle_stiffness)
         BristleObserver(supposed, noise, wander).record(time_ns, current, angle, trace)
-        return surprise(trace, _UNSETTLED)
+        return surprise(trace[:, ERROR], trace[:, VARIANCE], _UNSETTLED)
 
     stiffness = min(_STIFFNESSES, key=lambda factor: unlikelihood(factor, 1.0))
     wander = min(_WANDERS, key=lambda factor: unlikelihood(stiffness, factor))
@@ -72,14 +72,14 @@ def forward_backward(
 
 
 @njit(cache=True, error_model="numpy")
-def surprise(trace: Float64, first: int) -> float:
-    """Return minus twice the log-likelihood of the innovations from `first` on, constants left out (Schweppe 1965)."""
+def surprise(error: Float64, variance: Float64, first: int) -> float:
+    """Return minus twice the log-likelihood of innovations (n), constants left out, from `first` on (Schweppe 1965)."""
     total, product = 0.0, 1.0
-    for k in range(first, len(trace)):
-        if math.isnan(trace[k, ERROR]):
+    for k in range(first, len(error)):
+        if math.isnan(error[k]):
             continue
-        total += trace[k, ERROR] * trace[k, ERROR] / trace[k, VARIANCE]
-        product *= trace[k, VARIANCE]  # a logarithm now and then, not one a sample
+        total += error[k] * error[k] / variance[k]
+        product *= variance[k]  # a logarithm now and then, not one a sample
         if product < _SMALL or product > _LARGE:
             total += log(product)
             product = 1.0
