@@ -3,7 +3,8 @@
     python benchmarks/explain_study.py KIND FIRST COUNT [--view full] [--rate 2000] [--jobs 1] [--out rows.jsonl]
 
 KIND: nothing, weak, medium, strong (one effect each, in turn), pair, outside, removed (the effect's own term is no
-suspect). Seeds 0 to 999 served for development. A row a case goes to --out, so that a study can be cut short.
+suspect), mix (all of them, and fewer sensors, in turn). Seeds 0 to 999 served for development. Rows go to --out as they
+come, so that a study can be cut short; explain_table.py makes tables of them.
 """
 
 import argparse
@@ -14,10 +15,11 @@ from pathlib import Path
 
 from explain_cases import hidden_case
 from explain_sizes import covered
+from explain_table import print_rates
 from generator import layout
 from generator.case import SINGLES
 from generator.size import OutOfReachError
-from scoring import aggregate, rate, score
+from scoring import score
 
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.explanation import causes
@@ -25,7 +27,16 @@ from etb_hil.discrepancy.holdout import hold_out
 from etb_hil.discrepancy.measurement import measurements_of
 from etb_hil.discrepancy.naming import search
 
-KINDS = ("nothing", "weak", "medium", "strong", "pair", "outside", "removed")
+KINDS = ("nothing", "weak", "medium", "strong", "pair", "outside", "removed", "mix")
+# kind, view, rate: what a mix draws in turn.
+MIX = (
+    ("strong", "full", 2000), ("medium", "full", 2000), ("nothing", "full", 2000), ("strong", "full", 2000),
+    ("weak", "full", 2000), ("outside", "full", 2000), ("strong", "full", 2000), ("removed", "full", 2000),
+    ("strong", "no_current", 2000), ("medium", "full", 2000), ("strong", "full", 2000), ("pair", "full", 2000),
+    ("strong", "plate_only", 2000), ("weak", "full", 2000), ("strong", "full", 2000), ("outside", "full", 2000),
+    ("medium", "full", 2000), ("strong", "coarse_encoder", 2000), ("strong", "full", 2000), ("nothing", "full", 2000),
+    ("strong", "full", 1000), ("weak", "full", 2000), ("removed", "full", 2000), ("medium", "full", 2000),
+)  # fmt: skip
 
 
 def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
@@ -52,6 +63,8 @@ def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
     row = {
         "kind": kind,
         "seed": seed,
+        "view": view,
+        "rate": rate,
         "truth": [entry["effect"] for entry in truth["effects"]],
         "verdict": findings.verdict,
         "causes": [(cause["effect"], list(cause["class"])) for cause in found["causes"]],
@@ -72,9 +85,9 @@ def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
 
 def _job(arguments):
     try:
-        return one_case(*arguments)
+        return one_case(*arguments)[1]
     except OutOfReachError as error:
-        return None, {"kind": arguments[0], "seed": arguments[1], "outcome": f"not drawn: {error}"}
+        return {"kind": arguments[0], "seed": arguments[1], "outcome": f"not drawn: {error}"}
 
 
 def main():
@@ -89,43 +102,18 @@ def main():
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()
     seeds = range(options.first, options.first + options.count)
-    jobs = [(options.kind, seed, options.view, options.rate, options.holdout) for seed in seeds]
-    scores, rows = [], []
+    asked = (options.kind, options.view, options.rate)
+    drawn = [(seed, *(MIX[seed % len(MIX)] if options.kind == "mix" else asked)) for seed in seeds]
+    jobs = [(kind, seed, view, rate, options.holdout) for seed, kind, view, rate in drawn]
+    rows = []
     with ProcessPoolExecutor(options.jobs) as pool:
-        for scored, row in pool.map(_job, jobs):
+        for row in pool.map(_job, jobs):
             print(json.dumps(row), flush=True)
             rows.append(row)
             if options.out:
                 with options.out.open("a", encoding="utf-8") as file:
                     file.write(json.dumps(row) + "\n")
-            if scored is not None:
-                scores.append(scored)
-    for (kind, level, part), outcomes in aggregate(scores).items():
-        for name, share in sorted(outcomes.items()):
-            print(
-                f"{kind:8} {level:7} {part:10} {name:16} {share.hits:4} of {share.count:4} "
-                f"= {100 * share.value:5.1f} % ({100 * share.low:.1f} to {100 * share.high:.1f})"
-            )
-    _say_more(rows)
-
-
-def _say_more(rows):
-    """Print how often intervals hold the truth, the errors of free runs, and the time."""
-    for what, is_base in (("effects", False), ("base parameters", True)):
-        held = [
-            holds
-            for row in rows
-            for name, holds in row.get("covered", {}).items()
-            if name.startswith("base:") == is_base
-        ]
-        if held:
-            share = rate(sum(held), len(held))
-            said = f"{100 * share.value:.1f} % ({100 * share.low:.1f} to {100 * share.high:.1f})"
-            print(f"95 % intervals of {what} hold the truth: {share.hits} of {share.count} = {said}")
-    for key in ("free_run_over_floor", "nrmse", "seconds"):
-        values = sorted(row[key] for row in rows if key in row)
-        if values:
-            print(f"{key}: median {values[len(values) // 2]:.3g}, 90 % up to {values[int(0.9 * len(values))]:.3g}")
+    print_rates(rows)
 
 
 if __name__ == "__main__":

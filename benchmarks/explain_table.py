@@ -1,0 +1,73 @@
+"""Rates with exact bounds from rows that explain_study.py kept.
+
+    python benchmarks/explain_table.py ROWS.jsonl...
+
+`right`: the truth alone where nothing looks alike, with its class elsewhere. `honest`: nothing wrong said, less than
+could be. `wrong_confident`: one name, and not the truth or not the only one that these data allow.
+"""
+
+import json
+import sys
+from collections import Counter
+from pathlib import Path
+
+import explain_cases  # noqa: F401 (lets the generator's room be found)
+from scoring import rate
+
+NAMED = ("right", "honest")
+
+
+def print_rates(rows):
+    """Print every rate over the rows (dicts) of a study, sorted by what was drawn."""
+    drawn = [row for row in rows if "verdict" in row]
+    if len(drawn) < len(rows):
+        print(f"{len(rows) - len(drawn)} could not be drawn at the size that was asked for")
+    groups = {}
+    for row in drawn:
+        groups.setdefault((row["kind"], row.get("view", "full"), row.get("rate", 2000)), []).append(row)
+    for key, members in sorted(groups.items()):
+        _print_group(key, members)
+    confident = sum(row["outcome"] == "wrong_confident" for row in drawn)
+    if drawn:
+        print(f"confident wrong names over everything: {_share(confident, len(drawn))}")
+    _print_intervals(drawn)
+    for key in ("free_run_over_floor", "nrmse", "seconds"):
+        values = sorted(row[key] for row in drawn if key in row)
+        if values:
+            print(f"{key}: median {values[len(values) // 2]:.3g}, 90 % up to {values[int(0.9 * len(values))]:.3g}")
+
+
+def _print_group(key, members):
+    kind, view, hertz = key
+    print(f"{kind}, {view}, {hertz} Hz: {len(members)} files")
+    visible = [row for row in members if row["visible"]]
+    for part, chosen in (("all", members), ("visible", visible)):
+        if not chosen or (part == "visible" and (kind == "nothing" or len(chosen) == len(members))):
+            continue
+        outcomes = Counter(row["outcome"] for row in chosen)
+        for name, hits in sorted(outcomes.items()):
+            print(f"  {part:8} {name:16} {_share(hits, len(chosen))}")
+        if kind not in ("nothing", "outside"):
+            print(f"  {part:8} {'best in class':16} {_share(sum(row['best_in_class'] for row in chosen), len(chosen))}")
+            print(f"  {part:8} {'truth named':16} {_share(sum(outcomes[name] for name in NAMED), len(chosen))}")
+
+
+def _print_intervals(rows):
+    for what, is_base in (("effects", False), ("base parameters", True)):
+        held = [
+            holds
+            for row in rows
+            for name, holds in row.get("covered", {}).items()
+            if name.startswith("base:") == is_base
+        ]
+        if held:
+            print(f"95 % intervals of {what} hold the truth: {_share(sum(held), len(held))}")
+
+
+def _share(hits, count):
+    share = rate(hits, count)
+    return f"{hits:4} of {count:4} = {100 * share.value:5.1f} % ({100 * share.low:.1f} to {100 * share.high:.1f})"
+
+
+if __name__ == "__main__":
+    print_rates([json.loads(line) for path in sys.argv[1:] for line in Path(path).read_text("utf-8").splitlines()])
