@@ -41,7 +41,7 @@ def main():
     options.out.mkdir(parents=True, exist_ok=True)
     table = options.out / "random_units.csv"
     done = _rows(table) if table.exists() else []
-    job = _job(options.bench)
+    job = job_of_study(options.bench)
     with table.open("a", newline="") as file:
         writer = csv.DictWriter(file, COLUMNS)
         if not done:
@@ -56,7 +56,8 @@ def main():
     draw(done, options.out / "random_units.png")
 
 
-def _job(bench):
+def job_of_study(bench):
+    """Return the friction check on a bench; each unit brings its own model and limits."""
     names = ("friction_check", bench, "default", "default", "default")
     kinds = ("scenario", "bench", "model", "limits", "model")
     return prepare(JobFiles(*(find(kind, name) for kind, name in zip(kinds, names, strict=True))))
