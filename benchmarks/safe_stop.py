@@ -70,12 +70,12 @@ def wait_for(condition, seconds):
 
 
 def bench_process(arguments):
-    """Start `etb-hil` in a session of its own, forked from this process: it has loaded already what takes seconds."""
+    """Start `etb-hil` in a group of its own, forked from this process: it has loaded already what takes seconds."""
     if pid := os.fork():
         return pid
     code = 1
     try:
-        os.setsid()
+        os.setpgid(0, 0)
         nowhere = os.open(os.devnull, os.O_RDWR)
         for number in range(3):
             os.dup2(nowhere, number)
