@@ -12,18 +12,24 @@ _INTEGRAL = 1.1
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def differentiate(angle: float, velocity: float, measured: float, dt: float, bound: float) -> tuple[float, float]:
-    """Move an estimate (angle in rad, velocity in rad/s) by dt in s towards a measured angle.
+def reaches(dt: float, bound: float) -> tuple[float, float]:
+    """Return what `differentiate` needs of a step of dt in s, where acceleration stays within `bound` rad/s^2."""
+    return dt * dt * _INTEGRAL * bound, dt * _PROPORTIONAL * math.sqrt(bound)
 
-    `bound` is the largest acceleration in rad/s^2. The sign is taken at the end of the step (implicit discretisation,
+
+@njit(cache=True, error_model="numpy", inline="always")
+def differentiate(
+    angle: float, velocity: float, measured: float, dt: float, per_dt: float, near: float, slope: float
+) -> tuple[float, float]:
+    """Move an estimate (angle in rad, velocity in rad/s) by dt in s (`per_dt` its inverse) towards a measured angle.
+
+    `near` and `slope` are those of `reaches`. The sign is taken at the end of the step (implicit discretisation,
     Acary and Brogliato 2010), which solves for the error that is left: no chattering about an exact signal.
     """
     away = measured - (angle + dt * velocity)
     size = abs(away)
+    if size <= near:
+        return measured, velocity + away * per_dt
     sign = 1.0 if away > 0.0 else -1.0
-    reach = dt * dt * _INTEGRAL * bound
-    if size <= reach:
-        return measured, velocity + away / dt
-    slope = dt * _PROPORTIONAL * math.sqrt(bound)
-    root = 0.5 * (math.sqrt(slope * slope + 4.0 * (size - reach)) - slope)
-    return measured - sign * root * root, velocity + sign * dt * _INTEGRAL * bound
+    root = 0.5 * (math.sqrt(slope * slope + 4.0 * (size - near)) - slope)
+    return measured - sign * (root * root), velocity + sign * (near * per_dt)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
-from etb_hil.observer.differentiator import differentiate
+from etb_hil.observer.differentiator import differentiate, reaches
 from etb_hil.observer.estimate import Estimate
 from etb_hil.observer.kalman import LONGEST_GAP_NS
 from etb_hil.observer.sliding_mode import SlidingModeSettings
@@ -62,6 +62,7 @@ def _observe(
 ) -> None:
     bound, lag, torque_per_ampere, inertia = tuning[_BOUND], tuning[_LAG], p[TORQUE_PER_AMPERE], p[INERTIA]
     per_inertia, settled, values = 1.0 / inertia, _SETTLING * lag, registers(p)
+    counted = per_dt = share = near = slope = 0.0
     # What every sample needs stays out of memory: as elements of `s`, they would be stored and loaded sample by sample.
     theta, omega, first, filtered = s[_ANGLE], s[_VELOCITY], s[_FIRST], s[_FILTERED]
     age, before, step, runs, last = s[_AGE], s[_CURRENT], s[_STEP], s[_RUNNING], last_ns[0]
@@ -77,11 +78,14 @@ def _observe(
             theta, before, runs = measured, i, 1.0
             continue
         dt = step_ns * 1e-9
-        free = omega + dt * per_inertia * (torque_per_ampere * 0.5 * (i + before) - spring_torque(theta, values))
-        theta, omega = differentiate(theta, free, measured, dt, bound)
-        if dt <= _LATE * step or step == 0.0:
+        if dt != counted:  # divisions are dear, and the step hardly ever changes
+            counted, per_dt = dt, 1.0 / dt
             share = dt / (lag + dt)
-            first += share * ((free - omega) * inertia / dt - first)
+            near, slope = reaches(dt, bound)
+        free = omega + dt * per_inertia * (torque_per_ampere * 0.5 * (i + before) - spring_torque(theta, values))
+        theta, omega = differentiate(theta, free, measured, dt, per_dt, near, slope)
+        if dt <= _LATE * step or step == 0.0:
+            first += share * ((free - omega) * inertia * per_dt - first)
             filtered += share * (first - filtered)
         age += dt
         before, step = i, dt

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from etb_hil.observer.differentiator import differentiate
+from etb_hil.observer.differentiator import differentiate, reaches
 from etb_hil.observer.estimate import Estimate
 from etb_hil.observer.kalman import LONGEST_GAP_NS
 from etb_hil.plant.parameters import ThrottleParameters
@@ -111,16 +111,18 @@ def _hold(
     per_dt: float,
     inertia: float,
     per_inertia: float,
-    tuning: Float64,
+    switching: float,
+    near: float,
+    slope: float,
 ) -> tuple[float, float, float]:
     """Move the observed velocity by one step; return it, the integral, and the torque that held it where it was.
 
-    `error` is how far it was off at the step's beginning, `velocity` the true one at its end.
+    `error` is how far it was off at the step's beginning, `velocity` the true one at its end; `near` and `slope` are
+    the differentiator's, which is super-twisting itself.
     """
-    switching = tuning[_SWITCHING]
     free = observed + dt * known * per_inertia
     if law == _SUPER_TWISTING:
-        held, integral = differentiate(free, integral, velocity, dt, tuning[_RATE])
+        held, integral = differentiate(free, integral, velocity, dt, per_dt, near, slope)
         # All that was injected: noise makes the proportional part lean to one side, and the integral makes up for it.
         return held, integral, (free - held) * inertia * per_dt
     if law == _IMPLICIT:
@@ -146,8 +148,8 @@ def _observe(
 ) -> None:
     is_given = len(given) > 0
     lag, bound, torque_per_ampere, inertia = tuning[_LAG], tuning[_BOUND], p[TORQUE_PER_AMPERE], p[INERTIA]
-    settled, per_inertia = _SETTLING * lag, 1.0 / inertia
-    counted = per_dt = share = 0.0
+    settled, per_inertia, switching, rate = _SETTLING * lag, 1.0 / inertia, tuning[_SWITCHING], tuning[_RATE]
+    counted = per_dt = share = near = slope = near_held = slope_held = 0.0
     # What every sample needs stays out of memory: as elements of `s`, they would be stored and loaded sample by sample.
     theta, omega, observed, integral = s[_ANGLE], s[_VELOCITY], s[_OBSERVED], s[_INTEGRAL]
     first, filtered, age, before, step = s[_FIRST], s[_FILTERED], s[_AGE], s[_CURRENT], s[_STEP]
@@ -168,18 +170,32 @@ def _observe(
         if dt != counted:  # divisions are dear, and the step hardly ever changes
             counted, per_dt = dt, 1.0 / dt
             share = dt / (lag + dt)  # backward Euler: stable for any step, and no exponential
+            near, slope = reaches(dt, bound)
+            near_held, slope_held = reaches(dt, rate)
         error = observed - omega
         if is_given:
             omega = given[k]
         else:
-            theta, omega = differentiate(theta, omega, measured, dt, bound)
+            theta, omega = differentiate(theta, omega, measured, dt, per_dt, near, slope)
         if dt > _LATE * step and step > 0.0:
             # A sign held over the gap would pass for a torque: the filter waits, and sliding goes on where it was.
             observed = omega + error
         else:
             known = torque_per_ampere * 0.5 * (i + before) - spring_torque(measured, values)
             observed, integral, torque = _hold(
-                law, observed, integral, error, omega, known, dt, per_dt, inertia, per_inertia, tuning
+                law,
+                observed,
+                integral,
+                error,
+                omega,
+                known,
+                dt,
+                per_dt,
+                inertia,
+                per_inertia,
+                switching,
+                near_held,
+                slope_held,
             )
             first += share * (torque - first)
             filtered += share * (first - filtered)
