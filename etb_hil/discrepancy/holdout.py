@@ -49,10 +49,11 @@ def hold_out(findings: Findings) -> Holdout:
     models["noise_floor"] = (again, lambda _: truth)
     table: dict[str, dict[str, dict[str, float]]] = {}
     segments: dict[str, dict[str, Float64]] = {}
+    starts = {name: freerun.starts(balances, parameters(0.0)) for name, (balances, parameters) in models.items()}
     for kind in ("one_step", "free_run"):
         table[kind] = {}
         for name, (balances, parameters) in models.items():
-            found = freerun.errors(balances, parameters, one_step=kind == "one_step")
+            found = freerun.errors(balances, parameters, starts[name], one_step=kind == "one_step")
             for signal, values in found.items():
                 table[kind].setdefault(signal, {})[name] = float(np.sqrt(np.mean(values**2)))
             if kind == "free_run":
