@@ -25,11 +25,15 @@ def run(options: argparse.Namespace) -> int:
     from etb_hil.canio.logs.reading import read_log
     from etb_hil.replay.export import export
 
-    raw = options.source / "raw.blf" if options.source.is_dir() else options.source
+    raw = options.source / "raw.blf" if (options.source / "session.json").exists() else options.source
     if options.out.exists() and options.out.samefile(raw):
         raise InputError(Problem("would be written over itself", Place(options.out), remedy="give another name"))
     log = read_log(raw)
-    print(export(lambda: log, options.out, _messages(options)))
+    try:
+        done = export(log, options.out, _messages(options))
+    except InputError as error:
+        raise InputError(*error.problems, *log.notes) from None
+    print(done)
     for note in log.notes:
         print(f"note: {note}")
     return 0

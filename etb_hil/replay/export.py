@@ -1,20 +1,24 @@
-"""A session or a log in another format, and what of its stamps that format could not hold."""
+"""A session or a log in another format, and what of it that format could not hold."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import sqlite3
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.errors import InputError, Place, Problem, RecordingFault
 from etb_hil.canio.dbc.columns import ColumnDecoder
-from etb_hil.canio.frames import FrameFlag, gathered
+from etb_hil.canio.frames import gathered
 from etb_hil.canio.logs.reading import read_log
-from etb_hil.canio.logs.writing import log_suffix, write_log
+from etb_hil.canio.logs.writing import held, log_suffix, require_writable, write_log
+from etb_hil.replay.log_frames import channels_of
+from etb_hil.replay.losses import losses
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
     from pathlib import Path
 
     from cantools.database.can import Message
@@ -22,66 +26,123 @@ if TYPE_CHECKING:
     from etb_hil.canio.dbc.columns import MessageColumns
     from etb_hil.canio.frames import FrameBlock
     from etb_hil.canio.logs.mf4_writer import Mf4Log
-    from etb_hil.canio.logs.writing import LogWriter
+    from etb_hil.replay.losses import Losses
+
+_TOO_WRONG_NS = 1_000_000_000  # a stamp that comes back so wrong is none
 
 
 @dataclass(slots=True)
 class Exported:
-    """What an export wrote; of stamps, what a reader of the new file sees: a shift of all, and the largest rest.
+    """What an export wrote: frames read and left out, decoded frames by message, and what of the frames was lost.
 
-    `gone` names what else of the frames the format does not keep.
+    Without `losses` the file holds signals alone: of the frames, `undecoded` have no message and `too_short` too few
+    bytes for it.
     """
 
     frames: int = 0
     left_out: int = 0
     signals: dict[str, int] = field(default_factory=dict)
-    shift_ns: int | None = None
-    worst_ns: int | None = None
-    gone: list[str] = field(default_factory=list)
+    undecoded: int = 0
+    too_short: int = 0
+    losses: Losses | None = None
 
     def __str__(self) -> str:
         parts = [f"{self.frames} frames read"]
         if self.signals:
             parts.append(f"signals of {', '.join(f'{n} {name}' for name, n in self.signals.items())}")
+        if self.too_short:
+            parts.append(f"{self.too_short} too short for their message")
+        if self.losses is None:
+            kept = "stamps kept to the nanosecond"
+            return ", ".join([*parts, f"{self.undecoded} left out, which are of no message of the DBC file", kept])
         if self.left_out:
             parts.append(f"{self.left_out} left out, which the format cannot hold")
-        if self.gone:
-            parts.append(f"{' and '.join(self.gone)} not kept")
-        if self.worst_ns is None:
-            return ", ".join(parts)
-        if not self.shift_ns and not self.worst_ns:
-            return ", ".join([*parts, "stamps kept to the nanosecond"])
-        shift = f"stamps shifted by {(self.shift_ns or 0) * 1e-9:.9f} s, " if self.shift_ns else "stamps "
-        return ", ".join([*parts, f"{shift}rounded by at most {self.worst_ns} ns"])
+        return ", ".join([*parts, str(self.losses)])
 
 
-def export(log: Callable[[], Iterable[FrameBlock]], path: Path, messages: Sequence[Message] = ()) -> Exported:
-    """Write a log's frames to a file whose suffix names the format; `log` opens it, `messages` are those to decode.
+@dataclass(frozen=True, slots=True)
+class _Source:
+    """What must be known of a log before it is written: its earliest stamp, and whether its stamps ever fall."""
 
-    `.parquet` holds the decoded signals, `.mf4` frames and signals, all others frames alone. The new log is read back
-    to say what became of the stamps. Raises InputError where nothing can be written.
+    earliest_ns: int
+    falls: bool
+
+
+def export(log: Iterable[FrameBlock], path: Path, messages: Sequence[Message] = ()) -> Exported:
+    """Write a log's frames to a file whose suffix names the format; `messages` are those to decode.
+
+    `.parquet` holds the decoded signals, `.mf4` frames and signals, all others frames alone. The log is read three
+    times: what is written is read back and compared. The file is there whole or not at all. Raises InputError where
+    nothing can be written.
     """
-    suffix = log_suffix(path)
-    if suffix == ".parquet":
-        return _signals(log(), path, messages)
-    done = Exported()
-    writer: LogWriter | None = None
+    if not path.parent.is_dir():
+        raise InputError(Problem("is in no folder that exists", Place(path), remedy=f"mkdir {path.parent}"))
+    is_parquet = log_suffix(path) == ".parquet"
+    if not is_parquet:
+        require_writable(path)
+    source = _look_at(log, path)
+    part = path.with_name(f"part-{path.name}")
+    try:
+        with _said_of(path, part):
+            done = _signals(log, part, messages) if is_parquet else _frames(log, part, messages, source)
+            part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+    return done
+
+
+@contextmanager
+def _said_of(path: Path, part: Path) -> Iterator[None]:
+    """Say in one way what the many writers raise where a file cannot be written, and name what was asked for."""
+    try:
+        yield
+    except InputError as error:
+        named = (replace(p, place=Place(path)) if p.place == Place(part) else p for p in error.problems)
+        raise InputError(*named) from None
+    except (OSError, sqlite3.Error, RecordingFault) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(
+            Problem(f"cannot be written: {reason}", Place(path), remedy="give another path, or make room")
+        ) from None
+
+
+def _look_at(log: Iterable[FrameBlock], path: Path) -> _Source:
+    earliest_ns: int | None = None
+    newest_ns, falls = 0, False
+    for frames in log:
+        first, least = int(frames.stamp_ns[0]), int(frames.stamp_ns.min())
+        if earliest_ns is None:
+            earliest_ns, newest_ns = least, first
+        falls = falls or first < newest_ns or bool((np.diff(frames.stamp_ns) < 0).any())
+        earliest_ns, newest_ns = min(earliest_ns, least), int(frames.stamp_ns[-1])
+    if earliest_ns is None:
+        raise InputError(Problem("there is no frame to export, so it was not written", Place(path)))
+    return _Source(earliest_ns, falls)
+
+
+def _frames(log: Iterable[FrameBlock], path: Path, messages: Sequence[Message], source: _Source) -> Exported:
+    done, suffix = Exported(), log_suffix(path)
+    writer = write_log(path, source.earliest_ns)
     decoder = ColumnDecoder(messages)
     by_name = {message.name: message for message in messages}
-    for frames in gathered(log()):
-        writer = writer or write_log(path, int(frames.stamp_ns[0]))
+    for frames in gathered(log):
         writer.write(frames)
         done.frames += len(frames)
         if suffix == ".mf4" and messages:
-            found = decoder.push(frames)
-            cast("Mf4Log", writer).write_signals(found, by_name)
-            _count(done, found)
-    if writer is None:
-        raise InputError(Problem("holds no frame to export", Place(path)))
+            for channel, part in _by_channel(frames):
+                found = decoder.push(part)
+                cast("Mf4Log", writer).write_signals(found, by_name, channel)
+                _count(done, found)
     writer.close()
-    done.left_out = writer.left_out
-    if not done.left_out:
-        _compare(log(), read_log(path), done)
+    done.left_out, done.too_short = writer.left_out, decoder.too_short
+    done.losses = losses((held(suffix, frames) for frames in log), read_log(path))
+    if source.falls and suffix == ".mf4" and done.losses.gone:  # it is sorted by time
+        done.losses.gone = {"order": max(done.losses.gone.values())}
+    kept = done.frames - done.left_out
+    if done.losses.frames != kept or done.losses.worst_ns > _TOO_WRONG_NS:
+        wrong = f"{done.losses.frames} of {kept} frames come back, with stamps up to {done.losses.worst_ns} ns wrong"
+        why = "its stamps fall, which the format does not hold" if source.falls else "the format does not hold this log"
+        raise InputError(Problem(f"{wrong}: {why}", Place(path), remedy="export to .blf"))
     return done
 
 
@@ -89,54 +150,33 @@ def _signals(log: Iterable[FrameBlock], path: Path, messages: Sequence[Message])
     from etb_hil.canio.logs.parquet_signals import ParquetSignals  # noqa: PLC0415 (pyarrow is an extra)
 
     if not messages:
-        raise InputError(Problem("a Parquet file holds signals", Place(path), remedy="name their DBC file or bench"))
-    done, decoder = Exported(shift_ns=0, worst_ns=0), ColumnDecoder(messages)
+        raise InputError(Problem("a Parquet file holds signals", Place(path), remedy="name their DBC file: --dbc"))
+    done, decoder = Exported(), ColumnDecoder(messages)
     out = ParquetSignals(path, messages)
     for frames in gathered(log):
         done.frames += len(frames)
-        found = decoder.push(frames)
-        out.write(found)
-        _count(done, found)
+        for channel, part in _by_channel(frames):
+            found = decoder.push(part)
+            out.write(found, channel)
+            _count(done, found)
     out.close()
+    done.too_short = decoder.too_short
+    done.undecoded = done.frames - done.too_short - sum(done.signals.values())
+    if not done.signals:
+        what = f"none of the {done.frames} frames is of a message of the DBC file"
+        raise InputError(Problem(what, Place(path), remedy="name the DBC file of the controller: --dbc"))
     return done
+
+
+def _by_channel(frames: FrameBlock) -> Iterator[tuple[int, FrameBlock]]:
+    channels = channels_of(frames.channel)
+    if len(channels) == 1:
+        yield channels.pop(), frames
+        return
+    for channel in sorted(channels):
+        yield channel, frames.rows(frames.channel == channel)
 
 
 def _count(done: Exported, found: Iterable[MessageColumns]) -> None:
     for part in found:
         done.signals[part.message] = done.signals.get(part.message, 0) + len(part.stamp_ns)
-
-
-def _compare(before: Iterable[FrameBlock], after: Iterable[FrameBlock], done: Exported) -> None:
-    """Find the shift of all stamps, as the first frame has it, the largest rest, and what else is not what it was.
-
-    Raises InputError where the new log has not all frames: its format cannot be trusted with them.
-    """
-    shift, worst, found = None, 0, 0
-    sent, lengths, channels = 0, 0, np.zeros(256, np.int64)  # more before than after
-    for old, new in _side_by_side(iter(before), iter(after)):
-        moved = new.stamp_ns - old.stamp_ns
-        if shift is None:
-            shift = int(moved[0])
-        worst = max(worst, int(np.max(np.abs(moved - shift))))
-        found += len(new)
-        sent += int(np.count_nonzero(old.flags & FrameFlag.SENT)) - int(np.count_nonzero(new.flags & FrameFlag.SENT))
-        lengths += int(old.length.sum()) - int(new.length.sum())
-        channels += np.bincount(old.channel, minlength=256) - np.bincount(new.channel, minlength=256)
-    if found != done.frames:
-        raise InputError(
-            Problem(f"holds {found} of {done.frames} frames when it is read back", remedy="export to .blf")
-        )
-    done.shift_ns, done.worst_ns = shift, worst
-    changed = {"direction": sent > 0, "channel": channels.any(), "length of remote frames": lengths > 0}
-    done.gone = [what for what, is_gone in changed.items() if is_gone]
-
-
-def _side_by_side(first: Iterator[FrameBlock], second: Iterator[FrameBlock]) -> Iterator[tuple[FrameBlock, FrameBlock]]:
-    """Yield the same rows of two streams that are cut in different places."""
-    one, two = next(first, None), next(second, None)
-    while one is not None and two is not None:
-        count = min(len(one), len(two))
-        if count:
-            yield one.rows(slice(count)), two.rows(slice(count))
-        one = one.rows(slice(count, None)) if len(one) > count else next(first, None)
-        two = two.rows(slice(count, None)) if len(two) > count else next(second, None)

@@ -9,21 +9,26 @@ import numpy as np
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.bench.results import results_of
-from etb_hil.canio.logs.reading import read_log
+from etb_hil.replay.one_channel import one_channel_each
 from etb_hil.session.analysis import Analysis
 from etb_hil.session.finished import Finished
 from etb_hil.session.record import PhaseTime, RunRecord
 from etb_hil.session.session import Session
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator
     from pathlib import Path
 
     from etb_hil.canio.frames import FrameBlock
+    from etb_hil.replay.log_frames import Frames
     from etb_hil.replay.session_replay import RuleFiles, Rules
 
 PHASE = "log"  # a bare log is one phase: nothing says what was asked of the unit
 STRETCH_S = 60.0  # three friction checks; FD bursts at 20 kHz for so long stay below the memory that is promised
+
+
+class NothingToJudgeError(InputError):
+    """Frames of which none carries a role: another unit's, another bench's, or a pause."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,51 +42,8 @@ class LogJob:
     keep: bool = True
 
 
-class Frames:
-    """The frames of several files, one after the other; `notes` says afterwards what could not be read.
-
-    With a `channel`, counted from 0, those of all other channels are left out.
-    """
-
-    def __init__(self, paths: Sequence[Path], channel: int | None = None) -> None:
-        self._paths = paths
-        self._channel = channel
-        self.notes: list[str] = []
-
-    def __iter__(self) -> Iterator[FrameBlock]:
-        """Yield the blocks; InputError where a file starts before the one in front of it ended."""
-        last_ns = None
-        self.notes = []
-        others: set[int] = set()
-        for path in self._paths:
-            log = read_log(path)
-            begun = False
-            for block in log:
-                frames = block if self._channel is None else block.rows(block.channel == self._channel)
-                if not len(frames):
-                    others.update(np.unique(block.channel).tolist())
-                    continue
-                if not begun and last_ns is not None and int(frames.stamp_ns[0]) < last_ns:
-                    raise InputError(
-                        Problem(
-                            "starts before the file in front of it ends",
-                            Place(path),
-                            remedy="give the parts of one recording in the order of time",
-                        )
-                    )
-                begun = True
-                last_ns = int(frames.stamp_ns.max())
-                yield frames
-            self.notes += log.notes
-        if last_ns is None and others:
-            there = ", ".join(map(str, sorted(others)))
-            raise InputError(
-                Problem("holds no frame on the channel", Place(self._paths[0]), self._channel, allowed=there)
-            )
-
-
-def judge(job: LogJob, frames: Iterator[FrameBlock] | Frames) -> Finished:
-    """Judge frames as one run; InputError where none of them has a role."""
+def judge(job: LogJob, frames: Iterable[FrameBlock]) -> Finished:
+    """Judge frames as one run; NothingToJudgeError where none of them has a role."""
     rules = job.rules
     dialect = rules.setup.dialect
     analysis = Analysis(dialect, rules.model, rules.limits, str(job.paths[0]), keep=job.keep)
@@ -96,13 +58,15 @@ def judge(job: LogJob, frames: Iterator[FrameBlock] | Frames) -> Finished:
         last_ns = max(last_ns, int(block.stamp_ns.max()))
         analysis.push(block)
     found = analysis.finish()
+    if first_ns is None:
+        raise NothingToJudgeError(Problem("holds no frame", Place(job.paths[0]), remedy="check what was recorded"))
     if not analysis.recording.sources:
         wanted = ", ".join(f"{message.name} (0x{message.ident:X})" for message in dialect.messages)
         remedy = f"check the bench file's roles against {dialect.path.name}, and the id offset"
-        raise InputError(Problem("holds no frame that has a role", Place(job.paths[0]), allowed=wanted, remedy=remedy))
-    start_ns = first_ns or 0
-    record = RunRecord(start_ns, last_ns)
-    record.phases = list(job.phases) or [PhaseTime(PHASE, PHASE, start_ns, last_ns)]
+        what = "holds no frame that has a role"
+        raise NothingToJudgeError(Problem(what, Place(job.paths[0]), allowed=wanted, remedy=remedy))
+    record = RunRecord(first_ns, last_ns)
+    record.phases = list(job.phases) or [PhaseTime(PHASE, PHASE, first_ns, last_ns)]
     # No folder of a session: the log stays what it is.
     session = Session(job.paths[0].parent, job.paths[0].name, "", "", job.files.inputs())
     results = results_of(session, rules.setup.bench, rules.limits, record, analysis, found)
@@ -110,7 +74,31 @@ def judge(job: LogJob, frames: Iterator[FrameBlock] | Frames) -> Finished:
     return Finished(session, results, record, analysis, found)
 
 
-def stretches(frames: Frames, length_ns: int) -> Iterator[Iterator[FrameBlock]]:
+def judge_stretches(job: LogJob, frames: Frames, length_ns: int) -> Iterator[Finished]:
+    """Judge a log in stretches of so many ns, each as if it were a log by itself; those without a role are left out.
+
+    How many those were stands in the notes of `frames` afterwards. Raises InputError, which carries these notes, where
+    there was nothing else, and where a message comes on two channels.
+    """
+    judged = empty = 0
+    nothing: NothingToJudgeError | None = None
+    for part in stretches(one_channel_each(frames, job.rules.setup.dialect, job.paths[0]), length_ns):
+        try:
+            finished = judge(job, part)
+        except NothingToJudgeError as error:
+            nothing, empty = error, empty + 1
+            continue
+        judged += 1
+        yield finished
+    if not judged:
+        nothing = nothing or NothingToJudgeError(Problem("holds no frame", Place(job.paths[0])))
+        raise NothingToJudgeError(*nothing.problems, *frames.notes)
+    if empty:
+        said = f"{empty} of {judged + empty} stretches of {length_ns * 1e-9:g} s hold no frame that has a role"
+        frames.notes.append(f"{job.paths[0]}: {said}")
+
+
+def stretches(frames: Iterable[FrameBlock], length_ns: int) -> Iterator[Iterator[FrameBlock]]:
     """Cut a log into stretches of so many ns from its first frame on; each is read before the next one comes."""
     source = iter(frames)
     head = next(source, None)

@@ -7,28 +7,31 @@ import json
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from etb_hil import __version__
 from etb_hil.base.errors import EtbHilError, InputError, Place, Problem
-from etb_hil.base.outcome import UnitVerdict
-from etb_hil.replay.log_replay import STRETCH_S, Frames, LogJob, judge, stretches
+from etb_hil.replay.log_frames import Frames
+from etb_hil.replay.log_replay import STRETCH_S, LogJob, judge_stretches
+from etb_hil.replay.outcome import CRASHED, JUDGED, REFUSED, outcome_of, part_of
 from etb_hil.replay.session_replay import RuleFiles, replay
-from etb_hil.session.session import MANIFEST, RAW_LOG
+from etb_hil.session.session import EVENTS, MANIFEST, RAW_LOG
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from etb_hil.session.finished import Finished
+    from etb_hil.replay.outcome import Outcome
+    from etb_hil.replay.window import Window
 
 PROGRESS = "progress.jsonl"
-JUDGED, REFUSED, CRASHED = "judged", "refused", "crashed"
-_RANKS = [str(v) for v in (UnitVerdict.FAIL, UnitVerdict.PASS, UnitVerdict.INCONCLUSIVE)]  # what a whole log is called
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One unit in a log, or a session, which has files of its own (no `rules`). `key` tells it from all others."""
+    """One unit in a log, or a session, which has files of its own (no `rules`); all paths are absolute.
+
+    `key` tells it from all others, and from itself once one of its files has changed.
+    """
 
     source: Path
     rules: RuleFiles | None
@@ -37,10 +40,7 @@ class Task:
     limits: Path | None = None
     stretch_s: float = STRETCH_S
     channel: int | None = None
-
-
-Outcome = dict[str, Any]
-Pool = "Callable[[Sequence[Task]], Iterator[Outcome]]"
+    window: Window | None = None
 
 
 def tasks_for(
@@ -49,27 +49,49 @@ def tasks_for(
     model: Path | None,
     limits: Path | None,
     stretch_s: float = STRETCH_S,
+    window: Window | None = None,
 ) -> list[Task]:
     """Return a task a session, and a task a log and unit; a unit is its files, and the channel if not all are its own.
 
-    `model` and `limits` overrule a session's.
+    `model` and `limits` overrule a session's. A source that cannot be read is a task too: its outcome says so.
     """
+    model, limits = (path.absolute() if path else None for path in (model, limits))
     own = [path.read_bytes() if path else b"" for path in (model, limits)]
+    judged_by = [
+        (rules.absolute(), channel, f"{channel} {[entry.sha256 for entry in rules.inputs()]}")
+        for rules, channel in units
+    ]
     found = {}
-    for source in sources:
-        is_session = (source / MANIFEST).exists()
-        log = source / RAW_LOG if is_session else source
-        try:
-            state = log.stat()
-        except OSError as error:
-            wrong = f"cannot be read: {error.strerror or error}"
-            raise InputError(Problem(wrong, Place(log), remedy="check the path and its permissions")) from None
-        what = f"{source.resolve()} {state.st_size} {state.st_mtime_ns} {__version__} {stretch_s}"
-        for rules, channel in units[:1] if is_session else units:
-            unit = f"{channel} {[entry.sha256 for entry in rules.inputs()]}"
-            key = hashlib.sha256(b"\0".join([what.encode(), unit.encode(), *own])).hexdigest()[:24]
-            found[key] = Task(source, None if is_session else rules, key, model, limits, stretch_s, channel)
+    for source in (path.absolute() for path in sources):
+        is_session = (source / MANIFEST).is_file()
+        what = [f"{source} {__version__} {stretch_s} {window}", *_state(source, is_session=is_session)]
+        for rules, channel, unit in [(None, None, "")] if is_session else judged_by:
+            key = hashlib.sha256(b"\0".join([*(text.encode() for text in (*what, unit)), *own])).hexdigest()[:24]
+            found[key] = Task(source, rules, key, model, limits, stretch_s, channel, window)
     return list(found.values())
+
+
+def _state(source: Path, *, is_session: bool) -> list[str]:
+    """Return what changes when a source does: of logs size and time, which is quick, of what is small the digest."""
+    if not is_session:
+        return [_size_and_time(source)]
+    small = [source / MANIFEST, source / EVENTS, *sorted((source / "inputs").glob("*"))]
+    return [_size_and_time(source / RAW_LOG), *(f"{path.name} {_digest(path)}" for path in small)]
+
+
+def _size_and_time(path: Path) -> str:
+    try:
+        state = path.stat()
+    except OSError:
+        return "cannot be read"
+    return f"{state.st_size} {state.st_mtime_ns}"
+
+
+def _digest(path: Path) -> str:
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError:
+        return "cannot be read"
 
 
 def judge_many(
@@ -77,12 +99,13 @@ def judge_many(
 ) -> list[Outcome]:
     """Judge all tasks that `folder` does not already hold; return the outcomes of all, in the order of the tasks.
 
-    Each outcome is on the disk before the next one is asked for. Raises InputError where the folder cannot be written.
+    What was refused or crashed is tried again: what it lacked may be there now. Each outcome is on the disk before the
+    next one is asked for. Raises InputError where the folder cannot be written.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
         done = _read_progress(folder / PROGRESS)
-        left = [task for task in tasks if task.key not in done]
+        left = [task for task in tasks if done.get(task.key, {}).get("status") != JUDGED]
         with (folder / PROGRESS).open("a", encoding="utf-8", buffering=1) as progress:
             if (folder / PROGRESS).stat().st_size:
                 progress.write("\n")  # behind half a line that a killed run may have left
@@ -101,9 +124,10 @@ def _read_progress(path: Path) -> dict[str, Outcome]:
     for line in path.read_text("utf-8", errors="replace").splitlines():
         try:
             outcome = json.loads(line)
-        except ValueError:  # a killed run leaves half a line; its log is judged again
+        except ValueError:
             continue
-        done[outcome["key"]] = outcome
+        if isinstance(outcome, dict) and "key" in outcome:  # a killed run leaves half a line
+            done[outcome["key"]] = outcome
     return done
 
 
@@ -131,57 +155,13 @@ def _about(task: Task) -> Outcome:
 
 
 def _judged(task: Task) -> Outcome:
-    notes: list[str] = []
     if task.rules is None:
-        parts = [_part(replay(task.source, task.model, task.limits), 0)]
-    else:
-        frames = Frames([task.source], task.channel)
-        job = LogJob((task.source,), task.rules, task.rules.read(), keep=False)
-        length_ns = round(task.stretch_s * 1e9)
-        parts, origin = [], None
-        for part in stretches(frames, length_ns):
-            try:
-                finished = judge(job, part)
-            except InputError:  # a stretch without a frame that has a role
-                continue
-            origin = finished.record.start_ns if origin is None else origin
-            parts.append(_part(finished, finished.record.start_ns - origin))
-        notes = frames.notes
-        if not parts:
-            judge(job, Frames([task.source], task.channel))  # says what is wrong with all of it
-    verdict = min((part["verdict"] or _RANKS[-1] for part in parts), key=_RANKS.index)
-    deciding = next(part for part in parts if (part["verdict"] or _RANKS[-1]) == verdict)
-    whole = {name: sum(part[name] for part in parts) for name in ("duration_s", "frames", "lost", "crc_failures")}
-    return {
-        **{name: value for name, value in deciding.items() if name not in {"exceedances", *whole}},
-        **whole,
-        "status": JUDGED,
-        "stretches": len(parts),
-        "exceedances": [episode for part in parts for episode in part["exceedances"]],
-        "notes": "\n".join(notes),
-    }
-
-
-def _part(finished: Finished, after_ns: int) -> Outcome:
-    """Return what is kept of one stretch, which begins so long after the log."""
-    results = finished.results
-    unit, messages, later = results["unit"], results["bus"]["messages"], after_ns * 1e-9
-    return {
-        "verdict": None if unit["verdict"] is None else str(unit["verdict"]),
-        **{key: str(unit[key]) for key in ("reason_id", "reason", "serial", "part_number", "revision")},
-        "bench_outcome": str(results["bench"]["outcome"]),
-        "exit_code": results["exit_code"],
-        "start_ns": finished.record.start_ns,
-        "duration_s": results["duration_s"],
-        "deciding_s": later,
-        "timestamp_grade": results["timestamp_grade"],
-        "frames": sum(message["frames"] for message in messages),
-        "lost": sum(message["lost"] or 0 for message in messages),
-        "crc_failures": sum(message["crc_failures"] for message in messages),
-        "numbers": {n["id"]: [n["value"], n["low"], n["high"]] for n in results["numbers"]},
-        "exceedances": [
-            {**episode, "start_s": episode["start_s"] + later, "end_s": episode["end_s"] + later}
-            for episode in results["exceedances"]
-        ],
-        "version": __version__,
-    }
+        finished = replay(task.source, task.model, task.limits, task.window)
+        return outcome_of([part_of(finished, finished.record.start_ns)], finished.analysis.recording.notes)
+    frames = Frames([task.source], task.channel, task.window)
+    job = LogJob((task.source,), task.rules, task.rules.read(), keep=False)
+    parts = [
+        part_of(finished, frames.start_ns or 0)
+        for finished in judge_stretches(job, frames, round(task.stretch_s * 1e9))
+    ]
+    return outcome_of(parts, frames.notes)

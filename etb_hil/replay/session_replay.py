@@ -13,6 +13,7 @@ from etb_hil.bench.results import results_of
 from etb_hil.canio.logs.blf import read_blf
 from etb_hil.diagnosis.limits import load_limits
 from etb_hil.plant.parameters import load_model
+from etb_hil.replay.window import within
 from etb_hil.scenario.scenario_file import load_scenario
 from etb_hil.session.analysis import Analysis
 from etb_hil.session.attempts import earlier_attempts
@@ -22,21 +23,11 @@ from etb_hil.session.record import record_of
 from etb_hil.session.session import InputFile, Session, open_session
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
     from etb_hil.bench.bench_file import BenchSetup
-    from etb_hil.canio.frames import FrameBlock
     from etb_hil.diagnosis.limits import Limits
     from etb_hil.plant.parameters import Model
+    from etb_hil.replay.window import Window
     from etb_hil.session.record import RunRecord
-
-
-@dataclass(frozen=True, slots=True)
-class Window:
-    """A stretch of a log, in ns after its first frame; the end is not part of it."""
-
-    start_ns: int
-    end_ns: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +43,12 @@ class RuleFiles:
         """Read and check them; InputError lists what is wrong."""
         setup = load_bench(self.bench, self.dbc)
         return Rules(setup, load_model(self.model), load_limits(self.limits).content)
+
+    def absolute(self) -> RuleFiles:
+        """Return the same files, as a process that stands in another folder finds them."""
+        return RuleFiles(
+            self.bench.absolute(), self.model.absolute(), self.limits.absolute(), self.dbc and self.dbc.absolute()
+        )
 
     def inputs(self) -> tuple[InputFile, ...]:
         """Return the files as a session's manifest lists them."""
@@ -100,7 +97,7 @@ def replay(
     for phase in record.phases:
         analysis.begin_phase(phase.start_ns, phase.id, phase.kind, conditions.get(phase.id))
     log = read_blf(session.raw_log)
-    for frames in within(log, window):
+    for frames in within(log, window, session.raw_log):
         analysis.push(frames)
     analysis.recording.notes += log.notes
     found = analysis.finish(complete=record.is_complete and not log.notes)
@@ -138,18 +135,3 @@ def _digest(path: Path) -> str:
         return hashlib.sha256(path.read_bytes()).hexdigest()
     except OSError as error:
         raise InputError(Problem(f"cannot be read: {error.strerror}", Place(path), remedy="restore the file")) from None
-
-
-def within(log: Iterable[FrameBlock], window: Window | None) -> Iterator[FrameBlock]:
-    """Yield the frames of a window, counted from the log's first frame; all of them without a window."""
-    first_ns = None
-    for frames in log:
-        if window is None:
-            yield frames
-            continue
-        if first_ns is None:
-            first_ns = int(frames.stamp_ns[0])
-        after = frames.stamp_ns - first_ns
-        part = frames.rows((after >= window.start_ns) & (after < window.end_ns))
-        if len(part):
-            yield part

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gzip
+
 import numpy as np
 import pytest
 
@@ -102,6 +104,39 @@ def test_frames_of_every_kind_come_back(tmp_path, suffix, fd):
     assert notes == []
     assert len(got) == len(expected)
     assert_same(got, expected, suffix)
+
+
+@pytest.mark.parametrize("suffix", [".blf", ".mf4", ".db"])
+def test_what_is_no_text_is_unpacked_to_be_read(tmp_path, suffix):
+    frames = traffic(suffix != ".db")
+    path, packed = tmp_path / f"log{suffix}", tmp_path / f"packed{suffix}.gz"
+    write(path, frames)
+    packed.write_bytes(gzip.compress(path.read_bytes()))
+    expected, got = read(path), read(packed)
+    assert got[1] == []
+    for column in ("stamp_ns", "ident", "flags", "length", "data", "channel"):
+        np.testing.assert_array_equal(getattr(got[0], column), getattr(expected[0], column))
+    packed.write_bytes(packed.read_bytes()[:-40])
+    if suffix == ".db":  # of which nothing is left
+        with pytest.raises(InputError, match=r"(?s)packed\.db\.gz: the file is damaged.*packed\.db\.gz: frame 0: is not"):
+            read(packed)
+    else:
+        got, notes = read(packed)
+        assert "the file is damaged" in notes[0]
+        assert len(got) > 0
+    with pytest.raises(InputError, match="cannot be unpacked"):
+        next(iter(read_log(tmp_path / f"none{suffix}.gz")))
+
+
+@pytest.mark.parametrize("suffix", [".asc.gz", ".trc.gz"])
+def test_of_a_cut_file_in_gzip_almost_all_is_read(tmp_path, suffix):
+    frames = traffic(fd=False)
+    path = tmp_path / f"log{suffix}"
+    write(path, frames)
+    path.write_bytes(path.read_bytes()[:-12])  # its checksum, and a few bytes more
+    got, notes = read(path)
+    assert len(got) > 0.9 * len(held(suffix.removesuffix(".gz"), frames))
+    assert "it is cut off" in notes[-1]
 
 
 @pytest.mark.parametrize("suffix", ALL)

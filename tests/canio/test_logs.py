@@ -220,7 +220,7 @@ def test_a_log_that_is_not_what_its_name_says_is_refused(tmp_path):
         read(path)
 
 
-@pytest.mark.parametrize("name", ["log.exe", "log", "log.gz", "log.db.gz"])
+@pytest.mark.parametrize("name", ["log.exe", "log", "log.gz", "log.txt.gz"])
 def test_an_unknown_format_names_those_that_are_read(tmp_path, name):
     with pytest.raises(InputError, match=r"\.asc, \.trc"):
         read_log(tmp_path / name)

@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from test_logs import read, same
 
 from etb_hil.base.errors import InputError
-from etb_hil.canio.frames import FrameFlag
+from etb_hil.canio.frames import FrameFlag, concatenate_frames
 from etb_hil.canio.logs import text as text_logs
+from etb_hil.canio.logs.reading import read_log
 from etb_hil.canio.messages import from_messages
 
 HEAD = "date Sat Sep 30 15:06:13.191 2017\nbase hex  timestamps absolute\ninternal events logged\n"
@@ -189,3 +190,34 @@ def test_a_file_without_lines_is_refused(tmp_path):
     path.write_bytes(bytes(3 << 20))
     with pytest.raises(InputError, match="a line without an end"):
         read(path)
+
+
+@pytest.mark.parametrize(
+    ("head", "begins"),
+    [
+        ("date Sam Sep 30 15:06:13.191 2017", "2017-09-30T15:06:13.191"),
+        ("date Tue May 27 04:09:35.000 pm 2014", "2014-05-27T16:09:35"),
+        ("date Mo Okt 2 12:00:01 am 2023", "2023-10-02T00:00:01"),
+        ("date Fr Mrz 3 09:05:07.7 2023", "2023-03-03T09:05:07.007"),
+        ("date Wed Apr 16 09:21:13.5 2014\nBegin Triggerblock Wed Apr 16 10:00:00.250 2014\n 0.00 Start of measurement",
+         "2014-04-16T10:00:00.250"),
+        ("date someday", None),
+        ("date Sat Feb 31 09:05:07 2023", None),
+        ("// no date", None),
+    ],
+)  # fmt: skip
+def test_the_head_of_an_asc_log_says_when_it_began(tmp_path, head, begins):
+    path = tmp_path / "log.asc"
+    path.write_text(f"{head}\n 0.5 1 100 Rx d 1 AA\n")
+    log = read_log(path)
+    assert [block.stamp_ns.tolist() for block in log] == [[500_000_000]]
+    expected = None if begins is None else int(np.datetime64(begins, "ns").astype(np.int64))
+    assert log.begin_ns == expected
+
+
+def test_stamps_from_event_to_event_are_said(tmp_path):
+    path = tmp_path / "log.asc"
+    path.write_text("base hex  timestamps relative\n 0.5 1 100 Rx d 1 AA\n")
+    log = read_log(path)
+    assert len(concatenate_frames(log)) == 1
+    assert "count from the event before" in log.notes[0]

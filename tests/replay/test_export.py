@@ -1,5 +1,7 @@
 """Exports hold the same frames and signals, and say truly what became of the stamps."""
 
+import errno
+from dataclasses import replace
 from pathlib import Path
 
 import asammdf
@@ -14,6 +16,7 @@ from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
 from etb_hil.canio.logs.reading import read_log
 from etb_hil.cli.main import main
 from etb_hil.replay.export import export
+from etb_hil.replay.losses import losses
 
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::ResourceWarning")
 
@@ -43,7 +46,7 @@ def traffic(count=3000, *, fd=False, odd_ns=0):
 def test_the_frames_survive(tmp_path, suffix, fd):
     frames = traffic(fd=fd)
     path = tmp_path / f"out{suffix}"
-    done = export(lambda: [frames.rows(slice(1000)), frames.rows(slice(1000, None))], path)
+    done = export([frames.rows(slice(1000)), frames.rows(slice(1000, None))], path)
     got = concatenate_frames(read_log(path))
     assert done.frames == len(got) == len(frames)
     assert done.left_out == 0
@@ -51,10 +54,10 @@ def test_the_frames_survive(tmp_path, suffix, fd):
         np.testing.assert_array_equal(getattr(got, column), getattr(frames, column))
     width = min(got.data.shape[1], frames.data.shape[1])
     np.testing.assert_array_equal(got.data[:, :width], frames.data[:, :width])
-    assert done.gone == (["direction"] if suffix in CLASSIC_ONLY else [])
+    assert list(done.losses.gone) == (["direction"] if suffix in CLASSIC_ONLY else [])
     told = got.stamp_ns - frames.stamp_ns
-    assert done.shift_ns == told[0]
-    assert done.worst_ns == np.max(np.abs(told - told[0]))
+    assert done.losses.shift_ns == told[0]
+    assert done.losses.worst_ns == np.max(np.abs(told - told[0]))
 
 
 @pytest.mark.parametrize(
@@ -63,9 +66,9 @@ def test_the_frames_survive(tmp_path, suffix, fd):
 )
 def test_the_loss_of_stamps_is_said(tmp_path, suffix, worst, says):
     frames = traffic(odd_ns=np.arange(3000) % 7 * 111)
-    done = export(lambda: [frames], tmp_path / f"out{suffix}")
+    done = export([frames], tmp_path / f"out{suffix}")
     assert says in str(done)
-    assert 0 <= done.worst_ns <= 2 * worst  # of a difference of two roundings
+    assert 0 <= done.losses.worst_ns <= 2 * worst  # of a difference of two roundings
 
 
 def test_frames_that_a_format_cannot_hold_are_counted(tmp_path):
@@ -73,7 +76,7 @@ def test_frames_that_a_format_cannot_hold_are_counted(tmp_path):
     frames.flags[::2] &= ~np.uint8(FrameFlag.FD)
     frames.length[::2] = np.minimum(frames.length[::2], 8)
     frames.data[::2, 8:] = 0
-    done = export(lambda: [frames], tmp_path / "out.csv")
+    done = export([frames], tmp_path / "out.csv")
     assert done.left_out == 1500
     assert "1500 left out" in str(done)
     assert len(concatenate_frames(read_log(tmp_path / "out.csv"))) == 1500
@@ -98,7 +101,7 @@ def decoded(live, messages, name):
 
 def test_signals_in_parquet_are_those_of_cantools(live, messages, tmp_path):
     path = tmp_path / "signals.parquet"
-    export(lambda: read_log(live.session.raw_log), path, messages)
+    export(read_log(live.session.raw_log), path, messages)
     table = parquet.read_table(path)
     stamps = np.asarray(table["stamp_ns"])
     assert np.all(np.diff(stamps) >= 0)
@@ -116,7 +119,7 @@ def test_signals_in_parquet_are_those_of_cantools(live, messages, tmp_path):
 
 def test_signals_in_mf4_have_units_and_comments(live, messages, tmp_path):
     path = tmp_path / "signals.mf4"
-    done = export(lambda: read_log(live.session.raw_log), path, messages)
+    done = export(read_log(live.session.raw_log), path, messages)
     expected_ns, expected = decoded(live, messages, "EtbCurrent")
     with asammdf.MDF(path) as mdf:
         signal = mdf.get("MotorCurrent")
@@ -131,7 +134,7 @@ def test_signals_in_mf4_have_units_and_comments(live, messages, tmp_path):
 
 def test_every_signal_of_a_session_has_its_name_and_unit_in_asammdf(live, messages, tmp_path):
     path = tmp_path / "session.mf4"
-    export(lambda: read_log(live.session.raw_log), path, messages)
+    export(read_log(live.session.raw_log), path, messages)
     with asammdf.MDF(path) as mdf:
         there = {
             group.channel_group.acq_name: {channel.name: channel.unit for channel in group.channels[1:]}
@@ -143,13 +146,100 @@ def test_every_signal_of_a_session_has_its_name_and_unit_in_asammdf(live, messag
 
 def test_what_cannot_be_exported_is_said(live, tmp_path, capsys):
     with pytest.raises(InputError, match="a Parquet file holds signals"):
-        export(lambda: [traffic()], tmp_path / "out.parquet")
+        export([traffic()], tmp_path / "out.parquet")
     with pytest.raises(InputError, match="no log format that can be written"):
-        export(lambda: [traffic()], tmp_path / "out.xyz")
-    with pytest.raises(InputError, match="holds no frame"):
-        export(list, tmp_path / "out.blf")
+        export([traffic()], tmp_path / "out.xyz")
+    with pytest.raises(InputError, match="there is no frame"):
+        export([], tmp_path / "out.blf")
     raw = Path(live.session.folder) / "raw.blf"
     assert main(["export", str(live.session.folder), str(raw)]) == 2
     assert "over itself" in capsys.readouterr().err
     assert main(["export", str(live.session.folder), str(tmp_path / "out.log")]) == 0
     assert "frames read" in capsys.readouterr().out
+
+
+def test_losses_of_what_is_held_are_said_beside_what_is_left_out(tmp_path):
+    frames = traffic()
+    frames.flags[5] = FrameFlag.ERROR
+    done = export([frames], tmp_path / "out.trc")
+    assert done.left_out == 1
+    assert done.losses.frames == 2999
+    assert done.losses.gone["channel"] == 2999  # PEAK's count from 1
+    assert "1 left out, which the format cannot hold, channel of 2999 frames not kept" in str(done)
+
+
+@pytest.mark.parametrize(
+    ("column", "row", "value", "says"),
+    [
+        ("ident", 7, 0x7FF, "identifier"),
+        ("data", 8, 0xA5, "payload"),
+        ("length", 9, 1, "payload"),
+        ("flags", 10, FrameFlag.SENT, "direction"),
+        ("flags", 11, FrameFlag.EXTENDED, "width of identifiers"),
+        ("flags", 12, FrameFlag.REMOTE, "kind"),
+        ("channel", 13, 9, "channel"),
+    ],
+)
+def test_whatever_differs_is_counted(column, row, value, says):
+    before, after = traffic(100), traffic(100)
+    before.flags[:] = 0
+    after.flags[:] = 0
+    before.length[:], after.length[:] = 8, 8
+    before.data[8], after.data[8] = 0, 0
+    getattr(after, column)[row] = value
+    assert losses([before], [after.rows(slice(40)), after.rows(slice(40, None))]).gone == {says: 1}
+
+
+@pytest.mark.parametrize("suffix", [".blf", ".mf4"])
+def test_stamps_that_fall_are_kept(tmp_path, suffix):
+    frames = traffic()
+    frames.stamp_ns[1500:] -= 5_000_000_000
+    done = export([frames.rows(slice(1000)), frames.rows(slice(1000, None))], tmp_path / f"out{suffix}")
+    assert done.losses.worst_ns <= 1
+    got = concatenate_frames(read_log(tmp_path / f"out{suffix}"))
+    assert np.abs(got.stamp_ns - frames.stamp_ns).max() <= 1
+
+
+def test_stamps_that_a_format_cannot_bring_back_are_refused(tmp_path):
+    frames = traffic()
+    frames.stamp_ns[1500:] -= 5_000_000_000
+    with pytest.raises(InputError, match=r"its stamps fall, which the format does not hold; export to \.blf"):
+        export([frames], tmp_path / "out.asc")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_channels_stay_apart_in_signals(live, messages, tmp_path):
+    frames = concatenate_frames(read_log(live.session.raw_log))
+    frames.channel[1::2] = 2
+    export([frames], tmp_path / "out.parquet", messages)
+    table = parquet.read_table(tmp_path / "out.parquet")
+    assert set(np.asarray(table["channel"]).tolist()) == {0, 2}
+    export([frames], tmp_path / "out.mf4", messages)
+    with asammdf.MDF(tmp_path / "out.mf4") as mdf:
+        groups = {group.channel_group.acq_name for group in mdf.groups}
+    assert {"EtbCurrent", "EtbCurrent, channel 2"} <= groups
+
+
+def test_signals_of_another_dbc_file_are_refused(messages, tmp_path):
+    with pytest.raises(InputError, match="none of the 3000 frames is of a message of the DBC file"):
+        export([replace(traffic(), ident=np.full(3000, 0x7FE, np.uint32))], tmp_path / "out.parquet", messages)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["no/such/out.blf", "no/out.parquet", "no/out.mf4", "no/out.log", "no/out.db"])
+def test_a_folder_that_is_not_there_is_said(messages, tmp_path, name):
+    with pytest.raises(InputError, match="is in no folder that exists"):
+        export([traffic()], tmp_path / name, messages)
+
+
+def test_a_disk_that_refuses_is_said_and_what_was_there_stays(tmp_path, monkeypatch):
+    path = tmp_path / "out.log"
+    path.write_text("of yesterday")
+    monkeypatch.setattr("can.CanutilsLogWriter.on_message_received", refuses)
+    with pytest.raises(InputError, match=r"out\.log: cannot be written: No space left on device"):
+        export([traffic()], path)
+    assert [found.read_text() for found in tmp_path.iterdir()] == ["of yesterday"]
+
+
+def refuses(*_):
+    raise OSError(errno.ENOSPC, "No space left on device")

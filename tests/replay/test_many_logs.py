@@ -2,7 +2,9 @@
 
 import json
 import os
+import shutil
 from dataclasses import replace
+from pathlib import Path
 
 import dask
 import distributed
@@ -17,9 +19,11 @@ from etb_hil.canio.logs.blf import BlfLog, read_blf
 from etb_hil.cli import replay as command
 from etb_hil.cli.main import main as command_line
 from etb_hil.replay.log_replay import STRETCH_S
-from etb_hil.replay.many_logs import CRASHED, JUDGED, PROGRESS, REFUSED, judge_many, judge_task, tasks_for
+from etb_hil.replay.many_logs import PROGRESS, judge_many, judge_task, tasks_for
+from etb_hil.replay.outcome import CRASHED, JUDGED, REFUSED
 from etb_hil.replay.parquet import write_parquet
-from etb_hil.replay.session_replay import rule_files
+from etb_hil.replay.session_replay import RuleFiles, rule_files
+from etb_hil.replay.window import Window
 from etb_hil.replay.workers import DaskWorkers, LocalProcesses
 
 
@@ -83,7 +87,7 @@ def test_interrupted_work_goes_on(tasks, tmp_path):
     assert asked == [3, 2]
     assert [outcome["key"] for outcome in outcomes] == [task.key for task in tasks]
     judge_many(tasks, folder, stops_after_one)
-    assert asked == [3, 2, 0]
+    assert asked == [3, 2, 1]  # what was refused may have been put right
 
 
 def test_a_log_that_changed_or_other_limits_are_new_work(live, sources, tasks):
@@ -156,3 +160,70 @@ def test_a_cluster_that_does_not_answer_is_said(tasks):
 
 def test_the_stretch_of_the_command_is_that_of_the_room():
     assert command.STRETCH_S == STRETCH_S
+
+
+def test_the_times_of_a_log_count_from_its_first_frame(live, tmp_path):
+    frames = concatenate_frames(read_blf(live.session.raw_log))
+    frames.stamp_ns += 100_000_000_000  # the bench's clock starts at 0
+    other = replace(
+        frames.rows(slice(1)), ident=np.full(1, 0x7A1, np.uint32), stamp_ns=frames.stamp_ns[:1] - 90_000_000_000
+    )
+    log = BlfLog(tmp_path / "log.blf", int(other.stamp_ns[0]))
+    log.write(other)
+    log.write(frames)
+    log.close()
+    rules = rule_files(live.session)
+    found = judge_task(tasks_for([tmp_path / "log.blf"], [(rules, None)], None, None)[0])
+    alone = judge_task(tasks_for([live.session.raw_log], [(rules, None)], None, None)[0])
+    assert found["start_ns"] == int(other.stamp_ns[0])
+    assert (found["stretches"], found["deciding_s"]) == (1, 90.0)
+    assert "1 of 2 stretches" in found["notes"]
+    assert len(found["exceedances"]) > 0
+    for episode, expected in zip(found["exceedances"], alone["exceedances"], strict=True):
+        assert episode["start_s"] == pytest.approx(expected["start_s"] + 90.0, abs=1e-6)
+
+
+def test_a_missing_log_is_an_outcome_and_is_tried_again(live, tmp_path):
+    source, rules = tmp_path / "late.blf", rule_files(live.session)
+    tasks = tasks_for([source], [(rules, None)], None, None)
+    assert judge_many(tasks, tmp_path / "out", one_after_the_other)[0]["status"] == REFUSED
+    assert "cannot be read" in judge_many(tasks, tmp_path / "out", one_after_the_other)[0]["error"]
+    source.write_bytes(live.session.raw_log.read_bytes())
+    assert judge_many(tasks, tmp_path / "out", one_after_the_other)[0]["status"] == JUDGED
+
+
+def test_a_session_is_new_work_when_one_of_its_files_changed(live, tmp_path):
+    folder = shutil.copytree(live.session.folder, tmp_path / "session")
+    keys = {tasks_for([folder], [], None, None)[0].key}
+    for name in ("events.jsonl", f"inputs/{live.session.input_path('limits').name}"):
+        with (folder / name).open("a") as file:
+            file.write("\n")
+        keys.add(tasks_for([folder], [], None, None)[0].key)
+    assert len(keys) == 3
+
+
+def test_what_of_a_session_could_not_be_read_stands_in_its_row(live, tmp_path):
+    folder = shutil.copytree(live.session.folder, tmp_path / "session")
+    raw = folder / "raw.blf"
+    raw.write_bytes(raw.read_bytes()[:-300])
+    assert "cut off" in judge_task(tasks_for([folder], [], None, None)[0])["notes"]
+
+
+def test_tasks_mean_the_same_in_every_folder(live, monkeypatch, tmp_path):
+    monkeypatch.chdir(live.session.folder)
+    rules = RuleFiles(
+        *(Path("inputs") / live.session.input_path(kind).name for kind in ("bench", "model", "limits", "dbc"))
+    )
+    task = tasks_for([Path("raw.blf")], [(rules, None)], None, Path("inputs") / rules.limits.name)[0]
+    monkeypatch.chdir(tmp_path)
+    assert judge_task(task)["verdict"] == "fail"
+
+
+def test_a_window_of_each_log_is_judged(live):
+    rules = [(rule_files(live.session), None)]
+    whole, part = (
+        judge_task(tasks_for([live.session.raw_log], rules, None, None, window=window)[0])
+        for window in (None, Window(0, 5_000_000_000))
+    )
+    assert part["duration_s"] == pytest.approx(5.0, abs=0.01)
+    assert part["key"] != whole["key"]

@@ -7,7 +7,8 @@ import pytest
 
 from etb_hil.canio.frames import FrameFlag, concatenate_frames
 from etb_hil.canio.logs.reading import read_log
-from etb_hil.replay.log_replay import Frames, LogJob, judge
+from etb_hil.replay.log_frames import Frames
+from etb_hil.replay.log_replay import LogJob, judge
 from etb_hil.replay.session_replay import replay, rule_files
 from etb_hil.report.model import Results
 from etb_hil.session.session import open_session

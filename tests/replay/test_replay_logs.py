@@ -14,9 +14,11 @@ from etb_hil.canio.bus.virtual_network import VirtualNetwork
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
 from etb_hil.canio.logs.blf import BlfLog, read_blf
 from etb_hil.cli.main import main
-from etb_hil.replay.log_replay import Frames, LogJob, judge, stretches
+from etb_hil.replay.log_frames import Frames
+from etb_hil.replay.log_replay import LogJob, judge, stretches
 from etb_hil.replay.onto_bus import LEAD_NS, send_log
-from etb_hil.replay.session_replay import Window, replay, rule_files, within
+from etb_hil.replay.session_replay import replay, rule_files
+from etb_hil.replay.window import Window
 from etb_hil.session.differences import changes, changes_text, first_difference, first_divergence
 from etb_hil.session.events import read_events
 from etb_hil.session.record import record_of
@@ -105,7 +107,7 @@ def test_a_stretch_is_judged_as_its_window(live):
     assert len(found) == 3
     for number, finished in enumerate(found):
         window = Window(number * 7_000_000_000, (number + 1) * 7_000_000_000)
-        again = judge(job, within(Frames(job.paths), window))
+        again = judge(job, Frames(job.paths, window=window))
         assert first_divergence(finished, again) is None
         assert finished.results["numbers"] == again.results["numbers"]
 
@@ -162,7 +164,7 @@ def test_what_a_bus_cannot_carry_is_left_out():
     ("words", "says"),
     [
         (["a.blf", "b.blf"], "several sources"),
-        (["a.blf", "--window", "3", "2"], "is no window"),
+        (["a.blf", "--window", "3", "2"], "--window is no window"),
         (["no.blf"], "cannot be read"),
         (["no.xyz"], "is no log format"),
     ],

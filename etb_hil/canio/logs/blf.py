@@ -136,6 +136,7 @@ class BlfReader:
     def __init__(self, path: Path) -> None:
         self._path = path
         self.notes: list[str] = []
+        self.begin_ns: int | None = 0
         self.start_ns = 0
         self._frames = 0
 

@@ -76,11 +76,12 @@ class ForeignLog:
     def __init__(self, path: Path) -> None:
         suffix = Path(path.stem).suffix if path.suffix.lower() == ".gz" else path.suffix
         known = FORMATS.get(suffix.lower())
-        if known is None or (suffix != path.suffix and not known.text):
-            allowed = f".blf, {', '.join(FORMATS)}; those of text also with .gz"
+        if known is None:
+            allowed = f".blf, {', '.join(FORMATS)}, each also with .gz"
             raise InputError(Problem("is no log format that can be read", Place(path), path.name, allowed=allowed))
         self.path = path
         self.notes: list[str] = []
+        self.begin_ns: int | None = 0
         self._format = known
 
     def __iter__(self) -> Iterator[FrameBlock]:

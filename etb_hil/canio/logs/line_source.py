@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import gzip
 import logging
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BufferedReader, TextIOWrapper
 from pathlib import Path
-from typing import TextIO, cast
+
+from etb_hil.canio.logs.gunzip import Gunzip
 
 MAX_WARNINGS = 20
 _HALF_BYTE = re.compile(r"(\b[0-9A-Fa-f]{2}|\s[0-9])\s+[0-9A-Fa-f]\Z")  # behind another byte, or the length
@@ -21,8 +22,8 @@ class LineSource:
     """
 
     def __init__(self, path: Path, *, ends_lines: bool) -> None:
-        opened = gzip.open if path.suffix.lower() == ".gz" else open
-        self._file = cast("TextIO", opened(path, "rt", encoding="utf-8", errors="replace"))
+        raw = BufferedReader(Gunzip(path)) if path.suffix.lower() == ".gz" else path.open("rb")
+        self._file = TextIOWrapper(raw, encoding="utf-8", errors="replace")
         self._ends_lines = ends_lines
         self.line = self.frame_line = 0  # `frame_line` is for who finds a frame in the line
         self._cut = self._is_open = False

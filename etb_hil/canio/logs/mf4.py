@@ -41,6 +41,7 @@ class Mf4Reader:
     def __init__(self, path: Path) -> None:
         self._path = path
         self.notes: list[str] = []
+        self.begin_ns: int | None = 0
 
     def __iter__(self) -> Iterator[FrameBlock]:
         """Yield the frames in order of time; InputError where the file cannot be read."""

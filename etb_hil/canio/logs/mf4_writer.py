@@ -59,7 +59,7 @@ class Mf4Log:
             raise InputError(Problem(wrong, Place(path), remedy="give another path")) from None
         self._file = Mf4File(self._opened, self._start_ns)
         self._frames: dict[str, _FrameRecords] = {}
-        self._signals: dict[str, _SignalRecords] = {}
+        self._signals: dict[tuple[str, int], _SignalRecords] = {}
 
     def write(self, frames: FrameBlock) -> None:
         """Take frames in the order in which they were seen; groups of data, error and remote frames hold them."""
@@ -72,12 +72,17 @@ class Mf4Log:
             if rows.any():
                 self._extend(kind, frames.rows(rows))
 
-    def write_signals(self, found: Iterable[MessageColumns], messages: dict[str, Message]) -> None:
-        """Take decoded signals, with the units and comments that the DBC file gives them."""
+    def write_signals(self, found: Iterable[MessageColumns], messages: dict[str, Message], channel: int = 0) -> None:
+        """Take decoded signals of a channel, with the units and comments that the DBC file gives them.
+
+        Each message has a group of its name; on another channel than 0, of its name and the channel.
+        """
         for part in found:
-            records = self._signals.get(part.message)
+            records = self._signals.get((part.message, channel))
             if records is None:
-                records = self._signals[part.message] = _SignalRecords(self._file, messages[part.message])
+                name = f"{part.message}, channel {channel}" if channel else part.message
+                records = _SignalRecords(self._file, messages[part.message], name)
+                self._signals[part.message, channel] = records
             records.write((part.stamp_ns - self._start_ns) / _SECOND_NS, list(part.columns.values()))
 
     def close(self) -> None:
@@ -163,7 +168,7 @@ class _FrameRecords:
 class _SignalRecords:
     """The decoded signals of one message: records of float64."""
 
-    def __init__(self, file: Mf4File, message: Message) -> None:
+    def __init__(self, file: Mf4File, message: Message, name: str) -> None:
         self._file = file
         self._waiting: list[NDArray[np.float64]] = []
         self._bytes = 0
@@ -171,7 +176,7 @@ class _SignalRecords:
             Channel(signal.name, FLOAT, 8 * (1 + index), 64, signal.unit or "", signal.comment or "")
             for index, signal in enumerate(message.signals)
         ]
-        self._group: Group = file.group(message.name, 8 * (1 + len(channels)), (_TIME, *channels), is_bus=False)
+        self._group: Group = file.group(name, 8 * (1 + len(channels)), (_TIME, *channels), is_bus=False)
 
     def write(self, seconds: NDArray[np.float64], columns: list[NDArray[np.float64]]) -> None:
         records = np.column_stack([seconds, *columns])

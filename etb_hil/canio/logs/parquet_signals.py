@@ -22,8 +22,8 @@ ROWS = 1 << 17  # of a row group
 class ParquetSignals:
     """A Parquet file that grows by decoded signals; complete once it is closed.
 
-    Columns: `stamp_ns`, `message`, and `Message.Signal` for each signal, whose unit and comment are the column's
-    metadata. Stamps are whole nanoseconds. Raises InputError without pyarrow.
+    Columns: `stamp_ns`, `channel`, `message`, and `Message.Signal` for each signal, whose unit and comment are the
+    column's metadata. Stamps are whole nanoseconds. Raises InputError without pyarrow.
     """
 
     def __init__(self, path: Path, messages: Sequence[Message]) -> None:
@@ -33,7 +33,11 @@ class ParquetSignals:
         except ImportError:
             raise InputError(Problem("pyarrow is not installed", remedy="pip install 'etb-hil[logs]'")) from None
         self._pa: Any = pa
-        fields = [pa.field("stamp_ns", pa.int64()), pa.field("message", pa.dictionary(pa.int32(), pa.string()))]
+        fields = [
+            pa.field("stamp_ns", pa.int64()),
+            pa.field("channel", pa.uint8()),
+            pa.field("message", pa.dictionary(pa.int32(), pa.string())),
+        ]
         for message in messages:
             for signal in message.signals:
                 about = {"unit": signal.unit or "", "comment": signal.comment or ""}
@@ -42,13 +46,13 @@ class ParquetSignals:
         self._names = pa.array([message.name for message in messages])
         self._index = {message.name: index for index, message in enumerate(messages)}
         self._writer: Any = parquet.ParquetWriter(path, self._schema, compression="zstd")
-        self._waiting: list[MessageColumns] = []
+        self._waiting: list[tuple[int, MessageColumns]] = []
         self._rows = 0
 
-    def write(self, found: Iterable[MessageColumns]) -> None:
-        """Take decoded signals in the order in which their frames were seen."""
+    def write(self, found: Iterable[MessageColumns], channel: int = 0) -> None:
+        """Take decoded signals of a channel, in the order in which their frames were seen."""
         for part in found:
-            self._waiting.append(part)
+            self._waiting.append((channel, part))
             self._rows += len(part.stamp_ns)
         if self._rows >= ROWS:
             self._flush()
@@ -62,16 +66,20 @@ class ParquetSignals:
         if not self._rows:
             return
         pa, waiting = self._pa, self._waiting
-        stamp_ns = np.concatenate([part.stamp_ns for part in waiting])
+        stamp_ns = np.concatenate([part.stamp_ns for _, part in waiting])
         order = np.argsort(stamp_ns, kind="stable")
-        indices = np.concatenate([np.full(len(p.stamp_ns), self._index[p.message], np.int32) for p in waiting])[order]
+        indices = np.concatenate([np.full(len(p.stamp_ns), self._index[p.message], np.int32) for _, p in waiting])[
+            order
+        ]
+        channel = np.concatenate([np.full(len(p.stamp_ns), number, np.uint8) for number, p in waiting])
         columns: dict[str, Any] = {
             "stamp_ns": pa.array(stamp_ns[order]),
+            "channel": pa.array(channel[order]),
             "message": pa.DictionaryArray.from_arrays(pa.array(indices), self._names),
         }
-        place = {name: np.full(self._rows, np.nan) for name in self._schema.names[2:]}
+        place = {name: np.full(self._rows, np.nan) for name in self._schema.names[3:]}
         first = 0
-        for part in waiting:
+        for _, part in waiting:
             for name, values in part.columns.items():
                 place[f"{part.message}.{name}"][first : first + len(values)] = values
             first += len(part.stamp_ns)

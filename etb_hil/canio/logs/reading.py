@@ -10,11 +10,18 @@ from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.canio.frames import FrameBlock
 from etb_hil.canio.logs.blf import read_blf
 
+_BINARY = {".blf", ".mf4", ".db"}
+
 
 class LogReader(Protocol):
-    """A log file, read anew by each iteration; afterwards `notes` says what could not be read, and where."""
+    """A log file, read anew by each iteration; afterwards `notes` says what could not be read, and where.
+
+    `begin_ns`, known with the first block: what is added to the stamps to make times of them. 0 where they are times
+    already; None where they count from the log's begin and its header does not say when that was.
+    """
 
     notes: list[str]
+    begin_ns: int | None
 
     def __iter__(self) -> Iterator[FrameBlock]:
         """Yield the frames in the file's order; InputError where none can be read."""
@@ -24,21 +31,27 @@ class LogReader(Protocol):
 def read_log(path: Path) -> LogReader:
     """Open a log by its suffix; iterated, it yields its frames as FrameBlocks in bounded memory.
 
-    BLF, ASC, TRC, candump's `.log`, python-can's CSV and SQLite, MF4; text also as `.gz`. Stamps are as exact as the
+    BLF, ASC, TRC, candump's `.log`, python-can's CSV and SQLite, MF4; each also as `.gz`. Stamps are as exact as the
     format holds them. A broken end costs what is broken, not what came before. Raises InputError where the format is
     unknown.
     """
     if path.is_dir():
         what = "is a folder without a session.json: no session"
         raise InputError(Problem(what, Place(path), remedy="name a session's folder, or a log"))
-    if path.suffix.lower() == ".blf":
+    suffix = path.suffix.lower()
+    if suffix == ".gz":
+        suffix = Path(path.stem).suffix.lower()
+        if suffix in _BINARY:
+            from etb_hil.canio.logs.unpacked import UnpackedLog  # noqa: PLC0415 (few logs are)
+
+            return UnpackedLog(path, read_log)
+    if suffix == ".blf":
         return read_blf(path)
-    suffix = (Path(path.stem).suffix if path.suffix.lower() == ".gz" else path.suffix).lower()
     if suffix in {".asc", ".log"}:
         from etb_hil.canio.logs.text import TextLog  # noqa: PLC0415 (nor numba for a raw log)
 
         return TextLog(path, suffix)
-    if suffix == ".mf4" and path.suffix.lower() == ".mf4":
+    if suffix == ".mf4":
         from etb_hil.canio.logs.mf4 import Mf4Reader  # noqa: PLC0415 (few logs are)
 
         return Mf4Reader(path)

@@ -6,9 +6,7 @@ of it; importing python-can takes longer than most logs, which is why it happens
 
 from __future__ import annotations
 
-import gzip
 import re
-import zlib
 from typing import IO, TYPE_CHECKING, cast
 
 import numpy as np
@@ -16,8 +14,10 @@ import numpy as np
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.canio.frames import FrameBlock, concatenate_frames
 from etb_hil.canio.logs import text_scan as scan
+from etb_hil.canio.logs.asc_header import read_header
 from etb_hil.canio.logs.asc_scan import scan_asc
 from etb_hil.canio.logs.candump_scan import scan_candump
+from etb_hil.canio.logs.gunzip import BROKEN, Gunzip
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -28,11 +28,7 @@ if TYPE_CHECKING:
 CHUNK_BYTES = 256 << 10  # which stays in the processor's cache
 MAX_LINE_BYTES = 1 << 20  # a longer line is no line: what claims to be text may be anything
 _TAB, _NEWLINE, _RETURN, _SPACE, _DELETE = 9, 10, 13, 32, 127
-_BROKEN = (EOFError, OSError, zlib.error)  # what a damaged .gz raises, and a disk
 
-_HEADER = re.compile(
-    rb"\s*(date\s+\w+\s+.+|base\s+(?P<base>hex|dec)\b.*|//.*|(no)?\s*internal\s+events\s+logged.*)?", re.IGNORECASE
-)
 # An ASC log may end without an end of line; what ends so was cut off: half a byte (the first one stands behind the
 # frame's length), or a remote frame's missing length.
 _HALF = re.compile(
@@ -52,6 +48,7 @@ class TextLog:
     def __init__(self, path: Path, suffix: str) -> None:
         self.path = path
         self.notes: list[str] = []
+        self.begin_ns: int | None = 0
         self._suffix = suffix
         self._frames = self._line = 0
         self._base = 16
@@ -79,7 +76,8 @@ class TextLog:
     def _chunks(self) -> Iterator[bytes]:
         """Yield whole lines, about a chunk at a time; the last line too, unless it was cut off."""
         try:
-            file = cast("IO[bytes]", (gzip.open if self.path.suffix.lower() == ".gz" else open)(self.path, "rb"))
+            is_packed = self.path.suffix.lower() == ".gz"
+            file = cast("IO[bytes]", Gunzip(self.path) if is_packed else self.path.open("rb"))
         except OSError as error:
             wrong = f"cannot be read: {error.strerror or error}"
             raise InputError(Problem(wrong, Place(self.path), remedy="check the path and its permissions")) from None
@@ -88,7 +86,7 @@ class TextLog:
             while True:
                 try:
                     read = file.read(CHUNK_BYTES)
-                except _BROKEN as error:
+                except BROKEN as error:
                     read = b""
                     self.notes.append(f"{self.path}: the file is damaged: {error}; what came before is kept")
                 end = read.rfind(b"\n") + 1
@@ -110,18 +108,12 @@ class TextLog:
         self.notes.append(f"{Place(self.path, line)}: the last line is cut off and was left out")
 
     def _header(self, text: bytes) -> int:
-        """Return where the events of an ASC log start; its header says how numbers are written."""
-        start = 0
-        while start < len(text):
-            end = text.index(b"\n", start)
-            match = _HEADER.fullmatch(text[start:end].rstrip())
-            if not match:
-                break
-            if match["base"]:
-                self._base = 10 if match["base"].lower() == b"dec" else 16
-            self._line += 1
-            start = end + 1
-        return start
+        """Take in the header of an ASC log and return where its events start."""
+        header = read_header(text)
+        self._base, self._line, self.begin_ns = header.base, header.lines, header.begin_ns
+        if header.is_running:
+            self.notes.append(f"{self.path}: its stamps count from the event before and were taken as they stand")
+        return header.size
 
     def _parts(self, text: bytes) -> Iterator[FrameBlock]:
         """Yield the frames of whole lines, up to a line that stops the reading."""

@@ -6,8 +6,6 @@ import sqlite3
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-import numpy as np
-
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.canio.frames import FrameFlag
 from etb_hil.canio.logs.blf import BlfLog
@@ -16,7 +14,8 @@ if TYPE_CHECKING:
     from etb_hil.canio.frames import FrameBlock
 
 _BY_PYTHON_CAN = (".asc", ".log", ".trc", ".csv", ".db", ".asc.gz", ".log.gz", ".csv.gz", ".trc.gz")
-_NOT_HELD = {".trc": FrameFlag.FD | FrameFlag.ERROR | FrameFlag.REMOTE, ".csv": FrameFlag.FD}
+_WRITABLE = (".blf", ".mf4", *_BY_PYTHON_CAN)
+_NOT_HELD = {".trc": FrameFlag.FD | FrameFlag.ERROR | FrameFlag.REMOTE, ".csv": FrameFlag.FD, ".db": FrameFlag.FD}
 _TABLE = (
     "CREATE TABLE messages (ts REAL, arbitration_id INTEGER, extended INTEGER, remote INTEGER, error INTEGER, "
     "dlc INTEGER, data BLOB)"
@@ -43,11 +42,25 @@ def log_suffix(path: Path) -> str:
     return (inner + path.suffix).lower()
 
 
+def require_writable(path: Path) -> None:
+    """Raise InputError where the suffix names no format that can be written."""
+    if log_suffix(path) not in _WRITABLE:
+        what = "is no log format that can be written"
+        raise InputError(Problem(what, Place(path), path.name, allowed=", ".join(_WRITABLE)))
+
+
+def held(suffix: str, frames: FrameBlock) -> FrameBlock:
+    """Return the frames that a format can hold."""
+    never = _NOT_HELD.get(suffix.removesuffix(".gz"), FrameFlag(0))
+    return frames.rows((frames.flags & never) == 0) if never else frames
+
+
 def write_log(path: Path, start_ns: int) -> LogWriter:
-    """Open a log for writing, its format named by its suffix; `start_ns` is the first stamp.
+    """Open a log for writing, its format named by its suffix; `start_ns` is the earliest stamp.
 
     InputError where the format is unknown or the file cannot be written.
     """
+    require_writable(path)
     suffix = log_suffix(path)
     if suffix == ".blf":
         return _BlfWriter(path, start_ns)
@@ -55,9 +68,6 @@ def write_log(path: Path, start_ns: int) -> LogWriter:
         from etb_hil.canio.logs.mf4_writer import Mf4Log  # noqa: PLC0415 (few logs are)
 
         return Mf4Log(path, start_ns)
-    if suffix not in _BY_PYTHON_CAN:
-        allowed = f".blf, .mf4, {', '.join(_BY_PYTHON_CAN)}"
-        raise InputError(Problem("is no log format that can be written", Place(path), path.name, allowed=allowed))
     return _SqliteWriter(path) if suffix == ".db" else _PythonCanWriter(path, suffix)
 
 
@@ -80,7 +90,7 @@ class _PythonCanWriter:
         from etb_hil.canio.messages import to_message  # noqa: PLC0415
 
         self.left_out = 0
-        self._not_held = _NOT_HELD.get(suffix.removesuffix(".gz"), FrameFlag(0))
+        self._suffix = suffix
         self._to_message = to_message
         try:
             self._logger: Any = can.Logger(path)
@@ -89,12 +99,10 @@ class _PythonCanWriter:
             raise InputError(Problem(wrong, Place(path), remedy="give another path")) from None
 
     def write(self, frames: FrameBlock) -> None:
-        if self._not_held:
-            fit = (frames.flags & self._not_held) == 0
-            self.left_out += len(frames) - int(np.count_nonzero(fit))
-            frames = frames.rows(fit)
-        for row in range(len(frames)):
-            self._logger.on_message_received(self._to_message(frames, row))
+        fit = held(self._suffix, frames)
+        self.left_out += len(frames) - len(fit)
+        for row in range(len(fit)):
+            self._logger.on_message_received(self._to_message(fit, row))
 
     def close(self) -> None:
         self._logger.stop()
@@ -113,9 +121,9 @@ class _SqliteWriter:
             raise InputError(Problem(f"cannot be written: {error}", Place(path), remedy="give another path")) from None
 
     def write(self, frames: FrameBlock) -> None:
-        fit = (frames.flags & FrameFlag.FD) == 0
-        self.left_out += len(frames) - int(np.count_nonzero(fit))
-        frames = frames.rows(fit)
+        count = len(frames)
+        frames = held(".db", frames)
+        self.left_out += count - len(frames)
         bits = [
             ((frames.flags & flag) != 0).tolist() for flag in (FrameFlag.EXTENDED, FrameFlag.REMOTE, FrameFlag.ERROR)
         ]

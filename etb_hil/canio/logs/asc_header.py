@@ -1,0 +1,78 @@
+"""What the head of an ASC log says: how its numbers are written, and when its stamps were zero."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+
+_LINE = re.compile(
+    rb"\s*(date\s+\w+\s+(?P<date>.+)|base\s+(?P<base>hex|dec)\b(\s+timestamps\s+(?P<stamps>\w+))?.*|//.*"
+    rb"|(no)?\s*internal\s+events\s+logged.*)?",
+    re.IGNORECASE,
+)
+# A measurement that was begun later than its file: the block's date is that of stamp zero.
+_BEGIN = re.compile(rb"begin\s+triggerblock\s+\S+\s+(.+?)\s*\n\s*0\.0+\s+start of measurement", re.IGNORECASE)
+_DATE = re.compile(
+    r"(?P<month>\S+)\s+(?P<day>\d+)\s+(?P<hour>\d+):(?P<minute>\d+):(?P<second>\d+)(\.(?P<ms>\d+))?"
+    r"(\s+(?P<half>[ap]m))?\s+(?P<year>\d{4})",
+    re.IGNORECASE,
+)
+_MONTHS = {"jan": 1, "feb": 2, "apr": 4, "may": 5, "mai": 5, "jun": 6, "jul": 7, "aug": 8, "sep": 9, "oct": 10}
+_MONTHS |= {"okt": 10, "nov": 11, "dec": 12, "dez": 12}
+_EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
+
+
+@dataclass(frozen=True, slots=True)
+class AscHeader:
+    """The base of numbers, bytes and lines of the header, and the time of stamp zero in ns, None without a date.
+
+    The time is that of the recording computer's zone: two logs of one computer can be compared. `is_running`: stamps
+    count from the event before.
+    """
+
+    base: int
+    size: int
+    lines: int
+    begin_ns: int | None
+    is_running: bool
+
+
+def read_header(text: bytes) -> AscHeader:
+    """Read the first whole lines of a log."""
+    start = lines = 0
+    base, date, is_running = 16, b"", False
+    while start < len(text):
+        end = text.index(b"\n", start)
+        match = _LINE.fullmatch(text[start:end].rstrip())
+        if not match:
+            break
+        if match["base"]:
+            base = 10 if match["base"].lower() == b"dec" else 16
+            is_running = (match["stamps"] or b"").lower() == b"relative"
+        date = match["date"] or date
+        lines += 1
+        start = end + 1
+    begin = _BEGIN.match(text[start:].lstrip())
+    return AscHeader(base, start, lines, _time_ns(begin[1] if begin else date), is_running)
+
+
+def _time_ns(date: bytes) -> int | None:
+    """Return the ns since 1970 of a date as `Sep 30 15:06:13.191 2017`, in English or German; None of no date."""
+    match = _DATE.fullmatch(date.decode("latin-1").strip())
+    if not match:
+        return None
+    name = match["month"][:3].lower()
+    month = _MONTHS.get(name, 3 if name.startswith("m") else 0)  # March, Mar, Mrz, and its umlaut in any code
+    hour = int(match["hour"])
+    if match["half"]:
+        hour = hour % 12 + (12 if match["half"].lower() == "pm" else 0)
+    try:
+        moment = datetime(
+            int(match["year"]), month, int(match["day"]), hour, int(match["minute"]), int(match["second"]), tzinfo=UTC
+        )
+    except ValueError:
+        return None
+    # python-can writes 7 ms as `.7`; Vector's tools write three digits.
+    moment += timedelta(milliseconds=int((match["ms"] or "0")[:3]))
+    return (moment - _EPOCH) // timedelta(microseconds=1) * 1000

@@ -1,0 +1,71 @@
+"""A log judged: each of its units, in stretches, or as a whole beside the session that it is compared with."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+from etb_hil.base.errors import InputError
+from etb_hil.base.outcome import ExitCode
+from etb_hil.cli.replay_options import stretch_of, units_of, window_of, worst
+from etb_hil.cli.replay_session import compared
+from etb_hil.replay.against import beside_session
+from etb_hil.replay.log_frames import Frames
+from etb_hil.replay.log_replay import LogJob, judge_stretches
+from etb_hil.report.verdict import verdict_text
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Iterator
+
+    from etb_hil.replay.session_replay import RuleFiles
+    from etb_hil.session.finished import Finished
+
+
+def replay_log(options: argparse.Namespace) -> int:
+    """Judge each unit of a log, whatever is wrong with another one; return the worst exit code."""
+    units = units_of(options)
+    if len(units) == 1:
+        return _unit(options, *units[0])
+    codes = []
+    for files, channel in units:
+        print(f"{files.bench.name}{'' if channel is None else f', channel {channel}'}:", flush=True)
+        try:
+            codes.append(_unit(options, files, channel))
+        except InputError as error:
+            print(error, file=sys.stderr)
+            codes.append(ExitCode.BAD_INPUT)
+    return worst(codes)
+
+
+def _unit(options: argparse.Namespace, files: RuleFiles, channel: int | None) -> int:
+    frames = Frames(options.sources, channel, window_of(options))
+    job = LogJob(tuple(options.sources), files, files.read(), keep=options.against is not None)
+    if options.against:
+        finished = beside_session(job, frames, options.against)
+        print(verdict_text(finished.results))
+    else:
+        finished = _in_stretches(judge_stretches(job, frames, round(stretch_of(options) * 1e9)), frames)
+    for note in frames.notes:
+        print(f"  Note     {note}")
+    return compared(options, finished) if options.against else int(finished.results["exit_code"])
+
+
+def _in_stretches(parts: Iterator[Finished], frames: Frames) -> Finished:
+    """Print a verdict for a short log, a line a stretch for a long one; return the one that decides."""
+    deciding = next(parts)
+    printed = False
+    ranks = [ExitCode.UNIT_FAILED, ExitCode.DONE, ExitCode.INCONCLUSIVE]
+    for finished in parts:
+        if not printed:
+            print(_line(deciding, frames.start_ns or 0))
+            printed = True
+        print(_line(finished, frames.start_ns or 0))
+        deciding = min(deciding, finished, key=lambda f: ranks.index(ExitCode(f.results["exit_code"])))
+    print(verdict_text(deciding.results))
+    return deciding
+
+
+def _line(finished: Finished, first_ns: int) -> str:
+    start, unit = (finished.record.start_ns - first_ns) * 1e-9, finished.results["unit"]
+    return f"  {start:10.1f} s + {finished.results['duration_s']:.1f} s  {unit['verdict']}: {unit['reason']}"

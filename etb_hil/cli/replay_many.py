@@ -1,0 +1,41 @@
+"""Many logs judged, each by itself, into two tables."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from etb_hil.base.outcome import BenchOutcome, ExitCode
+from etb_hil.cli.replay_options import own_rules, stretch_of, units_of, window_of, worst
+from etb_hil.replay.many_logs import judge_many, tasks_for
+from etb_hil.replay.outcome import JUDGED
+from etb_hil.replay.parquet import write_parquet
+from etb_hil.replay.workers import DaskWorkers, LocalProcesses
+
+if TYPE_CHECKING:
+    import argparse
+
+    from etb_hil.replay.outcome import Outcome
+
+
+def replay_many(options: argparse.Namespace) -> int:
+    """Judge every source, print what could not be judged and how many came to what; return the worst exit code."""
+    tasks = tasks_for(options.sources, units_of(options), *own_rules(options), stretch_of(options), window_of(options))
+    pool = DaskWorkers(options.dask) if options.dask else LocalProcesses(options.jobs)
+    folder = options.out or Path("replays")
+    outcomes = judge_many(tasks, folder, pool)
+    for outcome in outcomes:
+        if outcome["status"] != JUDGED:
+            print(f"{outcome['path']}: {outcome['status']}: {outcome['error']}")
+    words = [_word(outcome) for outcome in outcomes]
+    print(", ".join(f"{words.count(word)} {word}" for word in dict.fromkeys(words)))
+    for path in write_parquet(outcomes, folder):
+        print(path)
+    return worst(o["exit_code"] if o["status"] == JUDGED else ExitCode.BAD_INPUT for o in outcomes)
+
+
+def _word(outcome: Outcome) -> str:
+    """Return what a log is counted as: its verdict, or why it has none."""
+    if outcome["status"] != JUDGED:
+        return str(outcome["status"])
+    return str(outcome["verdict"] or {BenchOutcome.FAULT: "bench fault"}.get(outcome["bench_outcome"], "aborted"))

@@ -1,0 +1,53 @@
+"""A session judged again, and what of it changed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from etb_hil.base.outcome import ExitCode
+from etb_hil.cli.replay_options import own_rules, window_of
+from etb_hil.replay.session_replay import replay
+from etb_hil.report.verdict import verdict_text
+from etb_hil.session.differences import changes, changes_text, first_difference, first_divergence
+
+if TYPE_CHECKING:
+    import argparse
+
+    from etb_hil.session.finished import Finished
+
+
+def replay_session(options: argparse.Namespace) -> int:
+    """Judge a session, print the verdict and what differs from the live one; return the exit code."""
+    model, limits = own_rules(options)
+    finished = replay(options.sources[0], model, limits, window_of(options))
+    print(verdict_text(finished.results))
+    for note in finished.analysis.recording.notes:
+        print(f"  Note     {note}")
+    if options.against:
+        return compared(options, finished)
+    if not finished.session.has_results and not (model or limits or options.window):
+        finished.session.write_results(finished.results)
+        print("  The run was cut short before it left results; these are in its folder now.")
+    elif not finished.session.has_results:
+        print("  The run was cut short before it left results: there is nothing to compare with.")
+    elif model or limits or options.window:
+        print(changes_text(changes(finished.session.read_results(), finished.results)))
+    else:
+        found = first_difference(finished)
+        print("  The same results as live, bit for bit." if found is None else f"  Differs from live: {found}")
+        of_this_version = finished.session.read_results().get("versions") == finished.results["versions"]
+        if found is not None and of_this_version:  # what another version finds may differ
+            return int(finished.results["exit_code"]) or ExitCode.INCONCLUSIVE
+    return int(finished.results["exit_code"])
+
+
+def compared(options: argparse.Namespace, finished: Finished) -> int:
+    """Print where a judgement first differs from that of the session `--against`; return the exit code."""
+    other = replay(options.against, window=window_of(options))
+    divergence = first_divergence(finished, other)
+    print(changes_text(changes(other.results, finished.results)))
+    if divergence is None:
+        print("  Every sample and every estimate is that of the session, bit for bit.")
+        return int(finished.results["exit_code"])
+    print(f"  First divergence: {divergence}")
+    return int(finished.results["exit_code"]) or ExitCode.INCONCLUSIVE

@@ -1,0 +1,91 @@
+"""What of a log's frames another one, written from it, does not hold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from etb_hil.canio.frames import FrameFlag
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from numpy.typing import NDArray
+
+    from etb_hil.canio.frames import FrameBlock
+
+_FLAGS = {
+    FrameFlag.SENT: "direction",
+    FrameFlag.EXTENDED: "width of identifiers",
+    FrameFlag.REMOTE: "kind",
+    FrameFlag.ERROR: "kind",
+    FrameFlag.FD: "kind",
+    FrameFlag.BITRATE_SWITCH: "bit rate switch",
+    FrameFlag.ERROR_STATE: "error state",
+}
+
+
+@dataclass(slots=True)
+class Losses:
+    """`frames` that both logs have; the shift of all stamps, as the first frame has it, and the largest rest, in ns.
+
+    `gone` says what else is not as it was, and of how many frames.
+    """
+
+    frames: int = 0
+    shift_ns: int = 0
+    worst_ns: int = 0
+    gone: dict[str, int] = field(default_factory=dict)
+
+    def __str__(self) -> str:
+        gone = [f"{what} of {count} frames not kept" for what, count in self.gone.items()]
+        if not self.shift_ns and not self.worst_ns:
+            return ", ".join([*gone, "stamps kept to the nanosecond"])
+        shift = f"stamps shifted by {self.shift_ns * 1e-9:.9f} s, " if self.shift_ns else "stamps "
+        return ", ".join([*gone, f"{shift}rounded by at most {self.worst_ns} ns"])
+
+
+def losses(before: Iterable[FrameBlock], after: Iterable[FrameBlock]) -> Losses:
+    """Compare two logs frame by frame, in their order."""
+    found = Losses()
+    for old, new in _side_by_side(iter(before), iter(after)):
+        moved = new.stamp_ns - old.stamp_ns
+        if not found.frames:
+            found.shift_ns = int(moved[0])
+        found.worst_ns = max(found.worst_ns, int(np.max(np.abs(moved - found.shift_ns))))
+        found.frames += len(new)
+        for what, differs in _differences(old, new):
+            if count := int(np.count_nonzero(differs)):
+                found.gone[what] = found.gone.get(what, 0) + count
+    return found
+
+
+def _differences(old: FrameBlock, new: FrameBlock) -> Iterator[tuple[str, NDArray[np.bool_]]]:
+    flags = old.flags ^ new.flags
+    for flag, what in _FLAGS.items():
+        yield what, (flags & flag) != 0
+    remote = (old.flags & FrameFlag.REMOTE) != 0
+    error = (old.flags & FrameFlag.ERROR) != 0
+    length, ident = old.length != new.length, old.ident != new.ident
+    width = min(old.data.shape[1], new.data.shape[1])
+    payload = (old.data[:, :width] != new.data[:, :width]).any(axis=1)
+    payload |= old.data[:, width:].any(axis=1) | new.data[:, width:].any(axis=1)
+    yield "channel", old.channel != new.channel
+    yield "length of remote frames", length & remote
+    yield "what error frames carry", (length | ident | payload) & error
+    rest = ~error
+    yield "identifier", ident & rest
+    yield "payload", (payload | length & ~remote) & rest
+
+
+def _side_by_side(first: Iterator[FrameBlock], second: Iterator[FrameBlock]) -> Iterator[tuple[FrameBlock, FrameBlock]]:
+    """Yield the same rows of two streams that are cut in different places."""
+    one, two = next(first, None), next(second, None)
+    while one is not None and two is not None:
+        count = min(len(one), len(two))
+        if count:
+            yield one.rows(slice(count)), two.rows(slice(count))
+        one = one.rows(slice(count, None)) if len(one) > count else next(first, None)
+        two = two.rows(slice(count, None)) if len(two) > count else next(second, None)
