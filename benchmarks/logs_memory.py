@@ -1,12 +1,14 @@
 """Whole processes over logs, from cold: wall and processor time, and the most memory that they held.
 
-    python benchmarks/logs_memory.py [--frames 2000000] [--runs 160] [--rounds 3] [--peer]
+    python benchmarks/logs_memory.py [--frames 2000000] [--runs 160] [--rounds 3] [--peer] [--gib 10 --at FOLDER]
 
 1. a BLF log of two million frames to columns of float64, beside python-can + cantools (--peer: takes a minute); with
    and without the extra `logs`, whose libdeflate unpacks faster than zlib and whose asammdf python-can imports;
 2. the same frames in an MF4 log, beside asammdf;
 3. `etb-hil replay` of a friction check recorded again and again, against the time that it lasted: the memory must not
-   grow with the log.
+   grow with the log;
+4. with --gib alone, `etb-hil replay` of a log of that size, as a car's gateway records it: the bench's bus on channel 0,
+   and on channel 1 an FD bus of 4000 frames a second with 64 random bytes each. The log is deleted afterwards.
 """
 
 import argparse
@@ -18,11 +20,12 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 from log_traffic import Traffic
 
 from etb_hil.base.stock import find
 from etb_hil.bench.job import JobFiles, execute, prepare
-from etb_hil.canio.frames import concatenate_frames
+from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
 from etb_hil.canio.logs.blf import BlfLog, read_blf
 from etb_hil.canio.logs.mf4_writer import Mf4Log
 
@@ -32,7 +35,7 @@ import sys
 from cantools.database.can import Database
 from pathlib import Path
 from etb_hil.canio.logs.reading import read_log
-from etb_hil.canio.dbc.columns import ColumnDecoder
+from etb_hil.canio.columns import ColumnDecoder
 from etb_hil.canio.frames import gathered
 database = Database(strict=False)
 database.add_dbc_file({dbc!r})
@@ -104,6 +107,44 @@ def write_tiled(path, frames, repeats):
     return span * repeats * 1e-9
 
 
+def a_run(folder):
+    """The frames of a friction check."""
+    files = {kind: find(kind, "default") for kind in ("model", "limits")}
+    job = prepare(
+        JobFiles(find("scenario", "friction_check"), find("bench", "virtual_classic"), unit=files["model"], **files)
+    )
+    return concatenate_frames(read_blf(execute(job, folder, "", 3).session.raw_log))
+
+
+def write_gateway(path, run, size):
+    """A log of so many bytes: a run of the bench again and again, and a busy FD bus beside it; frames and seconds."""
+    span = int(run.stamp_ns[-1] - run.stamp_ns[0]) + 1_000_000_000
+    stamps = np.arange(run.stamp_ns[0], run.stamp_ns[0] + span, 250_000)
+    count, rng = len(stamps), np.random.default_rng(11)
+    flags = np.full(count, FrameFlag.FD | FrameFlag.BITRATE_SWITCH, np.uint8)
+    other = FrameBlock(
+        stamps, rng.integers(0x300, 0x340, count).astype(np.uint32), flags, np.full(count, 64, np.uint8),
+        rng.integers(0, 256, (count, 64), np.uint8), np.ones(count, np.uint8),
+    )  # fmt: skip
+    both = concatenate_frames([run, other])
+    both = both.rows(np.argsort(both.stamp_ns, kind="stable"))
+    log, turn = BlfLog(path, int(both.stamp_ns[0])), 0
+    while path.stat().st_size < size:
+        log.write(replace(both, stamp_ns=both.stamp_ns + turn * span))
+        turn += 1
+    log.close()
+    return len(both) * turn, span * turn * 1e-9
+
+
+def gateway(folder, gib):
+    """Replay a log of so many GiB."""
+    with tempfile.TemporaryDirectory(dir=folder) as place:
+        log = Path(place) / "gateway.blf"
+        count, lasted = write_gateway(log, a_run(Path(place)), gib * 2**30)
+        title = f"replay of {count / 1e6:.0f} M frames, {log.stat().st_size / 2**30:.2f} GiB, {lasted / 3600:.1f} h"
+        show(title, REPLAY.format(words=["replay", str(log)]), 1, lasted)
+
+
 def show(title, script, rounds, lasted=None):
     """Print the quickest of some rounds, and the most memory of all."""
     figures = [measured(script) for _ in range(rounds)]
@@ -125,7 +166,12 @@ def main():
     parser.add_argument("--runs", type=int, default=160)
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--peer", action="store_true")
+    parser.add_argument("--gib", type=float)
+    parser.add_argument("--at", type=Path, help="folder with room for the log (default: that of temporary files)")
     options = parser.parse_args()
+    if options.gib:
+        gateway(options.at, options.gib)
+        return
     with tempfile.TemporaryDirectory() as folder:
         log = Path(folder) / "log.blf"
         dbc = str(write_log(log, options.frames).dialect.path)
@@ -144,11 +190,7 @@ def main():
         script = COLD.format(dbc=dbc, log=str(mf4), without=AS_A_COMMAND)
         show(f"{options.frames} frames of MF4 to columns", script, options.rounds)
         show("asammdf", BY_ASAMMDF.format(dbc=dbc, log=str(mf4)), 1)
-        files = {kind: find(kind, "default") for kind in ("model", "limits")}
-        job = prepare(
-            JobFiles(find("scenario", "friction_check"), find("bench", "virtual_classic"), unit=files["model"], **files)
-        )
-        run = concatenate_frames(read_blf(execute(job, Path(folder), "", 3).session.raw_log))
+        run = a_run(Path(folder))
         for repeats in (1, options.runs // 4, options.runs):
             lasted = write_tiled(log, run, repeats)
             size = log.stat().st_size / 2**20
