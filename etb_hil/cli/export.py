@@ -49,8 +49,8 @@ def _messages(options: argparse.Namespace) -> list[Message]:
         path = open_session(options.source).input_path("dbc")
     else:
         return []
-    from cantools.database.can import Database
+    from etb_hil.canio.dbc.dbc_file import load_dbc, require_distinct
 
-    database = Database(strict=False)
-    database.add_dbc_file(path)
-    return list(database.messages)
+    messages = list(load_dbc(path).messages)
+    require_distinct(messages, path)
+    return messages

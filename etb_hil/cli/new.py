@@ -16,7 +16,7 @@ def run(options: argparse.Namespace) -> int:
     """Write the files and say what was guessed; nothing that is there already is written over."""
     from etb_hil.base.errors import InputError, Place, Problem
     from etb_hil.base.roles import COMMANDED
-    from etb_hil.canio.dbc.dialect_reader import load_dbc
+    from etb_hil.canio.dbc.dbc_file import load_dbc
     from etb_hil.canio.dbc.role_proposals import chosen, proposals
     from etb_hil.cli.starting_files import REQUIRED, starting_files
 

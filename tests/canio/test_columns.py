@@ -61,6 +61,29 @@ def test_any_signal_equals_the_codec(described, seed):
     assert_as_the_codec(message, payloads)
 
 
+SIGNAL = ' SG_ S : 0|16@1+ (1,0) [0|0] "" A\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (f"BO_ 1 M: 2 A\n{SIGNAL}{SIGNAL.replace('0|16', '0|8')}", "one signal of this name .*'M.S'"),
+        (f"BO_ 1 M: 2 A\n{SIGNAL}BO_ 2 M: 2 A\n{SIGNAL}", "one message has this name .*'M'"),
+        (f"BO_ 1 M: 2 A\n{SIGNAL}BO_ 1 N: 2 A\n{SIGNAL}", "one message has this identifier .*'0x1: M and N'"),
+    ],
+)
+def test_what_cannot_be_told_apart_is_refused(text, told):
+    database = cantools.database.load_string(f'VERSION ""\nBU_: A\n{text}', "dbc", strict=False)
+    with pytest.raises(InputError, match=told):
+        ColumnDecoder(database.messages)
+
+
+def test_the_codec_refuses_signals_of_one_name():
+    text = f'VERSION ""\nBU_: A\nBO_ 1 M: 2 A\n{SIGNAL}{SIGNAL}'
+    with pytest.raises(InputError, match="more than one signal"):
+        MessageCodec(cantools.database.load_string(text, "dbc", strict=False).messages[0])
+
+
 @pytest.mark.parametrize("others", [0, 200])
 def test_messages_are_told_apart(others):
     text = 'VERSION ""\nBU_: A\n'

@@ -12,7 +12,7 @@ from etb_hil.base.roles import COMMANDED
 from etb_hil.base.stock import find
 from etb_hil.base.yamlfile import load
 from etb_hil.bench.bench_file import Bench, load_bench
-from etb_hil.canio.dbc.dialect_reader import load_dbc
+from etb_hil.canio.dbc.dbc_file import load_dbc
 from etb_hil.canio.dbc.role_proposals import chosen, proposals, words_of
 from etb_hil.cli.main import main
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from etb_hil.canio.dbc.dbc_file import require_distinct
 from etb_hil.canio.frames import FrameFlag
 
 if TYPE_CHECKING:
@@ -45,14 +46,15 @@ class MessageColumns:
 class ColumnDecoder:
     """Decodes the frames of some messages of a DBC file, whole blocks at a time.
 
-    Frames that are too short for their message are left out and counted in `too_short`.
+    Frames that are too short for their message are left out and counted in `too_short`. Raises InputError where two
+    messages, or two signals of one, cannot be told apart.
     """
 
     def __init__(self, messages: Iterable[Message], id_offset: int = 0) -> None:
+        messages = [message for message in messages if not message.is_container]
+        require_distinct(messages)
         self._readers = {
-            (m.frame_id + id_offset) | (_EXTENDED if m.is_extended_frame else 0): _MessageReader(m)
-            for m in messages
-            if not m.is_container
+            (m.frame_id + id_offset) | (_EXTENDED if m.is_extended_frame else 0): _MessageReader(m) for m in messages
         }
         self.too_short = 0
 

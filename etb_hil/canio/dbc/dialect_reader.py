@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import difflib
 from dataclasses import replace
-from typing import TYPE_CHECKING, cast
-
-import cantools
-from cantools.database.errors import Error as CantoolsError
+from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.quantity import dimension_of_unit, tidy_unit, to_si
 from etb_hil.base.roles import ROLES
+from etb_hil.canio.dbc.dbc_file import load_dbc
 from etb_hil.canio.dbc.dialect_message import DialectMessage, RoleColumn, SampleCounter
 from etb_hil.canio.dbc.protection import UNPROTECTED, Profile, Protection
 from etb_hil.canio.dbc.signal_layout import SignalLayout
@@ -41,17 +39,6 @@ def read_dialect(
             *(p if path.name in str(p) else replace(p, what=f"{p.what} (DBC: {path.name})") for p in reader.problems)
         )
     return messages
-
-
-def load_dbc(path: Path) -> Database:
-    """Open a DBC file; messages that break its rules are allowed, for vehicles' files are full of them."""
-    try:
-        return cast("Database", cantools.database.load_file(path, database_format="dbc", strict=False))
-    except OSError as error:
-        what = f"cannot be read: {error.strerror or error}"
-        raise InputError(Problem(what, Place(path), remedy="check the path and its permissions")) from None
-    except (CantoolsError, UnicodeError, ValueError, KeyError, AttributeError) as error:
-        raise InputError(Problem(f"is no DBC file: {error}", Place(path), remedy="mend the file")) from None
 
 
 class _Reader:

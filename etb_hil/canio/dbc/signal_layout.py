@@ -8,6 +8,7 @@ import numpy as np
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.canio.dbc import signal_bits as sb
+from etb_hil.canio.dbc.dbc_file import require_plain
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,10 +24,11 @@ if TYPE_CHECKING:
 class SignalLayout:
     """The places and scalings of some signals of a message, and of the multiplexers that they hang on.
 
-    Raises InputError where a signal does not lie inside its message.
+    Raises InputError where a signal does not lie inside its message, or two signals have one name.
     """
 
     def __init__(self, message: Message, names: Sequence[str]) -> None:
+        require_plain(message)
         order = {signal.name: index for index, signal in enumerate(message.signals)}
         self.names = tuple(names)
         self._message = message

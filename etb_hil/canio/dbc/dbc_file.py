@@ -1,0 +1,56 @@
+"""Opens DBC files, and refuses what is ambiguous in them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING, cast
+
+import cantools
+from cantools.database.errors import Error as CantoolsError
+
+from etb_hil.base.errors import InputError, Place, Problem
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from pathlib import Path
+
+    from cantools.database.can import Database, Message
+
+_REMEDY = "take the wrong one out of the DBC file"
+
+
+def load_dbc(path: Path) -> Database:
+    """Open a DBC file; messages that break its rules are allowed, for vehicles' files are full of them."""
+    try:
+        return cast("Database", cantools.database.load_file(path, database_format="dbc", strict=False))
+    except OSError as error:
+        what = f"cannot be read: {error.strerror or error}"
+        raise InputError(Problem(what, Place(path), remedy="check the path and its permissions")) from None
+    except (CantoolsError, UnicodeError, ValueError, KeyError, AttributeError) as error:
+        raise InputError(Problem(f"is no DBC file: {error}", Place(path), remedy="mend the file")) from None
+
+
+def require_plain(message: Message, path: Path | None = None) -> None:
+    """Raise InputError where two signals of a message have one name: nobody knows which of them is meant."""
+    for name, count in Counter(signal.name for signal in message.signals).items():
+        if count > 1:
+            what = "the message has more than one signal of this name"
+            raise InputError(Problem(what, _place(path), f"{message.name}.{name}", remedy=_REMEDY))
+
+
+def require_distinct(messages: Iterable[Message], path: Path | None = None) -> None:
+    """Raise InputError where messages, or the signals of one, cannot be told apart by name or by identifier."""
+    names: dict[str, Message] = {}
+    identifiers: dict[tuple[int, bool], Message] = {}
+    for message in messages:
+        require_plain(message, path)
+        if names.setdefault(message.name, message) is not message:
+            raise InputError(Problem("more than one message has this name", _place(path), message.name, remedy=_REMEDY))
+        other = identifiers.setdefault((message.frame_id, bool(message.is_extended_frame)), message)
+        if other is not message:
+            both = f"{message.frame_id:#x}: {other.name} and {message.name}"
+            raise InputError(Problem("more than one message has this identifier", _place(path), both, remedy=_REMEDY))
+
+
+def _place(path: Path | None) -> Place | None:
+    return None if path is None else Place(path)
