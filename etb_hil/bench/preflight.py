@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError, Place, Problem
@@ -46,6 +47,7 @@ def check_scenario(scenario: Document[Scenario], setup: BenchSetup, throttle: Th
             found = [
                 *_outside(phase, bench.limits, where),
                 *_unknown_roles(phase, dialect, where),
+                *_never_fires(phase, trajectory, where),
                 *_moves_unseen(phase, trajectory, where),
             ]
             if not found and total <= bench.limits.duration:
@@ -64,7 +66,11 @@ def check_scenario(scenario: Document[Scenario], setup: BenchSetup, throttle: Th
         problems.append(_no_such_signal("supply_voltage", scenario.place("supply")))
     if problems:
         raise InputError(*problems)
-    return [bus_budget_of(bench, measure, dialect) for measure in _requests(bench, scenario.content)]
+    try:
+        return [bus_budget_of(bench, measure, dialect) for measure in _requests(bench, scenario.content)]
+    except InputError as error:  # the sum does not know which file asked for it
+        bus = setup.document.place("bus")
+        raise InputError(*(replace(problem, place=problem.place or bus) for problem in error.problems)) from None
 
 
 def bus_budget_of(bench: Bench, measure: Measure, dialect: Dialect) -> BusBudget:
@@ -124,6 +130,19 @@ def _unknown_roles(phase: Phase, dialect: Dialect, where: _Where) -> Iterator[Pr
     """Find conditions on signals that this bench does not have."""
     if phase.until is not None and not dialect.has(phase.until.role):
         yield _no_such_signal(phase.until.role, where("until", "role"))
+
+
+def _never_fires(phase: Phase, trajectory: Trajectory, where: _Where) -> Iterator[Problem]:
+    """Find a condition that would have to hold for longer than its phase lasts."""
+    if phase.until is None:
+        return
+    needed, lasts = phase.until.for_ + (phase.until.over or 0.0), trajectory.duration
+    if needed >= lasts:
+        key = "over" if phase.until.for_ == 0.0 else "for"
+        allowed = f"less than {lasts:g} s, which is what the phase lasts"
+        yield Problem(
+            "the condition cannot come true in time", where("until", key), f"{needed:g} s", allowed, "shorten it"
+        )
 
 
 def _no_such_signal(role: str, place: Place) -> Problem:

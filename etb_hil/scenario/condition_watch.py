@@ -22,11 +22,18 @@ class Firing:
 
 
 class ConditionWatch:
-    """Looks at every sample stamped after `since_ns`, and up to `until_ns` where that is set, until one fires."""
+    """Looks at every sample stamped after `since_ns`, and up to `until_ns` where that is set, until one fires.
 
-    def __init__(self, condition: Condition, since_ns: int) -> None:
+    Where a host's clock was set back, a sample counts as stamped when the newest before it was, as in the diagnosis.
+    Of a role that several sources carry, only the samples of `source` count: between two of them there is no order
+    that every cut of the stream keeps.
+    """
+
+    def __init__(self, condition: Condition, since_ns: int, source: str | None = None) -> None:
         self._condition = condition
         self._since_ns = since_ns
+        self._newest_ns = since_ns
+        self._source = source
         self._hold_ns = round(condition.for_ * 1e9)
         self._is_armed = condition.kind not in EDGES
         self._trend = None if condition.over is None else _Trend(round(condition.over * 1e9))
@@ -38,14 +45,17 @@ class ConditionWatch:
         """Take samples in the order in which they were received; return the one that fired, then and ever after."""
         role = self._condition.role
         for block in blocks:
-            if self.fired is None and role in block.columns and len(block):
+            if self.fired is None and role in block.columns and len(block) and self._source in (None, block.source):
                 self._look(block, role)
         return self.fired
 
     def _look(self, block: SampleBlock, role: str) -> None:
-        first = int(np.searchsorted(block.stamp_ns, self._since_ns, side="right"))
-        last = len(block) if self.until_ns is None else int(np.searchsorted(block.stamp_ns, self.until_ns, "right"))
-        columns = (block.stamp_ns, block.time_ns, block.columns[role], block.lost_before)
+        stamp_ns = np.maximum.accumulate(block.stamp_ns)
+        stamp_ns = np.maximum(stamp_ns, self._newest_ns)
+        self._newest_ns = int(stamp_ns[-1])
+        first = int(np.searchsorted(stamp_ns, self._since_ns, side="right"))
+        last = len(block) if self.until_ns is None else int(np.searchsorted(stamp_ns, self.until_ns, "right"))
+        columns = (stamp_ns, block.time_ns, block.columns[role], block.lost_before)
         rows = zip(*(column[first:last].tolist() for column in columns), strict=True)
         for stamp_ns, time_ns, value, lost in rows:
             if self._is_held(time_ns, value, lost != 0):

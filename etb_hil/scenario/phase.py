@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 
 from etb_hil.base.quantity import Angle, AngularVelocity, Duration, Frequency, format_quantity
 from etb_hil.base.yamlfile import FileModel
 from etb_hil.scenario.condition import Until
 
+NAME = re.compile(r"^[a-z][a-z0-9_]{0,39}$")
 LEAST = 1e-3  # of a speed, an angle, a time, a frequency in SI: below it nothing moves or ends
 
 
@@ -29,6 +31,12 @@ def _rising(pair: tuple[float, float]) -> tuple[float, float]:
     return pair
 
 
+def _is_name(text: str) -> str:
+    if not NAME.fullmatch(text):
+        raise ValueError("a name is up to 40 small letters, digits and underscores, a letter first")
+    return text
+
+
 PositiveSpeed = Annotated[AngularVelocity, _positive("angular velocity")]
 PositiveAngle = Annotated[Angle, _positive("angle")]
 PositiveTime = Annotated[Duration, _positive("time")]
@@ -41,6 +49,7 @@ Speeds = Annotated[
     ),
     Field(min_length=1, max_length=100, description="an angular velocity with its unit, or a list of them"),
 ]
+Name = Annotated[str, AfterValidator(_is_name), WithJsonSchema({"type": "string", "pattern": NAME.pattern})]
 Repeat = Annotated[int, Field(ge=1, le=1000)]
 
 
@@ -58,6 +67,6 @@ class PhaseModel(FileModel):
     angles: ClassVar[tuple[str, ...]] = ()  # keys whose values the plate is sent to
     speeds: ClassVar[tuple[str, ...]] = ()  # keys whose values are velocities of the plate
 
-    id: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,39}$", description="name of the phase, once a scenario")]
+    id: Annotated[Name, Field(description="name of the phase, once a scenario")]
     measure: Annotated[Measure | None, Field(description="in place of the bench's usual request")] = None
     until: Annotated[Until | None, Field(description="what ends the phase before its time")] = None

@@ -14,12 +14,12 @@ class PhaseWatches:
         self._watches: list[ConditionWatch | None] = []
         self._open: list[ConditionWatch] = []
 
-    def begin(self, stamp_ns: int, condition: Condition | None) -> None:
-        """Let samples after this stamp belong to the next phase."""
+    def begin(self, stamp_ns: int, condition: Condition | None, source: str | None) -> None:
+        """Let samples after this stamp belong to the next phase; `source` is what brings the condition's role."""
         last = self._watches[-1] if self._watches else None
         if last is not None:
             last.until_ns = stamp_ns
-        watch = None if condition is None else ConditionWatch(condition, stamp_ns)
+        watch = None if condition is None else ConditionWatch(condition, stamp_ns, source)
         self._watches.append(watch)
         if watch is not None:
             self._open.append(watch)

@@ -13,7 +13,7 @@ from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.quantity import Voltage
 from etb_hil.base.yamlfile import Document, FileModel, load
 from etb_hil.scenario.condition import Condition
-from etb_hil.scenario.phase import Repeat
+from etb_hil.scenario.phase import Name, Repeat
 from etb_hil.scenario.phases import Phase
 
 MOST_STEPS = 2000  # phases of a run, repeats counted
@@ -24,7 +24,7 @@ class Group(FileModel):
     """Phases that are run one after another, several times over."""
 
     kind: Literal["group"]
-    id: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,39}$", description="name of the group, once a scenario")]
+    id: Annotated[Name, Field(description="name of the group, once a scenario")]
     repeat: Repeat = 1
     phases: Annotated[tuple[Entry, ...], Field(min_length=1, max_length=200)]
 

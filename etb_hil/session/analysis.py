@@ -76,7 +76,8 @@ class Analysis:
         """
         begins_ns = max(stamp_ns, self._newest_ns)  # else a replay would give this phase what another one judged
         self._marks.append(PhaseMark(begins_ns, phase_id, kind))
-        self._watches.begin(begins_ns, until)
+        known = until is not None and self.dialect.has(until.role)
+        self._watches.begin(begins_ns, until, self.dialect.source_of(until.role) if until and known else None)
         return begins_ns
 
     def push(self, frames: FrameBlock) -> list[SampleBlock]:

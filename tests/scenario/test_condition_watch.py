@@ -70,6 +70,24 @@ def test_samples_before_and_after_the_phase_do_not_count():
     assert watch.push([block([3, 3, 3, 0, 3, 3])]) is None
 
 
+def test_a_clock_that_was_set_back_hides_no_sample_of_the_phase():
+    """Stamps 1, 2, 9, 4, 5, 12 ms: what came after the 9 belongs to a phase that began at 8 ms, wherever it is cut."""
+    whole = block([0, 0, 0, 3, 0, 0])
+    whole.stamp_ns[:] = np.array([1, 2, 9, 4, 5, 12]) * MS
+    for cut in range(7):
+        watch = ConditionWatch(condition(above="2 A"), 8 * MS)
+        fired = watch.push([whole.rows(slice(0, cut)), whole.rows(slice(cut, None))])
+        assert fired is not None
+        assert fired.stamp_ns == 9 * MS
+
+
+def test_only_one_source_of_a_role_counts():
+    watch = ConditionWatch(condition(above="2 A"), 0, "m")
+    other = block([3])
+    other.source = "another message"
+    assert watch.push([other, block([1, 4])]).value == 4.0
+
+
 def test_other_roles_are_left_alone():
     assert ConditionWatch(condition(above="2 A"), 0).push([block([3], role="supply_voltage")]) is None
 

@@ -104,6 +104,11 @@ def test_groups_are_unrolled_in_order_and_know_their_place(tmp_path):
             "1000000 phases",
         ),
         ("- {id: a, kind: wait, timeout: 1 s}\n", r"yaml:4: .*until.*missing"),
+        ("- {id: ../a, kind: off, duration: 1 s}\n", r"yaml:4: phases\[0\].id: a name is up to 40 small letters"),
+        (
+            "- {id: a, kind: hold, at: 9 deg, position: 9 deg, duration: 1 s}\n",
+            r"at: unknown key .*allowed: approach, duration",
+        ),
         ("- {id: a, kind: wait, timeout: 1 s, until: {role: speed, above: 1}}\n", "no role that is measured"),
         ("- {id: a, kind: wait, timeout: 1 s, until: {role: motor_current, above: 1}}\n", "no unit"),
         ("- {id: a, kind: wait, timeout: 1 s, until: {role: motor_current, above: 1 V}}\n", "no unit of current"),
@@ -139,6 +144,14 @@ def test_what_cannot_be_meant_is_refused_with_its_place(tmp_path, phases, told):
         (
             "- {id: a, kind: wait, timeout: 1 s, until: {role: engine_speed, above: 10 rad/s}}\n",
             "no signal for the role",
+        ),
+        (
+            "- {id: a, kind: wait, timeout: 1 s, until: {role: motor_current, above: 1 A, for: 2 s}}\n",
+            r"yaml:4: phases\[0\].until.for: .*in time \(it is '2 s'\); allowed: less than 1 s",
+        ),
+        (
+            "- {id: a, kind: wait, timeout: 1 s, until: {role: temperature, settles_within: 1 K, over: 1 s}}\n",
+            r"until.over: the condition cannot come true in time",
         ),
         ("- {id: a, kind: reversals, amplitude: 20 deg, speed: 0.1 rad/s}\n", "set-points leave the bench's limits"),
         ("- {id: g, kind: group, repeat: 100, phases: [{id: a, kind: off, duration: 1 min}]}\n", "takes too long"),
