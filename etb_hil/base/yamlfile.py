@@ -9,14 +9,18 @@ from __future__ import annotations
 
 import difflib
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from etb_hil.base.errors import InputError, Place, Problem
+
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
 
 MAX_BYTES = 1 << 20
 MAX_DEPTH = 32
@@ -197,11 +201,15 @@ _BOUNDS = {
     "less_than_equal": "up to",
     "less_than": "below",
 }
+_LENGTHS = {"too_short": ("at least", "min_length"), "too_long": ("at most", "max_length")}
 
 
 def _problems(path: Path, lines: dict[Path_, int], model: type[BaseModel], error: ValidationError) -> list[Problem]:
     found = []
-    for detail in error.errors(include_url=False):
+    details = error.errors(include_url=False)
+    for detail in details:
+        if _follows_from_others(detail["loc"], details):
+            continue
         key = _file_key(tuple(detail["loc"]), lines)
         place = _place(path, lines, key)
         value = detail.get("input")
@@ -216,7 +224,20 @@ def _problems(path: Path, lines: dict[Path_, int], model: type[BaseModel], error
             found.append(Problem("this key is missing", place, remedy=f"add '{key[-1]}'" if key else None))
         elif (bound := _BOUNDS.get(detail["type"])) is not None:
             most = next(iter(detail["ctx"].values()))
-            found.append(Problem("out of range", place, shown, f"{bound} {most:g}, in the quantity's SI unit"))
+            unit = ", in the quantity's SI unit" if isinstance(shown, str) else ""
+            found.append(Problem("out of range", place, shown, f"{bound} {most:g}{unit}"))
+        elif detail["type"] in _LENGTHS:
+            context = detail["ctx"]
+            bound, limit = _LENGTHS[detail["type"]]
+            found.append(Problem(f"has {context['actual_length']} entries", place, allowed=f"{bound} {context[limit]}"))
+        elif detail["type"] == "string_pattern_mismatch":
+            allowed = f"what fits the pattern {detail['ctx']['pattern']}"
+            found.append(Problem("has characters that it must not have, or too many", place, shown, allowed))
+        elif detail["type"] == "union_tag_not_found":
+            field = str(detail["ctx"]["discriminator"]).strip("'")
+            names = _tags(model, detail["loc"], field)
+            what = f"the key '{field}' is missing"
+            found.append(Problem(what, place, allowed=", ".join(names) or None, remedy=f"add '{field}'"))
         elif detail["type"] == "union_tag_invalid":
             context = detail["ctx"]
             tag, field = str(context["tag"]), str(context["discriminator"]).strip("'")
@@ -227,6 +248,25 @@ def _problems(path: Path, lines: dict[Path_, int], model: type[BaseModel], error
         else:
             found.append(Problem(message, place, value=shown))
     return found
+
+
+def _follows_from_others(location: tuple[str | int, ...], details: Sequence[ErrorDetails]) -> bool:
+    """Return whether an error stands for those inside: entries that are wrong count as none."""
+    own = next(detail for detail in details if detail["loc"] == location)
+    inside = (d["loc"] for d in details if len(d["loc"]) > len(location) and d["loc"][: len(location)] == location)
+    return own["type"] == "too_short" and next(inside, None) is not None
+
+
+def _tags(model: type[BaseModel], location: tuple[str | int, ...], field: str) -> list[str]:
+    """Return what the key that tells the kinds of a union apart may say."""
+    schema = model.model_json_schema()
+    definitions = schema.get("$defs", {})
+    nodes = [schema]
+    for part in location:
+        nodes = [child for node in nodes for child in _children(node, part, definitions)]
+    shapes = [shape for node in nodes for shape in _shapes(node, definitions)]
+    tags = [shape.get("properties", {}).get(field, {}).get("const") for shape in shapes]
+    return [tag for tag in tags if tag is not None]
 
 
 def _file_key(location: tuple[str | int, ...], lines: dict[Path_, int]) -> Path_:
@@ -261,6 +301,8 @@ def _resolve(node: dict[str, Any], definitions: dict[str, dict[str, Any]]) -> di
 
 def _children(node: dict[str, Any], part: str | int, definitions: dict[str, dict[str, Any]]) -> list[dict[str, Any]]:
     node, *variants = _shapes(node, definitions)
+    if named := [v for v in variants if v.get("properties", {}).get("kind", {}).get("const") == part]:
+        return named  # the name of a union's member, which may be the name of another one's key as well
     found = []
     for candidate in [node, *variants]:
         if isinstance(part, int):
@@ -270,7 +312,4 @@ def _children(node: dict[str, Any], part: str | int, definitions: dict[str, dict
             child = properties.get(part) or candidate.get("additionalProperties")
         if isinstance(child, dict):
             found.append(child)
-    if not found and isinstance(part, str):  # the name of a union's member: stay among the variants it may mean
-        named = [v for v in variants if v.get("properties", {}).get("kind", {}).get("const") == part]
-        found = named or variants
-    return found
+    return found or (variants if isinstance(part, str) else [])  # a union's member that pydantic names by its type

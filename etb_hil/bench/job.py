@@ -21,7 +21,7 @@ from etb_hil.bench.results import results_of
 from etb_hil.bench.runner import Runner
 from etb_hil.bench.snapshot import Watcher, nobody
 from etb_hil.bench.tap import Tap
-from etb_hil.canio.bus.bus_settings import VIRTUAL
+from etb_hil.canio.bus.bus_settings import SOCKETCAN, VIRTUAL
 from etb_hil.canio.bus.link import Link, VirtualLink, open_link
 from etb_hil.canio.bus.virtual_network import VirtualNetwork
 from etb_hil.canio.dbc.commands import CommandEncoder
@@ -84,7 +84,7 @@ def prepare(files: JobFiles, *, attended: bool = False) -> Job:
     scenario = load_scenario(files.scenario)
     setup = load_bench(files.bench, files.dbc)
     model = load_model(files.model)
-    limits = load_limits(files.limits).content
+    limits = load_limits(files.limits, model.values.gear_ratio).content
     if files.unit is not None and setup.bench.bus.interface != VIRTUAL:
         raise InputError(
             Problem(
@@ -95,6 +95,10 @@ def prepare(files: JobFiles, *, attended: bool = False) -> Job:
                 "leave --unit out: the unit is what is plugged in",
             )
         )
+    if setup.bench.bus.interface not in {VIRTUAL, SOCKETCAN}:
+        from etb_hil.canio.bus.python_can_link import require_interface  # noqa: PLC0415 (importing can is slow)
+
+        require_interface(setup.bench.bus, setup.document.place("bus", "interface"))
     unit = load_model(files.unit or find("model", "default"))
     if not attended:
         check_unattended(scenario)

@@ -12,9 +12,10 @@ from numba import njit
 from pydantic import Field
 
 from etb_hil.base.outcome import BenchOutcome
-from etb_hil.base.quantity import Angle, AngularVelocity, Current, Duration, Temperature, Voltage
+from etb_hil.base.quantity import AngularVelocity, Current, Duration, Temperature, Voltage
 from etb_hil.base.yamlfile import FileModel
 from etb_hil.recording.samples import Float64, SampleBlock
+from etb_hil.scenario.phase import Between
 from etb_hil.scenario.trajectory import SetPoint
 from etb_hil.session.answer_time import AnswerWatch
 
@@ -32,7 +33,7 @@ class SafetyLimits(FileModel):
 
     current: Annotated[Current, Field(gt=0)]
     voltage: Annotated[Voltage, Field(gt=0)]
-    angle: tuple[Angle, Angle]
+    angle: Between
     velocity: Annotated[AngularVelocity, Field(gt=0)]
     temperature: Temperature
     duration: Annotated[Duration, Field(gt=0, description="of a whole run")]

@@ -8,7 +8,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from etb_hil.base.quantity import Ratio, Temperature, TemperatureCoefficient, Torque
+from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.quantity import Ratio, Temperature, TemperatureCoefficient, Torque, format_quantity
 from etb_hil.base.yamlfile import Document, FileModel, load
 from etb_hil.plant.table_one import Shaft
 
@@ -70,6 +71,13 @@ class LowerLimit(FileModel):
     shaft: Shaft
     source: Annotated[Text, Field(description="where the limit comes from; 'chosen' is an honest source")]
 
+    @field_validator("min")
+    @classmethod
+    def _brings_the_plate_back(cls, value: float) -> float:
+        if value < 0.0:
+            raise ValueError("below zero friction holds the plate against its springs; zero or more is expected")
+        return value
+
     def at_throttle(self, gear_ratio: float) -> float:
         """Return the limit in N·m at the throttle shaft."""
         return self.min * gear_ratio if self.shaft is Shaft.MOTOR else self.min
@@ -92,6 +100,25 @@ class Limits(FileModel):
     marginal_band: Annotated[Ratio, Field(ge=0.0, lt=0.5)]
 
 
-def load_limits(path: Path) -> Document[Limits]:
-    """Read a limits file; InputError lists every problem with file, line, key and value."""
-    return load(path, Limits)
+def load_limits(path: Path, gear_ratio: float | None = None) -> Document[Limits]:
+    """Read a limits file; InputError lists every problem with file, line, key and value.
+
+    Limits of T_st and T_c that are stated for different shafts can be compared only where `gear_ratio` is known.
+    """
+    document = load(path, Limits)
+    stiction, coulomb = document.content.stiction, document.content.coulomb
+    if gear_ratio is None and stiction.shaft is not coulomb.shaft:
+        return document
+    gear = 1.0 if gear_ratio is None else gear_ratio
+    if coulomb.at_throttle(gear) > stiction.at_throttle(gear):
+        most = stiction.at_throttle(gear) * coulomb.max / coulomb.at_throttle(gear)
+        raise InputError(
+            Problem(
+                "the limit of T_c lies above that of T_st: no throttle slides harder than it breaks away",
+                document.place("coulomb", "max"),
+                format_quantity(coulomb.max, "torque"),
+                f"up to {format_quantity(most, 'torque')}, the limit of T_st",
+                "look whether the two were exchanged, and at their shafts",
+            )
+        )
+    return document

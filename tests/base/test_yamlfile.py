@@ -21,11 +21,14 @@ class Turn(FileModel):
 class Wait(FileModel):
     kind: Literal["wait"]
     duration: Duration
+    turn: Duration = 1.0  # as another kind is called
 
 
 class Plan(FileModel):
     name: str
-    steps: tuple[Annotated[Turn | Wait, Field(discriminator="kind")], ...] = ()
+    steps: Annotated[tuple[Annotated[Turn | Wait, Field(discriminator="kind")], ...] | None, Field(min_length=1)] = None
+    tries: Annotated[int, Field(le=3)] = 1
+    label: Annotated[str, Field(pattern="^[a-z]+$")] = "a"
 
 
 def written(tmp_path: Path, text: str) -> Path:
@@ -57,12 +60,17 @@ def test_a_document_knows_where_its_keys_stand(tmp_path):
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("name: x\nnmae: y\n", ":2: nmae: unknown key (it is 'y'); allowed: name, steps; did you mean 'name'?"),
+        ("name: x\nnmae: y\n", ":2: nmae: unknown key (it is 'y'); allowed: label, name, steps"),
+        ("name: x\nnmae: y\n", "; did you mean 'name'?"),
         ("name: x\nsteps:\n  - kind: turn\n    angel: 3 deg\n    angle: 3 deg\n", "plan.yaml:4: steps[0].angel"),
         ("name: x\nsteps:\n  - kind: turn\n    angle: 3 V\n", "'V' is no unit of angle"),
         ("name: x\nsteps:\n  - kind: turn\n    angle: 3\n", "the unit is missing"),
         ("name: x\nsteps:\n  - kind: turn\n    angle: .nan\n", "plan.yaml:4"),
-        ("steps: []\n", "name: this key is missing"),
+        ("name: x\nsteps: []\n", "plan.yaml:2: steps: has 0 entries; allowed: at least 1"),
+        ("name: x\nsteps:\n  - angle: 3 deg\n", "steps[0]: the key 'kind' is missing; allowed: turn, wait; add 'kind'"),
+        ("name: x\ntries: 9\n", "plan.yaml:2: tries: out of range (it is 9); allowed: up to 3"),
+        ("name: x\nlabel: A\n", "it is 'A'); allowed: what fits the pattern ^[a-z]+$"),
+        ("steps: [{kind: wait, duration: 1 s}]\n", "name: this key is missing"),
         ("name: x\nname: y\n", "plan.yaml:2: name: stands twice"),
         ("name: &a x\n", "anchors and aliases are not read"),
         ("name: !!python/object:os.system x\n", "is not read; remove the tag"),
@@ -82,6 +90,12 @@ def test_refusals_name_file_line_key_and_remedy(tmp_path, text, expected):
 def test_a_wrong_key_inside_a_variant_lists_that_variants_keys(tmp_path):
     with pytest.raises(InputError, match=r"allowed: angle, kind; did you mean 'angle'"):
         load(written(tmp_path, "name: x\nsteps:\n  - kind: turn\n    angel: 3 deg\n    angle: 3 deg\n"), Plan)
+
+
+def test_a_list_is_not_called_empty_where_its_entries_are_wrong(tmp_path):
+    with pytest.raises(InputError) as caught:
+        load(written(tmp_path, "name: x\nsteps:\n  - kind: turn\n    angle: 3 V\n"), Plan)
+    assert len(caught.value.problems) == 1
 
 
 def test_bytes_that_are_no_text_and_files_that_are_too_large_are_refused(tmp_path):

@@ -48,21 +48,6 @@ def test_verdict_and_numbers(checks, unit, rate, seed):
         assert margin.value < 0.0
 
 
-@pytest.mark.parametrize("known", [0.6, 1.0, 1.4])
-def test_viscosity_is_not_taken_for_coulomb_friction(known):
-    """Where viscosity outweighs the drop from T_st to T_c, friction rises with speed all the same."""
-    unit = Unit(
-        resistance=2.55, back_emf=0.54, torque_per_ampere=0.54, inertia=1.8e-3, coulomb=0.177, stiction=0.215,
-        stribeck_velocity=5.2, viscous=4e-3,
-    )  # fmt: skip
-    run, phases = friction_check(unit)
-    bench = replace(unit, viscous=known * unit.viscous, stribeck_velocity=1.1 * unit.stribeck_velocity)
-    result = judge(bench, sense(unit, run, 1000, np.random.default_rng(11)), phases, 1000)
-    assert result.number("T_c").value == pytest.approx(unit.coulomb, rel=0.06)
-    assert result.number("T_st").value == pytest.approx(unit.stiction, rel=0.03)
-    assert result.number("viscous").value == pytest.approx(unit.viscous, rel=0.2)
-
-
 def test_filtered_peak_is_too_low_where_the_fit_is_not():
     """The paper reads T_st off a low-pass filtered signal; a stick-slip peak of a few ms is lost there."""
     unit = replace(FAULTY, stiction=0.45)

@@ -50,11 +50,23 @@ def test_impossible_temperature_laws_are_refused(tmp_path, coefficient, between)
         load_limits(path)
 
 
+def test_limits_that_were_exchanged_are_refused(tmp_path):
+    path = tmp_path / "limits.yaml"
+    path.write_text(TEXT.replace("0.0144 N·m, shaft: motor", "0.19 N·m, shaft: throttle"))
+    with pytest.raises(InputError, match=r"yaml:5: coulomb.max: the limit of T_c .*it is '0.2 N·m'.* up to 0.19 N·m"):
+        load_limits(path)
+    path.write_text(TEXT)  # T_st for the motor, T_c for the throttle shaft
+    assert load_limits(path, 18.0).content.coulomb.max == 0.20
+    with pytest.raises(InputError, match=r"up to 0.144 N·m"):
+        load_limits(path, 10.0)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "line", "key"),
     [
         ("0.20 N·m", "0.20 V", 5, "coulomb.max"),
         ("0.20 N·m", "-0.20 N·m", 5, "coulomb.max"),
+        ("0.05 N·m", "-0.05 N·m", 6, "return_margin.min"),
         ("shaft: motor, ", "", 4, "stiction.shaft"),
         ("marginal_band: 3 %", "marginal_band: 60 %", 7, "marginal_band"),
         ("part_number", "part_nummer", 2, "part_nummer"),

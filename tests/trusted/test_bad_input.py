@@ -15,9 +15,10 @@ from hypothesis import strategies as st
 from etb_hil.base.errors import EtbHilError, InputError
 from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench
-from etb_hil.bench.job import execute
+from etb_hil.bench.job import JobFiles, execute, prepare
 from etb_hil.bench.preflight import check_scenario
 from etb_hil.canio.logs.reading import read_log
+from etb_hil.cli.main import main
 from etb_hil.diagnosis.limits import load_limits
 from etb_hil.plant.parameters import load_model
 from etb_hil.replay.session_replay import replay
@@ -78,6 +79,32 @@ def ends_well(read, path):
             raise AssertionError(f"no clear error: {said}") from error
     assert time.process_time() - begun < SOON_S
     return answer
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("angle: [-2 deg, 87 deg]", "angle: [87 deg, -2 deg]", r"bench.yaml:9: limits.angle: the first angle must lie"),
+        ("etb_virtual, channel: bench", "scketcan, channel: can0", r"yaml:3: bus.interface: no such .*'socketcan'"),
+        ("1 Mbit/s", "100 kbit/s", r"bench.yaml:3: bus: the bus cannot carry this"),
+    ],
+)
+def test_a_bench_that_cannot_be_is_refused_with_its_place(tmp_path, old, new, told):
+    text = find("bench", STOCK["bench"]).read_text()
+    assert old in text
+    (tmp_path / "bench.yaml").write_text(text.replace(old, new))
+    with pytest.raises(InputError, match=told):
+        prepare(
+            JobFiles(**{kind: find(kind, name) for kind, name in STOCK.items()} | {"bench": tmp_path / "bench.yaml"})
+        )
+
+
+def test_a_dbc_file_that_is_none_exports_nothing(tmp_path, session, capsys):
+    (tmp_path / "any.dbc").write_text("no DBC file")
+    out = tmp_path / "out.parquet"
+    assert main(["export", str(session.session.folder), str(out), "--dbc", str(tmp_path / "any.dbc")]) == 2
+    assert "any.dbc: is no DBC file" in capsys.readouterr().err
+    assert not out.exists()
 
 
 @pytest.mark.filterwarnings("ignore")

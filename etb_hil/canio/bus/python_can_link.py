@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import os
 import socket
 import sys
@@ -12,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 import can
 import numpy as np
 
-from etb_hil.base.errors import BenchFault, InputError, Problem
+from etb_hil.base.errors import BenchFault, InputError, Place, Problem
+from etb_hil.canio.bus.bus_settings import VIRTUAL
 from etb_hil.canio.bus.health import BusHealth, LoadMeter
 from etb_hil.canio.bus.serial_adapter import ReadAhead
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
@@ -151,25 +153,36 @@ def _content(frames: FrameBlock, row: int) -> bytes:
     return bytes((flags,)) + frames.ident[row].tobytes() + frames.data[row, : frames.length[row]].tobytes()
 
 
-def _open(settings: BusSettings) -> can.BusABC:
+def require_interface(settings: BusSettings, place: Place | None = None) -> None:
+    """Raise InputError where python-can has no interface of this name; `place` is where the bench file says it."""
     if settings.interface not in can.VALID_INTERFACES:
-        known = ", ".join(sorted(can.VALID_INTERFACES))
+        near = difflib.get_close_matches(settings.interface, can.VALID_INTERFACES, n=1)
         raise InputError(
-            Problem("no such CAN interface", value=settings.interface, allowed=known, remedy="mend bus.interface")
+            Problem(
+                "no such CAN interface",
+                place,
+                settings.interface,
+                ", ".join(sorted({*can.VALID_INTERFACES, VIRTUAL})),
+                f"did you mean '{near[0]}'?" if near else "mend bus.interface",
+            )
         )
+
+
+def _open(settings: BusSettings) -> can.BusABC:
+    require_interface(settings)
     rates: dict[str, Any] = {"bitrate": int(settings.bitrate), "fd": settings.fd}
     if settings.fd:
         rates["data_bitrate"] = int(settings.data_bitrate)
     try:
         bus = can.Bus(interface=settings.interface, channel=settings.channel, **(rates | settings.options))
-        if settings.interface in _LOOPING and sys.platform == "linux":
-            _keep_to_group(bus)
-        return bus
     except (can.CanError, OSError, ImportError, ValueError, TypeError, NotImplementedError) as error:
         raise BenchFault(
             f"{settings.interface} channel '{settings.channel}' cannot be opened: {error}; check the channel's "
             "name, the adapter's driver, and that the options are those of python-can for this interface"
         ) from error
+    if settings.interface in _LOOPING and sys.platform == "linux":
+        _keep_to_group(bus)
+    return bus
 
 
 def _keep_to_group(bus: can.BusABC) -> None:
