@@ -101,6 +101,27 @@ def friction_along(angle: Float64, samples: Float64, q: Float64, out: Float64) -
 
 
 @njit(cache=True, error_model="numpy")
+def unsettled(angle: Float64, q: Float64) -> Float64:
+    """Return at every tick (n) how far the bristles are from steady sliding: 0 there, 1 relaxed, 2 bent the other way.
+
+    That is the share of sigma_0 by which friction answers an error of the angle (n).
+    """
+    out = np.empty(len(angle))
+    stiffness, inverse_speed = exp(q[LOG_STIFFNESS]), exp(-q[LOG_SPEED])
+    least = _LEAST * abs(q[COULOMB]) + 1e-6
+    bent, share = 0.0, 1.0  # bristles' torque
+    for k in range(len(angle)):
+        way = angle[k] - angle[max(k - 1, 0)]
+        if way != 0.0:
+            g = max(q[COULOMB] + q[DROP] * gauss(way / TICK * inverse_speed), least)
+            settled = g if way > 0.0 else -g
+            bent = settled + (bent - settled) * exp_neg(stiffness * abs(way) / g)
+            share = abs(1.0 - bent / settled)
+        out[k] = share
+    return out
+
+
+@njit(cache=True, error_model="numpy")
 def steady_level(omega: Float64, q: Float64) -> Float64:
     """Return g (m) in N·m at velocities (m) in rad/s (seed paper, eq. 2)."""
     out = np.empty(len(omega))

@@ -19,6 +19,7 @@ from etb_hil.diagnosis.friction_model import (
     LOG_SPEED,
     VISCOUS,
     friction_along,
+    unsettled,
 )
 from etb_hil.diagnosis.prior import CONSTANT, INERTIA, LAG, OFFSET, PARAMETERS, Prior
 from etb_hil.diagnosis.ticks import Ticks
@@ -42,6 +43,10 @@ _CONVERGED = 1e-3  # in standard errors
 _SAME_VALLEY = 0.5  # in standard errors: as near as that to an end that was found, a descent comes to the same one
 _LEAST_NOISE = 2e-4  # N·m
 _OVERLAP = 3.0  # windows a stride apart share this many times their noise
+# Between these shares of sigma_0, by which friction answers an error of the angle, windows are of one kind: each is
+# weighed by what it leaves over. A kind has so many windows, or goes with the others that have not.
+_KINDS = (0.02, 0.1, 0.5)
+_FEWEST = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,14 +122,30 @@ def gather_evidence(
 def fit_stribeck(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior) -> StribeckFit | None:
     """Fit by Levenberg's and Marquardt's method from several starts; None where none of them comes to an end."""
     best: tuple[float, Float64] | None = None
+    alike = np.zeros(len(windows), np.int64)
     for factor in _STARTS:
         known = None if best is None else best[1]
-        found = _descend(ticks, windows, evidence, prior, _start(evidence, prior, factor), known)
+        found = _descend(ticks, windows, evidence, prior, _start(evidence, prior, factor), known, alike)
         if found is not None and (best is None or found[0] < best[0]):
             best = found
     if best is None:
         return None
-    return _conclude(ticks, windows, evidence, prior, best[1])
+    # Bristles that are bent by an angle known in steps, after a rest above all, are off by more than any noise.
+    kind = _kinds(ticks, windows, best[1])
+    weighed = _descend(ticks, windows, evidence, prior, best[1], None, kind)
+    return None if weighed is None else _conclude(ticks, windows, evidence, prior, weighed[1], kind)
+
+
+def _kinds(ticks: Ticks, windows: Windows, q: Float64) -> Int64:
+    """Return the kind (m) of every window: 0 where there are enough to weigh it by itself, the others from 1 on."""
+    share = window_means(unsettled(ticks.angle, q), WINDOW, windows)
+    kind, named = np.zeros(len(windows), np.int64), 1
+    for least, most in zip((-np.inf, *_KINDS), (*_KINDS, np.inf), strict=True):
+        inside = (share > least) & (share <= most)
+        if np.count_nonzero(inside) >= _FEWEST:
+            kind[inside] = named
+            named += 1
+    return kind
 
 
 def _start(evidence: Evidence, prior: Prior, factor: float) -> Float64:
@@ -171,10 +192,10 @@ def _linearise(ticks: Ticks, windows: Windows, evidence: Evidence, q: Float64) -
 
 
 @njit(cache=True, error_model="numpy")
-def _cost(residual: Float64, q: Float64, prior_mean: Float64, prior_precision: Float64, precision: float) -> float:
+def _cost(residual: Float64, weight: Float64, q: Float64, prior_mean: Float64, prior_precision: Float64) -> float:
     total = 0.0
-    for r in residual:
-        total += precision * r * r
+    for k in range(len(residual)):
+        total += weight[k] * residual[k] * residual[k]
     for a in range(len(q)):
         d = q[a] - prior_mean[a]
         total += prior_precision[a] * d * d
@@ -189,23 +210,34 @@ def _mean_square(residual: Float64) -> float:
     return total / len(residual)
 
 
-def _precision(residual: Float64) -> float:
-    """Return the weight of a window: by what is left over, windows that overlap counted for what they are worth."""
-    return 1.0 / (_OVERLAP * max(_mean_square(residual), _LEAST_NOISE * _LEAST_NOISE))
+def _weights(residual: Float64, kind: Int64) -> Float64:
+    """Return weights of windows (m): by what their kind leaves over, those that overlap counted for what they say."""
+    weight = np.empty(len(residual))
+    for k in range(int(kind.max()) + 1):
+        same = kind == k
+        if np.any(same):
+            weight[same] = 1.0 / (_OVERLAP * max(_mean_square(residual[same]), _LEAST_NOISE * _LEAST_NOISE))
+    return weight
 
 
 def _descend(
-    ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, start: Float64, known: Float64 | None
+    ticks: Ticks,
+    windows: Windows,
+    evidence: Evidence,
+    prior: Prior,
+    start: Float64,
+    known: Float64 | None,
+    kind: Int64,
 ) -> tuple[float, Float64] | None:
     """Return the mean square left over and the parameters; None where there is no end, or only a `known` one."""
     q, damping = start, 1e-3
     residual, jacobian = _linearise(ticks, windows, evidence, q)
     for _ in range(_ITERATIONS):
-        weight = np.full(len(windows), precision := _precision(residual))
+        weight = _weights(residual, kind)
         matrix, gradient = accumulate(jacobian, residual, weight)
         gradient += prior.precision * (prior.mean - q)
         matrix[np.diag_indices(PARAMETERS)] += prior.precision
-        cost = _cost(residual, q, prior.mean, prior.precision, precision)
+        cost = _cost(residual, weight, q, prior.mean, prior.precision)
         for _ in range(8):
             damped = matrix.copy()
             damped[np.diag_indices(PARAMETERS)] *= 1.0 + damping
@@ -214,7 +246,7 @@ def _descend(
             if not np.all(np.isfinite(step)):
                 return None
             tried, tried_jacobian = _linearise(ticks, windows, evidence, q + step)
-            if _cost(tried, q + step, prior.mean, prior.precision, precision) < cost:
+            if _cost(tried, weight, q + step, prior.mean, prior.precision) < cost:
                 q, residual, jacobian, damping = q + step, tried, tried_jacobian, 0.1 * damping
                 break
             damping = 10.0 * damping
@@ -230,9 +262,11 @@ def _descend(
     return _mean_square(residual), q
 
 
-def _conclude(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, q: Float64) -> StribeckFit | None:
+def _conclude(
+    ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, q: Float64, kind: Int64
+) -> StribeckFit | None:
     residual, jacobian = _linearise(ticks, windows, evidence, q)
-    weight = np.full(len(windows), _precision(residual))
+    weight = _weights(residual, kind)
     matrix, _ = accumulate(jacobian, residual, weight)
     held = np.zeros_like(matrix)
     held[np.diag_indices(PARAMETERS)] = prior.precision
