@@ -15,6 +15,7 @@ from scipy.io import loadmat
 from etb_hil.discrepancy import freerun
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.calibration import all_unknowns, calibrate
+from etb_hil.discrepancy.fit import fit_of, gauss_newton
 from etb_hil.discrepancy.measurement import measurements_of
 from etb_hil.discrepancy.unknowns import base_unknowns, effect_unknowns, simulable, start
 from etb_hil.plant.drive_file import load_plant
@@ -45,6 +46,17 @@ def with_effects(model, balances, names):
             whole[place] = value
         unknowns = unknowns + effect_unknowns(effect, values, balances[0].load)
     return calibrate(model, balances, whole, unknowns, rounds=12).fit.whole
+
+
+def fitted_freely(model, balances, begin):
+    """Fit the base parameters to the position of one free run over the whole record by the drive alone."""
+    b = balances[0]
+
+    def off(whole):
+        return 1e3 * (freerun.trace(b, whole[:EXTENDED], 0, len(b.measured)) - b.measured.angle)
+
+    known = [u for u in base_unknowns(model) if u.name != "stiction"]
+    return gauss_newton(off, fit_of(off, begin), known, 12)[0].whole
 
 
 def held_out_force(model, balances, names):
@@ -118,6 +130,7 @@ def main(folder):
     print("free run on the test file by the drive alone, mm rms")
     m = test[0].measured
     models = {"symmetric": skewed, "symmetric, same instant": plain}
+    models["symmetric, fitted in free run"] = fitted_freely(model, estimation, plain)
     models["friction_asymmetry"] = with_effects(model, estimation, ("friction_asymmetry",))
     for name, whole in models.items():
         off = freerun.trace(test[0], whole[:EXTENDED], 0, len(m)) - m.angle
