@@ -77,6 +77,7 @@ def _chart(values: Axes, ranges: Axes, number: NumberHistory, *, named: bool) ->
     if chart is None:
         say_empty(values, f"{len(number.charted)} units; {FEWEST} are needed")
         say_empty(ranges, "")
+        ranges.set(xticks=[])
         return
     place = np.arange(1, len(chart.values) + 1)
     values.plot(place, chart.values, "o-", color=MEASURED, markersize=3.5, linewidth=0.8)

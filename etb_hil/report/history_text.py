@@ -26,11 +26,21 @@ def history_text(history: History, rows: int) -> str:
     """Return a history as plain text; of the runs, the latest `rows`."""
     head = f"{printable(history.part_number, 30)} revision {printable(history.revision, 10)}"
     lines = ["", f"{head}, {printable(history.scenario, 30)}", *_table(history, rows)]
-    for number in history.numbers:
-        if number.at:
+    numbers = [number for number in history.numbers if number.at]
+    for number in numbers:
+        statements = list(_statements(number))
+        if statements:
             lines += ["", f"{number.id}, {_NAMES[number.id]}"]
-            for name, text in _statements(number):
-                lines += _entry(name, text)
+            lines += [line for name, text in statements for line in _entry(name, text)]
+    lacking: dict[tuple[str, str], list[str]] = {}
+    for number in numbers:
+        for entry in _lacking(number):
+            lacking.setdefault(entry, []).append(number.id)
+    if lacking:
+        lines += ["", "Not told yet"]
+    for (name, text), ids in lacking.items():
+        whose = "" if name == "Temperature" or len(ids) == len(numbers) else f"{', '.join(ids)}: "
+        lines += _entry(name, whose + text)
     return "\n".join(lines)
 
 
@@ -62,13 +72,23 @@ def _table(history: History, rows: int) -> Iterator[str]:
         yield f"  {run.started[:10]:11}{serial:18}{values}{plain(run.temperature, 'degC'):>6} {said}".rstrip()
 
 
-def _statements(number: NumberHistory) -> Iterator[tuple[str, str]]:
-    if number.id in FRICTION:
-        yield "Temperature", _temperature(number.temperature)
-    chart = number.chart
-    if chart is None:
+def _lacking(number: NumberHistory) -> Iterator[tuple[str, str]]:
+    """Yield what the runs do not tell, and what it would take."""
+    if number.id in FRICTION and number.temperature is None:
+        seen = f"no unit was seen at temperatures {LEAST_SPREAD:.0f} K apart, or too few runs were"
+        yield "Temperature", f"{seen}. Values are compared as measured."
+    if number.chart is None:
         yield "Control chart", f"no limits from fewer than {FEWEST} units; there are {len(number.charted)}."
-    else:
+    if number.gauge is None:
+        yield "Gauge R&R", "at least 2 units must be there twice each, on one bench or on several."
+    if not number.drifts and not number.looked_at:
+        yield "Drift", f"no unit and no bench has {LEAST} runs of units that were measured again."
+
+
+def _statements(number: NumberHistory) -> Iterator[tuple[str, str]]:
+    if number.temperature is not None:
+        yield "Temperature", _temperature(number.temperature)
+    if (chart := number.chart) is not None:
         signals = [f"{printable(number.charted[k], 30)}: {reason}" for k, reason in chart.signals.items()]
         state = "steady" if not signals else "NOT STEADY: " + "; ".join(signals[:5])
         more = f"; {len(signals) - 5} more in history.json" if len(signals) > 5 else ""
@@ -77,16 +97,15 @@ def _statements(number: NumberHistory) -> Iterator[tuple[str, str]]:
         yield "Control chart", f"{centre}, {limits}, moving range {_torque(chart.mean_range)}: {state}{more}."
     if number.capability is not None:
         yield "Capability", _capability(number.capability)
-    yield "Gauge R&R", _gauge(number.gauge)
-    yield "Drift", " ".join(map(_drift, number.drifts)) or _no_drift(number.looked_at)
+    if number.gauge is not None:
+        yield "Gauge R&R", _gauge(number.gauge)
+    if number.drifts:
+        yield "Drift", " ".join(map(_drift, number.drifts))
+    elif number.looked_at:
+        yield "Drift", f"none; looked for in {number.looked_at} series of {LEAST} or more runs of a unit or bench."
 
 
-def _temperature(effect: TemperatureEffect | None) -> str:
-    if effect is None:
-        return (
-            f"not taken out: no unit was seen at temperatures {LEAST_SPREAD:.0f} K apart, or too few runs were. "
-            "Values are compared as measured."
-        )
+def _temperature(effect: TemperatureEffect) -> str:
     return (
         f"{100 * effect.coefficient:+.2f} %/K (95 %: {100 * effect.low:+.2f} to {100 * effect.high:+.2f}), from "
         f"{effect.runs} runs of {effect.units} units at {effect.coldest:.0f} to {effect.warmest:.0f} °C; taken out."
@@ -108,9 +127,7 @@ def _index(index: Index) -> str:
     return f"{index.value:.2f} (95 %: {index.low:.2f} to {index.high:.2f})"
 
 
-def _gauge(study: GaugeStudy | None) -> str:
-    if study is None:
-        return "no study: at least 2 units must be there twice each, on one bench or on several."
+def _gauge(study: GaugeStudy) -> str:
     text = (
         f"{100 * study.share(study.gauge):.1f} % of the study's variation, {study.categories} distinct categories; "
         f"{study.units} units x {study.benches} benches x {study.trials} runs: EV {1e3 * study.repeatability:.2f}, "
@@ -133,12 +150,6 @@ def _drift(drift: Drift) -> str:
     if drift.kind == "bench":
         return f"{text} Check it with a golden unit and look at its current sensor."
     return f"{text} It or its bench: no other unit was there again." if drift.alone else text
-
-
-def _no_drift(looked_at: int) -> str:
-    if looked_at:
-        return f"none; looked for in {looked_at} series of {LEAST} or more runs of a unit or bench."
-    return f"not looked for: no unit and no bench has {LEAST} runs of units that were measured again."
 
 
 def _torque(value: float) -> str:

@@ -13,10 +13,10 @@ from markupsafe import Markup, escape
 
 from etb_hil.report import plots, show
 from etb_hil.report.drawing import inline_svg, save_png
+from etb_hil.report.grades import bus_facts, timing_facts
 from etb_hil.report.model import Exceedance, ReportSeries, Results
 from etb_hil.report.show import phase_name
 from etb_hil.report.verdict import unit_line, verdict_of
-from etb_hil.report.wording import bus_sentence, timing_sentence
 
 REPORT_NAME = "report.html"
 
@@ -34,12 +34,17 @@ _PLOTS = {
 }
 
 
-def write_report(results: Results | Mapping[str, Any], series: ReportSeries | Mapping[str, Any], folder: Path) -> Path:
+def write_report(
+    results: Results | Mapping[str, Any],
+    series: ReportSeries | Mapping[str, Any],
+    folder: Path,
+    next_step: str = "",
+) -> Path:
     """Write `report.html` and a PNG file for each plot into a folder that exists; return the page's path.
 
     The page carries the text of the inputs that lie in the folder's `inputs`, as a session has them. Takes `Results`
-    or the dictionary of `results.json`, and `ReportSeries` or its columns by name. Raises InputError where the
-    dictionary is wrong.
+    or the dictionary of `results.json`, and `ReportSeries` or its columns by name; `next_step` as of
+    `verdict_of`. Raises InputError where the dictionary is wrong.
     """
     results = results if isinstance(results, Results) else Results.from_dict(results)
     series = series if isinstance(series, ReportSeries) else ReportSeries.from_mapping(series)
@@ -49,7 +54,7 @@ def write_report(results: Results | Mapping[str, Any], series: ReportSeries | Ma
         save_png(figure, folder / f"{name}.png")
         drawn[name] = inline_svg(figure, name)
     page = folder / REPORT_NAME
-    page.write_text(render_page(results, drawn, _input_texts(results, folder / "inputs")), encoding="utf-8")
+    page.write_text(render_page(results, drawn, _input_texts(results, folder / "inputs"), next_step), encoding="utf-8")
     return page
 
 
@@ -60,7 +65,7 @@ def script(name: str) -> tuple[Markup, Markup]:
     return _ours(text), _ours(f"'sha256-{digest}'")
 
 
-def render_page(results: Results, drawn: Mapping[str, str], texts: Mapping[str, str]) -> str:
+def render_page(results: Results, drawn: Mapping[str, str], texts: Mapping[str, str], next_step: str = "") -> str:
     """Return the page; `drawn` maps plots to their `<svg>` elements, `texts` inputs to what they hold."""
     zoom, zoom_hash = script("zoom.js")
     here = Path(__file__).parent
@@ -83,7 +88,7 @@ def render_page(results: Results, drawn: Mapping[str, str], texts: Mapping[str, 
         long=lambda text: _sentence(text[:_LONGEST_PHRASE]),
         count=lambda value: show.UNKNOWN if value is None else str(value),
     )
-    verdict = verdict_of(results)
+    verdict = verdict_of(results, next_step)
     versions = ", ".join(f"{name} {version}" for name, version in results.versions.items())
     return environment.get_template("report.html.jinja").render(
         results=results,
@@ -93,8 +98,7 @@ def render_page(results: Results, drawn: Mapping[str, str], texts: Mapping[str, 
         next_step=_sentence(verdict.next_step),
         unit_line=_sentence(unit_line(results)),
         safe_state=_SAFE_STATE[results.bench.safe_state],
-        grades=_sentence(timing_sentence(results)),
-        bus=_sentence(bus_sentence(results)),
+        grades=[(name, _sentence(text)) for name, text in (*bus_facts(results), *timing_facts(results))],
         phase_name=phase_name,
         numbers=results.numbers[:_MOST_NUMBERS],
         phases=results.phases[:_MOST_PHASES],

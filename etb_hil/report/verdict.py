@@ -53,8 +53,11 @@ class Verdict:
     further: tuple[str, ...]
 
 
-def verdict_of(results: Results) -> Verdict:
-    """Return the outcome to show first: what happened to the bench outranks what was measured of the unit."""
+def verdict_of(results: Results, next_step: str = "") -> Verdict:
+    """Return the outcome to show first: what happened to the bench outranks what was measured of the unit.
+
+    `next_step` is what is to be done with a unit that was judged, where that is known better than from its verdict.
+    """
     bench = bench_wording(results)
     attempts = attempts_sentence(results)
     not_the_unit = tuple(filter(None, (*_NOT_THE_UNIT, attempts)))
@@ -70,7 +73,7 @@ def verdict_of(results: Results) -> Verdict:
         UnitVerdict.INCONCLUSIVE: ("INCONCLUSIVE", "unsure"),
         None: ("INCONCLUSIVE", "unsure"),
     }[results.unit.verdict]
-    return Verdict(headline, tone, unit.reason, unit.next_step, tuple(filter(None, further)))
+    return Verdict(headline, tone, unit.reason, next_step or unit.next_step, tuple(filter(None, further)))
 
 
 def unit_line(results: Results) -> str:
@@ -87,15 +90,18 @@ def banner(headline: str) -> list[str]:
     return [" ".join(letter[row] for letter in letters).rstrip() for row in range(5)]
 
 
-def verdict_text(results: Results | Mapping[str, Any], report: Path | None = None, *, rows: int | None = None) -> str:
+def verdict_text(
+    results: Results | Mapping[str, Any], report: Path | None = None, *, rows: int | None = None, next_step: str = ""
+) -> str:
     """Return the verdict as plain text of at most 80 columns, for a terminal or a log file.
 
-    Where it is to fit into some `rows`, further reasons give way, the last ones first. Takes `Results` or the
+    Where it is to fit into some `rows`, further reasons give way, the last ones first; `next_step` as of `verdict_of`.
+    Takes `Results` or the
     dictionary of `results.json`; raises InputError where that is wrong.
     """
     if not isinstance(results, Results):
         results = Results.from_dict(results)
-    verdict = verdict_of(results)
+    verdict = verdict_of(results, next_step)
     text = _text(results, verdict, report)
     while rows is not None and text.count("\n") + 1 > rows and verdict.further:
         kept = tuple(line for line in verdict.further if line != _MORE)[:-1]

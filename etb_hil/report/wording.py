@@ -208,12 +208,6 @@ _BENCH_DEFAULTS = {
 _UNSAFE = "return_margin_beyond_limit"
 _STICKS = {"T_st_exceeded", "plate_stuck"}
 
-TIMESTAMP_GRADES = {
-    "sample counter": "exact to the controller's own clock",
-    "receive stamps": "late by the bus and the computer",
-    "time column of a table": "as it was written",
-}
-
 
 def unit_wording(results: Results) -> Wording:
     """Return why the unit got its verdict and what to do; of an unknown reason, the words that came with it."""
@@ -241,43 +235,6 @@ def further_reasons(results: Results) -> list[str]:
     """Return the sentences of the reasons beside the first one."""
     known = (UNIT_REASONS.get(reason_id) for reason_id in results.unit.also)
     return [_filled(wording.reason, results) for wording in known if wording is not None]
-
-
-def timing_sentence(results: Results) -> str:
-    """Return how good the time of the samples is, and how late the computer was."""
-    grade = results.timestamp_grade
-    meaning = TIMESTAMP_GRADES.get(grade, "")
-    text = f"Timestamps: {grade or 'grade unknown'}{', ' + meaning if meaning else ''}."
-    clock, late = results.clock, results.bench.lateness
-    if clock.drift_ppm is not None and clock.residual_rms_us is not None and clock.residual_worst_us is not None:
-        text += f" Computer against controller: drift {clock.drift_ppm:.2f} ppm, "
-        text += f"scatter {clock.residual_rms_us:.0f} us rms, {clock.residual_worst_us:.0f} us at most."
-    if late is not None:
-        text += f" The computer was late by {late.mean_ms:.2f} ms on average, {late.worst_ms:.2f} ms at most."
-    age, jitter = results.bench.frame_age, results.bench.set_point_jitter
-    shown = "unknown" if age is None else f"{age.mean_ms:.2f} ms on average, {age.worst_ms:.2f} ms at most"
-    text += f" Age of the newest sample at its ticks: {shown}."
-    answer = results.bench.answer_time
-    shown = "unknown" if answer is None else f"{answer.mean_ms:.1f} ms on average, {answer.worst_ms:.1f} ms at most"
-    text += f" From a command to the status that shows it: {shown}."
-    shown = "unknown" if jitter is None else f"{jitter.rms_us:.0f} us rms, {jitter.worst_us:.0f} us at most"
-    return f"{text} Jitter of the set-points on the bus: {shown}."
-
-
-def bus_sentence(results: Results) -> str:
-    """Return how the bus fared; what the driver does not tell is unknown, never a constant."""
-    bus = results.bus
-    counts = {
-        "error frames": bus.error_frames,
-        "transmit error counter": bus.transmit_errors,
-        "receive error counter": bus.receive_errors,
-        "dropped by the computer": bus.dropped,
-    }
-    loads = [show.UNKNOWN_WORD if load is None else show.share(load) for load in (bus.load, bus.load_peak)]
-    told = ", ".join(f"{name} {show.UNKNOWN_WORD if n is None else n}" for name, n in counts.items())
-    state = bus.state or show.UNKNOWN_WORD
-    text = f"{bus.name or 'Bus'}: load {loads[0]} in the last 0.1 s, {loads[1]} in the worst; state {state}; {told}."
-    return f"{text} Not watched: {'; '.join(results.bench.not_watched)}." if results.bench.not_watched else text
 
 
 def attempts_sentence(results: Results) -> str:

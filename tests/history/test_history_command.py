@@ -89,6 +89,14 @@ def test_tables_hold_every_run(tmp_path):
     assert len(number["control_chart"]["values"]) == 12
 
 
+def test_what_few_runs_do_not_tell_is_said_once():
+    text = history_text(histories([made_up.run(k, f"U{k}", 0.17) for k in range(2)])[0], 20)
+    assert text.count("Control chart") == text.count("Gauge R&R") == text.count("Drift") == 1
+    assert text.index("Not told yet") < text.index("Control chart  no limits from fewer than 8 units; there are 2.")
+    assert "T_st, break-away friction" not in text
+    assert "Not told yet" not in history_text(histories(made_up.production(9, 30, warm=30.0, benches=("x", "y")))[0], 5)
+
+
 def test_text_is_plain_and_narrow():
     runs = made_up.production(9, 30, coefficient=-0.003, warm=30.0, benches=("x", "y"))
     runs += [made_up.run(900 + k, "\x1b[31m" * 20, 0.17 + 0.004 * k) for k in range(12)]

@@ -8,6 +8,7 @@ import sample_run
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.recording.recording import ClockGrade
 from etb_hil.report import show
+from etb_hil.report.grades import timing_facts
 from etb_hil.report.model import Bench, Clock, Number, Unit
 from etb_hil.report.wording import (
     BENCH_REASONS,
@@ -15,7 +16,6 @@ from etb_hil.report.wording import (
     bench_wording,
     further_reasons,
     spring_or_friction,
-    timing_sentence,
     unit_wording,
 )
 
@@ -66,14 +66,17 @@ def test_further_reasons_come_after_the_first():
 
 
 def test_grades_say_what_is_known_of_time():
-    assert timing_sentence(sample_run.results(timestamp_grade="", clock=Clock(), bench=Bench(BenchOutcome.OK))) == (
-        "Timestamps: grade unknown. Age of the newest sample at its ticks: unknown. "
-        "From a command to the status that shows it: unknown. Jitter of the set-points on the bus: unknown."
-    )
+    unknown = sample_run.results(timestamp_grade="", clock=Clock(), bench=Bench(BenchOutcome.OK))
+    assert timing_facts(unknown) == [
+        ("Timestamps", "grade unknown"),
+        ("Age of the newest sample", "unknown"),
+        ("From command to status", "unknown"),
+        ("Set-points on the bus, jitter", "unknown"),
+    ]
     for grade in ClockGrade:
-        assert timing_sentence(sample_run.results(timestamp_grade=grade.value)).startswith(
-            f"Timestamps: {grade.value}, "
-        )
+        name, fact = timing_facts(sample_run.results(timestamp_grade=grade.value))[0]
+        assert (name, fact.partition(": ")[0]) == ("Timestamps", grade.value)
+        assert fact.partition(": ")[2]
 
 
 def standing(reason_id="", **verdicts):
