@@ -40,7 +40,7 @@ def test_most_intervals_hold_the_truth(calibrated):
 
 @pytest.mark.slow
 def test_it_runs_freely_about_as_well_as_its_own_simulation(calibrated):
-    """A calibrated model, driven by a voltmeter's reading, errs less than twice as much as one that knows its numbers."""
+    """Driven by a voltmeter, a calibrated model errs less than twice as much as one that knows its numbers."""
     ratios = []
     for _, (b,), calibration, floor in calibrated:
         p, again = calibration.fit.whole[:EXTENDED], floor.balances[0]
