@@ -31,7 +31,8 @@ EXPECTED = {"default": "pass", "faulty": "fail"}
 
 def job_of(bench, unit, scenario="friction_check"):
     kinds = {"scenario": scenario, "bench": bench, "model": "default", "limits": "default"}
-    return prepare(JobFiles(**{kind: find(kind, name) for kind, name in kinds.items()}, unit=find("model", unit)))
+    files = {kind: find(kind, name) for kind, name in kinds.items()}
+    return prepare(JobFiles(**files, unit=unit and find("model", unit)))
 
 
 def spoilt_connect(injected):

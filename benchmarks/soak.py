@@ -1,7 +1,8 @@
-"""Hours of simulated running in lock-step: what grows, and whether the counts add up to the frame.
+"""Hours of running: what grows, and whether the counts add up to the frame.
 
-    python benchmarks/soak.py --hours 24                   # about an hour on one core
+    python benchmarks/soak.py --hours 24                   # in lock-step, about an hour on one core
     python benchmarks/soak.py --hours 0.33 --bench virtual_fd
+    python benchmarks/soak.py --hours 0.34 --bench udp_multicast    # at wall clock, the controller a process of its own
 
 One process runs one scenario after another, session, report files and store included, as a bench does unattended.
 """
@@ -10,9 +11,12 @@ import argparse
 import gc
 import os
 import shutil
+import subprocess
+import sys
 import tempfile
 import threading
 import time
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 import can
@@ -31,16 +35,30 @@ def frames_in(path):
         return sum(1 for message in reader if not message.is_error_frame)
 
 
+@contextmanager
+def controller_of(bench):
+    """Start the virtual controller of a real bus as a process of its own."""
+    command = [sys.executable, "-m", "etb_hil", "controller", "--bench", bench]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as controller:
+        controller.stdout.readline()
+        try:
+            yield
+        finally:
+            controller.terminate()
+            controller.communicate()
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--hours", type=float, default=24.0)
     parser.add_argument("--bench", default="virtual_classic")
     parser.add_argument("--unit", default="default")
     options = parser.parse_args()
-    job = job_of(options.bench, options.unit)
-    simulated, runs, wrong, table = 0.0, 0, [], []
+    is_virtual = options.bench.startswith("virtual")
+    job = job_of(options.bench, options.unit if is_virtual else None)
+    simulated, runs, wrong, table, worst_us = 0.0, 0, [], [], 0.0
     begun = time.perf_counter()
-    with tempfile.TemporaryDirectory() as name:
+    with tempfile.TemporaryDirectory() as name, nullcontext() if is_virtual else controller_of(options.bench):
         folder = Path(name)
         due = 0.0
         while simulated < options.hours * 3600.0:
@@ -51,6 +69,8 @@ def main():
             health, messages = finished.record.health, results["bus"]["messages"]
             counted = sum(m["frames"] + m["crc_failures"] + m["repeated_counters"] for m in messages)
             logged = frames_in(finished.session.raw_log)
+            jitter = results["bench"]["set_point_jitter"] or {"rms_us": 0.0, "worst_us": 0.0}
+            worst_us = max(worst_us, jitter["worst_us"])
             if results["exit_code"] or counted != logged or counted != health["sent"] + health["received"]:
                 wrong.append((runs, results["exit_code"], counted, logged, health["sent"] + health["received"]))
             shutil.rmtree(finished.session.folder)  # the disk grows by design
@@ -65,7 +85,9 @@ def main():
                     threading.active_count(),
                 )
                 table.append(row)
-                print(f"{row[0]:7.2f} h {row[1]:8.1f} MB {row[2]:4d} files {row[3]:3d} threads", flush=True)
+                late = f"set-points {jitter['rms_us']:.0f} us rms, {worst_us:.0f} us at worst since the last line"
+                print(f"{row[0]:7.2f} h {row[1]:8.1f} MB {row[2]:4d} files {row[3]:3d} threads, {late}", flush=True)
+                worst_us = 0.0
                 due += options.hours * 3600.0 / 10.0
     wall = time.perf_counter() - begun
     half = table[len(table) // 2 :]
