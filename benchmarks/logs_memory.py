@@ -7,8 +7,8 @@
 2. the same frames in an MF4 log, beside asammdf;
 3. `etb-hil replay` of a friction check recorded again and again, against the time that it lasted: the memory must not
    grow with the log;
-4. with --gib alone, `etb-hil replay` of a log of that size, as a car's gateway records it: the bench's bus on channel 0,
-   and on channel 1 an FD bus of 4000 frames a second with 64 random bytes each. The log is deleted afterwards.
+4. with --gib alone, `etb-hil replay` of a log of that size, as a car's gateway records it: the bench's bus on
+   channel 0, and on channel 1 an FD bus of 4000 frames a second with 64 random bytes each. It is deleted afterwards.
 """
 
 import argparse

@@ -26,11 +26,11 @@ def run(options: argparse.Namespace) -> int:
     from etb_hil.replay.export import export
 
     raw = options.source / "raw.blf" if (options.source / "session.json").exists() else options.source
-    if options.out.exists() and options.out.samefile(raw):
+    if options.out.exists() and raw.exists() and options.out.samefile(raw):
         raise InputError(Problem("would be written over itself", Place(options.out), remedy="give another name"))
     log = read_log(raw)
     try:
-        done = export(log, options.out, _messages(options))
+        done = export(log, options.out, *_signals(options))
     except InputError as error:
         raise InputError(*error.problems, *log.notes) from None
     print(done)
@@ -39,18 +39,20 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _messages(options: argparse.Namespace) -> list[Message]:
+def _signals(options: argparse.Namespace) -> tuple[list[Message], int]:
+    """Return the messages to decode and what is added to their identifiers."""
     from etb_hil.base.stock import find
+    from etb_hil.bench.bench_file import load_bench
+    from etb_hil.canio.dbc.dialect_reader import load_dbc
     from etb_hil.session.session import open_session
 
-    if options.dbc:
-        path = find("dbc", options.dbc)
-    elif options.source.is_dir():
-        path = open_session(options.source).input_path("dbc")
+    id_offset = 0
+    if (options.source / "session.json").exists():
+        session = open_session(options.source)
+        dbc = find("dbc", options.dbc) if options.dbc else session.input_path("dbc")
+        id_offset = load_bench(session.input_path("bench"), session.input_path("dbc")).bench.id_offset
+    elif options.dbc:
+        dbc = find("dbc", options.dbc)
     else:
-        return []
-    from etb_hil.canio.dbc.dbc_file import load_dbc, require_distinct
-
-    messages = list(load_dbc(path).messages)
-    require_distinct(messages, path)
-    return messages
+        return [], 0
+    return list(load_dbc(dbc).messages), id_offset

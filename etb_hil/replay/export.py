@@ -68,8 +68,10 @@ class _Source:
     falls: bool
 
 
-def export(log: Iterable[FrameBlock], path: Path, messages: Sequence[Message] = ()) -> Exported:
+def export(log: Iterable[FrameBlock], path: Path, messages: Sequence[Message] = (), id_offset: int = 0) -> Exported:
     """Write a log's frames to a file whose suffix names the format; `messages` are those to decode.
+
+    Their identifiers are `id_offset` higher on the bus than in their DBC file.
 
     `.parquet` holds the decoded signals, `.mf4` frames and signals, all others frames alone. The log is read three
     times: what is written is read back and compared. The file is there whole or not at all. Raises InputError where
@@ -84,7 +86,11 @@ def export(log: Iterable[FrameBlock], path: Path, messages: Sequence[Message] = 
     part = path.with_name(f"part-{path.name}")
     try:
         with _said_of(path, part):
-            done = _signals(log, part, messages) if is_parquet else _frames(log, part, messages, source)
+            decoder = ColumnDecoder(messages, id_offset)
+            if is_parquet:
+                done = _signals(log, part, messages, decoder)
+            else:
+                done = _frames(log, part, messages, decoder, source)
             part.replace(path)
     finally:
         part.unlink(missing_ok=True)
@@ -120,10 +126,11 @@ def _look_at(log: Iterable[FrameBlock], path: Path) -> _Source:
     return _Source(earliest_ns, falls)
 
 
-def _frames(log: Iterable[FrameBlock], path: Path, messages: Sequence[Message], source: _Source) -> Exported:
+def _frames(
+    log: Iterable[FrameBlock], path: Path, messages: Sequence[Message], decoder: ColumnDecoder, source: _Source
+) -> Exported:
     done, suffix = Exported(), log_suffix(path)
     writer = write_log(path, source.earliest_ns)
-    decoder = ColumnDecoder(messages)
     by_name = {message.name: message for message in messages}
     for frames in gathered(log):
         writer.write(frames)
@@ -146,12 +153,12 @@ def _frames(log: Iterable[FrameBlock], path: Path, messages: Sequence[Message], 
     return done
 
 
-def _signals(log: Iterable[FrameBlock], path: Path, messages: Sequence[Message]) -> Exported:
+def _signals(log: Iterable[FrameBlock], path: Path, messages: Sequence[Message], decoder: ColumnDecoder) -> Exported:
     from etb_hil.canio.logs.parquet_signals import ParquetSignals  # noqa: PLC0415 (pyarrow is an extra)
 
     if not messages:
         raise InputError(Problem("a Parquet file holds signals", Place(path), remedy="name their DBC file: --dbc"))
-    done, decoder = Exported(), ColumnDecoder(messages)
+    done = Exported()
     out = ParquetSignals(path, messages)
     for frames in gathered(log):
         done.frames += len(frames)

@@ -72,7 +72,8 @@ class Frames:
                     block.stamp_ns = block.stamp_ns + later_ns
                 if self.start_ns is None:
                     self.start_ns = int(block.stamp_ns[0])
-                last_ns = max(last_ns or 0, int(block.stamp_ns.max()))
+                newest_ns = int(block.stamp_ns.max())
+                last_ns = newest_ns if last_ns is None else max(last_ns, newest_ns)
                 yield block
             self.notes += log.notes
 

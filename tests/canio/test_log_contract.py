@@ -118,7 +118,7 @@ def test_what_is_no_text_is_unpacked_to_be_read(tmp_path, suffix):
         np.testing.assert_array_equal(getattr(got[0], column), getattr(expected[0], column))
     packed.write_bytes(packed.read_bytes()[:-40])
     if suffix == ".db":  # of which nothing is left
-        with pytest.raises(InputError, match=r"(?s)packed\.db\.gz: the file is damaged.*packed\.db\.gz: frame 0: is not"):
+        with pytest.raises(InputError, match=r"(?s)db\.gz: the file is damaged.*db\.gz: frame 0: is not readable"):
             read(packed)
     else:
         got, notes = read(packed)

@@ -243,3 +243,19 @@ def test_a_disk_that_refuses_is_said_and_what_was_there_stays(tmp_path, monkeypa
 
 def refuses(*_):
     raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def test_signals_of_a_controller_whose_identifiers_are_shifted_are_found(live, messages, tmp_path):
+    frames = concatenate_frames(read_log(live.session.raw_log))
+    done = export([replace(frames, ident=frames.ident + 16)], tmp_path / "out.parquet", messages, 16)
+    assert done.signals["EtbCurrent"] == len(decoded(live, messages, "EtbCurrent")[0])
+
+
+def test_a_dbc_file_that_is_none_is_said(live, tmp_path, capsys):
+    (tmp_path / "no.dbc").write_text("nothing of a DBC file")
+    words = ["export", str(live.session.raw_log), str(tmp_path / "out.mf4"), "--dbc", str(tmp_path / "no.dbc")]
+    assert main(words) == 2
+    assert "is no DBC file" in capsys.readouterr().err
+    (tmp_path / "out.log").touch()
+    assert main(["export", str(tmp_path / "no.blf"), str(tmp_path / "out.log")]) == 2
+    assert "cannot be read" in capsys.readouterr().err
