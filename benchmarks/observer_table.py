@@ -1,6 +1,7 @@
 """Every observer on one reference set-up from the independent generator: error, delay and noise of the friction torque.
 
 Run: python benchmarks/observer_table.py [--sensor NAME]... [--part reference|held-out|default]...
+     [--observer NAME]... [--rate 1000|20000]...
 Torque, spring and inertia are known; the friction that the observers' model states is wrong (T_st by -39 %, sigma_0 by
 -50 % and by +50 %), and the worst of that and of two seeds of the sensor's noise is shown. Gains of the Kalman filters
 come from the sensor's data sheet and the model's stiction, those of the smoothers from the recording's own likelihood;
@@ -114,17 +115,17 @@ def noise_gain(make, throttle, sensor, rate):
     return float(np.nanstd(out[1] - out[0])) / sensor.angle * 1e-3
 
 
-def table(title, unit, runs, sensors, seeds):
+def table(title, unit, runs, sensors, seeds, names, rates):
     base = parameters(unit)
     stiffness = base.bristle_stiffness
     stated = [replace(base, stiction=0.61 * base.stiction, bristle_stiffness=stiffness * x) for x in (0.5, 1.5)]
     for sensor_name in sensors:
         measure, sensor = SENSORS[sensor_name]
         print(f"\n{title}, {sensor_name}: error of the friction torque, % of T_c (delay ms, noise gain N·m/mrad)")
-        print(f"{'':32}" + "".join(f"{m} {r // 1000:2d} kHz  " for r in (20000, 1000) for m in runs))
-        for name in observers(base, sensor):
+        print(f"{'':32}" + "".join(f"{m} {r // 1000:2d} kHz  " for r in rates for m in runs))
+        for name in chosen(base, sensor, names):
             cells, notes = [], []
-            for rate in (20000, 1000):
+            for rate in rates:
                 every = 20000 // rate
                 for truth in runs.values():
                     time_ns = np.round(truth.time[::every] * 1e9).astype(np.int64)
@@ -140,36 +141,44 @@ def table(title, unit, runs, sensors, seeds):
             print(f"{name:32}" + "".join(f"{c:9.1f}    " for c in cells) + "  ".join(notes), flush=True)
 
 
-def default_plant_table():
+def chosen(throttle, sensor, names):
+    """Return the observers whose name holds one of some words, all without any."""
+    return [name for name in observers(throttle, sensor) if not names or any(word in name for word in names)]
+
+
+def default_plant_table(names, rates):
     print("\ndefault plant, friction check, its own sensors: error in mN·m (with the bench's model off)")
     unit = Unit()
     truth, _ = friction_check(unit)
     models = [parameters(unit)] + [parameters(off_by_tolerances(unit, np.random.default_rng(s))) for s in range(3)]
-    for rate in (20000, 1000):
+    for rate in rates:
         sensed = sense(unit, truth, rate, np.random.default_rng(0), current_offset=0.0)
         data = (sensed.time_ns, sensed.current, sensed.motor_angle / unit.gear_ratio)
         real = truth.friction[:: 20000 // rate]
         inside = slice(int(1.2 * rate), int(13.0 * rate))
-        for name in observers(models[0], noise()):
+        for name in chosen(models[0], noise(), names):
             rms = [
                 1e3 * float(np.sqrt(np.nanmean((observers(m, noise())[name](*data).friction - real)[inside] ** 2)))
                 for m in models
             ]
-            print(f"{rate // 1000:2d} kHz {name:32}{rms[0]:8.1f}   ({np.mean(rms[1:]):.1f})")
+            print(f"{rate // 1000:2d} kHz {name:32}{rms[0]:8.1f}   ({np.mean(rms[1:]):.1f})", flush=True)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--sensor", choices=SENSORS, action="append", help="default: all")
     parser.add_argument("--part", choices=("reference", "held-out", "default"), action="append", help="default: all")
+    parser.add_argument("--observer", metavar="NAME", action="append", help="part of a row's name; default: all")
+    parser.add_argument("--rate", type=int, choices=(1000, 20000), action="append", help="default: both")
     options = parser.parse_args()
+    which = (options.observer, options.rate or (20000, 1000))
     parts = options.part or ("reference", "held-out", "default")
     if "reference" in parts:
-        table("reference", REFERENCE, reference_runs(), options.sensor or SENSORS, (0, 1))
+        table("reference", REFERENCE, reference_runs(), options.sensor or SENSORS, (0, 1), *which)
     if "held-out" in parts:
-        table("held out", HELD_OUT, held_out_runs(), options.sensor or ("12 bits",), (21, 22))
+        table("held out", HELD_OUT, held_out_runs(), options.sensor or ("12 bits",), (21, 22), *which)
     if "default" in parts:
-        default_plant_table()
+        default_plant_table(*which)
 
 
 if __name__ == "__main__":

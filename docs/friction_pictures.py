@@ -24,12 +24,13 @@ IMAGES = Path(__file__).parent / "images" / "friction"
 TEMPERATURES = (0.0, 20.0, 40.0, 60.0, 80.0)
 LAW = -0.003  # of the friction, per K
 REVERSAL = (3.05, 3.15)  # s
+BUMP, WIDTH = 0.9, 0.05  # rad
 
 
 def checks():
     """Return results of friction checks of one throttle with a local bump, by temperature."""
     limits = load_limits(find("limits", "default")).content
-    unit = Unit(bump=0.25, bump_angle=0.9, bump_width=0.05)
+    unit = Unit(bump=0.25, bump_angle=BUMP, bump_width=WIDTH)
     found = {}
     for temperature in TEMPERATURES:
         factor = 1.0 + LAW * (temperature - 20.0)
@@ -43,15 +44,31 @@ def checks():
     return unit, found
 
 
+def slides(result):
+    """Return which windows slid steadily: in others friction is on its way from one sign to the other."""
+    series = result.series
+    curve = np.interp(series["point_velocity"], series["curve_velocity"], series["curve_friction"])
+    return np.abs(series["point_friction"]) > 0.97 * np.abs(curve)
+
+
 def over_speed(result):
     figure = Figure(figsize=(6.0, 4.2), layout="constrained")
-    axes, series = figure.subplots(), result.series
-    axes.plot(series["point_velocity"], series["point_friction"], ".", color=MUTED, markersize=2, label="windows")
+    axes, series, steady = figure.subplots(), result.series, slides(result)
+    bump = steady & (np.abs(series["point_angle"] - BUMP) < 2.0 * WIDTH)
+    for part, colour, name in (
+        (~steady, CLOSING, "turning round or breaking away"),
+        (steady & ~bump, MUTED, "sliding"),
+        (bump, LIMIT, f"sliding over the bump at {BUMP} rad"),
+    ):
+        axes.plot(
+            series["point_velocity"][part], series["point_friction"][part], ".", color=colour, markersize=2, label=name
+        )
     for side in (series["curve_velocity"] < 0, series["curve_velocity"] > 0):
-        speed = series["curve_velocity"][side]
+        speed, label = series["curve_velocity"][side], "fitted curve, 95 % band" if side[-1] else None
         axes.fill_between(speed, series["curve_low"][side], series["curve_high"][side], color=MEASURED, alpha=0.3)
-        axes.plot(speed, series["curve_friction"][side], color=MEASURED)
+        axes.plot(speed, series["curve_friction"][side], color=MEASURED, label=label)
     axes.set(title="Friction over speed, 20 °C", xlabel="throttle speed / rad/s", ylabel="friction torque / N·m")
+    axes.legend(loc="lower right", markerscale=4.0, fontsize="small")
     return figure
 
 
@@ -59,18 +76,14 @@ def over_angle(result):
     figure = Figure(figsize=(6.0, 4.2), layout="constrained")
     axes, series = figure.subplots(), result.series
     for way, colour, marker in (("opening", OPENING, "."), ("closing", CLOSING, "x")):
-        axes.plot(
-            series[f"{way}_angle"],
-            series[f"{way}_friction"],
-            marker,
-            color=colour,
-            markersize=3,
-            linestyle="",
-            label=way,
-        )
-    axes.axvspan(0.85, 0.95, color=LIMIT, alpha=0.12, linewidth=0, label="local bump of 25 %")
-    axes.set(title="Friction over angle, 20 °C", xlabel="throttle angle / rad", ylabel="friction torque / N·m")
-    axes.legend(loc="center right")
+        angle, friction = series[f"{way}_angle"], series[f"{way}_friction"]
+        turns = np.abs(friction) < 0.97 * np.median(np.abs(friction))
+        axes.plot(angle[turns], friction[turns], marker, color=colour, markersize=2, linestyle="", alpha=0.35)
+        axes.plot(angle[~turns], friction[~turns], marker, color=colour, markersize=3, linestyle="", label=way)
+    axes.axvspan(BUMP - WIDTH, BUMP + WIDTH, color=LIMIT, alpha=0.12, linewidth=0, label="local bump of 25 %")
+    axes.set(title="Friction over angle, 20 °C; faint: turning round", xlabel="throttle angle / rad")
+    axes.set_ylabel("friction torque / N·m")
+    axes.legend(loc="center", bbox_to_anchor=(0.52, 0.5))
     return figure
 
 

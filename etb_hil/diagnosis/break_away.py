@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -92,9 +92,17 @@ def _rests(time: Float64, angle: Float64, velocity: Float64) -> list[tuple[int, 
     return found[1:]
 
 
-def break_away_torque(found: Sequence[BreakAway]) -> BreakAwayTorque | None:
-    """Return what several break-aways say together; None where a direction has fewer than two."""
-    by_way = [[one.torque for one in found if one.direction == way] for way in (1, -1)]
+def break_away_torque(
+    found: Sequence[BreakAway], grown: Callable[[float], float] | None = None
+) -> BreakAwayTorque | None:
+    """Return what several break-aways say together; None where a direction has fewer than two.
+
+    `grown` is a known law of rest: the factor on T_st after so many s. Then the mean is that at its factor 1.
+    """
+    by_way = [
+        [one.torque / (1.0 if grown is None else grown(one.rest)) for one in found if one.direction == way]
+        for way in (1, -1)
+    ]
     if min(len(torques) for torques in by_way) < _FEWEST:
         return None
     value, variance = 0.0, 0.0

@@ -9,11 +9,13 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator, model_validator
 
 from etb_hil.base.errors import InputError, Problem
-from etb_hil.base.quantity import Ratio, Temperature, TemperatureCoefficient, Torque, format_quantity
+from etb_hil.base.quantity import Duration, Ratio, Temperature, TemperatureCoefficient, Torque, format_quantity
 from etb_hil.base.yamlfile import Document, FileModel, load
+from etb_hil.plant.exactmath import log
 from etb_hil.plant.table_one import Shaft
 
 Text = Annotated[str, Field(min_length=1, max_length=2000)]
+_DECADE = 2.302585092994046
 
 
 class TemperatureLaw(FileModel):
@@ -39,6 +41,27 @@ class TemperatureLaw(FileModel):
         return 1.0 + self.coefficient * (inside - self.reference)
 
 
+class DwellLaw(FileModel):
+    """How a limit of break-away follows the time of rest before it: with its logarithm (Dieterich 1979)."""
+
+    per_decade: Annotated[Ratio, Field(description="share of the limit that a ten times longer rest adds")]
+    reference: Annotated[Duration, Field(gt=0.0, description="the rest that the limit is stated for")]
+    between: Annotated[tuple[Duration, Duration], Field(description="beyond these, the limit stays as it is there")]
+
+    @model_validator(mode="after")
+    def _stays_positive(self) -> DwellLaw:
+        if not 0.0 < self.between[0] < self.between[1]:
+            raise ValueError("two times above zero are expected, the shorter one first")
+        if min(self.factor(edge) for edge in self.between) <= 0.0:
+            raise ValueError("this law takes the limit to zero within its range")
+        return self
+
+    def factor(self, rest: float) -> float:
+        """Return what the limit is multiplied by after a rest in s."""
+        inside = min(max(rest, self.between[0]), self.between[1])
+        return 1.0 + self.per_decade * float(log(inside / self.reference)) / _DECADE
+
+
 class UpperLimit(FileModel):
     """The most that a friction torque may be, at the shaft it is stated for."""
 
@@ -62,6 +85,14 @@ class UpperLimit(FileModel):
         if self.temperature is None or math.isnan(temperature):
             return stated
         return stated * self.temperature.factor(temperature)
+
+
+class StictionLimit(UpperLimit):
+    """The most that T_st may be; with a law of rest, break-aways are held against it too."""
+
+    dwell: Annotated[
+        DwellLaw | None, Field(description="contacts grow while they rest: break-aways are judged by this law")
+    ] = None
 
 
 class LowerLimit(FileModel):
@@ -94,7 +125,7 @@ class Limits(FileModel):
     part_number: Text
     revision: Text
     description: str = ""
-    stiction: UpperLimit
+    stiction: StictionLimit
     coulomb: UpperLimit
     return_margin: LowerLimit
     marginal_band: Annotated[Ratio, Field(ge=0.0, lt=0.5)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from etb_hil.diagnosis.assessment import Assessment, Interval, fitted_numbers
 from etb_hil.diagnosis.break_away import READING, break_away_torque, break_aways
@@ -52,7 +53,7 @@ def report_numbers(
                 least, most = widened(found.value, found.low, found.high, gain)
                 found = Interval(found.value, found.low if found.low == 0.0 else least, most)
             numbers.append(_fitted(name, found, low, high, limits.marginal_band))
-    broken_away = _broken_away(assessment, throttle, gain)
+    broken_away = _broken_away(assessment, throttle, gain, limits, bounds["T_st"][1])
     return (*numbers, *broken_away, *_paper(reading), *_motor(assessment.balance), *_basis(assessment, reading, zero))
 
 
@@ -64,16 +65,26 @@ def _fitted(name: str, interval: Interval, limit_low: float | None, limit_high: 
     return Number(name, words, interval.value, unit, interval.low, interval.high, limit_low, limit_high, verdict)
 
 
-def _broken_away(assessment: Assessment, throttle: ThrottleParameters, gain: tuple[float, float]) -> tuple[Number, ...]:
-    """Return T_st as break-aways from rest show it, and what longer rests add; nothing where there were too few."""
-    found = break_away_torque(break_aways(assessment.ticks, throttle))
+def _broken_away(
+    assessment: Assessment, throttle: ThrottleParameters, gain: tuple[float, float], limits: Limits, limit: float | None
+) -> tuple[Number, ...]:
+    """Return T_st as break-aways from rest show it, and what longer rests add; nothing where there were too few.
+
+    It is judged where the limits know the law of rest, at the rest that they are stated for.
+    """
+    law = limits.stiction.dwell
+    found = break_away_torque(break_aways(assessment.ticks, throttle), None if law is None else law.factor)
     if found is None:
         return ()
     scale = 1.0 if assessment.fit is None else 1.0 + float(assessment.fit.parameters[CONSTANT])
     value, reading = scale * found.value, READING * scale * found.value
-    low, high = scale * found.low - reading, scale * found.high + reading
+    low, high = widened(value, scale * found.low - reading, scale * found.high + reading, gain)
     name, note = "T_st from break-aways", f"mean of {found.count}, in both directions"
-    number = Number("T_st_break_away", name, value, "N·m", *widened(value, low, high, gain), note=note)
+    number = Number("T_st_break_away", name, value, "N·m", low, high, note=note)
+    if law is not None:
+        verdict = stand(value, low, high, None, limit, limits.marginal_band)
+        note += f", brought to a rest of {law.reference:g} s"
+        number = replace(number, limit_high=limit, verdict=verdict, note=note)
     if found.per_decade is None:
         return (number,)
     return (

@@ -13,7 +13,7 @@ LONGEST_GAP = 0.1  # s: longer than a dash
 _LONGEST = 0.02  # s, of all unexplained episodes together
 _STUCK = 0.2  # rad: a plate that moved by less was hardly moved
 
-_NAMES = {"T_st": "stiction torque T_st", "T_c": "Coulomb torque T_c", "return_margin": "return margin"}
+_NEEDED = ("T_st", "T_c", "return_margin")
 
 
 def stand(
@@ -47,7 +47,7 @@ def conclude(numbers: Sequence[Number], grounds: Grounds) -> tuple[UnitVerdict, 
     What withholds a verdict outranks fail, fail inconclusive, inconclusive pass.
     """
     judged = [number for number in numbers if number.verdict is not None]
-    missing = [name for name in _NAMES if all(number.id != name for number in judged)]
+    missing = [name for name in _NEEDED if all(number.id != name for number in judged)]
     withholding = [*_lost(grounds.coverage), *grounds.withholding]
     broken = _limits_broken(judged)
     fails = [*broken, *_locally(judged, grounds), *_stuck(grounds, missing)]
@@ -191,6 +191,6 @@ def _sentence(number: Number) -> str:
     if number.limit_high is not None:
         allowed.append(f"at most {number.limit_high:.3f}")
     return (
-        f"{_NAMES[number.id]} is {number.value:.3f} {number.unit} ({number.low:.3f} to {number.high:.3f}), "
+        f"{number.name} is {number.value:.3f} {number.unit} ({number.low:.3f} to {number.high:.3f}), "
         f"allowed {' and '.join(allowed)}"
     )

@@ -36,8 +36,13 @@ def friction_under_one_input(motions: Sequence[tuple[str, Motion]], volts_per_se
         over_time.plot(time, friction, line, color=colour, label=name)
         over_speed.plot(velocity, friction, line, color=colour)
         for axes in (over_time, over_speed):
-            axes.axhline(motion.throttle.stiction, color=colour, linewidth=0.8, linestyle=":")
-            axes.axhline(motion.throttle.coulomb, color=INK, linewidth=0.8, linestyle=":")
+            for level, of, name_of, side in (
+                (motion.throttle.stiction, colour, "T_st", "bottom"),
+                (motion.throttle.coulomb, INK, "T_c", "top"),
+            ):
+                axes.axhline(level, color=of, linewidth=0.8, linestyle=":")
+                place = axes.get_yaxis_transform()
+                axes.text(0.99, level, name_of, transform=place, color=of, ha="right", va=side, fontsize="small")
     over_time.set(
         title=f"Fig. 2: friction, voltage rising by {volts_per_second:.0f} V/s",
         xlabel="time / s",

@@ -33,6 +33,7 @@ UNIT_REASONS = {
         "Release the unit.",
     ),
     "T_st_beyond_limit": Wording("Break-away friction is {T_st}; the limit is {T_st.limit}.", _REPLACE),
+    "T_st_break_away_beyond_limit": Wording("Break-away after a rest takes too much.", _REPLACE, True),
     "T_c_beyond_limit": Wording("Sliding friction is {T_c}; the limit is {T_c.limit}.", _REPLACE),
     "return_margin_beyond_limit": Wording(
         "The return margin, spring less friction, is {return_margin}; at least {return_margin.limit} is needed for the "
@@ -55,6 +56,7 @@ UNIT_REASONS = {
         True,
     ),
     "T_st_undecided": Wording("Break-away friction {T_st} is too close to its limit {T_st.limit} to tell.", _AGAIN),
+    "T_st_break_away_undecided": Wording("Break-away after a rest is too close to its limit to tell.", _AGAIN, True),
     "T_c_undecided": Wording("Sliding friction {T_c} is too close to its limit {T_c.limit} to tell.", _AGAIN, True),
     "T_c_not_reached": Wording(
         "The plate never moved fast enough to tell sliding friction.",

@@ -6,11 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from etb_hil.base.outcome import UnitVerdict
 from etb_hil.base.stock import find
 from etb_hil.bench.simulation import Simulation
 from etb_hil.diagnosis.break_away import break_away_torque, break_aways
 from etb_hil.diagnosis.diagnosis import Diagnosis
-from etb_hil.diagnosis.limits import load_limits
+from etb_hil.diagnosis.limits import DwellLaw, load_limits
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.plant.parameters import load_model
 from etb_hil.recording.samples import SampleBlock
@@ -61,6 +62,14 @@ def test_law_of_rest():
         assert (low > 0.0) == (law > 0.0)
 
 
+def test_known_law_of_rest_brings_break_aways_to_its_reference():
+    law = DwellLaw(per_decade="12 %", reference="0.1 s", between=["0.1 s", "10 s"])
+    assert [law.factor(rest) for rest in (0.01, 0.1, 1.0, 100.0)] == pytest.approx([1.0, 1.0, 1.12, 1.24])
+    found = break_aways(ticks_of([0.2, 0.2, 1.0, 1.0, 4.0, 4.0], per_decade=0.12), THROTTLE)
+    assert break_away_torque(found).value > 1.05 * LEVEL
+    assert break_away_torque(found, law.factor).value == pytest.approx(LEVEL, rel=0.01)
+
+
 def test_quick_starts_stops_and_short_rests_are_none():
     quick = ticks_of([0.3, 0.3])
     angle = np.where(quick.angle > 0.6, 0.6 + 20.0 * (quick.angle - 0.6), quick.angle)
@@ -74,12 +83,20 @@ def test_stock_scenario_measures_break_away():
     scenario = load_scenario(find("scenario", "break_away")).content
     steps = [step for step in scenario.steps if step.phase.kind in {"current_zero", "home", "break_away"}]
     time_ns, columns = Simulation(MODEL, MODEL, law="pd", seed=2, rate=20000.0).run(steps)
-    diagnosis = Diagnosis(MODEL, load_limits(find("limits", "default")).content)
+    limits = load_limits(find("limits", "default")).content
+    law = DwellLaw(per_decade="5 %", reference="0.5 s", between=["0.1 s", "100 s"])
+    strict = limits.stiction.model_copy(update={"max": 0.16, "dwell": law})
+    # Judged only by limits that know the law of rest
+    judges = [Diagnosis(MODEL, known) for known in (limits, limits.model_copy(update={"stiction": strict}))]
     none = np.zeros(20_000, np.int64)
     for part, kind in ((slice(20_000), "current_zero"), (slice(20_000, None), "break_away")):
         rows = {role: values[part] for role, values in columns.items() if not role.startswith("command")}
         stamps = time_ns[part]
-        diagnosis.push(SampleBlock("samples", stamps, stamps, rows, np.resize(none, len(stamps))), kind)
-    number = diagnosis.finish().number("T_st_break_away")
+        for diagnosis in judges:
+            diagnosis.push(SampleBlock("samples", stamps, stamps, rows, np.resize(none, len(stamps))), kind)
+    number, judged = (diagnosis.finish().number("T_st_break_away") for diagnosis in judges)
     assert number.low < THROTTLE.stiction < number.high
     assert number.value == pytest.approx(THROTTLE.stiction, rel=0.03)
+    assert (number.limit_high, number.verdict) == (None, None)
+    assert (judged.limit_high, judged.verdict) == (0.16, UnitVerdict.FAIL)
+    assert judged.value == pytest.approx(number.value, rel=0.01)
