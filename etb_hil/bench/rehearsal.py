@@ -80,7 +80,8 @@ def rehearse(scenario: Document[Scenario], bench: Bench, model: Model, limits: L
     if record.outcome is BenchOutcome.OK:
         return
     if record.outcome is BenchOutcome.ABORTED:
-        raise KeyboardInterrupt  # as without a dry run: nothing has moved yet
+        # as without a dry run: nothing has moved yet
+        raise KeyboardInterrupt("the time-out has passed" if record.reason_id == "time_out" else "")
     step = steps[max(len(record.phases) - 1, 0)]
     raise InputError(
         Problem(

@@ -27,7 +27,7 @@ VERBS = {
     TIME_OUT: Verb.ABORT,
     "SIGQUIT": Verb.HALT,  # Ctrl-\
 }
-_CAUSES = {"SIGUSR1": "key s, SIGUSR1", "SIGINT": "key a or Ctrl-C, SIGINT"}
+_CAUSES = {"SIGUSR1": "key s or r, SIGUSR1", "SIGINT": "key a or Ctrl-C, SIGINT"}
 EXPLAINED = (
     "ending a run: Ctrl-C, SIGTERM and a closed terminal abort (drive off now); SIGUSR1 stops (the plate is led back "
     "to limp-home, then drive off); Ctrl-\\ (SIGQUIT) halts (no more commands: the controller's watchdog takes the "

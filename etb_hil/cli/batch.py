@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import textwrap
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TextIO
 
@@ -10,6 +11,7 @@ from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.outcome import BenchOutcome, ExitCode
 from etb_hil.cli.show import say
 from etb_hil.report.show import printable
+from etb_hil.report.verdict import WIDTH
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -113,7 +115,22 @@ def _next_serial(last: str, check: Callable[[str], str], *, attended: bool) -> s
         except InputError as error:
             if not attended:
                 raise
-            print(error)
+            print(wrapped(str(error)))
+
+
+def ask_again(serial: str) -> bool:
+    """Ask whether the test that was stopped begins again; nothing moves until Enter is pressed."""
+    print(f"Enter runs {printable(serial, 30) or 'the unit'} again, '{QUIT}' ends: ", end="", flush=True)
+    try:
+        line = sys.stdin.readline()
+    except KeyboardInterrupt:
+        line = ""
+    return bool(line) and line.strip().lower() != QUIT
+
+
+def wrapped(text: str) -> str:
+    """Return a text in lines of the screen, broken between words."""
+    return textwrap.fill(text, WIDTH, break_long_words=False, break_on_hyphens=False)
 
 
 def read_serial(source: TextIO) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 
 SHELLS = ("bash", "zsh", "fish")
 HOW = (
@@ -19,6 +20,7 @@ _STOCK = {
     "unit": "model",
     "limits": "limits",
 }
+_BEFORE = re.compile(r"(?:&&|\|\|?|;)\s*(?=\S*etb-hil\s)")
 ASKED = "_ARGCOMPLETE"  # set by the shell that wants to know what may come next
 
 
@@ -37,8 +39,14 @@ def run(options: argparse.Namespace) -> int:
 
 
 def words_so_far() -> list[str]:
-    """Return the words of the line that is being completed, without the program's name."""
-    return os.environ.get("COMP_LINE", "")[: int(os.environ.get("COMP_POINT", "0") or 0)].split()[1:]
+    """Return the words of the line that is being completed, without the program's name.
+
+    zsh hands over the whole line, with commands before ours on it; what is before ours is taken out of it.
+    """
+    line, point = os.environ.get("COMP_LINE", ""), int(os.environ.get("COMP_POINT", "0") or 0)
+    before = max((found.end() for found in _BEFORE.finditer(line[:point])), default=0)
+    os.environ["COMP_LINE"], os.environ["COMP_POINT"] = line[before:], str(point - before)
+    return line[before:point].split()[1:]
 
 
 def complete(parser: argparse.ArgumentParser) -> None:
@@ -49,7 +57,7 @@ def complete(parser: argparse.ArgumentParser) -> None:
     from etb_hil.base.stock import stock_names
 
     def completer(kind: str) -> object:
-        files = FilesCompleter()
+        files = FilesCompleter(("yaml", "yml"))
         return lambda prefix, **_: [*stock_names(kind), *files(prefix)]
 
     for sub in _parsers(parser):

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.errors import BenchFault, InputError, Problem
 from etb_hil.base.outcome import BenchOutcome, ExitCode
 from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench
@@ -33,6 +33,14 @@ def station_of(options: argparse.Namespace) -> Path | None:
         return Path(options.station)
     beside = Path(options.bench or "").parent / STATION_FILE
     return beside if options.bench and Path(options.bench).is_file() and beside.is_file() else None
+
+
+class Conclusion(NamedTuple):
+    """The exit code of a golden unit's run, what is to be said of it, and what is to be done."""
+
+    code: ExitCode
+    lines: list[str]
+    next_step: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,18 +89,28 @@ class Desk:
         """Raise BenchFault where the bench may not judge units now."""
         require_fit_bench(self.document.content, self.bench_name, serial, self._runs(), datetime.now(UTC))
 
-    def concluded(self, results: dict[str, Any], code: ExitCode) -> tuple[ExitCode, list[str]]:
-        """Return the exit code of a run and what is to be said: the golden unit judges the bench, not itself."""
+    def standing(self) -> str:
+        """Return why the bench may not judge units now, or an empty text."""
+        try:
+            self.require_fit_bench("")
+        except BenchFault as fault:
+            return str(fault)
+        return ""
+
+    def conclusion(self, results: dict[str, Any]) -> Conclusion | None:
+        """Return what a run of the golden unit, which judges the bench and not itself, means; None of any other."""
         golden = self.document.content.golden
         if golden is None or results["unit"]["serial"] != golden.serial:
-            return code, []
+            return None
         if results["bench"]["outcome"] != BenchOutcome.OK:
-            return code, []
+            return None
         found = compared(golden, run_of_results(results))
         lines = [f"{'' if good else 'NOT '}as expected: {text}" for text, good in found]
         if all(good for _, good in found):
-            return ExitCode.DONE, [*lines, f"the bench is fit to judge units for {golden.every / 3600.0:g} h"]
-        return ExitCode.BENCH_FAULT, [*lines, "the bench is NOT fit to judge units: find out why, then repeat"]
+            lines.append(f"the bench is fit to judge units for {golden.every / 3600.0:g} h")
+            return Conclusion(ExitCode.DONE, lines, "Put the golden unit back; the bench is fit to judge units.")
+        lines.append("the bench is NOT fit to judge units: find out why, then repeat")
+        return Conclusion(ExitCode.BENCH_FAULT, lines, "Judge no unit on this bench. Find out why, then repeat.")
 
     def _runs(self) -> list[Run]:
         store = self.sessions / STORE

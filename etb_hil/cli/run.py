@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
     from etb_hil.base.outcome import ExitCode
     from etb_hil.cli.desk import Desk
+    from etb_hil.cli.time_limit import TimeLimit
+    from etb_hil.cli.units import Units
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -46,7 +48,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the scenario, write session and report, print the verdict and return the exit code."""
-    from etb_hil.cli.batch import read_serial, run_batch
     from etb_hil.cli.keyboard import somebody_attends
     from etb_hil.cli.time_limit import TimeLimit
     from etb_hil.cli.units import Units
@@ -56,19 +57,39 @@ def run(options: argparse.Namespace) -> int:
     time_limit = TimeLimit(options.timeout)
     attended = not options.yes and somebody_attends()
     units = Units(options, output, _desk(options), attended)
-    if not options.batch:
-        serial = read_serial(sys.stdin) if options.serial == "-" else options.serial
+    return _queue(units, time_limit) if options.batch else _one_unit(units, time_limit)
+
+
+def _one_unit(units: Units, time_limit: TimeLimit) -> ExitCode:
+    from etb_hil.cli.batch import ask_again, read_serial
+
+    given = units.options.serial
+    serial = read_serial(sys.stdin) if given == "-" else given
+    serial = units.check(serial) if serial else ""
+    while True:
         with time_limit:
-            return units.run(units.check(serial) if serial else "")[1]
+            judged = units.run(serial)
+        if not (judged.again and ask_again(serial)):
+            return judged.code
+
+
+def _queue(units: Units, time_limit: TimeLimit) -> ExitCode:
+    from etb_hil.cli.batch import run_batch, wrapped
+    from etb_hil.cli.show import say
+
+    # What is wrong with the files, or with the bench, is said before anybody scans a unit.
     if units.desk is None:
         with time_limit:
-            units.screen_for("")  # what is wrong with the files is said before anybody scans a unit
+            units.screen_for("")
+    elif units.attended and (unfit := units.desk.standing()):
+        say(wrapped(f"The bench may not judge units: {unfit}."))
 
     def run_in_time(serial: str, before: str) -> tuple[Mapping[str, Any], ExitCode]:
         with time_limit:
-            return units.run(serial, before)
+            judged = units.run(serial, before)
+        return judged.results, judged.code
 
-    return run_batch(run_in_time, units.check, attended=attended)
+    return run_batch(run_in_time, units.check, attended=units.attended)
 
 
 def _desk(options: argparse.Namespace) -> Desk | None:

@@ -7,9 +7,8 @@ import sys
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from etb_hil.base.outcome import BenchOutcome, ExitCode
 from etb_hil.bench.job import execute
 from etb_hil.cli.keyboard import Keyboard
 from etb_hil.cli.terminal_operator import TerminalOperator
@@ -17,7 +16,6 @@ from etb_hil.report.panel_feed import PanelFeed
 from etb_hil.report.panel_watcher import PanelLimits, PanelWatcher
 
 if TYPE_CHECKING:
-    from etb_hil.base.errors import BenchFault
     from etb_hil.bench.job import Job
     from etb_hil.bench.snapshot import Snapshot
     from etb_hil.session.finished import Finished
@@ -35,8 +33,11 @@ class RunScreen:
     attended: bool
     shown: bool = True
 
-    def run(self, serial: str, before: str = "") -> Finished:
-        """Run the scenario on the unit of this serial number; `before` is what came of the units before it."""
+    def run(self, serial: str, before: str = "") -> tuple[Finished, bool]:
+        """Run the scenario on the unit of this serial number; `before` is what came of the units before it.
+
+        Also returns whether somebody ended it by the key that wants it from the start again.
+        """
         with ExitStack() as open_things:
             feed = PanelFeed()
             watcher = PanelWatcher(feed, self._title(serial), self._limits(), before=before)
@@ -55,7 +56,8 @@ class RunScreen:
 
             if self.shown:
                 open_things.enter_context(feed)
-            return execute(self.job, self.folder, serial, self.seed, watch, operator)
+            finished = execute(self.job, self.folder, serial, self.seed, watch, operator)
+            return finished, operator is not None and operator.wants_repeat
 
     def _title(self, serial: str) -> str:
         names = (self.job.scenario.content.name, f"serial {serial}" if serial else "", self.job.setup.bench.name)
@@ -67,20 +69,3 @@ class RunScreen:
         return PanelLimits(
             limits.stiction.at_throttle(gear), limits.coulomb.at_throttle(gear), throttle.stribeck_velocity
         )
-
-
-def faulted(job: Job, serial: str, fault: BenchFault) -> dict[str, Any]:
-    """Return the results of a run that could not begin, or could not be kept: the bench failed."""
-    from etb_hil.report.model import Bench, Results, Unit
-
-    limits = job.limits
-    return Results(
-        run_id="",
-        unit=Unit(None, "run_not_finished", serial=serial, part_number=limits.part_number, revision=limits.revision),
-        bench=Bench(
-            BenchOutcome.FAULT, "", str(fault), "Put right what is named, then repeat.", name=job.setup.bench.name
-        ),
-        exit_code=int(ExitCode.BENCH_FAULT),
-        scenario=job.scenario.content.name,
-        model=job.model.name,
-    ).as_dict()

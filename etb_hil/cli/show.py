@@ -22,18 +22,17 @@ def say(text: str, screen: TextIO | None = None) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), screen.fileno())
 
 
-def show_finished(finished: Finished, screen: TextIO | None = None) -> int:
-    """Write the report beside the results, print the verdict, and return the exit code."""
+def show_finished(finished: Finished, screen: TextIO | None = None, next_step: str = "") -> None:
+    """Write the report beside the results and print the verdict; `next_step` as of `verdict_of`."""
     from etb_hil.report.html_report import write_report
     from etb_hil.report.verdict import verdict_text
 
     page = None
     try:
-        page = write_report(finished.results, finished.series, finished.session.folder)
+        page = write_report(finished.results, finished.series, finished.session.folder, next_step)
     except OSError as error:  # a full disk must not cost the verdict
         print(f"the report could not be written: {error}", file=sys.stderr)
-    say(verdict_text(finished.results, page, rows=_rows(screen or sys.stdout)), screen)
-    return int(finished.results["exit_code"])
+    say(verdict_text(finished.results, page, rows=_rows(screen or sys.stdout), next_step=next_step), screen)
 
 
 def _rows(screen: TextIO) -> int | None:

@@ -10,8 +10,8 @@ if TYPE_CHECKING:
     from etb_hil.cli.keyboard import Keyboard
     from etb_hil.scenario.waiting import PromptPhase
 
-STOP, ABORT = "s", "a"
-KEYS = f"{STOP} stop (plate led home, drive off)   {ABORT} abort (drive off now)"
+STOP, REPEAT, ABORT = "s", "r", "a"
+KEYS = f"{STOP} stop (plate led home)   {REPEAT} stop and repeat   {ABORT} abort (drive off now)"
 LOOK_S = 0.01  # how long a bench whose time is its own waits at a look: about the time between two set-points
 _BACKSPACES = "\b\x7f"
 
@@ -23,6 +23,7 @@ class TerminalOperator:
     """
 
     name = "operator"
+    wants_repeat = False  # the key was pressed: once the run has ended, somebody wants it from the start
 
     def __init__(self, keyboard: Keyboard, screen: TextIO | None, *, waits: bool) -> None:
         self._keyboard = keyboard
@@ -64,7 +65,8 @@ class TerminalOperator:
         keys = self._keyboard.read()
         if ABORT in keys.lower():
             os.kill(os.getpid(), signal.SIGINT)
-        elif STOP in keys.lower():
+        elif STOP in keys.lower() or REPEAT in keys.lower():
+            self.wants_repeat = STOP not in keys.lower()
             os.kill(os.getpid(), signal.SIGUSR1)
 
     def _take(self, key: str, answers: tuple[str, ...]) -> str | None:

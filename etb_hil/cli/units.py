@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from etb_hil.base.errors import BenchFault
 from etb_hil.bench.job import prepare
 from etb_hil.cli.batch import checked_serial
 from etb_hil.cli.compiling import announced
 from etb_hil.cli.files import job_files
-from etb_hil.cli.run_screen import RunScreen, faulted
+from etb_hil.cli.not_run import faulted, interrupted
+from etb_hil.cli.run_screen import RunScreen
 from etb_hil.cli.show import say, show_finished
 from etb_hil.report.verdict import verdict_text
 
@@ -23,6 +24,14 @@ if TYPE_CHECKING:
     from etb_hil.bench.job import JobFiles
     from etb_hil.cli.ci_output import CiOutput
     from etb_hil.cli.desk import Desk
+
+
+class Judged(NamedTuple):
+    """Results and exit code of a unit's run, and whether somebody stopped it to run the unit from the start."""
+
+    results: Mapping[str, Any]
+    code: ExitCode
+    again: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,29 +52,37 @@ class Units:
         """Return what runs a unit, its files read and checked; InputError lists what is wrong."""
         files = job_files(self.options) if self.desk is None else self.desk.files(serial)
         if files not in self.screens:
-            with announced():
-                job = prepare(files, attended=self.attended)
+            try:
+                with announced():
+                    job = prepare(files, attended=self.attended)
+            except KeyboardInterrupt as interrupt:
+                self.output.add(interrupted(None, serial, str(interrupt)))
+                raise
             shown = not self.output.owns_standard_output
             options = self.options
             self.screens[files] = RunScreen(job, options.out, options.seed, self.attended, shown=shown)
         return self.screens[files]
 
-    def run(self, serial: str, before: str = "") -> tuple[Mapping[str, Any], ExitCode]:
-        """Run a unit and show its verdict; `before` is what came of those before it. Return results and exit code."""
+    def run(self, serial: str, before: str = "") -> Judged:
+        """Run a unit and show its verdict; `before` is what came of those before it."""
         words = sys.stderr if self.output.owns_standard_output else sys.stdout
         screen = self.screen_for(serial)
         try:
             if self.desk is not None:
                 self.desk.require_fit_bench(serial)
-            finished = screen.run(serial, before)
+            finished, again = screen.run(serial, before)
         except BenchFault as fault:
             results = faulted(screen.job, serial, fault)
             say(verdict_text(results), words)
-            return results, self.output.add(results)
-        show_finished(finished, words)
+            return Judged(results, self.output.add(results))
+        except KeyboardInterrupt as interrupt:  # a run that has begun ends in order: it had not, or was over
+            self.output.add(interrupted(screen.job, serial, str(interrupt)))
+            raise
+        said = None if self.desk is None else self.desk.conclusion(finished.results)
+        show_finished(finished, words, "" if said is None else said.next_step)
         code = self.output.add(finished.results, finished.session.folder)
-        if self.desk is not None:
-            code, lines = self.desk.concluded(finished.results, code)
-            for line in lines:
+        if said is not None:
+            for line in said.lines:
                 say(f"  Station  {line}", words)
-        return finished.results, code
+            code = said.code
+        return Judged(finished.results, code, again)

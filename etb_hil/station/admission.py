@@ -41,7 +41,12 @@ def _refuse_again(station: Station, part: Part, serial: str, runs: Sequence[Run]
         allowed = ", ".join(station.retest.after) or "never"
         problem = "the unit was judged already"
         raise InputError(
-            Problem(problem, value=f"{serial}: {said}", allowed=f"again after: {allowed}", remedy="check it")
+            Problem(
+                problem,
+                value=f"{serial}: {said}",
+                allowed=f"again after: {allowed}",
+                remedy="scan again, or set it aside",
+            )
         )
     if len(judged) >= station.retest.most:
         raise InputError(
@@ -72,14 +77,14 @@ def require_fit_bench(station: Station, bench: str, serial: str, runs: Sequence[
     if golden is None or serial == golden.serial:
         return
     checks = [run for run in runs if run.serial == golden.serial and run.bench == bench and _judged(run)]
-    how = f"run the golden unit: --serial {golden.serial}"
+    how = f"test the golden unit, serial number {golden.serial}, first"
     if not checks:
         raise BenchFault(f"the bench has not checked itself with the golden unit yet; {how}")
     last = checks[-1]
     age = (now - datetime.fromisoformat(last.started)).total_seconds()
     if wrong := [text for text, good in compared(golden, last) if not good]:
         raise BenchFault(
-            f"the golden unit came out wrong in {last.run_id}: {'; '.join(wrong)}; find out why, then {how}"
+            f"the golden unit came out wrong in {last.run_id}: {'; '.join(wrong)}; find out why, then test it again"
         )
     if age > golden.every:
         allowed = f"{golden.every / 3600.0:g} h"

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from terminal import Terminal
 
 from etb_hil.cli.main import COMMANDS, main
 
@@ -41,6 +42,40 @@ def test_each_shell_gets_a_script(shell, capsys):
         assert checked.returncode == 0, checked.stderr
 
 
+def test_files_of_another_kind_and_commands_before_ours_are_left_out(tmp_path):
+    (tmp_path / "friction_plot.png").touch()
+    (tmp_path / "friction_mine.yml").touch()
+    found = {name for name in offered(tmp_path, "cd here && etb-hil run fri") if name}
+    assert {name.strip() for name in found} == {"friction_check", "friction_mine.yml"}
+
+
+def with_ours_first():
+    """Return the environment in which `etb-hil` is this one."""
+    return {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+
+
+@pytest.mark.skipif(shutil.which("fish") is None, reason="no fish on this machine")
+def test_fish_completes(tmp_path):
+    script = 'etb-hil completion fish | source; complete -C "etb-hil run --bench virtual_c"; complete -C "etb-hil his"'
+    command = ["fish", "--no-config", "-c", script]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path, env=with_ours_first())
+    assert [line.partition("\t")[0] for line in done.stdout.split("\n") if line] == ["virtual_classic", "history"]
+
+
+@pytest.mark.skipif(shutil.which("zsh") is None, reason="no zsh on this machine")
+def test_zsh_completes(tmp_path):
+    terminal = Terminal(tmp_path, "zsh", "-f", "-i", PS1="> ", PATH=with_ours_first()["PATH"])
+    terminal.until(">")
+    terminal.press('autoload -U compinit; compinit -u -D; eval "$(etb-hil completion zsh)"; echo re""ady\n')
+    terminal.until("\nready")
+    terminal.press("true; etb-hil run --bench virtual_c\t")
+    terminal.until("true; etb-hil run --bench virtual_classic")
+    terminal.press(" fri\t")
+    terminal.until("virtual_classic  friction_check" if "classic  " in terminal.text else "classic friction_check")
+    terminal.press("\x15exit\n")
+    assert terminal.end() == 0
+
+
 def test_bash_completes(tmp_path):
     script = (
         'eval "$(etb-hil completion bash)"\n'
@@ -48,9 +83,6 @@ def test_bash_completes(tmp_path):
         "COMP_WORDS=(etb-hil run --bench virtual_c); COMP_CWORD=3\n"
         '_python_argcomplete etb-hil; echo "<${COMPREPLY[*]}>"\n'
     )
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     command = ["bash", "-c", script]
-    done = subprocess.run(
-        command, capture_output=True, text=True, check=True, cwd=tmp_path, env={**os.environ, "PATH": path}
-    )
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path, env=with_ours_first())
     assert done.stdout.strip() == "<virtual_classic >"

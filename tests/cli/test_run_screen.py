@@ -1,6 +1,7 @@
 """The run screen on a terminal of 80 x 24: keys, prompts, a queue of units, and a verdict that stays."""
 
 import json
+from pathlib import Path
 
 import pytest
 from terminal import ETB_HIL, Terminal
@@ -16,6 +17,7 @@ phases:
   - {id: zero, kind: current_zero, duration: 0.3 s}
   - {id: held, kind: hold, position: 30 deg, duration: 450 s}
 """
+STATION = Path(__file__).resolve().parents[2] / "docs" / "examples" / "line.station.yaml"
 COLOURS = [b"\x1b[3%dm" % colour for colour in range(8)] + [b"\x1b[1;3%dm" % colour for colour in range(8)]
 
 
@@ -39,13 +41,13 @@ def test_a_queue_of_units_with_keys_to_stop_abort_and_repeat(tmp_path, scenario)
     assert not terminal.keeps_line_mode
     terminal.press("1")
     shown = terminal.until("phase  held")
-    assert "keys: s stop (plate led home, drive off)   a abort (drive off now)" in shown
+    assert "keys: s stop (plate led home)   r stop and repeat   a abort (drive off now)" in shown
     assert "held - serial SN-0042 - Virtual bench" in shown
     terminal.press("s")
     shown = terminal.until("('r' repeats SN-0042, 'q' ends):")
     assert "#####" in shown  # the verdict is large, and all of it is on the screen
     assert "ABORTED - serial SN-0042" in shown
-    assert "Somebody stopped the run. (stopped by key s, SIGUSR1)" in shown
+    assert "Somebody stopped the run. (stopped by key s or r, SIGUSR1)" in shown
     assert "Next     Repeat the test when the bench is clear." in shown
     assert "1 unit: 1 aborted" in shown
     assert terminal.keeps_line_mode
@@ -66,9 +68,50 @@ def test_a_queue_of_units_with_keys_to_stop_abort_and_repeat(tmp_path, scenario)
     assert terminal.end() == 5
     assert "aborted       SN-0042  (runs: aborted, aborted, aborted)" in terminal.text
     first, second, third = bench_of(tmp_path)
-    assert (first["reason"], first["safe_state"]) == ("stopped by key s, SIGUSR1", True)
+    assert (first["reason"], first["safe_state"]) == ("stopped by key s or r, SIGUSR1", True)
     assert (second["reason"], second["safe_state"]) == ("stopped by key a or Ctrl-C, SIGINT", True)
     assert (third["reason"], third["safe_state"]) == ("stopped by key a or Ctrl-C, SIGINT", True)
+
+
+def test_a_key_repeats_one_unit_and_nothing_moves_until_enter(tmp_path, scenario):
+    terminal = Terminal(tmp_path, *ETB_HIL, "run", scenario.name, "--serial", "SN-7")
+    terminal.until("1 yes   2 no")
+    terminal.press("1")
+    terminal.until("phase  held")
+    terminal.press("r")
+    shown = terminal.until("Enter runs SN-7 again, 'q' ends:")
+    assert "ABORTED - serial SN-7" in shown
+    assert terminal.keeps_line_mode
+    assert len(bench_of(tmp_path)) == 1
+    terminal.press("\n")
+    terminal.until("1 yes   2 no")
+    terminal.press("1")
+    terminal.until("phase  held")
+    terminal.press("s")  # which does not ask
+    assert terminal.end() == 5
+    assert [(run["reason_id"], run["safe_state"]) for run in bench_of(tmp_path)] == [("stopped_by_operator", True)] * 2
+
+
+def test_a_station_and_its_queue_of_units(tmp_path):
+    terminal = Terminal(tmp_path, *ETB_HIL, "run", "--station", str(STATION), "--batch")
+    shown = terminal.until("'q' ends):")
+    assert "The bench may not judge units: the bench has not checked itself with the golden" in shown
+    assert "serial number GOLD-1, first." in shown
+    terminal.press("XYZ\n")
+    assert "no part of this station has such a serial number (it is 'XYZ'); allowed:\n" in terminal.until("scan again")
+    terminal.press("GOLD-1\n")
+    shown = terminal.until("'r' repeats GOLD-1, 'q' ends):")
+    assert "Next     Put the golden unit back; the bench is fit to judge units." in shown
+    assert "Release" not in shown
+    terminal.press("ETB-0001\n")
+    shown = terminal.until("'r' repeats ETB-0001, 'q' ends):")
+    assert "Next     Release the unit." in shown
+    terminal.press("r\n")
+    terminal.until("scan again, or set it")
+    assert "the unit was judged already (it is 'ETB-0001: pass on" in terminal.text
+    terminal.press("q\n")
+    assert terminal.end() == 0
+    assert "Batch ended: 2 units: 2 pass" in terminal.text
 
 
 def test_a_verdict_stays_without_colour_and_the_serial_number_is_typed(tmp_path):

@@ -1,0 +1,40 @@
+"""What a CI server is told of a run that could not begin: results without a session."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from etb_hil.base.outcome import BenchOutcome, exit_code
+from etb_hil.report.model import Bench, Results, Unit
+
+if TYPE_CHECKING:
+    from etb_hil.base.errors import BenchFault
+    from etb_hil.bench.job import Job
+
+
+def faulted(job: Job, serial: str, fault: BenchFault) -> dict[str, Any]:
+    """Return the results of a run that could not begin, or could not be kept: the bench failed."""
+    bench = Bench(
+        BenchOutcome.FAULT, "", str(fault), "Put right what is named, then repeat.", name=job.setup.bench.name
+    )
+    return _results(job, serial, bench)
+
+
+def interrupted(job: Job | None, serial: str, time_out: str) -> dict[str, Any]:
+    """Return the results of a run that was ended before it began; `time_out` is empty where somebody ended it.
+
+    Without a `job` it was ended while its files were read.
+    """
+    name = "" if job is None else job.setup.bench.name
+    reason_id = "time_out" if time_out else "stopped_by_operator"
+    return _results(job, serial, Bench(BenchOutcome.ABORTED, reason_id, time_out, name=name))
+
+
+def _results(job: Job | None, serial: str, bench: Bench) -> dict[str, Any]:
+    unit = Unit(None, "run_not_finished", serial=serial)
+    names = {}
+    if job is not None:
+        part, revision = job.limits.part_number, job.limits.revision
+        unit = Unit(None, "run_not_finished", serial=serial, part_number=part, revision=revision)
+        names = {"scenario": job.scenario.content.name, "model": job.model.name}
+    return Results("", unit, bench, exit_code=int(exit_code(bench.outcome, None)), **names).as_dict()
