@@ -6,14 +6,17 @@ import argparse
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.outcome import ExitCode
 from etb_hil.cli.show import say
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from etb_hil.report.junit import Reported
+    from etb_hil.session.baseline import Comparison
 
 STANDARD_OUTPUT = Path("-")
 
@@ -28,12 +31,27 @@ def add_ci_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="write results.json here too; '-' is standard output, with nothing else",
     )
-    group.add_argument(
-        "--baseline", type=Path, metavar="FILE", help="compare the numbers to what they were ('etb-hil baseline')"
-    )
+    add_baseline_argument(group)
     group.add_argument(
         "--timeout", type=float, metavar="SECONDS", help="end the run in the safe state when it takes longer"
     )
+
+
+def add_baseline_argument(parser: argparse._ActionsContainer) -> None:
+    """Add the option that names a baseline."""
+    parser.add_argument(
+        "--baseline", type=Path, metavar="FILE", help="compare the numbers to what they were ('etb-hil baseline')"
+    )
+
+
+def held_against(comparisons: Sequence[Comparison], code: ExitCode, screen: TextIO | None = None) -> ExitCode:
+    """Say what of a baseline is not met; return the exit code, inconclusive where only the baseline disagrees."""
+    differing = [comparison for comparison in comparisons if not comparison.agrees]
+    for comparison in differing:
+        say(f"  Baseline {comparison}", screen)
+    if comparisons and not differing:
+        say(f"  Baseline all {len(comparisons)} expectations met", screen)
+    return ExitCode.INCONCLUSIVE if differing and code is ExitCode.DONE else code
 
 
 class CiOutput:
@@ -71,14 +89,8 @@ class CiOutput:
         if self._json is not None:
             text = json.dumps(results, indent=1, ensure_ascii=False) + "\n"
             say(text.rstrip()) if self.owns_standard_output else _write(self._json, text)
-        differing = [comparison for comparison in comparisons if not comparison.agrees]
         screen = sys.stderr if self.owns_standard_output else sys.stdout
-        for comparison in differing:
-            print(f"  Baseline {comparison}", file=screen)
-        if comparisons and not differing:
-            print(f"  Baseline all {len(comparisons)} expectations met", file=screen)
-        code = ExitCode(results["exit_code"])
-        return ExitCode.INCONCLUSIVE if differing and code is ExitCode.DONE else code
+        return held_against(comparisons, ExitCode(results["exit_code"]), screen)
 
 
 def _clear(path: Path) -> None:

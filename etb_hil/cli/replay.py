@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from etb_hil.cli.ci_output import add_baseline_argument
+
 STRETCH_S = 60.0
 
 
@@ -26,6 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--against", type=Path, metavar="SESSION", help="say where this one first differs from a session"
     )
+    add_baseline_argument(parser)
     parser.add_argument("--window", type=float, nargs=2, metavar=("START", "END"), help="seconds after the first frame")
     parser.add_argument("--join", action="store_true", help="the logs are parts of one recording, in order of time")
     parser.add_argument(

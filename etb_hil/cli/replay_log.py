@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError
 from etb_hil.base.outcome import ExitCode
-from etb_hil.cli.replay_options import stretch_of, units_of, window_of, worst
+from etb_hil.cli.replay_options import against_baseline, baseline_of, stretch_of, units_of, window_of, worst
 from etb_hil.cli.replay_session import compared
 from etb_hil.replay.against import beside_session
 from etb_hil.replay.log_frames import Frames
@@ -39,6 +39,7 @@ def replay_log(options: argparse.Namespace) -> int:
 
 
 def _unit(options: argparse.Namespace, files: RuleFiles, channel: int | None) -> int:
+    baseline = baseline_of(options)
     frames = Frames(options.sources, channel, window_of(options))
     job = LogJob(tuple(options.sources), files, files.read(), keep=options.against is not None)
     if options.against:
@@ -48,7 +49,8 @@ def _unit(options: argparse.Namespace, files: RuleFiles, channel: int | None) ->
         finished = _in_stretches(judge_stretches(job, frames, round(stretch_of(options) * 1e9)), frames)
     for note in frames.notes:
         print(f"  Note     {note}")
-    return compared(options, finished) if options.against else int(finished.results["exit_code"])
+    code = compared(options, finished) if options.against else int(finished.results["exit_code"])
+    return against_baseline(baseline, finished.results, code)
 
 
 def _in_stretches(parts: Iterator[Finished], frames: Frames) -> Finished:

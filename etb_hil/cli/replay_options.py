@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.outcome import ExitCode
 from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench
+from etb_hil.cli.ci_output import held_against
 from etb_hil.replay.log_replay import STRETCH_S
 from etb_hil.replay.session_replay import RuleFiles, rule_files
 from etb_hil.replay.window import Window
+from etb_hil.session.baseline import compare, load_baseline
 from etb_hil.session.session import MANIFEST, open_session
 
 if TYPE_CHECKING:
@@ -18,8 +20,12 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
+    from etb_hil.base.yamlfile import Document
+    from etb_hil.session.baseline import Baseline
+
 _EVERY = (
-    "bench", "channel", "model", "limits", "against", "window", "join", "stretch", "onto", "jobs", "dask", "out"
+    "bench", "channel", "model", "limits", "against", "baseline", "window", "join", "stretch", "onto", "jobs", "dask",
+    "out",
 )  # fmt: skip
 # of what is asked for: the options that go with it, and what to do about others
 _KINDS = {
@@ -29,15 +35,15 @@ _KINDS = {
         "each source is judged by itself: leave it away, or judge without --jobs and --dask",
     ),
     "a session": (
-        {"model", "limits", "against", "window"},
+        {"model", "limits", "against", "baseline", "window"},
         "a session is judged by its own files: leave it away, or name its raw.blf, which is a log",
     ),
     "--against": (
-        {"bench", "channel", "model", "limits", "against", "window", "join"},
+        {"bench", "channel", "model", "limits", "against", "baseline", "window", "join"},
         "what is compared is judged as a whole: leave it away",
     ),
     "a log": (
-        {"bench", "channel", "model", "limits", "window", "join", "stretch"},
+        {"bench", "channel", "model", "limits", "baseline", "window", "join", "stretch"},
         "it is of many logs: add --jobs N, or leave it away",
     ),
 }
@@ -129,6 +135,16 @@ def _rule_files(options: argparse.Namespace, bench_name: str | None) -> RuleFile
     return RuleFiles(
         bench, model or find("model", "default"), limits or find("limits", "default"), load_bench(bench).dbc
     )
+
+
+def baseline_of(options: argparse.Namespace) -> Document[Baseline] | None:
+    """Return the baseline that was named, if one was; InputError where it cannot be read."""
+    return None if options.baseline is None else load_baseline(options.baseline)
+
+
+def against_baseline(baseline: Document[Baseline] | None, results: dict[str, Any], code: int) -> ExitCode:
+    """Say what of the baseline a judgement does not meet; return the exit code, as of a run."""
+    return held_against([] if baseline is None else compare(baseline, results), ExitCode(code))
 
 
 def own_rules(options: argparse.Namespace) -> tuple[Path | None, Path | None]:

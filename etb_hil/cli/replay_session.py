@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from etb_hil.base.outcome import ExitCode
-from etb_hil.cli.replay_options import own_rules, window_of
+from etb_hil.cli.replay_options import against_baseline, baseline_of, own_rules, window_of
 from etb_hil.replay.session_replay import replay
 from etb_hil.report.verdict import verdict_text
 from etb_hil.session.differences import changes, changes_text, first_difference, first_divergence
@@ -18,11 +18,18 @@ if TYPE_CHECKING:
 
 def replay_session(options: argparse.Namespace) -> int:
     """Judge a session, print the verdict and what differs from the live one; return the exit code."""
+    baseline = baseline_of(options)
     model, limits = own_rules(options)
     finished = replay(options.sources[0], model, limits, window_of(options))
     print(verdict_text(finished.results))
     for note in finished.analysis.recording.notes:
         print(f"  Note     {note}")
+    return against_baseline(baseline, finished.results, _beside(options, finished))
+
+
+def _beside(options: argparse.Namespace, finished: Finished) -> int:
+    """Print how a judgement stands beside the live one, or another session; return the exit code."""
+    model, limits = own_rules(options)
     if options.against:
         return compared(options, finished)
     if not finished.session.has_results and not (model or limits or options.window):

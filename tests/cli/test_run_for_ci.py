@@ -151,6 +151,23 @@ def test_only_the_baseline_disagreeing_is_inconclusive(good, tmp_path, capsys):
     assert failing == ["baseline T_st"]
 
 
+def test_a_replay_is_held_against_a_baseline_as_a_run_is(good, tmp_path, capsys):
+    (session,) = good.glob("sessions/*/")
+    path = tmp_path / "baseline.yaml"
+    assert main(["baseline", str(session), "--out", str(path)]) == 0
+    log = [str(session / "raw.blf"), "--bench", "virtual_classic"]
+    for source in ([str(session)], log):
+        assert main(["replay", *source, "--baseline", str(path)]) == 0
+        assert "expectations met" in capsys.readouterr().out
+    path.write_text("schema: etb_hil/baseline/1\nnumbers:\n  T_st: {value: 0.1 N·m, tolerance: 1 %}\n")
+    for source in ([str(session)], log):
+        assert main(["replay", *source, "--baseline", str(path)]) == 4
+        assert "Baseline T_st: expected 0.1 N·m within 1 %, found 0.17" in capsys.readouterr().out
+    assert main(["replay", str(session), "--jobs", "1", "--baseline", str(path)]) == 2
+    assert "--baseline does not go with --jobs" in capsys.readouterr().err
+    assert main(["replay", str(session), "--baseline", str(tmp_path / "none.yaml")]) == 2
+
+
 def test_a_queue_from_a_pipe_is_one_junit_file_in_plain_lines(tmp_path, monkeypatch, capfd):
     scenario = tmp_path / "short.yaml"
     scenario.write_text(SHORT.replace("60 s", "0.5 s"))
@@ -196,6 +213,23 @@ def test_a_bench_that_is_not_there_leaves_junit_and_words(tmp_path, capfd):
     assert "BENCH FAULT" in capfd.readouterr().out
     (suite,) = ET.parse(junit).getroot()  # noqa: S314
     assert (suite.get("errors"), suite.get("failures")) == ("1", "0")
+
+
+@pytest.mark.parametrize("during", ["etb_hil.cli.units.prepare", "etb_hil.cli.run_screen.execute"])
+def test_a_time_out_before_anything_moves_is_told_to_ci_too(during, tmp_path, monkeypatch, capsys):
+    def hangs(*_, **__):
+        time.sleep(60.0)
+
+    monkeypatch.setattr(during, hangs)
+    junit, told = tmp_path / "j.xml", tmp_path / "r.json"
+    files = ["--junit", str(junit), "--json", str(told)]
+    assert main(["run", "--yes", "--serial", "CI-1", "--timeout", "3", "--out", str(tmp_path), *files]) == 5
+    assert "aborted: the time-out" in capsys.readouterr().err
+    (suite,) = ET.parse(junit).getroot()  # noqa: S314
+    assert (suite.get("errors"), suite.get("failures")) == ("1", "0")
+    results = json.loads(told.read_text())
+    jsonschema.validate(results, results_schema())
+    assert (results["exit_code"], results["bench"]["reason_id"], results["unit"]["serial"]) == (5, "time_out", "CI-1")
 
 
 def test_a_run_out_of_time_ends_in_the_safe_state(tmp_path):
