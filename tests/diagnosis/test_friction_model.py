@@ -12,6 +12,7 @@ from etb_hil.diagnosis.friction_model import (
     LOG_STIFFNESS,
     VISCOUS,
     friction_along,
+    unsettled,
 )
 
 
@@ -42,3 +43,16 @@ def test_derivatives_are_those_of_the_values(index):
     exact = along(angle, q)[1 + index]
     assert np.max(np.abs(exact)) > 1e-3
     assert exact == pytest.approx(slope, abs=2e-6 * np.max(np.abs(exact)))
+
+
+def test_bristles_settle_along_the_way_and_hang_over_a_reversal():
+    q = np.zeros(FRICTION_PARAMETERS)
+    q[COULOMB], q[DROP], q[VISCOUS] = 0.144, 0.05, 1e-3
+    q[LOG_SPEED], q[LOG_STIFFNESS], q[LOG_DAMPING] = np.log([7.8, 60.0, 0.1])
+    step, length = 1e-4, 0.194 / 60.0  # rad in a tick; T_st / sigma_0
+    way = np.concatenate([np.full(400, step), np.zeros(50), np.full(400, -step)])
+    share = unsettled(np.cumsum(way), q)
+    passed = step * np.arange(400)
+    assert share[:400] == pytest.approx(np.exp(-passed / length), abs=0.01)
+    assert np.all(share[400:450] == share[399])  # a rest is no way
+    assert share[450:] == pytest.approx(2.0 * np.exp(-(passed + step) / length), abs=0.02)
