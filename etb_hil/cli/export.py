@@ -43,7 +43,7 @@ def _signals(options: argparse.Namespace) -> tuple[list[Message], int]:
     """Return the messages to decode and what is added to their identifiers."""
     from etb_hil.base.stock import find
     from etb_hil.bench.bench_file import load_bench
-    from etb_hil.canio.dbc.dialect_reader import load_dbc
+    from etb_hil.canio.dbc.dbc_file import load_dbc, require_distinct
     from etb_hil.session.session import open_session
 
     id_offset = 0
@@ -55,4 +55,6 @@ def _signals(options: argparse.Namespace) -> tuple[list[Message], int]:
         dbc = find("dbc", options.dbc)
     else:
         return [], 0
-    return list(load_dbc(dbc).messages), id_offset
+    messages = list(load_dbc(dbc).messages)
+    require_distinct(messages, dbc)
+    return messages, id_offset
