@@ -26,7 +26,8 @@ def replay_many(options: argparse.Namespace) -> int:
     outcomes = judge_many(tasks, folder, pool)
     for outcome in outcomes:
         if outcome["status"] != JUDGED:
-            print(f"{outcome['path']}: {outcome['status']}: {outcome['error']}")
+            error, path = outcome["error"], outcome["path"]
+            print(f"{outcome['status']}: {error if error.startswith(path) else f'{path}: {error}'}")
     words = [_word(outcome) for outcome in outcomes]
     print(", ".join(f"{words.count(word)} {word}" for word in dict.fromkeys(words)))
     for path in write_parquet(outcomes, folder):

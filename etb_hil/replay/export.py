@@ -106,7 +106,7 @@ def _said_of(path: Path, part: Path) -> Iterator[None]:
         named = (replace(p, place=Place(path)) if p.place == Place(part) else p for p in error.problems)
         raise InputError(*named) from None
     except (OSError, sqlite3.Error, RecordingFault) as error:
-        reason = getattr(error, "strerror", None) or str(error)
+        reason = getattr(error.__cause__ or error, "strerror", None) or str(error)
         raise InputError(
             Problem(f"cannot be written: {reason}", Place(path), remedy="give another path, or make room")
         ) from None

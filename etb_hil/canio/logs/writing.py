@@ -46,7 +46,8 @@ def require_writable(path: Path) -> None:
     """Raise InputError where the suffix names no format that can be written."""
     if log_suffix(path) not in _WRITABLE:
         what = "is no log format that can be written"
-        raise InputError(Problem(what, Place(path), path.name, allowed=", ".join(_WRITABLE)))
+        allowed = f"{', '.join(_WRITABLE)}, and .parquet for signals"
+        raise InputError(Problem(what, Place(path), path.name, allowed=allowed))
 
 
 def held(suffix: str, frames: FrameBlock) -> FrameBlock:
