@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from etb_hil.base.outcome import BenchOutcome, exit_code
@@ -32,9 +33,8 @@ def interrupted(job: Job | None, serial: str, time_out: str) -> dict[str, Any]:
 
 def _results(job: Job | None, serial: str, bench: Bench) -> dict[str, Any]:
     unit = Unit(None, "run_not_finished", serial=serial)
-    names = {}
+    results = Results("", unit, bench, exit_code=int(exit_code(bench.outcome, None)))
     if job is not None:
-        part, revision = job.limits.part_number, job.limits.revision
-        unit = Unit(None, "run_not_finished", serial=serial, part_number=part, revision=revision)
-        names = {"scenario": job.scenario.content.name, "model": job.model.name}
-    return Results("", unit, bench, exit_code=int(exit_code(bench.outcome, None)), **names).as_dict()
+        unit = replace(unit, part_number=job.limits.part_number, revision=job.limits.revision)
+        results = replace(results, unit=unit, scenario=job.scenario.content.name, model=job.model.name)
+    return results.as_dict()

@@ -73,6 +73,7 @@ def test_the_new_files_are_read_for_any_dbc_file(path, tmp_path, capsys):
         assert {role for message in dialect.messages for role in message.roles} == set(bench.roles)
     assert len(bench.roles) <= sum(len(message.signals) for message in database.messages)
     said = capsys.readouterr().out
+    assert path.parent != VEHICLES or "etb-hil plot LOG --bench" in said
     assert "These are guesses" in said
 
 
