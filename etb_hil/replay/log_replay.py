@@ -99,31 +99,35 @@ def judge_stretches(job: LogJob, frames: Frames, length_ns: int) -> Iterator[Fin
 
 
 def stretches(frames: Iterable[FrameBlock], length_ns: int) -> Iterator[Iterator[FrameBlock]]:
-    """Cut a log into stretches of so many ns from its first frame on; each is read before the next one comes."""
+    """Cut a log into stretches of so many ns from its first frame on; each is read before the next one comes.
+
+    Frames that are a little late stay in the stretch in which they came. Where stamps fall by more than a stretch, since
+    a clock was set back or a stamp is damaged, a new one begins: none grows with the log.
+    """
     source = iter(frames)
     head = next(source, None)
-    edge = 0 if head is None else int(head.stamp_ns[0])
+    origin = 0 if head is None else int(head.stamp_ns[0])
     while head is not None:
+        begin = origin + (int(head.stamp_ns[0]) - origin) // length_ns * length_ns
         waiting: list[FrameBlock] = [head]
-        edge += length_ns * max(1, -(-(int(head.stamp_ns[0]) + 1 - edge) // length_ns))
         left: list[FrameBlock] = []
-        yield _until(waiting, source, edge, left)
+        yield _between(waiting, source, begin - length_ns, begin + length_ns, left)
         head = left[0] if left else None
 
 
-def _until(
-    waiting: list[FrameBlock], source: Iterator[FrameBlock], edge_ns: int, left: list[FrameBlock]
+def _between(
+    waiting: list[FrameBlock], source: Iterator[FrameBlock], low_ns: int, high_ns: int, left: list[FrameBlock]
 ) -> Iterator[FrameBlock]:
-    """Yield the frames before an instant; what follows the first frame behind it is put into `left`."""
+    """Yield the frames between two instants; what follows from the first frame outside on is put into `left`."""
     while True:
         block = waiting.pop() if waiting else next(source, None)
         if block is None:
             return
-        late = block.stamp_ns >= edge_ns
-        if not late.any():
+        outside = (block.stamp_ns >= high_ns) | (block.stamp_ns < low_ns)
+        if not outside.any():
             yield block
             continue
-        cut = int(np.argmax(late))
+        cut = int(np.argmax(outside))
         if cut:
             yield block.rows(slice(cut))
         left.append(block.rows(slice(cut, None)))

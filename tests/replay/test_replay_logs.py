@@ -136,6 +136,14 @@ def test_stretches_hold_every_frame_once(steps, length):
     assert len(set().union(*numbers)) == len(numbers)
 
 
+def test_a_clock_set_back_makes_no_endless_stretch():
+    stamps = [0, 5, 12, 9_000, 13, 19, 21, 15, 29, 3, 8, 12]  # of a damaged stamp, a late frame, and a clock set back
+    whole = block_of(stamps)
+    for blocks in ([whole], [whole.rows(slice(row, row + 1)) for row in range(len(whole))]):
+        parts = [concatenate_frames(part).stamp_ns.tolist() for part in stretches(blocks, 10)]
+        assert parts == [[0, 5], [12], [9_000], [13, 19], [21, 15, 29], [3, 8], [12]]
+
+
 def test_on_a_bus_the_frames_keep_their_spacing(frames):
     network = VirtualNetwork(1_000_000, 1_000_000, fd=False, start_ns=0)
     sender, listener = VirtualLink(network), VirtualLink(network)
