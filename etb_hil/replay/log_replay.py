@@ -101,8 +101,8 @@ def judge_stretches(job: LogJob, frames: Frames, length_ns: int) -> Iterator[Fin
 def stretches(frames: Iterable[FrameBlock], length_ns: int) -> Iterator[Iterator[FrameBlock]]:
     """Cut a log into stretches of so many ns from its first frame on; each is read before the next one comes.
 
-    Frames that are a little late stay in the stretch in which they came. Where stamps fall by more than a stretch, since
-    a clock was set back or a stamp is damaged, a new one begins: none grows with the log.
+    Frames that are a little late stay in the stretch in which they came. Where stamps fall by more than a stretch (a
+    clock was set back, a stamp is damaged), a new one begins: none grows with the log.
     """
     source = iter(frames)
     head = next(source, None)
