@@ -48,7 +48,7 @@ def run(options: argparse.Namespace) -> int:
     print("These are guesses from names and units: hold each line against the controller's documents, then:")
     scenario, bench, model = (folder / name for name in ("scenario.yaml", "bench.yaml", "model.yaml"))
     print(f"          etb-hil check {scenario} --bench {bench} --model {model}")
-    if not any(role in found for role in ("motor_current", "motor_angle")):
+    if not {"motor_angle", "command_mode"} & found.keys():
         print("This looks like a vehicle's bus, not a throttle controller's. Confirm its roles to look at a log of it:")
         print(f"          etb-hil plot LOG --bench {bench}")
     return 0
