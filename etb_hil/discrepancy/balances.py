@@ -15,7 +15,7 @@ from etb_hil.discrepancy.along import along
 from etb_hil.discrepancy.driving import without_noise
 from etb_hil.discrepancy.measurement import Measurement
 from etb_hil.discrepancy.regimes import Regimes
-from etb_hil.discrepancy.rows import held, missed_by_rows, open_bridge, trembling, until_next
+from etb_hil.discrepancy.rows import held, jitter, missed_by_rows, open_bridge, trembling, until_next
 from etb_hil.discrepancy.spectrum import Spectrum
 from etb_hil.plant.drive_effects import THROTTLE_FRICTION
 from etb_hil.plant.effects import (
@@ -89,6 +89,7 @@ class Balances:
         noise = float(np.hypot(model.sensors.voltage_noise, model.sensors.voltage_step / np.sqrt(12.0)))
         self.driving = without_noise(measured.voltage, noise, measured.rate)
         self._is_calm = trembling(measured.angle, measured.rate) < _TREMBLES * v.coulomb / v.bristle_stiffness
+        self.jitter = jitter(measured.angle, measured.rate, measured.angle_noise)
         self._known: dict[bytes, _Truth] = {}
         self._integrated: dict[bytes, _Modelled] = {}
         base = v.vector()

@@ -36,7 +36,8 @@ def rerun(balances: Balances, model: Model, p: Vector, seed: int) -> Measurement
     rng = np.random.default_rng(seed)
     sensors = model.sensors
     count = len(m)
-    noise = rng.standard_normal((3, count))
+    noise = rng.standard_normal((4, count))
+    rows[:, 0] += np.gradient(rows[:, 0]) * m.rate * balances.jitter * noise[3]
     voltage = _rounded(rows[:, 3] + sensors.voltage_noise * noise[0], sensors.voltage_step)
     gear = balances.gear
     motor = angle_sensor_eccentricity.measured_angle(rows[:, 0] * gear, p)

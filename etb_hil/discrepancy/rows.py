@@ -14,6 +14,10 @@ Complex128 = NDArray[np.complex128]
 _OPEN_FOR = 0.02  # s
 _CALM_FOR = 0.1  # s of rest in which an angle shows whether it trembles
 _CALMEST = 0.02  # of all such times
+_SHORT = 0.02  # s
+_LIKELY_JITTER = 1e-6  # s
+_TELLING = 0.5  # of the noise that such a jitter makes where it is looked for
+_ENOUGH = 25  # windows
 
 
 def held(s: Complex128, dt: float) -> Complex128:
@@ -54,3 +58,21 @@ def trembling(angle: Float64, rate: float) -> float:
     steps = np.diff(angle, 2) / np.sqrt(3.0)
     each = steps[: len(steps) // rows * rows].reshape(-1, rows)
     return float(np.sqrt(np.quantile(np.mean(each**2, axis=1), _CALMEST)))
+
+
+def jitter(angle: Float64, rate: float, noise: float) -> float:
+    """Return the rms in s by which an angle's rows are early or late; `noise`: what else the angle (rad) has, rms.
+
+    An angle that is read at the wrong moment is wrong by its speed. Fourth differences leave nothing of a motion but
+    what steps of the voltage do to it, and the median over short windows not even those.
+    """
+    rows = max(round(_SHORT * rate), 8)
+    velocity = np.diff(angle)[1:-2] * rate
+    fourth = np.diff(angle, 4) / np.sqrt(70.0)
+    count = len(fourth) // rows
+    speeds = np.mean(velocity[: count * rows].reshape(count, rows), axis=1)
+    left = np.mean(fourth[: count * rows].reshape(count, rows) ** 2, axis=1) - noise**2
+    fast = np.abs(speeds) > _TELLING * noise / _LIKELY_JITTER
+    if np.count_nonzero(fast) < _ENOUGH:
+        return 0.0
+    return float(np.sqrt(max(float(np.median(left[fast] / speeds[fast] ** 2)), 0.0)))

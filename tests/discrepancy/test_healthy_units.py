@@ -8,7 +8,7 @@ from explain_sizes import base_numbers
 from etb_hil.discrepancy import freerun
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.calibration import all_unknowns, calibrate
-from etb_hil.discrepancy.floor import floor_of, weigh
+from etb_hil.discrepancy.floor import floor_of, group_means, weigh
 from etb_hil.discrepancy.intervals import estimates
 from etb_hil.discrepancy.measurement import measurements_of
 from etb_hil.plant.effects.layout import EXTENDED
@@ -50,3 +50,17 @@ def test_it_runs_freely_about_as_well_as_its_own_simulation(calibrated):
         )
         ratios.append(float(np.sqrt(np.mean(off**2) / np.mean(least**2))))
     assert np.median(ratios) < 1.6, ratios
+
+
+@pytest.mark.slow
+def test_the_jitter_of_its_rows_is_found(calibrated):
+    for hidden, (b,), _, _ in calibrated:
+        assert b.jitter == pytest.approx(hidden.case.sensors.jitter, rel=0.15)
+
+
+@pytest.mark.slow
+def test_sliding_and_voltage_are_what_its_own_simulation_leaves(calibrated):
+    """Torque and voltage balance where the plate slides, and the angle balance: within a third of the floor."""
+    for _, balances, calibration, floor in calibrated:
+        groups, _ = group_means(balances, calibration.fit.whole)
+        assert (groups / floor.level)[[2, 4, 5, 7, 8]] == pytest.approx(1.0, abs=0.34)

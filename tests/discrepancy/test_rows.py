@@ -9,7 +9,7 @@ from synthetic import MODEL, RATE, measurement
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.calibration import calibrate
 from etb_hil.discrepancy.driving import without_noise
-from etb_hil.discrepancy.rows import held, missed_by_rows, trembling, until_next
+from etb_hil.discrepancy.rows import held, jitter, missed_by_rows, trembling, until_next
 from etb_hil.discrepancy.spectrum import Spectrum
 
 FINE = 64
@@ -83,6 +83,24 @@ def test_an_encoder_is_calm_at_rest_and_in_slow_motion_and_a_noisy_sensor_is_not
     assert trembling(np.zeros(8000), RATE) == 0.0
     # The calmest of many moments is somewhat calmer than the mean.
     assert 0.7 < trembling(2e-4 * rng.standard_normal(8000), RATE) / (2e-4 * np.sqrt(2.0)) < 1.0
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 10_000), st.floats(1e-6, 2e-5), st.floats(3.5, 8.0))
+def test_rows_that_are_early_and_late_are_told_from_counts(seed, rms, speed):
+    rng = np.random.default_rng(seed)
+    t = np.arange(40_000) / RATE
+    read_at = t + rms * rng.standard_normal(len(t))
+    count = 2e-5
+    travel = np.abs((speed * read_at) % 2.8 - 1.4) + 0.05 * np.sin(2.0 * np.pi * 7.0 * read_at)
+    found = jitter(np.floor(travel / count) * count, RATE, count / np.sqrt(12.0))
+    if speed * rms > 0.3 * count:
+        assert found == pytest.approx(rms, rel=0.2)
+    assert found < 1.2 * np.hypot(rms, 0.3 * count / speed)
+
+
+def test_a_plate_that_never_moves_fast_says_nothing_of_its_clock():
+    assert jitter(1e-3 * np.sin(np.arange(8000) / RATE), RATE, 6e-6) == 0.0
 
 
 @pytest.mark.parametrize("seed", [11, 12])
