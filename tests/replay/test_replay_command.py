@@ -159,3 +159,16 @@ def test_of_several_judgements_the_worst_is_the_exit_code():
     assert worst([ExitCode.INCONCLUSIVE, ExitCode.DONE]) is ExitCode.INCONCLUSIVE
     assert worst([ExitCode.INCONCLUSIVE, ExitCode.UNIT_FAILED]) is ExitCode.UNIT_FAILED
     assert worst([ExitCode.BAD_INPUT, ExitCode.UNIT_FAILED]) is ExitCode.BAD_INPUT
+
+
+def test_one_channel_goes_onto_a_bus_and_several_are_said(frames, tmp_path, capsys):
+    begin = frames.rows(slice(20))
+    path = write(tmp_path / "log.blf", begin, later(begin, 0, channel=np.full_like(begin.channel, 3)))
+    assert main(["replay", path, "--onto", "virtual_classic", "--channel", "3"]) == ExitCode.DONE
+    said = capsys.readouterr().out
+    assert said.startswith("20 frames sent")
+    assert "Note" not in said
+    assert main(["replay", path, "--onto", "virtual_classic"]) == ExitCode.DONE
+    said = capsys.readouterr().out
+    assert said.startswith("40 frames sent")
+    assert "frames of channels 0, 3 went onto one bus" in said
