@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.replay.log_replay import NothingToJudgeError, judge
 from etb_hil.replay.one_channel import one_channel_each
+from etb_hil.replay.session_replay import conditions_of
 from etb_hil.session.events import read_events
 from etb_hil.session.record import record_of
 from etb_hil.session.session import open_session
@@ -26,14 +27,15 @@ _AROUND_NS = 60_000_000_000  # of a longer log, more than this before and behind
 
 
 def beside_session(job: LogJob, frames: Frames, session: Path) -> Finished:
-    """Judge a log by the phases of a session; its frames of a minute before until a minute after it, all kept.
+    """Judge a log by the phases and triggers of a session, from a minute before it until a minute after it, all kept.
 
-    InputError, with what could not be read, where there are none.
+    InputError, with what could not be read, where there is nothing to judge.
     """
-    record = record_of(read_events(open_session(session).events))
+    opened = open_session(session)
+    record = record_of(read_events(opened.events))
     blocks = one_channel_each(_around(frames, record, job.paths[0]), job.rules.setup.dialect, job.paths[0])
     try:
-        return judge(replace(job, phases=tuple(record.phases)), blocks)
+        return judge(replace(job, phases=tuple(record.phases), conditions=conditions_of(opened)), blocks)
     except NothingToJudgeError as error:
         raise NothingToJudgeError(*error.problems, *frames.notes) from None
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,12 +16,13 @@ from etb_hil.session.record import PhaseTime, RunRecord
 from etb_hil.session.session import Session
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Mapping
     from pathlib import Path
 
     from etb_hil.canio.frames import FrameBlock
     from etb_hil.replay.log_frames import Frames
     from etb_hil.replay.session_replay import RuleFiles, Rules
+    from etb_hil.scenario.condition import Condition
 
 PHASE = "log"  # a bare log is one phase: nothing says what was asked of the unit
 STRETCH_S = 60.0  # three friction checks; FD bursts at 20 kHz for so long stay below the memory that is promised
@@ -33,12 +34,13 @@ class NothingToJudgeError(InputError):
 
 @dataclass(frozen=True, slots=True)
 class LogJob:
-    """One or more files with what they are judged by; `phases` where somebody knows them."""
+    """One or more files with what they are judged by; `phases` where somebody knows them, and what ends each."""
 
     paths: tuple[Path, ...]
     files: RuleFiles
     rules: Rules
     phases: tuple[PhaseTime, ...] = ()
+    conditions: Mapping[str, Condition | None] = field(default_factory=dict)
     keep: bool = True
 
 
@@ -48,7 +50,7 @@ def judge(job: LogJob, frames: Iterable[FrameBlock]) -> Finished:
     dialect = rules.setup.dialect
     analysis = Analysis(dialect, rules.model, rules.limits, str(job.paths[0]), keep=job.keep)
     for phase in job.phases:
-        analysis.begin_phase(phase.start_ns, phase.id, phase.kind)
+        analysis.begin_phase(phase.start_ns, phase.id, phase.kind, job.conditions.get(phase.id))
     first_ns, last_ns = None, 0
     for block in frames:
         if first_ns is None:

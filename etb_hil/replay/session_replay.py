@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from etb_hil.diagnosis.limits import Limits
     from etb_hil.plant.parameters import Model
     from etb_hil.replay.window import Window
+    from etb_hil.scenario.condition import Condition
     from etb_hil.session.record import RunRecord
 
 
@@ -93,7 +94,7 @@ def replay(
         session = replace(session, model=rules.model.name)
     record = _record(session)
     analysis = Analysis(rules.setup.dialect, rules.model, rules.limits, str(folder))
-    conditions = {step.id: step.phase.until for step in load_scenario(session.input_path("scenario")).content.steps}
+    conditions = conditions_of(session)
     for phase in record.phases:
         analysis.begin_phase(phase.start_ns, phase.id, phase.kind, conditions.get(phase.id))
     log = read_blf(session.raw_log)
@@ -104,6 +105,12 @@ def replay(
     results = results_of(session, rules.setup.bench, rules.limits, record, analysis, found)
     results["attempts"] = earlier_attempts(session)
     return Finished(session, results, record, analysis, found)
+
+
+def conditions_of(session: Session) -> dict[str, Condition | None]:
+    """Return what ends each phase of a session's scenario, where something does."""
+    scenario = load_scenario(session.input_path("scenario")).content
+    return {step.id: step.phase.until for step in scenario.steps}
 
 
 def _record(session: Session) -> RunRecord:

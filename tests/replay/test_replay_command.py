@@ -4,15 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from whole_run import run_on
+from whole_run import files, run_on
 
 from etb_hil.base.outcome import ExitCode
+from etb_hil.bench.job import execute, prepare
 from etb_hil.canio.frames import concatenate_frames
 from etb_hil.canio.logs.blf import BlfLog, read_blf
 from etb_hil.canio.logs.writing import write_log
 from etb_hil.cli.main import main
 from etb_hil.cli.replay_options import worst
+from etb_hil.replay.against import beside_session
 from etb_hil.replay.log_frames import Frames
+from etb_hil.replay.log_replay import LogJob
+from etb_hil.replay.session_replay import rule_files
 
 MINUTE_NS = 60_000_000_000
 
@@ -172,3 +176,18 @@ def test_one_channel_goes_onto_a_bus_and_several_are_said(frames, tmp_path, caps
     said = capsys.readouterr().out
     assert said.startswith("40 frames sent")
     assert "frames of channels 0, 3 went onto one bus" in said
+
+
+def test_what_fired_live_fires_in_the_log(tmp_path):
+    path = tmp_path / "scenario.yaml"
+    path.write_text(
+        "schema: etb_hil/scenario/1\nname: test\nphases:\n- {id: zero, kind: current_zero, duration: 0.3 s}\n"
+        "- {id: up, kind: ramp, between: [10 deg, 70 deg], speed: 1 rad/s,"
+        " until: {role: throttle_angle, rises_above: 20 deg}}\n"
+    )
+    live = execute(prepare(replace(files(), scenario=path)), tmp_path / "out", "", 1)
+    rules = rule_files(live.session)
+    job = LogJob((live.session.raw_log,), rules, rules.read())
+    again = beside_session(job, Frames(job.paths), live.session.folder)
+    assert [firing is not None for firing in live.analysis.firings] == [False, True]
+    assert again.analysis.firings == live.analysis.firings
