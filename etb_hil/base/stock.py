@@ -32,18 +32,25 @@ def find(kind: str, name: str, beside: Path | None = None) -> Path:
     Raises InputError that lists the stock names where there is no such file.
     """
     given = Path(name)
-    if given.is_file():
+    if _is_file(given):
         return given
-    if beside is not None and (beside.parent / given).is_file():
+    if beside is not None and _is_file(beside.parent / given):
         return beside.parent / given
     folder, suffix = _FOLDERS[kind]
     stock = folder / f"{given.name.removesuffix(suffix)}{suffix}"
-    if given.name == str(given) and stock.is_file():
+    if given.name == str(given) and _is_file(stock):
         return stock
     raise InputError(
         Problem(
-            f"no {kind} file '{name}'",
+            f"no {kind} file '{name if len(name) <= 200 else name[:200] + '...'}'",
             allowed=f"a path, or one of: {', '.join(stock_names(kind))}",
             remedy="check the spelling and the folder you are in",
         )
     )
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # a name that is too long, or a folder that is closed to us
+        return False

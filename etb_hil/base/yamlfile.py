@@ -211,43 +211,54 @@ def _problems(path: Path, lines: dict[Path_, int], model: type[BaseModel], error
         if _follows_from_others(detail["loc"], details):
             continue
         key = _file_key(tuple(detail["loc"]), lines)
+        if detail["type"] == "union_tag_invalid":
+            key = (*key, str(detail["ctx"]["discriminator"]).strip("'"))
         place = _place(path, lines, key)
-        value = detail.get("input")
-        shown = value if isinstance(value, str | int | float | bool) else None
-        message = str(detail["msg"]).removeprefix("Value error, ")
-        if detail["type"] == "extra_forbidden":
-            names = _allowed_names(model, detail["loc"])
-            near = difflib.get_close_matches(str(key[-1]), names, n=1)
-            remedy = f"did you mean '{near[0]}'?" if near else "remove it"
-            found.append(Problem("unknown key", place, value=shown, allowed=", ".join(names) or None, remedy=remedy))
-        elif detail["type"] == "missing":
-            found.append(Problem("this key is missing", place, remedy=f"add '{key[-1]}'" if key else None))
-        elif (bound := _BOUNDS.get(detail["type"])) is not None:
-            most = next(iter(detail["ctx"].values()))
-            unit = ", in the quantity's SI unit" if isinstance(shown, str) else ""
-            found.append(Problem("out of range", place, shown, f"{bound} {most:g}{unit}"))
-        elif detail["type"] in _LENGTHS:
-            context = detail["ctx"]
-            bound, limit = _LENGTHS[detail["type"]]
-            found.append(Problem(f"has {context['actual_length']} entries", place, allowed=f"{bound} {context[limit]}"))
-        elif detail["type"] == "string_pattern_mismatch":
-            allowed = f"what fits the pattern {detail['ctx']['pattern']}"
-            found.append(Problem("has characters that it must not have, or too many", place, shown, allowed))
-        elif detail["type"] == "union_tag_not_found":
-            field = str(detail["ctx"]["discriminator"]).strip("'")
-            names = _tags(model, detail["loc"], field)
-            what = f"the key '{field}' is missing"
-            found.append(Problem(what, place, allowed=", ".join(names) or None, remedy=f"add '{field}'"))
-        elif detail["type"] == "union_tag_invalid":
-            context = detail["ctx"]
-            tag, field = str(context["tag"]), str(context["discriminator"]).strip("'")
-            near = difflib.get_close_matches(tag, names := context["expected_tags"].replace("'", "").split(", "), n=1)
-            place = _place(path, lines, (*key, field))
-            meant = f"did you mean '{near[0]}'?" if near else None
-            found.append(Problem(f"no such {field}", place, tag, ", ".join(names), meant))
-        else:
-            found.append(Problem(message, place, value=shown))
+        found.append(_key_problem(detail, model, key, place) or _value_problem(detail, place))
     return found
+
+
+def _key_problem(detail: ErrorDetails, model: type[BaseModel], key: Path_, place: Place) -> Problem | None:
+    """Return what is wrong with a key; None where it is the value."""
+    value = _shown(detail)
+    if detail["type"] == "extra_forbidden":
+        names = _allowed_names(model, detail["loc"])
+        near = difflib.get_close_matches(str(key[-1]), names, n=1)
+        remedy = f"did you mean '{near[0]}'?" if near else "remove it"
+        return Problem("unknown key", place, value=value, allowed=", ".join(names) or None, remedy=remedy)
+    if detail["type"] == "missing":
+        return Problem("this key is missing", place, remedy=f"add '{key[-1]}'" if key else None)
+    if detail["type"] == "union_tag_not_found":
+        field = str(detail["ctx"]["discriminator"]).strip("'")
+        names = _tags(model, detail["loc"], field)
+        return Problem(f"the key '{field}' is missing", place, allowed=", ".join(names), remedy=f"add '{field}'")
+    if detail["type"] == "union_tag_invalid":
+        tag, names = str(detail["ctx"]["tag"]), detail["ctx"]["expected_tags"].replace("'", "").split(", ")
+        near = difflib.get_close_matches(tag, names, n=1)
+        meant = f"did you mean '{near[0]}'?" if near else None
+        return Problem(f"no such {key[-1]}", place, tag, ", ".join(names), meant)
+    return None
+
+
+def _value_problem(detail: ErrorDetails, place: Place) -> Problem:
+    kind, value, context = detail["type"], _shown(detail), detail.get("ctx", {})
+    if kind in _BOUNDS:
+        unit = ", in the quantity's SI unit" if isinstance(value, str) else ""
+        return Problem("out of range", place, value, f"{_BOUNDS[kind]} {next(iter(context.values())):g}{unit}")
+    if kind in _LENGTHS:
+        bound, limit = _LENGTHS[kind]
+        return Problem(f"has {context['actual_length']} entries", place, allowed=f"{bound} {context[limit]}")
+    if kind == "string_pattern_mismatch":
+        allowed = f"what fits the pattern {context['pattern']}"
+        return Problem("has characters that it must not have, or too many", place, value, allowed)
+    if kind in {"model_type", "model_attributes_type"}:
+        return Problem("holds no keys", place, value, remedy="write 'key: value', line by line")
+    return Problem(str(detail["msg"]).removeprefix("Value error, "), place, value=value)
+
+
+def _shown(detail: ErrorDetails) -> str | float | bool | None:
+    value = detail.get("input")
+    return value if isinstance(value, str | int | float | bool) else None
 
 
 def _follows_from_others(location: tuple[str | int, ...], details: Sequence[ErrorDetails]) -> bool:

@@ -96,6 +96,8 @@ class CiOutput:
 def _clear(path: Path) -> None:
     """Take away what an earlier run left, lest it be read as this one's; find out whether a file can stand there."""
     try:
+        if path.exists() and not (path.is_file() or path.is_dir()):  # else /dev/null would be gone for everybody
+            raise InputError(Problem("is no file that can be written anew", Place(path), remedy="choose another file"))
         path.parent.mkdir(parents=True, exist_ok=True)
         path.touch()
         path.unlink()

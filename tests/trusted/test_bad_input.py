@@ -222,6 +222,22 @@ def test_a_serial_number_can_do_no_harm(tmp_path, session):
     assert json.loads((session.session.folder / "session.json").read_text())["serial"] == "<script>x</script>/../.."
 
 
+@pytest.mark.parametrize("name", ["a" * 5000, "a\x00b", "\udcff"])
+@pytest.mark.parametrize("kind", [*STOCK, "dbc"])
+def test_a_name_that_no_file_can_have_is_refused(kind, name):
+    with pytest.raises(InputError, match=rf"no {kind} file .*; allowed: a path") as refused:
+        find(kind, name)
+    assert len(str(refused.value)) < 1000
+
+
+@pytest.mark.parametrize("option", ["--json", "--junit"])
+def test_a_device_is_not_taken_away_for_what_ci_reads(tmp_path, capsys, option):
+    os.mkfifo(tmp_path / "device")
+    assert main(["run", option, str(tmp_path / "device")]) == 2
+    assert "is no file that can be written anew" in capsys.readouterr().err
+    assert (tmp_path / "device").is_fifo()
+
+
 @pytest.mark.parametrize("path", ["/dev/zero", "/", "/dev/null", "/proc/self/mem", "no\x00name"])
 @pytest.mark.parametrize("kind", STOCK)
 def test_what_is_no_file_is_refused(kind, path):
