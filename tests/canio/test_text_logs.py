@@ -15,6 +15,7 @@ from test_logs import read, same
 from etb_hil.base.errors import InputError
 from etb_hil.canio.frames import FrameFlag, concatenate_frames
 from etb_hil.canio.logs import text as text_logs
+from etb_hil.canio.logs.gunzip import Gunzip
 from etb_hil.canio.logs.reading import read_log
 from etb_hil.canio.messages import from_messages
 
@@ -221,3 +222,17 @@ def test_stamps_from_event_to_event_are_said(tmp_path):
     log = read_log(path)
     assert len(concatenate_frames(log)) == 1
     assert "count from the event before" in log.notes[0]
+
+
+@given(st.lists(st.binary(max_size=40_000), min_size=1, max_size=3), st.integers(0, 9), st.integers(1, 70_000))
+@settings(deadline=None, max_examples=40)
+def test_packed_files_are_unpacked_as_gzip_does(tmp_path_factory, members, zeros, size):
+    path = tmp_path_factory.mktemp("packed") / "log.gz"
+    path.write_bytes(b"".join(map(gzip.compress, members)) + bytes(zeros))
+    with Gunzip(path) as file:
+        assert b"".join(iter(lambda: file.read(size), b"")) == b"".join(members)
+    path.write_bytes(path.read_bytes()[: -zeros - 1])
+    got = []
+    with Gunzip(path) as file, pytest.raises(EOFError):
+        got.extend(iter(lambda: file.read(size), b""))  # what came before is kept
+    assert b"".join(got) == b"".join(members)  # what is lost is of the checksum

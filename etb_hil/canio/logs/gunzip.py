@@ -25,32 +25,45 @@ class Gunzip(RawIOBase):
         self._inflater = zlib.decompressobj(_WITH_HEADER)
         self._packed = b""
         self._plain = memoryview(b"")
+        self._fault: Exception | None = None
 
     def readable(self) -> bool:
         """Return True."""
         return True
 
     def readinto(self, buffer: WriteableBuffer, /) -> int:
-        """Fill a part of the buffer and return how much, 0 at the end; EOFError, OSError or zlib.error at damage."""
-        while not self._plain:
-            packed = self._packed or self._file.read(_PACKED_BYTES)
-            if not packed:
-                if not self._inflater.eof:
-                    raise EOFError("it is cut off")
-                return 0
-            if self._inflater.eof:
-                self._packed = b""
-                packed = packed.lstrip(b"\0")  # which may stand behind the end; else another member follows
+        """Fill the buffer and return how much came, 0 at the end; EOFError, OSError or zlib.error at damage."""
+        out, filled = memoryview(buffer).cast("B"), 0
+        while filled < len(out):
+            if not self._plain and not self._inflated():
+                break
+            count = min(len(out) - filled, len(self._plain))
+            out[filled : filled + count] = self._plain[:count]
+            self._plain = self._plain[count:]
+            filled += count
+        if not filled and self._fault is not None:
+            raise self._fault
+        return filled
+
+    def _inflated(self) -> bool:
+        """Inflate what follows; False where nothing does, or what follows is damaged."""
+        while not self._plain and self._fault is None:
+            try:
+                packed = self._packed or self._file.read(_PACKED_BYTES)
                 if not packed:
-                    continue
-                self._inflater = zlib.decompressobj(_WITH_HEADER)
-            self._plain = memoryview(self._inflater.decompress(packed))
-            self._packed = self._inflater.unused_data
-        out = memoryview(buffer).cast("B")
-        count = min(len(out), len(self._plain))
-        out[:count] = self._plain[:count]
-        self._plain = self._plain[count:]
-        return count
+                    self._fault = None if self._inflater.eof else EOFError("it is cut off")
+                    return False
+                self._packed = b""
+                if self._inflater.eof:
+                    packed = packed.lstrip(b"\0")  # which may stand behind the end; else another member follows
+                    if not packed:
+                        continue
+                    self._inflater = zlib.decompressobj(_WITH_HEADER)
+                self._plain = memoryview(self._inflater.decompress(packed))
+                self._packed = self._inflater.unused_data
+            except BROKEN as error:
+                self._fault = error
+        return bool(self._plain)
 
     def close(self) -> None:
         """Close the file."""
