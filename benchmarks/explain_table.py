@@ -31,15 +31,13 @@ def print_rates(rows):
     if drawn:
         print(f"confident wrong names over everything: {_share(confident, len(drawn))}")
     _print_intervals(drawn)
-    for key in ("free_run_over_floor", "nrmse", "seconds"):
-        values = sorted(row[key] for row in drawn if key in row)
-        if values:
-            print(f"{key}: median {values[len(values) // 2]:.3g}, 90 % up to {values[int(0.9 * len(values))]:.3g}")
+    _print_spread("", drawn)
 
 
 def _print_group(key, members):
     kind, view, hertz = key
     print(f"{kind}, {view}, {hertz} Hz: {len(members)} files")
+    _print_spread("  ", members)
     visible = [row for row in members if row["visible"]]
     for part, chosen in (("all", members), ("visible", visible)):
         if not chosen or (part == "visible" and (kind == "nothing" or len(chosen) == len(members))):
@@ -50,6 +48,14 @@ def _print_group(key, members):
         if kind not in ("nothing", "outside"):
             print(f"  {part:8} {'best in class':16} {_share(sum(row['best_in_class'] for row in chosen), len(chosen))}")
             print(f"  {part:8} {'truth named':16} {_share(sum(outcomes[name] for name in NAMED), len(chosen))}")
+
+
+def _print_spread(indent, rows):
+    for key in ("free_run_over_floor", "nrmse", "seconds"):
+        values = sorted(row[key] for row in rows if key in row)
+        if values:
+            at_90 = values[int(0.9 * len(values))]
+            print(f"{indent}{key}: median {values[len(values) // 2]:.3g}, 90 % up to {at_90:.3g}")
 
 
 def _print_intervals(rows):
