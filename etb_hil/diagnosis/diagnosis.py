@@ -22,7 +22,7 @@ from etb_hil.diagnosis.exceedance import ExceedanceDetector
 from etb_hil.diagnosis.grounds import Coverage, Grounds, far_above, local_excess, unexplained
 from etb_hil.diagnosis.limits import Limits
 from etb_hil.diagnosis.local_friction import local_friction
-from etb_hil.diagnosis.numbers import report_numbers
+from etb_hil.diagnosis.numbers import bump_numbers, report_numbers
 from etb_hil.diagnosis.result import DiagnosisResult
 from etb_hil.diagnosis.series import plot_columns
 from etb_hil.diagnosis.tally import LiveReading, Tally
@@ -174,6 +174,7 @@ class Diagnosis:
         )
         verdict, reasons = conclude(numbers, grounds)
         series = plot_columns(assessment)
+        numbers = (*numbers, *bump_numbers(series))
         start_ns = self._start_ns or 0
         if self._ticks.origin_ns is not None:  # ticks begin with the first phase of motion, the run before it
             series["time"] = series["time"] + (self._ticks.origin_ns - start_ns) * 1e-9

@@ -50,8 +50,9 @@ class Bump:
 def friction_map(runs: Sequence[Mapping[str, Float64]]) -> FrictionMap:
     """Return the map over the `series` of results of one unit, at whichever temperatures they were taken.
 
-    Raises ValueError where no run has points behind a fit. Friction is odd in the direction of motion: the mean over
-    both directions takes out what the springs' model has wrong at a place. Without a temperature, it counts as 20 degC.
+    Raises ValueError where no run has slow points behind a fit. Friction is odd in the direction of motion: the mean
+    over both directions takes out what the springs' model has wrong at a place. Without a temperature, it counts as
+    20 degC.
     """
     fitted = [run for run in runs if "point_excess" in run]
     if not fitted:
@@ -62,6 +63,8 @@ def friction_map(runs: Sequence[Mapping[str, Float64]]) -> FrictionMap:
     )
     temperature = np.where(np.isnan(temperature), _ROOM, temperature)
     slow = np.abs(velocity) < FASTEST
+    if not np.any(slow):
+        raise ValueError("no run has windows slow enough to tell places apart")
     column = np.floor(angle[slow] / CELL).astype(np.int64)
     row = np.floor(temperature[slow] / TEMPERATURE_CELL).astype(np.int64)
     columns, rows = np.arange(column.min(), column.max() + 1), np.arange(row.min(), row.max() + 1)

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
+
+import numpy as np
 
 from etb_hil.diagnosis.assessment import Assessment, Interval, fitted_numbers
 from etb_hil.diagnosis.break_away import READING, break_away_torque, break_aways
 from etb_hil.diagnosis.contradiction import widened
 from etb_hil.diagnosis.current_zero import Zero
+from etb_hil.diagnosis.friction_map import FASTEST, find_bumps, friction_map
+from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.limits import Limits
 from etb_hil.diagnosis.prior import CONSTANT
 from etb_hil.diagnosis.result import Number
@@ -16,6 +21,7 @@ from etb_hil.diagnosis.tally import LiveReading
 from etb_hil.diagnosis.verdict import stand
 from etb_hil.diagnosis.voltage_balance import VoltageBalance
 from etb_hil.plant.parameters import ThrottleParameters
+from etb_hil.recording.samples import Float64
 
 _NAMES = {
     "T_st": ("stiction torque T_st", "N·m"),
@@ -97,6 +103,25 @@ def _broken_away(
             found.per_decade[1],
             found.per_decade[2],
         ),
+    )
+
+
+def bump_numbers(series: Mapping[str, Float64]) -> tuple[Number, ...]:
+    """Return where friction is locally above the fitted curve, in order of angle, by the columns for the plots."""
+    if "point_excess" not in series or not np.any(np.abs(series["point_velocity"]) < FASTEST):
+        return ()
+    alike = np.full(len(series["point_angle"]), np.nan)  # one run is one temperature
+    return tuple(
+        Number(
+            f"bump_{k}",
+            f"friction above the curve at {bump.angle:.2f} rad",
+            bump.excess,
+            "1",
+            bump.excess - TWO_SIDED_95 * bump.error,
+            bump.excess + TWO_SIDED_95 * bump.error,
+            note=f"from {bump.start:.2f} to {bump.end:.2f} rad",
+        )
+        for k, bump in enumerate(find_bumps(friction_map([{**series, "point_temperature": alike}])), 1)
     )
 
 

@@ -137,7 +137,7 @@ def fit_stribeck(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prio
 
 
 def _kinds(ticks: Ticks, windows: Windows, q: Float64) -> Int64:
-    """Return the kind (m) of every window: 0 where there are enough to weigh it by itself, the others from 1 on."""
+    """Return the kind (m) of every window, from 1 on, more bent ones later; 0 where too few are alike."""
     share = window_means(unsettled(ticks.angle, q), WINDOW, windows)
     kind, named = np.zeros(len(windows), np.int64), 1
     for least, most in zip((-np.inf, *_KINDS), (*_KINDS, np.inf), strict=True):
@@ -211,12 +211,16 @@ def _mean_square(residual: Float64) -> float:
 
 
 def _weights(residual: Float64, kind: Int64) -> Float64:
-    """Return weights of windows (m): by what their kind leaves over, those that overlap counted for what they say."""
-    weight = np.empty(len(residual))
-    for k in range(int(kind.max()) + 1):
+    """Return weights of windows (m): by what their kind leaves over, those that overlap counted for what they say.
+
+    Bent bristles only add to an error: their kinds never weigh more than what slides, which a local bump may spoil.
+    """
+    least = _LEAST_NOISE * _LEAST_NOISE
+    weight = np.full(len(residual), 1.0 / (_OVERLAP * max(_mean_square(residual), least)))
+    for k in range(1, int(kind.max()) + 1):
         same = kind == k
-        if np.any(same):
-            weight[same] = 1.0 / (_OVERLAP * max(_mean_square(residual[same]), _LEAST_NOISE * _LEAST_NOISE))
+        least = max(_mean_square(residual[same]), least)
+        weight[same] = 1.0 / (_OVERLAP * least)
     return weight
 
 

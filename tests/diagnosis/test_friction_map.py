@@ -15,17 +15,23 @@ from etb_hil.diagnosis.limits import load_limits
 LIMITS = load_limits(find("limits", "default")).content
 
 
-def series_of(unit, seed, temperature=20.0):
+def result_of(unit, seed, temperature=20.0):
     rng = np.random.default_rng(seed)
     run, phases = friction_check(unit)
     diagnosis = Diagnosis(bench_model(off_by_tolerances(Unit(), rng)), LIMITS)
     for rows, kind in rows_of(sense(unit, run, 1000, rng), phases, 1000, temperature=temperature):
         diagnosis.push(rows, kind)
-    return diagnosis.finish().series
+    return diagnosis.finish()
+
+
+def series_of(*given):
+    return result_of(*given).series
 
 
 def test_even_friction_maps_to_one():
-    over = friction_map([series_of(Unit(), 0)])
+    result = result_of(Unit(), 0)
+    assert result.number("bump_1") is None
+    over = friction_map([result.series])
     assert np.nanmax(np.abs(over.factor - 1.0)) < 0.04
     assert np.count_nonzero(np.isfinite(over.factor)) > 25
     assert not find_bumps(over)
@@ -33,11 +39,15 @@ def test_even_friction_maps_to_one():
 
 @pytest.mark.parametrize("place", [0.4, 0.8, 1.2])
 def test_bump_is_found_and_placed(place):
-    over = friction_map([series_of(Unit(bump_angle=place, bump_width=0.05, bump=0.3), 1)])
-    (bump,) = find_bumps(over)
+    result = result_of(Unit(bump_angle=place, bump_width=0.05, bump=0.3), 1)
+    (bump,) = find_bumps(friction_map([result.series]))
     assert bump.start < place < bump.end
     assert bump.angle == pytest.approx(place, abs=0.035)
     assert bump.excess == pytest.approx(0.3, abs=0.08)
+    number = result.number("bump_1")
+    assert number.low < bump.excess == number.value < number.high
+    assert f"{bump.angle:.2f} rad" in number.name
+    assert result.number("bump_2") is None
 
 
 def test_temperatures_are_rows_of_their_own():
@@ -54,3 +64,9 @@ def test_temperatures_are_rows_of_their_own():
 def test_runs_without_a_fit_are_refused():
     with pytest.raises(ValueError, match="no run has a fitted"):
         friction_map([{"time": np.zeros(3)}])
+
+
+def test_runs_too_fast_to_tell_places_apart_are_refused():
+    names = ("point_angle", "point_velocity", "point_excess", "point_temperature")
+    with pytest.raises(ValueError, match="slow enough"):
+        friction_map([dict.fromkeys(names, np.full(5, 9.0))])
