@@ -77,7 +77,11 @@ def _guarded(run: object, options: argparse.Namespace) -> int:
 
     drop_stale()
     try:
-        return int(run(options))  # type: ignore[operator]
+        code = int(run(options))  # type: ignore[operator]
+        sys.stdout.flush()
+    except BrokenPipeError:  # `| head` has read enough; what judges a unit prints through `say` and keeps its exit code
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return ExitCode.DONE
     except InputError as error:
         print(error, file=sys.stderr)
         return ExitCode.BAD_INPUT
@@ -87,6 +91,7 @@ def _guarded(run: object, options: argparse.Namespace) -> int:
     except (BenchFault, EtbHilError) as error:
         print(f"bench fault: {error}", file=sys.stderr)
         return ExitCode.BENCH_FAULT
+    return code
 
 
 if __name__ == "__main__":

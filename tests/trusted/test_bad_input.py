@@ -4,6 +4,8 @@ import json
 import os
 import re
 import shutil
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -228,6 +230,14 @@ def test_a_name_that_no_file_can_have_is_refused(kind, name):
     with pytest.raises(InputError, match=rf"no {kind} file .*; allowed: a path") as refused:
         find(kind, name)
     assert len(str(refused.value)) < 1000
+
+
+@pytest.mark.parametrize("command", ["schema", "schema scenario"])
+def test_a_reader_that_has_read_enough_is_no_error(command):
+    words = [sys.executable, "-m", "etb_hil", *command.split()]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        process.stdout.close()
+        assert not process.stderr.read()
 
 
 @pytest.mark.parametrize("option", ["--json", "--junit"])
