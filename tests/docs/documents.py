@@ -12,6 +12,7 @@ PAGES = [
 ]
 
 _BLOCK = re.compile(r"^    (etb-hil .*)$", re.MULTILINE)
+_TYPED = re.compile(r"^    (etb-hil .*)$|`(etb-hil [^`\n]*)`", re.MULTILINE)
 _ANYWHERE = re.compile(r"etb-hil ([a-z]+)((?: [^`|\n&]*)?)")
 _FILE = re.compile(r"```\{code-block\} yaml\n:caption: (\S+)\n(.*?)```", re.DOTALL)
 
@@ -24,6 +25,13 @@ def shown(page):
 def blocks(page):
     """Return the commands that stand in a page as code of their own, in order."""
     return [line.split(" #")[0].strip() for line in _BLOCK.findall(page.read_text("utf-8"))]
+
+
+def typed(page):
+    """Return all commands that a reader of a page can type as they stand, in order: blocks, tables and sentences."""
+    found = _TYPED.findall(page.read_text("utf-8"))
+    commands = [(block or inline).split(" #")[0].strip() for block, inline in found]
+    return [command for command in commands if not re.search(r" (?:[A-Z]+\b(?!-)|[|<\[])", command)]
 
 
 def files(page):
