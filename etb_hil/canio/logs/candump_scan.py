@@ -49,6 +49,7 @@ _MAX_IDENT = 0x1FFFFFFF
 _ERROR_IDENT = 0x20000000  # SocketCAN's bit for error frames
 _LATEST_S = 9_000_000_000  # what 64 bits hold in nanoseconds
 _OPEN, _CLOSE, _HASH, _R, _T = 40, 41, 35, 114, 116  # ( ) # r t
+_RECEIVED, _SENT = 82, 84  # R T
 _SMALL = 0x20  # makes a letter a small one
 
 
@@ -64,8 +65,8 @@ def scan_candump(text: Bytes, newlines: Int64, plain: bool, columns: Columns, st
     while line < len(newlines):
         stop = newlines[line]
         if plain:
-            # The usual line, `(seconds) channel ident#payload`, in scalars alone: a helper that takes arrays costs more
-            # than all of it. Its end stops every loop, and unsigned places need no check of their sign.
+            # The usual line, `(seconds) channel ident#payload [R|T]`, in scalars alone: a helper that takes arrays costs
+            # more than all of it. Its end stops every loop, and unsigned places need no check of their sign.
             place = np.uint64(at) + ONE
             begin, whole = place, np.int64(0)
             while DIGIT[text[place]] < 10:
@@ -95,8 +96,11 @@ def scan_candump(text: Bytes, newlines: Int64, plain: bool, columns: Columns, st
                     place += ONE
                 letters = place - begin
                 is_usual &= NOTHING < letters < TEN and ident <= _MAX_IDENT and text[place] == _HASH
-                length = (np.uint64(stop) - place) // TWO
-                if is_usual and length <= EIGHT and np.uint64(stop) - place == ONE + TWO * length:
+                last, sent = np.uint64(stop), text[stop - 1] == _SENT
+                if text[stop - 2] == SPACE and (sent or text[stop - 1] == _RECEIVED):  # a direction
+                    last -= TWO
+                length = (last - place) // TWO
+                if is_usual and length <= EIGHT and last - place == ONE + TWO * length:
                     wrong, out = np.uint8(0), np.uint64(row)
                     for index in range(length):
                         high, low = DIGIT[text[place + ONE]], DIGIT[text[place + TWO]]
@@ -108,7 +112,7 @@ def scan_candump(text: Bytes, newlines: Int64, plain: bool, columns: Columns, st
                             data[out, index] = 0
                         stamps[out] = whole * 1_000_000_000 + fraction * POWERS[np.uint64(9) - digits]
                         idents[out], lengths[out], channels[out] = ident, length, channel
-                        flags[out] = EXTENDED if letters > THREE else 0
+                        flags[out] = (EXTENDED if letters > THREE else 0) | (SENT if sent else 0)
                         row, at, line = row + 1, stop + 1, line + 1
                         continue
         elif not is_plain(text, at, stop):
