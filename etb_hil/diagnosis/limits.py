@@ -11,7 +11,6 @@ from pydantic import Field, field_validator, model_validator
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.quantity import Duration, Ratio, Temperature, TemperatureCoefficient, Torque, format_quantity
 from etb_hil.base.yamlfile import Document, FileModel, load
-from etb_hil.plant.exactmath import log
 from etb_hil.plant.table_one import Shaft
 
 Text = Annotated[str, Field(min_length=1, max_length=2000)]
@@ -58,6 +57,8 @@ class DwellLaw(FileModel):
 
     def factor(self, rest: float) -> float:
         """Return what the limit is multiplied by after a rest in s."""
+        from etb_hil.plant.exactmath import log  # noqa: PLC0415 (loads numba, which most files need not)
+
         inside = min(max(rest, self.between[0]), self.between[1])
         return 1.0 + self.per_decade * float(log(inside / self.reference)) / _DECADE
 
