@@ -111,7 +111,7 @@ def main():
         units = itertools.cycle(EXPECTED)
         work += [(pair, next(units), n) for n in range(options.first, options.first + options.pairs)]
     table, bad = {}, []
-    for names, unit, n in work:
+    for number, (names, unit, n) in enumerate(work, start=1):
         bench = options.bench[n % len(options.bench)]
         kind, said = judge(jobs[bench, unit], unit, seed_of(names, n, unit), names)
         key = names if len(names) == 1 else ("pairs",)
@@ -121,6 +121,8 @@ def main():
             print(line, flush=True)
         if kind in ("WRONG", "CRASH"):
             bad.append(line)
+        if number % 50 == 0:
+            print(f"{number} of {len(work)} runs, {len(bad)} wrong", flush=True)
     print(f"{'fault':28}{'right':>7}{'unsure':>8}{'fault':>7}{'WRONG':>7}{'CRASH':>7}")
     for key, counts in table.items():
         print(
