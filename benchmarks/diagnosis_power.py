@@ -152,6 +152,13 @@ def threshold(healthy):
     return float(known.mean() + (content + np.sqrt(content**2 - a * b)) / a * known.std(ddof=1))
 
 
+def best(rows, rate, kind):
+    """Return what the threshold would find that lets 1 % of these very healthy units through, in words."""
+    healthy, *risen = (statistics_of(rows, rate, rise, kind, calibration=False) for rise in RISES)
+    limit = np.sort(healthy)[-1 - int(0.01 * len(healthy))]
+    return "  (" + ", ".join(f"{np.mean(found > limit):.1%}" for found in risen) + ")"
+
+
 def report(rows, rate, coverage):
     for name, kept in coverage.items():
         good, value = np.array(kept).T
@@ -162,14 +169,17 @@ def report(rows, rate, coverage):
             f"{name:8} 95 % intervals cover {np.mean(good):.1%}; "
             f"bias {np.mean(value):+.2%}, rms {np.sqrt(np.mean(value**2)):.2%}"
         )
-    print(f"{'':12}{'threshold':>10}{'false alarms':>20}{'+25 % found':>13}{'+60 % found':>13}")
+    print(f"{'':12}{'threshold':>10}{'false alarms':>20}{'+25 % found':>13}{'+60 % found':>13}   (best at 1 %)")
     for kind in KINDS:
         healthy = statistics_of(rows, rate, 1.0, kind, calibration=True)
         limit = threshold(healthy)
         above = [statistics_of(rows, rate, rise, kind, calibration=False) > limit for rise in RISES]
         unit = "sd" if kind != "paper" else "ln"
         alarms = f"{above[0].sum()} of {len(above[0])}, {np.mean(above[0]):.1%}"
-        print(f"{kind:12}{limit:7.2f} {unit}{alarms:>20}" + "".join(f"{np.mean(share):13.1%}" for share in above[1:]))
+        print(
+            f"{kind:12}{limit:7.2f} {unit}{alarms:>20}" + "".join(f"{np.mean(share):13.1%}" for share in above[1:]),
+            best(rows, rate, kind),
+        )
     tests = [r["baseline"] for r in rows if int(r["rate"]) == rate]
     print(f"tests without a fit: {tests.count('')} of {len(tests)}")
 
@@ -194,7 +204,7 @@ def draw(rows, rates, path):
                 found = np.array([np.mean(risen > limit) for limit in limits])
                 (curve,) = axes.plot(alarms, found, style, drawstyle="steps-post", label=names[kind])
                 chosen = threshold(calibrating)
-                at_limit = (max(np.mean(healthy > chosen), 1e-3), np.mean(risen > chosen))
+                at_limit = (np.mean(healthy > chosen), np.mean(risen > chosen))
                 axes.plot(*at_limit, "o", color=curve.get_color(), clip_on=False, zorder=3)
             axes.set_title(f"T_st risen by {rise - 1.0:.0%}, {rate // 1000} kHz, {len(healthy)} units")
             axes.set_xscale("symlog", linthresh=1e-3, linscale=0.3)
@@ -205,7 +215,9 @@ def draw(rows, rates, path):
         line[0].set_ylabel("share of risen units found")
     for axes in grid[-1]:
         axes.set_xlabel("share of healthy units above the threshold")
-    grid[0, 0].legend(loc="center left", title="dots: thresholds from other units", fontsize="small")
+    lines, words = grid[0, 0].get_legend_handles_labels()
+    title = "dots: thresholds from other healthy units"
+    figure.legend(lines, words, loc="outside lower center", ncols=3, title=title)
     figure.savefig(path, dpi=120)
 
 
