@@ -65,8 +65,8 @@ def scan_candump(text: Bytes, newlines: Int64, plain: bool, columns: Columns, st
     while line < len(newlines):
         stop = newlines[line]
         if plain:
-            # The usual line, `(seconds) channel ident#payload [R|T]`, in scalars alone: a helper that takes arrays costs
-            # more than all of it. Its end stops every loop, and unsigned places need no check of their sign.
+            # The usual line, `(seconds) channel ident#payload [R|T]`, in scalars alone: a helper that takes arrays
+            # costs more than all of it. Its end stops every loop, and unsigned places need no check of their sign.
             place = np.uint64(at) + ONE
             begin, whole = place, np.int64(0)
             while DIGIT[text[place]] < 10:
