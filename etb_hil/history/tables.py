@@ -17,6 +17,7 @@ _TEXTS = (
     "run_id", "started", "part_number", "revision", "scenario", "bench", "serial", "bench_outcome", "verdict",
     "reason_id",
 )  # fmt: skip
+_FORMULA = ("=", "+", "-", "@", "\t", "\r")  # what begins with one of these, a spreadsheet takes for a formula
 
 
 def rows(found: Sequence[History]) -> list[dict[str, Any]]:
@@ -52,7 +53,7 @@ def write_tables(found: Sequence[History], folder: Path) -> list[Path]:
     with written[0].open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, list(table[0]))
         writer.writeheader()
-        writer.writerows(table)
+        writer.writerows({name: _no_formula(value) for name, value in row.items()} for row in table)
     written[1].write_text(json.dumps(as_dict(found), indent=1, ensure_ascii=False) + "\n", "utf-8")
     try:
         import pyarrow as pa  # noqa: PLC0415 (an extra)
@@ -63,6 +64,11 @@ def write_tables(found: Sequence[History], folder: Path) -> list[Path]:
     columns = {name: pa.array([row[name] for row in table], kinds.get(name, pa.float64())) for name in table[0]}
     parquet.write_table(pa.table(columns), folder / "history.parquet", compression="zstd")
     return [*written, folder / "history.parquet"]
+
+
+def _no_formula(value: object) -> object:
+    """Return a text that a spreadsheet shows and does not run: people type serial numbers, and scan what is on a box."""
+    return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value
 
 
 def as_dict(found: Sequence[History]) -> dict[str, Any]:

@@ -130,3 +130,10 @@ def test_what_is_no_source(make, words, tmp_path, capsys):
 def _written(path, content):
     path.write_bytes(content)
     return path
+
+
+@pytest.mark.parametrize(("serial", "written"), [("=1+1", "'=1+1"), ("@SUM(A1)", "'@SUM(A1)"), ("A-1", "A-1")])
+def test_a_serial_number_is_no_formula(tmp_path, serial, written):
+    write_tables(histories([made_up.run(1, serial, 0.17)]), tmp_path)
+    with (tmp_path / "history.csv").open(encoding="utf-8", newline="") as file:
+        assert next(csv.DictReader(file))["serial"] == written
