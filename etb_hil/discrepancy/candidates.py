@@ -19,6 +19,9 @@ _NEEDS_CURRENT = (
     "current_sensor_gain", "current_sensor_offset", "measurement_delay", "resistance_temperature", "brush_drop",
     "hbridge_dead_time", "supply_sag",
 )  # fmt: skip
+# Between command and winding: without a current none of them can be told from the resistance, nor be excluded.
+_ELECTRICAL = ("supply_sag", "resistance_temperature", "hbridge_dead_time", "brush_drop")
+_OF_ELECTRICAL = ("parameter:resistance", "parameter:torque_constant")
 _OF_A_THROTTLE = (
     "friction_load", "gear_backlash", "shaft_compliance", "spring_nonlinear", "spring_preload_shift",
     "limp_home_dead_zone", "aerodynamic_torque", "end_stop_compliance", "angle_sensor_eccentricity",
@@ -72,6 +75,13 @@ def suspects(
         if id_ not in out and unknown.name not in _TOO_SMALL and unknown.place < PARAMETERS:
             found[id_] = [Candidate(id_, None, (), (), unknown.name)]
     return found
+
+
+def unjudged(balances: Sequence[Balances], id_: str) -> list[str]:
+    """Return the effects that look like a found one and that no suspect stands for, for want of a current."""
+    if id_ not in _OF_ELECTRICAL or any(b.measured.is_drive or b.has[1] for b in balances):
+        return []
+    return list(_ELECTRICAL)
 
 
 def _shapes(effect: Effect, load: float) -> list[Candidate]:

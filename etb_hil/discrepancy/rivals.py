@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from etb_hil.discrepancy import decision
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.calibration import Calibration
-from etb_hil.discrepancy.candidates import Candidate
+from etb_hil.discrepancy.candidates import Candidate, unjudged
 from etb_hil.discrepancy.fit import Fit, Residual
 from etb_hil.discrepancy.screening import Screened, stepped
 from etb_hil.discrepancy.similarity import ABSORBED, ALIKE, Projector, cosine, rest_of
@@ -62,6 +62,7 @@ def alike(
     names += [r.id for r in found.refined[1:] if np.log(r.fit.cost / winner.fit.cost) < margin]
     if is_absorbed:
         names += [decision.parameter_id(name) for name in projector.imitators(whole)]
+    names += unjudged(balances, winner.id)
     return list(dict.fromkeys(name for name in names if name and name != winner.id))
 
 

@@ -23,3 +23,12 @@ def test_a_strong_effect_is_the_first_suspect(seed):
 def test_without_its_own_term_an_effect_gets_no_other_name():
     scored, row = one_case("removed", 5010)
     assert scored.outcome != "wrong_confident", row
+
+
+@pytest.mark.slow
+def test_without_a_current_a_wrong_resistance_is_not_told_from_other_losses():
+    _, row = one_case("strong", 5023, view="no_current")
+    (effect, others), *_ = row["causes"]
+    assert row["truth"] == ["parameter:resistance"]
+    assert row["outcome"] != "wrong_confident", row
+    assert effect != "parameter:resistance" or "supply_sag" in others, row
