@@ -11,7 +11,7 @@ from etb_hil.diagnosis.limits import Limits
 from etb_hil.diagnosis.result import DiagnosisResult
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.extending import extended_model
-from etb_hil.discrepancy.naming import Findings
+from etb_hil.discrepancy.findings import Findings
 from etb_hil.plant.parameters import Model
 from etb_hil.recording.samples import SampleBlock
 

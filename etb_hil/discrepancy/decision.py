@@ -6,17 +6,13 @@ much between devices that it never accuses alone.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.candidates import MODEL_FILE_NAME
+from etb_hil.discrepancy.findings import Findings, Round
 from etb_hil.discrepancy.floor import LEAST_ROWS
-
-if TYPE_CHECKING:
-    from etb_hil.discrepancy.naming import Findings, Round
-    from etb_hil.discrepancy.refining import Refined
+from etb_hil.discrepancy.refining import Refined
 
 Float64 = NDArray[np.float64]
 

@@ -16,9 +16,10 @@ from etb_hil.discrepancy.confounding import confounded
 from etb_hil.discrepancy.consequence import consequence
 from etb_hil.discrepancy.explanation import SCHEMA, explanation
 from etb_hil.discrepancy.extending import extended_model
+from etb_hil.discrepancy.findings import Findings
 from etb_hil.discrepancy.holdout import Holdout, hold_out
 from etb_hil.discrepancy.measurement import Measurement, measurements_of
-from etb_hil.discrepancy.naming import Findings, search
+from etb_hil.discrepancy.naming import search
 from etb_hil.discrepancy.quality import data_quality
 from etb_hil.discrepancy.transfer import transfer
 from etb_hil.plant.drive_text import drive_text

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from etb_hil.discrepancy import decision
+from etb_hil.discrepancy.findings import Findings, Round
 from etb_hil.discrepancy.floor import LEAST_ROWS
 from etb_hil.discrepancy.holdout import Holdout
 from etb_hil.discrepancy.intervals import Estimate, estimates
 from etb_hil.discrepancy.limits import detection_limits
-from etb_hil.discrepancy.naming import Findings, Round
 from etb_hil.discrepancy.nexttest import next_test
 from etb_hil.discrepancy.quality import data_quality
 from etb_hil.discrepancy.regimes import REGIMES

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from etb_hil.discrepancy.naming import Findings
+from etb_hil.discrepancy.findings import Findings
 from etb_hil.discrepancy.unknowns import FIELDS
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.entries import entry_of

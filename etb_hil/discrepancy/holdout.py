@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from etb_hil.discrepancy import freerun
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.calibration import Calibration
-from etb_hil.discrepancy.naming import Findings
+from etb_hil.discrepancy.findings import Findings
 from etb_hil.discrepancy.rerun import rerun
 from etb_hil.discrepancy.segments import SEGMENTS, held_out, segment_of
 from etb_hil.discrepancy.unknowns import start

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +11,13 @@ from etb_hil.discrepancy import decision
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.calibration import Calibration, all_unknowns, calibrate, residual_of
 from etb_hil.discrepancy.candidates import suspects
+from etb_hil.discrepancy.findings import Findings, Round
 from etb_hil.discrepancy.fit import Residual
-from etb_hil.discrepancy.floor import Floor, floor_of, group_means, weigh
-from etb_hil.discrepancy.placeholders import Placeholder, placeholders
+from etb_hil.discrepancy.floor import floor_of, group_means, weigh
+from etb_hil.discrepancy.placeholders import placeholders
 from etb_hil.discrepancy.refining import Refined, fully, quickly
 from etb_hil.discrepancy.rivals import alike
-from etb_hil.discrepancy.screening import Linear, Screened, screen
+from etb_hil.discrepancy.screening import Linear, screen
 from etb_hil.discrepancy.segments import held_out, segment_of
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
@@ -28,56 +28,6 @@ Progress = Callable[[str], None]
 _REFINED = 6
 _FULLY = 2
 _MOST_CAUSES = 3
-
-
-@dataclass(slots=True)
-class Round:
-    """One search: the model that it started from, all suspects as screened, the best as fitted."""
-
-    before: Calibration
-    screened: list[Screened]
-    refined: list[Refined]
-    before_groups: Float64
-    after_groups: Float64
-    t: float
-    healthy_gain: float
-    does: Float64  # what the winner alone changes in the residual (n), at its size
-    alike: list[str] = field(default_factory=list)
-    accepted: bool = False
-    refused: str = ""  # why the winner is no cause
-
-    @property
-    def winner(self) -> Refined:
-        """The suspect that leaves least."""
-        return self.refined[0]
-
-    @property
-    def gain(self) -> float:
-        """Share of the squared residual that the winner takes."""
-        return 1.0 - self.winner.fit.cost / self.before.fit.cost
-
-
-@dataclass(slots=True)
-class Findings:
-    """What the search found: `rounds` in order, the last one of them not accepted unless no more was looked for."""
-
-    model: Model
-    balances: list[Balances]
-    calibration: Calibration
-    floor: Floor
-    rounds: list[Round]
-    final: Calibration
-    final_floor: Floor
-    final_groups: Float64
-    rows: NDArray[np.int64]
-    rest: list[Placeholder]
-    verdict: str = ""
-    is_cut_short: bool = False
-
-    @property
-    def accepted(self) -> list[Round]:
-        """The rounds whose winner was taken in."""
-        return [r for r in self.rounds if r.accepted]
 
 
 def search(

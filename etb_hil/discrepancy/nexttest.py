@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from etb_hil.discrepancy.naming import Findings, Round
+from etb_hil.discrepancy.findings import Findings, Round
 from etb_hil.plant.effects.catalogue import CATALOGUE
 
 # What a bench can run by itself; the others need a hand, an oven or another load.

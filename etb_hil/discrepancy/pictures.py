@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy import freerun
+from etb_hil.discrepancy.findings import Findings
 from etb_hil.discrepancy.leftover import Leftover, leftovers
-from etb_hil.discrepancy.naming import Findings
 from etb_hil.plant.effects.layout import EXTENDED
 
 Float64 = NDArray[np.float64]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,15 +12,13 @@ from etb_hil.discrepancy import decision
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.calibration import Calibration
 from etb_hil.discrepancy.candidates import Candidate, unjudged
+from etb_hil.discrepancy.findings import Round
 from etb_hil.discrepancy.fit import Fit, Residual
+from etb_hil.discrepancy.refining import Refined
 from etb_hil.discrepancy.screening import Screened, stepped
 from etb_hil.discrepancy.similarity import ABSORBED, ALIKE, Projector, cosine, rest_of
 from etb_hil.discrepancy.unknowns import Unknown
 from etb_hil.plant.physics import RESISTANCE, TORQUE_PER_AMPERE
-
-if TYPE_CHECKING:
-    from etb_hil.discrepancy.naming import Round
-    from etb_hil.discrepancy.refining import Refined
 
 Float64 = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ from typing import Any
 
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.calibration import all_unknowns, calibrate
+from etb_hil.discrepancy.findings import Findings
 from etb_hil.discrepancy.floor import floor_of, weigh
-from etb_hil.discrepancy.naming import Findings
 
 CARRIES = 0.02  # of the squared residual: what a cause must take of another recording to be carried over
 

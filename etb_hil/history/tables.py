@@ -67,7 +67,7 @@ def write_tables(found: Sequence[History], folder: Path) -> list[Path]:
 
 
 def _no_formula(value: object) -> object:
-    """Return a text that a spreadsheet shows and does not run: people type serial numbers, and scan what is on a box."""
+    """Return a text that a spreadsheet shows and never runs: people type serial numbers, and scan what is on a box."""
     return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value
 
 

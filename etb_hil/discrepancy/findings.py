@@ -1,0 +1,68 @@
+"""What the search found: its rounds, one a suspect taken in or refused, and what is left in the end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy.balances import Balances
+from etb_hil.discrepancy.calibration import Calibration
+from etb_hil.discrepancy.floor import Floor
+from etb_hil.discrepancy.placeholders import Placeholder
+from etb_hil.discrepancy.refining import Refined
+from etb_hil.discrepancy.screening import Screened
+from etb_hil.plant.parameters import Model
+
+Float64 = NDArray[np.float64]
+
+
+@dataclass(slots=True)
+class Round:
+    """One search: the model that it started from, all suspects as screened, the best as fitted."""
+
+    before: Calibration
+    screened: list[Screened]
+    refined: list[Refined]
+    before_groups: Float64
+    after_groups: Float64
+    t: float
+    healthy_gain: float
+    does: Float64  # what the winner alone changes in the residual (n), at its size
+    alike: list[str] = field(default_factory=list)
+    accepted: bool = False
+    refused: str = ""  # why the winner is no cause
+
+    @property
+    def winner(self) -> Refined:
+        """The suspect that leaves least."""
+        return self.refined[0]
+
+    @property
+    def gain(self) -> float:
+        """Share of the squared residual that the winner takes."""
+        return 1.0 - self.winner.fit.cost / self.before.fit.cost
+
+
+@dataclass(slots=True)
+class Findings:
+    """What the search found: `rounds` in order, the last one of them not accepted unless no more was looked for."""
+
+    model: Model
+    balances: list[Balances]
+    calibration: Calibration
+    floor: Floor
+    rounds: list[Round]
+    final: Calibration
+    final_floor: Floor
+    final_groups: Float64
+    rows: NDArray[np.int64]
+    rest: list[Placeholder]
+    verdict: str = ""
+    is_cut_short: bool = False
+
+    @property
+    def accepted(self) -> list[Round]:
+        """The rounds whose winner was taken in."""
+        return [r for r in self.rounds if r.accepted]
