@@ -12,6 +12,7 @@ from etb_hil.cli.replay_session import compared
 from etb_hil.replay.against import beside_session
 from etb_hil.replay.log_frames import Frames
 from etb_hil.replay.log_replay import LogJob, judge_stretches
+from etb_hil.replay.outcome import rank
 from etb_hil.report.verdict import verdict_text
 
 if TYPE_CHECKING:
@@ -57,15 +58,19 @@ def _in_stretches(parts: Iterator[Finished], frames: Frames) -> Finished:
     """Print a verdict for a short log, a line a stretch for a long one; return the one that decides."""
     deciding = next(parts)
     printed = False
-    ranks = [ExitCode.UNIT_FAILED, ExitCode.DONE, ExitCode.INCONCLUSIVE]
     for finished in parts:
         if not printed:
             print(_line(deciding, frames.start_ns or 0))
             printed = True
         print(_line(finished, frames.start_ns or 0))
-        deciding = min(deciding, finished, key=lambda f: ranks.index(ExitCode(f.results["exit_code"])))
+        deciding = min(deciding, finished, key=_rank)
     print(verdict_text(deciding.results))
     return deciding
+
+
+def _rank(finished: Finished) -> int:
+    unit = finished.results["unit"]
+    return rank(unit["verdict"], unit["reason_id"])
 
 
 def _line(finished: Finished, first_ns: int) -> str:

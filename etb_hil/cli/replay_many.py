@@ -28,6 +28,8 @@ def replay_many(options: argparse.Namespace) -> int:
         if outcome["status"] != JUDGED:
             error, path = outcome["error"], outcome["path"]
             print(f"{outcome['status']}: {error if error.startswith(path) else f'{path}: {error}'}")
+        elif outcome.get("differs"):
+            print(f"not as live: {outcome['path']}: {outcome['differs']}")
     words = [_word(outcome) for outcome in outcomes]
     print(", ".join(f"{words.count(word)} {word}" for word in dict.fromkeys(words)))
     for path in write_parquet(outcomes, folder):

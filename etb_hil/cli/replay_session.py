@@ -8,7 +8,7 @@ from etb_hil.base.outcome import ExitCode
 from etb_hil.cli.replay_options import against_baseline, baseline_of, own_rules, window_of
 from etb_hil.replay.session_replay import replay
 from etb_hil.report.verdict import verdict_text
-from etb_hil.session.differences import changes, changes_text, first_difference, first_divergence
+from etb_hil.session.differences import beside_live, changes, changes_text, first_divergence
 
 if TYPE_CHECKING:
     import argparse
@@ -40,11 +40,9 @@ def _beside(options: argparse.Namespace, finished: Finished) -> int:
     elif model or limits or options.window:
         print(changes_text(changes(finished.session.read_results(), finished.results)))
     else:
-        found = first_difference(finished)
+        found, code = beside_live(finished)
         print("  The same results as live, bit for bit." if found is None else f"  Differs from live: {found}")
-        of_this_version = finished.session.read_results().get("versions") == finished.results["versions"]
-        if found is not None and of_this_version:  # what another version finds may differ
-            return int(finished.results["exit_code"]) or ExitCode.INCONCLUSIVE
+        return code
     return int(finished.results["exit_code"])
 
 

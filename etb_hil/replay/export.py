@@ -146,6 +146,9 @@ def _frames(
     if source.falls and suffix == ".mf4" and done.losses.gone:  # it is sorted by time
         done.losses.gone = {"order": max(done.losses.gone.values())}
     kept = done.frames - done.left_out
+    if not kept:
+        what = f"none of the {done.frames} frames can be kept in this format, so it was not written"
+        raise InputError(Problem(what, Place(path), remedy="export to .blf or .mf4"))
     if done.losses.frames != kept or done.losses.worst_ns > _TOO_WRONG_NS:
         wrong = f"{done.losses.frames} of {kept} frames come back, with stamps up to {done.losses.worst_ns} ns wrong"
         why = "its stamps fall, which the format does not hold" if source.falls else "the format does not hold this log"

@@ -76,6 +76,8 @@ class Frames:
                 last_ns = newest_ns if last_ns is None else max(last_ns, newest_ns)
                 yield block
             self.notes += log.notes
+            if later_ns is None and len(self._paths) > 1:
+                self.notes.append(f"{path}: holds no frame")
 
     def _later_ns(self, path: Path, log: LogReader, first_ns: int, last_ns: int | None) -> int:
         """Return what is added to a file's stamps so that they follow those of the file in front of it."""

@@ -15,6 +15,7 @@ from etb_hil.replay.log_frames import Frames
 from etb_hil.replay.log_replay import STRETCH_S, LogJob, judge_stretches
 from etb_hil.replay.outcome import CRASHED, JUDGED, REFUSED, outcome_of, part_of
 from etb_hil.replay.session_replay import RuleFiles, replay
+from etb_hil.session.differences import beside_live
 from etb_hil.session.session import EVENTS, MANIFEST, RAW_LOG
 
 if TYPE_CHECKING:
@@ -157,7 +158,11 @@ def _about(task: Task) -> Outcome:
 def _judged(task: Task) -> Outcome:
     if task.rules is None:
         finished = replay(task.source, task.model, task.limits, task.window)
-        return outcome_of([part_of(finished, finished.record.start_ns)], finished.analysis.recording.notes)
+        outcome = outcome_of([part_of(finished, finished.record.start_ns)], finished.analysis.recording.notes)
+        is_own = not (task.model or task.limits or task.window) and finished.session.has_results
+        if is_own:
+            outcome["differs"], outcome["exit_code"] = beside_live(finished)
+        return outcome
     frames = Frames([task.source], task.channel, task.window)
     job = LogJob((task.source,), task.rules, task.rules.read(), keep=False)
     parts = [

@@ -13,10 +13,26 @@ if TYPE_CHECKING:
     from etb_hil.session.finished import Finished
 
 JUDGED, REFUSED, CRASHED = "judged", "refused", "crashed"
-_RANKS = [str(v) for v in (UnitVerdict.FAIL, UnitVerdict.PASS, UnitVerdict.INCONCLUSIVE)]  # what a whole log is called
+# Why a stretch may say nothing without any doubt in what was measured: it shows too little.
+_SHOWS_TOO_LITTLE = frozenset({
+    "too_little_motion", "too_few_windows", "no_samples", "run_not_finished", "T_c_not_reached", "T_st_undecided",
+    "T_st_break_away_undecided", "T_c_undecided", "return_margin_undecided",
+})  # fmt: skip
 _SUMMED = ("duration_s", "frames", "lost", "crc_failures")
 
 Outcome = dict[str, Any]
+
+
+def rank(verdict: str | None, reason_id: str) -> int:
+    """Return a place among a log's stretches, the lowest decides: fail, doubt in the data, pass, too little to see.
+
+    No pass outvotes a stretch whose sensors or frames contradict each other.
+    """
+    if verdict == UnitVerdict.FAIL:
+        return 0
+    if verdict == UnitVerdict.PASS:
+        return 2
+    return 3 if verdict is None or reason_id in _SHOWS_TOO_LITTLE else 1
 
 
 def part_of(finished: Finished, origin_ns: int) -> Outcome:
@@ -47,7 +63,7 @@ def part_of(finished: Finished, origin_ns: int) -> Outcome:
 
 def outcome_of(parts: Sequence[Outcome], notes: Sequence[str]) -> Outcome:
     """Return the row of a log judged in parts, at least one: the first of those that decide, sums, all exceedances."""
-    deciding = min(parts, key=lambda part: _RANKS.index(part["verdict"] or _RANKS[-1]))
+    deciding = min(parts, key=lambda part: rank(part["verdict"], part["reason_id"]))
     return {
         **deciding,
         **{name: sum(part[name] for part in parts) for name in _SUMMED},

@@ -16,7 +16,7 @@ LOGS, EXCEEDANCES = "logs.parquet", "exceedances.parquet"
 
 _TEXTS = (
     "path", "key", "bench", "status", "error", "verdict", "reason_id", "reason", "serial", "part_number", "revision",
-    "bench_outcome", "timestamp_grade", "notes", "version",
+    "bench_outcome", "timestamp_grade", "notes", "differs", "version",
 )  # fmt: skip
 _COUNTS = ("channel", "exit_code", "stretches", "start_ns", "frames", "lost", "crc_failures", "exceedances")
 _VALUES = ("duration_s", "deciding_s", "wall_s", "processor_s")

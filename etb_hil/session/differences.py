@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from etb_hil.base.outcome import ExitCode
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -80,6 +82,18 @@ def _first(mine: Int64, other: Int64) -> int | None:
 def first_difference(finished: Finished) -> str | None:
     """Return the first key whose value is not the one that the session's `results.json` holds, or None."""
     return _difference(finished.session.read_results(), json.loads(json.dumps(finished.results)), "")
+
+
+def beside_live(finished: Finished) -> tuple[str | None, int]:
+    """Return the first difference from the session's live results, or None, and the exit code that follows.
+
+    Where this version gives other results than it gave live, the frames are not those of then: that is no pass. What
+    another version finds may differ.
+    """
+    code = int(finished.results["exit_code"])
+    found = first_difference(finished)
+    of_this_version = finished.session.read_results().get("versions") == finished.results["versions"]
+    return found, (code or ExitCode.INCONCLUSIVE) if found is not None and of_this_version else code
 
 
 def _difference(before: object, now: object, key: str) -> str | None:

@@ -239,7 +239,8 @@ def test_the_peers_files_are_read_as_python_can_reads_them(path, tmp_path):
     got, notes = read(path)
     assert notes == []
     same(got, expected)
-    np.testing.assert_array_equal(got.channel, expected.channel)
+    first = 1 if path.suffix == ".trc" else 0  # python-can keeps PEAK's numbers, which count from 1
+    np.testing.assert_array_equal(got.channel, expected.channel - first)
     assert np.max(np.abs(got.stamp_ns - expected.stamp_ns)) < 500
     packed = tmp_path / f"{path.name}.gz"
     packed.write_bytes(gzip.compress(path.read_bytes()))

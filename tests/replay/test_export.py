@@ -160,12 +160,14 @@ def test_what_cannot_be_exported_is_said(live, tmp_path, capsys):
 
 def test_losses_of_what_is_held_are_said_beside_what_is_left_out(tmp_path):
     frames = traffic()
-    frames.flags[5] = FrameFlag.ERROR
-    done = export([frames], tmp_path / "out.trc")
+    frames.flags[5] |= FrameFlag.FD
+    frames.channel[:] = 2
+    done = export([frames], tmp_path / "out.csv")
     assert done.left_out == 1
     assert done.losses.frames == 2999
-    assert done.losses.gone["channel"] == 2999  # PEAK's count from 1
-    assert "1 left out, which the format cannot hold, channel of 2999 frames not kept" in str(done)
+    assert done.losses.gone["channel"] == 2999
+    assert "1 left out, which the format cannot hold, " in str(done)
+    assert "channel of 2999 frames not kept" in str(done)
 
 
 @pytest.mark.parametrize(
@@ -259,3 +261,10 @@ def test_a_dbc_file_that_is_none_is_said(live, tmp_path, capsys):
     (tmp_path / "out.log").touch()
     assert main(["export", str(tmp_path / "no.blf"), str(tmp_path / "out.log")]) == 2
     assert "cannot be read" in capsys.readouterr().err
+
+
+def test_a_format_that_can_keep_no_frame_at_all_is_refused(tmp_path):
+    frames = traffic(fd=True)
+    with pytest.raises(InputError, match=r"none of the 3000 frames can be kept in this format"):
+        export([frames], tmp_path / "out.db")
+    assert not list(tmp_path.iterdir())

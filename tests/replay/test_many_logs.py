@@ -20,7 +20,7 @@ from etb_hil.cli import replay as command
 from etb_hil.cli.main import main as command_line
 from etb_hil.replay.log_replay import STRETCH_S
 from etb_hil.replay.many_logs import PROGRESS, judge_many, judge_task, tasks_for
-from etb_hil.replay.outcome import CRASHED, JUDGED, REFUSED
+from etb_hil.replay.outcome import CRASHED, JUDGED, REFUSED, rank
 from etb_hil.replay.parquet import write_parquet
 from etb_hil.replay.session_replay import RuleFiles, rule_files
 from etb_hil.replay.window import Window
@@ -207,6 +207,31 @@ def test_what_of_a_session_could_not_be_read_stands_in_its_row(live, tmp_path):
     raw = folder / "raw.blf"
     raw.write_bytes(raw.read_bytes()[:-300])
     assert "cut off" in judge_task(tasks_for([folder], [], None, None)[0])["notes"]
+
+
+def test_a_session_that_gives_other_results_than_live_is_marked_and_no_pass(tmp_path):
+    passed = run_on(tmp_path, unit="default").session.folder
+    whole = judge_task(tasks_for([passed], [], None, None)[0])
+    assert (whole["verdict"], whole["differs"], whole["exit_code"]) == ("pass", None, 0)
+    kept = json.loads((passed / "results.json").read_text("utf-8"))
+    kept["numbers"][0]["value"] *= 1.01  # as if the frames were not those of then
+    (passed / "results.json").write_text(json.dumps(kept), "utf-8")
+    other = judge_task(tasks_for([passed], [], None, None)[0])
+    assert "numbers.0.value" in other["differs"]
+    assert other["exit_code"] == 4
+
+
+@pytest.mark.parametrize(
+    ("stretches", "decides"),
+    [
+        ([("pass", "within_limits"), ("inconclusive", "too_little_motion")], 0),
+        ([("pass", "within_limits"), ("inconclusive", "frames_corrupted")], 1),
+        ([("inconclusive", "angles_disagree"), ("fail", "T_st_beyond_limit")], 1),
+        ([("inconclusive", "too_little_motion"), ("inconclusive", "samples_lost")], 1),
+    ],
+)
+def test_no_pass_outvotes_a_doubt_in_what_was_measured(stretches, decides):
+    assert min(range(len(stretches)), key=lambda place: rank(*stretches[place])) == decides
 
 
 def test_tasks_mean_the_same_in_every_folder(live, monkeypatch, tmp_path):

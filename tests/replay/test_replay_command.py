@@ -137,6 +137,16 @@ def test_parts_in_asc_are_joined_by_their_dates(frames, tmp_path):
     np.testing.assert_array_equal(joined.data, frames.data)
 
 
+def test_a_part_without_a_frame_is_named(frames, tmp_path):
+    parts = [tmp_path / "a.blf", tmp_path / "b.log", tmp_path / "c.blf"]
+    write(parts[0], frames.rows(slice(100)))
+    parts[1].write_bytes(b"")
+    write(parts[2], frames.rows(slice(100, 200)))
+    joined = Frames(parts)
+    assert len(concatenate_frames(joined)) == 200
+    assert joined.notes == [f"{parts[1]}: holds no frame"]
+
+
 def test_a_part_in_asc_without_a_date_is_refused(frames, tmp_path, capsys):
     path = write(tmp_path / "a.asc", frames.rows(slice(100)), to=write_log)
     text = (tmp_path / "a.asc").read_text()

@@ -178,6 +178,8 @@ class BlfReader:
                 if len(head) < _OBJECT.size:
                     if head:
                         self._note(position, "the file is cut off here")
+                    elif position < self._size:
+                        self._note(position, f"the file ends here, and its header says {self._size} bytes")
                     return
                 signature, _, _, size, kind = _OBJECT.unpack(head)
                 if signature != SIGNATURE or size < _OBJECT.size:
@@ -198,6 +200,7 @@ class BlfReader:
             )
         header = _FILE_HEADER.unpack(raw)
         self._header_bytes = max(int(header[1]), _FILE_HEADER.size)
+        self._size = int(header[10])  # not the final one while the file is written, and less than what is there
         year, month, _, day, hour, minute, second, millisecond = header[14:22]
         try:
             start = datetime(year, month, day, hour, minute, second, tzinfo=UTC)

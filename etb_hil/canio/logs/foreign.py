@@ -37,6 +37,7 @@ class _Format:
     text: bool = True
     ends_lines: bool = False  # its writers end every line, so that a last line without an end was cut off
     fd_codes: bool = False  # python-can gives the code 0 to 15 as `dlc` of its FD frames, not the bytes
+    first_channel: int = 0  # PEAK's buses count from 1, and python-can's reader, not its writer, keeps their number
 
 
 def _mf4_reader(path: Path) -> Any:  # noqa: ANN401 (python-can's readers share no type)
@@ -62,7 +63,7 @@ def _sqlite_reader(path: Path) -> Any:  # noqa: ANN401 (likewise)
 # nanosecond survives. CSV, SQLite and MF4 hold the float itself.
 FORMATS = {
     ".asc": _Format("ASC", can.ASCReader, 1),
-    ".trc": _Format("TRC", can.TRCReader, 1000, fd_codes=True),
+    ".trc": _Format("TRC", can.TRCReader, 1000, fd_codes=True, first_channel=1),
     ".log": _Format("candump", can.CanutilsLogReader, 1000, ends_lines=True),
     ".csv": _Format("python-can CSV", can.CSVReader, 1, ends_lines=True),
     ".db": _Format("python-can SQLite", _sqlite_reader, 1, text=False),
@@ -152,7 +153,7 @@ def _checked(message: can.Message, known: _Format) -> can.Message:
     if not abs(message.timestamp) < MAX_SECONDS:  # nan, too
         raise ValueError(f"no time: {message.timestamp}")
     index = _INDEX.search(str(message.channel))  # vcan1 is channel 1
-    message.channel = min(int(index[0]), MAX_CHANNEL) if index else 0
+    message.channel = min(max(int(index[0]) - known.first_channel, 0), MAX_CHANNEL) if index else 0
     return message
 
 
