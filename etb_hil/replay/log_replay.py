@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from etb_hil.replay.session_replay import RuleFiles, Rules
     from etb_hil.scenario.condition import Condition
 
+_LOOK = "check what was recorded, and that the file is of the format that its name says"
 PHASE = "log"  # a bare log is one phase: nothing says what was asked of the unit
 STRETCH_S = 60.0  # three friction checks; FD bursts at 20 kHz for so long stay below the memory that is promised
 
@@ -61,7 +62,7 @@ def judge(job: LogJob, frames: Iterable[FrameBlock]) -> Finished:
         analysis.push(block)
     found = analysis.finish()
     if first_ns is None:
-        raise NothingToJudgeError(Problem("holds no frame", Place(job.paths[0]), remedy="check what was recorded"))
+        raise NothingToJudgeError(Problem("holds no frame", Place(job.paths[0]), remedy=_LOOK))
     if not analysis.recording.sources:
         wanted = ", ".join(f"{message.name} (0x{message.ident:X})" for message in dialect.messages)
         remedy = f"check the bench file's roles against {dialect.path.name}, and the id offset"
@@ -93,7 +94,7 @@ def judge_stretches(job: LogJob, frames: Frames, length_ns: int) -> Iterator[Fin
         judged += 1
         yield finished
     if not judged:
-        nothing = nothing or NothingToJudgeError(Problem("holds no frame", Place(job.paths[0])))
+        nothing = nothing or NothingToJudgeError(Problem("holds no frame", Place(job.paths[0]), remedy=_LOOK))
         raise NothingToJudgeError(*nothing.problems, *frames.notes)
     if empty:
         said = f"{empty} of {judged + empty} stretches of {length_ns * 1e-9:g} s hold no frame that has a role"

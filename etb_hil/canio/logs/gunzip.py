@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 BROKEN = (EOFError, OSError, zlib.error)  # what reading on behind the damage raises
 _PACKED_BYTES = 4096  # what is damaged costs at most so much in front of it
 _WITH_HEADER = 31
+_MAGIC = b"\x1f\x8b"
 
 
 class Gunzip(RawIOBase):
@@ -25,7 +26,8 @@ class Gunzip(RawIOBase):
         self._inflater = zlib.decompressobj(_WITH_HEADER)
         self._packed = b""
         self._plain = memoryview(b"")
-        self._fault: Exception | None = None
+        head = self._file.peek(len(_MAGIC))[: len(_MAGIC)]
+        self._fault: Exception | None = None if head == _MAGIC else OSError("it is not packed by gzip")
 
     def readable(self) -> bool:
         """Return True."""
