@@ -33,6 +33,7 @@ class Tally:
     """
 
     runs: dict[str, list[tuple[str, ExitCode]]] = field(default_factory=dict)
+    not_run: list[str] = field(default_factory=list)  # numbers of a piped queue that were refused, or left over
 
     def add(self, serial: str, results: Mapping[str, Any], code: ExitCode) -> None:
         """Count a run."""
@@ -50,7 +51,8 @@ class Tally:
     def exit_code(self) -> ExitCode:
         """The exit code of the queue."""
         codes = {self.counting(serial)[1] for serial in self.runs}
-        return next((code for code in RANKS if code in codes), ExitCode.DONE)
+        worst = next((code for code in RANKS if code in codes), ExitCode.DONE)
+        return ExitCode.BAD_INPUT if self.not_run and worst is ExitCode.DONE else worst
 
     def __str__(self) -> str:
         words = [self.counting(serial)[0] for serial in self.runs]
@@ -65,57 +67,79 @@ class Tally:
         for serial, runs in self.runs.items():
             all_of_them = f"  (runs: {', '.join(word for word, _ in runs)})" if len(runs) > 1 else ""
             lines.append(f"  {self.counting(serial)[0]:12}  {serial}{all_of_them}")
-        return lines
+        return lines + [f"  {'not run':12}  {printable(serial, LONGEST)}" for serial in self.not_run]
 
 
 def run_batch(
-    run_unit: Callable[[str, str], tuple[Mapping[str, Any], ExitCode]], check: Callable[[str], str], *, attended: bool
+    run_unit: Callable[[str, str], tuple[Mapping[str, Any], ExitCode, bool]],
+    check: Callable[[str], str],
+    *,
+    attended: bool,
 ) -> ExitCode:
     """Run unit after unit until there are no more; return the exit code of the worst.
 
     `check(text)` returns a serial number that may be tested, or raises InputError; `run_unit(serial, before)` runs one,
-    shows its verdict and returns its results. Where nobody attends the queue, it ends with a bench fault: the next
-    units would meet the same.
+    shows its verdict and returns its results, its exit code, and whether somebody stopped it to run it again. Where
+    nobody attends the queue, a number that is refused is told and passed over, and a bench fault ends the queue: the
+    next units would meet the same.
     """
-    tally, last = Tally(), ""
+    tally, last, again = Tally(), "", False
     try:
-        while (serial := _next_serial(last, check, attended=attended)) is not None:
+        while (serial := _next_serial(last, check, tally, attended=attended, again=again)) is not None:
             before = f"last: {last} {tally.runs[last][-1][0]}; so far {tally}" if last else ""
-            results, code = run_unit(serial, before)
+            results, code, again = run_unit(serial, before)
             tally.add(serial, results, code)
             last = serial
             say(f"  Tally    {tally}\n")
             if code is ExitCode.BENCH_FAULT and not attended:
+                tally.not_run += filter(None, map(str.strip, sys.stdin))
                 break
     finally:  # whatever ends the queue, what came of its units is said
         say("\n".join([f"Batch ended: {tally}", *tally.table()]))
     return tally.exit_code
 
 
-def _next_serial(last: str, check: Callable[[str], str], *, attended: bool) -> str | None:
+def _next_serial(last: str, check: Callable[[str], str], tally: Tally, *, attended: bool, again: bool) -> str | None:
     """Ask for a serial number until there is one; None where there are no more units."""
-    while True:
-        if attended:
-            also = f"'{REPEAT}' repeats {printable(last, 20)}, " if last else ""
-            print(f"Next serial number and Enter ({also}'{QUIT}' ends): ", end="", flush=True)
+    repeats = ""
+    if attended and last and _may_come(last, check):
+        repeats = f"Enter alone or '{REPEAT}'" if again else f"'{REPEAT}'"
+    also = f"{repeats} repeats {printable(last, 20)}, " if repeats else ""
+    question = f"Next serial number and Enter ({also}'{QUIT}' ends): " if attended else ""
+    while (text := _asked(question)) is not None:
+        is_repeat = text.lower() == REPEAT if text else again and repeats
+        serial = last if is_repeat and last else text
         try:
-            line = sys.stdin.readline()
-        except KeyboardInterrupt:
-            line = ""
-        text = line.strip()
-        if not line or text.lower() == QUIT:
-            if attended:
-                print()
-            return None
-        if text.lower() == REPEAT and last:
-            text = last
-        try:
-            if text:
-                return check(text)
+            if serial:
+                return check(serial)
         except InputError as error:
+            print(wrapped(str(error)), file=sys.stdout if attended else sys.stderr)
             if not attended:
-                raise
-            print(wrapped(str(error)))
+                tally.not_run.append(serial)
+    return None
+
+
+def _asked(question: str) -> str | None:
+    """Return the next line without what surrounds it; None where there is none, or it ends the queue."""
+    print(question, end="", flush=True)
+    try:
+        line = sys.stdin.readline()
+    except KeyboardInterrupt:
+        line = ""
+    text = line.strip()
+    if line and text.lower() != QUIT:
+        return text
+    if question:
+        print()
+    return None
+
+
+def _may_come(serial: str, check: Callable[[str], str]) -> bool:
+    try:
+        check(serial)
+    except InputError:
+        return False
+    return True
 
 
 def ask_again(serial: str) -> bool:

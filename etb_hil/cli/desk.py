@@ -36,9 +36,9 @@ def station_of(options: argparse.Namespace) -> Path | None:
 
 
 class Conclusion(NamedTuple):
-    """The exit code of a golden unit's run, what is to be said of it, and what is to be done."""
+    """What a golden unit's run says of the bench: results as they are told, lines to be said, what is to be done."""
 
-    code: ExitCode
+    results: dict[str, Any]
     lines: list[str]
     next_step: str
 
@@ -108,10 +108,25 @@ class Desk:
         lines = [f"{'' if good else 'NOT '}as expected: {text}" for text, good in found]
         if all(good for _, good in found):
             lines.append(f"the bench is fit to judge units for {golden.every / 3600.0:g} h")
-            return Conclusion(ExitCode.DONE, lines, "Put the golden unit back; the bench is fit to judge units.")
+            told = results | {"exit_code": int(ExitCode.DONE)}
+            return Conclusion(told, lines, "Put the golden unit back; the bench is fit to judge units.")
+        wrong = "; ".join(text for text, good in found if not good)
         lines.append("the bench is NOT fit to judge units: find out why, then repeat")
-        return Conclusion(ExitCode.BENCH_FAULT, lines, "Judge no unit on this bench. Find out why, then repeat.")
+        return Conclusion(_as_bench_fault(results, wrong), lines, "")
 
     def _runs(self) -> list[Run]:
         store = self.sessions / STORE
         return read_runs([store])[0] if store.is_file() else []
+
+
+def _as_bench_fault(results: dict[str, Any], reason: str) -> dict[str, Any]:
+    """Return results that blame the bench: a golden unit's friction is known, so nothing is said of the unit."""
+    bench = results["bench"] | {"outcome": str(BenchOutcome.FAULT), "reason_id": "golden_unit_wrong", "reason": reason}
+    unit = results["unit"] | {
+        "verdict": None,
+        "reason_id": "run_not_finished",
+        "reason": "",
+        "next_step": "",
+        "also": [],
+    }
+    return results | {"bench": bench, "unit": unit, "exit_code": int(ExitCode.BENCH_FAULT)}

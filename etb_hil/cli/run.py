@@ -63,7 +63,7 @@ def run(options: argparse.Namespace) -> int:
 def _one_unit(units: Units, time_limit: TimeLimit) -> ExitCode:
     from etb_hil.cli.batch import ask_again, read_serial
 
-    given = units.options.serial
+    given = units.options.serial.strip()
     serial = read_serial(sys.stdin) if given == "-" else given
     serial = units.check(serial) if serial else ""
     while True:
@@ -84,10 +84,9 @@ def _queue(units: Units, time_limit: TimeLimit) -> ExitCode:
     elif units.attended and (unfit := units.desk.standing()):
         say(wrapped(f"The bench may not judge units: {unfit}."))
 
-    def run_in_time(serial: str, before: str) -> tuple[Mapping[str, Any], ExitCode]:
+    def run_in_time(serial: str, before: str) -> tuple[Mapping[str, Any], ExitCode, bool]:
         with time_limit:
-            judged = units.run(serial, before)
-        return judged.results, judged.code
+            return units.run(serial, before)
 
     return run_batch(run_in_time, units.check, attended=units.attended)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from etb_hil.base.errors import BenchFault
@@ -79,10 +79,9 @@ class Units:
             self.output.add(interrupted(screen.job, serial, str(interrupt)))
             raise
         said = None if self.desk is None else self.desk.conclusion(finished.results)
-        show_finished(finished, words, "" if said is None else said.next_step)
-        code = self.output.add(finished.results, finished.session.folder)
         if said is not None:
-            for line in said.lines:
-                say(f"  Station  {line}", words)
-            code = said.code
-        return Judged(finished.results, code, again)
+            finished = replace(finished, results=said.results)
+        show_finished(finished, words, "" if said is None else said.next_step)
+        for line in [] if said is None else said.lines:
+            say(f"  Station  {line}", words)
+        return Judged(finished.results, self.output.add(finished.results, finished.session.folder), again)

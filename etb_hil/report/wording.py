@@ -148,6 +148,11 @@ BENCH_REASONS = {
         "The bench could not see that the drive is off.",
         "Switch the supply off before you touch the unit. Then check the CAN plug and repeat.",
     ),
+    "golden_unit_wrong": Wording(
+        "The golden unit did not come out as expected: this bench may judge no unit.",
+        "Judge no unit on this bench. Find out why, then measure the golden unit again.",
+        True,
+    ),
     "set_point_limit": Wording(
         "The bench stopped the run before it sent a set-point outside its limits.",
         "Have an engineer check the scenario against the bench's limits.",

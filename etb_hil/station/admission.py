@@ -18,14 +18,19 @@ def admitted_part(station: Station, serial: str, runs: Sequence[Run]) -> Part:
     """
     if not serial:
         raise InputError(Problem("this station wants a serial number", remedy="give one with --serial"))
-    part = station.part_of(serial)
-    if part is None:
+    parts = station.parts_of(serial)
+    if not parts:
         patterns = "; ".join(f"{part.number}: {part.serial}" for part in station.parts)
         raise InputError(
             Problem(
                 "no part of this station has such a serial number", value=serial, allowed=patterns, remedy="scan again"
             )
         )
+    if len(parts) > 1:
+        both = "; ".join(f"{part.number}: {part.serial}" for part in parts)
+        what = f"the serial number fits several parts ({both})"
+        raise InputError(Problem(what, value=serial, remedy="make the patterns of the station file exclude each other"))
+    part = parts[0]
     if station.golden is None or serial != station.golden.serial:
         _refuse_again(station, part, serial, runs)
     return part

@@ -120,11 +120,11 @@ class Station(FileModel):
         """Return a part by its number."""
         return next((part for part in self.parts if part.number == number), None)
 
-    def part_of(self, serial: str) -> Part | None:
-        """Return the part that a unit is, by its serial number; the golden unit is what the file says."""
+    def parts_of(self, serial: str) -> list[Part]:
+        """Return the parts that a unit can be, by its serial number; the golden unit is what the file says."""
         if self.golden is not None and serial == self.golden.serial:
-            return self.part(self.golden.part)
-        return next((part for part in self.parts if part.takes(serial)), None)
+            return [part for part in self.parts if part.number == self.golden.part]
+        return [part for part in self.parts if part.takes(serial)]
 
 
 def load_station(path: Path) -> Document[Station]:

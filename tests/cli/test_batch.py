@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from etb_hil.base.errors import InputError
+from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.outcome import ExitCode
 from etb_hil.cli.batch import checked_serial, run_batch
 
@@ -24,7 +24,7 @@ def queue(monkeypatch, capsys):
             word = next(coming)
             ran.append((serial, before))
             bench = word if word in {"aborted", "fault"} else "ok"
-            return {"bench": {"outcome": bench}, "unit": {"verdict": word}}, ExitCode(CODES[word])
+            return {"bench": {"outcome": bench}, "unit": {"verdict": word}}, ExitCode(CODES[word]), word == "aborted"
 
         code = run_batch(run_unit, checked_serial, attended=attended)
         return code, ran, capsys.readouterr().out
@@ -62,20 +62,46 @@ def test_the_exit_code_is_the_worst(queue, outcomes, code):
     assert queue("A\nB\nC\n", outcomes)[0] == code
 
 
-def test_a_bench_fault_ends_a_queue_that_nobody_attends(queue):
-    assert len(queue("A\nB\n", ["fault"], attended=False)[1]) == 1
+def test_a_bench_fault_ends_a_queue_that_nobody_attends_and_names_who_is_left(queue):
+    _, ran, said = queue("A\nB\nC\n", ["fault"], attended=False)
+    assert len(ran) == 1
+    assert said.split("Batch ended")[1].count("not run") == 2
     assert len(queue("A\nB\n", ["fault", "pass"])[1]) == 2
 
 
-def test_a_serial_number_that_is_none_is_asked_for_again_or_ends_the_queue_with_its_list(queue, capsys):
+def test_a_serial_number_that_is_none_is_asked_for_again_or_passed_over_and_named(queue):
     wrong = "A\nB\x1b[31m\nC\n"
-    _, ran, said = queue(wrong, ["pass", "pass"])
-    assert [serial for serial, _ in ran] == ["A", "C"]
-    assert "is no serial number" in said
-    assert "\x1b" not in said
-    with pytest.raises(InputError):
-        queue(wrong, ["pass"], attended=False)
-    assert "Batch ended: 1 unit: 1 pass" in capsys.readouterr().out
+    for attended, expected in ((True, 0), (False, 2)):
+        code, ran, said = queue(wrong, ["pass", "pass"], attended=attended)
+        assert [serial for serial, _ in ran] == ["A", "C"]
+        assert code == expected
+        assert ("is no serial number" in said) == attended  # else it stands on standard error
+        assert ("not run       B" in said) != attended
+        assert "\x1b" not in said
+
+
+def test_enter_alone_repeats_a_unit_that_was_stopped(queue):
+    _, ran, said = queue("A\n\n\nq\n", ["aborted", "pass"])
+    assert [serial for serial, _ in ran] == ["A", "A"]
+    assert "(Enter alone or 'r' repeats A, 'q' ends)" in said
+    assert "('r' repeats A, 'q' ends)" in said
+
+
+def test_a_repeat_that_would_be_refused_is_not_offered(monkeypatch, capsys):
+    seen = set()
+
+    def once(serial):
+        if serial in seen:
+            raise InputError(Problem("the unit was judged already", value=serial))
+        return serial
+
+    def run_unit(serial, _before):
+        seen.add(serial)
+        return {"bench": {"outcome": "ok"}, "unit": {"verdict": "pass"}}, ExitCode.DONE, False
+
+    monkeypatch.setattr(sys, "stdin", io.StringIO("A\nq\n"))
+    run_batch(run_unit, once, attended=True)
+    assert "repeats" not in capsys.readouterr().out
 
 
 def test_r_without_a_unit_before_is_a_serial_number(queue):

@@ -104,9 +104,10 @@ def test_a_station_and_its_queue_of_units(tmp_path):
     assert "Next     Put the golden unit back; the bench is fit to judge units." in shown
     assert "Release" not in shown
     terminal.press("ETB-0001\n")
-    shown = terminal.until("'r' repeats ETB-0001, 'q' ends):")
+    shown = terminal.until("Tally    2 units: 2 pass")
     assert "Next     Release the unit." in shown
-    terminal.press("r\n")
+    assert "repeats ETB-0001" not in shown  # it would be refused
+    terminal.press("ETB-0001\n")
     terminal.until("scan again, or set it")
     assert "the unit was judged already (it is 'ETB-0001: pass on" in terminal.text
     terminal.press("q\n")

@@ -1,5 +1,6 @@
 """Stations: their files, which units they take, when their bench is fit, and which sessions they keep."""
 
+import json
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -108,6 +109,13 @@ def test_the_golden_unit_makes_the_bench_fit(station):
     fit(run("GOLD-1", "fail"))  # a golden unit may be a bad one: what counts is what is expected of it
 
 
+def test_a_serial_number_of_two_parts_is_refused(station):
+    both = station.model_copy(update={"parts": (station.parts[0], station.parts[0])})
+    with pytest.raises(InputError, match=r"fits several parts .*make the patterns of the station file exclude"):
+        admitted_part(both, "ETB-0042", [])
+    assert admitted_part(both.model_copy(update={"parts": station.parts}), "ETB-0042", []) == station.parts[0]
+
+
 def test_a_number_that_is_missing_is_not_as_expected(station):
     lacking = run("GOLD-1")
     lacking = Run(*(getattr(lacking, name) for name in Run.__slots__[:-1]), {})
@@ -190,6 +198,19 @@ def test_a_station_at_work(tmp_path, capsys):
     assert command(tmp_path, "--serial", "ETB-0002") == 3
     assert main(["station", str(EXAMPLE), "--out", str(tmp_path)]) == 3
     assert "NOT FIT   the golden unit came out wrong" in capsys.readouterr().out
+
+
+def test_a_golden_unit_that_came_out_wrong_is_the_bench_s_fault_in_every_word(tmp_path, capsys):
+    path = written(tmp_path, ("T_c: {value: 145 mN·m", "T_c: {value: 160 mN·m"))
+    words = ["run", "--station", str(path), "--out", str(tmp_path / "s"), "--yes", "--serial", "GOLD-1"]
+    assert main([*words, "--json", str(tmp_path / "g.json"), "--junit", str(tmp_path / "g.xml")]) == 3
+    said = capsys.readouterr().out
+    assert "BENCH FAULT - serial GOLD-1" in said
+    assert "expected 0.160 within 0.006 N·m" in said
+    results = json.loads((tmp_path / "g.json").read_text("utf-8"))
+    assert (results["exit_code"], results["bench"]["reason_id"]) == (3, "golden_unit_wrong")
+    assert results["unit"]["verdict"] is None
+    assert 'failures="0" errors="1"' in (tmp_path / "g.xml").read_text("utf-8")
 
 
 def test_nobody_overrides_a_station(tmp_path, capsys):
