@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 JUDGED, REFUSED, CRASHED = "judged", "refused", "crashed"
 # Why a stretch may say nothing without any doubt in what was measured: it shows too little.
-_SHOWS_TOO_LITTLE = frozenset({
+SHOWS_TOO_LITTLE = frozenset({
     "too_little_motion", "too_few_windows", "no_samples", "run_not_finished", "T_c_not_reached", "T_st_undecided",
     "T_st_break_away_undecided", "T_c_undecided", "return_margin_undecided",
 })  # fmt: skip
@@ -32,7 +32,7 @@ def rank(verdict: str | None, reason_id: str) -> int:
         return 0
     if verdict == UnitVerdict.PASS:
         return 2
-    return 3 if verdict is None or reason_id in _SHOWS_TOO_LITTLE else 1
+    return 3 if verdict is None or reason_id in SHOWS_TOO_LITTLE else 1
 
 
 def part_of(finished: Finished, origin_ns: int) -> Outcome:

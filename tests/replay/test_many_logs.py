@@ -20,11 +20,12 @@ from etb_hil.cli import replay as command
 from etb_hil.cli.main import main as command_line
 from etb_hil.replay.log_replay import STRETCH_S
 from etb_hil.replay.many_logs import PROGRESS, judge_many, judge_task, tasks_for
-from etb_hil.replay.outcome import CRASHED, JUDGED, REFUSED, rank
+from etb_hil.replay.outcome import CRASHED, JUDGED, REFUSED, SHOWS_TOO_LITTLE, rank
 from etb_hil.replay.parquet import write_parquet
 from etb_hil.replay.session_replay import RuleFiles, rule_files
 from etb_hil.replay.window import Window
 from etb_hil.replay.workers import DaskWorkers, LocalProcesses
+from etb_hil.report.wording import UNIT_REASONS
 
 
 @pytest.fixture(scope="module")
@@ -231,7 +232,13 @@ def test_a_session_that_gives_other_results_than_live_is_marked_and_no_pass(tmp_
     ],
 )
 def test_no_pass_outvotes_a_doubt_in_what_was_measured(stretches, decides):
+    assert {reason for _, reason in stretches} <= UNIT_REASONS.keys()
     assert min(range(len(stretches)), key=lambda place: rank(*stretches[place])) == decides
+
+
+def test_what_shows_too_little_are_reasons_that_there_are():
+    quiet = {reason for reason in UNIT_REASONS if rank("inconclusive", reason) > rank("pass", "")}
+    assert quiet == SHOWS_TOO_LITTLE
 
 
 def test_tasks_mean_the_same_in_every_folder(live, monkeypatch, tmp_path):
