@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from whole_run import files, run_on
+from whole_run import files
 
 from etb_hil.base.outcome import ExitCode
 from etb_hil.bench.job import execute, prepare
 from etb_hil.canio.frames import concatenate_frames
-from etb_hil.canio.logs.blf import BlfLog, read_blf
+from etb_hil.canio.logs.blf import BlfLog
 from etb_hil.canio.logs.writing import write_log
 from etb_hil.cli.main import main
 from etb_hil.cli.replay_options import worst
@@ -19,16 +19,6 @@ from etb_hil.replay.log_replay import LogJob
 from etb_hil.replay.session_replay import rule_files
 
 MINUTE_NS = 60_000_000_000
-
-
-@pytest.fixture(scope="module")
-def live(tmp_path_factory):
-    return run_on(tmp_path_factory.mktemp("sessions"), unit="faulty")
-
-
-@pytest.fixture(scope="module")
-def frames(live):
-    return concatenate_frames(read_blf(live.session.raw_log))
 
 
 def later(frames, ns, **columns):

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from whole_run import run_on
 
 from etb_hil.base.errors import BenchFault, InputError
 from etb_hil.canio.bus.link import VirtualLink
 from etb_hil.canio.bus.virtual_network import VirtualNetwork
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
-from etb_hil.canio.logs.blf import BlfLog, read_blf
+from etb_hil.canio.logs.blf import BlfLog
 from etb_hil.cli.main import main
 from etb_hil.replay.log_frames import Frames
 from etb_hil.replay.log_replay import LogJob, judge, stretches
@@ -22,16 +21,6 @@ from etb_hil.replay.window import Window
 from etb_hil.session.differences import changes, changes_text, first_difference, first_divergence
 from etb_hil.session.events import read_events
 from etb_hil.session.record import record_of
-
-
-@pytest.fixture(scope="module")
-def live(tmp_path_factory):
-    return run_on(tmp_path_factory.mktemp("sessions"), unit="faulty")
-
-
-@pytest.fixture(scope="module")
-def frames(live):
-    return concatenate_frames(read_blf(live.session.raw_log))
 
 
 def job_of(live, *paths, with_phases=True):
