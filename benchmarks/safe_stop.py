@@ -1,11 +1,12 @@
 """From a cause to drive off, by the controller's own log: bench and controller as two processes at wall clock.
 
-    python benchmarks/safe_stop.py --runs 300 --cause SIGINT SIGTERM SIGHUP SIGQUIT SIGKILL
-    python benchmarks/safe_stop.py --interface socketcan --channel vcan0 --runs 300 --cause SIGKILL LINK_DOWN LINK_GONE
+    python benchmarks/safe_stop.py --runs 300       # every cause but those of SocketCAN
+    python benchmarks/safe_stop.py --interface socketcan --channel vcan0 --runs 20 --cause LINK_DOWN LINK_GONE
 
 The bus is UDP multicast on loopback, or any that both can open. The controller lives on from run to run. SIGKILL and
 SIGQUIT, and a link of SocketCAN that is set down or deleted while the plate moves, are measured from the last command
-on the controller's clock; the others from the signal to drive off, on the clock that both processes share.
+on the controller's clock; the others from the cause (a signal sent, the terminal closed, an exception raised in a room
+of the bench, the first write that the disk refused) to drive off, on the clock that both processes share.
 """
 
 import argparse
@@ -22,28 +23,22 @@ import time
 from contextlib import contextmanager
 from pathlib import Path
 
-import etb_hil.bench.job  # what a run loads
+from safe_stop_causes import LEFT, LINKS, SURVIVED, cause_of
+
 from etb_hil.base.stock import find
-from etb_hil.cli.main import main as etb_hil
+from etb_hil.bench.job import JobFiles, execute, prepare
 
 SCENARIO = """schema: etb_hil/scenario/1
 name: Sway
 phases:
   - {id: sway, kind: ramp, between: [20 deg, 70 deg], speed: 1 rad/s, repeat: 4}
 """
-
-
-SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGKILL")
 START_S = 300.0  # a machine that has to compile everything first takes minutes
-FROM_COMMAND = ("SIGKILL", "SIGQUIT", "LINK_DOWN", "LINK_GONE")
-LINK = {  # how it is broken, and mended
-    "LINK_DOWN": ("link set {} down", "link set {} up"),
-    "LINK_GONE": ("link del {}", "link add {} type vcan", "link set {} mtu 72 up"),
-}
+OFF_S = 10.0
 
 
-def ip(words, channel):
-    subprocess.run(["ip", *words.format(channel).split()], check=True)
+class NotSoFar(Exception):
+    """The run ended, or never began to move, before the cause could strike."""
 
 
 def bench_file(folder, options):
@@ -56,39 +51,38 @@ def bench_file(folder, options):
     return path
 
 
-def events(path):
-    return [json.loads(line) for line in path.read_text().splitlines() if line.endswith("}")] if path.exists() else []
+def switches(path, kind):
+    """Return the controller's notes of this kind."""
+    lines = path.read_text().splitlines() if path.exists() else []
+    return [entry for entry in (json.loads(line) for line in lines if line.endswith("}")) if entry["event"] == kind]
 
 
-def wait_for(condition, seconds):
+def wait_for(condition, seconds, *, run=None, look=lambda: None):
+    """Return what the condition returns once that is true; NotSoFar after a time, or where the run has ended."""
     deadline = time.monotonic() + seconds
     while not (found := condition()):
-        if time.monotonic() > deadline:
-            raise TimeoutError
+        has_ended = run is not None and os.waitid(os.P_PID, run, os.WEXITED | os.WNOHANG | os.WNOWAIT)
+        if has_ended or time.monotonic() > deadline:
+            raise NotSoFar
+        look()
         time.sleep(0.02)
     return found
 
 
-def bench_process(arguments):
-    """Start `etb-hil` in a group of its own, forked from this process: it has loaded already what takes seconds."""
-    if pid := os.fork():
-        return pid
-    code = 1
-    try:
-        os.setpgid(0, 0)
-        nowhere = os.open(os.devnull, os.O_RDWR)
-        for number in range(3):
-            os.dup2(nowhere, number)
-        code = etb_hil([str(argument) for argument in arguments])
-    finally:
-        os._exit(code)
+def load_kernels():
+    """Have this process, and what is forked from it, load what runs are made of: that takes seconds each time."""
+    stock = {kind: find(kind, name) for kind, name in (("model", "default"), ("limits", "default"))}
+    with tempfile.TemporaryDirectory() as place:
+        (Path(place) / "sway.yaml").write_text(SCENARIO)
+        files = JobFiles(scenario=Path(place) / "sway.yaml", bench=find("bench", "virtual_classic"), **stock)
+        execute(prepare(files), Path(place), "", 1)
 
 
 @contextmanager
 def controller_process(bench, log):
     """Start the virtual controller, a process of its own; it outlives its benches."""
     command = [sys.executable, "-m", "etb_hil", "controller", "--bench", str(bench), "--log", str(log)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as controller:
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as controller:
         try:
             controller.stdout.readline()
             yield controller
@@ -97,74 +91,90 @@ def controller_process(bench, log):
             controller.communicate()
 
 
-def one_run(folder, log, options, cause, rng):
+def one_run(folder, log, cause, rng):
     """Return how long it took, in ms, and how the controller calls the reason."""
-    before = len(events(log))
-    bench = ("--bench", folder / "bench.yaml", "--out", folder / "out")
-    run = bench_process(["run", folder / "sway.yaml", *bench])
-    broken = False
+    on, off = len(switches(log, "drive_on")), len(switches(log, "drive_off"))
+    run = cause.start(["run", folder / "sway.yaml", "--bench", folder / "bench.yaml", "--out", folder / "out"])
     try:
-        wait_for(lambda: any(e["event"] == "drive_on" for e in events(log)[before:]), START_S)
-        time.sleep(rng.uniform(0.5, 2.0))
-        if any(e["event"] == "drive_off" for e in events(log)[before:]):
-            raise TimeoutError  # the run ended by itself: the host was too slow for it
-        at_ns = time.time_ns()
-        if broken := cause in LINK:
-            ip(LINK[cause][0], options.channel)
-        else:
-            os.kill(run, getattr(signal, cause))
-        off = wait_for(lambda: [e for e in events(log)[before:] if e["event"] == "drive_off"], 10.0)[-1]
+        wait_for(lambda: switches(log, "drive_on")[on:], START_S, run=run, look=cause.look)
+        strike_at = time.monotonic() + rng.uniform(0.5, 2.0)
+        wait_for(lambda: time.monotonic() > strike_at, START_S, look=cause.look)
+        if switches(log, "drive_off")[off:]:
+            raise NotSoFar  # the host was too slow for it
+        at_ns = cause.strike(run)
+        end = wait_for(lambda: switches(log, "drive_off")[off:], OFF_S)[-1]
     finally:
-        os.kill(run, signal.SIGKILL)  # its report is no part of this
+        os.killpg(run, signal.SIGKILL)  # its report is no part of this
         os.waitpid(run, 0)
-        for words in LINK[cause][1:] if broken else ():
-            ip(words, options.channel)
-    if cause in FROM_COMMAND:
-        return off["since_command_ms"], off["reason"]
-    return (off["stamp_ns"] - at_ns) * 1e-6, off["reason"]
+        cause.mend()
+    took = end["since_command_ms"] if cause.from_command else (end["stamp_ns"] - cause.struck_ns(at_ns)) * 1e-6
+    return took, end["reason"]
 
 
-def runs_of(cause, options, rng):
-    """Return the times, the reasons and how many runs did not get as far as the cause; say the state every 50 runs."""
-    took, reasons, failed = [], set(), 0
-    with tempfile.TemporaryDirectory() as name:
-        folder, log = Path(name), Path(name) / "controller.jsonl"
-        while len(took) + failed < options.runs:
+class Count:
+    """What came of a cause's runs."""
+
+    def __init__(self):
+        self.took, self.reasons, self.failed = [], set(), 0
+
+    def __len__(self):
+        return len(self.took) + self.failed
+
+    def told(self, name):
+        """Return the state in words."""
+        if not self.took:
+            return f"{name:9} no run got that far"
+        return (
+            f"{name:9} {len(self.took)} runs: median {statistics.median(self.took):.1f} ms, "
+            f"worst {max(self.took):.1f} ms; reason {', '.join(sorted(self.reasons))}; "
+            f"{self.failed} did not get that far; load {os.getloadavg()[0]:.1f}"
+        )
+
+
+def runs_of(name, options, rng):
+    """Return the count of a cause's runs; say the state every 50."""
+    count, cause = Count(), cause_of(name, options.channel)
+    with tempfile.TemporaryDirectory() as place:
+        folder, log = Path(place), Path(place) / "controller.jsonl"
+        while len(count) < options.runs:
             with controller_process(bench_file(folder, options), log) as controller:
-                while controller.poll() is None and len(took) + failed < options.runs:
+                while controller.poll() is None and len(count) < options.runs:
                     try:
-                        milliseconds, reason = one_run(folder, log, options, cause, rng)
-                    except TimeoutError:
-                        failed += 1
+                        milliseconds, reason = one_run(folder, log, cause, rng)
+                        count.took.append(milliseconds)
+                        count.reasons.add(reason)
+                    except NotSoFar:
+                        count.failed += 1
                         break  # a controller afresh
-                    took.append(milliseconds)
-                    reasons.add(reason)
-                    shutil.rmtree(folder / "out")
-                    if len(took) % 50 == 0 and len(took) < options.runs:
-                        print(told(cause, took, reasons, failed), flush=True)
-    return took, reasons, failed
-
-
-def told(cause, took, reasons, failed):
-    """Return the state of a cause in words."""
-    if not took:
-        return f"{cause:8} no run got that far"
-    return (
-        f"{cause:8} {len(took)} runs: median {statistics.median(took):.1f} ms, worst {max(took):.1f} ms; "
-        f"reason {', '.join(sorted(reasons))}; {failed} did not get that far; load {os.getloadavg()[0]:.1f}"
-    )
+                    finally:
+                        shutil.rmtree(folder / "out", ignore_errors=True)
+                    if len(count) % 50 == 0 and len(count) < options.runs:
+                        print(count.told(name), flush=True)
+                    if cause.ends_controller:
+                        controller.wait(OFF_S)
+    return count
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runs", type=int, default=300, help="of each cause")
-    parser.add_argument("--cause", nargs="*", default=list(SIGNALS), choices=[*SIGNALS, *LINK])
+    parser.add_argument("--cause", nargs="*", default=[*SURVIVED, *LEFT], choices=[*SURVIVED, *LEFT, *LINKS])
     parser.add_argument("--interface", default="udp_multicast")
     parser.add_argument("--channel", default="239.74.163.9")
     options = parser.parse_args()
     rng = random.Random(1)  # noqa: S311 (when to stop is no secret)
-    for cause in options.cause:
-        print(told(cause, *runs_of(cause, options, rng)), flush=True)
+    load_kernels()
+    survived = []
+    for name in options.cause:
+        count = runs_of(name, options, rng)
+        print(count.told(name), flush=True)
+        if name in SURVIVED:
+            survived += count.took
+    if survived:
+        middle, worst = statistics.median(survived), max(survived)
+        print(
+            f"causes that the bench lives through: {len(survived)} runs: median {middle:.1f} ms, worst {worst:.1f} ms"
+        )
 
 
 if __name__ == "__main__":
