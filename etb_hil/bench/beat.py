@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 from etb_hil.base.lateness import Lateness
 from etb_hil.base.outcome import BenchOutcome
+from etb_hil.bench.command_pause import CommandPause
 from etb_hil.bench.interlock import Interlock
 from etb_hil.bench.stop_signals import TIME_OUT, StopSignals, Verb
-from etb_hil.bench.supervision import Supervisor, Trip
+from etb_hil.bench.supervision import TIMEOUT, Supervisor, Trip
 from etb_hil.canio.bus.health import BusState
 from etb_hil.scenario.condition_watch import ConditionWatch
 from etb_hil.scenario.trajectory import OFF, SetPoint
@@ -61,6 +62,7 @@ class Beat:
         self.start_ns = self.next_ns = clock.now_ns()
         self.lateness = Lateness()
         self.frame_age = Lateness()
+        self._pause = CommandPause(self.tick_ns)
         self.supervisor = Supervisor(bench.limits, gear_ratio, self.start_ns, reports_status=tap.reports_status)
         self._interlock = Interlock(round(bench.limits.frame_age * 1e9)) if tap.reports_interlock else None
         self.signals = StopSignals()
@@ -77,6 +79,7 @@ class Beat:
         if set_point.enable and self._interlock is not None:
             self._refuse(self._interlock.trip(self._clock.now_ns()))
         self._tap.command(set_point)
+        self._pause.note(self._clock.now_ns())
         self.commanded = set_point
         self.next_ns += self.tick_ns
         self._clock.sleep_until_ns(self.next_ns)
@@ -106,6 +109,8 @@ class Beat:
 
     def _supervise(self, blocks: list[SampleBlock], now_ns: int, *, is_waking: bool) -> Trip | None:
         trip = self.supervisor.look(blocks, heed_faults=not is_waking)
+        if trip is not None and trip.reason_id == "controller_fault":
+            trip = self._host_trip() or trip
         if trip is None and not is_waking:
             self.frame_age.note(max(now_ns - self.supervisor.newest_ns, 0))
             trip = self.supervisor.age(now_ns)
@@ -120,6 +125,12 @@ class Beat:
         if trip is None and now_ns - self.start_ns > self._limits.duration * 1e9:
             trip = Trip("duration_limit", f"the run is longer than the limit of {self._limits.duration:g} s")
         return trip
+
+    def _host_trip(self) -> Trip | None:
+        """Blame this host where the controller's watchdog missed commands that were sent too late."""
+        if self.supervisor.faults & TIMEOUT and (late := self._pause.too_long()) is not None:
+            return Trip("host_late", f"the controller's watchdog took the drive off: {late}")
+        return None
 
     def _supply_trip(self, blocks: list[SampleBlock], now_ns: int) -> Trip | None:
         """Hold the supply against its window while the bridge is on: what it is before, a scenario may wait for."""

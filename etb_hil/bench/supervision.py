@@ -22,7 +22,7 @@ from etb_hil.session.answer_time import AnswerWatch
 SPEED_SPAN_NS = 5_000_000  # velocity is the travel over this time: long enough for an encoder's steps
 MEASURED = {"current": ("motor_current",), "encoder": ("motor_angle", "throttle_angle")}  # what a request brings
 STATUS_ROLES = frozenset({"enable", "mode", "faults", "temperature", "supply_voltage", "controller_time"})
-OVER_CURRENT = 8  # fault bit of the role `faults`, as `dbc/` lists them
+TIMEOUT, OVER_CURRENT = 1, 8  # fault bits of the role `faults`, as `dbc/` lists them
 ROUNDING = 1.0 + 1e-9  # a speed that is the limit may be computed a bit above it
 STATUSES = 2  # how many of them may be of before
 STATUS_AGE = 10  # a status frame may be this many times older than a sample before the run stops

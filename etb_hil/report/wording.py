@@ -179,6 +179,11 @@ BENCH_REASONS = {
     "controller_fault": Wording(
         "The controller reported a fault and left the run.", "Switch the controller off and on, then repeat."
     ),
+    "host_late": Wording(
+        "The computer was not in time with its commands, and the controller's watchdog took the drive off.",
+        "Close what else runs on this computer, then repeat. This says nothing of the unit.",
+        True,
+    ),
     "interlock_open": Wording(
         "The interlock was open, so that the drive was switched off.", "Close the guard, then repeat the test."
     ),

@@ -140,6 +140,32 @@ def test_a_bus_that_goes_away_is_off_by_the_watchdog(stopped):
     assert (off.stamp_ns - off.last_command_ns) * 1e-6 <= WATCHDOG_MS
 
 
+@pytest.mark.spoilt
+def test_a_host_that_stalls_is_named_and_not_the_controller(stopped):
+    def stall():
+        if not stalls:
+            stalls.append(1)
+            stopped.network.sleep_until_ns(stopped.network.now_ns() + 50_000_000)
+
+    stalls = []
+    results, _, off = stopped(stall)
+    assert (results["bench"]["reason_id"], results["exit_code"]) == ("host_late", 3)
+    assert "60 ms passed between two commands that were due 10 ms apart" in results["bench"]["reason"]
+    assert off.reason == "timeout"
+    assert (off.stamp_ns - off.last_command_ns) * 1e-6 <= WATCHDOG_MS
+
+
+def test_commands_that_get_lost_are_not_blamed_on_the_host(stopped):
+    class Deaf(Link):
+        def send(self, frames):
+            if self.struck_ns is None:
+                super().send(frames)
+
+    results, _, off = stopped(lambda: None, Deaf)
+    assert results["bench"]["reason_id"] == "controller_fault"
+    assert off.reason == "timeout"
+
+
 @pytest.mark.parametrize("error", [ZeroDivisionError, MemoryError, KeyError, RecursionError])
 def test_an_exception_in_any_room_takes_the_drive_off(stopped, error):
     def cause():

@@ -1,0 +1,29 @@
+"""The longest pause between two commands of late: what a watchdog's trip is held against."""
+
+from __future__ import annotations
+
+KEPT_NS = 500_000_000  # a status tells of the watchdog long before
+LATE_TICKS = 2  # a pause of more than this many intervals is this host's doing
+
+
+class CommandPause:
+    """Notes when commands were sent, `tick_ns` apart where the host is in time."""
+
+    def __init__(self, tick_ns: int) -> None:
+        self._tick_ns = tick_ns
+        self._sent_ns: int | None = None
+        self._longest_ns = self._ended_ns = 0
+
+    def note(self, sent_ns: int) -> None:
+        """Take that a command has just been sent."""
+        pause_ns = 0 if self._sent_ns is None else sent_ns - self._sent_ns
+        if pause_ns >= self._longest_ns or sent_ns - self._ended_ns > KEPT_NS:
+            self._longest_ns, self._ended_ns = pause_ns, sent_ns
+        self._sent_ns = sent_ns
+
+    def too_long(self) -> str | None:
+        """Return in words what came between two commands, where that was too much for a watchdog; None else."""
+        if self._longest_ns <= LATE_TICKS * self._tick_ns:
+            return None
+        due, came = self._tick_ns * 1e-6, self._longest_ns * 1e-6
+        return f"{came:.0f} ms passed between two commands that were due {due:.0f} ms apart"
