@@ -11,10 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from etb_hil.discrepancy.along import along
+from etb_hil.discrepancy.along import Motion, Walk
 from etb_hil.discrepancy.driving import without_noise
 from etb_hil.discrepancy.measurement import Measurement
 from etb_hil.discrepancy.regimes import Regimes
+from etb_hil.discrepancy.remembered import Remembered
 from etb_hil.discrepancy.rows import held, jitter, missed_by_rows, open_bridge, trembling, until_next
 from etb_hil.discrepancy.spectrum import Spectrum
 from etb_hil.plant.drive_effects import THROTTLE_FRICTION
@@ -45,7 +46,6 @@ _TORQUE_FLOOR = 3.0  # times the current's noise
 # Unknown but small: clock skew of current, voltage and plate sensor, and the plate sensor's zero.
 NUISANCES = ("current_skew", "voltage_skew", "plate_skew", "plate_zero")
 _TREMBLES = 0.01  # of T_c / sigma_0 from row to row
-_REMEMBERED = 4  # integrations: a fit moves what is not integrated about one of them
 _SENSORS = (row("current_sensor_gain"), row("measurement_delay") + WIDTH)
 
 
@@ -59,7 +59,7 @@ class _Truth:
     smooth_spectrum: Complex128
     angle: Float64
     velocity: Float64
-    acceleration: Float64
+    walk: Walk
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,8 +90,9 @@ class Balances:
         self.driving = without_noise(measured.voltage, noise, measured.rate)
         self._is_calm = trembling(measured.angle, measured.rate) < _TREMBLES * v.coulomb / v.bristle_stiffness
         self.jitter = jitter(measured.angle, measured.rate, measured.angle_noise)
-        self._known: dict[bytes, _Truth] = {}
-        self._integrated: dict[bytes, _Modelled] = {}
+        self._known: Remembered[_Truth] = Remembered()
+        self._integrated: Remembered[_Modelled] = Remembered()
+        self._places: Remembered[Complex128] = Remembered()
         base = v.vector()
         self._whiten = _whitening(measured, model, spectrum)
         truth = self._truth(_no_sensors(base))
@@ -145,32 +146,27 @@ class Balances:
         asked[INERTIA] = 0.0
         if self.measured.current is not None:
             asked[INDUCTANCE] = 0.0
-        key = asked.tobytes()
-        found = self._integrated.pop(key, None)
-        if found is None:
-            found = self._integrate(truth, p)
-            if len(self._integrated) >= _REMEMBERED:
-                self._integrated.pop(next(iter(self._integrated)), None)
-        self._integrated[key] = found
-        return found
+        return self._integrated.of(asked.tobytes(), lambda: self._integrate(truth, p))
 
     def _integrate(self, truth: _Truth, p: Vector) -> _Modelled:
-        m, spectrum = self.measured, self.spectrum
         current, current_spectrum = truth.current, truth.current_spectrum
-        if m.current is None:
+        if self.measured.current is None:
             current, current_spectrum = self._current_from_voltage(truth, p)
-        torque, drop, place = np.empty((3, len(m)))
-        lossy, loose = along(
-            truth.angle, truth.velocity, truth.acceleration, current, self.is_open, m.temperature, m.dt,
-            p, torque, drop, place,
-        )  # fmt: skip
-        sensed = sensor_hysteresis.measured_plate(place, p)
+        found = truth.walk(current, p)
         return _Modelled(
-            spectrum.of(torque),
-            spectrum.of(drop) if lossy else p[RESISTANCE] * current_spectrum,
-            spectrum.of(sensed) if loose or sensed is not place else truth.smooth_spectrum,
+            self.spectrum.of(found.torque),
+            self.spectrum.of(found.voltage) if found.is_lossy else p[RESISTANCE] * current_spectrum,
+            self._place(truth, p),
             current_spectrum,
         )
+
+    def _place(self, truth: _Truth, p: Vector) -> Complex128:
+        """Return the spectrum of the plate's angle as its sensor tells it, inside the band."""
+        place, _ = truth.walk.plate(p)
+        if place is truth.angle and p[row("sensor_hysteresis")] == 0.0:
+            return truth.smooth_spectrum
+        key = p[_SENSORS[0] :].tobytes() + truth.walk.plate_key(p)
+        return self._places.of(key, lambda: self.spectrum.of(sensor_hysteresis.measured_plate(place, p)))
 
     def judged_groups(self) -> NDArray[np.int64]:
         """Return the group (3 m) of each row, -1 where it cannot be judged."""
@@ -194,13 +190,7 @@ class Balances:
         return self.spectrum.signal(whole), inside
 
     def _truth(self, p: Vector) -> _Truth:
-        key = p[_SENSORS[0] : _SENSORS[1]].tobytes()
-        known = self._known.get(key)
-        if known is None:
-            if len(self._known) > 3:
-                self._known.pop(next(iter(self._known)))
-            self._known[key] = known = self._before_sensors(p)
-        return known
+        return self._known.of(p[_SENSORS[0] : _SENSORS[1]].tobytes(), lambda: self._before_sensors(p))
 
     def _before_sensors(self, p: Vector) -> _Truth:
         m, spectrum = self.measured, self.spectrum
@@ -209,9 +199,10 @@ class Balances:
         smooth, velocity, acceleration = spectrum.motion(angle, whole, is_calm=self._is_calm)
         inside = whole[: spectrum.bins]
         smooth_spectrum = spectrum.of(smooth)
+        walk = Walk(Motion(smooth, velocity, acceleration, m.temperature, self.is_open, m.dt))
         if m.current is None:
             nothing = np.zeros(0)
-            return _Truth(nothing, nothing.astype(complex), inside, smooth_spectrum, smooth, velocity, acceleration)
+            return _Truth(nothing, nothing.astype(complex), inside, smooth_spectrum, smooth, velocity, walk)
         current = current_sensor_offset.true_current(m.current, m.temperature, p)
         current = current_sensor_gain.true_current(current, p)
         current_spectrum = spectrum.all_of(current)
@@ -221,9 +212,7 @@ class Balances:
             late[spectrum.bins :] = 1.0
             current_spectrum = current_spectrum / late
             current = spectrum.signal(current_spectrum)
-        return _Truth(
-            current, current_spectrum[: spectrum.bins], inside, smooth_spectrum, smooth, velocity, acceleration
-        )
+        return _Truth(current, current_spectrum[: spectrum.bins], inside, smooth_spectrum, smooth, velocity, walk)
 
 
 def _no_sensors(base: Vector) -> Vector:

@@ -29,7 +29,6 @@ class Round:
     after_groups: Float64
     t: float
     healthy_gain: float
-    does: Float64  # what the winner alone changes in the residual (n), at its size
     alike: list[str] = field(default_factory=list)
     accepted: bool = False
     refused: str = ""  # why the winner is no cause

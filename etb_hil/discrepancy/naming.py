@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
 from etb_hil.discrepancy import decision
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.calibration import Calibration, all_unknowns, calibrate, residual_of
 from etb_hil.discrepancy.candidates import suspects
 from etb_hil.discrepancy.findings import Findings, Round
-from etb_hil.discrepancy.fit import Residual
 from etb_hil.discrepancy.floor import floor_of, group_means, weigh
 from etb_hil.discrepancy.placeholders import placeholders
 from etb_hil.discrepancy.refining import Refined, fully, quickly
@@ -22,11 +18,11 @@ from etb_hil.discrepancy.segments import held_out, segment_of
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
 
-Float64 = NDArray[np.float64]
 Progress = Callable[[str], None]
 
 _REFINED = 6
 _FULLY = 2
+_HOPELESS = 3.0  # times what the first leaves, from where the second need not be fitted to the end
 _MOST_CAUSES = 3
 
 
@@ -73,19 +69,6 @@ def _look(findings: Findings, taken: list[str], progress: Progress) -> None:
             return
 
 
-def _alone(residual: Residual, base: Calibration, winner: Refined) -> Float64:
-    """Return what a winner changes with the base parameters as fitted beside it; a parameter: beyond its tolerance."""
-    off = winner.fit.whole.copy()
-    effect = winner.candidate.effect
-    if effect is not None:
-        for k in effect.strengths:
-            off[effect.indices[k]] = 0.0
-    else:
-        unknown = next(u for u in base.unknowns if u.name == winner.candidate.frees)
-        unknown.put(off, float(np.clip(unknown.x_of(off), unknown.low, unknown.high)))
-    return np.asarray(residual(off) - winner.fit.residual)
-
-
 def _siblings(winner: Refined) -> tuple[str, ...]:
     """Return the effects that only the winner's shape, where ours is another, would call for."""
     return winner.candidate.effect.look_alikes if winner.candidate.effect is not None else ()
@@ -100,14 +83,19 @@ def _round(findings: Findings, taken: Sequence[str], progress: Progress) -> Roun
     refined = sorted(
         (quickly(residual, base, s, findings.balances[0].load) for s in screened[:_REFINED]), key=lambda r: r.fit.cost
     )
-    best = [fully(residual, r) for r in refined[:_FULLY]]
-    refined = sorted(best + refined[_FULLY:], key=lambda r: r.fit.cost)
+    first, *others = refined
+    refined = [fully(residual, first)]
+    refined += [
+        fully(residual, r) if k < _FULLY and r.fit.cost < _HOPELESS * refined[0].fit.cost else r
+        for k, r in enumerate(others, 1)
+    ]
+    refined = sorted(refined, key=lambda r: r.fit.cost)
     after, _ = group_means(findings.balances, refined[0].fit.whole)
     segment = segment_of(findings.balances)
     t = held_out(refined[0].fit, refined[0].columns, refined[0].unknowns, segment).t_against(
         held_out(base.fit, base.columns, base.unknowns, segment)
     )
-    healthy = _healthy_gain(findings, refined[0].id)
+    healthy = _own_simulation(findings)
     found = Round(
         base,
         screened,
@@ -115,23 +103,25 @@ def _round(findings: Findings, taken: Sequence[str], progress: Progress) -> Roun
         findings.final_groups,
         after / findings.final_floor.level,
         t,
-        healthy,
-        _alone(residual, base, refined[0]),
+        _healthy_gain(findings, healthy, refined[0].id),
     )
-    found.alike = alike(found, findings.balances, residual, shapes)
+    found.alike = alike(found, findings.final_floor.balances, healthy, shapes)
     return found
 
 
-def _healthy_gain(findings: Findings, id_: str) -> float:
-    """Return what a suspect gains on the model's own simulation, in which it is not."""
+def _own_simulation(findings: Findings) -> Calibration:
+    """Return the calibration of the model's own simulation, in which no suspect is."""
     floor = findings.final_floor
     weigh(floor.balances, floor.level)
-    calibration = calibrate(
-        findings.model, floor.balances, floor.calibration.fit.whole, floor.calibration.unknowns, rounds=2
-    )
-    shapes = {id_: suspects(floor.balances, calibration.unknowns)[id_]}
-    found = screen(residual_of(floor.balances), Linear.of(calibration), shapes)
-    return 1.0 - found[0].cost / calibration.fit.cost
+    return calibrate(findings.model, floor.balances, floor.calibration.fit.whole, floor.calibration.unknowns, rounds=2)
+
+
+def _healthy_gain(findings: Findings, healthy: Calibration, id_: str) -> float:
+    """Return what a suspect gains on the model's own simulation."""
+    balances = findings.final_floor.balances
+    shapes = {id_: suspects(balances, healthy.unknowns)[id_]}
+    found = screen(residual_of(balances), Linear.of(healthy), shapes)
+    return 1.0 - found[0].cost / healthy.fit.cost
 
 
 def _take_in(findings: Findings, found: Round) -> None:

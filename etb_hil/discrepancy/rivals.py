@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy import decision
 from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.calibration import Calibration
+from etb_hil.discrepancy.calibration import Calibration, residual_of
 from etb_hil.discrepancy.candidates import Candidate, unjudged
 from etb_hil.discrepancy.findings import Round
-from etb_hil.discrepancy.fit import Fit, Residual
+from etb_hil.discrepancy.fit import Residual
 from etb_hil.discrepancy.refining import Refined
-from etb_hil.discrepancy.screening import Screened, stepped
-from etb_hil.discrepancy.similarity import ABSORBED, ALIKE, Projector, cosine, rest_of
-from etb_hil.discrepancy.unknowns import Unknown
-from etb_hil.plant.physics import RESISTANCE, TORQUE_PER_AMPERE
+from etb_hil.discrepancy.screening import stepped
+from etb_hil.discrepancy.similarity import ABSORBED, Projector
 
 Float64 = NDArray[np.float64]
 
+_ALIKE = 0.93  # a little below what the data call alike: the grid of shapes may miss a rival's best
 _WORTH = 0.5  # a screened rival's cosine from which its other shapes are looked at
 _PURSUED = 0.6  # a grid's best cosine from which its shapes are moved on
 _HALVINGS = 3
@@ -29,55 +28,87 @@ _NOTHING_LEFT = 0.03  # share of a column below which the base parameters are it
 
 
 def alike(
-    found: Round, balances: Sequence[Balances], residual: Residual, shapes: Mapping[str, Sequence[Candidate]]
+    found: Round, balances: Sequence[Balances], healthy: Calibration, shapes: Mapping[str, Sequence[Candidate]]
 ) -> list[str]:
-    """Return the ids that these data cannot tell from a round's winner, the winner left out; `shapes` by id."""
+    """Return the ids that these data cannot tell from a round's winner, the winner left out; `shapes` by id.
+
+    `balances` are the model's own simulation without the winner, `healthy` its calibration there: in the measured
+    record the winner's torque is part of the current, and whatever scales a torque would then imitate it.
+    """
     winner = found.winner
-    base = found.before.unknowns
-    columns = _without_scale(base, winner, found.does, balances)
-    projector = Projector(Calibration(base, winner.fit, columns))
-    suspected = winner.candidate.frees
-    whole = found.does
-    own = projector.rest(whole, frozenset({suspected} - {""}))
-    is_absorbed = float(np.linalg.norm(own)) < ABSORBED * float(np.linalg.norm(whole))
+    record = _Record.of(winner, healthy, residual_of(balances))
     names = []
     for screened in found.screened:
         rival = screened.candidate
-        if rival.id == winner.id or _is_nothing(projector, screened, suspected):
+        if rival.id == winner.id:
             continue
-        near = cosine(own, rest_of(projector, screened, suspected))
-        if (
-            near <= ALIKE
-            and rival.effect is not None
-            and not is_absorbed
-            and (near > _WORTH or _declared(winner, rival))
-        ):
-            near = _closest(residual, winner.fit, projector, shapes[rival.id], own, suspected)
-        if near > ALIKE:
+        near = record.cosine(rival)
+        if rival.effect is not None and not record.is_absorbed and (near > _WORTH or _declared(winner, rival)):
+            near = max(near, _closest(record, shapes[rival.id]))
+        if near > _ALIKE:
             names.append(rival.id)
     margin = decision.class_margin(found)
     names += [r.id for r in found.refined[1:] if np.log(r.fit.cost / winner.fit.cost) < margin]
-    if is_absorbed:
-        names += [decision.parameter_id(name) for name in projector.imitators(whole)]
+    if record.is_absorbed:
+        names += [decision.parameter_id(name) for name in record.projector.imitators(record.whole)]
     names += unjudged(balances, winner.id)
     return list(dict.fromkeys(name for name in names if name and name != winner.id))
 
 
-def _without_scale(base: Sequence[Unknown], winner: Refined, does: Float64, balances: Sequence[Balances]) -> Float64:
-    """Return the base parameters' columns (n, base) as a unit without the effect would have them.
+@dataclass(frozen=True, slots=True)
+class _Record:
+    """A record without the winner; `whole` (n) is what the winner would change in it, `own` what the base leaves of it.
 
-    The measured current drives the effect, too. Scaling every torque down would therefore imitate any torque exactly,
-    so the torque constant has to be freed of the effect's share of the current; without a current, the resistance too.
+    `suspected`: a base parameter that is the winner itself, and so no base.
     """
-    columns = winner.columns[:, : len(base)].copy()
-    rows = np.concatenate([np.arange(3 * b.rows) < b.rows for b in balances])
-    share = np.where(rows, does, 0.0)
-    for k, unknown in enumerate(base):
-        if unknown.place == TORQUE_PER_AMPERE:
-            columns[:, k] -= share * unknown.scale / winner.fit.whole[unknown.place]
-        if unknown.place == RESISTANCE and balances[0].measured.current is None:
-            columns[:, k] += share * unknown.scale / winner.fit.whole[unknown.place]
-    return columns
+
+    residual: Residual
+    healthy: Calibration
+    projector: Projector
+    whole: Float64
+    own: Float64
+    suspected: str
+
+    @staticmethod
+    def of(winner: Refined, healthy: Calibration, residual: Residual) -> _Record:
+        projector, suspected = Projector(healthy), winner.candidate.frees
+        whole = _alone(residual, healthy, winner)
+        own = projector.rest(whole, frozenset({suspected} - {""}))
+        return _Record(residual, healthy, projector, whole, own, suspected)
+
+    @property
+    def is_absorbed(self) -> bool:
+        """Tell whether the base parameters imitate the winner but for a fifth."""
+        return float(np.linalg.norm(self.own)) < ABSORBED * float(np.linalg.norm(self.whole))
+
+    def cosine(self, rival: Candidate) -> float:
+        """Return the cosine of the winner with a rival's span, base projected out; 0 where the base is the rival."""
+        if rival.effect is None:
+            index = next(k for k, u in enumerate(self.healthy.unknowns) if u.name == rival.frees)
+            raw = self.healthy.columns[:, index : index + 1]
+        else:
+            raw = stepped(self.residual, self.healthy.fit, rival)
+        without = frozenset({rival.frees, self.suspected} - {""})
+        rest = np.column_stack([self.projector.rest(column, without) for column in raw.T])
+        left = np.linalg.norm(rest, axis=0)
+        seen = left > _NOTHING_LEFT * np.maximum(np.linalg.norm(raw, axis=0), 1e-12)
+        if not seen.any():
+            return 0.0
+        directions = np.linalg.qr(rest[:, seen] / left[seen])[0]
+        return float(np.linalg.norm(directions.T @ self.own) / max(float(np.linalg.norm(self.own)), 1e-12))
+
+
+def _alone(residual: Residual, healthy: Calibration, winner: Refined) -> Float64:
+    """Return what a winner of its size changes in a record without it (n); a parameter: as far as it is outside."""
+    moved = healthy.fit.whole.copy()
+    effect = winner.candidate.effect
+    if effect is not None:
+        moved[list(effect.indices)] = winner.fit.whole[list(effect.indices)]
+    else:
+        unknown = next(u for u in healthy.unknowns if u.name == winner.candidate.frees)
+        x = unknown.x_of(winner.fit.whole)
+        unknown.put(moved, unknown.x_of(moved) + x - float(np.clip(x, unknown.low, unknown.high)))
+    return np.asarray(residual(moved) - healthy.fit.residual)
 
 
 def _declared(winner: Refined, rival: Candidate) -> bool:
@@ -86,29 +117,17 @@ def _declared(winner: Refined, rival: Candidate) -> bool:
     return rival.id in own or winner.id in others
 
 
-def _is_nothing(projector: Projector, screened: Screened, suspected: str) -> bool:
-    """Tell whether the base parameters are this suspect: what is left of it is the error of the difference."""
-    rest = float(np.linalg.norm(rest_of(projector, screened, suspected)))
-    return rest < _NOTHING_LEFT * float(np.linalg.norm(screened.sensitivity))
-
-
-def _closest(
-    residual: Residual, at: Fit, projector: Projector, shapes: Sequence[Candidate], own: Float64, suspected: str
-) -> float:
-    """Return the largest cosine of a found effect (n, base projected out) with any shape of a rival at a fit."""
-
-    def near(candidate: Candidate) -> float:
-        return _cosine(residual, at, projector, candidate, own, suspected)
-
-    best, shape = max(((near(one), one) for one in shapes), key=lambda one: one[0])
+def _closest(record: _Record, shapes: Sequence[Candidate]) -> float:
+    """Return the largest cosine of a found effect with any shape of a rival."""
+    best, shape = max(((record.cosine(one), one) for one in shapes), key=lambda one: one[0])
     if best < _PURSUED:
         return best
     reach = 1.0
     for _ in range(_HALVINGS):
-        if best > ALIKE:
+        if best > _ALIKE:
             break
         moved = [_moved(shape, k, sign * reach) for k in _bent(shape) for sign in (-1.0, 1.0)]
-        better, other = max(((near(one), one) for one in moved), key=lambda one: one[0], default=(0.0, shape))
+        better, other = max(((record.cosine(one), one) for one in moved), key=lambda one: one[0], default=(0.0, shape))
         if better > best:
             best, shape = better, other
         else:
@@ -126,16 +145,3 @@ def _moved(candidate: Candidate, index: int, steps: float) -> Candidate:
     shape = list(candidate.shape)
     shape[index] = float(np.clip(shape[index] / unknown.scale + steps, unknown.low, unknown.high)) * unknown.scale
     return replace(candidate, shape=tuple(shape))
-
-
-def _cosine(
-    residual: Residual, at: Fit, projector: Projector, candidate: Candidate, own: Float64, suspected: str
-) -> float:
-    raw = stepped(residual, at, candidate)
-    rest = np.column_stack([projector.rest(column, frozenset({suspected} - {""})) for column in raw.T])
-    left = np.linalg.norm(rest, axis=0)
-    seen = left > _NOTHING_LEFT * np.maximum(np.linalg.norm(raw, axis=0), 1e-12)
-    if not seen.any():
-        return 0.0
-    directions = np.linalg.qr(rest[:, seen] / left[seen])[0]
-    return float(np.linalg.norm(directions.T @ own) / max(float(np.linalg.norm(own)), 1e-12))

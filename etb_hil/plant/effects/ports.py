@@ -194,12 +194,17 @@ def voltage_loss(current: float, command: float, drawn: float, is_open: bool, p:
 
 
 @njit(cache=True, error_model="numpy")
+def older(age: float, omega: float, dt: float, p: Vector) -> float:
+    """Return the age of the contacts in s after dt s at a velocity; as it was where nothing depends on it."""
+    return stiction_dwell.older(age, omega, dt, p) if stiction_dwell.is_there(p) else age
+
+
+@njit(cache=True, error_model="numpy")
 def pass_time(
     slow: Vector, omega: float, way: float, current: float, command: float, temperature: float, dt: float, p: Vector
 ) -> None:
     """Move the slow states by dt s in place."""
-    if stiction_dwell.is_there(p):
-        slow[AGE] = stiction_dwell.older(slow[AGE], omega, dt, p)
+    slow[AGE] = older(slow[AGE], omega, dt, p)
     slow[MEMORY] = presliding_hysteresis.remembered(slow[MEMORY], way, p)
     slow[RISE] = resistance_temperature.warmed(slow[RISE], current, dt, p)
     slow[MAGNET] = magnet_temperature.followed(slow[MAGNET], temperature, dt, p)
