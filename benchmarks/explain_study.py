@@ -2,17 +2,21 @@
 
     python benchmarks/explain_study.py KIND FIRST COUNT [--view full] [--rate 2000] [--jobs 1] [--out rows.jsonl]
 
-KIND: nothing, weak, medium, strong (one effect each, in turn), pair, outside, removed (the effect's own term is no
-suspect), mix (all of them, and fewer sensors, in turn). Seeds 0 to 999 served for development. Rows go to --out as they
-come, so that a study can be cut short; explain_table.py makes tables of them.
+KIND: nothing, weak, medium, strong (one effect each), shape (a strong or medium effect whose curve is another than the
+catalogue's), pair, outside, removed (the effect's own term is no suspect), mix (all of them, and fewer sensors). Seeds 0
+to 999 served for development. Rows go to --out as they come, each with the build that made it, so that a study can be cut
+short; started again with the same --out it goes on behind the rows that this build has made. explain_table.py makes
+tables of them.
 """
 
 import argparse
+import hashlib
 import json
 import time
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
+import numpy as np
 from explain_cases import hidden_case
 from explain_sizes import covered
 from explain_table import print_rates
@@ -27,29 +31,46 @@ from etb_hil.discrepancy.holdout import hold_out
 from etb_hil.discrepancy.measurement import measurements_of
 from etb_hil.discrepancy.naming import search
 
-KINDS = ("nothing", "weak", "medium", "strong", "pair", "outside", "removed", "mix")
+KINDS = ("nothing", "weak", "medium", "strong", "shape", "pair", "outside", "removed", "mix")
 # kind, view, rate: what a mix draws in turn.
 MIX = (
-    ("strong", "full", 2000), ("medium", "full", 2000), ("nothing", "full", 2000), ("strong", "full", 2000),
-    ("weak", "full", 2000), ("outside", "full", 2000), ("strong", "full", 2000), ("removed", "full", 2000),
-    ("strong", "no_current", 2000), ("medium", "full", 2000), ("strong", "full", 2000), ("pair", "full", 2000),
-    ("strong", "plate_only", 2000), ("weak", "full", 2000), ("strong", "full", 2000), ("outside", "full", 2000),
-    ("medium", "full", 2000), ("strong", "coarse_encoder", 2000), ("strong", "full", 2000), ("nothing", "full", 2000),
-    ("strong", "full", 1000), ("weak", "full", 2000), ("removed", "full", 2000), ("medium", "full", 2000),
+    ("strong", "full", 2000), ("medium", "full", 2000), ("nothing", "full", 2000), ("outside", "full", 2000),
+    ("shape", "full", 2000), ("strong", "full", 2000), ("weak", "full", 2000), ("removed", "full", 2000),
+    ("nothing", "full", 2000), ("strong", "full", 2000), ("pair", "full", 2000), ("outside", "full", 2000),
+    ("strong", "no_current", 2000), ("medium", "full", 2000), ("shape", "full", 2000), ("strong", "full", 2000),
+    ("removed", "full", 2000), ("outside", "full", 2000), ("weak", "full", 2000), ("nothing", "full", 2000),
+    ("strong", "plate_only", 2000), ("strong", "full", 2000), ("pair", "full", 2000), ("medium", "full", 2000),
+    ("strong", "coarse_encoder", 2000), ("strong", "full", 1000),
 )  # fmt: skip
+# Effects with a form of the generator that no parameter of ours reaches: triangle for bell and sine, rational for tanh,
+# a threshold for a proportion, saturation for a logarithm, coils that bind for a polynomial ...
+SHAPES = (
+    ("friction_position_local", 1), ("friction_asymmetry", 1), ("iron_loss", 1), ("stribeck_shape", 1),
+    ("friction_load", 2), ("stiction_dwell", 2), ("spring_nonlinear", 2), ("aerodynamic_torque", 1),
+    ("brush_drop", 1), ("friction_position_periodic", 1), ("presliding_hysteresis", 1), ("shaft_compliance", 2),
+)  # fmt: skip
+
+
+def drawn(kind, seed):
+    """Return effects, level and form of a seed; every effect of a kind is as likely, whatever a mix draws around it."""
+    rng = np.random.default_rng([seed, 4])
+    if kind in ("weak", "medium", "strong"):
+        return (SINGLES[rng.integers(len(SINGLES))],), kind, None
+    level = str(rng.choice(["strong", "medium"]))
+    if kind == "shape":
+        effect, form = SHAPES[rng.integers(len(SHAPES))]
+        return (effect,), level, form
+    if kind == "removed":
+        return (layout.CATALOGUE[rng.integers(len(layout.CATALOGUE))],), "strong", None
+    if kind == "outside":
+        return (layout.OUTSIDE[rng.integers(len(layout.OUTSIDE))],), level, None
+    return (), "strong", None
 
 
 def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
     """Explain one hidden case; return its score and what is worth keeping of it."""
-    effects, level, options = (), "strong", {"view": view, "rate": rate}
-    if kind in ("weak", "medium", "strong"):
-        effects, level = (SINGLES[seed % len(SINGLES)],), kind
-    elif kind == "removed":
-        effects = (layout.CATALOGUE[seed % len(layout.CATALOGUE)],)
-    elif kind == "outside":
-        effects = (layout.OUTSIDE[seed % len(layout.OUTSIDE)],)
-        level = ("strong", "medium")[seed // len(layout.OUTSIDE) % 2]
-    hidden = hidden_case(seed, effects, level, pair=kind == "pair", **options)
+    effects, level, form = drawn(kind, seed)
+    hidden = hidden_case(seed, effects, level, pair=kind == "pair", view=view, rate=rate, form=form)
     begin = time.process_time()
     balances = [Balances(measured, hidden.model) for measured in measurements_of(hidden.recording, hidden.model)]
     findings = search(hidden.model, balances, effects if kind == "removed" else ())
@@ -65,6 +86,7 @@ def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
         "seed": seed,
         "view": view,
         "rate": rate,
+        "level": truth["effects"][0]["level"] if truth["effects"] else "none",
         "truth": [entry["effect"] for entry in truth["effects"]],
         "verdict": findings.verdict,
         "causes": [(cause["effect"], list(cause["class"])) for cause in found["causes"]],
@@ -74,6 +96,8 @@ def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
         "separable": scored.separable,
         "seconds": seconds,
         "covered": covered(findings, truth),
+        "alike": [[*entry["look_alikes"], *entry["parameters"]] for entry in truth["separability"]],
+        "refused": findings.rounds[-1].refused if findings.rounds else "",
     }
     if with_holdout:
         errors = hold_out(findings)
@@ -90,6 +114,17 @@ def _job(arguments):
         return {"kind": arguments[0], "seed": arguments[1], "outcome": f"not drawn: {error}"}
 
 
+def build():
+    """Return a mark of the code under test and of the generator: rows of different ones do not belong together."""
+    house = Path(__file__).resolve().parent.parent
+    files = [*(house / "etb_hil").glob("discrepancy/*.py"), *(house / "etb_hil").glob("plant/**/*.py")]
+    files += (house / "tests" / "hidden").glob("**/*.py")
+    mark = hashlib.sha256()
+    for path in sorted(file for file in files if not file.name.startswith("test_")):
+        mark.update(path.read_bytes())
+    return mark.hexdigest()[:12]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("kind", choices=KINDS)
@@ -101,13 +136,20 @@ def main():
     parser.add_argument("--holdout", action="store_true")
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()
-    seeds = range(options.first, options.first + options.count)
-    asked = (options.kind, options.view, options.rate)
-    drawn = [(seed, *(MIX[seed % len(MIX)] if options.kind == "mix" else asked)) for seed in seeds]
-    jobs = [(kind, seed, view, rate, options.holdout) for seed, kind, view, rate in drawn]
-    rows = []
+    mark, rows = build(), []
+    if options.out and options.out.exists():
+        rows = [json.loads(line) for line in options.out.read_text("utf-8").splitlines()]
+        rows = [row for row in rows if row.get("build") == mark]
+    done = {(row["kind"], row["seed"]) for row in rows}
+    jobs = []
+    for seed in range(options.first, options.first + options.count):
+        asked = (options.kind, options.view, options.rate)
+        kind, view, rate = MIX[seed % len(MIX)] if options.kind == "mix" else asked
+        if (kind, seed) not in done:
+            jobs.append((kind, seed, view, rate, options.holdout))
     with ProcessPoolExecutor(options.jobs) as pool:
-        for row in pool.map(_job, jobs):
+        for found in pool.map(_job, jobs):
+            row = {"build": mark, **found}
             print(json.dumps(row), flush=True)
             rows.append(row)
             if options.out:

@@ -29,18 +29,19 @@ class Case:
     effects: np.ndarray
 
 
-def make_case(seed, effects=(), level="strong", *, excitation="rich", seconds=40.0, rate=2000, view="full"):
+def make_case(seed, effects=(), level="strong", *, excitation="rich", seconds=40.0, rate=2000, view="full", form=None):
     """Hide `effects` in a record of a unit drawn from `seed`.
 
     `effects`: none (nothing hidden, nominal up to 10 % off all the same), one or two ids of the catalogue or from
-    outside it, or one `parameter:<name>`. `rate` in Hz; `view`: what of the sensors the tool gets. A draw that cannot
-    reach its size is replaced by the next draw of the same seed; OutOfReachError after some of those.
+    outside it, or one `parameter:<name>`. `rate` in Hz; `view`: what of the sensors the tool gets; `form`: the variant
+    of the effects' curve, drawn where it is none. A draw that cannot reach its size is replaced by the next draw of the
+    same seed; OutOfReachError after some of those.
     """
     if view not in VIEWS:
         raise ValueError(f"view is one of {VIEWS}")
     for attempt in range(_DRAWS):
         try:
-            return _drawn(seed * _DRAWS + attempt, seed, tuple(effects), level, excitation, seconds, rate, view)
+            return _drawn(seed * _DRAWS + attempt, seed, tuple(effects), level, excitation, seconds, rate, view, form)
         except OutOfReachError:
             continue
     raise OutOfReachError(f"{effects} cannot be made {level} with the excitation {excitation}")
@@ -56,7 +57,7 @@ def make_pair(seed, level="strong", **options):
             return make_case(seed, (str(first), str(second)), level, **options)
 
 
-def _drawn(number, seed, names, level, excitation, seconds, rate, view):
+def _drawn(number, seed, names, level, excitation, seconds, rate, view, form):
     rig = set_up(number, excitation, seconds, rate, _with_visible_peak if "stribeck_shape" in names else None)
     rng = np.random.default_rng([number, 3])
     floors = rig.floors()
@@ -69,7 +70,7 @@ def _drawn(number, seed, names, level, excitation, seconds, rate, view):
                 {"effect": name, "strength": amount, "unit": "nominal over truth", "level": level, "ratios": sizes}
             )
             continue
-        row, sizes = bring_to_size(rig, name, level, rng, floors)
+        row, sizes = bring_to_size(rig, name, level, rng, floors, form)
         effects[at.ROW[name]] = row
         hidden.append(_entry(name, row, level, sizes))
     residuals = rig.residuals(effects)

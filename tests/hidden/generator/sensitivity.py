@@ -1,11 +1,15 @@
-"""What an effect does to the balances along one and the same motion: columns for the separability of effects."""
+"""What an effect does to the balances along one and the same motion: columns for the separability of effects.
+
+Seen through the sensors that a tool gets: without a current, torque and voltage are one balance; with the plate's
+sensor alone, its angle stands for the motor's.
+"""
 
 from dataclasses import replace
 
 import numpy as np
 
 from generator import layout as at
-from generator.balances import BREAKING_AWAY, CHANNELS, balances, low_passed, split_at_stops
+from generator.balances import BREAKING_AWAY, CHANNELS, balances, low_passed, root_mean_square, split_at_stops
 from generator.recipes import RECIPES
 from generator.replay import shortfall
 from generator.rig import no_effects
@@ -24,13 +28,15 @@ _IN_TABLE = {
 class Sensitivities:
     """Residual of the balances per effect and per base parameter, noise-free, over the noise of each balance."""
 
-    def __init__(self, rig):
-        rig = replace(rig, rate=min(rig.rate, 2000))  # what more rows would show is noise
+    def __init__(self, rig, view="full", sensors=None):
+        rig = replace(rig, rate=min(rig.rate, 2000), sensors=sensors or rig.sensors)  # more rows would show noise
+        self._view = view
         self._rig = replace(rig, sensors=QUIET)
-        self._floors = rig.floors()
+        noisy = self._balances(rig.record(no_effects()), rig.parameters)
+        self._floors = {channel: root_mean_square(values) for channel, values in noisy.items()}
         self._rows = rig.motion(no_effects())
         self._table = self._measured(no_effects())
-        self._plain = balances(self._table, rig.parameters, rig.rate)
+        self._plain = self._balances(self._table, rig.parameters)
         self._unchanged = shortfall(self._rows, rig.inputs, rig.parameters, no_effects(), rig.rate)
 
     def of_effect(self, name, row):
@@ -39,12 +45,12 @@ class Sensitivities:
         effects[at.ROW[name]] = row
         if name in _IN_TABLE:
             table = self._loose(row, name) if name in ("gear_backlash", "shaft_compliance") else self._measured(effects)
-            return self._whitened(_difference(balances(table, self._rig.parameters, self._rig.rate), self._plain))
+            return self._whitened(_difference(self._balances(table, self._rig.parameters), self._plain))
         with_it = shortfall(self._rows, self._rig.inputs, self._rig.parameters, effects, self._rig.rate)
         torque, voltage = low_passed(self._unchanged - with_it, self._rig.rate)
         off, stops = split_at_stops(torque, self._rows[:, at.LOG_ANGLE], self._rig.parameters, self._rig.rate)
-        nothing = np.zeros_like(off)
-        return self._whitened({"torque": off, "torque_at_stops": stops, "voltage": voltage, "angle": nothing})
+        found = {"torque": off, "torque_at_stops": stops, "voltage": voltage, "angle": np.zeros_like(off)}
+        return self._whitened(self._as_seen(found, stops != 0.0))
 
     def visible(self, rest):
         """Residual over noise of what is left of a column, in the balance or the break-aways that show it most."""
@@ -67,12 +73,30 @@ class Sensitivities:
             if name in ("gear_ratio", "plate_inertia"):
                 continue
             step = 1e-3 if name in ("stop_low", "stop_high") else 0.01 * value
-            moved = balances(self._table, vector({**self._rig.unit, name: value + step}), self._rig.rate)
+            moved = self._balances(self._table, vector({**self._rig.unit, name: value + step}))
             scale = step if name in ("stop_low", "stop_high") else 0.01
             column = self._whitened(_difference(moved, self._plain)) / scale
             if np.linalg.norm(column) > 1e-9:
                 columns[name] = column
         return columns
+
+    def _balances(self, table, p):
+        if self._view == "plate_only":
+            table = {**table, "motor_angle": table["throttle_angle"] * p[at.N]}
+        found = balances(table, p, self._rig.rate)
+        return self._as_seen(found, found["torque_at_stops"] != 0.0)
+
+    def _as_seen(self, found, at_stops):
+        if self._view != "no_current":
+            return found
+        # The current that the torque balance asks for, put into the voltage balance: its noise cancels.
+        p = self._rig.parameters
+        volts = p[at.R] / (p[at.K] * p[at.N])
+        whole = volts * (found["torque"] + found["torque_at_stops"]) + found["voltage"]
+        seen = {"torque": np.where(at_stops, 0.0, whole), "torque_at_stops": np.where(at_stops, whole, 0.0)}
+        if BREAKING_AWAY in found:
+            seen[BREAKING_AWAY] = np.where(found[BREAKING_AWAY] != 0.0, whole, 0.0)
+        return {**found, **seen, "voltage": np.zeros_like(whole)}
 
     def _measured(self, effects):
         rig = self._rig

@@ -44,7 +44,7 @@ class Separability:
 
 def separability(case):
     """One `Separability` for each hidden effect or wrong parameter of a case."""
-    columns = Sensitivities(case.rig)
+    columns = Sensitivities(case.rig, case.about["view"], case.sensors)
     parameters = columns.of_parameters()
     return tuple(_judge(case, entry, columns, parameters) for entry in case.truth["effects"])
 

@@ -31,12 +31,14 @@ def ratios(name, residuals, floors):
     return {channel: root_mean_square(residuals[channel]) / floors[channel] for channel in shown}
 
 
-def bring_to_size(rig, name, level, rng, floors):
-    """Draw the effect's shape and find its strength; return its row and the ratios reached."""
+def bring_to_size(rig, name, level, rng, floors, form=None):
+    """Draw the effect's shape (of a `form` where one is asked for) and find its strength; return row and ratios."""
     recipe = RECIPES[name]
     low, high = band(name, level)
     goal = float(np.exp(rng.uniform(np.log(low * 1.06), np.log(high / 1.06))))
     shape = recipe.draw(name, rng, rig.unit)
+    if form is not None:
+        shape[at.FORM] = form
 
     def reached(strength):
         effects = no_effects()
