@@ -3,9 +3,9 @@
     python benchmarks/explain_study.py KIND FIRST COUNT [--view full] [--rate 2000] [--jobs 1] [--out rows.jsonl]
 
 KIND: nothing, weak, medium, strong (one effect each), shape (a strong or medium effect whose curve is another than the
-catalogue's), pair, outside, removed (the effect's own term is no suspect), mix (all of them, and fewer sensors). Seeds 0
-to 999 served for development. Rows go to --out as they come, each with the build that made it, so that a study can be cut
-short; started again with the same --out it goes on behind the rows that this build has made. explain_table.py makes
+catalogue's), pair, outside, removed (the effect's own term is no suspect), mix (all of them, and fewer sensors). Seeds
+0 to 999 served for development. Rows go to --out as they come, each with the build that made it, so that a study can be
+cut short; started again with the same --out it goes on behind the rows that this build has made. explain_table.py makes
 tables of them.
 """
 
