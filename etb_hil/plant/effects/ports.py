@@ -126,7 +126,7 @@ def elastic_torque(plate: float, omega: float, p: Vector) -> float:
         + spring_nonlinear.torque(plate, p)
         + spring_preload_shift.torque(plate, p)
         + aerodynamic_torque.torque(plate, p)
-        + end_stop_compliance.torque(plate, p)
+        + end_stop_compliance.torque(plate, omega, p)
     )
 
 
