@@ -60,7 +60,7 @@ def main():
     unit = Unit()
     time_ns, current, angle, velocity = data_of(unit)
     throttle = parameters(unit)
-    makers = {NAMED: lambda: SlidingModeObserver(throttle).push}
+    makers = {NAMED: lambda: SlidingModeObserver(throttle, noise()).push}
     makers |= {name: lambda name=name: observers(throttle, noise())[name] for name in observers(throttle, noise())}
     print(f"{'':32}  ns a sample   share of a core, live")
     for name, make in makers.items():

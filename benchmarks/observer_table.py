@@ -53,14 +53,14 @@ VELOCITY_OBSERVERS = {
 
 def observers(throttle, sensor):
     """Return name -> function (time, current, angle) -> Estimate, live ones first."""
-    table = {name: kind(throttle).push for name, kind in VELOCITY_OBSERVERS.items()}
+    table = {name: kind(throttle, sensor).push for name, kind in VELOCITY_OBSERVERS.items()}
     table["angle (default)"] = AngleObserver(throttle, sensor).push
     table["bristle"] = BristleObserver(throttle, sensor).push
 
     def twice(kind):
         return lambda *data: forward_backward(kind(), kind(), *data)
 
-    table["rec: paper, forward-backward"] = twice(lambda: SlidingModeObserver(throttle))
+    table["rec: paper, forward-backward"] = twice(lambda: SlidingModeObserver(throttle, sensor))
     table["rec: angle, forward-backward"] = twice(lambda: AngleObserver(throttle, sensor))
     table["rec: bristle, smoothed"] = lambda *data: smooth(throttle, sensor, *data)
     table["rec: along LuGre, smoothed"] = lambda *data: smooth_along_lugre(throttle, sensor, *data)

@@ -12,24 +12,30 @@ _INTEGRAL = 1.1
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def reaches(dt: float, bound: float) -> tuple[float, float]:
-    """Return what `differentiate` needs of a step of dt in s, where acceleration stays within `bound` rad/s^2."""
-    return dt * dt * _INTEGRAL * bound, dt * _PROPORTIONAL * math.sqrt(bound)
+def reaches(dt: float, bound: float) -> tuple[float, float, float]:
+    """Return what `differentiate` needs of a step of dt in s, where acceleration stays within `bound` rad/s^2.
+
+    The error that one step makes up for, half the slope of the root's law, and its square, as they enter there.
+    """
+    half = 0.5 * dt * _PROPORTIONAL * math.sqrt(bound)
+    return dt * dt * _INTEGRAL * bound, half, half * half
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def differentiate(
-    angle: float, velocity: float, measured: float, dt: float, per_dt: float, near: float, slope: float
-) -> tuple[float, float]:
-    """Move an estimate (angle in rad, velocity in rad/s) by dt in s (`per_dt` its inverse) towards a measured angle.
+def differentiate(away: float, per_dt: float, near: float, half: float, square: float) -> tuple[float, float, float]:
+    """Return the error that is left in rad, in two parts, first less second, and a change of velocity in rad/s.
 
-    `near` and `slope` are those of `reaches`. The sign is taken at the end of the step (implicit discretisation,
-    Acary and Brogliato 2010), which solves for the error that is left: no chattering about an exact signal.
+    `away` is how far the measured angle is from the predicted one; `per_dt` the inverse of the step in s; `near`,
+    `half` and `square` are those of `reaches`. The sign is taken at the end of the step (implicit discretisation, Acary
+    and Brogliato 2010), which solves for the error that is left: no chattering about an exact signal. Within `near` it
+    is exactly zero, and without a branch, which noise would make a processor guess wrongly. In two parts, because the
+    next step has other things to add up while it waits for the root in the second.
     """
-    away = measured - (angle + dt * velocity)
     size = abs(away)
-    if size <= near:
-        return measured, velocity + away * per_dt
-    sign = 1.0 if away > 0.0 else -1.0
-    root = 0.5 * (math.sqrt(slope * slope + 4.0 * (size - near)) - slope)
-    return measured - sign * (root * root), velocity + sign * (near * per_dt)
+    under = max(size - (near - square), square)
+    # (root - half)^2 = (under + square) - 2 half root
+    return (
+        math.copysign(under + square, away),
+        math.copysign(half + half, away) * math.sqrt(under),
+        math.copysign(min(size, near) * per_dt, away),
+    )

@@ -8,44 +8,54 @@ import numpy as np
 from numba import njit
 
 from etb_hil.observer.differentiator import differentiate, reaches
-from etb_hil.observer.estimate import Estimate
+from etb_hil.observer.estimate import Estimate, SensorNoise
+from etb_hil.observer.gains import (
+    FINDING_S,
+    FOLLOWED,
+    LATE,
+    LEAST_BOUND,
+    SETTLING,
+    STRONGEST,
+    SlidingModeSettings,
+    filtered,
+    followed,
+    gains_of,
+    keep,
+    tuning_of,
+)
 from etb_hil.observer.kalman import LONGEST_GAP_NS
-from etb_hil.observer.sliding_mode import SlidingModeSettings
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.plant.physics import INERTIA, TORQUE_PER_AMPERE, registers, spring_torque
 from etb_hil.recording.samples import Float64, Int64
 
-_LATE = 1.5  # times the step before: a sample that comes later than this has lost one before it
-_SETTLING = 15.0  # time constants of the filter: at the start all of the velocity passes for a torque
-
-_LAG, _BOUND = 0, 1
-_ANGLE, _VELOCITY, _FIRST, _FILTERED, _AGE, _CURRENT, _STEP, _RUNNING = range(8)
-_STATES = 8
+_SEEN, _LEFT, _PULL, _VELOCITY, _FIRST, _SECOND, _THIRD, _AGE, _CURRENT, _STEP = range(10)
+_RUNNING, _BOUND, _CHOSEN_FOR, _FINDING = 10, 11, 12, 13
+_STATES = 14
+_LAST_NS, _DELAY_NS = 0, 1
 
 
 class SecondOrderSlidingModeObserver:
     """Observes angle and velocity; friction is what the switching adds to the known acceleration, low-pass filtered.
 
     `switching_torque` of the settings bounds the friction. Discretised implicitly: no chattering about an exact signal.
-    The friction lags by twice the filter's time constant; noise of the angle passes as J / step^2, up to the bound.
+    Noise of the angle passes as J / step^2, up to the bound.
     """
 
-    def __init__(self, throttle: ThrottleParameters, settings: SlidingModeSettings | None = None) -> None:
-        chosen = settings or SlidingModeSettings()
-        switching = 4.0 * throttle.stiction if chosen.switching_torque is None else chosen.switching_torque
-        lag = 1.0 / (2.0 * math.pi * chosen.cutoff)
+    def __init__(
+        self, throttle: ThrottleParameters, noise: SensorNoise, settings: SlidingModeSettings | None = None
+    ) -> None:
         self._p = throttle.vector()
-        self._tuning = np.array([lag, switching / throttle.inertia])
+        self._tuning = tuning_of(throttle, noise, settings)
         self._state = np.zeros(_STATES)
-        self._last_ns = np.zeros(1, np.int64)
-        self._delay_ns = round(2e9 * lag)
+        self._whole = np.zeros(2, np.int64)
 
     def push(self, time_ns: Int64, current: Float64, angle: Float64) -> Estimate:
         """Take samples and return velocity and friction torque at their instants; see `Observer.push`."""
         velocity, friction = np.empty(len(time_ns)), np.empty(len(time_ns))
-        state = (self._p, self._tuning, self._state, self._last_ns)
-        _observe(time_ns, current, angle, *state, velocity, friction)
-        return Estimate(time_ns, velocity, friction, np.full(len(time_ns), self._delay_ns))
+        delay_ns = np.empty(len(time_ns), np.int64)
+        state = (self._p, self._tuning, self._state, self._whole)
+        _observe(time_ns, current, angle, *state, velocity, friction, delay_ns)
+        return Estimate(time_ns, velocity, friction, delay_ns)
 
 
 @njit(cache=True, error_model="numpy")
@@ -56,41 +66,56 @@ def _observe(
     p: Float64,
     tuning: Float64,
     s: Float64,
-    last_ns: Int64,
+    whole: Int64,
     velocity: Float64,
     friction: Float64,
+    delay_ns: Int64,
 ) -> None:
-    bound, lag, torque_per_ampere, inertia = tuning[_BOUND], tuning[_LAG], p[TORQUE_PER_AMPERE], p[INERTIA]
-    per_inertia, settled, values = 1.0 / inertia, _SETTLING * lag, registers(p)
-    counted = per_dt = share = near = slope = 0.0
+    torque_per_ampere, inertia, per_inertia, values = p[TORQUE_PER_AMPERE], p[INERTIA], 1.0 / p[INERTIA], registers(p)
+    counted = per_dt = kept = lowest = highest = share = last_share = near = half = square = 0.0
     # What every sample needs stays out of memory: as elements of `s`, they would be stored and loaded sample by sample.
-    theta, omega, first, filtered = s[_ANGLE], s[_VELOCITY], s[_FIRST], s[_FILTERED]
-    age, before, step, runs, last = s[_AGE], s[_CURRENT], s[_STEP], s[_RUNNING], last_ns[0]
+    seen, left, pull, omega = s[_SEEN], s[_LEFT], s[_PULL], s[_VELOCITY]
+    first, second, third, age = s[_FIRST], s[_SECOND], s[_THIRD], s[_AGE]
+    before, step, runs, bound, chosen_for = s[_CURRENT], s[_STEP], s[_RUNNING], s[_BOUND], s[_CHOSEN_FOR]
+    least, finding, last, late_ns = tuning[LEAST_BOUND], s[_FINDING], whole[_LAST_NS], whole[_DELAY_NS]
     for k in range(len(time_ns)):
         i, measured = current[k], angle[k]
         velocity[k] = friction[k] = np.nan
+        delay_ns[k] = late_ns
         if math.isnan(i) or math.isnan(measured):
             continue
         step_ns = time_ns[k] - last
         last = time_ns[k]
         if runs == 0.0 or step_ns > LONGEST_GAP_NS or step_ns <= 0:
-            omega = first = filtered = age = step = 0.0
-            theta, before, runs = measured, i, 1.0
+            omega = first = second = third = age = step = left = pull = counted = 0.0
+            seen, before, runs, finding = measured, i, 1.0, tuning[FINDING_S]
             continue
         dt = step_ns * 1e-9
+        known = torque_per_ampere * 0.5 * (i + before) - spring_torque(measured, values)
         if dt != counted:  # divisions are dear, and the step hardly ever changes
-            counted, per_dt = dt, 1.0 / dt
-            share = dt / (lag + dt)
-            near, slope = reaches(dt, bound)
-        free = omega + dt * per_inertia * (torque_per_ampere * 0.5 * (i + before) - spring_torque(theta, values))
-        theta, omega = differentiate(theta, free, measured, dt, per_dt, near, slope)
-        if dt <= _LATE * step or step == 0.0:
-            first += share * ((free - omega) * inertia * per_dt - first)
-            filtered += share * (first - filtered)
-        age += dt
+            per_dt, kept = 1.0 / dt, keep(dt)
+        is_late = dt > LATE * step and step > 0.0
+        if is_late or finding > 0.0:
+            finding, counted = max(finding, dt) if is_late else finding - dt, 0.0
+        bound = max(bound * kept, abs(known), least)
+        if dt != counted or bound < lowest or bound > highest:
+            chosen_for = followed(bound, chosen_for)
+            lowest, highest = FOLLOWED * chosen_for, chosen_for / FOLLOWED
+            switching, delay, share, last_share = gains_of(dt, chosen_for, tuning, True, False)
+            near, half, square = reaches(dt, (tuning[STRONGEST] if finding > 0.0 else switching) * per_inertia)
+            delay_ns[k] = late_ns = int(1e9 * (delay + dt) + 0.5)
+            counted = dt
+        free = dt * per_inertia * known
+        away = (measured - seen - dt * (omega + free) + left) - pull
+        left, pull, change = differentiate(away, per_dt, near, half, square)
+        if finding <= 0.0:
+            first, second, third = filtered(-change * inertia * per_dt, first, second, third, share, last_share)
+            age += share
+        seen, omega = measured, omega + free + change
         before, step = i, dt
-        if age >= settled:
-            velocity[k] = omega
-            friction[k] = filtered
-    s[_ANGLE], s[_VELOCITY], s[_FIRST], s[_FILTERED] = theta, omega, first, filtered
-    s[_AGE], s[_CURRENT], s[_STEP], s[_RUNNING], last_ns[0] = age, before, step, runs, last
+        if age >= SETTLING:
+            velocity[k], friction[k] = omega, third
+    s[_SEEN], s[_LEFT], s[_PULL], s[_VELOCITY] = seen, left, pull, omega
+    s[_FIRST], s[_SECOND], s[_THIRD], s[_AGE] = first, second, third, age
+    s[_CURRENT], s[_STEP], s[_RUNNING], s[_BOUND], s[_CHOSEN_FOR] = before, step, runs, bound, chosen_for
+    s[_FINDING], whole[_LAST_NS], whole[_DELAY_NS] = finding, last, late_ns

@@ -2,80 +2,75 @@
 
 All three observe eq. (3) of the seed paper from current and velocity, and read friction off what holds the observed
 velocity to the measured one. The velocity is a measured one where it is given, as in the paper; else a robust
-differentiator takes it from the angle.
+differentiator takes it from the angle. A measured velocity is taken to be exact: state a cut-off where it is not.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 
 from etb_hil.observer.differentiator import differentiate, reaches
-from etb_hil.observer.estimate import Estimate
+from etb_hil.observer.estimate import Estimate, SensorNoise
+from etb_hil.observer.gains import (
+    FINDING_S,
+    FOLLOWED,
+    LATE,
+    LEAST_BOUND,
+    SETTLING,
+    STRONGEST,
+    SlidingModeSettings,
+    filtered,
+    followed,
+    gains_of,
+    keep,
+    tuning_of,
+)
 from etb_hil.observer.kalman import LONGEST_GAP_NS
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.plant.physics import INERTIA, TORQUE_PER_AMPERE, registers, spring_torque
 from etb_hil.recording.samples import Float64, Int64
 
-_LATE = 1.5  # times the step before: a sample that comes later than this has lost one before it
-_SETTLING = 15.0  # time constants of the filter: at the start all of the velocity passes for a torque
-_REVERSAL_S = 0.01  # the shortest time in which friction turns round: what the bound of its rate is made of
-
-_EXPLICIT, _IMPLICIT, _SUPER_TWISTING = range(3)
-_LAG, _BOUND, _SWITCHING, _RATE = range(4)
-_ANGLE, _VELOCITY, _OBSERVED, _FIRST, _FILTERED, _AGE, _CURRENT, _STEP, _RUNNING, _INTEGRAL = range(10)
-_STATES = 10
-
-
-@dataclass(frozen=True, slots=True)
-class SlidingModeSettings:
-    """The two choices that the paper leaves open.
-
-    `switching_torque`, M in N·m, above the largest friction torque and disturbance; None takes four times the model's
-    stiction, so that a unit far beyond its limit is still followed. `cutoff`, of the low-pass filter, in Hz: lower
-    leaves less ripple and underestimates T_st more.
-    """
-
-    switching_torque: float | None = None
-    cutoff: float = 60.0
+# Whether the sign switches, whether it is integrated. None, not False: numba compiles each law apart, so that none has
+# to keep the others' values.
+_EXPLICIT, _IMPLICIT, _SUPER_TWISTING = (True, None), (None, None), (None, True)
+_SEEN, _LEFT, _PULL, _VELOCITY, _OBSERVED, _INTEGRAL, _FIRST, _SECOND, _THIRD, _AGE, _CURRENT, _STEP = range(12)
+_RUNNING, _BOUND, _CHOSEN_FOR, _FINDING = 12, 13, 14, 15
+_STATES = 16
+_LAST_NS, _DELAY_NS = 0, 1
 
 
 class _VelocityObserver:
     """What the three have in common: all but the law that drives the observed velocity to the measured one."""
 
-    _law: int
+    _law: tuple[bool | None, bool | None]
 
-    def __init__(self, throttle: ThrottleParameters, settings: SlidingModeSettings | None = None) -> None:
-        chosen = settings or SlidingModeSettings()
-        switching = 4.0 * throttle.stiction if chosen.switching_torque is None else chosen.switching_torque
-        strongest = throttle.torque_per_ampere * throttle.voltage_limit / throttle.resistance
-        lag = 1.0 / (2.0 * math.pi * chosen.cutoff)
-        rate = 2.0 * throttle.stiction / throttle.inertia / _REVERSAL_S
+    def __init__(
+        self, throttle: ThrottleParameters, noise: SensorNoise, settings: SlidingModeSettings | None = None
+    ) -> None:
         self._p = throttle.vector()
-        self._tuning = np.array([lag, strongest / throttle.inertia, switching, rate])
+        self._tuning = tuning_of(throttle, noise, settings)
         self._state = np.zeros(_STATES)
-        self._last_ns = np.zeros(1, np.int64)
-        self._delay_ns = round(2e9 * lag)
+        self._whole = np.zeros(2, np.int64)
 
     def push(
         self, time_ns: Int64, current: Float64, angle: Float64, measured_velocity: Float64 | None = None
     ) -> Estimate:
         """Take samples, with the velocity (n) in rad/s where one is measured; see `Observer.push`."""
         velocity, friction = np.empty(len(time_ns)), np.empty(len(time_ns))
-        given = np.empty(0) if measured_velocity is None else measured_velocity
-        state = (self._p, self._tuning, self._state, self._last_ns)
-        _observe(time_ns, current, angle, given, *state, self._law, velocity, friction)
-        return Estimate(time_ns, velocity, friction, np.full(len(time_ns), self._delay_ns))
+        delay_ns = np.empty(len(time_ns), np.int64)
+        state = (self._p, self._tuning, self._state, self._whole)
+        _observe(time_ns, current, angle, measured_velocity, *state, *self._law, velocity, friction, delay_ns)
+        return Estimate(time_ns, velocity, friction, delay_ns)
 
 
 class SlidingModeObserver(_VelocityObserver):
-    """Seed paper, eq. (4) to (6): M sgn through a second-order low-pass filter.
+    """Seed paper, eq. (4) to (6): M sgn through a low-pass filter.
 
-    The friction lags by twice the filter's time constant. Without any noise, M sgn leaves a ripple that falls with the
-    step; noise of the velocity passes into the sign and is weighed by M, whatever its size.
+    Without any noise, M sgn leaves a ripple that falls with the step; noise of the velocity passes into the sign and is
+    weighed by M, whatever its size.
     """
 
     _law = _EXPLICIT
@@ -84,7 +79,7 @@ class SlidingModeObserver(_VelocityObserver):
 class ImplicitSlidingModeObserver(_VelocityObserver):
     """The same with the sign taken at the end of the step (Acary and Brogliato 2010): a projection, no chattering.
 
-    The friction lags by twice the filter's time constant; noise of the velocity passes as J / step, up to M.
+    Noise of the velocity passes as J / step, up to M.
     """
 
     _law = _IMPLICIT
@@ -93,15 +88,16 @@ class ImplicitSlidingModeObserver(_VelocityObserver):
 class SuperTwistingObserver(_VelocityObserver):
     """Super-twisting (Levant 1993): the switching is integrated, so that the friction torque comes out continuous.
 
-    The bound of its rate is a reversal of the model's stiction in 10 ms. Filter and lag are those of the others.
+    The bound of its rate is a reversal within the filter's delay: what is quicker the filter blurs anyway.
     """
 
     _law = _SUPER_TWISTING
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _hold(
-    law: int,
+    switches: bool | None,
+    twists: bool | None,
     observed: float,
     integral: float,
     error: float,
@@ -113,22 +109,24 @@ def _hold(
     per_inertia: float,
     switching: float,
     near: float,
-    slope: float,
+    half: float,
+    square: float,
 ) -> tuple[float, float, float]:
     """Move the observed velocity by one step; return it, the integral, and the torque that held it where it was.
 
-    `error` is how far it was off at the step's beginning, `velocity` the true one at its end; `near` and `slope` are
-    the differentiator's, which is super-twisting itself.
+    `error` is how far it was off at the step's beginning, `velocity` the true one at its end; `near`, `half` and
+    `square` are the differentiator's, which is super-twisting itself.
     """
     free = observed + dt * known * per_inertia
-    if law == _SUPER_TWISTING:
-        held, integral = differentiate(free, integral, velocity, dt, per_dt, near, slope)
+    if twists is not None:
+        level, pull, change = differentiate(velocity - (free + dt * integral), per_dt, near, half, square)
+        held = velocity - (level - pull)
         # All that was injected: noise makes the proportional part lean to one side, and the integral makes up for it.
-        return held, integral, (free - held) * inertia * per_dt
-    if law == _IMPLICIT:
+        return held, integral + change, (free - held) * inertia * per_dt
+    if switches is None:
         torque = min(max((free - velocity) * inertia * per_dt, -switching), switching)
     else:
-        torque = switching if error > 0.0 else -switching if error < 0.0 else 0.0
+        torque = math.copysign(switching, error) if error != 0.0 else 0.0
     return free - dt * torque * per_inertia, integral, torque
 
 
@@ -137,53 +135,70 @@ def _observe(
     time_ns: Int64,
     current: Float64,
     angle: Float64,
-    given: Float64,
+    given: Float64 | None,
     p: Float64,
     tuning: Float64,
     s: Float64,
-    last_ns: Int64,
-    law: int,
+    whole: Int64,
+    switches: bool | None,
+    twists: bool | None,
     velocity: Float64,
     friction: Float64,
+    delay_ns: Int64,
 ) -> None:
-    is_given = len(given) > 0
-    lag, bound, torque_per_ampere, inertia = tuning[_LAG], tuning[_BOUND], p[TORQUE_PER_AMPERE], p[INERTIA]
-    settled, per_inertia, switching, rate = _SETTLING * lag, 1.0 / inertia, tuning[_SWITCHING], tuning[_RATE]
-    counted = per_dt = share = near = slope = near_held = slope_held = 0.0
+    torque_per_ampere, inertia, per_inertia, values = p[TORQUE_PER_AMPERE], p[INERTIA], 1.0 / p[INERTIA], registers(p)
+    half_steps = (2.0 if given is None else 1.0) + (0.0 if switches is None else 1.0)
+    counted = per_dt = kept = lowest = highest = switching = share = last_share = 0.0
+    near = half = square = near_held = half_held = square_held = 0.0
     # What every sample needs stays out of memory: as elements of `s`, they would be stored and loaded sample by sample.
-    theta, omega, observed, integral = s[_ANGLE], s[_VELOCITY], s[_OBSERVED], s[_INTEGRAL]
-    first, filtered, age, before, step = s[_FIRST], s[_FILTERED], s[_AGE], s[_CURRENT], s[_STEP]
-    runs, last, values = s[_RUNNING], last_ns[0], registers(p)
+    # fmt: off
+    seen, left, pull, omega, observed, integral, first, second, third, age, before, step, runs, bound, chosen_for = (
+        s[_SEEN], s[_LEFT], s[_PULL], s[_VELOCITY], s[_OBSERVED], s[_INTEGRAL], s[_FIRST], s[_SECOND], s[_THIRD],
+        s[_AGE], s[_CURRENT], s[_STEP], s[_RUNNING], s[_BOUND], s[_CHOSEN_FOR],
+    )
+    # fmt: on
+    least, finding, last, late_ns = tuning[LEAST_BOUND], s[_FINDING], whole[_LAST_NS], whole[_DELAY_NS]
     for k in range(len(time_ns)):
         i, measured = current[k], angle[k]
         velocity[k] = friction[k] = np.nan
-        if math.isnan(i) or math.isnan(measured) or (is_given and math.isnan(given[k])):
+        delay_ns[k] = late_ns
+        if math.isnan(i) or math.isnan(measured) or _is_missing(given, k):
             continue
-        step_ns = time_ns[k] - last
-        last = time_ns[k]
+        step_ns, last = time_ns[k] - last, time_ns[k]
         if runs == 0.0 or step_ns > LONGEST_GAP_NS or step_ns <= 0:
-            observed = omega = given[k] if is_given else 0.0
-            integral = first = filtered = age = step = 0.0
-            theta, before, runs = measured, i, 1.0
+            observed = omega = 0.0 if given is None else given[k]
+            integral = first = second = third = age = step = left = pull = counted = 0.0
+            seen, before, runs, finding = measured, i, 1.0, tuning[FINDING_S] if given is None else 0.0
             continue
         dt = step_ns * 1e-9
+        known = torque_per_ampere * 0.5 * (i + before) - spring_torque(measured, values)
         if dt != counted:  # divisions are dear, and the step hardly ever changes
-            counted, per_dt = dt, 1.0 / dt
-            share = dt / (lag + dt)  # backward Euler: stable for any step, and no exponential
-            near, slope = reaches(dt, bound)
-            near_held, slope_held = reaches(dt, rate)
-        error = observed - omega
-        if is_given:
-            omega = given[k]
+            per_dt, kept = 1.0 / dt, keep(dt)
+        is_late = dt > LATE * step and step > 0.0
+        if given is None and (is_late or finding > 0.0):
+            finding, counted = max(finding, dt) if is_late else finding - dt, 0.0
+        bound = max(bound * kept, abs(known), least)
+        if dt != counted or bound < lowest or bound > highest:
+            chosen_for = followed(bound, chosen_for)
+            lowest, highest = FOLLOWED * chosen_for, chosen_for / FOLLOWED
+            switching, delay, share, last_share = gains_of(dt, chosen_for, tuning, given is None, switches is not None)
+            near, half, square = reaches(dt, (tuning[STRONGEST] if finding > 0.0 else switching) * per_inertia)
+            near_held, half_held, square_held = reaches(dt, 2.0 * chosen_for * per_inertia / (delay + dt))
+            counted, late_ns = dt, int(1e9 * (delay + 0.5 * half_steps * dt) + 0.5)
+        delay_ns[k], error = late_ns, observed - omega
+        if given is None:
+            away = (measured - seen - dt * omega + left) - pull
+            left, pull, change = differentiate(away, per_dt, near, half, square)
+            seen, omega = measured, omega + change
         else:
-            theta, omega = differentiate(theta, omega, measured, dt, per_dt, near, slope)
-        if dt > _LATE * step and step > 0.0:
+            omega = given[k]
+        if is_late or finding > 0.0:
             # A sign held over the gap would pass for a torque: the filter waits, and sliding goes on where it was.
             observed = omega + error
         else:
-            known = torque_per_ampere * 0.5 * (i + before) - spring_torque(measured, values)
             observed, integral, torque = _hold(
-                law,
+                switches,
+                twists,
                 observed,
                 integral,
                 error,
@@ -195,15 +210,24 @@ def _observe(
                 per_inertia,
                 switching,
                 near_held,
-                slope_held,
+                half_held,
+                square_held,
             )
-            first += share * (torque - first)
-            filtered += share * (first - filtered)
-        age += dt
+            first, second, third = filtered(torque, first, second, third, share, last_share)
+            age += share
         before, step = i, dt
-        if age >= settled:
-            velocity[k] = omega
-            friction[k] = filtered
-    s[_ANGLE], s[_VELOCITY], s[_OBSERVED], s[_INTEGRAL] = theta, omega, observed, integral
-    s[_FIRST], s[_FILTERED], s[_AGE], s[_CURRENT], s[_STEP] = first, filtered, age, before, step
-    s[_RUNNING], last_ns[0] = runs, last
+        if age >= SETTLING:
+            velocity[k], friction[k] = omega, third
+    # fmt: off
+    (
+        s[_SEEN], s[_LEFT], s[_PULL], s[_VELOCITY], s[_OBSERVED], s[_INTEGRAL], s[_FIRST], s[_SECOND], s[_THIRD],
+        s[_AGE], s[_CURRENT], s[_STEP], s[_RUNNING], s[_BOUND], s[_CHOSEN_FOR],
+    ) = seen, left, pull, omega, observed, integral, first, second, third, age, before, step, runs, bound, chosen_for
+    # fmt: on
+    s[_FINDING], whole[_LAST_NS], whole[_DELAY_NS] = finding, last, late_ns
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _is_missing(given: Float64 | None, k: int) -> bool:
+    """Return whether a measured velocity was to be there and is not."""
+    return False if given is None else bool(math.isnan(given[k]))

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etb_hil.observer.estimate import Estimate
-from etb_hil.observer.sliding_mode import ImplicitSlidingModeObserver, SlidingModeObserver, SlidingModeSettings
+from etb_hil.observer.estimate import Estimate, SensorNoise
+from etb_hil.observer.gains import SlidingModeSettings
+from etb_hil.observer.sliding_mode import ImplicitSlidingModeObserver, SlidingModeObserver
 from etb_hil.paper.setups import Motion, healthy
 from etb_hil.plant.integrator import TICK
 from etb_hil.plant.parameters import ThrottleParameters
@@ -17,23 +18,28 @@ FAR_ABOVE = 2.15  # times omega_s: the Gaussian of eq. (2) has fallen to 1 %
 MARGIN = 4.0  # M over the healthy T_st: above the faulty one, which is 3.3 times the healthy one
 CUTOFF = 120.0  # Hz: between too much lag and too much ripple, see the trade
 
-SETTINGS = SlidingModeSettings(cutoff=CUTOFF)
+_EXACT = SensorNoise(0.0, 0.0)
+
+
+def paper_settings(cutoff: float = CUTOFF) -> SlidingModeSettings:
+    """Return M and cut-off (Hz) as the paper's observer has them, by hand: nothing comes from the data."""
+    return SlidingModeSettings(MARGIN * healthy().stiction, cutoff)
 
 
 def estimate(
-    motion: Motion, settings: SlidingModeSettings = SETTINGS, known: ThrottleParameters | None = None
+    motion: Motion, settings: SlidingModeSettings | None = None, known: ThrottleParameters | None = None
 ) -> Estimate:
     """Return what eq. (4) to (6) make of current, angle and velocity at 20 kHz; `known` defaults to the healthy unit.
 
     The observer's model holds springs, inertia and motor constant; of friction it takes M alone.
     """
-    observer = SlidingModeObserver(healthy() if known is None else known, settings)
+    observer = SlidingModeObserver(healthy() if known is None else known, _EXACT, settings or paper_settings())
     return observer.push(motion.time_ns, motion.current, motion.angle, motion.velocity)
 
 
 def without_switching(motion: Motion, settings: SlidingModeSettings) -> Estimate:
     """Return the same with the sign taken at the end of the step: what is left is the filter's doing alone."""
-    observer = ImplicitSlidingModeObserver(healthy(), settings)
+    observer = ImplicitSlidingModeObserver(healthy(), _EXACT, settings)
     return observer.push(motion.time_ns, motion.current, motion.angle, motion.velocity)
 
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullFormatter
 
 from etb_hil.observer.estimate import Estimate
-from etb_hil.paper.estimation import SETTINGS, Numbers
+from etb_hil.paper.estimation import CUTOFF, Numbers
 from etb_hil.paper.properties import SlowEnough, bristles_along
 from etb_hil.paper.setups import Motion, friction_torque, stribeck_friction
 from etb_hil.paper.trade import Trade
@@ -88,7 +88,7 @@ def estimated_friction(
     shown = (motion.time >= span[0]) & (motion.time <= span[1])
     time, throttle = motion.time[shown], motion.throttle
     above.plot(time, motion.friction[shown], color=MUTED, linewidth=2.2, label="true friction")
-    above.plot(time, found.friction[shown], color=MEASURED, label=f"estimate, {SETTINGS.cutoff:.0f} Hz")
+    above.plot(time, found.friction[shown], color=MEASURED, label=f"estimate, {CUTOFF:.0f} Hz")
     for sign in (-1.0, 1.0):
         above.axhline(sign * throttle.stiction, color=LIMIT, linestyle="--", label="T_st" if sign > 0.0 else None)
         above.axhline(sign * throttle.coulomb, color=OPENING, linestyle=":", label="T_c" if sign > 0.0 else None)
@@ -122,7 +122,7 @@ def trade_of_filter(title: str, trade: Trade) -> Figure:
     for axes in (peak, ripple):
         axes.set_xscale("log")
         _plain(axes.xaxis, (15.0, 60.0, 250.0, 1000.0))
-        axes.axvline(SETTINGS.cutoff, color=MUTED, linewidth=0.8, linestyle=":")
+        axes.axvline(CUTOFF, color=MUTED, linewidth=0.8, linestyle=":")
         axes.set_xlabel("cut-off / Hz")
     peak.set(title=title, ylabel="T_st underestimated by / %", ylim=(-60.0, 45.0))
     ripple.set(title="RMS error, lag and ripple", ylabel="% of T_c")

@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from etb_hil.base.stock import find
-from etb_hil.observer.sliding_mode import SlidingModeSettings
-from etb_hil.paper.estimation import FAR_ABOVE, MARGIN, SETTINGS, estimate, numbers_of
+from etb_hil.paper.estimation import CUTOFF, FAR_ABOVE, MARGIN, estimate, numbers_of, paper_settings
 from etb_hil.paper.properties import bounded_bristles, passage
 from etb_hil.paper.setups import (
     Motion,
@@ -116,14 +115,14 @@ def _estimator(normal: Motion, fault: Motion) -> list[Reading]:
     unit = healthy()
     literal = numbers_of(normal, estimate(normal))
     largest = numbers_of(fault, estimate(fault)).reached
-    larger = SlidingModeSettings(10.0 * MARGIN * unit.stiction, SETTINGS.cutoff)
-    ripple = [numbers_of(normal, estimate(normal, chosen)).error_unlagged for chosen in (SETTINGS, larger)]
+    larger = replace(paper_settings(), switching_torque=10.0 * MARGIN * unit.stiction)
+    ripple = [numbers_of(normal, estimate(normal, chosen)).error_unlagged for chosen in (paper_settings(), larger)]
     ripple = [value / unit.coulomb for value in ripple]
     off = replace(unit, preload_open=1.03 * unit.preload_open, preload_close=1.03 * unit.preload_close)
     shift = estimate(normal, known=off).friction - estimate(normal).friction
     weak = np.median(np.abs(shift[np.isfinite(shift) & normal.counted]))
     fast = np.abs(normal.velocity) > FAR_ABOVE * unit.stribeck_velocity
-    switching = estimate(normal, SlidingModeSettings(cutoff=_NO_FILTER)).friction
+    switching = estimate(normal, paper_settings(_NO_FILTER)).friction
     high_pass = np.mean(np.sign(normal.velocity) * (switching - estimate(normal).friction), where=fast & normal.counted)
     peaks = peak_velocities(unit)
     tail = float(np.exp(-(FAR_ABOVE**2)))
@@ -131,7 +130,7 @@ def _estimator(normal: Motion, fault: Motion) -> list[Reading]:
         Reading(
             "III.B, the filter",
             '"an LPF can be used to attenuate low frequency components"',
-            f"it attenuates high frequencies, the switching: two poles at {SETTINGS.cutoff:.0f} Hz",
+            f"it attenuates high frequencies, the switching: two poles at {CUTOFF:.0f} Hz",
             f"the opposite leaves the switching and takes friction away: {high_pass:+.4f} N·m is left beyond "
             f"{FAR_ABOVE} omega_s, where friction is {literal.true_coulomb:.3f}",
         ),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from etb_hil.paper.estimation import MARGIN, SETTINGS
+from etb_hil.paper.estimation import CUTOFF, MARGIN
 from etb_hil.paper.reproduce import Properties, Reproduction, SetUp, is_as_the_paper_says
 from etb_hil.paper.setups import AMPLITUDE, ANGULAR_FREQUENCY, healthy
 from etb_hil.paper.trade import Trade
@@ -35,7 +35,7 @@ def numbers_text(done: Reproduction) -> str:
     """Return the tables."""
     set_up = (
         f"N·m at the throttle shaft. Estimator at 20 kHz, M = {MARGIN * healthy().stiction:.2f} N·m, two poles at "
-        f"{SETTINGS.cutoff:.0f} Hz; PD and feed-forward at 1 kHz."
+        f"{CUTOFF:.0f} Hz; PD and feed-forward at 1 kHz."
     )
     production = (
         "The same motions with production sensors (encoder, noisy current, no velocity) and a model that is off inside "

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etb_hil.observer.sliding_mode import SlidingModeSettings
+from etb_hil.observer.gains import SlidingModeSettings
 from etb_hil.paper.estimation import estimate, numbers_of, root_mean_square, without_switching
 from etb_hil.paper.setups import Motion
 from etb_hil.recording.samples import Float64

@@ -18,10 +18,10 @@ from etb_hil.observer.sliding_mode import ImplicitSlidingModeObserver, SlidingMo
 OBSERVERS = {
     "angle": lambda: AngleObserver(parameters(Unit()), noise()),
     "bristle": lambda: BristleObserver(parameters(Unit()), noise()),
-    "sliding mode": lambda: SlidingModeObserver(parameters(Unit())),
-    "implicit": lambda: ImplicitSlidingModeObserver(parameters(Unit())),
-    "super-twisting": lambda: SuperTwistingObserver(parameters(Unit())),
-    "second order": lambda: SecondOrderSlidingModeObserver(parameters(Unit())),
+    "sliding mode": lambda: SlidingModeObserver(parameters(Unit()), noise()),
+    "implicit": lambda: ImplicitSlidingModeObserver(parameters(Unit()), noise()),
+    "super-twisting": lambda: SuperTwistingObserver(parameters(Unit()), noise()),
+    "second order": lambda: SecondOrderSlidingModeObserver(parameters(Unit()), noise()),
 }
 
 every_observer = pytest.mark.parametrize("make", OBSERVERS.values(), ids=OBSERVERS)
@@ -65,15 +65,20 @@ def test_friction_of_a_slow_ramp_is_found(make, healthy, rate):
 @every_observer
 @pytest.mark.parametrize(("rate", "lost"), [(1000, 1), (1000, 8), (1000, 60), (20000, 10), (20000, 100), (20000, 4000)])
 def test_lost_samples_never_become_a_spike(make, healthy, rate, lost):
-    """A gap costs no more than what the same stretch shows without one, beyond a tenth of T_st."""
+    """A gap costs no more in the tenth of a second after it than the whole shows without one, beyond a tenth of T_st.
+
+    Later, the ripple of an explicit sign differs by its phase, gap or not.
+    """
     sensed = healthy[1][rate]
     unbroken = _push(make(), sensed)
-    keep = np.ones(len(sensed.time_ns), bool)
+    keep, after = np.ones(len(sensed.time_ns), bool), np.zeros(len(sensed.time_ns), bool)
     for at in np.arange(1.3, 13.0, 0.35):
-        keep[int(at * rate) : int(at * rate) + lost] = False
+        first = int(at * rate)
+        keep[first : first + lost] = False
+        after[first + lost : first + lost + rate // 10] = True
     broken = _push(make(), sensed, keep)
     highest = np.nanmax(np.abs(unbroken.friction))
-    assert np.nanmax(np.abs(broken.friction)) < highest + 0.1 * Unit().stiction
+    assert np.nanmax(np.abs(broken.friction[after[keep]])) < highest + 0.1 * Unit().stiction
 
 
 @every_observer
@@ -121,7 +126,7 @@ def test_stated_delay_is_the_one_that_fits(rate):
 @pytest.mark.parametrize("kind", [SlidingModeObserver, ImplicitSlidingModeObserver, SuperTwistingObserver])
 def test_velocity_may_be_measured(healthy, kind):
     truth, sensed = healthy[0], healthy[1][20000]
-    observer = kind(parameters(Unit()))
+    observer = kind(parameters(Unit()), noise())
     estimate = observer.push(sensed.time_ns, sensed.current, sensed.motor_angle / 18.0, truth.velocity)
     late = round(int(estimate.delay_ns[0]) * 1e-9 * 20000)
     error = estimate.friction[24000:260000] - truth.friction[24000 - late : 260000 - late]

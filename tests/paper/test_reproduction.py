@@ -8,8 +8,7 @@ from scipy.integrate import solve_ivp
 
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.cli.main import main
-from etb_hil.observer.sliding_mode import SlidingModeSettings
-from etb_hil.paper.estimation import estimate, numbers_of
+from etb_hil.paper.estimation import estimate, numbers_of, paper_settings
 from etb_hil.paper.properties import bristles_along, passage, slow_enough
 from etb_hil.paper.reproduce import is_as_the_paper_says, reproduce
 from etb_hil.paper.setups import controlled, faulty, healthy, sinusoid
@@ -61,7 +60,7 @@ def test_larger_m_and_higher_cutoff_mean_more_ripple(done):
 def test_explicit_sign_stays_with_the_friction_through_hard_braking():
     """The sign compares velocities of one instant: else the plate's acceleration passes for an observer's error."""
     motion = controlled(healthy(), lambda time: (np.where(time < 0.6, 0.4, 1.2), np.zeros(len(time))), 1.2)
-    found = estimate(motion, SlidingModeSettings(cutoff=120.0))
+    found = estimate(motion, paper_settings(120.0))
     braking = motion.counted & (motion.time > 0.61) & (np.abs(np.gradient(motion.velocity, motion.time)) > 500.0)
     assert braking.any()
     assert np.abs((found.friction - motion.friction)[braking]).max() < 0.012
@@ -113,7 +112,7 @@ def test_page_shows_every_picture(done, folder):
 
 def test_higher_cutoff_remedies_the_underestimate_as_the_paper_says():
     motion = controlled(faulty(), sinusoid(), 1.5)
-    short = [numbers_of(motion, estimate(motion, SlidingModeSettings(cutoff=c))).underestimated for c in (30, 60, 120)]
+    short = [numbers_of(motion, estimate(motion, paper_settings(c))).underestimated for c in (30, 60, 120)]
     assert short[0] > short[1] > short[2] > 0.0
 
 
