@@ -1,13 +1,15 @@
 """Every observer on one reference set-up from the independent generator: error, delay and noise of the friction torque.
 
-Run: python benchmarks/observer_table.py [--sensor NAME]... [--part reference|held-out|default]...
+Run: python benchmarks/observer_table.py [--sensor NAME]... [--part reference|held-out|default|off]...
      [--observer NAME]... [--rate 1000|20000]...
 Torque, spring and inertia are known; the friction that the observers' model states is wrong (T_st by -39 %, sigma_0 by
 -50 % and by +50 %), and the worst of that and of two seeds of the sensor's noise is shown. Gains of the Kalman filters
-come from the sensor's data sheet and the model's stiction, those of the smoothers from the recording's own likelihood;
-cut-offs of the sliding modes and the two shares of the live bristle observer were chosen once, looking at such data,
-and are the same everywhere. So the second table holds out what nobody looked at: another throttle, other motions and
-other seeds. The third is the default plant under its own loop, with the bench's model off by its tolerances.
+come from the sensor's data sheet and the model's stiction, those of the sliding modes from the data's bound and that
+data sheet, those of the smoothers from the recording's own likelihood; the two shares of the live bristle observer
+were chosen once, looking at such data. So the second part holds out what nobody looked at: another throttle, other
+motions and other seeds. The third is the default plant in the reference's motions, the fourth likewise with motor
+constant, springs and inertia of the observers' model off inside the bench's tolerances, the worst of two draws.
+The tables are Markdown; delays are those at the end of fast motion, noise gains N·m of friction for a mrad of noise.
 """
 
 from __future__ import annotations
@@ -17,8 +19,8 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from independent_throttle import Unit, friction_check, off_by_tolerances, sense, simulate
-from throttle_as_model import noise, parameters
+from independent_throttle import Unit, off_by_tolerances, simulate
+from throttle_as_model import parameters
 
 from etb_hil.observer.angle import AngleObserver
 from etb_hil.observer.bristle import BristleObserver
@@ -84,18 +86,12 @@ def motion(unit, centre, *sines):
     return simulate(unit, position, velocity, np.full(len(time), 2))
 
 
-def reference_runs():
-    return {
-        "slow": motion(REFERENCE, 0.87, (0.40, 0.4)),
-        "fast": motion(REFERENCE, 0.87, (0.30, 0.4), (0.12, 4.3)),
-    }
+def reference_runs(unit):
+    return {"slow": motion(unit, 0.87, (0.40, 0.4)), "fast": motion(unit, 0.87, (0.30, 0.4), (0.12, 4.3))}
 
 
-def held_out_runs():
-    return {
-        "slow": motion(HELD_OUT, 0.80, (0.33, 0.55)),
-        "fast": motion(HELD_OUT, 0.80, (0.20, 0.7), (0.14, 3.4)),
-    }
+def held_out_runs(unit):
+    return {"slow": motion(unit, 0.80, (0.33, 0.55)), "fast": motion(unit, 0.80, (0.20, 0.7), (0.14, 3.4))}
 
 
 def error(estimate, truth, rate, unit):
@@ -115,16 +111,40 @@ def noise_gain(make, throttle, sensor, rate):
     return float(np.nanstd(out[1] - out[0])) / sensor.angle * 1e-3
 
 
-def table(title, unit, runs, sensors, seeds, names, rates):
+def stated(base):
+    """Return two models of a throttle whose friction is wrong and whose everything else is right."""
+    return [
+        replace(base, stiction=0.61 * base.stiction, bristle_stiffness=factor * base.bristle_stiffness)
+        for factor in (0.5, 1.5)
+    ]
+
+
+def exact(unit):
+    return stated(parameters(unit))
+
+
+def off(unit):
+    draws = (off_by_tolerances(unit, np.random.default_rng(seed)) for seed in (0, 1))
+    return [model for draw in draws for model in stated(parameters(draw))]
+
+
+PARTS = {
+    "reference": ("reference", REFERENCE, reference_runs, exact, (0, 1)),
+    "held-out": ("held out", HELD_OUT, held_out_runs, exact, (21, 22)),
+    "default": ("default plant", Unit(), reference_runs, exact, (0, 1)),
+    "off": ("default plant, model off", Unit(), reference_runs, off, (0,)),
+}
+
+
+def table(title, unit, runs, known, sensors, seeds, names, rates):
     base = parameters(unit)
-    stiffness = base.bristle_stiffness
-    stated = [replace(base, stiction=0.61 * base.stiction, bristle_stiffness=stiffness * x) for x in (0.5, 1.5)]
     for sensor_name in sensors:
         measure, sensor = SENSORS[sensor_name]
-        print(f"\n{title}, {sensor_name}: error of the friction torque, % of T_c (delay ms, noise gain N·m/mrad)")
-        print(f"{'':32}" + "".join(f"{m} {r // 1000:2d} kHz  " for r in rates for m in runs))
+        heads = [f"{motion} {rate // 1000} kHz" for rate in rates for motion in runs]
+        print(f"\n| {title}, {sensor_name} | {' | '.join(heads)} | delay / ms | noise gain |")
+        print("|---|" + "---|" * (len(heads) + 2))
         for name in chosen(base, sensor, names):
-            cells, notes = [], []
+            cells, delays, gains = [], [], []
             for rate in rates:
                 every = 20000 // rate
                 for truth in runs.values():
@@ -132,13 +152,14 @@ def table(title, unit, runs, sensors, seeds, names, rates):
                     worst = 0.0
                     for seed in seeds:
                         angle = measure(truth.angle[::every], np.random.default_rng(seed))
-                        for p in stated:
+                        for p in known(unit):
                             found = observers(p, sensor)[name](time_ns, truth.current[::every], angle)
                             worst = max(worst, error(found, truth.friction[::every], rate, unit))
-                    cells.append(worst)
+                    cells.append(f"{worst:.1f}")
                 gain = noise_gain(lambda: observers(base, sensor)[name], base, sensor, rate)  # noqa: B023 (called at once)
-                notes.append(f"({found.delay_ns[-1] * 1e-6:.1f}, {gain:.2f})")
-            print(f"{name:32}" + "".join(f"{c:9.1f}    " for c in cells) + "  ".join(notes), flush=True)
+                delays.append(f"{found.delay_ns[-1] * 1e-6:.1f}")
+                gains.append(f"{gain:.2f}")
+            print(f"| {name} | {' | '.join(cells)} | {', '.join(delays)} | {', '.join(gains)} |", flush=True)
 
 
 def chosen(throttle, sensor, names):
@@ -146,39 +167,17 @@ def chosen(throttle, sensor, names):
     return [name for name in observers(throttle, sensor) if not names or any(word in name for word in names)]
 
 
-def default_plant_table(names, rates):
-    print("\ndefault plant, friction check, its own sensors: error in mN·m (with the bench's model off)")
-    unit = Unit()
-    truth, _ = friction_check(unit)
-    models = [parameters(unit)] + [parameters(off_by_tolerances(unit, np.random.default_rng(s))) for s in range(3)]
-    for rate in rates:
-        sensed = sense(unit, truth, rate, np.random.default_rng(0), current_offset=0.0)
-        data = (sensed.time_ns, sensed.current, sensed.motor_angle / unit.gear_ratio)
-        real = truth.friction[:: 20000 // rate]
-        inside = slice(int(1.2 * rate), int(13.0 * rate))
-        for name in chosen(models[0], noise(), names):
-            rms = [
-                1e3 * float(np.sqrt(np.nanmean((observers(m, noise())[name](*data).friction - real)[inside] ** 2)))
-                for m in models
-            ]
-            print(f"{rate // 1000:2d} kHz {name:32}{rms[0]:8.1f}   ({np.mean(rms[1:]):.1f})", flush=True)
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--sensor", choices=SENSORS, action="append", help="default: all")
-    parser.add_argument("--part", choices=("reference", "held-out", "default"), action="append", help="default: all")
+    parser.add_argument("--part", choices=PARTS, action="append", help="default: all")
     parser.add_argument("--observer", metavar="NAME", action="append", help="part of a row's name; default: all")
     parser.add_argument("--rate", type=int, choices=(1000, 20000), action="append", help="default: both")
     options = parser.parse_args()
-    which = (options.observer, options.rate or (20000, 1000))
-    parts = options.part or ("reference", "held-out", "default")
-    if "reference" in parts:
-        table("reference", REFERENCE, reference_runs(), options.sensor or SENSORS, (0, 1), *which)
-    if "held-out" in parts:
-        table("held out", HELD_OUT, held_out_runs(), options.sensor or ("12 bits",), (21, 22), *which)
-    if "default" in parts:
-        default_plant_table(*which)
+    for part in options.part or PARTS:
+        title, unit, runs, known, seeds = PARTS[part]
+        sensors, rates = options.sensor or SENSORS, options.rate or (20000, 1000)
+        table(title, unit, runs(unit), known, sensors, seeds, options.observer, rates)
 
 
 if __name__ == "__main__":

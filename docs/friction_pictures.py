@@ -119,7 +119,7 @@ def map_of(found):
 def around_a_reversal():
     figure = Figure(figsize=(8.0, 5.4), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.4, 1.0])
-    truth = reference_runs()["fast"]
+    truth = reference_runs(REFERENCE)["fast"]
     measure, sensor = SENSORS["12 bits"]
     angle = measure(truth.angle, np.random.default_rng(3))
     throttle = replace(parameters(REFERENCE), stiction=0.171, bristle_stiffness=150.0)
