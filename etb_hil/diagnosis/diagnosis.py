@@ -28,6 +28,7 @@ from etb_hil.diagnosis.series import plot_columns
 from etb_hil.diagnosis.tally import LiveReading, Tally
 from etb_hil.diagnosis.ticks import TickMaker
 from etb_hil.diagnosis.verdict import conclude
+from etb_hil.diagnosis.windows import share_that_follows
 from etb_hil.observer.angle import AngleObserver
 from etb_hil.observer.estimate import Observer, SensorNoise
 from etb_hil.plant.parameters import Model, ThrottleParameters
@@ -162,6 +163,7 @@ class Diagnosis:
             fastest=fastest,
             far=far,
             windows=len(assessment.windows),
+            follows=share_that_follows(ticks),
             current_verified=self._zero.is_measured,
             highest_current=self._highest_current,
             withholding=withholding(assessment, local, self._model, throttle),

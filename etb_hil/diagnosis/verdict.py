@@ -12,6 +12,7 @@ MOST_LOST = 0.05  # share of the samples
 LONGEST_GAP = 0.1  # s: longer than a dash
 _LONGEST = 0.02  # s, of all unexplained episodes together
 _STUCK = 0.2  # rad: a plate that moved by less was hardly moved
+_WHOLE = 0.9  # of the ticks without a gap before them: with more, it was not for want of samples
 
 _NEEDED = ("T_st", "T_c", "return_margin")
 
@@ -150,7 +151,7 @@ def _poor_evidence(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
         ]
     names = ", ".join(missing)
     current = "" if grounds.current_verified else " and the current's zero was never measured with the bridge off"
-    if grounds.moved > _STUCK:
+    if grounds.moved > _STUCK and grounds.follows < _WHOLE:
         return [
             Reason(
                 "too_few_windows",
@@ -163,7 +164,7 @@ def _poor_evidence(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
         Reason(
             "too_little_motion",
             f"no friction curve could be fitted for {names}: the plate moved by {grounds.moved:.4f} rad at up to "
-            f"{grounds.highest_current:.2f} A{current}",
+            f"{grounds.highest_current:.2f} A, {grounds.windows} stretches of 17 ms in all{current}",
             "run a scenario with a current zero, ramps and dashes; check that the drive is enabled",
         )
     ]

@@ -59,6 +59,14 @@ def place_windows(ticks: Ticks, usable: Int64) -> Windows:
     return Windows(centre[:count].copy())
 
 
+def share_that_follows(ticks: Ticks) -> float:
+    """Return the share of the ticks that come right after another: what is missing stands behind a gap."""
+    if len(ticks) < 2:
+        return 0.0
+    follows = np.abs(np.diff(ticks.time) - TICK) < _JITTER * TICK
+    return float(np.count_nonzero(follows)) / len(follows)
+
+
 @njit(cache=True, error_model="numpy")
 def _place(time: Float64, usable: Int64, centre: Int64) -> int:
     count, run, since_last = 0, 0, STRIDE

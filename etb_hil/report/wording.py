@@ -76,7 +76,8 @@ UNIT_REASONS = {
     ),
     "too_little_motion": Wording(
         "The plate moved too little to measure friction.",
-        "Check that the plate moves by hand with the supply off, and the supply voltage; then repeat.",
+        "Check that the plate moves by hand with the supply off, the supply voltage, and that the scenario has ramps and "
+        "dashes; then repeat.",
         True,
     ),
     "tracks_disagree": Wording("The two tracks of the plate sensor contradict each other.", _SENSORS, True),
