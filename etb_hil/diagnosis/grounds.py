@@ -48,8 +48,9 @@ class Grounds:
 
     `withholding` and `remarks` are what contradicts the bench's model; `excess` is friction that is locally above the
     limit of T_st, None where there is none; `unexplained` are live episodes that the fit does not explain; `far` rad/s,
-    where the Stribeck curve has come down; `follows` is the share of ticks behind which none is missing; `current_plausible` says whether voltage and current of a plate at rest
-    agree, None where nobody knows; `band` is a share of the limits, inside which nothing is decided.
+    where the Stribeck curve has come down; `follows` is the share of ticks behind which none is missing;
+    `current_plausible` says whether voltage and current of a plate at rest agree, None where nobody knows; `band` is a
+    share of the limits, inside which nothing is decided.
     """
 
     coverage: Coverage

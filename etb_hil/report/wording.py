@@ -71,13 +71,14 @@ UNIT_REASONS = {
         "Too many samples were lost to judge the unit.", "Check the CAN wiring and the bus load, then repeat.", True
     ),
     "no_samples": Wording(
-        "No sample of current and angle arrived while the plate moved.",
-        "Check the CAN wiring and the scenario's measurement request, then repeat.",
+        "No phase of this run moved the plate and measured current and angle.",
+        "Run a scenario that does, as friction_check. Where this one should have, check its measurement request and the "
+        "CAN wiring.",
     ),
     "too_little_motion": Wording(
         "The plate moved too little to measure friction.",
-        "Check that the plate moves by hand with the supply off, the supply voltage, and that the scenario has ramps and "
-        "dashes; then repeat.",
+        "Check that the plate moves by hand with the supply off, the supply voltage, and that the scenario has ramps "
+        "and dashes; then repeat.",
         True,
     ),
     "tracks_disagree": Wording("The two tracks of the plate sensor contradict each other.", _SENSORS, True),
