@@ -72,8 +72,8 @@ UNIT_REASONS = {
     ),
     "no_samples": Wording(
         "No phase of this run moved the plate and measured current and angle.",
-        "Run a scenario that does, as friction_check. Where this one should have, check its measurement request and the "
-        "CAN wiring.",
+        "Run a scenario that does, as friction_check. Where this one should have, check its measurement request and "
+        "the CAN wiring.",
     ),
     "too_little_motion": Wording(
         "The plate moved too little to measure friction.",
