@@ -10,8 +10,9 @@ design), both with the law's mean taken off and in units of the scatter that the
 paper's reading: the highest estimate, against a fixed threshold.
 
 Thresholds come from healthy units that are not counted, as a station would find them: below the limit lie 99 % of
-healthy units, with 95 % confidence (one-sided tolerance limit of a normal distribution). Rows are appended to a file as
-they come; a study that is started again with the same file goes on where it stopped.
+healthy units, with 95 % confidence (one-sided tolerance limit of a normal distribution); against the own baseline it
+begins halfway to 25 % at the least, as in `etb-hil history`. Rows are appended to a file as they come; a study that is
+started again with the same file goes on where it stopped, and `--units 0` reports what a file holds.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from throttle_as_model import bench_model, rows_of
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.diagnosis import Diagnosis
 from etb_hil.diagnosis.limits import load_limits
+from etb_hil.history.rise import alarm, factor
 
 LIMITS = load_limits(find("limits", "default")).content
 LAW, LAW_SCATTER, UNIT_SPREAD, REFERENCE = -0.003, 0.10, 0.10, 20.0
@@ -37,7 +39,7 @@ REPEATABILITY = 0.005  # of a mean of three checks by one bench on one unit, as 
 CHECKS = 3
 RISES = (1.0, 1.25, 1.6)
 KINDS = ("baseline", "population", "paper")
-COLUMNS = ("unit", "rate", "rise", "temperature", *KINDS)
+COLUMNS = ("unit", "rate", "rise", "first_at", "temperature", *KINDS)
 
 
 def design(rng):
@@ -129,32 +131,41 @@ def rows_of_unit(number, rng, rates, coverage, rises):
             statistics = [""] * len(KINDS)  # a test without a fit finds nothing
             if first is not None and now is not None:
                 corrected = now[0] / law(temperature)
-                statistics = [
-                    np.log(corrected * law(first_at) / first[0]) / baseline_scatter(first_at, temperature),
-                    np.log(corrected / nominal.stiction) / scatter(temperature, UNIT_SPREAD),
-                    np.log(now[1] / nominal.stiction),
-                ]
-            yield (number, rate, rise, temperature, *statistics)
+                ratios = (corrected * law(first_at) / first[0], corrected / nominal.stiction, now[1] / nominal.stiction)
+                statistics = [np.log(ratio) for ratio in ratios]
+            yield (number, rate, rise, first_at, temperature, *statistics)
 
 
-def statistics_of(rows, rate, rise, kind, *, calibration):
-    """Return a statistic of the units that calibrate, or of those that count; NaN where a test had no fit."""
+def of_kind(rows, rate, rise, kind, *, calibration):
+    """Return the logarithms (n) of found over expected and the scatter (n) that temperature and spread leave of them.
+
+    Of the units that calibrate, or of those that count; NaN where a test had no fit.
+    """
     chosen = [r for r in rows if int(r["rate"]) == rate and float(r["rise"]) == rise]
-    values = [r[kind] for r in chosen if (int(r["unit"]) < 0) == calibration]
-    return np.array([float(v) if v != "" else np.nan for v in values])
+    chosen = [r for r in chosen if (int(r["unit"]) < 0) == calibration]
+    ratio = np.array([float(r[kind]) if r[kind] != "" else np.nan for r in chosen])
+    first_at, at = (np.array([float(r[name]) for r in chosen]) for name in ("first_at", "temperature"))
+    if kind == "baseline":
+        return ratio, baseline_scatter(first_at, at)
+    return ratio, scatter(at, UNIT_SPREAD) if kind == "population" else np.ones(len(ratio))
 
 
-def threshold(healthy):
-    """Return the limit below which 99 % of healthy units lie, with 95 % confidence (Natrella 1963)."""
-    known = healthy[np.isfinite(healthy)]
-    content, confidence, n = 2.3263, 1.6449, len(known)
-    a, b = 1.0 - confidence**2 / (2.0 * (n - 1.0)), content**2 - confidence**2 / n
-    return float(known.mean() + (content + np.sqrt(content**2 - a * b)) / a * known.std(ddof=1))
+def over_limit(rows, rate, kind):
+    """Return, for each rise, the logarithms (n) over what the threshold is for each unit, and the calibrated limit."""
+    ratio, spread = of_kind(rows, rate, 1.0, kind, calibration=True)
+    healthy = (ratio / spread)[np.isfinite(ratio)]
+    limit = float(healthy.mean() + factor(len(healthy)) * healthy.std(ddof=1))
+    over = []
+    for rise in RISES:
+        ratio, spread = of_kind(rows, rate, rise, kind, calibration=False)
+        limits = limit * spread
+        over.append(ratio / (np.array([alarm(each) for each in limits]) if kind == "baseline" else limits))
+    return over, limit
 
 
-def best(rows, rate, kind):
+def best(over):
     """Return what the threshold would find that lets 1 % of these very healthy units through, in words."""
-    healthy, *risen = (statistics_of(rows, rate, rise, kind, calibration=False) for rise in RISES)
+    healthy, *risen = over
     limit = np.sort(healthy)[-1 - int(0.01 * len(healthy))]
     return "  (" + ", ".join(f"{np.mean(found > limit):.1%}" for found in risen) + ")"
 
@@ -171,14 +182,13 @@ def report(rows, rate, coverage):
         )
     print(f"{'':12}{'threshold':>10}{'false alarms':>20}{'+25 % found':>13}{'+60 % found':>13}   (best at 1 %)")
     for kind in KINDS:
-        healthy = statistics_of(rows, rate, 1.0, kind, calibration=True)
-        limit = threshold(healthy)
-        above = [statistics_of(rows, rate, rise, kind, calibration=False) > limit for rise in RISES]
+        over, limit = over_limit(rows, rate, kind)
+        above = [found > 1.0 for found in over]
         unit = "sd" if kind != "paper" else "ln"
         alarms = f"{above[0].sum()} of {len(above[0])}, {np.mean(above[0]):.1%}"
         print(
             f"{kind:12}{limit:7.2f} {unit}{alarms:>20}" + "".join(f"{np.mean(share):13.1%}" for share in above[1:]),
-            best(rows, rate, kind),
+            best(over),
         )
     tests = [r["baseline"] for r in rows if int(r["rate"]) == rate]
     print(f"tests without a fit: {tests.count('')} of {len(tests)}")
@@ -195,16 +205,13 @@ def draw(rows, rates, path):
     for rate, line in zip(rates, grid, strict=True):
         for axes, rise in zip(line, RISES[1:], strict=True):
             for kind, style in styles.items():
-                calibrating, healthy, risen = (
-                    statistics_of(rows, rate, of, kind, calibration=first)
-                    for of, first in ((1.0, True), (1.0, False), (rise, False))
-                )
+                over, _ = over_limit(rows, rate, kind)
+                healthy, risen = over[0], over[RISES.index(rise)]
                 limits = np.sort(np.concatenate([healthy, risen, [-99.0, 99.0]]))[::-1]
                 alarms = np.array([np.mean(healthy > limit) for limit in limits])
                 found = np.array([np.mean(risen > limit) for limit in limits])
                 (curve,) = axes.plot(alarms, found, style, drawstyle="steps-post", label=names[kind])
-                chosen = threshold(calibrating)
-                at_limit = (np.mean(healthy > chosen), np.mean(risen > chosen))
+                at_limit = (np.mean(healthy > 1.0), np.mean(risen > 1.0))
                 axes.plot(*at_limit, "o", color=curve.get_color(), clip_on=False, zorder=3)
             axes.set_title(f"T_st risen by {rise - 1.0:.0%}, {rate // 1000} kHz, {len(healthy)} units")
             axes.set_xscale("symlog", linthresh=1e-3, linscale=0.3)
@@ -251,7 +258,7 @@ def main():
     rates = tuple(options.rate or (20000, 1000))
     rows, coverage = read_rows(options.rows), {rate: {} for rate in rates}
     start, known = time.perf_counter(), {int(row["unit"]) for row in rows}
-    numbers = [-1 - k for k in range(options.calibration)] + list(range(options.units))
+    numbers = [-1 - k for k in range(options.calibration if options.units else 0)] + list(range(options.units))
     for count, number in enumerate(numbers, 1):
         if number not in known:
             rng = np.random.default_rng([options.seed, int(number < 0), abs(number)])
@@ -264,6 +271,10 @@ def main():
                 print(f"\n{number + 1} units at {rate} Hz, {time.perf_counter() - start:.0f} s")
                 report(rows, rate, coverage[rate])
             sys.stdout.flush()
+    if not options.units:
+        for rate in rates:
+            print(f"\n{options.rows} at {rate} Hz")
+            report(rows, rate, coverage[rate])
     if options.picture:
         draw(rows, rates, options.picture)
 

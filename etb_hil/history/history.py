@@ -14,6 +14,7 @@ from etb_hil.history.capability import Capability, capability
 from etb_hil.history.control_chart import ControlChart, control_chart
 from etb_hil.history.drift import Drift, deviations, drifts
 from etb_hil.history.gauge import GaugeStudy, balanced, gauge_study
+from etb_hil.history.rise import Rises, rises
 from etb_hil.history.runs import Run
 from etb_hil.history.temperature import TemperatureEffect, temperature_effect
 from etb_hil.recording.samples import Float64
@@ -42,6 +43,7 @@ class NumberHistory:
     gauge: GaugeStudy | None
     drifts: list[Drift]
     looked_at: int
+    rises: Rises | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,8 +102,12 @@ def _number(name: str, runs: list[Run], stiction: NumberHistory | None) -> Numbe
     time = np.array([datetime.fromisoformat(runs[at[k]].started).timestamp() for k in sound])
     names, benches = [units[k] for k in sound], [runs[at[k]].bench for k in sound]
     drifting, looked_at = drifts(deviations(time, compared[sound], names, benches))
+    risen = None
+    if stiction is None:  # of the return margin, what falls matters, and T_st says it
+        begun = [runs[at[k]].started for k in sound]
+        risen = rises(begun, compared[sound], warmth[sound], names, is_at_one=effect is not None)
     return NumberHistory(
         name, at, values, compared, effect, charted, chart,
         None if chart is None else capability(chart, low, high), low, high,
-        None if study is None else gauge_study(study[2]), drifting, looked_at,
+        None if study is None else gauge_study(study[2]), drifting, looked_at, risen,
     )  # fmt: skip

@@ -113,6 +113,7 @@ def _number(number: NumberHistory) -> dict[str, Any]:
             "categories": study.categories,
         },
         "drifts": [asdict(drift) for drift in number.drifts],
+        "rises": None if number.rises is None else asdict(number.rises),
     }
 
 

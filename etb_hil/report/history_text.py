@@ -13,6 +13,7 @@ from etb_hil.history.drift import FEWEST as LEAST
 from etb_hil.history.drift import Drift
 from etb_hil.history.gauge import GaugeStudy
 from etb_hil.history.history import FRICTION, History, NumberHistory
+from etb_hil.history.rise import Rises
 from etb_hil.history.temperature import LEAST_SPREAD, TemperatureEffect
 from etb_hil.report.show import plain, printable
 
@@ -99,6 +100,8 @@ def _statements(number: NumberHistory) -> Iterator[tuple[str, str]]:
         yield "Capability", _capability(number.capability)
     if number.gauge is not None:
         yield "Gauge R&R", _gauge(number.gauge)
+    if number.rises is not None:
+        yield "Rise", _rises(number.rises)
     if number.drifts:
         yield "Drift", " ".join(map(_drift, number.drifts))
     elif number.looked_at:
@@ -150,6 +153,15 @@ def _drift(drift: Drift) -> str:
     if drift.kind == "bench":
         return f"{text} Check it with a golden unit and look at its current sensor."
     return f"{text} It or its bench: no other unit was there again." if drift.alone else text
+
+
+def _rises(rises: Rises) -> str:
+    again = f"{rises.looked_at} units that were measured again, alarm at {100 * rises.limit:+.0f} %"
+    if not rises.found:
+        return f"none of {again}."
+    risen = (f"{printable(r.unit, 30)} {100 * r.rise:+.0f} % since {r.since[:10]}" for r in rises.found[:5])
+    more = f"; {len(rises.found) - 5} more in history.json" if len(rises.found) > 5 else ""
+    return f"ALARM: {', '.join(risen)}{more}; of {again}."
 
 
 def _torque(value: float) -> str:

@@ -201,3 +201,34 @@ def test_the_return_margin_follows_the_temperature_of_friction():
     stiction, _, margin = histories(runs)[0].numbers
     assert np.ptp(margin.values + stiction.values) < 1e-12
     assert margin.compared + stiction.compared == pytest.approx(0.35)
+
+
+def _risen(runs):
+    return [rise.unit for rise in histories(runs)[0].numbers[0].rises.found]
+
+
+def test_a_unit_that_has_risen_by_what_matters_is_named_alone():
+    runs = made_up.production(3, units=40, noise=0.002)
+    risen = [made_up.run(900, "U003", 1.25 * next(r for r in runs if r.serial == "U003").numbers["T_st"].value)]
+    assert _risen(runs) == []
+    assert _risen(runs + risen) == ["U003"]
+    few = [r for r in runs if r.serial in {"U003", "U004"}]
+    assert _risen(few + risen) == ["U003"]
+
+
+def test_units_that_scatter_widely_raise_no_alarm_over_it():
+    rng = np.random.default_rng(8)
+    alarms = 0
+    for _ in range(20):
+        runs = [made_up.run(k, f"U{k % 50}", 0.17 * np.exp(rng.normal(0.0, 0.1))) for k in range(100)]
+        alarms += len(_risen(runs))
+    assert alarms <= 0.01 * 20 * 50
+
+
+def test_warmth_is_no_rise():
+    """The same unit cold and warm, its law unknown: not held against each other; its law known: taken out."""
+    cold_and_warm = [made_up.run(0, "A", 0.17, temperature=60.0), made_up.run(1, "A", 0.20, temperature=10.0)]
+    assert histories(cold_and_warm)[0].numbers[0].rises is None
+    known = made_up.production(5, units=20, coefficient=-0.003, warm=50.0, noise=0.0005)
+    assert histories(known)[0].numbers[0].temperature is not None
+    assert _risen(known) == []
