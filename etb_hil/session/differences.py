@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from etb_hil.session.finished import Finished
 
 
+_ALWAYS = {"run_id", "exit_code", "unit", "bench", "numbers", "exceedances", "phases", "bus"}  # of any version
+
+
 @dataclass(frozen=True, slots=True)
 class Divergence:
     """Where two runs part for the first time: the signal, seconds since the begin of the run, both values."""
@@ -98,10 +101,9 @@ def beside_live(finished: Finished) -> tuple[str | None, int]:
 
 def _difference(before: object, now: object, key: str) -> str | None:
     if isinstance(before, dict) and isinstance(now, dict):
-        # A key at the top that the session does not have is one of a later version.
-        names = [
-            name for name in (*before, *(n for n in now if key and n not in before)) if f"{key}{name}" != "versions"
-        ]
+        # A key at the top that the session does not have is one of a later version, but for those that all have.
+        added = [name for name in now if name not in before and (key or name in _ALWAYS)]
+        names = [name for name in (*before, *added) if f"{key}{name}" != "versions"]
         pairs = [(f"{key}{name}", before.get(name), now.get(name)) for name in names]
     elif isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
         pairs = [(f"{key}{index}", *pair) for index, pair in enumerate(zip(before, now, strict=True))]

@@ -58,6 +58,13 @@ class EventLog:
             self._file.close()
 
 
+def _stamp(value: object) -> int:
+    """Return a stamp in ns; ValueError where it is none, or beyond what 64 bits hold."""
+    if not isinstance(value, int) or not 0 <= value < 1 << 63:
+        raise ValueError(value)
+    return value
+
+
 def read_events(path: Path) -> list[Event]:
     """Read the events of a session; a last line that was cut short is left out, any other bad line is an InputError."""
     try:
@@ -70,7 +77,7 @@ def read_events(path: Path) -> list[Event]:
             continue
         try:
             entry = json.loads(line)
-            found.append(Event(int(entry.pop("stamp_ns")), str(entry.pop("event")), entry))
+            found.append(Event(_stamp(entry.pop("stamp_ns")), str(entry.pop("event")), entry))
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
             if number == len(lines):  # a killed run leaves half a line at the end
                 break

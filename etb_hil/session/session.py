@@ -161,7 +161,7 @@ def open_session(folder: Path) -> Session:
 
 
 def _plain_name(folder: Path, name: str) -> str:
-    if Path(name).name != name:
+    if Path(name).name != name or name == ".." or "\0" in name:
         raise InputError(Problem("an input's name leaves the session's folder", Place(folder / MANIFEST), value=name))
     return name
 

@@ -54,8 +54,9 @@ _Write = Callable[[sqlite3.Connection], object]
 
 def open_store(path: Path) -> sqlite3.Connection:
     """Open a store, or make one; InputError where the file is none, or was written by a later version."""
-    connection = sqlite3.connect(path, timeout=PATIENCE_S, isolation_level=None, check_same_thread=False)
+    connection = None
     try:
+        connection = sqlite3.connect(path, timeout=PATIENCE_S, isolation_level=None, check_same_thread=False)
         connection.execute("PRAGMA journal_mode = WAL")
         # In WAL a commit outlives a killed process so; a flush to the disk while the plate moves would stall the host.
         connection.execute("PRAGMA synchronous = NORMAL")
@@ -65,7 +66,8 @@ def open_store(path: Path) -> sqlite3.Connection:
             connection.executescript(f"BEGIN IMMEDIATE; {_SCHEMA} PRAGMA user_version = {VERSION}; COMMIT;")
             version = VERSION
     except sqlite3.Error as error:
-        connection.close()
+        if connection is not None:
+            connection.close()
         raise InputError(
             Problem(f"cannot serve as the store of results: {error}", Place(path), remedy="move the file away")
         ) from None

@@ -1,0 +1,76 @@
+"""A session that somebody changed is refused with the file and what is wrong, or said to be another."""
+
+import json
+import re
+
+import pytest
+from whole_run import run_on
+
+from etb_hil.base.errors import InputError
+from etb_hil.replay.session_replay import replay
+from etb_hil.session.differences import first_difference
+from etb_hil.session.store import STORE, open_store
+
+SCENARIO = """schema: etb_hil/scenario/1
+name: Short
+phases:
+  - {id: zero, kind: current_zero, duration: 0.3 s}
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("sessions")
+    (place / "short.yaml").write_text(SCENARIO)
+    return run_on(place, scenario=place / "short.yaml").session.folder
+
+
+@pytest.fixture
+def changed(folder):
+    """Change a file of the session by a function of its text, until the test is over."""
+    kept = {}
+
+    def change(name, function):
+        path = folder / name
+        kept[path] = path.read_text()
+        path.write_text(function(kept[path]))
+        return folder
+
+    yield change
+    for path, text in kept.items():
+        path.write_text(text)
+
+
+@pytest.mark.parametrize("name", ["..", "../session.json", "a\0b", ""])
+def test_an_input_that_is_no_plain_name_is_refused(changed, name):
+    def renamed(text):
+        manifest = json.loads(text)
+        manifest["inputs"][0]["name"] = name
+        return json.dumps(manifest)
+
+    with pytest.raises(InputError, match=r"session\.json|inputs"):
+        replay(changed("session.json", renamed))
+
+
+@pytest.mark.parametrize("stamp", ["1e400", "9" * 40, "-1", "NaN", "1.5", "null", '"1"'])
+def test_a_stamp_that_is_none_is_refused_with_its_line(changed, stamp):
+    def spoilt(text):
+        lines = text.splitlines()
+        lines[2] = re.sub(r'"stamp_ns": \d+', f'"stamp_ns": {stamp}', lines[2])
+        return "\n".join(lines) + "\n"
+
+    with pytest.raises(InputError, match=r"events\.jsonl:3: is no event"):
+        replay(changed("events.jsonl", spoilt))
+
+
+def test_results_that_lack_everything_are_not_the_same_results(folder, changed):
+    again = replay(folder)
+    assert first_difference(again) is None
+    changed("results.json", lambda _: "{}")
+    assert first_difference(again) is not None
+
+
+def test_a_folder_in_the_store_s_place_is_refused(tmp_path):
+    (tmp_path / STORE).mkdir()
+    with pytest.raises(InputError, match="cannot serve as the store of results"):
+        open_store(tmp_path / STORE)
