@@ -107,8 +107,12 @@ def one_run(folder, log, cause, rng):
         os.killpg(run, signal.SIGKILL)  # its report is no part of this
         os.waitpid(run, 0)
         cause.mend()
-    took = end["since_command_ms"] if cause.from_command else (end["stamp_ns"] - cause.struck_ns(at_ns)) * 1e-6
-    return took, end["reason"]
+    if cause.from_command:
+        return end["since_command_ms"], end["reason"]
+    struck_ns = cause.struck_ns(at_ns)
+    if not struck_ns:
+        raise NotSoFar  # the run ended before
+    return (end["stamp_ns"] - struck_ns) * 1e-6, end["reason"]
 
 
 class Count:

@@ -125,7 +125,7 @@ class Within(Cause):
         return super().start(arguments)
 
     def struck_ns(self, at_ns):  # noqa: ARG002 (the child knows better)
-        """Return when it struck."""
+        """Return when it struck; 0 where it never did."""
         return STAMP.unpack_from(self._shared, 8)[0]
 
     def _note(self, at_ns):
