@@ -40,6 +40,22 @@ def missing_roles(dialect: Dialect, place: Place) -> Iterator[Problem]:
             yield Problem(f"no signal has the role '{role}': {use}", Place(place.file, place.line, key), remedy=_MAP)
 
 
+def says_too_little(dialect: Dialect, place: Place) -> Iterator[Problem]:
+    """Find commands whose signal is the same for on and for off; `place` is that of the bench file's roles."""
+    carried = CommandEncoder(dialect).roles
+    for role, on in (("command_enable", 1.0), ("command_mode", float(Mode.POSITION))):
+        if role not in carried:
+            continue
+        where = Place(place.file, place.line, f"{place.key}.{role}" if place.key else f"roles.{role}")
+        try:
+            first = [CommandEncoder(dialect).encode({role: value}, 0).data.tobytes() for value in (on, 0.0)]
+        except InputError as error:
+            yield from (Problem(p.what, where, p.value, p.allowed, _OWN_FACTOR) for p in error.problems)
+            continue
+        if first[0] == first[1]:
+            yield Problem("this signal says the same for on and for off", where, remedy=_OWN_FACTOR)
+
+
 def unsendable(points: Sequence[SetPoint], dialect: Dialect, place: Place) -> Iterator[Problem]:
     """Find set-points of a phase that the controller's signals cannot carry."""
     for mode in {point.mode for point in points} & _MODES.keys():
@@ -66,5 +82,6 @@ def not_watched(dialect: Dialect) -> list[str]:
     return [f"{what} (no signal has the role '{role}')" for role, what in _WATCHED.items() if not dialect.has(role)]
 
 
+_OWN_FACTOR = "mend the role's scale and offset, or the signal's factor in the DBC file"
 _MAP = "map the role in the bench file"
 _OWN_RANGE = "change the phase, or the role's scale and offset in the bench file"

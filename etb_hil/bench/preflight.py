@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.quantity import format_quantity
-from etb_hil.bench.controller_needs import missing_roles, unsendable
+from etb_hil.bench.controller_needs import missing_roles, says_too_little, unsendable
 from etb_hil.canio.bus.budget import bus_budget
 from etb_hil.scenario.phase import Measure
 from etb_hil.scenario.phases import Phase
@@ -33,7 +33,8 @@ def check_scenario(scenario: Document[Scenario], setup: BenchSetup, throttle: Th
     Raises InputError with every problem found, each with file, line, key, value and what is allowed.
     """
     bench, dialect = setup.bench, setup.dialect
-    problems = list(missing_roles(dialect, setup.document.place("roles")))
+    roles = setup.document.place("roles")
+    problems = list(missing_roles(dialect, roles)) or list(says_too_little(dialect, roles))
     is_told = not problems
     total = 0.0
     start = throttle.limp_home

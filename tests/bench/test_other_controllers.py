@@ -75,6 +75,14 @@ def test_what_is_needed_is_refused_with_the_bench_file_s_place(tmp_path):
         job_of(tmp_path, bench)
 
 
+@pytest.mark.parametrize("scale", [1e300, -1e300])
+def test_a_drive_that_cannot_be_switched_on_or_off_is_refused(tmp_path, scale):
+    bench = stock_bench()
+    bench["roles"]["command_enable"] = {"signal": "EtbCommand.CommandEnable", "scale": scale}
+    with pytest.raises(InputError, match=r"bench\.yaml:\d+: roles\.command_enable: .* the same for on and for off"):
+        job_of(tmp_path, bench)
+
+
 def test_a_set_point_that_the_signal_cannot_hold_is_refused_before_anything_moves(tmp_path):
     bench = stock_bench()
     bench["roles"]["command_position"] = {"signal": "EtbCommand.CommandPosition", "scale": 0.5}

@@ -155,3 +155,18 @@ def test_the_dry_run_keeps_margins(tmp_path):
         else:
             with pytest.raises(InputError, match=r"steps\.yaml:4: .*dry run .*current"):
                 rehearse(scenario, tight, job.model, job.limits)
+
+
+def test_a_condition_that_is_true_in_the_dry_run_does_not_hide_the_rest_of_its_phase(tmp_path):
+    """On a bench where it comes true later, or never, the whole phase would run."""
+    job = job_of("virtual_classic", "default")
+    path = tmp_path / "steps.yaml"
+    path.write_text(
+        "schema: etb_hil/scenario/1\nname: Steps\nphases:\n"
+        "  - {id: steps, kind: step, positions: [10 deg, 70 deg, 10 deg], hold: 300 ms,"
+        " until: {role: supply_voltage, above: 1 V}}\n"
+    )
+    limits = job.setup.bench.limits.model_copy(update={"current": 2.4})  # a third of what the steps draw
+    tight = job.setup.bench.model_copy(update={"limits": limits})
+    with pytest.raises(InputError, match=r"steps\.yaml:4: .*dry run .*current"):
+        rehearse(load_scenario(path), tight, job.model, job.limits)
