@@ -29,6 +29,7 @@ from etb_hil.observer.lugre_smoother import smooth_along_lugre
 from etb_hil.observer.second_order import SecondOrderSlidingModeObserver
 from etb_hil.observer.sliding_mode import ImplicitSlidingModeObserver, SlidingModeObserver, SuperTwistingObserver
 from etb_hil.observer.smoother import forward_backward, smooth
+from etb_hil.observer.stick_slip import StickSlipObserver
 
 REFERENCE = Unit(
     torque_per_ampere=1.0, back_emf=1.0, inertia=2.1e-3, preload_open=0.396, preload_close=0.396, slope_open=0.087,
@@ -57,6 +58,7 @@ def observers(throttle, sensor):
     """Return name -> function (time, current, angle) -> Estimate, live ones first."""
     table = {name: kind(throttle, sensor).push for name, kind in VELOCITY_OBSERVERS.items()}
     table["angle (default)"] = AngleObserver(throttle, sensor).push
+    table["stick-slip"] = StickSlipObserver(throttle, sensor).push
     table["bristle"] = BristleObserver(throttle, sensor).push
 
     def twice(kind):

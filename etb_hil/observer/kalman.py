@@ -20,8 +20,8 @@ THETA, OMEGA, FRICTION = 0, 1, 2
 P00, P01, P02, P11, P12, P22 = 3, 4, 5, 6, 7, 8
 L0, L1, L2 = 9, 10, 11
 STEP, WANDER, STEADY, RUNNING, CURRENT = 12, 13, 14, 15, 16
-FLOOR, FLOOR_STEP = 17, 18
-STATES = 19
+FLOOR, FLOOR_STEP, FLOOR_OMEGA = 17, 18, 19
+STATES = 20
 
 # A bad estimate is worse than none: NaN until the uncertainty is within this factor of its steady value.
 _SETTLED = 1.5
@@ -87,7 +87,7 @@ def settle(s: Float64, dt: float, wander: float, jitter: float, angle_variance: 
         narrow(steady, dt, wander, angle_variance)
         if steady[STEADY] == 1.0:
             break
-    s[FLOOR], s[FLOOR_STEP] = steady[P22], dt
+    s[FLOOR], s[FLOOR_STEP], s[FLOOR_OMEGA] = steady[P22], dt, steady[P11]
     return int(-steady[L1] / steady[L2] * 1e9 + 0.5)
 
 

@@ -14,10 +14,12 @@ from etb_hil.observer.bristle import BristleObserver
 from etb_hil.observer.estimate import SensorNoise
 from etb_hil.observer.second_order import SecondOrderSlidingModeObserver
 from etb_hil.observer.sliding_mode import ImplicitSlidingModeObserver, SlidingModeObserver, SuperTwistingObserver
+from etb_hil.observer.stick_slip import StickSlipObserver
 
 OBSERVERS = {
     "angle": lambda: AngleObserver(parameters(Unit()), noise()),
     "bristle": lambda: BristleObserver(parameters(Unit()), noise()),
+    "stick-slip": lambda: StickSlipObserver(parameters(Unit()), noise()),
     "sliding mode": lambda: SlidingModeObserver(parameters(Unit()), noise()),
     "implicit": lambda: ImplicitSlidingModeObserver(parameters(Unit()), noise()),
     "super-twisting": lambda: SuperTwistingObserver(parameters(Unit()), noise()),
