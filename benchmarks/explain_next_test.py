@@ -13,20 +13,18 @@ import numpy as np
 from explain_cases import hidden_case, model_of, recording_of
 from generator import layout as at
 from generator.case import SINGLES
-from generator.program import TICK
 from generator.separability import sealed
 from generator.size import OutOfReachError
 from generator.surroundings import surround
 from scoring import rate, score
 
 from etb_hil.base.modes import Mode
-from etb_hil.base.stock import find
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.explanation import causes
 from etb_hil.discrepancy.measurement import measurements_of
 from etb_hil.discrepancy.naming import search
 from etb_hil.discrepancy.nexttest import next_test
-from etb_hil.scenario.scenario_file import load_scenario
+from etb_hil.scenario.planning import stock_plans
 
 EXCITATIONS = ("slow_sweep", "ramps_and_steps")
 MODES = {Mode.OFF: at.BRIDGE_OFF, Mode.POSITION: at.CLOSED_LOOP, Mode.VOLTAGE: at.OPEN_LOOP}
@@ -39,26 +37,19 @@ def answered(case):
     return findings, {"verdict": findings.verdict, "causes": causes(findings)}
 
 
-def commanded(name, nominal, start):
+def commanded(plan):
     """A scenario's set-points as the rig's inputs, tick by tick."""
-    throttle, parts = nominal.values, []
-    for step in load_scenario(find("scenario", name)).content.steps:
-        trajectory = step.phase.trajectory(start, throttle)
-        points = [trajectory.at(k * TICK) for k in range(round(trajectory.duration / TICK))]
-        part = np.zeros((len(points), at.INPUTS))
-        part[:, at.IN_MODE] = [MODES[point.mode] for point in points]
-        part[:, at.IN_ANGLE] = [point.position if point.enable else start for point in points]
-        part[:, at.IN_VELOCITY] = [point.velocity for point in points]
-        part[:, at.IN_VOLTAGE] = [point.voltage for point in points]
-        start = points[-1].position if points and points[-1].enable else throttle.limp_home
-        parts.append(part)
-    return np.ascontiguousarray(np.concatenate(parts))
+    inputs = np.zeros((len(plan.mode), at.INPUTS))
+    inputs[:, at.IN_MODE] = [MODES[Mode(mode)] for mode in plan.mode]
+    inputs[:, at.IN_ANGLE] = plan.position
+    inputs[:, at.IN_VELOCITY] = plan.velocity
+    inputs[:, at.IN_VOLTAGE] = plan.voltage
+    return inputs
 
 
-def tested(case, scenario):
+def tested(case, plan):
     """The same unit with the same effect, in the record of a scenario."""
-    inputs = commanded(scenario, model_of(case), case.rig.unit["limp_home"])
-    inputs = surround(inputs, np.random.default_rng([case.truth["seed"], 9]))
+    inputs = surround(commanded(plan), np.random.default_rng([case.truth["seed"], 9]))
     rig = replace(case.rig, inputs=inputs, seed=case.rig.seed + 1, _motion=None)
     return replace(case, rig=rig, table=rig.record(case.effects, case.sensors))
 
@@ -71,10 +62,11 @@ def one(seed):
     first = found["causes"][0] if found["causes"] else None
     if found["verdict"] != "ambiguous" or name not in {first["effect"], *first["class"]}:
         return name, found, "not open", None
-    test = next_test(findings)
+    plans = {plan.name: plan for plan in stock_plans(findings.model.values)}
+    test = next_test(findings, list(plans.values()))
     if test is None or test["scenario"] is None:
         return name, found, "by hand", test
-    case = tested(hidden.case, test["scenario"])
+    case = tested(hidden.case, plans[test["scenario"]])
     _, again = answered(case)
     outcome = score(again, sealed(case)).outcome
     rivals = set(test["pair"]) - {name}
@@ -93,7 +85,15 @@ def main(first, count):
             continue
         outcomes.append(said)
         named = [(cause["effect"], cause["class"]) for cause in found["causes"]]
-        print(seed, name, said, test and (test["pair"], test["scenario"]), found["verdict"], named, flush=True)
+        print(
+            seed,
+            name,
+            said,
+            test and (test["pair"], test["scenario"], test["expected_separation"]),
+            found["verdict"],
+            named,
+            flush=True,
+        )
     ran = [said for said in outcomes if said not in ("not open", "by hand")]
     print(f"{len(outcomes)} records; {outcomes.count('by hand')} open ones ask for a test by hand")
     for what, hits in (

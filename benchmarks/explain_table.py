@@ -3,7 +3,8 @@
     python benchmarks/explain_table.py ROWS.jsonl...
 
 `right`: the truth alone where nothing looks alike, with its class elsewhere. `honest`: nothing wrong said, less than
-could be. `wrong_confident`: one name, and not the truth or not the only one that these data allow.
+could be. `wrong_confident`: one name, and not the truth or not the only one that these data allow. `best in class`: the
+best suspect, whatever the verdict, is the truth or looks like it. Rows of several builds are told apart.
 """
 
 import json
@@ -48,6 +49,9 @@ def _print_group(key, members):
         if kind not in ("nothing", "outside"):
             print(f"  {part:8} {'best in class':16} {_share(sum(row['best_in_class'] for row in chosen), len(chosen))}")
             print(f"  {part:8} {'truth named':16} {_share(sum(outcomes[name] for name in NAMED), len(chosen))}")
+        if kind == "shape":
+            said = sum(row["verdict"] != "unexplained" for row in chosen)
+            print(f"  {part:8} {'not unexplained':16} {_share(said, len(chosen))}")
 
 
 def _print_spread(indent, rows):
@@ -70,10 +74,18 @@ def _print_intervals(rows):
             print(f"95 % intervals of {what} hold the truth: {_share(sum(held), len(held))}")
 
 
+def _seeds(rows, mark):
+    seeds = [row["seed"] for row in rows if row.get("build", "unmarked") == mark]
+    return f"{min(seeds)} to {max(seeds)}"
+
+
 def _share(hits, count):
     share = rate(hits, count)
     return f"{hits:4} of {count:4} = {100 * share.value:5.1f} % ({100 * share.low:.1f} to {100 * share.high:.1f})"
 
 
 if __name__ == "__main__":
-    print_rates([json.loads(line) for path in sys.argv[1:] for line in Path(path).read_text("utf-8").splitlines()])
+    rows = [json.loads(line) for path in sys.argv[1:] for line in Path(path).read_text("utf-8").splitlines()]
+    for mark, count in Counter(row.get("build", "unmarked") for row in rows).items():
+        print(f"build {mark}: {count} rows, seeds {_seeds(rows, mark)}")
+    print_rates(rows)

@@ -32,11 +32,13 @@ def run(options: argparse.Namespace) -> int:
     from etb_hil.discrepancy.pictures import pictures
     from etb_hil.plant.drive_file import load_plant
     from etb_hil.report.explain_report import write_explanation
+    from etb_hil.scenario.planning import stock_plans
 
-    model, _ = load_plant(find("model", options.model))
+    model, is_drive = load_plant(find("model", options.model))
     recordings = [recording_of(path, options.bench, options.map) for path in options.data]
     limits = load_limits(_limits(options)).content
-    answer = explain(recordings, model, progress=_progress, limits=limits)
+    plans = [] if is_drive else stock_plans(model.values)
+    answer = explain(recordings, model, progress=_progress, limits=limits, plans=plans)
     paths = write(answer, options.out)
     series = pictures(answer.findings, answer.holdout.segments) if answer.findings and answer.holdout else None
     paths.append(write_explanation(answer.explanation, series, options.out))

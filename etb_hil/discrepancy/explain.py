@@ -20,6 +20,8 @@ from etb_hil.discrepancy.findings import Findings
 from etb_hil.discrepancy.holdout import Holdout, hold_out
 from etb_hil.discrepancy.measurement import Measurement, measurements_of
 from etb_hil.discrepancy.naming import search
+from etb_hil.discrepancy.nexttest import next_test
+from etb_hil.discrepancy.planned import Plan
 from etb_hil.discrepancy.quality import data_quality
 from etb_hil.discrepancy.transfer import transfer
 from etb_hil.plant.drive_text import drive_text
@@ -46,11 +48,13 @@ def explain(
     without: Sequence[str] = (),
     progress: Callable[[str], None] = lambda _: None,
     limits: Limits | None = None,
+    plans: Sequence[Plan] = (),
 ) -> Answer:
     """Explain the first of some recordings of one kind of unit by a model, and try the causes on the others.
 
-    `without`: effects that are not looked for; with `limits` it says what the causes change in the diagnosis. An
-    interrupt ends it with what is known by then; the answer says so.
+    `without`: effects that are not looked for; with `limits` it says what the causes change in the diagnosis.
+    `plans`: scenarios of which the next test is one. An interrupt ends it with what is known by then, and the answer
+    says so.
     """
     together = [one for recording in recordings for one in confounded(recording)]
     stretches, others, missing = _read(recordings, model)
@@ -69,6 +73,9 @@ def explain(
         said.cut_short()
     holdout = None if said.is_cut_short else said.unless_cut_short("running the models freely", hold_out, findings)
     answer = explanation(findings, holdout)
+    if plans and not said.is_cut_short:
+        test = said.unless_cut_short("choosing the next test", next_test, findings, plans)
+        answer["next_test"] = test or answer["next_test"]
     if limits is not None and not said.is_cut_short:
         answer["diagnosis"] = said.unless_cut_short("judging the unit", consequence, findings, limits)
     if others and not said.is_cut_short:

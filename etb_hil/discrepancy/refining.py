@@ -38,7 +38,7 @@ class Refined:
 
 def quickly(residual: Residual, calibration: Calibration, screened: Screened, load: float = 1.0) -> Refined:
     """Return a suspect fitted with the base model's columns as they are, the suspect's own differenced anew."""
-    unknowns = _unknowns(calibration.unknowns, screened.candidate, screened.start, load)
+    unknowns = unknowns_of(calibration.unknowns, screened.candidate, screened.start, load)
     best: tuple[Fit, Float64] | None = None
     for share in (1.0, 0.3):
         begin = fit_of(residual, _between(calibration.fit.whole, screened, share))
@@ -57,7 +57,8 @@ def fully(residual: Residual, refined: Refined, rounds: int = _FULL_ROUNDS) -> R
     return replace(refined, fit=fit, columns=columns)
 
 
-def _unknowns(base: Sequence[Unknown], candidate: Candidate, start: Vector, load: float) -> list[Unknown]:
+def unknowns_of(base: Sequence[Unknown], candidate: Candidate, start: Vector, load: float) -> list[Unknown]:
+    """Return what a fit of a suspect moves: the base, its own parameter let out of its box, then an effect's own."""
     moved = [u.free() if u.name == candidate.frees else u for u in base]
     if candidate.effect is None:
         return moved

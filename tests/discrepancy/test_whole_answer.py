@@ -3,18 +3,24 @@
 import json
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from synthetic import MODEL
 
+from etb_hil.base.modes import Mode
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.limits import load_limits
 from etb_hil.discrepancy.explain import explain, write
 from etb_hil.discrepancy.extending import calibrated_parameters, extended_model
+from etb_hil.discrepancy.nexttest import next_test
 from etb_hil.discrepancy.pictures import pictures
+from etb_hil.discrepancy.planned import PERIOD, Plan
 from etb_hil.plant.model_text import model_text
 from etb_hil.plant.parameters import load_model
 from etb_hil.plant.physics import STOP_LOW
 from etb_hil.report.explain_report import write_explanation
+from etb_hil.scenario.planning import plan_of
+from etb_hil.scenario.scenario_file import load_scenario
 
 
 @pytest.fixture(scope="module")
@@ -69,3 +75,30 @@ def test_a_stop_just_below_the_sensors_zero_is_a_model_all_the_same(tmp_path):
     path = tmp_path / "model.yaml"
     path.write_text(model_text(model, "calibrated"), "utf-8")
     assert load_model(path).values.stop_low == pytest.approx(-0.002)
+
+
+def still(name, seconds=6.0):
+    count = round(seconds / PERIOD)
+    held = np.full(count, MODEL.values.limp_home + 0.3)
+    return Plan(name, np.full(count, int(Mode.POSITION)), held, np.zeros(count), np.zeros(count))
+
+
+def test_the_next_test_is_the_plan_in_which_the_class_differs_most(answer):
+    first = answer.findings.accepted[0]
+    others = ["torque_ripple", "friction_position_periodic"]
+    open_answer = replace(answer.findings, rounds=[replace(first, alike=others)])
+    scenario = load_scenario(find("scenario", "multisine")).content
+    moves = plan_of("multisine", scenario, MODEL.values)
+    test = next_test(open_answer, [still("rest"), moves])
+    assert test["scenario"] == "multisine"
+    assert test["pair"][0] == "cogging_torque"
+    assert set(test["expected_separation"]["parts"]) == set(others)
+    assert test["expected_separation"]["value"] > 10.0
+
+
+def test_where_no_plan_tells_the_class_apart_a_hand_has_to(answer):
+    first = answer.findings.accepted[0]
+    open_answer = replace(answer.findings, rounds=[replace(first, alike=["torque_ripple"])])
+    test = next_test(open_answer, [still("rest")])
+    assert test["scenario"] is None
+    assert test["says"]
