@@ -58,7 +58,7 @@ class Sensitivities:
         rows = [np.count_nonzero(channel) or 1 for channel in channels]
         squares = [channel @ channel / count for channel, count in zip(channels, rows, strict=True)]
         breaking = self._plain[BREAKING_AWAY] != 0.0
-        if breaking.any():
+        if breaking.any() and self._floors[BREAKING_AWAY] > 0.0:  # a noisy angle may tell of no rest at all
             scale = self._floors["torque"] / self._floors[BREAKING_AWAY]
             squares.append(np.mean((channels[0][breaking] * scale) ** 2))
         return float(np.sqrt(1.0 + max(squares)))
