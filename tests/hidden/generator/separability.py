@@ -16,6 +16,7 @@ _BY_ORDER = {"friction_position_periodic", "cogging_torque", "torque_ripple"}
 _PHASED = {*_BY_ORDER, "angle_sensor_eccentricity"}
 _NOTHING_LEFT = 0.03  # share below which what is left is the error of the finite difference
 _GOOD_SHARE = 0.15
+_SEEN = 1e-3  # of a column over the noise: what is less are these sensors blind to
 _DRAWS = 4
 
 
@@ -73,7 +74,7 @@ def _judge(case, entry, columns, parameters):
         cosines,
         kept,
         columns.visible(_within_tolerances(case.rig, own, base)),
-        base.imitators(own) if kept < _ABSORBED else (),
+        base.imitators(own) if kept < _ABSORBED and np.linalg.norm(own) > _SEEN else (),
         tuple(rival for rival, cosine in cosines.items() if cosine >= ALIKE),
     )
 
