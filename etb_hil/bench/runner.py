@@ -83,6 +83,7 @@ class Runner:
                 raise
             finally:
                 self._make_safe()
+        self._finish_log()
         record.end_ns = self._clock.now_ns()
         record.late_worst_ns, record.late_mean_ns = beat.lateness.worst_ns, beat.lateness.mean_ns
         record.age_worst_ns, record.age_mean_ns = beat.frame_age.worst_ns, beat.frame_age.mean_ns
@@ -211,6 +212,14 @@ class Runner:
         if record.safe_state is not SafeState.VERIFIED and record.outcome is BenchOutcome.OK:
             record.outcome, record.reason_id = BenchOutcome.FAULT, "safe_state_not_verified"
             record.reason = "drive off was commanded, but could not be verified from the measured current"
+
+    def _finish_log(self) -> None:
+        try:
+            self._tap.finish()
+        except RecordingFault as fault:
+            if self._record.outcome is BenchOutcome.OK:
+                self._record.outcome, self._record.reason_id = BenchOutcome.FAULT, "not_recorded"
+                self._record.reason = str(fault)
 
     def _show(self, now_ns: int) -> None:
         seen = self._beat.supervisor

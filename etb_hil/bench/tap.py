@@ -99,6 +99,11 @@ class Tap:
         """Return how the bus fares."""
         return self._link.health()
 
+    def finish(self) -> None:
+        """Hand all frames to the operating system: judging them takes seconds. RecordingFault where it refuses."""
+        if not self._is_lost:
+            self._log.flush()
+
     def _keep(self, frames: FrameBlock) -> RecordingFault | None:
         """Write frames to the raw log; where that fails, say so once, and go on without one."""
         if self._is_lost:

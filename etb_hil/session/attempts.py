@@ -32,14 +32,30 @@ def is_tried_again(retry: Retry | None, results: dict[str, Any], attempt: int) -
 
 
 def set_aside(session: Session, attempt: int) -> Path:
-    """Move what an attempt left into a session folder of its own inside the session; return that folder."""
+    """Move what an attempt left into a session folder of its own inside the session; return that folder.
+
+    The folder gets its name when it is whole, and only then is anything taken away: whoever is killed on the way leaves
+    a session that can be replayed.
+    """
     folder = session.folder / FOLDER / str(attempt)
-    folder.mkdir(parents=True)
-    shutil.copytree(session.folder / "inputs", folder / "inputs")
-    shutil.copyfile(session.folder / MANIFEST, folder / MANIFEST)
+    part = folder.with_suffix(".part")
+    part.mkdir(parents=True)
+    shutil.copytree(session.folder / "inputs", part / "inputs")
+    shutil.copyfile(session.folder / MANIFEST, part / MANIFEST)
     for name in (RAW_LOG, EVENTS, RESULTS):
-        (session.folder / name).rename(folder / name)
+        _link(session.folder / name, part / name)
+    part.rename(folder)
+    for name in (RESULTS, EVENTS, RAW_LOG):
+        (session.folder / name).unlink()
     return folder
+
+
+def _link(path: Path, name: Path) -> None:
+    """Give a file a second name, or make a copy where the disk knows no such thing."""
+    try:
+        name.hardlink_to(path)
+    except OSError:
+        shutil.copyfile(path, name)
 
 
 def earlier_attempts(session: Session) -> list[dict[str, Any]]:

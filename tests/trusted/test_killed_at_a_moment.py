@@ -1,0 +1,140 @@
+"""kill -9 at the moments at which files change hands: what is left is whole, and the next run goes on beside it."""
+
+import os
+import signal
+import sqlite3
+from pathlib import Path
+
+import can
+import pytest
+from whole_run import files
+
+from etb_hil.bench import tap
+from etb_hil.bench.job import execute, prepare
+from etb_hil.bench.operator import Unattended
+from etb_hil.canio.logs.blf import BlfLog
+from etb_hil.replay.session_replay import replay
+from etb_hil.session import attempts, store
+from etb_hil.session.differences import first_difference
+from etb_hil.session.events import EventLog, read_events
+from etb_hil.session.store import STORE
+
+SCENARIO = """schema: etb_hil/scenario/1
+name: Short
+retry: {attempts: 2, after: [inconclusive]}
+phases:
+  - {id: zero, kind: current_zero, duration: 0.2 s}
+  - {id: home, kind: home, speed: 2 rad/s, press: 1 deg, release: 0.1 s}
+  - {id: clamped, kind: prompt, text: 'Clamped?', answers: [yes, no], unattended: yes}
+  - {id: hold, kind: hold, position: 30 deg, duration: 0.2 s}
+"""
+
+
+def die(*_, **__):
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def at_call(owner, name, number=1):
+    """Return what makes a process die in the given call of a function, before it does anything."""
+
+    def arm():
+        original, calls = getattr(owner, name), []
+
+        def called(*arguments, **named):
+            calls.append(1)
+            return die() if len(calls) == number else original(*arguments, **named)
+
+        setattr(owner, name, called)
+
+    return arm
+
+
+def at_event(event, phase=None):
+    """Return what makes a process die right after it has written an event."""
+
+    def arm():
+        add = EventLog.add
+
+        def added(self, stamp_ns, name, /, **details):
+            add(self, stamp_ns, name, **details)
+            if name == event and phase in {None, details.get("id")}:
+                die()
+
+        EventLog.add = added
+
+    return arm
+
+
+def within_the_store_s_last_transaction():
+    class Dying(sqlite3.Connection):
+        def cursor(self, *arguments):  # of the results alone: phases are written without one
+            cursor = super().cursor(*arguments)
+            cursor.execute("BEGIN IMMEDIATE")
+            cursor.execute("UPDATE runs SET ended = 1, verdict = 'pass'")
+            die()
+
+    connect = sqlite3.connect
+    store.sqlite3.connect = lambda *arguments, **named: connect(*arguments, factory=Dying, **named)
+
+
+MOMENTS = {  # and how many of the four phases have ended by then
+    "before the first beat": (at_event("start"), 0),
+    "homing": (at_event("phase", "home"), 1),
+    "between two phases": (at_event("phase_end", "home"), 2),
+    "asking": (at_call(Unattended, "ask"), 2),
+    "asked": (at_event("prompt"), 2),
+    "drive off": (at_event("safe_stop"), 4),
+    "before the results": (at_call(Path, "write_text", 2), 4),  # the first is the session's manifest
+    "half the results": (at_call(Path, "replace"), 4),
+    "the store's transaction": (within_the_store_s_last_transaction, 4),
+    "closing the log": (at_call(BlfLog, "_header", 2), 4),
+    "before the second attempt": (at_call(attempts.shutil, "copytree"), 4),
+    "naming the first attempt": (at_call(Path, "rename"), 4),
+    "taking away the first attempt": (at_call(Path, "unlink", 2), 4),
+}
+
+
+@pytest.fixture(scope="module")
+def job(tmp_path_factory):
+    path = tmp_path_factory.mktemp("scenario") / "short.yaml"
+    path.write_text(SCENARIO)
+    prepared = prepare(files(scenario=path))
+    execute(prepared, path.parent, "", 1)  # so that what is forked from here has everything compiled and loaded
+    return prepared
+
+
+@pytest.mark.parametrize("moment", MOMENTS)
+def test_what_is_left_is_whole_and_the_next_run_goes_on(job, tmp_path, moment):
+    arm, ended = MOMENTS[moment]
+    child = os.fork()
+    if not child:
+        try:
+            tap.FLUSH_S = 0.0  # virtual time runs ahead of the machine's
+            arm()
+            execute(job, tmp_path, "SN 1", 1)
+        finally:
+            os._exit(1)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == -signal.SIGKILL
+
+    (session,) = (path for path in tmp_path.iterdir() if path.is_dir())
+    first = session / "attempts" / "1"
+    whole = first if first.is_dir() else session
+    with can.BLFReader(whole / "raw.blf") as reader:
+        assert ended == 0 or len(list(reader)) > 100
+    phases = [event.details["id"] for event in read_events(whole / "events.jsonl") if event.event == "phase_end"]
+    assert len(phases) == ended
+    again = replay(whole)
+    assert again.results["unit"]["verdict"] == ("inconclusive" if again.record.is_complete else None)
+    if again.session.has_results:
+        assert first_difference(again) is None
+
+    after = execute(job, tmp_path, "SN 2", 1)
+    assert after.results["bench"]["outcome"] == "ok"
+    connection = sqlite3.connect(tmp_path / STORE)
+    rows = connection.execute("SELECT serial, ended, verdict FROM runs ORDER BY started").fetchall()
+    stored = connection.execute("SELECT phase_id FROM phases JOIN runs USING (run_id) WHERE serial = 'SN 1'").fetchall()
+    assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+    connection.close()
+    assert ("SN 2", 1, "inconclusive") in rows
+    assert all(verdict != "pass" for _, _, verdict in rows)
+    assert len(stored) >= ended - 1  # the last one may have been on its way
