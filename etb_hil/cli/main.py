@@ -38,6 +38,7 @@ EXIT_CODES = "exit codes: 0 pass or done, 2 bad input, 3 bench fault, 4 inconclu
 
 def main(arguments: list[str] | None = None) -> int:
     """Run one command and return its exit code."""
+    _open_standard_streams()
     words = sys.argv[1:] if arguments is None else arguments
     if ASKED in os.environ:
         words = words_so_far()
@@ -51,6 +52,18 @@ def main(arguments: list[str] | None = None) -> int:
         warnings.showwarning = _caution  # type: ignore[assignment]
     module = importlib.import_module(f"etb_hil.cli.{options.command}")
     return _guarded(module.run, options)
+
+
+def _open_standard_streams() -> None:
+    """Lead what was closed (`>&-`) nowhere: else the next file that is opened, a raw log perhaps, takes its number."""
+    for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.dup2(os.open(os.devnull, os.O_RDWR), number)
+            os.set_inheritable(number, True)
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(number, mode, closefd=False))  # noqa: SIM115 (as long as the process lives)
 
 
 def _parser(command: str | None) -> argparse.ArgumentParser:
