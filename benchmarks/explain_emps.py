@@ -15,8 +15,9 @@ from scipy.io import loadmat
 from etb_hil.discrepancy import freerun
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.calibration import all_unknowns, calibrate
-from etb_hil.discrepancy.fit import fit_of, gauss_newton
+from etb_hil.discrepancy.following import fold_of, follow
 from etb_hil.discrepancy.measurement import measurements_of
+from etb_hil.discrepancy.segments import SEGMENTS, held_out, segment_of
 from etb_hil.discrepancy.unknowns import base_unknowns, effect_unknowns, simulable, start
 from etb_hil.plant.drive_file import load_plant
 from etb_hil.plant.effects.catalogue import CATALOGUE
@@ -29,6 +30,8 @@ EXAMPLES = Path(__file__).resolve().parent.parent / "docs" / "examples"
 PUBLISHED = {"inertia": 95.109, "viscous": 203.50, "coulomb": 20.394, "preload_open": -3.165}
 CLOSED_LOOP = {"position": 0.00802, "velocity": 0.479, "acceleration": 19.8, "force": 8.94}
 TRAINING = 0.6
+VARIANTS = ((), ("friction_asymmetry",), ("friction_asymmetry", "cogging_torque"))
+FLOOR = 1.2e-4  # m: free-run error of a true model on this record
 CUTOFF_HZ = 40.0
 MOVING = 0.01  # m/s: away from reversals
 
@@ -45,18 +48,35 @@ def with_effects(model, balances, names):
         for place, value in zip(effect.indices, values, strict=True):
             whole[place] = value
         unknowns = unknowns + effect_unknowns(effect, values, balances[0].load)
-    return calibrate(model, balances, whole, unknowns, rounds=12).fit.whole
+    return calibrate(model, balances, whole, unknowns, rounds=12)
 
 
-def fitted_freely(model, balances, begin):
-    """Fit the base parameters to the position of one free run over the whole record by the drive alone."""
+def held_out_free_run(b, vectors):
+    """Error (mm rms) of free runs of 2 s on the estimation file, each under parameters found without it."""
+
+    def parameters(share):
+        return vectors[fold_of([b], b, share)][:EXTENDED]
+
+    found = freerun.errors(b, parameters, freerun.starts(b, parameters(0.0)), one_step=False)[freerun.POSITION]
+    return 1e3 * float(np.sqrt(np.mean(found**2)))
+
+
+def variants(model, balances):
+    """Whole vectors by name with their held-out error on the estimation file: what a choice may be made by."""
     b = balances[0]
-
-    def off(whole):
-        return 1e3 * (freerun.trace(b, whole[:EXTENDED], 0, len(b.measured)) - b.measured.angle)
-
-    known = [u for u in base_unknowns(model) if u.name != "stiction"]
-    return gauss_newton(off, fit_of(off, begin), known, 12)[0].whole
+    found = {}
+    for names in VARIANTS:
+        calibration = with_effects(model, balances, names)
+        own = [calibration.fit.whole.copy() for _ in range(SEGMENTS)]
+        x = held_out(calibration.fit, calibration.columns, calibration.unknowns, segment_of(balances)).x
+        for vector, values in zip(own, x, strict=True):
+            for unknown, value in zip(calibration.unknowns, values, strict=True):
+                unknown.put(vector, float(value))
+        name = ", ".join(names) or "symmetric"
+        found[name] = calibration.fit.whole, held_out_free_run(b, own)
+        followed = follow(balances, b, calibration, FLOOR)
+        found[f"{name}, in free run"] = followed.whole, held_out_free_run(b, followed.held_out)
+    return found
 
 
 def held_out_force(model, balances, names):
@@ -65,7 +85,7 @@ def held_out_force(model, balances, names):
     kept = b.weights.copy()
     cut = round(TRAINING * b.rows)
     b.weights = kept * np.tile(np.arange(b.rows) < cut, 3)
-    whole = with_effects(model, balances, names)
+    whole = with_effects(model, balances, names).fit.whole
     b.weights = kept
     left = b.channels(whole[:EXTENDED], whole[EXTENDED:])[0][cut:] / b.whitening(0)[0]
     moving = np.abs(b.spectrum.picked(b.motion(whole[:EXTENDED])[1]))[cut:] > MOVING
@@ -127,14 +147,15 @@ def main(folder):
     for effects in ((), ("friction_asymmetry",), ("friction_asymmetry", "cogging_torque")):
         everywhere, moving = held_out_force(model, estimation, effects)
         print(f"  {', '.join(effects) or 'symmetric':40} {everywhere:.3f} {moving:.3f}")
-    print("free run on the test file by the drive alone, mm rms")
+    print("free run by the drive alone, mm rms: held-out 2 s of the estimation file, the whole test file")
     m = test[0].measured
-    models = {"symmetric": skewed, "symmetric, same instant": plain}
-    models["symmetric, fitted in free run"] = fitted_freely(model, estimation, plain)
-    models["friction_asymmetry"] = with_effects(model, estimation, ("friction_asymmetry",))
-    for name, whole in models.items():
+    tried = variants(model, estimation)
+    chosen = min(tried, key=lambda name: tried[name][1])
+    for name, (whole, error) in tried.items():
         off = freerun.trace(test[0], whole[:EXTENDED], 0, len(m)) - m.angle
-        print(f"  {name:40} {1e3 * np.sqrt(np.mean(off**2)):.2f}")
+        said = "  <- chosen on the estimation file" if name == chosen else ""
+        print(f"  {name:56} {error:.2f} {1e3 * np.sqrt(np.mean(off**2)):.2f}{said}")
+    models = {"symmetric": tried["symmetric"][0], chosen: tried[chosen][0]}
     print("closed-loop simulation of the test file, % of the measured")
     data = loadmat(Path(folder) / names[1])
     found = {name: closed_loop_errors(data, whole[:EXTENDED]) for name, whole in models.items()}

@@ -103,7 +103,8 @@ def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
         errors = hold_out(findings)
         table = errors.table["free_run"]["throttle_angle"]
         row["free_run_over_floor"] = table.get("extended", table["calibrated"]) / table["noise_floor"]
-        row["nrmse"] = errors.nrmse.get("extended", errors.nrmse["calibrated"])
+        row["followed_over_floor"] = table["followed"] / table["noise_floor"]
+        row["nrmse"] = errors.nrmse["followed"]
     return scored, row
 
 

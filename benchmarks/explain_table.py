@@ -55,7 +55,7 @@ def _print_group(key, members):
 
 
 def _print_spread(indent, rows):
-    for key in ("free_run_over_floor", "nrmse", "seconds"):
+    for key in ("free_run_over_floor", "followed_over_floor", "nrmse", "seconds"):
         values = sorted(row[key] for row in rows if key in row)
         if values:
             at_90 = values[int(0.9 * len(values))]

@@ -19,6 +19,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--map", type=Path, help="which column of a table is which role")
     parser.add_argument("--bench", help="bench file that says which frame of a CAN log is which role")
     parser.add_argument("--limits", help="limits of the part (default: the first session's own, else default)")
+    parser.add_argument(
+        "--fit-on",
+        type=_numbers,
+        default=(),
+        metavar="VALUES",
+        help="of data too slow to name causes by: the conditions whose runs are fitted, for instance 10000,15000",
+    )
     parser.add_argument("--out", type=Path, default=Path("explanation"), help="folder (default: %(default)s)")
 
 
@@ -29,7 +36,7 @@ def run(options: argparse.Namespace) -> int:
     from etb_hil.cli.recordings import recording_of
     from etb_hil.diagnosis.limits import load_limits
     from etb_hil.discrepancy.explain import explain, write
-    from etb_hil.discrepancy.pictures import pictures
+    from etb_hil.discrepancy.pictures import coarse_pictures, pictures
     from etb_hil.plant.drive_file import load_plant
     from etb_hil.report.explain_report import write_explanation
     from etb_hil.scenario.planning import stock_plans
@@ -38,9 +45,11 @@ def run(options: argparse.Namespace) -> int:
     recordings = [recording_of(path, options.bench, options.map) for path in options.data]
     limits = load_limits(_limits(options)).content
     plans = [] if is_drive else stock_plans(model.values)
-    answer = explain(recordings, model, progress=_progress, limits=limits, plans=plans)
+    answer = explain(recordings, model, progress=_progress, limits=limits, plans=plans, fit_on=options.fit_on)
     paths = write(answer, options.out)
-    series = pictures(answer.findings, answer.holdout.segments) if answer.findings and answer.holdout else None
+    series = coarse_pictures(answer.coarse) if answer.coarse else None
+    if answer.findings and answer.holdout:
+        series = pictures(answer.findings, answer.holdout)
     paths.append(write_explanation(answer.explanation, series, options.out))
     _progress("")
     found = answer.explanation
@@ -53,6 +62,10 @@ def run(options: argparse.Namespace) -> int:
         print(f"interrupted while {found['interrupted']}: this is what was known by then", file=sys.stderr)
         return int(ExitCode.ABORTED)
     return int(ExitCode.INCONCLUSIVE if found["verdict"] == "insufficient_data" else ExitCode.DONE)
+
+
+def _numbers(text: str) -> tuple[float, ...]:
+    return tuple(float(one) for one in text.split(","))
 
 
 def _limits(options: argparse.Namespace) -> Path:

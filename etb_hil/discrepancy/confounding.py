@@ -49,6 +49,8 @@ def confounded(recording: Recording) -> list[dict[str, Any]]:
 def _said(first: str, second: str, correlation: float, test: str) -> dict[str, Any]:
     return {
         "these": f"{first} and {second}",
+        "pair": [first, second],
+        "test": test[0].upper() + test[1:] + ".",
         "rank_correlation": correlation,
         "says": f"they changed together throughout, so that what one does cannot be told from the other; {test}.",
     }

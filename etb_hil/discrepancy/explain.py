@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
-from etb_hil.base.errors import InputError
+from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.limits import Limits
 from etb_hil.discrepancy.balances import Balances
+from etb_hil.discrepancy.coarse import Coarse, explain_coarsely
 from etb_hil.discrepancy.confounding import confounded
 from etb_hil.discrepancy.consequence import consequence
 from etb_hil.discrepancy.explanation import SCHEMA, explanation
@@ -23,6 +24,7 @@ from etb_hil.discrepancy.naming import search
 from etb_hil.discrepancy.nexttest import next_test
 from etb_hil.discrepancy.planned import Plan
 from etb_hil.discrepancy.quality import data_quality
+from etb_hil.discrepancy.sweeps import is_slow, sweeps_of
 from etb_hil.discrepancy.transfer import transfer
 from etb_hil.plant.drive_text import drive_text
 from etb_hil.plant.model_text import model_text
@@ -35,11 +37,12 @@ T = TypeVar("T")
 
 @dataclass(slots=True)
 class Answer:
-    """What `explanation.json` holds, and what it was made of; no findings where the data did not suffice."""
+    """What `explanation.json` holds, and what it was made of: a search's findings, or of slow data their free runs."""
 
     explanation: dict[str, Any]
     findings: Findings | None = None
     holdout: Holdout | None = None
+    coarse: Coarse | None = None
 
 
 def explain(
@@ -49,20 +52,21 @@ def explain(
     progress: Callable[[str], None] = lambda _: None,
     limits: Limits | None = None,
     plans: Sequence[Plan] = (),
+    fit_on: Sequence[float] = (),
 ) -> Answer:
     """Explain the first of some recordings of one kind of unit by a model, and try the causes on the others.
 
     `without`: effects that are not looked for; with `limits` it says what the causes change in the diagnosis.
     `plans`: scenarios of which the next test is one. An interrupt ends it with what is known by then, and the answer
-    says so.
+    says so. Data that are too slow to name causes by are
+    fitted in free run where a condition has the values `fit_on`, and judged elsewhere; InputError where none has.
     """
     together = [one for recording in recordings for one in confounded(recording)]
     stretches, others, missing = _read(recordings, model)
-    if not stretches:
-        nothing = {"verdict": "insufficient_data", "causes": [], "data_quality": missing, "confounded": together}
-        return Answer({"schema": SCHEMA, **nothing})
-    balances = [Balances(measured, model) for measured in stretches]
     said = _Said(progress)
+    if not stretches or fit_on:
+        return _coarsely(recordings[0], model, fit_on, said, missing, together)
+    balances = [Balances(measured, model) for measured in stretches]
     try:
         findings = search(model, balances, without, said)
     except KeyboardInterrupt:
@@ -90,6 +94,37 @@ def explain(
     if said.is_cut_short:
         answer["interrupted"] = said.last
     return Answer(answer, findings, holdout)
+
+
+def _coarsely(
+    recording: Recording,
+    model: Model,
+    fit_on: Sequence[float],
+    said: _Said,
+    why: list[str],
+    together: list[dict[str, Any]],
+) -> Answer:
+    """Return what free runs alone tell; InputError with a `fit_on` that is wrong or asks it of fast data."""
+    nothing: dict[str, Any] = {"verdict": "insufficient_data", "causes": [], "data_quality": why}
+    if not is_slow(recording):
+        if fit_on:
+            what = "--fit-on is for data that are sampled too slowly to name causes by"
+            remedy = "leave it out: of fast data every segment is judged by a fit to the others"
+            raise InputError(Problem(what, value=recording.origin, remedy=remedy))
+        return Answer({"schema": SCHEMA, **nothing, "confounded": together})
+    try:
+        sweeps = sweeps_of(recording, model)
+    except InputError as error:
+        more = [str(problem) for problem in error.problems]
+        nothing["data_quality"] = why + [one for one in more if one not in why]
+        return Answer({"schema": SCHEMA, **nothing, "confounded": together})
+    found = said.unless_cut_short("making free runs", explain_coarsely, recording, sweeps, model, fit_on, said, why)
+    if found is None:
+        said.cut_short()
+        return Answer({"schema": SCHEMA, **nothing, "confounded": together, "interrupted": said.last})
+    first = together[0] if together else None
+    ahead = {"next_test": {"says": first["test"], "pair": first["pair"], "scenario": None}} if first else {}
+    return Answer({"schema": SCHEMA, **found.explanation, **ahead, "confounded": together}, coarse=found)
 
 
 def _read(recordings: Sequence[Recording], model: Model) -> tuple[list[Measurement], list[Measurement], list[str]]:
@@ -145,7 +180,12 @@ def write(answer: Answer, folder: Path) -> list[Path]:
         is_drive = any(b.measured.is_drive for b in answer.findings.balances)
         text = drive_text if is_drive else model_text
         description = "base parameters as calibrated, effects as found"
-        paths[1].write_text(text(extended_model(answer.findings), description), "utf-8")
+        best = answer.holdout.best if answer.holdout is not None else None
+        paths[1].write_text(text(extended_model(answer.findings, best), description), "utf-8")
+    if answer.coarse is not None:
+        paths.append(folder / "model.yaml")
+        text_of = model_text(answer.coarse.model, "base parameters as fitted in free run")
+        paths[1].write_text(text_of, "utf-8")
     test = answer.explanation.get("next_test")
     if test and test["scenario"]:
         paths.append(folder / "next_test.yaml")

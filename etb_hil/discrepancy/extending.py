@@ -24,13 +24,18 @@ _SAID = ", explained"
 _KEPT = ("gear_ratio", "throttle_inertia", "motor_inertia", "supply_voltage", "voltage_limit")
 
 
-def extended_model(findings: Findings) -> Model:
-    """Return the calibrated model with the accepted effects and those that it had."""
-    p = findings.final.fit.whole
+def extended_model(findings: Findings, whole: Vector | None = None) -> Model:
+    """Return the calibrated model with the accepted effects and those that it had; as balances have it, or `whole`."""
+    p = findings.final.fit.whole if whole is None else whole
     there = {r.winner.id for r in findings.accepted} | {entry.id for entry in findings.model.effects}
     effects = tuple(EffectEntry(id=id_, strengths=entry_of(CATALOGUE[id_], p)) for id_ in CATALOGUE if id_ in there)
-    name = findings.model.name.removesuffix(_SAID) + _SAID
-    return Model(name, calibrated_parameters(findings.model, p), findings.model.sensors, effects)
+    return replace(calibrated_model(findings.model, p), effects=effects)
+
+
+def calibrated_model(model: Model, p: Vector) -> Model:
+    """Return a model with the base parameters of a vector, its effects as they were."""
+    name = model.name.removesuffix(_SAID) + _SAID
+    return Model(name, calibrated_parameters(model, p), model.sensors, model.effects)
 
 
 def calibrated_parameters(model: Model, p: Vector) -> Mapping[str, Parameter]:

@@ -74,6 +74,11 @@ def _segment(b: Balances, p: Vector, begin: int, begin_at: Vector, rows: int, ev
     return angle_sensor_eccentricity.measured_angle(out[:, 0] * b.gear, p) / b.gear, sensed
 
 
+def segment(b: Balances, p: Vector, begin: int, begin_at: Vector, rows: int) -> Float64:
+    """Return the angle (rows) as the encoder would tell it, run freely from a row and a state on."""
+    return _segment(b, p, begin, begin_at, rows, 0)[0]
+
+
 def trace(b: Balances, p: Vector, begin: int, rows: int | None = None) -> Float64:
     """Return the model's angle (rows; else a segment's) as the encoder would tell it, run freely from a row on."""
     begin_at = _led(b, p, np.array([begin]))[0]

@@ -12,6 +12,7 @@ from etb_hil.discrepancy import freerun
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.calibration import Calibration
 from etb_hil.discrepancy.findings import Findings
+from etb_hil.discrepancy.following import fold_of, follow
 from etb_hil.discrepancy.rerun import rerun
 from etb_hil.discrepancy.segments import SEGMENTS, held_out, segment_of
 from etb_hil.discrepancy.unknowns import start
@@ -25,13 +26,17 @@ _DRAWS = 2000
 
 @dataclass(frozen=True, slots=True)
 class Holdout:
-    """Root mean square errors (SI) over segments: `table[kind][signal][model]`, and the gain with its 95 % interval."""
+    """Root mean square errors (SI) over segments: `table[kind][signal][model]`, and the gain with its 95 % interval.
+
+    `best`: the whole vector whose kind of fit errs least in free run on segments that it did not see.
+    """
 
     table: dict[str, dict[str, dict[str, float]]]
     segments: dict[str, dict[str, Float64]]
     nrmse: dict[str, float]
     gain: float
     gain_interval: tuple[float, float]
+    best: Vector
 
 
 def hold_out(findings: Findings) -> Holdout:
@@ -40,12 +45,15 @@ def hold_out(findings: Findings) -> Holdout:
     nominal = start(findings.model)[:EXTENDED]
     models: dict[str, tuple[Balances, Callable[[float], Vector]]] = {
         "nominal": (b, lambda _: nominal),
-        "calibrated": (b, _folds(findings, findings.calibration)),
+        "calibrated": (b, _folds(findings, b, findings.calibration)),
     }
     if findings.accepted:
-        models["extended"] = (b, _folds(findings, findings.final))
+        models["extended"] = (b, _folds(findings, b, findings.final))
     truth = findings.final.fit.whole[:EXTENDED]
     again = Balances(rerun(b, findings.model, truth, 7), findings.model)
+    floor = freerun.errors(again, lambda _: truth, freerun.starts(again, truth), one_step=False)[freerun.POSITION]
+    followed = follow(findings.balances, b, findings.final, float(np.sqrt(np.mean(floor**2))))
+    models["followed"] = (b, lambda share: followed.held_out[fold_of(findings.balances, b, share)][:EXTENDED])
     models["noise_floor"] = (again, lambda _: truth)
     table: dict[str, dict[str, dict[str, float]]] = {}
     segments: dict[str, dict[str, Float64]] = {}
@@ -62,7 +70,9 @@ def hold_out(findings: Findings) -> Holdout:
     before, after = segments["calibrated"]["throttle_angle"], segments[best]["throttle_angle"]
     span = float(np.ptp(b.measured.angle))
     nrmse = {name: values["throttle_angle"] / span for name, values in _by_model(table["free_run"]).items()}
-    return Holdout(table, segments, nrmse, _gain(before, after), _interval(before, after))
+    free = table["free_run"][freerun.POSITION]
+    whole = followed.whole if free["followed"] < free[best] else findings.final.fit.whole
+    return Holdout(table, segments, nrmse, _gain(before, after), _interval(before, after), whole)
 
 
 def _by_model(table: dict[str, dict[str, float]]) -> dict[str, dict[str, float]]:
@@ -73,7 +83,7 @@ def _by_model(table: dict[str, dict[str, float]]) -> dict[str, dict[str, float]]
     return found
 
 
-def _folds(findings: Findings, calibration: Calibration) -> Callable[[float], Vector]:
+def _folds(findings: Findings, b: Balances, calibration: Calibration) -> Callable[[float], Vector]:
     """Return the parameters for each share of the record: those that were found without the segment it lies in."""
     segment = segment_of(findings.balances)
     x = held_out(calibration.fit, calibration.columns, calibration.unknowns, segment).x
@@ -83,7 +93,7 @@ def _folds(findings: Findings, calibration: Calibration) -> Callable[[float], Ve
         for unknown, value in zip(calibration.unknowns, x[k], strict=True):
             unknown.put(whole, float(value))
         vectors.append(whole[:EXTENDED])
-    return lambda share: vectors[min(int(share * SEGMENTS), SEGMENTS - 1)]
+    return lambda share: vectors[fold_of(findings.balances, b, share)]
 
 
 def _gain(before: Float64, after: Float64) -> float:

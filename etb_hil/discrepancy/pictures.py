@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy import freerun
+from etb_hil.discrepancy.coarse import Coarse
 from etb_hil.discrepancy.findings import Findings
+from etb_hil.discrepancy.holdout import Holdout
 from etb_hil.discrepancy.leftover import Leftover, leftovers
 from etb_hil.plant.effects.layout import EXTENDED
 
@@ -25,13 +29,29 @@ class Pictures:
     after: Float64
     position_unit: str
     left: list[Leftover]
+    title: str = "Free run on the worst segment"
+    before_is: str = "model as calibrated"
+    after_is: str = "model with the causes"
+    runs: Runs | None = None
 
 
-def pictures(findings: Findings, segments: dict[str, dict[str, Float64]]) -> Pictures:
+@dataclass(frozen=True, slots=True)
+class Runs:
+    """Free runs over what was set (n): R^2, and the voltages in V at which the plate broke away (NaN: it did not)."""
+
+    condition: str
+    value: Float64
+    is_seen: NDArray[np.bool_]
+    r_squared: Float64
+    breaks_away: Float64
+    model_breaks_away: Float64
+
+
+def pictures(findings: Findings, holdout: Holdout) -> Pictures:
     """Return the columns; the segment is the one that the calibrated model gets most wrong."""
     b = max(findings.balances, key=lambda each: each.rows)
     m = b.measured
-    worst = int(np.argmax(segments["calibrated"][freerun.POSITION]))
+    worst = int(np.argmax(holdout.segments["calibrated"][freerun.POSITION]))
     rows = round(freerun.SEGMENT_S * m.rate)
     begin = worst * rows
     first, last = findings.calibration.fit.whole, findings.final.fit.whole
@@ -39,7 +59,39 @@ def pictures(findings: Findings, segments: dict[str, dict[str, Float64]]) -> Pic
         time=np.arange(begin, begin + rows) / m.rate,
         measured=m.angle[begin : begin + rows],
         before=freerun.trace(b, first[:EXTENDED], begin),
-        after=freerun.trace(b, last[:EXTENDED], begin),
+        after=freerun.trace(b, holdout.best[:EXTENDED], begin),
         position_unit="m" if m.is_drive else "rad",
         left=leftovers(b, first, last),
+    )
+
+
+def coarse_pictures(coarse: Coarse) -> Pictures:
+    """Return the columns for runs of slow data: of those that the fit did not see the worst, and numbers of all."""
+    runs = coarse.explanation["runs"]
+    judged = [k for k, run in enumerate(runs) if not run["seen_by_the_fit"]]
+    worst = max(judged, key=lambda k: float(runs[k]["rms_rad"]))
+    sweep, part = coarse.sweeps[worst], slice(coarse.sweeps[worst].first, None)
+    name = f"{sweep.role.replace('_', ' ')} {sweep.condition:g}" if sweep.role else f"run {worst + 1} of {len(runs)}"
+
+    def column(of: Callable[[dict[str, Any]], float | None]) -> Float64:
+        return np.array([np.nan if (value := of(run)) is None else value for run in runs], np.float64)
+
+    return Pictures(
+        time=sweep.start_s + sweep.seconds[part],
+        measured=sweep.angle[part],
+        before=coarse.nominal[worst][part],
+        after=coarse.fitted[worst][part],
+        position_unit="rad",
+        left=[],
+        title=f"Free run that the fit did not see and gets most wrong ({name})",
+        before_is="model as stated",
+        after_is="model as fitted to other runs",
+        runs=Runs(
+            sweep.role.replace("_", " ") or "run",
+            column(lambda run: run["value"]) if sweep.role else np.arange(1.0, len(runs) + 1.0),
+            np.array(coarse.is_seen),
+            column(lambda run: run["r_squared"]),
+            column(lambda run: run["breaks_away_at_V"]["measured"]),
+            column(lambda run: run["breaks_away_at_V"]["model"]),
+        ),
     )

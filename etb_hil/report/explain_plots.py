@@ -6,7 +6,7 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from etb_hil.discrepancy.leftover import Leftover
-from etb_hil.discrepancy.pictures import Pictures
+from etb_hil.discrepancy.pictures import Pictures, Runs
 from etb_hil.report.drawing import CLOSING, INK, LIMIT, MEASURED, MUTED, OPENING, STYLE, legend_below, new_figure
 
 
@@ -14,14 +14,29 @@ from etb_hil.report.drawing import CLOSING, INK, LIMIT, MEASURED, MUTED, OPENING
 def before_and_after(series: Pictures) -> Figure:
     """Draw the segment that the model got most wrong, run by the measured voltage alone."""
     figure, (upper, lower) = new_figure(9.0, 4.6, 2, [2.0, 1.0])
-    upper.set(title="Free run on the worst segment", ylabel=f"position / {series.position_unit}")
+    upper.set(title=series.title, ylabel=f"position / {series.position_unit}")
     upper.plot(series.time, series.measured, color=INK, label="measured")
-    upper.plot(series.time, series.before, "--", color=LIMIT, label="model as calibrated")
-    upper.plot(series.time, series.after, ":", color=MEASURED, linewidth=1.8, label="model with the causes")
+    upper.plot(series.time, series.before, "--", color=LIMIT, label=series.before_is)
+    upper.plot(series.time, series.after, ":", color=MEASURED, linewidth=1.8, label=series.after_is)
     lower.set(xlabel="time / s", ylabel=f"error / {series.position_unit}")
     lower.plot(series.time, series.before - series.measured, "--", color=LIMIT)
     lower.plot(series.time, series.after - series.measured, color=MEASURED)
     legend_below(figure, 3)
+    return figure
+
+
+@mpl.rc_context(STYLE)
+def over_runs(runs: Runs) -> Figure:
+    """Draw how well each run was predicted, and where the plate broke away, over what was set."""
+    figure, (upper, lower) = new_figure(9.0, 4.6, 2)
+    upper.set(title=f"Free runs over {runs.condition}", ylabel="R²")
+    unseen = ~runs.is_seen
+    upper.plot(runs.value[unseen], runs.r_squared[unseen], "o", color=MEASURED, label="not seen by the fit")
+    upper.plot(runs.value[runs.is_seen], runs.r_squared[runs.is_seen], "s", color=MUTED, label="fitted")
+    lower.set(xlabel=runs.condition, ylabel="breaks away at / V")
+    lower.plot(runs.value, runs.breaks_away, "o-", color=INK, label="measured")
+    lower.plot(runs.value, runs.model_breaks_away, "x--", color=LIMIT, label="model as fitted")
+    legend_below(figure, 4)
     return figure
 
 

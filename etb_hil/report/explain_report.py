@@ -32,7 +32,15 @@ _REASONS = {
 }
 _CUT_SHORT = "The search did not come to its end: what is missing may have a cause that was not yet looked for."
 _IN_PART = "The causes below account for a part of it; something else is missing that no known cause accounts for."
-_MODELS = ("nominal", "calibrated", "extended", "noise_floor")
+_BY_RUNS = (
+    "These data are too slow to name causes by. The model was fitted to some runs and driven through the others by the "
+    "voltage alone: it errs there by more than the sensor's noise, so that something is missing in it."
+)
+_ADEQUATE_BY_RUNS = (
+    "Driven by the voltage alone, the model follows runs that the fit did not see to its sensor's noise."
+)
+_MODELS = ("nominal", "calibrated", "extended", "followed", "noise_floor")
+_CALLED = {"noise_floor": "noise floor", "followed": "last fit in free run"}
 _KINDS = {"one_step": "10 ms ahead", "free_run": "free run"}
 _UNITS = {"throttle_angle": "rad", "motor_current": "A"}
 
@@ -47,6 +55,8 @@ def write_explanation(found: dict[str, Any], series: Pictures | None, folder: Pa
         plots = {"before_and_after": explain_plots.before_and_after(series)}
         for left in series.left:
             plots[f"{left.balance}_over_{left.over}".replace(" ", "_")] = explain_plots.left_over(left)
+        if series.runs is not None:
+            plots["over_runs"] = explain_plots.over_runs(series.runs)
         for name, figure in plots.items():
             save_png(figure, folder / f"{name}.png")
             drawn.append((name, Markup(inline_svg(figure, name))))  # noqa: S704 (our own drawing)
@@ -74,11 +84,12 @@ def _page(found: dict[str, Any], drawn: list[tuple[str, Markup]], series: Pictur
         zoom_hash=zoom_hash,
         causes=[_cause(cause) for cause in found["causes"]],
         drawn=drawn,
-        models=[name.replace("_", " ") for name in _MODELS],
+        models=[_CALLED.get(name, name) for name in _shown(found)],
         errors=_errors(found, unit),
         gain=_gain(found),
         suspects=[_suspect(one) for one in found.get("suspects", [])],
         moved=_moved(found),
+        runs=_runs(found),
         friction=_friction(found),
         judged=_judged(found),
         quality=[_quality(one) for one in found["data_quality"]],
@@ -89,6 +100,8 @@ def _page(found: dict[str, Any], drawn: list[tuple[str, Markup]], series: Pictur
 def _reason(found: dict[str, Any]) -> str:
     if "interrupted" in found:
         return _CUT_SHORT
+    if "runs" in found:
+        return _BY_RUNS if found["verdict"] == "unexplained" else _ADEQUATE_BY_RUNS
     return _IN_PART if found["verdict"] == "unexplained" and found["causes"] else _REASONS[found["verdict"]]
 
 
@@ -100,6 +113,8 @@ def _further(found: dict[str, Any]) -> list[str]:
         f"Left: {where['balance']} balance, {where['regime']}: {where['rms_over_floor']:.1f} times its noise."
         for where in found.get("unexplained", {}).get("where", [])[:3]
     ]
+    if says := found.get("unexplained", {}).get("says"):
+        sentences.append(f"{says[0].upper()}{says[1:]}.")
     sentences += [f"{one['effect']} in {one['recording']}: {one['says']}." for one in found.get("transfer", [])]
     return sentences + [f"{one['these']}: {one['says']}" for one in found["confounded"]]
 
@@ -130,17 +145,28 @@ def _errors(found: dict[str, Any], unit: str) -> list[dict[str, Any]]:
     for kind, signals in found.get("errors", {}).get("holdout", {}).items():
         for signal, models in signals.items():
             its = unit if signal == "throttle_angle" else _UNITS[signal]
-            numbers = [f"{models[name]:.3g} {its}" if name in models else "-" for name in _MODELS]
+            numbers = [f"{models[name]:.3g} {its}" if name in models else "-" for name in _shown(found)]
             name = "position" if its == "m" else signal.replace("_", " ")
             rows.append({"signal": name, "kind": _KINDS[kind], "numbers": numbers})
     return rows
 
 
+def _shown(found: dict[str, Any]) -> list[str]:
+    """Return the models that any of the errors is of."""
+    rows = [models for signals in found.get("errors", {}).get("holdout", {}).values() for models in signals.values()]
+    return [name for name in _MODELS if any(name in models for models in rows)]
+
+
 def _gain(found: dict[str, Any]) -> str:
     gain = found.get("gain")
-    if not gain or not found["causes"]:
+    if not gain or not (found["causes"] or "runs" in found):
         return ""
     low, high = gain["interval"]
+    if "runs" in found:
+        return (
+            f"Fitted to other runs, the model errs {100.0 * gain['value']:.0f} % less than as stated "
+            f"({100.0 * low:.0f} to {100.0 * high:.0f} %). {found['starts']['says'].capitalize()}."
+        )
     return (
         f"With the causes the free-run error falls by {100.0 * gain['value']:.0f} % "
         f"({100.0 * low:.0f} to {100.0 * high:.0f} %)."
@@ -167,6 +193,24 @@ def _moved(found: dict[str, Any]) -> list[dict[str, Any]]:
         }
         for name, p in found.get("calibrated", {}).items()
         if p["flags"]
+    ]
+
+
+def _runs(found: dict[str, Any]) -> list[dict[str, str]]:
+    def volts(value: float | None) -> str:
+        return "-" if value is None else f"{value:.2f} V"
+
+    return [
+        {
+            "name": f"{_words(run['condition'])} {run['value']:g}" if run["condition"] else f"run {number}",
+            "begins": f"{run['begins_s']:.0f} s",
+            "seen": "fitted" if run["seen_by_the_fit"] else "predicted",
+            "r_squared": f"{run['r_squared']:.3f}",
+            "rms": f"{run['rms_rad']:.3g} rad",
+            "measured": volts(run["breaks_away_at_V"]["measured"]),
+            "model": volts(run["breaks_away_at_V"]["model"]),
+        }
+        for number, run in enumerate(found.get("runs", []), 1)
     ]
 
 

@@ -1,16 +1,17 @@
 """The positioning system that others published: its parameters, asymmetry and ripple, and what does not transfer."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from etb_hil.base.stock import find
 from etb_hil.discrepancy.calibration import calibrate
 from etb_hil.discrepancy.explain import explain, write
 from etb_hil.discrepancy.unknowns import base_unknowns
 from etb_hil.plant.drive_file import load_plant
 from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.parameter import Tolerance
 from etb_hil.plant.parameters import load_model
 from etb_hil.plant.physics import INERTIA, VISCOUS
 from etb_hil.recording.tables import read_table
@@ -75,8 +76,16 @@ def test_a_column_in_another_unit_than_it_says_is_flagged(answer):
 
 def test_pwm_frequency_and_elapsed_time_cannot_be_told_apart():
     table = read_table(REAL / "etb_tbcp" / "tbcp_open_loop_duty_staircase.csv", EXAMPLES / "etb_tbcp.map.yaml")
-    found = explain([table], load_model(find("model", "dv_e5"))).explanation
-    assert found["verdict"] == "insufficient_data"
+    model = load_model(EXAMPLES / "etb_tbcp.model.yaml")
+    fitted = ("preload_open", "coulomb")
+    known = {
+        name: p if name in fitted else replace(p, tolerance=Tolerance(0.0, is_relative=True))
+        for name, p in model.parameters.items()
+    }
+    found = explain([table], replace(model, parameters=known), fit_on=(10_000.0, 15_000.0)).explanation
+    assert found["verdict"] == "unexplained"
+    assert found["causes"] == []
+    assert found["nuisances"]["voltage_late"]["value"] > 0.0
     (pair,) = found["confounded"]
     assert pair["these"] == "PWM frequency and elapsed time"
     assert "shuffle its order" in pair["says"]

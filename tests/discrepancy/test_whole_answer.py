@@ -46,7 +46,7 @@ def test_the_diagnosis_is_said_under_both_models(answer):
 
 
 def test_the_report_shows_it_over_the_motors_turn(answer, tmp_path):
-    series = pictures(answer.findings, answer.holdout.segments)
+    series = pictures(answer.findings, answer.holdout)
     assert [left.over for left in series.left] == ["position", "motor turn"]
     page = write_explanation(answer.explanation, series, tmp_path).read_text("utf-8")
     assert "cogging torque" in page
