@@ -129,7 +129,7 @@ def around_a_reversal():
     for name, colour, line in (
         ("paper (first order)", LIMIT, ":"),
         ("angle (default)", CLOSING, "-."),
-        ("bristle", OPENING, "--"),
+        ("stick-slip", OPENING, "--"),
         ("rec: along LuGre, smoothed", MEASURED, "-"),
     ):
         found = observers(throttle, sensor)[name](time_ns, truth.current, angle)
