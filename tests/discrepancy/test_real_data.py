@@ -101,7 +101,7 @@ def test_the_extended_drive_is_a_model_file_again(answer, tmp_path):
     model, is_drive = load_plant(tmp_path / "model.yaml")
     assert is_drive
     assert {entry.id for entry in model.effects} == {"friction_asymmetry", "cogging_torque"}
-    found = answer.findings.final.fit.whole
+    found = answer.holdout.best
     for id_ in ("friction_asymmetry", "cogging_torque"):
         for place in CATALOGUE[id_].indices:
             assert model.vector()[place] == pytest.approx(found[place], rel=1e-4, abs=1e-9)
