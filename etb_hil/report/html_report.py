@@ -54,8 +54,9 @@ def write_report(
         save_png(figure, folder / f"{name}.png")
         drawn[name] = inline_svg(figure, name)
     page = folder / REPORT_NAME
-    page.write_text(render_page(results, drawn, _input_texts(results, folder / "inputs"), next_step), encoding="utf-8")
-    return page
+    part = page.with_suffix(".part")  # who opens the page sees a whole one, or none
+    part.write_text(render_page(results, drawn, _input_texts(results, folder / "inputs"), next_step), encoding="utf-8")
+    return part.replace(page)
 
 
 def script(name: str) -> tuple[Markup, Markup]:
