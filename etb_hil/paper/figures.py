@@ -8,7 +8,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, NullFormatter
+from matplotlib.ticker import FixedLocator, MaxNLocator, NullFormatter
 
 from etb_hil.observer.estimate import Estimate
 from etb_hil.paper.estimation import CUTOFF, Numbers
@@ -22,6 +22,7 @@ from etb_hil.report.drawing import CLOSING, INK, LIMIT, MEASURED, MUTED, OPENING
 
 _SHADES = (MEASURED, OPENING, CLOSING, LIMIT)
 _LINES = ("-", "--", "-.", ":")
+_BEFORE_S, _AFTER_S = -0.01, 0.05  # what is enlarged about a peak
 
 
 @mpl.rc_context(STYLE)
@@ -82,24 +83,32 @@ def spring_over_angle(throttle: ThrottleParameters) -> Figure:
 def estimated_friction(
     title: str, motion: Motion, found: Estimate, numbers: Numbers, span: tuple[float, float]
 ) -> Figure:
-    """Draw one of figures 4 to 7: the friction torque and its estimate, and the motion, over `span` in s."""
+    """Draw one of figures 4 to 7 over `span` in s: friction torque, estimate and motion, the peak enlarged."""
     figure = Figure(figsize=(9.0, 5.2), layout="constrained")
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.2, 1.0])
-    shown = (motion.time >= span[0]) & (motion.time <= span[1])
-    time, throttle = motion.time[shown], motion.throttle
-    above.plot(time, motion.friction[shown], color=MUTED, linewidth=2.2, label="true friction")
-    above.plot(time, found.friction[shown], color=MEASURED, label=f"estimate, {CUTOFF:.0f} Hz")
-    for sign in (-1.0, 1.0):
-        above.axhline(sign * throttle.stiction, color=LIMIT, linestyle="--", label="T_st" if sign > 0.0 else None)
-        above.axhline(sign * throttle.coulomb, color=OPENING, linestyle=":", label="T_c" if sign > 0.0 else None)
-    reach = 1.1 * max(throttle.stiction, float(np.abs(motion.friction[shown]).max()))
-    above.set(title=title, ylabel="friction torque / N·m", ylim=(-reach, reach))
-    below.plot(time, motion.reference[shown], ":", color=INK, label="reference")
-    below.plot(time, motion.angle[shown], color=CLOSING, label="angle")
-    below.set(xlabel="time / s", ylabel="angle / rad")
+    grid = figure.subplots(2, 2, sharex="col", sharey="row", height_ratios=[2.2, 1.0], width_ratios=[2.6, 1.0])
+    throttle, inside = motion.throttle, (motion.time >= span[0]) & (motion.time <= span[1])
+    friction = np.abs(motion.friction[inside])
+    peak = float(motion.time[inside][np.argmax(friction)])
+    for (above, below), (begin, end) in zip(grid.T, (span, (peak + _BEFORE_S, peak + _AFTER_S)), strict=True):
+        shown = (motion.time >= begin) & (motion.time <= end)
+        time = motion.time[shown]
+        above.plot(time, motion.friction[shown], color=MUTED, linewidth=2.2, label="true friction")
+        above.plot(time, found.friction[shown], color=MEASURED, label=f"estimate, {CUTOFF:.0f} Hz")
+        for sign in (-1.0, 1.0):
+            above.axhline(sign * throttle.stiction, color=LIMIT, linestyle="--", label="T_st" if sign > 0.0 else None)
+            above.axhline(sign * throttle.coulomb, color=OPENING, linestyle=":", label="T_c" if sign > 0.0 else None)
+        below.plot(time, motion.reference[shown], ":", color=INK, label="reference")
+        below.plot(time, motion.angle[shown], color=CLOSING, label="angle")
+        below.set_xlabel("time / s")
+    reach = 1.1 * max(throttle.stiction, float(friction.max()))
+    grid[0, 0].set(title=title, ylabel="friction torque / N·m", ylim=(-reach, reach))
+    grid[1, 0].set(ylabel="angle / rad")
+    grid[1, 1].xaxis.set_major_locator(MaxNLocator(3))
     short = f"T_st read as {numbers.stiction:.3f} of {numbers.true_stiction:.3f} N·m"
-    above.text(0.995, 1.02, short, transform=above.transAxes, ha="right", va="bottom", color=INK)
-    legend_below(figure, 6)
+    grid[0, 0].text(0.995, 1.02, short, transform=grid[0, 0].transAxes, ha="right", va="bottom", color=INK)
+    grid[0, 1].set(title="highest, enlarged")
+    handles = [artist for row in grid[:, 0] for artist in row.get_legend_handles_labels()[0]]
+    figure.legend(handles=handles, loc="outside lower center", ncols=6)
     return figure
 
 
