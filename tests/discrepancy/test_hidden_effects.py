@@ -27,7 +27,7 @@ def test_without_its_own_term_an_effect_gets_no_other_name():
 
 @pytest.mark.slow
 def test_without_a_current_a_wrong_resistance_is_not_told_from_other_losses():
-    _, row = one_case("strong", 5023, view="no_current")
+    _, row = one_case("strong", 5134, view="no_current")
     (effect, others), *_ = row["causes"]
     assert row["truth"] == ["parameter:resistance"]
     assert row["outcome"] != "wrong_confident", row
