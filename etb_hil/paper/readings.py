@@ -201,9 +201,9 @@ def _properties() -> list[Reading]:
         ),
         Reading(
             "eq. (2), sigma and delta",
-            "sigma_0, sigma_1, sigma_2 in the equations, delta_0, delta_1, delta_2 in the text",
-            "one set of symbols",
-            "nothing: no equation has both",
+            "delta_0 in the equation of z, sigma_0 to sigma_2 in that of T_f, delta_0 to delta_2 in the text",
+            "one set of symbols: only so is g(omega) the friction of steady sliding",
+            "steady friction of sigma_0 / delta_0 times g(omega): with delta_0 twice sigma_0, half of T_st and T_c",
         ),
     ]
 

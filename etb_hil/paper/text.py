@@ -10,7 +10,7 @@ from etb_hil.paper.setups import AMPLITUDE, ANGULAR_FREQUENCY, healthy
 from etb_hil.paper.trade import Trade
 
 _SET_UP_HEADS = (
-    "fig.", "set-up", "T_st", "reached", "estimated", "short by", "of it filter", "T_c", "literal", "less viscous",
+    "fig.", "set-up", "T_st", "reached", "estimated", "short by", "off reached", "T_c", "literal", "less viscous",
     "RMS error", "lag off",
 )  # fmt: skip
 
