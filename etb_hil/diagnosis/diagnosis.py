@@ -175,7 +175,7 @@ class Diagnosis:
             complete=complete,
         )
         verdict, reasons = conclude(numbers, grounds)
-        series = plot_columns(assessment)
+        series = plot_columns(assessment, gain)
         numbers = (*numbers, *bump_numbers(series))
         start_ns = self._start_ns or 0
         if self._ticks.origin_ns is not None:  # ticks begin with the first phase of motion, the run before it

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from etb_hil.diagnosis.assessment import Assessment, fitted_curve
+from etb_hil.diagnosis.contradiction import widened
 from etb_hil.diagnosis.friction_model import steady_level
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.prior import CONSTANT
@@ -21,8 +22,11 @@ def _excess(evidence: Evidence, fit: StribeckFit) -> Float64:
     return along / steady_level(evidence.velocity, fit.parameters)
 
 
-def plot_columns(assessment: Assessment) -> dict[str, Float64]:
-    """Return the columns that `DiagnosisResult.series` names; groups that the run does not carry are left out."""
+def plot_columns(assessment: Assessment, gain: tuple[float, float]) -> dict[str, Float64]:
+    """Return the columns that `DiagnosisResult.series` names; groups that the run does not carry are left out.
+
+    The curve's band holds what the numbers' intervals hold: the current's gain lies within the factors `gain`.
+    """
     ticks, evidence, fit = assessment.ticks, assessment.evidence, assessment.fit
     columns = {
         "time": ticks.time,
@@ -37,6 +41,8 @@ def plot_columns(assessment: Assessment) -> dict[str, Float64]:
     fastest = float(np.abs(evidence.velocity).max())
     speeds: Float64 = np.arange(1 - _POINTS, _POINTS, 2, dtype=np.float64) * (fastest / (_POINTS - 1))
     value, error = fitted_curve(fit, speeds)
+    reach = TWO_SIDED_95 * error
+    band = [widened(v, v - r, v + r, gain) for v, r in zip(value.tolist(), reach.tolist(), strict=True)]
     slow = np.abs(evidence.velocity) < _SLOW * fastest
     opening, closing = slow & (evidence.velocity > 0.0), slow & (evidence.velocity < 0.0)
     return columns | {
@@ -47,8 +53,8 @@ def plot_columns(assessment: Assessment) -> dict[str, Float64]:
         "point_excess": _excess(assessment.evidence, fit),
         "curve_velocity": speeds,
         "curve_friction": value,
-        "curve_low": value - TWO_SIDED_95 * error,
-        "curve_high": value + TWO_SIDED_95 * error,
+        "curve_low": np.array([low for low, _ in band]),
+        "curve_high": np.array([high for _, high in band]),
         "opening_angle": evidence.position[opening],
         "opening_friction": fit.friction[opening],
         "closing_angle": evidence.position[closing],

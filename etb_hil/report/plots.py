@@ -56,7 +56,7 @@ def friction_over_speed(series: ReportSeries, results: Results) -> Figure:
             if len(series.curve_low):
                 low, high = series.curve_low[side], series.curve_high[side]
                 axes.fill_between(velocity, low, high, color=MEASURED, alpha=0.25, linewidth=0)
-            label = "fitted curve" if side[-1] else None
+            label = "fitted curve, 95 % band" if side[-1] else None
             axes.plot(velocity, series.curve_friction[side], color=MEASURED, linewidth=2, label=label)
     _speed_limits(axes, results)
     axes.axhline(0, color=MUTED, linewidth=0.8)

@@ -109,6 +109,14 @@ def test_result_is_plain_data(runs):
     assert np.all(inside)
 
 
+def test_the_drawn_band_is_as_wide_as_the_numbers_intervals(runs):
+    result = judge(runs[1000])
+    stiction, series = result.number("T_st"), result.series
+    slowest = np.flatnonzero(series["curve_velocity"] > 0.0)[0]
+    assert series["curve_low"][slowest] == pytest.approx(stiction.low, rel=0.01)
+    assert series["curve_high"][slowest] == pytest.approx(stiction.high, rel=0.01)
+
+
 def test_snapshot_grows_with_the_stream(runs):
     diagnosis = Diagnosis(bench_model(Unit()), LIMITS)
     assert diagnosis.snapshot().reading is None
