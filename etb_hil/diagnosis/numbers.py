@@ -12,8 +12,7 @@ from etb_hil.diagnosis.assessment import Assessment, Interval, fitted_numbers
 from etb_hil.diagnosis.break_away import READING, break_away_torque, break_aways
 from etb_hil.diagnosis.contradiction import widened
 from etb_hil.diagnosis.current_zero import Zero
-from etb_hil.diagnosis.friction_map import FASTEST, find_bumps, friction_map
-from etb_hil.diagnosis.half_width import TWO_SIDED_95
+from etb_hil.diagnosis.friction_map import CELL, FASTEST, find_bumps, friction_map
 from etb_hil.diagnosis.limits import Limits
 from etb_hil.diagnosis.prior import CONSTANT
 from etb_hil.diagnosis.result import Number
@@ -107,7 +106,10 @@ def _broken_away(
 
 
 def bump_numbers(series: Mapping[str, Float64]) -> tuple[Number, ...]:
-    """Return where friction is locally above the fitted curve, in order of angle, by the columns for the plots."""
+    """Return where friction is locally above the fitted curve, in order of angle, by the columns for the plots.
+
+    Without intervals: a cell's mean stays below the peak in it, and a bump draws the curve that it is held against.
+    """
     if "point_excess" not in series or not np.any(np.abs(series["point_velocity"]) < FASTEST):
         return ()
     alike = np.full(len(series["point_angle"]), np.nan)  # one run is one temperature
@@ -117,9 +119,7 @@ def bump_numbers(series: Mapping[str, Float64]) -> tuple[Number, ...]:
             f"friction above the curve at {bump.angle:.2f} rad",
             bump.excess,
             "1",
-            bump.excess - TWO_SIDED_95 * bump.error,
-            bump.excess + TWO_SIDED_95 * bump.error,
-            note=f"from {bump.start:.2f} to {bump.end:.2f} rad",
+            note=f"mean over {CELL:g} rad, the peak is higher; from {bump.start:.2f} to {bump.end:.2f} rad",
         )
         for k, bump in enumerate(find_bumps(friction_map([{**series, "point_temperature": alike}])), 1)
     )

@@ -45,7 +45,8 @@ def test_bump_is_found_and_placed(place):
     assert bump.angle == pytest.approx(place, abs=0.035)
     assert bump.excess == pytest.approx(0.3, abs=0.08)
     number = result.number("bump_1")
-    assert number.low < bump.excess == number.value < number.high
+    assert number.value == bump.excess < 0.3  # a mean over a cell: so there is no interval that could hold the peak
+    assert number.low is number.high is None
     assert f"{bump.angle:.2f} rad" in number.name
     assert result.number("bump_2") is None
 
