@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.scenario.condition import Until
@@ -27,6 +27,12 @@ class WaitPhase(PhaseModel):
         return Held(start, self.timeout) if self.drive == "hold" else Released(self.timeout)
 
 
+def _ends_by_its_answer(value: object) -> object:
+    if value is not None:
+        raise ValueError("a prompt ends with its answer alone; put a 'wait' phase with this condition after it")
+    return value
+
+
 class PromptPhase(PhaseModel):
     """Asks the operator and waits for an answer, with the bridge off; both are kept in the session.
 
@@ -39,6 +45,9 @@ class PromptPhase(PhaseModel):
     answers: Annotated[tuple[Answer, ...], Field(min_length=1, max_length=9)] = ("done", "stop")
     unattended: Annotated[Answer | None, Field(description="the answer where nobody attends the run")] = None
     timeout: PositiveTime = 300.0
+    until: Annotated[
+        None, BeforeValidator(_ends_by_its_answer), Field(description="not here: the answer ends a prompt")
+    ] = None
 
     @model_validator(mode="after")
     def _is_an_answer(self) -> PromptPhase:

@@ -161,3 +161,16 @@ def test_what_this_bench_must_not_do_is_refused_once_with_its_place(tmp_path, ph
     with pytest.raises(InputError, match=told) as refused:
         checked(tmp_path, phases)
     assert len(refused.value.problems) == 1
+
+
+def test_a_prompt_has_no_condition(tmp_path):
+    prompt = "- id: ask\n  kind: prompt\n  text: Ready?\n"
+    with pytest.raises(InputError) as caught:
+        written(tmp_path, prompt + "  until: {role: throttle_angle, above: 40 deg}\n")
+    (problem,) = caught.value.problems
+    assert "a prompt ends with its answer alone; put a 'wait' phase" in problem.what
+    assert problem.place.line == 7
+    assert problem.place.key == "phases[0].until"
+    assert written(tmp_path, prompt).content.steps[0].phase.until is None
+    schema = Scenario.model_json_schema(by_alias=True)["$defs"]["PromptPhase"]["properties"]["until"]
+    assert schema["type"] == "null"
