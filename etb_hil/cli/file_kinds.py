@@ -7,6 +7,7 @@ from typing import Any
 from etb_hil.base.yamlfile import FileModel
 from etb_hil.bench.bench_file import Bench
 from etb_hil.diagnosis.limits import Limits
+from etb_hil.plant.drive_file import DriveFile
 from etb_hil.plant.model_file import ModelFile
 from etb_hil.recording.columns import TableMap
 from etb_hil.scenario.scenario_file import Scenario
@@ -17,6 +18,7 @@ KINDS: dict[str, type[FileModel]] = {
     "scenario": Scenario,
     "bench": Bench,
     "model": ModelFile,
+    "drive": DriveFile,
     "limits": Limits,
     "table_map": TableMap,
     "station": Station,

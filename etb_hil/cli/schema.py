@@ -11,7 +11,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "kind",
         nargs="?",
-        help="scenario, bench, model, limits, table_map, station, baseline or results (default: list them)",
+        help="scenario, bench, model, drive, limits, table_map, station, baseline or results (default: list them)",
     )
     parser.add_argument(
         "--out", type=Path, metavar="FOLDER", help="write KIND.schema.json here, all of them without KIND"

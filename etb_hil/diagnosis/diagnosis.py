@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from etb_hil.base.errors import InputError, Problem
 from etb_hil.diagnosis.assessment import JUDGED, assess
 from etb_hil.diagnosis.contradiction import (
     gain_range,
@@ -31,6 +32,7 @@ from etb_hil.diagnosis.verdict import conclude
 from etb_hil.diagnosis.windows import share_that_follows
 from etb_hil.observer.angle import AngleObserver
 from etb_hil.observer.estimate import Observer, SensorNoise
+from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.parameters import Model, ThrottleParameters
 from etb_hil.recording.samples import Float64, SampleBlock
 
@@ -59,6 +61,9 @@ class Diagnosis:
     """Turns joined rows into a verdict; sees the bench's model and limits and nothing of the unit's."""
 
     def __init__(self, model: Model, limits: Limits, observer: ObserverFactory = AngleObserver) -> None:
+        if is_drive(model):
+            what = f"the model '{model.name}' is a drive's, and friction is judged of throttles"
+            raise InputError(Problem(what, remedy="give a throttle's model file (schema etb_hil/model/1)"))
         self._model, self._limits, self._make_observer = model, limits, observer
         self._gear_ratio = model.values.gear_ratio
         self._meter: ZeroMeter | None = None

@@ -19,13 +19,14 @@ from etb_hil.discrepancy.explanation import SCHEMA, explanation
 from etb_hil.discrepancy.extending import extended_model
 from etb_hil.discrepancy.findings import Findings
 from etb_hil.discrepancy.holdout import Holdout, hold_out
-from etb_hil.discrepancy.measurement import Measurement, measurements_of
+from etb_hil.discrepancy.measurement import Measurement, is_measured_on_drive, measurements_of
 from etb_hil.discrepancy.naming import search
 from etb_hil.discrepancy.nexttest import next_test
 from etb_hil.discrepancy.planned import Plan
 from etb_hil.discrepancy.quality import data_quality
 from etb_hil.discrepancy.sweeps import is_slow, sweeps_of
 from etb_hil.discrepancy.transfer import transfer
+from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.drive_text import drive_text
 from etb_hil.plant.model_text import model_text
 from etb_hil.plant.parameters import Model
@@ -59,8 +60,10 @@ def explain(
     `without`: effects that are not looked for; with `limits` it says what the causes change in the diagnosis.
     `plans`: scenarios of which the next test is one. An interrupt ends it with what is known by then, and the answer
     says so. Data that are too slow to name causes by are
-    fitted in free run where a condition has the values `fit_on`, and judged elsewhere; InputError where none has.
+    fitted in free run where a condition has the values `fit_on`, and judged elsewhere; InputError where none has, and
+    where a recording of a throttle meets a drive's model or the other way round.
     """
+    _must_be_of_one_kind(recordings, model)
     together = [one for recording in recordings for one in confounded(recording)]
     stretches, others, missing = _read(recordings, model)
     said = _Said(progress)
@@ -94,6 +97,22 @@ def explain(
     if said.is_cut_short:
         answer["interrupted"] = said.last
     return Answer(answer, findings, holdout)
+
+
+def _must_be_of_one_kind(recordings: Sequence[Recording], model: Model) -> None:
+    """Refuse a throttle's recording for a drive's model, and a drive's for a throttle's."""
+    problems = []
+    for recording in recordings:
+        of_drive = is_measured_on_drive(recording)
+        if is_drive(model) and not of_drive:
+            what = f"{recording.origin} is not measured on a drive, but the model '{model.name}' is a drive's"
+            remedy = "give a throttle's model file (schema etb_hil/model/1), or a stock one such as --model default"
+            problems.append(Problem(what, allowed="data with the roles drive_force and linear_position", remedy=remedy))
+        if of_drive and not is_drive(model):
+            what = f"{recording.origin} is measured on a drive, but the model '{model.name}' is a throttle's"
+            problems.append(Problem(what, remedy="give a drive's model file (schema etb_hil/drive/1)"))
+    if problems:
+        raise InputError(*problems)
 
 
 def _coarsely(
@@ -177,8 +196,7 @@ def write(answer: Answer, folder: Path) -> list[Path]:
     paths[0].write_text(json.dumps(answer.explanation, indent=1, ensure_ascii=False), "utf-8")
     if answer.findings is not None:
         paths.append(folder / "model.yaml")
-        is_drive = any(b.measured.is_drive for b in answer.findings.balances)
-        text = drive_text if is_drive else model_text
+        text = drive_text if is_drive(answer.findings.model) else model_text
         description = "base parameters as calibrated, effects as found"
         best = answer.holdout.best if answer.holdout is not None else None
         paths[1].write_text(text(extended_model(answer.findings, best), description), "utf-8")

@@ -56,10 +56,15 @@ class Measurement:
         return 1.0 / self.rate
 
 
+def is_measured_on_drive(recording: Recording) -> bool:
+    """Return whether a recording is one of a drive that is given its force, and not of a throttle."""
+    return {"drive_force", "linear_position"} <= set(recording.roles)
+
+
 def measurements_of(recording: Recording, model: Model) -> list[Measurement]:
     """Return the stretches of a recording that are long enough, InputError where the roles do not suffice."""
     roles = recording.roles
-    if "drive_force" in roles and "linear_position" in roles:
+    if is_measured_on_drive(recording):
         rows = recording.joined([role for role in _OF_A_DRIVE if role in roles])
         return _stretches(recording.origin, rows.time_ns, dict(rows.columns), model)
     if "motor_voltage" not in roles and "motor_duty" not in roles:

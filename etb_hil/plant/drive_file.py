@@ -15,18 +15,31 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from etb_hil.base.errors import InputError, Problem
-from etb_hil.base.quantity import parse_quantity
-from etb_hil.base.yamlfile import Document, FileModel, load
+from etb_hil.base.quantity import parse_quantity, unit_of
+from etb_hil.base.yamlfile import Document, FileModel, load, parse
 from etb_hil.plant.drive_effects import read_effects
 from etb_hil.plant.model_file import EffectEntry, Sensors, Text
 from etb_hil.plant.parameter import Parameter, Tolerance
 from etb_hil.plant.parameters import Model, load_model
 from etb_hil.plant.table_one import KINDS, Shaft
 
-SCHEMA = "etb_hil/drive/1"
 _FAR = 1e3  # where there are no stops and no limp-home
 _SOFT = {"linear": ("mass", "force", "linear damping", "speed", "length"),
          "rotary": ("inertia", "torque", "rotary damping", "angular velocity", "angle")}  # fmt: skip
+# What a drive can have, in SI, from a watch's to a press's; those that are divided by stay well above zero.
+_ALLOWED = {
+    "inertia": (1e-9, 1e6),
+    "viscous": (0.0, 1e7),
+    "coulomb": (1e-6, 1e6),
+    "constant_load": (-1e6, 1e6),
+    "presliding": (1e-9, 1.0),
+    "settled_speed": (1e-6, 1e3),
+    "travel_per_turn": (1e-6, 100.0),
+    "position_step": (1e-12, 100.0),
+    "drive_noise": (1e-9, 1e6),
+}
+_WIDEST_SHARE = 10.0  # of a tolerance
+_COARSEST = 4  # steps of the position in one turn
 
 
 class DriveEntry(FileModel):
@@ -51,38 +64,69 @@ class DriveFile(FileModel):
     presliding: Annotated[str, Field(description="way over which friction builds up")]
     settled_speed: Annotated[str, Field(description="speed from which friction is that of sliding")]
     travel_per_turn: Annotated[str, Field(description="way in one turn of the motor")]
-    position_step: str
-    drive_noise: str
+    position_step: Annotated[str, Field(description="the smallest way that the position's sensor tells")]
+    drive_noise: Annotated[str, Field(description="standard deviation of the force or torque as read")]
     effects: list[EffectEntry] = Field(default_factory=list)
 
 
 def load_plant(path: Path) -> tuple[Model, bool]:
-    """Read a throttle's or a drive's model file; the second value tells whether it is a drive's."""
-    with path.open(encoding="utf-8") as file:
-        is_drive = any(line.split("#")[0].strip() == f"schema: {SCHEMA}" for line in file)
-    return (_drive(load(path, DriveFile)), True) if is_drive else (load_model(path), False)
+    """Read a throttle's or a drive's model file; the second value tells whether it is a drive's.
+
+    Raises InputError that lists the problems with file, line and key.
+    """
+    data, _ = parse(path)
+    schema = data.get("schema") if isinstance(data, dict) else None
+    if str(schema).startswith("etb_hil/drive/"):
+        return _drive(load(path, DriveFile)), True
+    return load_model(path), False
+
+
+def is_drive(model: Model) -> bool:
+    """Return whether a model is a drive's: its motor has no winding, and so no back-EMF."""
+    return model.parameters["back_emf_constant"].value == 0.0
+
+
+class _Reader:
+    """Reads a drive file's values and keeps what is wrong with them."""
+
+    def __init__(self, document: Document[DriveFile]) -> None:
+        self._document = document
+        self.problems: list[Problem] = []
+
+    def number(self, text: str, dimension: str, *key: str) -> float:
+        return self._within(_ALLOWED[key[0]], text, dimension, *key)
+
+    def entry(self, key: str, given: DriveEntry, dimension: str) -> tuple[float, Tolerance, str]:
+        value = self.number(given.value, dimension, key, "value")
+        is_share = given.tolerance.rstrip().endswith("%")
+        allowed = (0.0, _WIDEST_SHARE if is_share else _ALLOWED[key][1])
+        amount = self._within(allowed, given.tolerance, "ratio" if is_share else dimension, key, "tolerance")
+        return value, Tolerance(amount, is_share), given.source
+
+    def _within(self, allowed: tuple[float, float], text: str, dimension: str, *key: str) -> float:
+        place, (low, high) = self._document.place(*key), allowed
+        try:
+            value = parse_quantity(text, dimension)
+        except ValueError as error:
+            self.problems.append(Problem(str(error), place, text))
+            return 1.0
+        if not low <= value <= high:
+            unit = unit_of(dimension)
+            said = f"{100.0 * low:g} to {100.0 * high:g} %" if unit == "1" else f"{low:g} to {high:g} {unit}"
+            self.problems.append(Problem("out of range", place, text, said, "look at the number and its unit"))
+        return value
 
 
 def _drive(document: Document[DriveFile]) -> Model:
-    content = document.content
+    content, reader = document.content, _Reader(document)
     inertia, force, damping, speed, length = _SOFT[content.motion]
-    problems: list[Problem] = []
-
-    def number(key: str, text: str, dimension: str) -> float:
-        try:
-            return parse_quantity(text, dimension)
-        except ValueError as error:
-            problems.append(Problem(str(error), document.place(key), text))
-            return 1.0
-
-    def entry(key: str, given: DriveEntry, dimension: str) -> tuple[float, Tolerance, str]:
-        is_share = given.tolerance.rstrip().endswith("%")
-        amount = number(key, given.tolerance, "ratio" if is_share else dimension)
-        return number(key, given.value, dimension), Tolerance(amount, is_share), given.source
-
+    number, entry, problems = reader.number, reader.entry, reader.problems
     coulomb = entry("coulomb", content.coulomb, force)
-    presliding = number("presliding", content.presliding, length)
-    turn = number("travel_per_turn", content.travel_per_turn, length)
+    presliding = number(content.presliding, length, "presliding")
+    turn = number(content.travel_per_turn, length, "travel_per_turn")
+    step = number(content.position_step, length, "position_step")
+    settled_speed = number(content.settled_speed, speed, "settled_speed")
+    drive_noise = number(content.drive_noise, force, "drive_noise")
     found = {
         "motor_inertia": entry("inertia", content.inertia, inertia),
         "viscous": entry("viscous", content.viscous, damping),
@@ -90,16 +134,22 @@ def _drive(document: Document[DriveFile]) -> Model:
         "stiction": coulomb,
         "preload_open": entry("constant_load", content.constant_load, force),
     }
+    if not problems and step > turn / _COARSEST:
+        allowed = f"up to {turn / _COARSEST:g} {unit_of(length)}, a quarter of travel_per_turn"
+        remedy = "look at both numbers and their units"
+        place = document.place("position_step")
+        problems.append(Problem("out of range", place, content.position_step, allowed, remedy))
+    if problems:
+        raise InputError(*problems)
     fixed = {
         **_absent(),
-        "gear_ratio": 2.0 * math.pi / max(turn, 1e-12),
-        "stribeck_velocity": number("settled_speed", content.settled_speed, speed),
-        "bristle_stiffness": coulomb[0] / max(presliding, 1e-12),
+        "gear_ratio": 2.0 * math.pi / turn,
+        "stribeck_velocity": settled_speed,
+        "bristle_stiffness": coulomb[0] / presliding,
     }
     sensors = Sensors.model_construct(
-        motor_counts_per_turn=max(4, round(turn / max(number("position_step", content.position_step, length), 1e-15))),
-        plate_bits=24, plate_range=turn, plate_noise=0.0, current_step=0.0,
-        current_noise=number("drive_noise", content.drive_noise, force), voltage_step=0.0, voltage_noise=1e-6,
+        motor_counts_per_turn=round(turn / step), plate_bits=24, plate_range=turn, plate_noise=0.0,
+        current_step=0.0, current_noise=drive_noise, voltage_step=0.0, voltage_noise=1e-6,
     )  # fmt: skip
     effects = []
     for index, read in enumerate(read_effects(content.effects, coulomb[0], is_linear=content.motion == "linear")):

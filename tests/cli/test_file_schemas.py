@@ -1,11 +1,13 @@
 """The JSON schemas agree with what is read: every file that comes with the project is valid, broken ones are not."""
 
 import json
+import re
 from pathlib import Path
 
 import jsonschema
 import pytest
 
+import etb_hil
 from etb_hil.base.stock import find, stock_names
 from etb_hil.base.yamlfile import parse
 from etb_hil.cli.file_kinds import KINDS, file_schema
@@ -15,8 +17,20 @@ EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 STOCK = [(kind, find(kind, name)) for kind in ("scenario", "bench", "model", "limits") for name in stock_names(kind)]
 STOCK += [("table_map", path) for path in sorted(EXAMPLES.glob("*.map.yaml"))]
 STOCK += [("station", path) for path in sorted(EXAMPLES.glob("*.station.yaml"))]
+STOCK += [("drive", path) for path in sorted(EXAMPLES.glob("*.drive.yaml"))]
 STOCK += [("bench", path) for path in sorted(EXAMPLES.glob("*.bench.yaml"))]
 STOCK += [(kind, EXAMPLES / "ci" / f"{kind}.yaml") for kind in ("limits", "baseline")]
+
+
+WRITTEN_BY_THE_BENCH = {"session", "events", "history", "explanation"}  # and by nobody else
+
+
+def test_every_kind_of_file_that_the_package_reads_has_a_schema():
+    sources = (path.read_text("utf-8") for path in Path(etb_hil.__file__).parent.rglob("*.py"))
+    named = {kind for source in sources for kind in re.findall(r"\betb_hil/(\w+)/\d+\b", source)}
+    assert named - WRITTEN_BY_THE_BENCH == set(KINDS)
+    for kind in KINDS:
+        assert re.fullmatch(rf"etb_hil/{kind}/\d+", file_schema(kind)["properties"]["schema"]["const"])
 
 
 @pytest.mark.parametrize(("kind", "path"), STOCK, ids=[f"{kind}-{path.stem}" for kind, path in STOCK])
@@ -48,3 +62,6 @@ def test_the_command_lists_prints_and_writes(tmp_path, capsys):
     assert sorted(p.name for p in (tmp_path / "new").iterdir()) == sorted(f"{kind}.schema.json" for kind in listed)
     assert main(["schema", "nonsense"]) == 2
     assert "allowed: scenario" in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        main(["schema", "--help"])
+    assert not set(listed) - set(re.findall(r"\w+", capsys.readouterr().out))

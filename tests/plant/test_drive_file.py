@@ -1,0 +1,161 @@
+"""Drive files: what cannot be is refused with its place, and a drive is never taken for a throttle."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from etb_hil.base.errors import InputError
+from etb_hil.base.stock import find
+from etb_hil.cli.main import main
+from etb_hil.diagnosis.diagnosis import Diagnosis
+from etb_hil.diagnosis.limits import load_limits
+from etb_hil.discrepancy.explain import explain
+from etb_hil.plant.drive_file import is_drive, load_plant
+from etb_hil.plant.parameters import load_model
+from etb_hil.recording.recording import ClockGrade, Recording
+from etb_hil.recording.samples import SampleBlock
+
+EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "emps.drive.yaml"
+SESSION = Path(__file__).parents[1] / "releases" / "0.1.0" / "session"
+ENTRIES = {"inertia": "kg", "viscous": "N·s/m", "coulomb": "N", "constant_load": "N"}
+LENGTHS = {
+    "presliding": "m",
+    "settled_speed": "m/s",
+    "travel_per_turn": "m",
+    "position_step": "m",
+    "drive_noise": "N",
+}
+
+
+def changed(folder, key, text):
+    """Write the example with another value of a key, and return the path and the key's line."""
+    lines = EXAMPLE.read_text("utf-8").splitlines()
+    (at,) = (index for index, line in enumerate(lines) if line.startswith(f"{key}:"))
+    lines[at] = re.sub(r"value: [^,]*", f"value: {text}", lines[at]) if key in ENTRIES else f"{key}: {text}"
+    path = folder / "changed.drive.yaml"
+    path.write_text("\n".join(lines), "utf-8")
+    return path, at + 1
+
+
+def refused(path):
+    with pytest.raises(InputError) as caught:
+        load_plant(path)
+    (problem,) = caught.value.problems
+    return problem
+
+
+def _recording(*roles):
+    time_ns = np.arange(2000, dtype=np.int64) * 1_000_000
+    recording = Recording("made up", ClockGrade.TABLE)
+    columns = {role: np.zeros(len(time_ns)) for role in roles}
+    recording.append([SampleBlock("table", time_ns, time_ns, columns, np.zeros(len(time_ns), np.int64))])
+    return recording
+
+
+IMPOSSIBLE = [(key, number) for key in {**ENTRIES, **LENGTHS} for number in ("-1", "0", "1e308", "-1e308")]
+POSSIBLE = {("viscous", "0"), ("constant_load", "0"), ("constant_load", "-1")}
+
+
+@pytest.mark.parametrize(("key", "number"), [case for case in IMPOSSIBLE if case not in POSSIBLE])
+def test_what_no_drive_can_have_is_refused_with_place_value_and_range(tmp_path, key, number):
+    unit = {**ENTRIES, **LENGTHS}[key]
+    path, line = changed(tmp_path, key, f"{number} {unit}")
+    problem = refused(path)
+    assert problem.place.file == path
+    assert problem.place.line == line
+    assert problem.place.key == (f"{key}.value" if key in ENTRIES else key)
+    assert problem.value == f"{number} {unit}"
+    assert problem.allowed.endswith(f" {unit}")
+    assert problem.remedy
+
+
+@pytest.mark.parametrize(("key", "number"), sorted(POSSIBLE))
+def test_no_damping_and_a_load_either_way_are_drives(tmp_path, key, number):
+    model, _ = load_plant(changed(tmp_path, key, f"{number} {ENTRIES[key]}")[0])
+    name = {"viscous": "viscous", "constant_load": "preload_open"}[key]
+    assert model.parameters[name].value == float(number)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.sampled_from(sorted({**ENTRIES, **LENGTHS})), st.floats(allow_nan=False, allow_infinity=False).map("{:g}".format)
+)
+def test_a_drive_file_gives_a_finite_model_or_is_refused(tmp_path_factory, key, number):
+    path, _ = changed(tmp_path_factory.mktemp("drive"), key, f"{number} {({**ENTRIES, **LENGTHS})[key]}")
+    try:
+        model, _ = load_plant(path)
+    except InputError:
+        return
+    assert np.isfinite(model.vector()).all()
+    assert model.sensors.motor_counts_per_turn >= 4
+
+
+def test_a_position_step_longer_than_a_quarter_turn_is_refused(tmp_path):
+    problem = refused(changed(tmp_path, "position_step", "1 mm")[0])
+    assert problem.place.key == "position_step"
+    assert problem.allowed == "up to 0.000625 m, a quarter of travel_per_turn"
+
+
+@pytest.mark.parametrize(("tolerance", "allowed"), [("-30 %", "0 to 1000 %"), ("-1 kg", "0 to 1e+06 kg")])
+def test_a_negative_tolerance_is_refused(tmp_path, tolerance, allowed):
+    path = tmp_path / "drive.yaml"
+    path.write_text(EXAMPLE.read_text("utf-8").replace("90 kg, tolerance: 30 %", f"90 kg, tolerance: {tolerance}"))
+    problem = refused(path)
+    assert problem.place.key == "inertia.tolerance"
+    assert problem.allowed == allowed
+
+
+@pytest.mark.parametrize("schema", ["etb_hil/drive/1", "'etb_hil/drive/1'", '"etb_hil/drive/1"   # a drive'])
+def test_the_schema_is_found_however_it_is_written(tmp_path, schema):
+    path = tmp_path / "drive.yaml"
+    path.write_text(EXAMPLE.read_text("utf-8").replace("schema: etb_hil/drive/1", f"schema: {schema}"))
+    model, found = load_plant(path)
+    assert found
+    assert is_drive(model)
+
+
+def test_another_version_of_the_drive_file_is_told_which_one_is_read(tmp_path):
+    path = tmp_path / "drive.yaml"
+    path.write_text(EXAMPLE.read_text("utf-8").replace("etb_hil/drive/1", "etb_hil/drive/9"))
+    assert "etb_hil/drive/1" in refused(path).what
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "schema: etb_hil/drive/1\nname: Drosselklappe für Prüfstand\n".encode("latin-1"),
+        EXAMPLE.read_text("utf-8").encode("utf-16"),
+        bytes(range(256)),
+    ],
+    ids=["latin-1", "utf-16", "binary"],
+)
+def test_a_model_that_is_no_utf8_is_refused_and_no_traceback(tmp_path, capsys, content):
+    path = tmp_path / "model.yaml"
+    path.write_bytes(content)
+    assert main(["explain", str(SESSION), "--model", str(path), "--out", str(tmp_path / "out")]) == 2
+    assert "is not UTF-8 text; save it as UTF-8" in capsys.readouterr().err
+
+
+def test_a_drives_model_is_refused_for_a_throttles_session(tmp_path, capsys):
+    assert main(["explain", str(SESSION), "--model", str(EXAMPLE), "--out", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err
+    assert "the model 'EMPS' is a drive's" in said
+    assert "--model default" in said
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_throttles_model_is_refused_for_a_drives_recording():
+    throttle = load_model(find("model", "default"))
+    assert not is_drive(throttle)
+    with pytest.raises(InputError, match=r"made up is measured on a drive.*etb_hil/drive/1"):
+        explain([_recording("drive_force", "linear_position")], throttle)
+
+
+def test_friction_of_a_drive_is_not_judged_as_a_throttles():
+    model, _ = load_plant(EXAMPLE)
+    with pytest.raises(InputError, match=r"'EMPS' is a drive's.*etb_hil/model/1"):
+        Diagnosis(model, load_limits(find("limits", "default")).content)
