@@ -1,50 +1,90 @@
-"""One bench to one controller: a lock by bus and id offset, which the system releases whatever ends the bench."""
+"""One sender to each id of a bus: locks of the operating system, which go with the process that holds them."""
 
 from __future__ import annotations
 
 import contextlib
+import ipaddress
 import os
 import re
+import stat
 import sys
-import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import BenchFault
-from etb_hil.canio.bus.bus_settings import BusSettings
 
-_PID = re.compile(r"[0-9]{1,10}")
+if TYPE_CHECKING:
+    from etb_hil.bench.bench_file import BenchSetup
+    from etb_hil.canio.bus.bus_settings import BusSettings
+
+_MULTICAST = "udp_multicast"
+_MULTICAST_PORT = 43113  # python-can's, where the options name none
+_HOLDER = re.compile(r"([0-9]{1,10}) ([^\n]{1,150})")
+
+
+def bench_lock(setup: BenchSetup, folder: Path | None = None) -> AbstractContextManager[list[Path]]:
+    """Hold every arbitration id that a bench commands its controller with; BenchFault names who sends one of them."""
+    commands = [(message.ident, message.extended) for message in setup.dialect.messages if message.commanded]
+    return sender_lock(setup.bench.bus, commands, f"bench '{setup.bench.name}'", folder)
 
 
 @contextmanager
-def controller_lock(bus: BusSettings, id_offset: int, folder: Path | None = None) -> Iterator[Path]:
-    """Hold the controller that answers at this id offset of this bus; BenchFault names the process that holds it.
+def sender_lock(
+    bus: BusSettings, sends: Iterable[tuple[int, bool]], name: str, folder: Path | None = None
+) -> Iterator[list[Path]]:
+    """Be the only process of this machine that sends these identifiers, extended or not, on this bus.
 
-    The lock is the operating system's, on a file that every user of the machine finds: it goes with the process, a
-    killed one too. The file stays, and means nothing by itself.
+    `name` says who it is to whoever comes second, whom a BenchFault refuses. The locks are on files that every user of
+    the machine finds, whatever the environment; the files stay, and mean nothing by themselves.
     """
-    path = _lock_file(folder or Path(tempfile.gettempdir()) / "etb_hil_locks", bus, id_offset)
-    descriptor = _opened(path)
+    with ExitStack() as held:
+        paths = []
+        for ident, extended in sorted(set(sends)):  # in one order for all: of two at once, one gets everything
+            path = (folder or _machine_folder() / "etb_hil_locks") / f"{_bus_name(bus)}_{ident:x}{'x' * extended}.lock"
+            descriptor = _opened(path)
+            held.callback(os.close, descriptor)
+            if not _is_taken(descriptor):
+                raise BenchFault(
+                    f"{ident:#x} on {bus.interface} {bus.channel} is sent already, by {_holder(descriptor)}; "
+                    "wait for it, stop it, or choose another bus or id_offset"
+                )
+            os.ftruncate(descriptor, 0)
+            os.lseek(descriptor, 0, os.SEEK_SET)
+            os.write(descriptor, f"{os.getpid()} {name}\n".encode())
+            paths.append(path)
+        yield paths
+
+
+def _machine_folder() -> Path:
+    """Return where all users of the machine can write; no variable of a user's own may move it."""
+    if sys.platform == "win32":
+        return Path(os.environ.get("PROGRAMDATA", r"C:\ProgramData"))
+    run_lock = Path("/run/lock")
+    with contextlib.suppress(OSError):
+        if run_lock.stat().st_mode & stat.S_IWOTH:  # for all, not for this user: each has to decide alike
+            return run_lock
+    return Path("/tmp")  # noqa: S108 (the place where all meet is what is wanted)
+
+
+def _bus_name(bus: BusSettings) -> str:
+    """Return one name for one bus, however its channel is written."""
+    device = bus.channel.partition("@")[0]  # a serial adapter's rate stands behind it
+    if device.startswith("/"):
+        name = os.path.realpath(device)
+    elif bus.interface == _MULTICAST:
+        name = f"{_MULTICAST}_{_address(bus.channel)}_{bus.options.get('port', _MULTICAST_PORT)}"
+    else:
+        name = f"{bus.interface}_{bus.channel}"
+    return re.sub(r"[^A-Za-z0-9.-]+", "_", name)[:100]
+
+
+def _address(text: str) -> str:
     try:
-        if not _is_taken(descriptor):
-            at = f"{bus.interface} {bus.channel}" + (f", id offset {id_offset:#x}" if id_offset else "")
-            raise BenchFault(
-                f"another bench holds the controller on {at}: process {_holder(descriptor)}; "
-                "wait for it, stop it, or give this bench another bus or id offset"
-            )
-        os.ftruncate(descriptor, 0)
-        os.lseek(descriptor, 0, os.SEEK_SET)
-        os.write(descriptor, f"{os.getpid()}\n".encode())
-        yield path
-    finally:
-        os.close(descriptor)
-
-
-def _lock_file(folder: Path, bus: BusSettings, id_offset: int) -> Path:
-    name = re.sub(r"[^A-Za-z0-9.-]+", "_", f"{bus.interface}_{bus.channel}")[:100]
-    port = bus.options.get("port")
-    return folder / (f"{name}_{port}_{id_offset:x}.lock" if port is not None else f"{name}_{id_offset:x}.lock")
+        return str(ipaddress.ip_address(text))
+    except ValueError:
+        return text
 
 
 def _opened(path: Path) -> int:
@@ -56,7 +96,10 @@ def _opened(path: Path) -> int:
         with contextlib.suppress(OSError):
             path.chmod(0o666)  # the umask took what other users need
     except OSError as error:
-        raise BenchFault(f"the lock of the controller cannot be opened: {path}: {error.strerror}") from None
+        raise BenchFault(
+            f"the lock of the controller cannot be opened: {path}: {error.strerror}; "
+            "let every user of this machine write in its folder"
+        ) from None
     return descriptor
 
 
@@ -78,5 +121,5 @@ def _is_taken(descriptor: int) -> bool:
 
 def _holder(descriptor: int) -> str:
     os.lseek(descriptor, 0, os.SEEK_SET)
-    found = _PID.match(os.read(descriptor, 20).decode("ascii", "replace"))
-    return found[0] if found else "unknown"
+    found = _HOLDER.match(os.read(descriptor, 1000).decode("utf-8", "replace"))
+    return f"{found[2]}, process {found[1]}" if found else "a process that has not said yet who it is"

@@ -13,7 +13,7 @@ from etb_hil.base.steady import steady
 from etb_hil.base.stock import find
 from etb_hil.base.yamlfile import Document
 from etb_hil.bench.bench_file import BenchSetup, load_bench
-from etb_hil.bench.controller_lock import controller_lock
+from etb_hil.bench.controller_lock import bench_lock
 from etb_hil.bench.operator import Operator, check_unattended
 from etb_hil.bench.preflight import check_scenario
 from etb_hil.bench.rehearsal import rehearse
@@ -112,7 +112,7 @@ def execute(
 ) -> Finished:
     """Run the scenario and judge the unit, again where the scenario wants it; return the attempt that counts.
 
-    The session lies in a new folder under `folder`. Raises BenchFault where another bench holds the controller.
+    The session lies in a new folder under `folder`. Raises BenchFault where somebody else sends its commands.
     """
     inputs = {
         "scenario": job.files.scenario,
@@ -125,10 +125,9 @@ def execute(
         inputs["station"] = job.files.station
     if job.is_virtual:
         inputs["unit"] = job.files.unit or find("model", "default")
-    bench = job.setup.bench
     with ExitStack() as held:
         if not job.is_virtual:
-            held.enter_context(controller_lock(bench.bus, bench.id_offset))
+            held.enter_context(bench_lock(job.setup))
             held.enter_context(steady())
         noise = seed if job.is_virtual else None
         session = create(folder, job.scenario.content.name, serial, inputs, model=job.model.name, seed=noise)

@@ -10,7 +10,7 @@ from etb_hil.cli.files import add_file_arguments, job_files
 
 if TYPE_CHECKING:
     from etb_hil.base.errors import Problem
-    from etb_hil.bench.bench_file import Bench
+    from etb_hil.bench.bench_file import Bench, BenchSetup
     from etb_hil.bench.job import Job, JobFiles
     from etb_hil.canio.bus.interface_check import Finding
 
@@ -38,10 +38,10 @@ def run(options: argparse.Namespace) -> int:
     except InputError as error:
         problems += error.problems
         bench = _each_by_itself(files, problems)
+        findings = [] if bench is None else [*look_at(bench.bus)]
     else:
         _print_plan(job)
-        bench = job.setup.bench
-    findings = [] if bench is None else [*look_at(bench.bus), *_controller(bench)]
+        findings = [*look_at(job.setup.bench.bus), *_controller(job.setup)]
     for finding in findings:
         print(f"{'unknown' if finding.ok is None else 'ok' if finding.ok else 'MISSING':9} {finding.what}")
         if finding.remedy:
@@ -104,17 +104,17 @@ def _tried(read: Callable[[], T], problems: list[Problem]) -> T | None:
         return None
 
 
-def _controller(bench: Bench) -> list[Finding]:
-    """Look whether another bench holds the controller."""
+def _controller(setup: BenchSetup) -> list[Finding]:
+    """Look whether another bench of this machine commands the controller."""
     from etb_hil.base.errors import BenchFault
-    from etb_hil.bench.controller_lock import controller_lock
+    from etb_hil.bench.controller_lock import bench_lock
     from etb_hil.canio.bus.bus_settings import VIRTUAL
     from etb_hil.canio.bus.interface_check import Finding
 
-    if bench.bus.interface == VIRTUAL:
+    if setup.bench.bus.interface == VIRTUAL:
         return []
     try:
-        with controller_lock(bench.bus, bench.id_offset):
-            return [Finding(True, "no other bench holds the controller")]
+        with bench_lock(setup):
+            return [Finding(True, "nobody else commands the controller")]
     except BenchFault as fault:
         return [Finding(False, str(fault))]

@@ -40,6 +40,7 @@ def run(args: argparse.Namespace) -> int:
     from etb_hil.base.steady import DEVICE, steady
     from etb_hil.base.stock import find
     from etb_hil.bench.bench_file import load_bench
+    from etb_hil.bench.controller_lock import sender_lock
     from etb_hil.bench.stop_signals import StopSignals
     from etb_hil.canio.bus.bus_settings import VIRTUAL
     from etb_hil.canio.bus.link import open_link
@@ -77,8 +78,10 @@ def run(args: argparse.Namespace) -> int:
             ambient=ambient,
             on_switch=log.switch,
         )
+        rehearsing = power_on()
+        stack.enter_context(sender_lock(settings, rehearsing.sends, f"controller of '{unit.name}'"))
         with announced():
-            compile_kernels(power_on())
+            compile_kernels(rehearsing)
         stack.enter_context(steady(DEVICE))
         link = open_link(settings, clock)
         stack.callback(link.close)

@@ -1,64 +1,168 @@
-"""Two benches on one controller: the second is told who holds it; a killed holder holds nothing."""
+"""One sender to each id of a bus: the second is told who it is, however it writes the bus; a killed one holds none."""
 
 import os
 import signal
 import subprocess
 import sys
+from contextlib import ExitStack
+from pathlib import Path
 
 import pytest
 
 from etb_hil.base.errors import BenchFault
-from etb_hil.bench.controller_lock import controller_lock
+from etb_hil.base.outcome import ExitCode
+from etb_hil.base.stock import find
+from etb_hil.bench.bench_file import load_bench
+from etb_hil.bench.controller_lock import bench_lock, sender_lock
 from etb_hil.canio.bus.bus_settings import BusSettings
+from etb_hil.cli.main import main
 
 VCAN0 = BusSettings(interface="socketcan", channel="vcan0")
+COMMANDS = [(0x110, False), (0x111, False)]
+GROUP = "239.74.163.2"
 HOLD = """
 import sys, time
 from pathlib import Path
-from etb_hil.bench.controller_lock import controller_lock
+from etb_hil.bench.controller_lock import sender_lock
 from etb_hil.canio.bus.bus_settings import BusSettings
-with controller_lock(BusSettings(interface="socketcan", channel="vcan0"), 0, Path(sys.argv[1])):
-    print("held", flush=True)
+bus = BusSettings(interface="socketcan", channel="vcan0")
+folder = Path(sys.argv[1]) if len(sys.argv) > 1 else None
+with sender_lock(bus, [(0x111, False)], "bench 'left'", folder) as paths:
+    print(*paths, flush=True)
     time.sleep(600)
 """
 
 
-def test_a_second_bench_is_told_the_holders_process(tmp_path):
-    with (
-        controller_lock(VCAN0, 0, tmp_path),
-        pytest.raises(BenchFault, match=f"process {os.getpid()}"),
-        controller_lock(VCAN0, 0, tmp_path),
-    ):
-        pass
-    with controller_lock(VCAN0, 0, tmp_path):
+def multicast(channel=GROUP, **options):
+    return BusSettings(interface="udp_multicast", channel=channel, options=options)
+
+
+def serial(channel, interface="slcan"):
+    return BusSettings(interface=interface, channel=channel)
+
+
+def excluded(tmp_path, bus, other, commands=COMMANDS, others=COMMANDS):
+    said = ""
+    with sender_lock(bus, commands, "bench 'left'", tmp_path), ExitStack() as second:
+        try:
+            second.enter_context(sender_lock(other, others, "bench 'right'", tmp_path))
+        except BenchFault as fault:
+            said = str(fault)
+    assert not said or f"by bench 'left', process {os.getpid()}; wait for it, stop it, or choose" in said
+    return bool(said)
+
+
+def test_a_second_bench_is_told_who_sends(tmp_path):
+    assert excluded(tmp_path, VCAN0, VCAN0)
+    with sender_lock(VCAN0, COMMANDS, "bench 'left'", tmp_path):
         pass
 
 
 @pytest.mark.parametrize(
-    ("bus", "id_offset"),
+    ("bus", "other"),
     [
-        (VCAN0, 0x100),
-        (BusSettings(interface="socketcan", channel="vcan1"), 0),
-        (BusSettings(interface="slcan", channel="/dev/../vcan0"), 0),
-        (BusSettings(interface="udp_multicast", channel="239.74.163.2", options={"port": 43001}), 0),
+        (multicast(), multicast(port=43113)),
+        (multicast("ff15:7079::1"), multicast("FF15:7079:0::1")),
+        (serial("/dev/null"), serial("/dev/null@115200")),
+        (serial("/dev/null"), serial("/dev/../dev/null", "serial")),
     ],
 )
-def test_another_controller_is_free(tmp_path, bus, id_offset):
-    with controller_lock(VCAN0, 0, tmp_path), controller_lock(bus, id_offset, tmp_path) as path:
-        assert path.parent == tmp_path
+def test_a_bus_is_the_same_however_it_is_written(tmp_path, bus, other):
+    assert excluded(tmp_path, bus, other)
+    assert excluded(tmp_path, other, bus)
+
+
+def test_a_device_is_the_same_by_its_link(tmp_path):
+    link = tmp_path / "usb-adapter-if00"
+    link.symlink_to("/dev/null")
+    assert excluded(tmp_path, serial("/dev/null"), serial(str(link)))
+
+
+@pytest.mark.parametrize(
+    "other",
+    [BusSettings(interface="socketcan", channel="vcan1"), multicast(), multicast(port=43001), serial("/dev/../vcan0")],
+)
+def test_another_bus_is_free(tmp_path, other):
+    assert not excluded(tmp_path, VCAN0, other)
+    assert not excluded(tmp_path, multicast(port=43002), other)
+
+
+@pytest.mark.parametrize(
+    ("others", "overlap"),
+    [
+        ([(0x111, False), (0x112, False)], True),
+        ([(0x10F, False), (0x110, False)], True),
+        ([(0x112, False), (0x113, False)], False),
+        ([(0x110, True), (0x111, True)], False),  # extended identifiers are others
+    ],
+)
+def test_ids_that_overlap_exclude_each_other(tmp_path, others, overlap):
+    assert excluded(tmp_path, VCAN0, VCAN0, others=others) is overlap
+    assert excluded(tmp_path, VCAN0, VCAN0, commands=others, others=COMMANDS) is overlap
+    with sender_lock(VCAN0, others, "bench 'left'", tmp_path):  # whoever was refused holds nothing of it
+        pass
+
+
+@pytest.mark.parametrize(("offset", "overlap"), [(0, True), (1, True), (2, False), (0x100, False)])
+def test_bench_files_exclude_each_other_by_what_they_command(tmp_path, offset, overlap):
+    stock = find("bench", "vcan_classic")
+    beside = tmp_path / "beside.yaml"
+    beside.write_text(stock.read_text() + f"id_offset: {offset}\n")
+    with bench_lock(load_bench(stock), tmp_path), ExitStack() as second:
+        if overlap:
+            with pytest.raises(BenchFault, match=r"0x11[01] on socketcan vcan0 is sent already"):
+                second.enter_context(bench_lock(load_bench(beside), tmp_path))
+        else:
+            assert len(second.enter_context(bench_lock(load_bench(beside), tmp_path))) == 2
 
 
 def test_a_killed_bench_holds_nothing(tmp_path):
     with subprocess.Popen([sys.executable, "-c", HOLD, str(tmp_path)], stdout=subprocess.PIPE, text=True) as holder:
-        assert holder.stdout.readline() == "held\n"
-        with pytest.raises(BenchFault, match=f"process {holder.pid};"), controller_lock(VCAN0, 0, tmp_path):
+        assert holder.stdout.readline()
+        with (
+            pytest.raises(BenchFault, match=f"bench 'left', process {holder.pid};"),
+            sender_lock(VCAN0, COMMANDS, "bench 'right'", tmp_path),
+        ):
             pass
         holder.send_signal(signal.SIGKILL)
-    with controller_lock(VCAN0, 0, tmp_path):
+    with sender_lock(VCAN0, COMMANDS, "bench 'right'", tmp_path):
         pass
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="its folder does not hang on TMPDIR")
+def test_no_folder_for_temporary_files_keeps_benches_apart(tmp_path):
+    places = []
+    for folder in (tmp_path / "a", tmp_path / "b"):
+        folder.mkdir()
+        environment = {**os.environ, "TMPDIR": str(folder), "TEMP": str(folder)}
+        with subprocess.Popen(
+            [sys.executable, "-c", HOLD.replace("vcan0", f"test{os.getpid()}")],
+            stdout=subprocess.PIPE,
+            text=True,
+            env=environment,
+        ) as holder:
+            places.append(holder.stdout.readline().strip())
+            holder.kill()
+    assert places[0] == places[1]
+    assert places[0].startswith(("/run/lock/", "/tmp/"))
+    Path(places[0]).unlink()
 
 
 def test_a_folder_that_cannot_be_used_is_named(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(BenchFault, match="cannot be opened"), controller_lock(VCAN0, 0, tmp_path / "file"):
+    with (
+        pytest.raises(BenchFault, match=r"cannot be opened: .*file.*let every user"),
+        sender_lock(VCAN0, COMMANDS, "bench", tmp_path / "file"),
+    ):
         pass
+
+
+def test_a_second_controller_on_a_bus_is_refused(capsys):
+    channel = f"test{os.getpid()}"  # the lock comes before the bus, which is not there
+    bus = BusSettings(interface="socketcan", channel=channel)
+    with sender_lock(bus, [(0x130, False)], "controller of 'first'") as paths:
+        assert main(["controller", "--channel", channel]) == ExitCode.BENCH_FAULT
+    said = capsys.readouterr().err
+    assert f"0x130 on socketcan {channel} is sent already, by controller of 'first', process {os.getpid()}" in said
+    for path in paths[0].parent.glob(f"socketcan_{channel}_*"):
+        path.unlink()
