@@ -6,8 +6,9 @@ everything by the time that frames must be answered within milliseconds.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError, Problem
@@ -20,9 +21,12 @@ from etb_hil.canio.bus.link import VirtualLink
 from etb_hil.canio.bus.virtual_network import VirtualNetwork
 from etb_hil.canio.dbc.commands import CommandEncoder
 from etb_hil.controller.virtual_controller import VirtualController
+from etb_hil.scenario.condition import Until
 from etb_hil.scenario.excitations import WarmUpPhase
+from etb_hil.scenario.phases import OffPhase
 from etb_hil.scenario.waiting import PromptPhase, WaitPhase
 from etb_hil.session.analysis import Analysis
+from etb_hil.session.record import PhaseEnd
 
 if TYPE_CHECKING:
     from etb_hil.base.yamlfile import Document
@@ -39,6 +43,9 @@ MARGIN = 0.1  # of current and velocity: the model's tolerances of resistance an
 ANGLE_MARGIN = 2e-3  # rad, noise and steps of a plate sensor
 TEMPERATURE_MARGIN = 5.0  # K
 WARM_UP_S = 5.0  # a warm-up repeats itself: what it draws shows early
+REST_S = 1.0  # a plate that is let go rests after this time
+FALL_END = 0.25  # rad before limp-home, where it falls fastest
+EVERY_WAY = 3  # so many phases of which nobody knows the end are rehearsed with all their ends
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,21 +81,39 @@ def with_margins(limits: SafetyLimits) -> SafetyLimits:
 def rehearse(scenario: Document[Scenario], bench: Bench, model: Model, limits: Limits) -> None:
     """Run the scenario on the bench's model and limits; InputError names the phase and the limit that it passes.
 
-    When a condition ends a phase is the unit's affair: where there are any, it is run a second time without them.
+    When a condition or an answer ends a phase is the world's affair: it is run again with other ends of such phases.
     """
-    steps = [gentle for step in scenario.content.steps if (gentle := _without_waiting(step)) is not None]
-    if not steps:
-        return
-    _rehearse(steps, scenario, bench, model, limits)
-    if any(step.phase.until is not None for step in steps):
-        whole = [replace(step, phase=step.phase.model_copy(update={"until": None})) for step in steps]
-        _rehearse(whole, scenario, bench, model, limits)
+    steps = [_shortened(step) for step in scenario.content.steps]
+    ends_early = _rehearse(steps, scenario, bench, model, limits)
+    open_ended = [
+        index
+        for index, step in enumerate(scenario.content.steps)
+        if step.phase.until is not None or isinstance(step.phase, PromptPhase)
+    ]
+    known = tuple(ends_early[index] for index in open_ended)
+    early = [steps[index] if ends_early[index] else _cut(steps[index], model) for index in open_ended]
+    whole = [_until(steps[index], None) for index in open_ended]
+    for ends in _ends(len(open_ended)):
+        if ends != known:
+            for place, index in enumerate(open_ended):
+                steps[index] = early[place] if ends[place] else whole[place]
+            _rehearse(steps, scenario, bench, model, limits)
 
 
-def _rehearse(steps: Sequence[Step], scenario: Document[Scenario], bench: Bench, model: Model, limits: Limits) -> None:
+def _ends(count: int) -> Iterable[tuple[bool, ...]]:
+    """Return which open-ended phases end early, rehearsal by rehearsal: all ways, or all ways of two neighbours."""
+    if count <= EVERY_WAY:
+        return product((True, False), repeat=count)
+    return [tuple((even, odd)[index % 2] for index in range(count)) for even, odd in product((True, False), repeat=2)]
+
+
+def _rehearse(
+    steps: Sequence[Step], scenario: Document[Scenario], bench: Bench, model: Model, limits: Limits
+) -> list[bool]:
+    """Return which phases their conditions have ended."""
     record = _dry_run(steps, bench, model, limits)
     if record.outcome is BenchOutcome.OK:
-        return
+        return [phase.end is PhaseEnd.TRIGGERED for phase in record.phases]
     if record.outcome is BenchOutcome.ABORTED:
         # as without a dry run: nothing has moved yet
         raise KeyboardInterrupt("the time-out has passed" if record.reason_id == "time_out" else "")
@@ -104,16 +129,34 @@ def _rehearse(steps: Sequence[Step], scenario: Document[Scenario], bench: Bench,
     )
 
 
-def _without_waiting(step: Step) -> Step | None:
-    """Return the step without what the world outside has to do for it: no prompts, no waits, no warm-up to its end."""
+def _shortened(step: Step) -> Step:
+    """Return the step without the time that only the world outside needs: until the plate rests, or repeats itself."""
     phase = step.phase
-    if isinstance(phase, PromptPhase | WaitPhase):
-        return None
-    if isinstance(phase, WarmUpPhase):
+    if isinstance(phase, PromptPhase):
+        rest = f"{min(phase.timeout, REST_S)!r} s"
+        phase = OffPhase.model_validate({"id": phase.id, "kind": "off", "measure": phase.measure, "duration": rest})
+    elif isinstance(phase, WaitPhase):
+        phase = phase.model_copy(update={"timeout": min(phase.timeout, REST_S)})
+    elif isinstance(phase, WarmUpPhase):
         phase = phase.model_copy(update={"duration": min(phase.duration, WARM_UP_S)})
-    if phase.until is not None:
-        phase = phase.model_copy(update={"until": phase.until.model_copy(update={"otherwise": "go_on"})})
-    return replace(step, phase=phase)
+    until = phase.until
+    return _until(replace(step, phase=phase), until and until.model_copy(update={"otherwise": "go_on"}))
+
+
+def _until(step: Step, until: Until | None) -> Step:
+    return replace(step, phase=step.phase.model_copy(update={"until": until}))
+
+
+def _cut(step: Step, model: Model) -> Step:
+    """Return the step with an end before its time: amid its motion, or where a released plate falls fastest."""
+    throttle = model.values
+    if isinstance(step.phase, OffPhase | WaitPhase):
+        rest = throttle.limp_home
+        end = {"role": "throttle_angle", "inside": (f"{rest - FALL_END!r} rad", f"{rest + FALL_END!r} rad")}
+    else:
+        half = 0.5 * step.phase.trajectory(throttle.limp_home, throttle).duration
+        end = {"role": "supply_voltage", "above": "-1e9 V", "for": f"{half!r} s"}
+    return _until(step, Until.model_validate({**end, "otherwise": "go_on"}))
 
 
 def _dry_run(steps: Sequence[Step], bench: Bench, model: Model, limits: Limits) -> RunRecord:

@@ -170,3 +170,48 @@ def test_a_condition_that_is_true_in_the_dry_run_does_not_hide_the_rest_of_its_p
     tight = job.setup.bench.model_copy(update={"limits": limits})
     with pytest.raises(InputError, match=r"steps\.yaml:4: .*dry run .*current"):
         rehearse(load_scenario(path), tight, job.model, job.limits)
+
+
+HIGH = "  - {id: up, kind: hold, position: 80 deg, duration: 0.2 s, approach: 2 rad/s}\n"
+AGAIN = "  - {id: again, kind: hold, position: 80 deg, duration: 0.2 s, approach: 35 rad/s}\n"
+LETS_GO = {
+    "once it has fallen": "kind: wait, until: {role: throttle_angle, below: 20 deg, for: 100 ms}, timeout: 3 s",
+    "when nobody knows": "kind: wait, until: {role: supply_voltage, above: 17.9 V}, timeout: 3 s",
+    "at an answer": "kind: prompt, text: Go on, unattended: done",
+    "off until": "kind: off, duration: 1 s, until: {role: temperature, above: 100 degC, otherwise: go_on}",
+}
+
+
+@pytest.mark.parametrize("lets_go", LETS_GO.values(), ids=LETS_GO)
+def test_a_plate_that_falls_while_the_bench_waits_is_rehearsed(tmp_path, lets_go):
+    job = job_of("virtual_classic", "default")
+    path = tmp_path / "jump.yaml"
+    start = "schema: etb_hil/scenario/1\nname: Jump\nphases:\n"
+    path.write_text(start + HIGH + f"  - {{id: w, {lets_go}}}\n" + AGAIN)
+    limits = job.setup.bench.limits.model_copy(update={"current": 4.5})  # the jump takes 4.9 A with the margin
+    tight = job.setup.bench.model_copy(update={"limits": limits})
+    with pytest.raises(InputError, match=r"jump\.yaml:6: .*dry run .*current"):
+        rehearse(load_scenario(path), tight, job.model, job.limits)
+    path.write_text(start + HIGH + AGAIN)
+    rehearse(load_scenario(path), tight, job.model, job.limits)
+
+
+def test_the_early_end_of_one_phase_is_rehearsed_with_the_whole_of_another(tmp_path):
+    """It takes the whole of the first, up to the top, and the fall from there cut short."""
+    job = job_of("virtual_classic", "default")
+    path = tmp_path / "two.yaml"
+    never = "until: {role: temperature, above: 100 degC, otherwise: go_on}"
+    path.write_text(
+        "schema: etb_hil/scenario/1\nname: Two\nphases:\n"
+        f"  - {{id: up, kind: hold, position: 80 deg, duration: 0.2 s, approach: 2 rad/s, {never}}}\n"
+        f"  - {{id: w, kind: off, duration: 1 s, {never}}}\n"
+        "  - {id: again, kind: hold, position: 80 deg, duration: 0.2 s, approach: 2 rad/s}\n"
+    )
+    for current, fits in ((13.0, True), (11.5, False)):  # 11.2 A from the top, 10% of margin; less from half the way
+        limits = job.setup.bench.limits.model_copy(update={"current": current})
+        tight = job.setup.bench.model_copy(update={"limits": limits})
+        if fits:
+            rehearse(load_scenario(path), tight, job.model, job.limits)
+        else:
+            with pytest.raises(InputError, match=r"two\.yaml:6: .*dry run .*current"):
+                rehearse(load_scenario(path), tight, job.model, job.limits)
