@@ -4,7 +4,6 @@ And each run of a bench ends with a look at its bus.
 """
 
 import os
-import sys
 
 import pytest
 from bus_truth import VIRTUAL, assert_bus_truth, assert_bus_was_healthy
@@ -26,11 +25,9 @@ def pytest_configure():
 @pytest.fixture(autouse=True, scope="session")
 def run_results():
     """Keep the results of every run in this process, whoever started it."""
+    from etb_hil.bench import job  # noqa: PLC0415 (not before there is a test to run)
+
     kept = []
-    job = sys.modules.get("etb_hil.bench.job")  # loaded by whichever test module runs benches
-    if job is None:
-        yield kept
-        return
     with pytest.MonkeyPatch.context() as patch:
         results_of = job.results_of
 
