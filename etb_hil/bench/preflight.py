@@ -39,15 +39,15 @@ def check_scenario(scenario: Document[Scenario], setup: BenchSetup, throttle: Th
     total = 0.0
     start = throttle.limp_home
     looked_at: set[tuple[object, ...]] = set()  # a repeated phase has the same problems each time
-    for step in scenario.content.steps:
+    steps = iter(scenario.content.steps)
+    for step in steps:
         phase, where = step.phase, _Where(scenario, step.key)
         trajectory = phase.trajectory(start, throttle)
         total += trajectory.duration
         if (*step.key, start) not in looked_at:
             looked_at.add((*step.key, start))
             found = [
-                *_outside(phase, bench.limits, where),
-                *_unknown_roles(phase, dialect, where),
+                *_wrong_by_itself(phase, bench.limits, dialect, where),
                 *_never_fires(phase, trajectory, where),
                 *_moves_unseen(phase, trajectory, where),
             ]
@@ -56,13 +56,18 @@ def check_scenario(scenario: Document[Scenario], setup: BenchSetup, throttle: Th
                 found = [*_strays(points, bench.limits, where)]
                 found += unsendable(points, dialect, where()) if is_told and not found else ()
             problems += [problem for problem in found if problem not in problems]
+        if total > bench.limits.duration:
+            break
         last = trajectory.at(trajectory.duration)
         start = last.position if last.enable else throttle.limp_home
     if total > bench.limits.duration:
+        rest = {later.key: later.phase for later in steps}  # no set-points of these: there may be very many
+        for key, phase in rest.items():
+            found = [*_wrong_by_itself(phase, bench.limits, dialect, _Where(scenario, key))]
+            problems += [problem for problem in found if problem not in problems]
+        taken = f"{total:.1f} s" + (f" up to the end of '{step.id}', and more follows" if rest else "")
         allowed = f"up to {bench.limits.duration:g} s (the bench's limit)"
-        problems.append(
-            Problem("the scenario takes too long", scenario.place("phases"), f"{total:.1f} s", allowed, "shorten it")
-        )
+        problems.append(Problem("the scenario takes too long", scenario.place("phases"), taken, allowed, "shorten it"))
     if scenario.content.supply is not None and not dialect.has("supply_voltage"):
         problems.append(_no_such_signal("supply_voltage", scenario.place("supply")))
     if problems:
@@ -100,6 +105,12 @@ class _Where:
 
     def __call__(self, *key: str | int) -> Place:
         return self._scenario.place(*self._step, *key)
+
+
+def _wrong_by_itself(phase: Phase, limits: SafetyLimits, dialect: Dialect, where: _Where) -> Iterator[Problem]:
+    """Find what is wrong with a phase wherever in the scenario it stands."""
+    yield from _outside(phase, limits, where)
+    yield from _unknown_roles(phase, dialect, where)
 
 
 def _outside(phase: Phase, limits: SafetyLimits, where: _Where) -> Iterator[Problem]:

@@ -1,6 +1,7 @@
 """Phases: set-points stay where the file says, groups unroll in order, and mistakes are named with their place."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.bench.preflight import check_scenario
 from etb_hil.plant.parameters import load_model
+from etb_hil.scenario.phases import HoldPhase
 from etb_hil.scenario.scenario_file import Scenario, load_scenario
 from etb_hil.scenario.sines import Multisine
 
@@ -161,6 +163,24 @@ def test_what_this_bench_must_not_do_is_refused_once_with_its_place(tmp_path, ph
     with pytest.raises(InputError, match=told) as refused:
         checked(tmp_path, phases)
     assert len(refused.value.problems) == 1
+
+
+def test_set_points_are_not_made_beyond_the_bench_s_longest_run(tmp_path, monkeypatch):
+    """A file of a few lines may ask for years; what is wrong in the rest of it is still said."""
+    made = []
+    of_hold = HoldPhase.trajectory
+    monkeypatch.setattr(HoldPhase, "trajectory", lambda *given: made.append(1) or of_hold(*given))
+    with pytest.raises(InputError) as refused:
+        checked(
+            tmp_path,
+            "- {id: g, kind: group, repeat: 1000, phases: [{id: a, kind: hold, position: 40 deg, duration: 5 min}]}\n"
+            "- {id: b, kind: hold, position: 95 deg, duration: 1 s}\n",
+        )
+    angle, total = refused.value.problems
+    assert "outside the bench's limits" in angle.what
+    assert "takes too long" in total.what
+    assert re.fullmatch(r"\d+\.\d s up to the end of 'g\.2\.a', and more follows", total.value)
+    assert len(made) == 2
 
 
 def test_a_prompt_has_no_condition(tmp_path):
