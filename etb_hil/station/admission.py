@@ -8,6 +8,7 @@ from datetime import datetime
 from etb_hil.base.errors import BenchFault, InputError, Problem
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.history.runs import Run
+from etb_hil.station.serial_pattern import LONGEST
 from etb_hil.station.station_file import Golden, Part, Station
 
 
@@ -19,6 +20,9 @@ def admitted_part(station: Station, serial: str, runs: Sequence[Run]) -> Part:
     if not serial:
         raise InputError(Problem("this station wants a serial number", remedy="give one with --serial"))
     parts = station.parts_of(serial)
+    if not parts and len(serial) > LONGEST:
+        what = f"the serial number has {len(serial)} characters"
+        raise InputError(Problem(what, allowed=f"{LONGEST} at most", remedy="scan again, one label alone"))
     if not parts:
         patterns = "; ".join(f"{part.number}: {part.serial}" for part in station.parts)
         raise InputError(

@@ -15,6 +15,7 @@ from etb_hil.base.quantity import Duration, Torque
 from etb_hil.base.stock import find
 from etb_hil.base.yamlfile import Document, FileModel, load
 from etb_hil.diagnosis.limits import load_limits
+from etb_hil.station.serial_pattern import LONGEST, check_serial_pattern
 
 Text = Annotated[str, Field(min_length=1, max_length=200)]
 
@@ -46,15 +47,12 @@ class Part(FileModel):
     @field_validator("serial")
     @classmethod
     def _is_a_pattern(cls, text: str) -> str:
-        try:
-            re.compile(text)
-        except re.error as error:
-            raise ValueError(f"no regular expression: {error}") from None
+        check_serial_pattern(text)
         return text
 
     def takes(self, serial: str) -> bool:
         """Return whether a serial number is one of this part's."""
-        return re.fullmatch(self.serial, serial) is not None
+        return len(serial) <= LONGEST and re.fullmatch(self.serial, serial) is not None
 
 
 class Retest(FileModel):
