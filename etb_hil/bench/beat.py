@@ -9,7 +9,7 @@ from etb_hil.base.lateness import Lateness
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.bench.command_pause import CommandPause
 from etb_hil.bench.interlock import Interlock
-from etb_hil.bench.stop_signals import TIME_OUT, StopSignals, Verb
+from etb_hil.bench.stop_signals import TIME_OUT, Verb
 from etb_hil.bench.supervision import TIMEOUT, Supervisor, Trip
 from etb_hil.canio.bus.health import BusState
 from etb_hil.scenario.condition_watch import ConditionWatch
@@ -18,6 +18,7 @@ from etb_hil.scenario.trajectory import OFF, SetPoint
 if TYPE_CHECKING:
     from etb_hil.base.clock import Clock
     from etb_hil.bench.bench_file import Bench
+    from etb_hil.bench.stop_signals import StopSignals
     from etb_hil.bench.tap import Tap
     from etb_hil.recording.samples import SampleBlock
     from etb_hil.scenario.condition import Condition
@@ -49,6 +50,7 @@ class Beat:
         *,
         supply: Condition | None,
         show: Callable[[int], None],
+        signals: StopSignals,
     ) -> None:
         """Run at the bench's command rate; `show` is called with the time in ns, a few times a second."""
         self._limits = bench.limits
@@ -65,7 +67,7 @@ class Beat:
         self._pause = CommandPause(self.tick_ns)
         self.supervisor = Supervisor(bench.limits, gear_ratio, self.start_ns, reports_status=tap.reports_status)
         self._interlock = Interlock(round(bench.limits.frame_age * 1e9)) if tap.reports_interlock else None
-        self.signals = StopSignals()
+        self.signals = signals
         self.commanded = OFF
         self.is_ending = False
 

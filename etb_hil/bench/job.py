@@ -20,6 +20,7 @@ from etb_hil.bench.rehearsal import rehearse
 from etb_hil.bench.results import results_of
 from etb_hil.bench.runner import Runner
 from etb_hil.bench.snapshot import Watcher, nobody
+from etb_hil.bench.stop_signals import StopSignals
 from etb_hil.bench.tap import Tap
 from etb_hil.canio.bus.bus_settings import SOCKETCAN, VIRTUAL
 from etb_hil.canio.bus.link import Link, VirtualLink, open_link
@@ -108,11 +109,18 @@ def prepare(files: JobFiles, *, attended: bool = False) -> Job:
 
 
 def execute(
-    job: Job, folder: Path, serial: str, seed: int, watcher: Watcher = nobody, operator: Operator | None = None
+    job: Job,
+    folder: Path,
+    serial: str,
+    seed: int,
+    watcher: Watcher = nobody,
+    operator: Operator | None = None,
+    signals: StopSignals | None = None,
 ) -> Finished:
     """Run the scenario and judge the unit, again where the scenario wants it; return the attempt that counts.
 
     The session lies in a new folder under `folder`. Raises BenchFault where somebody else sends its commands.
+    From the moment at which the run begins `signals` are held; whoever gives them lets them go.
     """
     inputs = {
         "scenario": job.files.scenario,
@@ -129,11 +137,14 @@ def execute(
         if not job.is_virtual:
             held.enter_context(bench_lock(job.setup))
             held.enter_context(steady())
+        if signals is None:
+            signals = StopSignals()
+            held.callback(signals.let_go)
         noise = seed if job.is_virtual else None
         session = create(folder, job.scenario.content.name, serial, inputs, model=job.model.name, seed=noise)
         attempt = 1
         while True:
-            finished = _attempt(job, session, seed, attempt, watcher, operator)
+            finished = _attempt(job, session, seed, attempt, watcher, operator, signals)
             if not is_tried_again(job.scenario.content.retry, finished.results, attempt):
                 return _counted(finished)
             set_aside(session, attempt)
@@ -150,7 +161,13 @@ def _counted(finished: Finished) -> Finished:
 
 
 def _attempt(
-    job: Job, session: Session, seed: int, attempt: int, watcher: Watcher, operator: Operator | None
+    job: Job,
+    session: Session,
+    seed: int,
+    attempt: int,
+    watcher: Watcher,
+    operator: Operator | None,
+    signals: StopSignals,
 ) -> Finished:
     scenario = job.scenario.content
     with ExitStack() as open_things:
@@ -166,6 +183,7 @@ def _attempt(
         analysis = Analysis(job.setup.dialect, job.model, job.limits, str(session.folder))
         encoder = CommandEncoder(job.setup.dialect)
         tap = Tap(link, encoder, analysis, log, store.watching(events, analysis), clock)
+        signals.hold()  # until results and store are written, at least: what hangs before may be interrupted
         record = Runner(
             job.setup.bench,
             scenario.steps,
@@ -175,6 +193,7 @@ def _attempt(
             supply=scenario.supply_guard,
             operator=operator,
             watcher=watcher,
+            signals=signals,
         ).run()
         found = analysis.finish(complete=record.is_complete)
         results = results_of(session, job.setup.bench, job.limits, record, analysis, found)

@@ -14,7 +14,7 @@ from etb_hil.bench.bench_file import Bench
 from etb_hil.bench.operator import Operator, Unattended
 from etb_hil.bench.safe_state import bring_to_rest
 from etb_hil.bench.snapshot import Snapshot, Watcher, nobody
-from etb_hil.bench.stop_signals import Verb
+from etb_hil.bench.stop_signals import StopSignals, Verb
 from etb_hil.bench.tap import Tap
 from etb_hil.scenario.condition import Condition, Until
 from etb_hil.scenario.phase import Measure
@@ -43,7 +43,9 @@ class Runner:
         supply: Condition | None = None,
         operator: Operator | None = None,
         watcher: Watcher = nobody,
+        signals: StopSignals | None = None,
     ) -> None:
+        """Heed `signals` while the run lasts; whoever has more to do after it holds them."""
         self._bench = bench
         self._steps = steps
         self._analysis = analysis
@@ -60,7 +62,9 @@ class Runner:
             if (still_there := shown()) is not None:
                 still_there(now_ns)
 
-        self._beat = Beat(bench, tap, clock, self._throttle.gear_ratio, supply=supply, show=show)
+        self._beat = Beat(
+            bench, tap, clock, self._throttle.gear_ratio, supply=supply, show=show, signals=signals or StopSignals()
+        )
         self._record = RunRecord(start_ns=self._beat.start_ns)
         self._phase_id = ""
         self._message = ""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import signal
 import threading
+from collections.abc import Iterator
 from enum import IntEnum
 from types import FrameType, TracebackType
 from typing import Any, Self
@@ -27,27 +28,36 @@ VERBS = {
     TIME_OUT: Verb.ABORT,
     "SIGQUIT": Verb.HALT,  # Ctrl-\
 }
-_CAUSES = {"SIGUSR1": "key s or r, SIGUSR1", "SIGINT": "key a or Ctrl-C, SIGINT"}
+ENOUGH = 3  # Ctrl-C so often: somebody means to go
+_CAUSES = {TIME_OUT: "the time-out", "SIGUSR1": "key s or r, SIGUSR1", "SIGINT": "key a or Ctrl-C, SIGINT"}
 EXPLAINED = (
     "ending a run: Ctrl-C, SIGTERM and a closed terminal abort (drive off now); SIGUSR1 stops (the plate is led back "
     "to limp-home, then drive off); Ctrl-\\ (SIGQUIT) halts (no more commands: the controller's watchdog takes the "
-    "drive off). The drive is then seen to be off, whatever is pressed meanwhile."
+    "drive off). The drive is then seen to be off, and the results are kept, whatever is pressed meanwhile; from the "
+    "third Ctrl-C on, the report is not waited for."
 )
 
 
 class StopSignals:
     """While entered, these signals are noted instead of ending the process; the runner heeds them at its next tick.
 
-    Further ones can only say more: none of them cuts the safe stop short.
+    Further ones can only say more: none of them cuts the safe stop short, or what is kept of the run. They can
+    be entered again while entered, or held: the handlers are put back at the end of all that.
     """
 
     def __init__(self) -> None:
         self.received: str | None = None
         self.verb: Verb | None = None
+        self._interrupts = 0
+        self._may_leave = False
         self._before: dict[int, Any] = {}
+        self._depth = 0
+        self._is_held = False
 
     def __enter__(self) -> Self:
-        if threading.current_thread() is threading.main_thread():  # elsewhere Python takes no handlers
+        self._depth += 1
+        in_main = threading.current_thread() is threading.main_thread()  # elsewhere Python takes no handlers
+        if self._depth == 1 and in_main:
             for name in VERBS:
                 if hasattr(signal, name):
                     number = getattr(signal, name)
@@ -57,16 +67,43 @@ class StopSignals:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self._depth -= 1
+        if self._depth:
+            return
         for number, handler in self._before.items():
             with contextlib.suppress(ValueError):
                 signal.signal(number, handler)
+
+    def hold(self) -> None:
+        """Note signals from now on until `let_go`: a run has begun, and what comes of it is to be kept."""
+        if not self._is_held:
+            self._is_held = True
+            self.__enter__()
+
+    def let_go(self) -> None:
+        """Put the handlers back, where they were held."""
+        if self._is_held:
+            self._is_held = False
+            self.__exit__(None, None, None)
 
     @property
     def cause(self) -> str | None:
         """What asked for it, in words: the run screen's keys send the same signals."""
         return None if self.received is None else _CAUSES.get(self.received, self.received)
 
+    @contextlib.contextmanager
+    def leaving(self) -> Iterator[None]:
+        """While entered, a further Ctrl-C raises KeyboardInterrupt where there were enough of them."""
+        self._may_leave = True
+        try:
+            yield
+        finally:
+            self._may_leave = False
+
     def _note(self, number: int, frame: FrameType | None) -> None:  # noqa: ARG002 (the signature of a handler)
         name = signal.Signals(number).name
         if self.verb is None or VERBS[name] > self.verb:
             self.received, self.verb = name, VERBS[name]
+        self._interrupts += name == "SIGINT"
+        if self._may_leave and name == "SIGINT" and self._interrupts >= ENOUGH:
+            raise KeyboardInterrupt

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import select
 import sys
@@ -42,10 +43,15 @@ class Keyboard:
     ) -> None:
         import termios
 
-        termios.tcsetattr(self._descriptor, termios.TCSAFLUSH, self._before)
+        with contextlib.suppress(termios.error):  # a terminal that was closed has nothing to put back
+            termios.tcsetattr(self._descriptor, termios.TCSAFLUSH, self._before)
 
     def read(self, wait_s: float = 0.0) -> str:
         """Return what was typed since, waiting for it no longer than so many seconds."""
         if not select.select([self._descriptor], [], [], wait_s)[0]:
             return ""
-        return os.read(self._descriptor, 1024).decode("utf-8", "replace").replace("\r", "\n")
+        try:
+            typed = os.read(self._descriptor, 1024)
+        except OSError:  # the terminal was closed; SIGHUP says so too
+            return ""
+        return typed.decode("utf-8", "replace").replace("\r", "\n")

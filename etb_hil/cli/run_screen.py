@@ -18,6 +18,7 @@ from etb_hil.report.panel_watcher import PanelLimits, PanelWatcher
 if TYPE_CHECKING:
     from etb_hil.bench.job import Job
     from etb_hil.bench.snapshot import Snapshot
+    from etb_hil.bench.stop_signals import StopSignals
     from etb_hil.session.finished import Finished
 
 _NO_SCREEN = {"", "dumb", "unknown"}
@@ -33,10 +34,11 @@ class RunScreen:
     attended: bool
     shown: bool = True
 
-    def run(self, serial: str, before: str = "") -> tuple[Finished, bool]:
+    def run(self, serial: str, before: str, signals: StopSignals) -> tuple[Finished, bool]:
         """Run the scenario on the unit of this serial number; `before` is what came of the units before it.
 
-        Also returns whether somebody ended it by the key that wants it from the start again.
+        `signals` end the run, and are held once it has begun. Also returns whether somebody ended it by the
+        key that wants it from the start again.
         """
         with ExitStack() as open_things:
             feed = PanelFeed()
@@ -56,7 +58,7 @@ class RunScreen:
 
             if self.shown:
                 open_things.enter_context(feed)
-            finished = execute(self.job, self.folder, serial, self.seed, watch, operator)
+            finished = execute(self.job, self.folder, serial, self.seed, watch, operator, signals)
             return finished, operator is not None and operator.wants_repeat
 
     def _title(self, serial: str) -> str:

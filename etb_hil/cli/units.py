@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TextIO
 
 from etb_hil.base.errors import BenchFault
+from etb_hil.base.outcome import BenchOutcome
 from etb_hil.bench.job import prepare
+from etb_hil.bench.stop_signals import StopSignals, Verb
 from etb_hil.cli.batch import checked_serial
 from etb_hil.cli.compiling import announced
 from etb_hil.cli.files import job_files
@@ -67,10 +69,20 @@ class Units:
         """Run a unit and show its verdict; `before` is what came of those before it."""
         words = sys.stderr if self.output.owns_standard_output else sys.stdout
         screen = self.screen_for(serial)
+        signals = StopSignals()
+        try:
+            judged = self._judged(screen, serial, before, words, signals)
+        finally:
+            signals.let_go()
+        if signals.verb in {Verb.ABORT, Verb.HALT} and judged.results["bench"]["outcome"] == BenchOutcome.OK:
+            raise KeyboardInterrupt(f"{signals.cause} came once the run was over; its results stand")
+        return judged
+
+    def _judged(self, screen: RunScreen, serial: str, before: str, words: TextIO, signals: StopSignals) -> Judged:
         try:
             if self.desk is not None:
                 self.desk.require_fit_bench(serial)
-            finished, again = screen.run(serial, before)
+            finished, again = screen.run(serial, before, signals)
         except BenchFault as fault:
             results = faulted(screen.job, serial, fault)
             say(verdict_text(results), words)
@@ -81,7 +93,7 @@ class Units:
         said = None if self.desk is None else self.desk.conclusion(finished.results)
         if said is not None:
             finished = replace(finished, results=said.results)
-        show_finished(finished, words, "" if said is None else said.next_step)
+        show_finished(finished, signals, words, "" if said is None else said.next_step)
         for line in [] if said is None else said.lines:
             say(f"  Station  {line}", words)
         return Judged(finished.results, self.output.add(finished.results, finished.session.folder), again)

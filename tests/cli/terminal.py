@@ -64,6 +64,11 @@ class Terminal:
         os.close(self._main), os.close(self._side)
         return self.program.returncode
 
+    def close(self):
+        """Close the window, as a lost ssh connection does; return the program's exit code."""
+        os.close(self._side), os.close(self._main)
+        return self.program.wait(PATIENCE_S)
+
     @property
     def keeps_line_mode(self):
         """Whether the keyboard is as a shell leaves it: whole lines, seen as they are typed."""

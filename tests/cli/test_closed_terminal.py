@@ -1,0 +1,49 @@
+"""A terminal that is closed amid a run: the drive goes off, and all that is known of the unit is kept."""
+
+import json
+import os
+
+import pytest
+from terminal import ETB_HIL, Terminal
+
+from etb_hil.cli.keyboard import Keyboard
+from etb_hil.cli.show import say
+
+SCENARIO = """schema: etb_hil/scenario/1
+name: held
+phases:
+  - {id: zero, kind: current_zero, duration: 0.3 s}
+  - {id: held, kind: hold, position: 30 deg, duration: 450 s}
+"""
+
+
+def test_a_closed_terminal_costs_neither_results_nor_report(tmp_path):
+    (tmp_path / "held.yaml").write_text(SCENARIO)
+    terminal = Terminal(tmp_path, *ETB_HIL, "run", "held.yaml", "--json", "out.json")
+    terminal.until("phase  held")
+    assert terminal.close() == 5
+    (session,) = (path.parent for path in tmp_path.glob("sessions/*/session.json"))
+    results = json.loads((session / "results.json").read_text())
+    assert (results["bench"]["safe_state"], results["bench"]["reason"]) == (True, "stopped by SIGHUP")
+    assert (session / "report.html").is_file()
+    assert json.loads((tmp_path / "out.json").read_text()) == results
+
+
+@pytest.fixture
+def gone():
+    """Return the side of a terminal whose other side is closed while it is entered as a keyboard."""
+    main, side = os.openpty()
+    with Keyboard(side) as keyboard:
+        os.close(main)
+        yield side, keyboard
+    os.close(side)
+
+
+def test_keys_of_a_terminal_that_is_gone_are_none(gone):
+    assert gone[1].read() == ""
+
+
+def test_words_for_a_terminal_that_is_gone_go_nowhere(gone):
+    with open(gone[0], "w", closefd=False) as screen:
+        say("verdict", screen)
+        say("more", screen)

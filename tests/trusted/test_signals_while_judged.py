@@ -1,0 +1,110 @@
+"""Signals that come when the drive is off already: what is known of the unit is kept, and no one waits for ever."""
+
+import json
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+
+import pytest
+
+from etb_hil.bench.stop_signals import StopSignals
+
+SCENARIO = """schema: etb_hil/scenario/1
+name: Short
+phases:
+  - {id: zero, kind: current_zero, duration: 0.3 s}
+  - {id: off, kind: off, duration: 0.3 s}
+"""
+# argv: the signals during the run, those while the unit is judged, those while the report is written, the command
+STRUCK = """
+import os, signal, sys
+from etb_hil.bench import job
+from etb_hil.bench.runner import Runner
+from etb_hil.cli import main
+from etb_hil.report import html_report
+
+def before(owner, name, numbers):
+    whole = getattr(owner, name)
+    def struck(*arguments, **options):
+        for number in filter(None, numbers.split(",")):
+            os.kill(os.getpid(), int(number))
+        return whole(*arguments, **options)
+    setattr(owner, name, struck)
+
+in_run, in_judging, in_report, *command = sys.argv[1:]
+
+class Struck(Runner):  # the rehearsal has one of the others
+    pass
+
+job.Runner = Struck
+before(Struck, "_wake_controller", in_run)
+before(Struck, "_finish_log", in_judging)
+before(html_report, "write_report", in_report)
+sys.exit(main.main(command))
+"""
+
+
+@pytest.fixture
+def struck(tmp_path):
+    """Run with signals; return the exit code, the session's folder, results, what the store says, and the words."""
+
+    def run(in_run, in_judging, in_report=()):
+        (tmp_path / "short.yaml").write_text(SCENARIO)
+        numbers = [",".join(str(int(number)) for number in group) for group in (in_run, in_judging, in_report)]
+        command = ("run", "short.yaml", "--yes", "--json", "out.json")
+        done = subprocess.run(
+            [sys.executable, "-c", STRUCK, *numbers, *command],
+            cwd=tmp_path, check=False, timeout=300, capture_output=True, text=True, stdin=subprocess.DEVNULL,
+        )  # fmt: skip
+        (session,) = (path.parent for path in tmp_path.glob("sessions/*/session.json"))
+        assert (session / "results.json").is_file(), done.stderr
+        results = json.loads((session / "results.json").read_text())
+        assert json.loads((tmp_path / "out.json").read_text()) == results
+        store = tmp_path / "sessions" / "results.db"
+        with sqlite3.connect(store) as rows:
+            assert rows.execute("SELECT ended FROM runs").fetchall() == [(1,)]
+        return done, session, results
+
+    return run
+
+
+@pytest.mark.parametrize(
+    ("first", "further"),
+    [
+        (signal.SIGINT, [signal.SIGTERM]),
+        (signal.SIGHUP, [signal.SIGHUP, signal.SIGINT, signal.SIGUSR1, signal.SIGQUIT]),
+    ],
+)
+def test_signals_after_the_safe_stop_lose_nothing(struck, first, further):
+    done, session, results = struck([first], further, further)
+    assert done.returncode == results["exit_code"] == 5, done.stderr
+    assert results["bench"]["safe_state"] is True
+    assert (session / "report.html").is_file()
+
+
+def test_an_order_that_comes_late_ends_the_command_and_not_the_verdict(struck):
+    done, session, results = struck([], [signal.SIGTERM])
+    assert (done.returncode, results["bench"]["outcome"]) == (5, "ok")
+    assert "aborted: SIGTERM came once the run was over; its results stand" in done.stderr
+    assert (session / "report.html").is_file()
+
+
+def test_who_presses_ctrl_c_again_and_again_need_not_wait_for_the_report(struck):
+    done, session, results = struck([signal.SIGINT], [signal.SIGINT], [signal.SIGINT])
+    assert done.returncode == results["exit_code"] == 5, done.stderr
+    assert "the report was not written: Ctrl-C" in done.stderr
+    assert "ABORTED" in done.stdout
+    assert not (session / "report.html").exists()
+
+
+def test_only_the_last_exit_puts_the_handlers_back():
+    before = signal.getsignal(signal.SIGTERM)
+    with StopSignals() as signals:
+        with signals:
+            signals.hold()
+        signals.let_go()
+        os.kill(os.getpid(), signal.SIGTERM)
+        assert signals.received == "SIGTERM"
+    assert signal.getsignal(signal.SIGTERM) is before
