@@ -8,11 +8,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.modes import Mode
 from etb_hil.base.quantity import format_quantity
 from etb_hil.bench.controller_needs import missing_roles, says_too_little, unsendable
 from etb_hil.canio.bus.budget import bus_budget
 from etb_hil.scenario.phase import Measure
 from etb_hil.scenario.phases import Phase
+from etb_hil.scenario.trajectory import Chain, Held, Released
 
 if TYPE_CHECKING:
     from etb_hil.base.yamlfile import Document
@@ -175,7 +177,27 @@ def _moves_unseen(phase: Phase, trajectory: Trajectory, where: _Where) -> Iterat
 
 
 def _points(trajectory: Trajectory) -> list[SetPoint]:
-    return [trajectory.at(i * SAMPLE_S) for i in range(int(trajectory.duration / SAMPLE_S) + 1)]
+    """Return the set-points that are farthest out, of each mode; a phase of hours has too many to keep them all."""
+    least: dict[tuple[Mode, str], SetPoint] = {}
+    most: dict[tuple[Mode, str], SetPoint] = {}
+    for point in _all_points(trajectory):
+        for name in ("position", "velocity", "voltage"):
+            key, value = (point.mode, name), getattr(point, name)
+            if key not in least or value < getattr(least[key], name):
+                least[key] = point
+            if key not in most or value > getattr(most[key], name):
+                most[key] = point
+    return [*least.values(), *most.values()]
+
+
+def _all_points(trajectory: Trajectory) -> Iterator[SetPoint]:
+    if isinstance(trajectory, Chain):
+        for part in trajectory.parts:
+            yield from _all_points(part)
+    elif isinstance(trajectory, Released | Held):
+        yield trajectory.at(0.0)
+    else:
+        yield from (trajectory.at(i * SAMPLE_S) for i in range(int(trajectory.duration / SAMPLE_S) + 1))
 
 
 def _strays(points: list[SetPoint], limits: SafetyLimits, where: _Where) -> Iterator[Problem]:

@@ -163,10 +163,10 @@ class Steps:
 
 
 class Chain:
-    """Trajectories one after another."""
+    """Trajectories, its `parts`, one after another."""
 
     def __init__(self, *parts: Trajectory) -> None:
-        self._parts = parts
+        self.parts = parts
         self._starts = list(accumulate((part.duration for part in parts), initial=0.0))
 
     @property
@@ -176,5 +176,5 @@ class Chain:
 
     def at(self, t: float) -> SetPoint:
         """Return the set-point of the part that is due t seconds after the start."""
-        index = min(max(bisect_right(self._starts, t) - 1, 0), len(self._parts) - 1)
-        return self._parts[index].at(t - self._starts[index])
+        index = min(max(bisect_right(self._starts, t) - 1, 0), len(self.parts) - 1)
+        return self.parts[index].at(t - self._starts[index])

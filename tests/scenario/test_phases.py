@@ -2,6 +2,7 @@
 
 import math
 import re
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -181,6 +182,25 @@ def test_set_points_are_not_made_beyond_the_bench_s_longest_run(tmp_path, monkey
     assert "takes too long" in total.what
     assert re.fullmatch(r"\d+\.\d s up to the end of 'g\.2\.a', and more follows", total.value)
     assert len(made) == 2
+
+
+def test_a_long_wait_and_a_long_sine_take_no_room(tmp_path):
+    path = tmp_path / "long.yaml"
+    path.write_text(find("bench", "virtual_classic").read_text().replace("duration: 10 min", "duration: 200 h"))
+    scenario = written(
+        tmp_path,
+        "- {id: w, kind: wait, until: {role: supply_voltage, above: 10 V}, timeout: 100 h}\n"
+        "- {id: s, kind: sinusoid, centre: 40 deg, amplitude: 10 deg, angular_frequency: 3 rad/s, duration: 30 s}\n",
+    )
+    bench = load_bench(path)
+    check_scenario(scenario, bench, THROTTLE)
+    tracemalloc.start()
+    try:
+        check_scenario(scenario, bench, THROTTLE)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak < 2_000_000  # bytes; a set-point a millisecond of the sine alone would be more
 
 
 def test_a_prompt_has_no_condition(tmp_path):
