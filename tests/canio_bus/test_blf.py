@@ -12,7 +12,7 @@ import can
 import numpy as np
 import pytest
 from bus_tools import assert_same, block, frames, rows_of
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from etb_hil.base.errors import BenchFault, InputError
@@ -171,6 +171,7 @@ def test_a_file_cut_between_containers_is_known_to_be_cut(tmp_path):
 
 
 @given(damage=st.lists(st.tuples(st.integers(0, 10**6), st.integers(1, 255)), min_size=1, max_size=8))
+@example(damage=[(41, 2)])  # a start in the year 1513
 def test_damage_never_ends_in_a_traceback(tmp_path_factory, damage):
     path = tmp_path_factory.mktemp("blf") / "log.blf"
     written(path, traffic(200), parts=3)

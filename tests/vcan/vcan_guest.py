@@ -38,6 +38,8 @@ def run_job(folder: Path) -> None:
     for kind, where in (("proc", "/proc"), ("sysfs", "/sys"), ("tmpfs", "/dev/shm"), ("tmpfs", "/run")):
         Path(where).is_dir() or Path(where).mkdir()
         mount(kind, where)
+    Path("/run/lock").mkdir()
+    Path("/run/lock").chmod(0o1777)  # as every machine has it
     # Commands may ask for real-time priority: no pause of 50 ms a second for the others, there are none that matter.
     Path("/proc/sys/kernel/sched_rt_runtime_us").write_text("-1")
     mount("hostfs", str(folder), str(folder))

@@ -204,7 +204,9 @@ class BlfReader:
         year, month, _, day, hour, minute, second, millisecond = header[14:22]
         try:
             start = datetime(year, month, day, hour, minute, second, tzinfo=UTC)
-        except ValueError:  # unset: stamps count from zero
+        except ValueError:  # unset
+            start = None
+        if start is None or not _EPOCH <= start < _LATEST:  # stamps count from zero
             self.start_ns = 0
         else:
             seconds = (start - _EPOCH) // timedelta(seconds=1)
@@ -248,6 +250,7 @@ def read_blf(path: Path) -> BlfReader:
 
 
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
+_LATEST = datetime(2200, 1, 1, tzinfo=UTC)  # no log is later, and 64 bits of ns hold centuries of stamps from there
 
 
 def _system_time(time_ns: int) -> tuple[int, ...]:
