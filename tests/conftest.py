@@ -3,6 +3,7 @@
 And each run of a bench ends with a look at its bus.
 """
 
+import json
 import os
 
 import pytest
@@ -40,13 +41,29 @@ def run_results():
         yield kept
 
 
+@pytest.fixture(autouse=True, scope="session")
+def looked_at():
+    """Run ids of the runs whose bus was looked at."""
+    return set()
+
+
 @pytest.fixture(autouse=True)
-def _bus_is_looked_at(request, run_results):
+def _bus_is_looked_at(request, run_results, looked_at):
     """End every test by asserting the bus truth of its runs; those marked `spoilt` had their faults on purpose."""
     yield
     is_spoilt = request.node.get_closest_marker("spoilt") is not None
-    while run_results:
-        results = run_results.pop()
+    ours = [run_results.pop() for _ in run_results[:]]
+    looked_at.update(results["run_id"] for results in ours)
+    for results in (*ours, *_of_other_processes(request.node.funcargs.get("tmp_path"), looked_at)):
         assert_bus_truth(results)
         if not is_spoilt and results["bus"]["name"].startswith(VIRTUAL):
             assert_bus_was_healthy(results)
+
+
+def _of_other_processes(folder, looked_at):
+    """Yield the results of runs in processes that a test started, from the sessions that they left in its folder."""
+    for path in () if folder is None else folder.rglob("results.json"):
+        results = json.loads(path.read_text("utf-8"))
+        if (path.parent / "events.jsonl").exists() and results.get("run_id") not in looked_at:
+            looked_at.add(results["run_id"])
+            yield results
