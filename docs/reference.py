@@ -126,7 +126,7 @@ def effects():
     for effect in CATALOGUE.values():
         parts.append(f"## {effect.id}\n\n    {effect.equation}\n")
         parts.append("| parameter | unit | from | to | source |\n|---|---|---|---|---|")
-        parts += [f"| `{p.name}` | {p.unit} | {p.low:g} | {p.high:g} | {_cell(p.source)} |" for p in effect.parameters]
+        parts += [f"| `{p.name}` | {p.unit} | {p.low:g} | {p.high:g} | {_cell(p.source)} |" for p in effect.stated]
         parts.append(f"\n- In data: {effect.looks_like}.\n- On the unit: {effect.check}.")
         if effect.look_alikes:
             alike = ", ".join(f"`{name}`" for name in effect.look_alikes)

@@ -104,3 +104,14 @@ def effect_unknowns(effect: Effect, values: Iterable[float], load: float = 1.0) 
         name = f"{effect.id}.{parameter.name}"
         found.append(Unknown(name, place, 0.0, scale, size * parameter.low / scale, size * parameter.high / scale, 0.1))
     return found
+
+
+def finer_unknowns(effect: Effect, load: float = 1.0) -> list[Unknown]:
+    """Return an effect's finer shapes; `load`: how many times a throttle's torques are those of this drive."""
+    found = []
+    for parameter, place in zip(effect.finer, effect.stated_indices[len(effect.parameters) :], strict=True):
+        size = load if parameter.unit == "N·m" else 1.0
+        scale = size * parameter.scale
+        name = f"{effect.id}.{parameter.name}"
+        found.append(Unknown(name, place, 0.0, scale, size * parameter.low / scale, size * parameter.high / scale, 0.1))
+    return found

@@ -23,7 +23,7 @@ def _read(entry: EffectEntry, load: float, is_linear: bool) -> EffectEntry | Pro
     effect = CATALOGUE.get(entry.id)
     if effect is None:
         return Problem("unknown effect", value=entry.id, allowed=", ".join(CATALOGUE))
-    known = {parameter.name: parameter for parameter in effect.parameters}
+    known = {parameter.name: parameter for parameter in effect.stated}
     found: dict[str, str | float] = {}
     for name, value in entry.strengths.items():
         if name not in known:
@@ -49,7 +49,7 @@ def written_effects(entries: Iterable[EffectEntry], *, is_linear: bool) -> list[
     """Return the `effects` of a drive's file from those that its model has."""
     found: list[dict[str, object]] = []
     for entry in entries:
-        known = {parameter.name: parameter for parameter in CATALOGUE[entry.id].parameters}
+        known = {parameter.name: parameter for parameter in CATALOGUE[entry.id].stated}
         strengths = {
             name: value
             if known[name].unit == "1"

@@ -7,9 +7,10 @@ from synthetic import MODEL, measurement, swept
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.calibration import residual_of
 from etb_hil.discrepancy.fit import fit_of, gauss_newton
-from etb_hil.discrepancy.unknowns import effect_unknowns, start
+from etb_hil.discrepancy.unknowns import effect_unknowns, finer_unknowns, start
 from etb_hil.plant.effects import ports
 from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.effects.curves import bell, side
 from etb_hil.plant.effects.effect import Balance, Parity
 from etb_hil.plant.effects.entries import entry_of, problem_of, whole_vector
 from etb_hil.plant.effects.layout import EXTENDED, IDS, PLATE_INERTIA
@@ -27,6 +28,13 @@ def _with(effect, share=1.0):
         parameter = effect.parameters[k]
         size = 4.0 * share * parameter.starts[0]
         p[effect.indices[k]] = np.clip(size, 0.9 * parameter.low, 0.9 * parameter.high)
+    return p
+
+
+def _refined(effect, p):
+    """An extended vector with an effect's finer shapes half-way to their upper bounds."""
+    for parameter, place in zip(effect.finer, effect.stated_indices[len(effect.parameters) :], strict=True):
+        p[place] = 0.5 * parameter.high
     return p
 
 
@@ -48,7 +56,7 @@ def test_it_says_what_people_need(effect):
     assert effect.source
     known = set(CATALOGUE)
     assert all(name in known or name.startswith("parameter:") for name in effect.look_alikes)
-    for parameter in effect.parameters:
+    for parameter in effect.stated:
         assert parameter.low < parameter.high
         assert all(parameter.low <= value <= parameter.high for value in parameter.starts)
         assert parameter.source
@@ -58,7 +66,7 @@ def test_it_says_what_people_need(effect):
 @pytest.mark.parametrize("effect", EFFECTS)
 def test_zero_strength_changes_nothing(effect, balances):
     plain = MODEL.vector()
-    shaped = _with(effect, 0.0)
+    shaped = _refined(effect, _with(effect, 0.0))
     for k in effect.strengths:
         shaped[effect.indices[k]] = 0.0
     nuisance = np.zeros(4)
@@ -81,6 +89,22 @@ def test_injected_strength_is_recovered(effect):
     for k in effect.searched:
         place = effect.indices[k]
         assert fit.whole[place] == pytest.approx(true[place], rel=0.12), effect.parameters[k].name
+
+
+@pytest.mark.parametrize("effect", [p for p in EFFECTS if p.values[0].finer])
+def test_injected_finer_shapes_are_recovered(effect):
+    true = _refined(effect, _with(effect))
+    b = Balances(measurement(true, seed=3), MODEL)
+    residual = residual_of([b])
+    begin = start(MODEL)
+    for place in effect.indices:
+        begin[place] = true[place]
+    fit, _ = gauss_newton(residual, fit_of(residual, begin), finer_unknowns(effect), 8, tolerance=1e-4)
+    for parameter, place in zip(effect.finer, effect.stated_indices[len(effect.parameters) :], strict=True):
+        assert fit.whole[place] == pytest.approx(true[place], abs=0.2 * (parameter.high - parameter.low)), (
+            parameter.name
+        )
+    assert fit.cost < fit_of(residual, begin).cost
 
 
 @pytest.mark.parametrize("effect", EFFECTS)
@@ -135,7 +159,7 @@ def _passive(p, omega):
 
 @pytest.mark.parametrize("effect", EFFECTS)
 def test_it_survives_a_model_file(effect):
-    p = _with(effect)
+    p = _refined(effect, _with(effect))
     entry = entry_of(effect, p)
     assert problem_of(effect.id, entry) is None
     again = whole_vector(MODEL.values.vector(), p[PLATE_INERTIA], [(effect.id, entry)])
@@ -154,3 +178,14 @@ def test_the_sweep_excites_what_the_suite_needs():
     angle = swept()
     assert angle.min() < MODEL.values.stop_low
     assert angle.max() > MODEL.values.stop_high
+
+
+def test_shared_curves_have_the_forms_that_they_say():
+    x = np.array([-2.5, -1.0, -0.3, 0.0, 0.2, 0.7, 1.4])
+    curve = np.vectorize(bell)
+    np.testing.assert_allclose(curve(x, 2.0, 0.0), np.exp(-(x**2)))
+    np.testing.assert_allclose(curve(x, 2.0, 1.0), 1.0 / (1.0 + x**2))
+    np.testing.assert_allclose(curve(x, 1.0, -1.0), np.maximum(1.0 - np.abs(x), 0.0))
+    np.testing.assert_allclose(curve(x, 2.0, 1.1e-4), np.exp(-(x**2)), atol=1e-3)
+    np.testing.assert_allclose(np.vectorize(side)(x, 0.0), np.tanh(x))
+    np.testing.assert_allclose(np.vectorize(side)(x, 1.0), x / (1.0 + np.abs(x)))

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 from numba import njit
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
+from etb_hil.plant.effects.curves import side
+from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, shape, strength
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.physics import Vector
 
@@ -14,7 +13,7 @@ _K = row("brush_drop")
 
 EFFECT = Effect(
     id="brush_drop",
-    equation="V_b tanh(i / i_0)",
+    equation="V_b ((1 - c) tanh(x) + c x / (1 + |x|)), x = i / i_0",
     balance=Balance.VOLTAGE,
     parity=Parity.EVEN,
     parameters=(
@@ -26,10 +25,11 @@ EFFECT = Effect(
     look_alikes=("hbridge_dead_time", "parameter:resistance", "supply_sag"),
     separated_by="duty staircase at two supply voltages and with the bridge off",
     source="carbon brush data sheets",
+    finer=(finer("lag", "1", -0.5, 1.3, "c: how slowly the drop is all there", 0.25),),
 )
 
 
 @njit(cache=True, error_model="numpy")
 def voltage(current: float, p: Vector) -> float:
     """Return the voltage that is lost at a current."""
-    return p[_K] * math.tanh(current / p[_K + 1]) if p[_K] != 0.0 else 0.0
+    return p[_K] * side(current / p[_K + 1], p[_K + 2]) if p[_K] != 0.0 else 0.0

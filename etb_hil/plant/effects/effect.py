@@ -45,7 +45,11 @@ class EffectParameter:
 
 @dataclass(frozen=True, slots=True)
 class Effect:
-    """An effect of the catalogue."""
+    """An effect of the catalogue.
+
+    `parameters` are what a search fits. `finer`: shapes behind them, 0 for the plain curve, without which a cause is
+    found all the same; a last fit in free run alone moves them.
+    """
 
     id: str
     equation: str
@@ -58,15 +62,26 @@ class Effect:
     separated_by: str
     source: str
     limits: str = ""
+    finer: tuple[EffectParameter, ...] = ()
 
     def __post_init__(self) -> None:
-        if len(self.parameters) > WIDTH:
+        if len(self.stated) > WIDTH:
             raise ValueError(f"{self.id}: at most {WIDTH} parameters")
 
     @property
     def indices(self) -> tuple[int, ...]:
         """Where the parameters stand in the extended vector."""
-        return tuple(range(row(self.id), row(self.id) + len(self.parameters)))
+        return self.stated_indices[: len(self.parameters)]
+
+    @property
+    def stated(self) -> tuple[EffectParameter, ...]:
+        """All that a model file may state: the parameters, and the finer shapes."""
+        return self.parameters + self.finer
+
+    @property
+    def stated_indices(self) -> tuple[int, ...]:
+        """Where all that a model file may state stands in the extended vector."""
+        return tuple(range(row(self.id), row(self.id) + len(self.stated)))
 
     @property
     def strengths(self) -> tuple[int, ...]:
@@ -89,3 +104,8 @@ def shape(
 ) -> EffectParameter:
     """Return a parameter that says what the effect looks like, not how much of it there is."""
     return EffectParameter(name, unit, low, high, grid, source, scale=scale)
+
+
+def finer(name: str, unit: str, low: float, high: float, source: str, scale: float) -> EffectParameter:
+    """Return a shape that is 0 for the plain curve; `scale`: how far it moves at a time."""
+    return EffectParameter(name, unit, low, high, (0.0,), source, scale=scale)

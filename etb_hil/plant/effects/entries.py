@@ -17,11 +17,11 @@ def problem_of(id_: str, strengths: Mapping[str, str | float]) -> Problem | None
     effect = CATALOGUE.get(id_)
     if effect is None:
         return Problem("unknown effect", value=id_, allowed=", ".join(CATALOGUE))
-    names = [parameter.name for parameter in effect.parameters]
+    names = [parameter.name for parameter in effect.stated]
     for name, value in strengths.items():
         if name not in names:
             return Problem(f"{id_} has no such parameter", value=name, allowed=", ".join(names))
-        parameter = effect.parameters[names.index(name)]
+        parameter = effect.stated[names.index(name)]
         try:
             number = parsed(value, parameter)
         except ValueError as error:
@@ -57,7 +57,7 @@ def whole_vector(
     p[PLATE_INERTIA] = plate_inertia
     for id_, strengths in effects:
         effect = CATALOGUE[id_]
-        for parameter, place in zip(effect.parameters, effect.indices, strict=True):
+        for parameter, place in zip(effect.stated, effect.stated_indices, strict=True):
             if parameter.name in strengths:
                 p[place] = parsed(strengths[parameter.name], parameter)
             elif not parameter.is_strength:
@@ -69,5 +69,5 @@ def entry_of(effect: Effect, p: Vector) -> dict[str, str | float]:
     """Return the strengths and shapes of an effect in an extended vector, as a model file has them."""
     return {
         parameter.name: written(float(p[place]), parameter)
-        for parameter, place in zip(effect.parameters, effect.indices, strict=True)
+        for parameter, place in zip(effect.stated, effect.stated_indices, strict=True)
     }

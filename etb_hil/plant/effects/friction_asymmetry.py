@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 from numba import njit
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
+from etb_hil.plant.effects.curves import side
+from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, shape, strength
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.physics import STRIBECK_VELOCITY, Vector
 
@@ -14,7 +13,10 @@ _K = row("friction_asymmetry")
 
 EFFECT = Effect(
     id="friction_asymmetry",
-    equation="g (1 + a tanh(omega / (f omega_s))), sigma_2 (1 + b tanh(omega / (f omega_s)))",
+    equation=(
+        "(T_c + (1 - d) (g - T_c)) a s added to g, sigma_2 (1 + b s); s = (1 - c) tanh(x) + c x / (1 + |x|), "
+        "x = omega / (f omega_s)"
+    ),
     balance=Balance.TORQUE,
     parity=Parity.EVEN,
     parameters=(
@@ -26,17 +28,23 @@ EFFECT = Effect(
     check="one-sided seal or brush; current sensor's zero first",
     look_alikes=("spring_preload_shift", "current_sensor_offset"),
     separated_by="a sweep through limp-home, and the current's zero with the bridge off",
-    source="Janot, Gautier, Brunot 2019 (asymmetric friction of a drive)",
+    source="Janot, Gautier, Brunot 2019 (asymmetric friction of a drive); Armstrong-Helouvry 1991 (sides settle apart)",
+    finer=(
+        finer("lag", "1", -0.5, 1.3, "c: 0 the side is settled as tanh, 1 as x / (1 + |x|)", 0.25),
+        finer("evenness", "1", -0.5, 1.5, "d: 1 the break-away's surplus is alike on both sides", 0.25),
+    ),
 )
 
 
 @njit(cache=True, error_model="numpy")
-def share(omega: float, p: Vector) -> float:
-    """Return what of the friction is added at a velocity, a share of it."""
-    return p[_K] * math.tanh(omega / (p[_K + 2] * p[STRIBECK_VELOCITY])) if p[_K] != 0.0 else 0.0
+def share(omega: float, surplus: float, p: Vector) -> float:
+    """Return what of the friction is added at a velocity, a share of it; `surplus`: the share beyond Coulomb's."""
+    if p[_K] == 0.0:
+        return 0.0
+    return p[_K] * side(omega / (p[_K + 2] * p[STRIBECK_VELOCITY]), p[_K + 3]) * (1.0 - p[_K + 4] * surplus)
 
 
 @njit(cache=True, error_model="numpy")
 def viscous_share(omega: float, p: Vector) -> float:
     """Return what of the viscosity is added at a velocity, a share of it."""
-    return p[_K + 1] * math.tanh(omega / (p[_K + 2] * p[STRIBECK_VELOCITY])) if p[_K + 1] != 0.0 else 0.0
+    return p[_K + 1] * side(omega / (p[_K + 2] * p[STRIBECK_VELOCITY]), p[_K + 3]) if p[_K + 1] != 0.0 else 0.0

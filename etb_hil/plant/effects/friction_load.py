@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from numba import njit
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
+from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, shape, strength
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.physics import Vector
 
@@ -12,7 +12,7 @@ _K = row("friction_load")
 
 EFFECT = Effect(
     id="friction_load",
-    equation="g + mu abs(tau)^n, tau the torque of springs, stops and plate inertia plus a share of the friction",
+    equation="g + mu max(0, |tau| - tau_0)^n, tau of springs, stops and plate inertia, and a share of friction",
     balance=Balance.TORQUE,
     parity=Parity.ODD,
     parameters=(
@@ -25,6 +25,7 @@ EFFECT = Effect(
     look_alikes=("friction_asymmetry", "current_sensor_gain", "friction_position_local"),
     separated_by="another load at the same angle",
     source="Bittencourt and Gunnarsson 2012; servo gearbox data sheets",
+    finer=(finer("threshold", "N·m", 0.0, 0.3, "tau_0: a load that the teeth's film still carries", 0.05),),
 )
 
 
@@ -33,5 +34,5 @@ def torque(load: float, friction: float, p: Vector) -> float:
     """Return the friction level in N·m that is added under a load and a friction, both signed, in N·m."""
     if p[_K] == 0.0:
         return 0.0
-    carried = abs(load + p[_K + 2] * friction)
+    carried = max(abs(load + p[_K + 2] * friction) - p[_K + 3], 0.0)
     return p[_K] * (carried + 1e-12) ** p[_K + 1]

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 from numba import njit
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
+from etb_hil.plant.effects.curves import bell
+from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, shape, strength
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.physics import Vector
 
@@ -14,7 +13,7 @@ _K = row("friction_position_local")
 
 EFFECT = Effect(
     id="friction_position_local",
-    equation="g + a exp(-(|theta - theta_0| / s)^m)",
+    equation="g + a (1 + t x^m)^(-1/t), x = |theta - theta_0| / s; t = 0: g + a exp(-x^m)",
     balance=Balance.TORQUE,
     parity=Parity.ODD,
     parameters=(
@@ -28,6 +27,7 @@ EFFECT = Effect(
     look_alikes=("friction_position_periodic", "friction_load"),
     separated_by="residual over angle, split by direction, at two speeds",
     source="service bulletins on throttle deposits; chosen form",
+    finer=(finer("tail", "1", -1.0, 1.0, "t: -1 ends at a place (m = 1: a triangle), 1 fades slowly", 0.25),),
 )
 
 
@@ -36,5 +36,4 @@ def torque(theta: float, p: Vector) -> float:
     """Return the friction level in N·m that is added at an angle."""
     if p[_K] == 0.0:
         return 0.0
-    x = abs(theta - p[_K + 1]) / p[_K + 2]
-    return p[_K] * math.exp(-(x ** p[_K + 3])) if x < 8.0 else 0.0
+    return p[_K] * bell((theta - p[_K + 1]) / p[_K + 2], p[_K + 3], p[_K + 4])

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 from numba import njit
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
+from etb_hil.plant.effects.curves import side
+from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, shape, strength
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.physics import Vector
 
@@ -14,7 +13,7 @@ _K = row("iron_loss")
 
 EFFECT = Effect(
     id="iron_loss",
-    equation="T_h tanh(omega / omega_0) + T_e omega / (10 rad/s)",
+    equation="T_h ((1 - c) tanh(x) + c x / (1 + |x|)) + T_e omega / (10 rad/s), x = omega / omega_0",
     balance=Balance.TORQUE,
     parity=Parity.ODD,
     parameters=(
@@ -27,6 +26,7 @@ EFFECT = Effect(
     look_alikes=("stribeck_shape", "parameter:viscous", "parameter:coulomb"),
     separated_by="coasting with the bridge open at several speeds",
     source="Bertotti 1988 (loss separation)",
+    finer=(finer("lag", "1", -0.5, 1.3, "c: how slowly the drag is all there", 0.25),),
 )
 
 
@@ -35,4 +35,4 @@ def torque(omega: float, p: Vector) -> float:
     """Return the torque in N·m that brakes at a velocity."""
     if p[_K] == 0.0 and p[_K + 1] == 0.0:
         return 0.0
-    return p[_K] * math.tanh(omega / p[_K + 2]) + p[_K + 1] * omega * 0.1
+    return p[_K] * side(omega / p[_K + 2], p[_K + 3]) + p[_K + 1] * omega * 0.1

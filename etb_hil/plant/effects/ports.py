@@ -141,10 +141,11 @@ def friction_level(
     theta: float, omega: float, load: float, temperature: float, age: float, friction: float, p: Vector
 ) -> float:
     """Return g in N·m: friction of steady sliding without viscosity (seed paper, eq. 2), with what changes it."""
-    g = p[COULOMB] + max(p[STICTION] - p[COULOMB], 0.0) * stribeck_shape.peak(omega, p)
+    surplus = max(p[STICTION] - p[COULOMB], 0.0) * stribeck_shape.peak(omega, p)
+    g = p[COULOMB] + surplus
     share = 1.0 + (
         friction_position_periodic.share(theta, p)
-        + friction_asymmetry.share(omega, p)
+        + friction_asymmetry.share(omega, surplus / g, p)
         + friction_temperature.share(temperature, p)
     )
     added = friction_position_local.torque(theta, p) + friction_load.torque(load, friction, p)

@@ -6,15 +6,19 @@ import math
 
 from numba import njit
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
+from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, shape, strength
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.physics import STICTION, Vector
 
 _K = row("stiction_dwell")
+_LOGARITHM = 1e-6  # a power below it is none
 
 EFFECT = Effect(
     id="stiction_dwell",
-    equation="g + b T_st log10(1 + t_dwell / t_0), d(t_dwell)/dt = 1 - t_dwell abs(omega) / x_c",
+    equation=(
+        "g + b T_st ((1 + t_dwell / t_0)^q - 1) / (q ln 10), q = 0: g + b T_st log10(1 + t_dwell / t_0); "
+        "d(t_dwell)/dt = 1 - t_dwell abs(omega) / x_c"
+    ),
     balance=Balance.TORQUE,
     parity=Parity.ODD,
     parameters=(
@@ -26,7 +30,8 @@ EFFECT = Effect(
     check="deposits, cold soak, gum at the bore",
     look_alikes=("stribeck_shape",),
     separated_by="dwells of 0.1, 1, 10 and 100 s in shuffled order",
-    source="Dieterich 1979 (age of contacts); Ruina 1983",
+    source="Dieterich 1979 (age of contacts); Ruina 1983; Kato, Sato, Matsubayashi 1972 (it saturates)",
+    finer=(finer("growth", "1", -1.5, 0.5, "q: above 0 a power of the time, below 0 it saturates", 0.1),),
 )
 
 
@@ -41,7 +46,10 @@ def torque(age: float, p: Vector) -> float:
     """Return the friction level in N·m that is added at an age of the contacts in s."""
     if p[_K] == 0.0:
         return 0.0
-    return p[_K] * p[STICTION] * 0.4342944819 * math.log(1.0 + age / p[_K + 1])
+    grown = math.log(1.0 + age / p[_K + 1])
+    if abs(p[_K + 3]) > _LOGARITHM:
+        grown = (math.exp(p[_K + 3] * grown) - 1.0) / p[_K + 3]
+    return p[_K] * p[STICTION] * 0.4342944819 * grown
 
 
 @njit(cache=True, error_model="numpy")

@@ -6,7 +6,8 @@ import math
 
 from numba import njit
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, strength
+from etb_hil.plant.effects.curves import bell
+from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, strength
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.physics import STRIBECK_VELOCITY, Vector
 
@@ -14,7 +15,10 @@ _K = row("stribeck_shape")
 
 EFFECT = Effect(
     id="stribeck_shape",
-    equation="g = T_c + (T_st - T_c) exp(-abs(omega / (omega_s (1 + c)))^(2 + e))",
+    equation=(
+        "g = T_c + (T_st - T_c) (1 + t x^(2 + e))^(-1/t), x = |omega| / (omega_s (1 + c)); "
+        "t = 0: T_c + (T_st - T_c) exp(-x^(2 + e))"
+    ),
     balance=Balance.TORQUE,
     parity=Parity.ODD,
     parameters=(
@@ -26,6 +30,7 @@ EFFECT = Effect(
     look_alikes=("iron_loss", "presliding_hysteresis", "stiction_dwell"),
     separated_by="three or more speeds that span omega_s",
     source="Armstrong-Helouvry 1991, exponents of the Stribeck curve",
+    finer=(finer("tail", "1", -0.5, 2.0, "1 with an exponent of 2: the rational curve of Hess and Soom 1990", 0.25),),
 )
 
 
@@ -33,6 +38,6 @@ EFFECT = Effect(
 def peak(omega: float, p: Vector) -> float:
     """Return the share of T_st - T_c that is left at a velocity."""
     x = abs(omega) / (p[STRIBECK_VELOCITY] * (1.0 + p[_K + 1]))
-    if p[_K] == 0.0:
+    if p[_K] == 0.0 and p[_K + 1] == 0.0:
         return math.exp(-x * x)
-    return math.exp(-(x ** (2.0 + p[_K]))) if x > 0.0 else 1.0
+    return bell(x, 2.0 + p[_K], p[_K + 2])

@@ -1,0 +1,30 @@
+"""Curves that effects share: one formula for the several forms that are in use."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+_EXPONENTIAL = 1e-4  # a tail below it is none
+
+
+@njit(cache=True, error_model="numpy")
+def bell(x: float, steepness: float, tail: float) -> float:
+    """Return a curve that is one at 0 and falls with abs(x): (1 + t y)^(-1/t), y = abs(x)^m (Tsallis 1988).
+
+    A tail t of 0 is exp(-y), a bell with m = 2; 1 with m = 2 is Lorentz' curve. Below 0 the curve ends at a place: -1
+    with m = 1 is a triangle.
+    """
+    y = abs(x) ** steepness if x != 0.0 else 0.0
+    if abs(tail) < _EXPONENTIAL:
+        return math.exp(-y)
+    inside = 1.0 + tail * y
+    return inside ** (-1.0 / tail) if inside > 0.0 else 0.0
+
+
+@njit(cache=True, error_model="numpy")
+def side(x: float, lag: float) -> float:
+    """Return an odd curve from -1 to 1: tanh(x) with a lag of 0, x / (1 + abs(x)) with 1, in proportion between."""
+    settled = math.tanh(x)
+    return settled if lag == 0.0 else settled + lag * (x / (1.0 + abs(x)) - settled)
