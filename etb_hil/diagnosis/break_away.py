@@ -1,4 +1,4 @@
-"""Break-away: what it takes to set a resting plate going slowly, rest by rest, and what the time of rest does to it."""
+"""Break-away: what it takes to set a resting plate going slowly, and what the time of rest and the rate do to it."""
 
 from __future__ import annotations
 
@@ -17,16 +17,19 @@ from etb_hil.recording.samples import Float64
 
 READING = 0.015  # share by which a filtered, noisy peak may be read wrong: what simulated units have shown
 
-_STILL = 0.03  # rad/s
+_STILL = 5e-4  # rad that a resting plate may move within
+_SPAN = 50  # ticks: by the estimated velocity, a coarse sensor's noise would hide that a plate creeps
 _REST = 100  # ticks that a plate must rest for
 _FLICKER = 20  # ticks for which an estimate may say otherwise
 _RESTED = 0.012  # rad: as far as bristles give way
 _MOVED = 0.04  # rad: far beyond presliding
-_LONGEST = 1000  # ticks from rest to having moved that far
+_LONGEST = 4000  # ticks from rest to having moved that far
 _SLOW = 0.3  # rad/s: a faster start is no ramp of the torque
 _MEAN = 10  # ticks that a peak is the mean of: noise has peaks of its own
 _CLEAR = 0.02  # rad from limp-home and the stops, whose torque jumps
-_RISE = (0.2, 0.8)  # shares of the climb to a peak between which its rate is taken
+_RISE = (0.5, 0.9)  # shares of a peak between which its rate is taken
+_LEAST_RISE = 0.2  # share of the climb to it that lies below, where friction stood higher than the half of it
+_APART = 1.4  # ramps whose rates differ by less are of one kind
 _FEWEST = 2  # a direction
 _SPREAD = 3.0  # the longest rest over the shortest from which a law can be read
 _DECADE = 2.302585092994046
@@ -36,7 +39,7 @@ _DECADE = 2.302585092994046
 class BreakAway:
     """One break-away: `torque` N·m in the `direction` (1 opening, -1 closing), after `rest` s, at `angle` rad.
 
-    `rate` N·m/s is how fast friction rose to it, NaN where it stood there before.
+    `rate` N·m/s is how fast friction rose to it from where it stood at rest, NaN where it stood that high already.
     """
 
     torque: float
@@ -48,17 +51,19 @@ class BreakAway:
 
 @dataclass(frozen=True, slots=True)
 class BreakAwayTorque:
-    """The mean of both directions, with its 95 % interval, from `count` break-aways.
+    """The mean of both directions, with its 95 % interval, from `count` break-aways, those ways at `rates` N·m/s.
 
-    `per_decade` is by what share a ten times longer rest raises it, with its interval; None where the rests are too
-    much alike.
+    `per_decade` is by what share a ten times longer rest raises it, `per_rate` a ten times quicker ramp, with their
+    intervals; None where the rests, or the rates, are too much alike.
     """
 
     value: float
     low: float
     high: float
     count: int
+    rates: tuple[float, float]
     per_decade: tuple[float, float, float] | None
+    per_rate: tuple[float, float, float] | None
 
 
 def break_aways(ticks: Ticks, throttle: ThrottleParameters) -> list[BreakAway]:
@@ -66,29 +71,40 @@ def break_aways(ticks: Ticks, throttle: ThrottleParameters) -> list[BreakAway]:
 
     Springs are the bench's model's; what they have wrong is even in the direction and leaves a mean over both.
     """
-    rests = _rests(ticks.time, ticks.angle, ticks.velocity)
-    clear = [(since, left) for since, left in rests if _is_clear(float(ticks.angle[since]), throttle)]
-    return [one for since, left in clear if (one := _followed(ticks, since, left)) is not None]
+    found, gone = [], 0
+    for since, left in _rests(ticks.time, ticks.angle, ticks.velocity):
+        if since < gone or not _is_clear(float(ticks.angle[since]), throttle):
+            continue  # a plate that stops before it is clear of its rest has not broken away anew
+        end = _moved(ticks, left)
+        if end is not None and (one := _followed(ticks, since, left, end)) is not None:
+            found.append(one)
+            gone = end
+    return found
 
 
 @njit(cache=True, error_model="numpy")
 def _rests(time: Float64, angle: Float64, velocity: Float64) -> list[tuple[int, int]]:
     """Return from which tick to which one the plate rested, each time that it moved off again."""
     found = [(0, 0)]
-    since = flicker = 0
+    since, flicker, known = -1, 0, 0
     for k in range(1, len(time)):
         if not abs(time[k] - time[k - 1] - TICK) < 0.5 * TICK or math.isnan(velocity[k]):
-            since, flicker = k, 0
-        elif abs(velocity[k]) < _STILL and abs(angle[k] - angle[since]) < _RESTED:
+            since, flicker, known = -1, 0, k
+            continue
+        is_still = k - known >= _SPAN and abs(angle[k] - angle[k - _SPAN]) < _STILL
+        if since < 0:
+            since = k - _SPAN if is_still else -1
+            continue
+        if is_still and abs(angle[k] - angle[since]) < _RESTED:
             flicker = 0
-        else:
-            flicker += 1
-            if flicker < _FLICKER and abs(angle[k] - angle[since]) < _RESTED:
-                continue
-            left = k - flicker + 1
-            if left - since >= _REST:
-                found.append((since, left))
-            since, flicker = k, 0
+            continue
+        flicker += 1
+        if flicker < _FLICKER and abs(angle[k] - angle[since]) < _RESTED:
+            continue
+        left = k - flicker + 1
+        if left - since >= _REST:
+            found.append((since, left))
+        since, flicker = -1, 0
     return found[1:]
 
 
@@ -113,21 +129,45 @@ def break_away_torque(
         variance += 0.25 * square / len(torques)
     free = len(found) - 2
     reach = TWO_SIDED_95 * (1.0 + 1.2 / free + 1.1 / (free * free)) * math.sqrt(variance)  # Student's factor within 8 %
-    return BreakAwayTorque(value, value - reach, value + reach, len(found), _per_decade(found, value))
+    rated = [one for one in found if one.rate > 0.0]
+    rates = [one.rate for one in rated] or [math.nan]
+    return BreakAwayTorque(
+        value, value - reach, value + reach, len(found), (min(rates), max(rates)),
+        _per_decade(found, [one.rest for one in found], value), _per_decade(rated, rates, value),
+    )  # fmt: skip
 
 
-def _per_decade(found: Sequence[BreakAway], level: float) -> tuple[float, float, float] | None:
-    """Return the slope of torque over the logarithm of the rest, each direction about its own mean."""
-    rests = [one.rest for one in found]
-    if max(rests) < _SPREAD * min(rests):
+def at_rates(
+    found: Sequence[BreakAway], grown: Callable[[float], float] | None = None
+) -> list[tuple[float, BreakAwayTorque]]:
+    """Return what the break-aways at each of several rates say together, and that rate in N·m/s, slow ones first.
+
+    None where all ramps were alike; `grown` as of `break_away_torque`.
+    """
+    groups: list[list[BreakAway]] = []
+    for one in sorted((one for one in found if one.rate > 0.0), key=lambda one: one.rate):
+        if groups and one.rate < _APART * groups[-1][-1].rate:
+            groups[-1].append(one)
+        else:
+            groups.append([one])
+    told = [(group[len(group) // 2].rate, break_away_torque(group, grown)) for group in groups]
+    several = [(rate, torque) for rate, torque in told if torque is not None]
+    return several if len(several) > 1 else []
+
+
+def _per_decade(found: Sequence[BreakAway], of: Sequence[float], level: float) -> tuple[float, float, float] | None:
+    """Return the slope of torque over the logarithm of rests or rates, each direction about its own mean."""
+    if max(of) < _SPREAD * min(of):
         return None
     xs, ys = [], []
     for way in (1, -1):
-        same = [one for one in found if one.direction == way]
-        decades = [float(log(one.rest)) / _DECADE for one in same]
-        middle, mean = sum(decades) / len(same), sum(one.torque for one in same) / len(same)
+        same = [(one, value) for one, value in zip(found, of, strict=True) if one.direction == way]
+        if not same:
+            return None
+        decades = [float(log(value)) / _DECADE for _, value in same]
+        middle, mean = sum(decades) / len(same), sum(one.torque for one, _ in same) / len(same)
         xs += [x - middle for x in decades]
-        ys += [one.torque - mean for one in same]
+        ys += [one.torque - mean for one, _ in same]
     square = sum(x * x for x in xs)
     free = len(found) - 3
     if free < 1 or square <= 0.0:
@@ -143,29 +183,34 @@ def _is_clear(angle: float, p: ThrottleParameters) -> bool:
     return away_from_limp_home and p.stop_low + _CLEAR < angle < p.stop_high - _CLEAR
 
 
-def _followed(ticks: Ticks, rested: int, left: int) -> BreakAway | None:
-    """Return the break-away of a plate that rested from one tick to the other; None where it was no slow one."""
+def _moved(ticks: Ticks, left: int) -> int | None:
+    """Return the tick at which a plate that left its rest at another is clear of it; None where it never is."""
     start = float(ticks.angle[left])
-    end = left
-    while end < min(left + _LONGEST, len(ticks) - 1) and abs(ticks.angle[end] - start) < _MOVED:
-        end += 1
-    way = float(ticks.angle[end]) - start
-    if abs(way) < _MOVED or abs(ticks.velocity[end]) > _SLOW:
+    for k in range(left, min(left + _LONGEST, len(ticks))):
+        if abs(ticks.angle[k] - start) >= _MOVED:
+            return k
+    return None
+
+
+def _followed(ticks: Ticks, rested: int, left: int, end: int) -> BreakAway | None:
+    """Return the break-away of a plate that rested from one tick to the next; None where it was no slow one."""
+    start = float(ticks.angle[left])
+    if abs(ticks.velocity[end]) > _SLOW:
         return None
-    direction = 1 if way > 0.0 else -1
+    direction = 1 if ticks.angle[end] > start else -1
     along = direction * ticks.friction[rested : end + 1]
     if len(along) <= _MEAN or np.any(np.isnan(along)):
         return None
     means = [float(np.mean(along[k : k + _MEAN])) for k in range(len(along) - _MEAN)]
-    least = min(
-        range(max(left - rested, 1)), key=means.__getitem__
-    )  # before it, the plate may still have been arriving
+    rest = max(left - rested, 1)
+    least = min(range(rest), key=means.__getitem__)  # before it, the plate may still have been arriving
     top = max(range(least, len(means)), key=means.__getitem__)
-    base, climb = means[least], means[top] - means[least]
+    base = sorted(means[:rest])[rest // 2]
+    begun = max(_RISE[0] * means[top], base + _LEAST_RISE * (means[top] - base))
     low = high = top
-    while low > least and means[low] > base + _RISE[0] * climb:
+    while low > least and means[low] > begun:
         low -= 1
-    while high > low and means[high] > base + _RISE[1] * climb:
+    while high > low and means[high] > _RISE[1] * means[top]:
         high -= 1
     rate = (means[high] - means[low]) / ((high - low) * TICK) if high > low else math.nan
-    return BreakAway(means[top], direction, (left - rested) * TICK, start, rate)
+    return BreakAway(means[top], direction, rest * TICK, start, rate)

@@ -11,6 +11,7 @@ import numpy as np
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.diagnosis.assessment import JUDGED, assess
+from etb_hil.diagnosis.break_away import break_aways
 from etb_hil.diagnosis.contradiction import (
     gain_range,
     remarks,
@@ -25,7 +26,7 @@ from etb_hil.diagnosis.limits import Limits
 from etb_hil.diagnosis.local_friction import local_friction
 from etb_hil.diagnosis.numbers import bump_numbers, report_numbers
 from etb_hil.diagnosis.result import DiagnosisResult
-from etb_hil.diagnosis.series import plot_columns
+from etb_hil.diagnosis.series import break_away_columns, plot_columns
 from etb_hil.diagnosis.tally import LiveReading, Tally
 from etb_hil.diagnosis.ticks import TickMaker
 from etb_hil.diagnosis.verdict import conclude
@@ -158,7 +159,8 @@ class Diagnosis:
         if fit is not None:
             local = local_friction(assessment.evidence, fit)
             gain = gain_range(fit, assessment.balance, self._model, throttle)
-        numbers = report_numbers(assessment, reading, self._zero, self._limits, throttle, gain)
+        broken_away = break_aways(ticks, throttle)
+        numbers = report_numbers(assessment, broken_away, reading, self._zero, self._limits, throttle, gain)
         at_rest = resistance_at_rest(ticks) if fit is None else None
         fastest, far = far_above(assessment, reading, throttle.stribeck_velocity)
         band = self._limits.marginal_band
@@ -180,7 +182,7 @@ class Diagnosis:
             complete=complete,
         )
         verdict, reasons = conclude(numbers, grounds)
-        series = plot_columns(assessment, gain)
+        series = plot_columns(assessment, gain) | break_away_columns(broken_away, fit)
         numbers = (*numbers, *bump_numbers(series))
         start_ns = self._start_ns or 0
         if self._ticks.origin_ns is not None:  # ticks begin with the first phase of motion, the run before it

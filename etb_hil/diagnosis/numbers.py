@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from etb_hil.diagnosis.assessment import Assessment, Interval, fitted_numbers
-from etb_hil.diagnosis.break_away import READING, break_away_torque, break_aways
+from etb_hil.diagnosis.break_away import READING, BreakAway, BreakAwayTorque, at_rates, break_away_torque
 from etb_hil.diagnosis.contradiction import widened
 from etb_hil.diagnosis.current_zero import Zero
 from etb_hil.diagnosis.friction_map import CELL, FASTEST, find_bumps, friction_map
@@ -33,6 +33,7 @@ _NAMES = {
 
 def report_numbers(
     assessment: Assessment,
+    broken_away: Sequence[BreakAway],
     reading: LiveReading,
     zero: Zero,
     limits: Limits,
@@ -58,8 +59,9 @@ def report_numbers(
                 least, most = widened(found.value, found.low, found.high, gain)
                 found = Interval(found.value, found.low if found.low == 0.0 else least, most)
             numbers.append(_fitted(name, found, low, high, limits.marginal_band))
-    broken_away = _broken_away(assessment, throttle, gain, limits, bounds["T_st"][1])
-    return (*numbers, *broken_away, *_paper(reading), *_motor(assessment.balance), *_basis(assessment, reading, zero))
+    scale = 1.0 if assessment.fit is None else 1.0 + float(assessment.fit.parameters[CONSTANT])
+    breaking = _broken_away(broken_away, scale, gain, limits, bounds["T_st"][1])
+    return (*numbers, *breaking, *_paper(reading), *_motor(assessment.balance), *_basis(assessment, reading, zero))
 
 
 def _fitted(name: str, interval: Interval, limit_low: float | None, limit_high: float | None, band: float) -> Number:
@@ -71,36 +73,39 @@ def _fitted(name: str, interval: Interval, limit_low: float | None, limit_high: 
 
 
 def _broken_away(
-    assessment: Assessment, throttle: ThrottleParameters, gain: tuple[float, float], limits: Limits, limit: float | None
+    rests: Sequence[BreakAway], scale: float, gain: tuple[float, float], limits: Limits, limit: float | None
 ) -> tuple[Number, ...]:
-    """Return T_st as break-aways from rest show it, and what longer rests add; nothing where there were too few.
+    """Return T_st as break-aways from rest show it, and what longer rests and quicker ramps do; nothing from too few.
 
     It is judged where the limits know the law of rest, at the rest that they are stated for.
     """
     law = limits.stiction.dwell
-    found = break_away_torque(break_aways(assessment.ticks, throttle), None if law is None else law.factor)
+    grown = None if law is None else law.factor
+    found = break_away_torque(rests, grown)
     if found is None:
         return ()
-    scale = 1.0 if assessment.fit is None else 1.0 + float(assessment.fit.parameters[CONSTANT])
-    value, reading = scale * found.value, READING * scale * found.value
-    low, high = widened(value, scale * found.low - reading, scale * found.high + reading, gain)
+
+    def torque(found: BreakAwayTorque, name: str, words: str, note: str) -> Number:
+        value, reading = scale * found.value, READING * scale * found.value
+        low, high = widened(value, scale * found.low - reading, scale * found.high + reading, gain)
+        return Number(name, words, value, "N·m", low, high, note=note)
+
     name, note = "T_st from break-aways", f"mean of {found.count}, in both directions"
-    number = Number("T_st_break_away", name, value, "N·m", low, high, note=note)
+    number = torque(found, "T_st_break_away", name, note)
     if law is not None:
-        verdict = stand(value, low, high, None, limit, limits.marginal_band)
+        verdict = stand(number.value, number.low, number.high, None, limit, limits.marginal_band)
         note += f", brought to a rest of {law.reference:g} s"
         number = replace(number, limit_high=limit, verdict=verdict, note=note)
-    if found.per_decade is None:
-        return (number,)
+    slopes = (
+        ("break_away_per_decade", "more T_st per ten times longer rest", found.per_decade),
+        ("break_away_per_rate", "more T_st per ten times quicker ramp", found.per_rate),
+    )
     return (
         number,
-        Number(
-            "break_away_per_decade",
-            "more T_st per ten times longer rest",
-            found.per_decade[0],
-            "1",
-            found.per_decade[1],
-            found.per_decade[2],
+        *(Number(name, words, slope[0], "1", *slope[1:]) for name, words, slope in slopes if slope is not None),
+        *(
+            torque(one, f"T_st_at_rate_{k}", f"T_st breaking away at {rate:.2g} N·m/s", f"mean of {one.count}")
+            for k, (rate, one) in enumerate(at_rates(rests, grown), 1)
         ),
     )
 

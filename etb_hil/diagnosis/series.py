@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from etb_hil.diagnosis.assessment import Assessment, fitted_curve
+from etb_hil.diagnosis.break_away import BreakAway, at_rates
 from etb_hil.diagnosis.contradiction import widened
 from etb_hil.diagnosis.friction_model import steady_level
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
@@ -20,6 +23,32 @@ def _excess(evidence: Evidence, fit: StribeckFit) -> Float64:
     """Return by what share friction lies above the fit at each point (m), in the direction of motion."""
     along = np.where(evidence.velocity > 0.0, fit.residual, -fit.residual) * (1.0 + fit.parameters[CONSTANT])
     return along / steady_level(evidence.velocity, fit.parameters)
+
+
+def break_away_columns(rests: Sequence[BreakAway], fit: StribeckFit | None) -> dict[str, Float64]:
+    """Return the columns of break-aways, and of their means where the torque rose at several rates.
+
+    The means' intervals hold their scatter alone: what is wrong with the motor's constant moves all rates alike.
+    """
+    rated = [one for one in rests if one.rate > 0.0]
+    if not rated:
+        return {}
+    scale = 1.0 if fit is None else 1.0 + float(fit.parameters[CONSTANT])
+    columns = {
+        "break_away_rate": np.array([one.rate for one in rated]),
+        "break_away_torque": np.array([one.direction * scale * one.torque for one in rated]),
+        "break_away_rest": np.array([one.rest for one in rated]),
+        "break_away_angle": np.array([one.angle for one in rated]),
+    }
+    means = at_rates(rests)
+    if not means:
+        return columns
+    return columns | {
+        "ramp_rate": np.array([rate for rate, _ in means]),
+        "ramp_torque": np.array([scale * found.value for _, found in means]),
+        "ramp_low": np.array([scale * found.low for _, found in means]),
+        "ramp_high": np.array([scale * found.high for _, found in means]),
+    }
 
 
 def plot_columns(assessment: Assessment, gain: tuple[float, float]) -> dict[str, Float64]:

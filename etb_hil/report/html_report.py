@@ -11,7 +11,7 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 
-from etb_hil.report import plots, show
+from etb_hil.report import condition_plots, plots, show
 from etb_hil.report.drawing import inline_svg, save_png
 from etb_hil.report.grades import bus_facts, timing_facts
 from etb_hil.report.model import Exceedance, ReportSeries, Results
@@ -22,7 +22,7 @@ REPORT_NAME = "report.html"
 
 # What two printed pages hold; the rest is in results.json, and the page says so.
 _MOST_NUMBERS, _MOST_PHASES, _MOST_EXCEEDANCES, _MOST_MESSAGES, _MOST_INPUTS = 16, 16, 7, 7, 6
-_MOST_PROMPTS = 4
+_MOST_PROMPTS, _MOST_RATES = 4, 8
 _LONGEST_WORD, _LONGEST_NAME, _LONGEST_PHRASE, _LONGEST_VERSIONS, _LONGEST_SENTENCE = 20, 40, 56, 160, 480
 _LARGEST_INPUT = 200_000  # bytes of a file that the page carries
 _SAFE_STATE = {True: "yes, seen in the measured current", False: "NOT VERIFIED", None: "not looked at"}
@@ -32,6 +32,11 @@ _PLOTS = {
     "friction_over_angle": plots.friction_over_angle,
     "time_traces": plots.time_traces,
 }
+_FURTHER = {  # where a run tells it
+    "break_away_over_rate": condition_plots.break_away_over_rate,
+    "friction_over_temperature": condition_plots.friction_over_temperature,
+}
+_AT_RATE = "T_st_at_rate_"
 
 
 def write_report(
@@ -49,8 +54,10 @@ def write_report(
     results = results if isinstance(results, Results) else Results.from_dict(results)
     series = series if isinstance(series, ReportSeries) else ReportSeries.from_mapping(series)
     drawn = {}
-    for name, draw in _PLOTS.items():
-        figure = draw(series, results)
+    figures = {name: draw(series, results) for name, draw in (*_PLOTS.items(), *_FURTHER.items())}
+    for name, figure in figures.items():
+        if figure is None:
+            continue
         save_png(figure, folder / f"{name}.png")
         drawn[name] = inline_svg(figure, name)
     page = folder / REPORT_NAME
@@ -90,6 +97,8 @@ def render_page(results: Results, drawn: Mapping[str, str], texts: Mapping[str, 
         count=lambda value: show.UNKNOWN if value is None else str(value),
     )
     verdict = verdict_of(results, next_step)
+    at_rates = [number for number in results.numbers if number.id.startswith(_AT_RATE)]
+    numbers = [number for number in results.numbers if number not in at_rates]
     versions = ", ".join(f"{name} {version}" for name, version in results.versions.items())
     return environment.get_template("report.html.jinja").render(
         results=results,
@@ -101,7 +110,10 @@ def render_page(results: Results, drawn: Mapping[str, str], texts: Mapping[str, 
         safe_state=_SAFE_STATE[results.bench.safe_state],
         grades=[(name, _sentence(text)) for name, text in (*bus_facts(results), *timing_facts(results))],
         phase_name=phase_name,
-        numbers=results.numbers[:_MOST_NUMBERS],
+        numbers=numbers[:_MOST_NUMBERS],
+        of_numbers=len(numbers),
+        at_rates=at_rates[:_MOST_RATES],
+        of_rates=len(at_rates),
         phases=results.phases[:_MOST_PHASES],
         prompts=results.prompts[:_MOST_PROMPTS],
         exceedances=_highest(results.exceedances),
@@ -116,6 +128,7 @@ def render_page(results: Results, drawn: Mapping[str, str], texts: Mapping[str, 
         speed_plot=_ours(drawn["friction_over_speed"]),
         angle_plot=_ours(drawn["friction_over_angle"]),
         time_plot=_ours(drawn["time_traces"]),
+        further_plots=[(name.replace("_", " ").capitalize(), _ours(drawn[name])) for name in _FURTHER if name in drawn],
     )
 
 

@@ -287,6 +287,8 @@ class ReportSeries:
     The curve (k): `curve_velocity`, `curve_friction`, and its 95 % band `curve_low`, `curve_high`.
     Friction over angle while sliding slowly, points in any order: `opening_angle`, `opening_friction`;
     `closing_angle`, `closing_friction`.
+    Break-aways from rest: `break_away_rate` N·m/s, `break_away_torque` N·m (negative ones closing), and the means at
+    several rates: `ramp_rate`, `ramp_torque`, `ramp_low`, `ramp_high`.
     """
 
     time: Float64 = field(default_factory=_none)
@@ -308,6 +310,12 @@ class ReportSeries:
     opening_friction: Float64 = field(default_factory=_none)
     closing_angle: Float64 = field(default_factory=_none)
     closing_friction: Float64 = field(default_factory=_none)
+    break_away_rate: Float64 = field(default_factory=_none)
+    break_away_torque: Float64 = field(default_factory=_none)
+    ramp_rate: Float64 = field(default_factory=_none)
+    ramp_torque: Float64 = field(default_factory=_none)
+    ramp_low: Float64 = field(default_factory=_none)
+    ramp_high: Float64 = field(default_factory=_none)
 
     def __post_init__(self) -> None:
         for leader, *followers in _GROUPS:
@@ -329,4 +337,6 @@ _GROUPS = (
     ("curve_velocity", "curve_friction", "curve_low", "curve_high"),
     ("opening_angle", "opening_friction"),
     ("closing_angle", "closing_friction"),
+    ("break_away_rate", "break_away_torque"),
+    ("ramp_rate", "ramp_torque", "ramp_low", "ramp_high"),
 )

@@ -9,7 +9,7 @@ import pytest
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.base.stock import find
 from etb_hil.bench.simulation import Simulation
-from etb_hil.diagnosis.break_away import break_away_torque, break_aways
+from etb_hil.diagnosis.break_away import at_rates, break_away_torque, break_aways
 from etb_hil.diagnosis.diagnosis import Diagnosis
 from etb_hil.diagnosis.limits import DwellLaw, load_limits
 from etb_hil.diagnosis.ticks import Ticks
@@ -22,17 +22,21 @@ THROTTLE = MODEL.values
 LEVEL = 0.17
 
 
-def ticks_of(rests, *, per_decade=0.0, even=0.0, noise=0.0, at=0.6):
-    """Creep to and fro with rests (s) between: friction climbs to its peak within 3 mrad, then stays at LEVEL."""
+def ticks_of(rests, *, speeds=(0.1,), per_decade=0.0, per_rate=0.0, even=0.0, noise=0.0, at=0.6):
+    """Creep to and fro with rests (s) between: friction climbs to its peak within 3 mrad, then stays at LEVEL.
+
+    At each of the `speeds` (rad/s) in turn, there and back.
+    """
     rng = np.random.default_rng(8)
     angle, friction, place = [], [], at
     for number, rest in enumerate(rests):
         way = 1.0 if number % 2 == 0 else -1.0
-        peak = LEVEL * (1.0 + per_decade * math.log10(rest / 0.1))
+        speed = speeds[number // 2 % len(speeds)]
+        peak = LEVEL * (1.0 + per_decade * math.log10(rest / 0.1) + per_rate * math.log10(speed / 0.1))
         angle += [place] * round(rest * 1000)
         friction += [0.2 * way * LEVEL] * round(rest * 1000)
-        moved = np.arange(1, 601) * 1e-4  # 0.1 rad/s
-        climb = np.minimum(moved / 0.003, 1.0) * np.where(moved < 0.006, peak, LEVEL)
+        moved = np.arange(1, round(60 / speed) + 1) * 1e-3 * speed
+        climb = np.minimum(moved / 0.003, 1.0) * np.where(moved < 0.006, peak, min(peak, LEVEL))
         angle += (place + way * moved).tolist()
         friction += (way * np.maximum(climb, 0.2 * LEVEL)).tolist()
         place = angle[-1]
@@ -60,6 +64,36 @@ def test_law_of_rest():
         assert low < slope < high
         assert slope == pytest.approx(law, abs=0.02)
         assert (low > 0.0) == (law > 0.0)
+
+
+def test_several_rates_are_told_apart_each_with_both_directions():
+    for law in (0.0, -0.05):
+        ticks = ticks_of([0.3] * 12, speeds=(0.03, 0.1, 0.25), per_rate=law, noise=5e-4)
+        found = break_aways(ticks, THROTTLE)
+        told = at_rates(found)
+        assert [torque.count for _, torque in told] == [4, 4, 4]
+        # Friction climbs to its peak over 3 mrad
+        expected = [(speed, LEVEL * (1.0 + law * math.log10(speed / 0.1))) for speed in (0.03, 0.1, 0.25)]
+        assert [rate for rate, _ in told] == pytest.approx([v * peak / 0.003 for v, peak in expected], rel=0.25)
+        assert [torque.value for _, torque in told] == pytest.approx([peak for _, peak in expected], rel=0.01)
+        slope, low, high = break_away_torque(found).per_rate
+        assert low < slope < high
+        assert slope == pytest.approx(law, abs=0.01)
+    alike = break_aways(ticks_of([0.3] * 4), THROTTLE)
+    assert at_rates(alike) == []
+    assert break_away_torque(alike).per_rate is None
+
+
+def test_a_plate_that_stops_within_the_bristles_has_not_broken_away_twice():
+    ticks = ticks_of([0.3] * 4)
+    begun = int(np.flatnonzero(ticks.angle > 0.6 + 0.012)[0])
+    halted = [np.insert(column, begun, np.full(200, column[begun])) for column in (ticks.angle, ticks.friction)]
+    angle, friction = halted
+    none = np.zeros(len(angle))
+    time = np.arange(len(angle)) * 1e-3
+    velocity = np.gradient(angle, 1e-3)
+    stopped = Ticks(time, angle, none, none, none, velocity, friction, none + 1.0, np.ones(len(angle), np.int64))
+    assert len(break_aways(stopped, THROTTLE)) == len(break_aways(ticks, THROTTLE)) == 4
 
 
 def test_known_law_of_rest_brings_break_aways_to_its_reference():
@@ -100,3 +134,9 @@ def test_stock_scenario_measures_break_away():
     assert (number.limit_high, number.verdict) == (None, None)
     assert (judged.limit_high, judged.verdict) == (0.16, UnitVerdict.FAIL)
     assert judged.value == pytest.approx(number.value, rel=0.01)
+    result = diagnosis.finish()
+    at_rate = [number for number in result.numbers if number.id.startswith("T_st_at_rate_")]
+    assert [number.note for number in at_rate] == ["mean of 6"] * 3
+    assert all(number.low < THROTTLE.stiction < number.high for number in at_rate)
+    assert len(result.series["break_away_rate"]) == 18
+    assert np.all(np.diff(result.series["ramp_rate"]) > 0.0)

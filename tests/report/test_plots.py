@@ -3,6 +3,7 @@
 import os
 import re
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from etb_hil.base.errors import InputError
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock
 from etb_hil.recording.tables import read_table
-from etb_hil.report import plots
+from etb_hil.report import condition_plots, plots
 from etb_hil.report.drawing import LIMIT, broken_at_gaps, envelope, inline_svg
 from etb_hil.report.model import Number, Phase, ReportSeries
 from etb_hil.report.recording_plot import plot_recording
@@ -178,3 +179,35 @@ def test_infinite_and_missing_numbers_do_not_stop_a_plot():
     numbers = (Number("T_st", "x", None, "N·m"), Number("omega_s", "x", 0.0, "rad/s"))
     figure = plots.friction_over_speed(sample_run.series(), sample_run.results(numbers=numbers))
     assert not any(str(line.get_label()).startswith("limit") for line in figure.axes[0].lines)
+
+
+def test_break_away_over_rate_only_where_there_were_several_rates():
+    series = sample_run.series()
+    assert condition_plots.break_away_over_rate(series, sample_run.results()) is None
+    rate = np.repeat([0.3, 1.0, 3.0], 4)
+    torque = np.tile([0.17, -0.17, 0.171, -0.169], 3)
+    means = {"ramp_rate": np.array([0.3, 1.0, 3.0]), "ramp_torque": np.full(3, 0.17)}
+    bounds = {"ramp_low": np.full(3, 0.168), "ramp_high": np.full(3, 0.172)}
+    several = replace(series, break_away_rate=rate, break_away_torque=torque, **means, **bounds)
+    (axes,) = condition_plots.break_away_over_rate(several, sample_run.results()).axes
+    drawn = {line.get_label(): line.get_ydata() for line in axes.lines}
+    assert len(drawn["opening"]) == len(drawn["closing"]) == 6
+    assert all(value > 0.0 for value in drawn["closing"])
+    low, high = axes.get_ylim()
+    assert high - low > 0.19 * 0.17  # scatter of 1 % does not fill the plot
+
+
+def test_friction_over_temperature_only_where_the_plate_warmed():
+    series = sample_run.series()
+    held = replace(series, point_temperature=np.full(len(series.point_velocity), 23.0))
+    assert condition_plots.friction_over_temperature(held, sample_run.results()) is None
+    rng = np.random.default_rng(4)
+    count = 4000
+    speed = np.concatenate([rng.uniform(0.1, 1.0, count), rng.uniform(12.0, 17.0, count)])
+    warmth = rng.uniform(20.0, 40.0, 2 * count)
+    shown = {"point_velocity": speed, "point_friction": speed, "point_angle": speed, "point_temperature": warmth}
+    excess = np.exp(-0.003 * (warmth - 30.0)) - 1.0 + rng.normal(0.0, 0.02, 2 * count)
+    warm = replace(series, **shown, point_excess=excess)
+    (axes,) = condition_plots.friction_over_temperature(warm, sample_run.results()).axes
+    laws = [float(str(line.get_label()).split()[1]) for line in axes.lines if "%/K" in str(line.get_label())]
+    assert laws == pytest.approx([-0.3, -0.3], abs=0.03)
