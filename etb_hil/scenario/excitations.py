@@ -16,6 +16,7 @@ from etb_hil.scenario.phase import (
     PositiveSpeed,
     PositiveTime,
     Repeat,
+    Speeds,
 )
 from etb_hil.scenario.sines import Multisine, Sinusoid
 from etb_hil.scenario.trajectory import Chain, Held, Trajectory, move
@@ -95,7 +96,11 @@ class ReversalsPhase(PhaseModel):
 
 
 class BreakAwayPhase(PhaseModel):
-    """At each position: rests there, then creeps on until friction has broken away; opening first, then closing."""
+    """At each position: rests there, then creeps on until friction has broken away; opening first, then closing.
+
+    At one speed or at several, one after another: the quicker the plate is to creep, the quicker the torque rises. It
+    comes to each position closing, so that every break-away turns friction round.
+    """
 
     angles: ClassVar = ("positions",)
     speeds: ClassVar = ("speed", "approach")
@@ -104,20 +109,22 @@ class BreakAwayPhase(PhaseModel):
     positions: Annotated[tuple[Angle, ...], Field(min_length=1, max_length=100)]
     dwell: Annotated[PositiveTime, Field(description="rest before each break-away")]
     travel: Annotated[PositiveAngle, Field(description="how far each break-away goes")]
-    speed: PositiveSpeed
-    repeat: Repeat = 1
+    speed: Speeds
+    repeat: Annotated[Repeat, Field(description="how often at each speed")] = 1
     approach: PositiveSpeed = 1.5
 
     def trajectory(self, start: float, throttle: ThrottleParameters) -> Trajectory:  # noqa: ARG002 (one signature for all)
         """Return the phase's set-points."""
         parts: list[Trajectory] = []
         for position in self.positions:
+            beyond = position + self.travel
+            if start < beyond:
+                parts.append(move(start, beyond, self.approach))
+                start = beyond
             parts.append(move(start, position, self.approach))
-            for _ in range(self.repeat):
-                parts += [Held(position, self.dwell), move(position, position + self.travel, self.speed)]
-                parts += [
-                    Held(position + self.travel, self.dwell),
-                    move(position + self.travel, position, self.speed),
-                ]
+            for speed in self.speed:
+                opening = [Held(position, self.dwell), move(position, beyond, speed)]
+                closing = [Held(beyond, self.dwell), move(beyond, position, speed)]
+                parts += [*opening, *closing] * self.repeat
             start = position
         return Chain(*parts)

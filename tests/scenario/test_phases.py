@@ -71,6 +71,19 @@ def test_break_away_rests_before_it_creeps_both_ways():
         assert np.sum(np.abs(way - level) < 1e-9) >= 499, level
 
 
+def test_break_away_creeps_at_each_of_its_speeds_from_rest_both_ways():
+    several = ["0.05 rad/s", "0.2 rad/s"]
+    creep = phase(kind="break_away", positions=["20 deg"], dwell="0.5 s", travel="4 deg", speed=several, repeat=2)
+    trajectory = creep.trajectory(math.radians(10), THROTTLE)
+    speeds = np.array([trajectory.at(t).velocity for t in np.arange(0.0, trajectory.duration, 1e-3)])
+    for wanted in (0.05, -0.05, 0.2, -0.2):
+        whole = 2.0 * math.radians(4) / abs(wanted) * 1e3  # ticks
+        assert 0.7 * whole < np.sum(np.abs(speeds - wanted) < 1e-9) <= whole
+    moving = speeds[np.abs(speeds) > 1e-9]
+    turns = np.sign(moving[np.flatnonzero(np.diff(np.sign(moving))) + 1])
+    assert turns.tolist() == [-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0]  # closing before the first opening
+
+
 def test_a_ramp_goes_at_each_of_its_speeds():
     ramp = phase(kind="ramp", between=["10 deg", "60 deg"], speed=["0.4 rad/s", "1.2 rad/s"], repeat=2)
     trajectory = ramp.trajectory(math.radians(10), THROTTLE)
