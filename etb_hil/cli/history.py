@@ -19,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="folder of sessions, session, or store of results (default: sessions)",
     )
     parser.add_argument("--rows", type=int, default=ROWS, help="latest runs to print (default: %(default)s)")
-    parser.add_argument("--out", type=Path, help="folder for history.csv, .json, .parquet and a plot a part")
+    parser.add_argument("--out", type=Path, help="folder for history.csv, .json, .parquet and the plots of each part")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -44,10 +44,15 @@ def run(options: argparse.Namespace) -> int:
     if options.out is not None:
         from etb_hil.history.tables import write_tables
         from etb_hil.report.history_plot import plot_history
+        from etb_hil.report.history_temperature_plot import plot_over_temperature
 
         pages = write_tables(found, options.out)
         for number, history in enumerate(found, 1):
-            pages.append(options.out / ("history.png" if len(found) == 1 else f"history-{number}.png"))
+            which = "" if len(found) == 1 else f"-{number}"
+            pages.append(options.out / f"history{which}.png")
             plot_history(history, pages[-1])
+            warm = options.out / f"temperature{which}.png"
+            if plot_over_temperature(history, warm):
+                pages.append(warm)
         say("\n".join(map(str, pages)))
     return 0

@@ -13,6 +13,7 @@ from etb_hil.history.history import histories
 from etb_hil.history.runs import read_runs
 from etb_hil.history.tables import write_tables
 from etb_hil.report.history_plot import plot_history
+from etb_hil.report.history_temperature_plot import plot_over_temperature
 from etb_hil.report.history_text import history_text
 from etb_hil.session.session import create
 from etb_hil.session.store import STORE, RunInStore
@@ -111,6 +112,16 @@ def test_a_history_of_nothing_is_drawn(tmp_path):
     plot_history(histories([made_up.run(1, "", 0.17, verdict=None, bench_outcome="fault")])[0], tmp_path / "a.png")
     plot_history(histories(made_up.golden(1, 12))[0], tmp_path / "b.png")
     assert (tmp_path / "b.png").stat().st_size > (tmp_path / "a.png").stat().st_size > 1000
+
+
+def test_friction_over_temperature_is_drawn_where_its_law_is_known(tmp_path):
+    alike = histories(made_up.production(3, 8))[0]
+    assert not plot_over_temperature(alike, tmp_path / "none.png")
+    assert not (tmp_path / "none.png").exists()
+    runs = made_up.production(3, 8, coefficient=-0.003, warm=30.0)
+    runs.append(made_up.run(900, "", 0.17, temperature=None))
+    assert plot_over_temperature(histories(runs)[0], tmp_path / "law.png")
+    assert (tmp_path / "law.png").stat().st_size > 1000
 
 
 @pytest.mark.parametrize(
