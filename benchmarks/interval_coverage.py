@@ -1,9 +1,10 @@
 """How often 95 % intervals hold the truth, over random units that the bench's model is not.
 
-Run: python benchmarks/interval_coverage.py [--units 300] [--rate 1000|20000]... [--seed 471]
+Run: python benchmarks/interval_coverage.py [--units 300] [--rate 1000|20000]... [--seed 471] [--bump]
 One friction check a unit, from the independent generator. Drawn beside the throttle itself: T_st as healthy or risen by
 25 or 60 %; motor constant, springs and inertia of the bench's model inside their tolerances; the gain of the current
-sensor anywhere within 2 %; K_t against K_e by 0.2 % (one standard deviation): what the intervals claim to cover.
+sensor anywhere within 2 %; K_t against K_e by 0.2 % (one standard deviation): what the intervals claim to cover. With
+`--bump`, friction of each unit is locally higher by 15 to 60 %, at 0.3 to 1.2 rad, within 0.03 to 0.08 rad of there.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from etb_hil.diagnosis.diagnosis import Diagnosis
 ONE_MOTOR = 0.002  # of K_t against K_e, one standard deviation
 
 
-def check(rng, rates):
+def check(rng, rates, *, has_bump=False):
     """Return a drawn unit and what the diagnosis says of it at each rate."""
     nominal = healthy_design(rng)
     bench = bench_model(off_by_tolerances(nominal, rng))
@@ -34,6 +35,13 @@ def check(rng, rates):
         stiction=nominal.stiction * share * rng.choice(RISES),
         torque_per_ampere=nominal.torque_per_ampere * (1.0 + ONE_MOTOR * rng.standard_normal()),
     )
+    if has_bump:
+        shape = {
+            "bump": rng.uniform(0.15, 0.6),
+            "bump_angle": rng.uniform(0.3, 1.2),
+            "bump_width": rng.uniform(0.03, 0.08),
+        }
+        unit = replace(unit, **shape)
     truth, phases = friction_check(unit)
     gain = 1.0 + GAIN * rng.uniform(-1.0, 1.0)
     results = []
@@ -69,11 +77,12 @@ def main():
     parser.add_argument("--units", type=int, default=300)
     parser.add_argument("--rate", type=int, choices=(1000, 20000), action="append", help="default: both")
     parser.add_argument("--seed", type=int, default=471)
+    parser.add_argument("--bump", action="store_true", help="every unit has one")
     options = parser.parse_args()
     rates = options.rate or (20000, 1000)
     start, tables = time.perf_counter(), [{} for _ in rates]
     for number in range(options.units):
-        unit, results = check(np.random.default_rng([options.seed, number]), rates)
+        unit, results = check(np.random.default_rng([options.seed, number]), rates, has_bump=options.bump)
         for table, result in zip(tables, results, strict=True):
             collect(table, unit, result)
         if (number + 1) % 50 == 0 or number + 1 == options.units:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from etb_hil.diagnosis.bump_fit import without_bumps
 from etb_hil.diagnosis.current_zero import Zero
 from etb_hil.diagnosis.friction_model import COULOMB, DROP, LOG_SPEED, VISCOUS
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
@@ -77,7 +78,10 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
     error = _UNKNOWN_ZERO
     if zero.is_measured:
         error = math.sqrt(zero.current_error * zero.current_error + _STEP_OF_ZERO * _STEP_OF_ZERO)
-    fit = fit_stribeck(ticks, windows, evidence, prior_of(model, throttle, error, balance))
+    prior = prior_of(model, throttle, error, balance)
+    fit = fit_stribeck(ticks, windows, evidence, prior)
+    if fit is not None:
+        fit = without_bumps(ticks, windows, evidence, prior, fit)
     return Assessment(ticks, windows, evidence, fit, balance)
 
 

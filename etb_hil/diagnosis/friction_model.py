@@ -22,11 +22,11 @@ _LEAST = 1e-3  # share of T_c below which g may not fall while the fit looks aro
 
 
 @njit(cache=True, error_model="numpy")
-def friction_along(angle: Float64, samples: Float64, q: Float64, out: Float64) -> None:
+def friction_along(angle: Float64, samples: Float64, local: Float64, q: Float64, out: Float64) -> None:
     """Fill out (1 + 6, n) with the friction torque in N·m about ticks, and its derivatives by the parameters.
 
     `angle` (n) rad was measured at the ticks; `samples` (n) is how many samples each tick is the mean of: a box of that
-    many widens a curve by its variance.
+    many widens a curve by its variance. `local` (n) is the factor on g where the plate was, 1 without a bump.
 
     The bristles start relaxed and are carried exactly along the way (seed paper, eq. 2), their derivatives with them.
     Each value is the mean under the triangle that reaches to the neighbouring ticks: that is what a second difference
@@ -38,7 +38,7 @@ def friction_along(angle: Float64, samples: Float64, q: Float64, out: Float64) -
     least = _LEAST * abs(q[COULOMB]) + 1e-6
     n = len(angle)
     out[:] = 0.0
-    bristle, omega = 0.0, 0.0
+    bristle = omega = 0.0
     bristle_by, g_by = np.zeros(FRICTION_PARAMETERS), np.zeros(FRICTION_PARAMETERS)
     torque, torque_after = np.zeros(1 + FRICTION_PARAMETERS), np.zeros(1 + FRICTION_PARAMETERS)
     for k in range(n - 1):
@@ -63,8 +63,10 @@ def friction_along(angle: Float64, samples: Float64, q: Float64, out: Float64) -
                     + b * (3.0 * b - 2.0) * omega_next
                 )
             moved = after - before
+            change = local[k + 1] - local[k]
+            here, beyond = local[k] + (a + b) * 0.5 * change, local[k] + b * change
             if moved != 0.0:
-                g = _level(moved / (TICK * share), q, inverse_speed, least, g_by)
+                g = _level(moved / (TICK * share), here, q, inverse_speed, least, g_by)
                 settled = g / stiffness if moved > 0.0 else -g / stiffness
                 ratio = stiffness * abs(moved) / g
                 kept = exp_neg(ratio)
@@ -74,7 +76,7 @@ def friction_along(angle: Float64, samples: Float64, q: Float64, out: Float64) -
                     bristle_by[p] = bristle_by[p] * kept + follow * g_by[p]
                 bristle_by[LOG_STIFFNESS] -= follow * g
                 bristle = settled + (bristle - settled) * kept
-            g = _level(omega_after, q, inverse_speed, least, g_by)
+            g = _level(omega_after, beyond, q, inverse_speed, least, g_by)
             drag = stiffness * abs(omega_after) / g
             rate = omega_after - drag * bristle
             torque_after[0] = stiffness * bristle + damping * rate + q[VISCOUS] * omega_after
@@ -85,12 +87,10 @@ def friction_along(angle: Float64, samples: Float64, q: Float64, out: Float64) -
             torque_after[1 + VISCOUS] += omega_after
             torque_after[1 + LOG_STIFFNESS] += (stiffness - damping * drag) * bristle
             torque_after[1 + LOG_DAMPING] += damping * rate
-            early, late = 0.5 - (a + b) * 0.5 + 0.5, (a + b) * 0.5
-            lean = share / 6.0
+            early, late, lean = 0.5 - (a + b) * 0.5 + 0.5, (a + b) * 0.5, share / 6.0
             # integral of the triangle's falling and rising side times a torque that is linear over the step
             for p in range(1 + FRICTION_PARAMETERS):
-                mean = 0.5 * (torque[p] + torque_after[p])
-                tilt = 0.5 * (torque_after[p] - torque[p])
+                mean, tilt = 0.5 * (torque[p] + torque_after[p]), 0.5 * (torque_after[p] - torque[p])
                 out[p, k] += share * (early * mean - lean * tilt)
                 out[p, k + 1] += share * (late * mean + lean * tilt)
                 torque[p] = torque_after[p]
@@ -132,13 +132,13 @@ def steady_level(omega: Float64, q: Float64) -> Float64:
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _level(omega: float, q: Float64, inverse_speed: float, least: float, by: Float64) -> float:
-    """Return g(omega) in N·m (seed paper, eq. 2) and fill in its derivatives by T_c, drop and log omega_s."""
+def _level(omega: float, local: float, q: Float64, inverse_speed: float, least: float, by: Float64) -> float:
+    """Return g(omega) in N·m (seed paper, eq. 2), times a factor, and its derivatives by T_c, drop and log omega_s."""
     u = omega * inverse_speed
     bell = gauss(u)
-    g = q[COULOMB] + q[DROP] * bell
+    g = local * (q[COULOMB] + q[DROP] * bell)
     if g < least:
         by[COULOMB], by[DROP], by[LOG_SPEED] = 0.0, 0.0, 0.0
         return least
-    by[COULOMB], by[DROP], by[LOG_SPEED] = 1.0, bell, 2.0 * u * u * bell * q[DROP]
+    by[COULOMB], by[DROP], by[LOG_SPEED] = local, local * bell, local * 2.0 * u * u * bell * q[DROP]
     return g

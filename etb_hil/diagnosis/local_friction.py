@@ -35,16 +35,25 @@ class LocalFriction:
 def local_friction(evidence: Evidence, fit: StribeckFit) -> LocalFriction:
     """Return what the fit leaves over in each cell."""
     slow = np.abs(evidence.velocity) < _FASTEST
-    column = np.floor(evidence.position[slow] / CELL).astype(np.int64)
-    if not len(column):
+    residual = fit.residual[slow] * (1.0 + fit.parameters[CONSTANT])
+    return LocalFriction(*local_means(evidence.position[slow], evidence.velocity[slow], residual))
+
+
+def local_means(position: Float64, velocity: Float64, values: Float64) -> tuple[Float64, Float64, Float64, Float64]:
+    """Return the middles of cells (b) rad, and of values (m) there what is odd and even in the velocity (m), and error.
+
+    Cells that were not passed often enough in both directions are left out.
+    """
+    if not len(position):
         none = np.empty(0)
-        return LocalFriction(none, none, none, none)
+        return none, none, none, none
+    column = np.floor(position / CELL).astype(np.int64)
     columns = np.arange(column.min(), column.max() + 1)
     out = np.empty((3, len(columns)))
-    _parts(column - columns[0], evidence.velocity[slow], fit.residual[slow] * (1.0 + fit.parameters[CONSTANT]), out)
+    _parts(column - columns[0], velocity, values, out)
     known = np.isfinite(out[0])
     odd, even, error = out[:, known]
-    return LocalFriction((columns[known] + 0.5) * CELL, odd, even, error)
+    return (columns[known] + 0.5) * CELL, odd, even, error
 
 
 @njit(cache=True, error_model="numpy")

@@ -8,21 +8,15 @@ import numpy as np
 
 from etb_hil.diagnosis.assessment import Assessment, fitted_curve
 from etb_hil.diagnosis.break_away import BreakAway, at_rates
+from etb_hil.diagnosis.bump_fit import excess_of
 from etb_hil.diagnosis.contradiction import widened
-from etb_hil.diagnosis.friction_model import steady_level
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.prior import CONSTANT
-from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit
+from etb_hil.diagnosis.stribeck_fit import StribeckFit
 from etb_hil.recording.samples import Float64
 
 _POINTS = 201
 _SLOW = 0.3  # of the highest speed: beyond it, friction over angle would show the Stribeck curve
-
-
-def _excess(evidence: Evidence, fit: StribeckFit) -> Float64:
-    """Return by what share friction lies above the fit at each point (m), in the direction of motion."""
-    along = np.where(evidence.velocity > 0.0, fit.residual, -fit.residual) * (1.0 + fit.parameters[CONSTANT])
-    return along / steady_level(evidence.velocity, fit.parameters)
 
 
 def break_away_columns(rests: Sequence[BreakAway], fit: StribeckFit | None) -> dict[str, Float64]:
@@ -79,7 +73,7 @@ def plot_columns(assessment: Assessment, gain: tuple[float, float]) -> dict[str,
         "point_friction": fit.friction,
         "point_angle": evidence.position,
         "point_temperature": ticks.temperature[assessment.windows.centre],
-        "point_excess": _excess(assessment.evidence, fit),
+        "point_excess": excess_of(evidence, fit),
         "curve_velocity": speeds,
         "curve_friction": value,
         "curve_low": np.array([low for low, _ in band]),

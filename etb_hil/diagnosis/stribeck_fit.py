@@ -7,10 +7,11 @@ that it neither biases the friction nor is left out of its interval.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from etb_hil.diagnosis.friction_model import (
     COULOMB,
@@ -56,6 +57,7 @@ class Evidence:
     `motor` (m) N·m, torque of the measured current, and `motor_rate` (m) N·m/s; `load` (m) N·m, springs and inertia by
     the bench's model; `velocity` rad/s, `position` rad (m); `errors` (m, 5), what inertia, preloads and slopes add to
     the load for a unit of their error; `per_ampere` N·m/A; `cluster` (m) numbers stretches that share their noise.
+    `local` (n) is the factor on friction where the plate was at each tick; `counts` (m), which windows are fitted.
     """
 
     motor: Float64
@@ -66,13 +68,16 @@ class Evidence:
     errors: Float64
     per_ampere: float
     cluster: Int64
+    local: Float64
+    counts: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)
 class StribeckFit:
     """The fitted parameters (14) in the order of `prior`, their covariance (14, 14), and what was left over.
 
-    `friction` (m) is what the windows say of friction once the model's errors are taken off; `residual` (m) N·m.
+    `friction` (m) is what the windows say of friction once the model's errors are taken off; `residual` (m) N·m is how
+    far that lies above the curve, local bumps included.
     """
 
     parameters: Float64
@@ -114,9 +119,9 @@ def gather_evidence(
     inertia = window_means(p.inertia * ticks.angle, ACCELERATION_KERNEL, windows)
     errors = np.stack([inertia, *(window_means(column, TORQUE_KERNEL, windows) for column in basis)], axis=1)
     load = window_means(spring, TORQUE_KERNEL, windows) + inertia
-    return Evidence(
-        motor, motor_rate, load, velocity, ticks.angle[windows.centre], errors, p.torque_per_ampere, cluster
-    )
+    level, all_of_them = np.ones(len(ticks)), np.ones(len(windows), np.bool_)
+    place = ticks.angle[windows.centre]
+    return Evidence(motor, motor_rate, load, velocity, place, errors, p.torque_per_ampere, cluster, level, all_of_them)
 
 
 def fit_stribeck(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior) -> StribeckFit | None:
@@ -128,11 +133,14 @@ def fit_stribeck(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prio
         found = _descend(ticks, windows, evidence, prior, _start(evidence, prior, factor), known, alike)
         if found is not None and (best is None or found[0] < best[0]):
             best = found
-    if best is None:
-        return None
+    return None if best is None else refit(ticks, windows, evidence, prior, best[1])
+
+
+def refit(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, start: Float64) -> StribeckFit | None:
+    """Fit from parameters (14) that are near already, windows weighed by kind; None where that comes to no end."""
     # Bristles that are bent by an angle known in steps, after a rest above all, are off by more than any noise.
-    kind = _kinds(ticks, windows, best[1])
-    weighed = _descend(ticks, windows, evidence, prior, best[1], None, kind)
+    kind = _kinds(ticks, windows, start)
+    weighed = _descend(ticks, windows, evidence, prior, start, None, kind)
     return None if weighed is None else _conclude(ticks, windows, evidence, prior, weighed[1], kind)
 
 
@@ -176,7 +184,7 @@ def _linearise(ticks: Ticks, windows: Windows, evidence: Evidence, q: Float64) -
     smaller constant would shrink the noise and pass for a better fit.
     """
     along = np.empty((1 + FRICTION_PARAMETERS, len(ticks)))
-    friction_along(ticks.angle, ticks.samples, q, along)
+    friction_along(ticks.angle, ticks.samples, evidence.local, q, along)
     friction = window_means(along[0], WINDOW, windows)
     shaft = friction + evidence.load + times(evidence.errors, q[INERTIA:OFFSET])
     scale = 1.0 / (1.0 + q[CONSTANT])
@@ -210,17 +218,21 @@ def _mean_square(residual: Float64) -> float:
     return total / len(residual)
 
 
-def _weights(residual: Float64, kind: Int64) -> Float64:
+def _weights(residual: Float64, kind: Int64, counts: NDArray[np.bool_]) -> Float64:
     """Return weights of windows (m): by what their kind leaves over, those that overlap counted for what they say.
 
+    Those that do not count weigh nothing.
     Bent bristles only add to an error: their kinds never weigh more than what slides, which a local bump may spoil.
     """
     least = _LEAST_NOISE * _LEAST_NOISE
-    weight = np.full(len(residual), 1.0 / (_OVERLAP * max(_mean_square(residual), least)))
+    weight = np.full(len(residual), 1.0 / (_OVERLAP * max(_mean_square(residual[counts]), least)))
     for k in range(1, int(kind.max()) + 1):
-        same = kind == k
+        same = (kind == k) & counts
+        if not np.any(same):
+            continue
         least = max(_mean_square(residual[same]), least)
         weight[same] = 1.0 / (_OVERLAP * least)
+    weight[~counts] = 0.0
     return weight
 
 
@@ -237,7 +249,7 @@ def _descend(
     q, damping = start, 1e-3
     residual, jacobian = _linearise(ticks, windows, evidence, q)
     for _ in range(_ITERATIONS):
-        weight = _weights(residual, kind)
+        weight = _weights(residual, kind, evidence.counts)
         matrix, gradient = accumulate(jacobian, residual, weight)
         gradient += prior.precision * (prior.mean - q)
         matrix[np.diag_indices(PARAMETERS)] += prior.precision
@@ -263,14 +275,14 @@ def _descend(
             break
     # Costs of different starts compare only at one precision; the profile over the noise level is its logarithm,
     # and the mean square orders the starts in the same way.
-    return _mean_square(residual), q
+    return _mean_square(residual[evidence.counts]), q
 
 
 def _conclude(
     ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, q: Float64, kind: Int64
 ) -> StribeckFit | None:
     residual, jacobian = _linearise(ticks, windows, evidence, q)
-    weight = _weights(residual, kind)
+    weight = _weights(residual, kind, evidence.counts)
     matrix, _ = accumulate(jacobian, residual, weight)
     held = np.zeros_like(matrix)
     held[np.diag_indices(PARAMETERS)] = prior.precision
@@ -281,6 +293,8 @@ def _conclude(
     sensed = evidence.per_ampere * q[OFFSET] - q[LAG] * evidence.motor_rate
     measured = (evidence.motor - sensed) * (1.0 + q[CONSTANT])
     friction = measured - evidence.load - times(evidence.errors, q[INERTIA:OFFSET])
+    if np.any(evidence.local != 1.0):
+        residual, _ = _linearise(ticks, windows, replace(evidence, local=np.ones(len(ticks))), q)
     return StribeckFit(q, covariance, friction, residual)
 
 

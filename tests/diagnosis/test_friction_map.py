@@ -49,6 +49,14 @@ def test_bump_is_found_and_placed(place):
     assert number.low is number.high is None
     assert f"{bump.angle:.2f} rad" in number.name
     assert result.number("bump_2") is None
+    # It does not draw the curve towards itself
+    real = Unit()
+    for name, true, within in (
+        ("T_st", real.stiction, 0.03), ("T_c", real.coulomb, 0.05), ("omega_s", real.stribeck_velocity, 0.1),
+    ):  # fmt: skip
+        found = result.number(name)
+        assert found.low < true < found.high
+        assert found.value == pytest.approx(true, rel=within)
 
 
 def test_temperatures_are_rows_of_their_own():

@@ -26,7 +26,7 @@ def motion():
 
 def along(angle, q):
     out = np.empty((1 + FRICTION_PARAMETERS, len(angle)))
-    friction_along(angle, np.ones(len(angle)), q, out)
+    friction_along(angle, np.ones(len(angle)), np.ones(len(angle)), q, out)
     return out
 
 
