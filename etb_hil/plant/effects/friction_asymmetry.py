@@ -14,8 +14,8 @@ _K = row("friction_asymmetry")
 EFFECT = Effect(
     id="friction_asymmetry",
     equation=(
-        "(T_c + (1 - d) (g - T_c)) a s added to g, sigma_2 (1 + b s); s = (1 - c) tanh(x) + c x / (1 + |x|), "
-        "x = omega / (f omega_s)"
+        "(T_c + (1 - d) (g - T_c)) a (s + o) added to g, sigma_2 (1 + b s); "
+        "s = (1 - c) tanh(x) + c x / (1 + |x|), x = omega / (f omega_s)"
     ),
     balance=Balance.TORQUE,
     parity=Parity.EVEN,
@@ -23,6 +23,15 @@ EFFECT = Effect(
         strength("friction", "1", -0.7, 0.7, (0.05,), "chosen bounds; emps shows 1 %"),
         strength("viscosity", "1", -0.9, 0.9, (0.2,), "chosen bounds; emps shows 18 %"),
         shape("fade", "1", 0.001, 0.15, (0.006, 0.04), "where the direction is settled, in shares of omega_s"),
+        shape(
+            "one_sided",
+            "1",
+            -1.0,
+            1.0,
+            (-1.0, 0.0, 1.0),
+            "o: 0 the other side loses as much, 1 it keeps its own",
+            0.1,
+        ),
     ),
     looks_like="opening and closing need different torque, also where the spring turns round",
     check="one-sided seal or brush; current sensor's zero first",
@@ -41,10 +50,11 @@ def share(omega: float, surplus: float, p: Vector) -> float:
     """Return what of the friction is added at a velocity, a share of it; `surplus`: the share beyond Coulomb's."""
     if p[_K] == 0.0:
         return 0.0
-    return p[_K] * side(omega / (p[_K + 2] * p[STRIBECK_VELOCITY]), p[_K + 3]) * (1.0 - p[_K + 4] * surplus)
+    settled = side(omega / (p[_K + 2] * p[STRIBECK_VELOCITY]), p[_K + 4])
+    return p[_K] * (settled + p[_K + 3]) * (1.0 - p[_K + 5] * surplus)
 
 
 @njit(cache=True, error_model="numpy")
 def viscous_share(omega: float, p: Vector) -> float:
     """Return what of the viscosity is added at a velocity, a share of it."""
-    return p[_K + 1] * side(omega / (p[_K + 2] * p[STRIBECK_VELOCITY]), p[_K + 3]) if p[_K + 1] != 0.0 else 0.0
+    return p[_K + 1] * side(omega / (p[_K + 2] * p[STRIBECK_VELOCITY]), p[_K + 4]) if p[_K + 1] != 0.0 else 0.0
