@@ -229,7 +229,7 @@ def _drive(
         if voltage_acts or constant_acts:
             lost = ports.voltage_loss(i, command, slow[ports.DRAWN], is_open[k], p)
             voltage[k] = (
-                resistance * (1.0 + ports.resistance_share(temperature[k], slow[ports.RISE], p)) * i
+                resistance * (1.0 + ports.resistance_share(slow[ports.HOUSING], slow[ports.RISE], p)) * i
                 + lost
                 + back_emf * ports.back_emf_share(theta, slow[ports.MAGNET], p) * omega
             )

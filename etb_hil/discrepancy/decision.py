@@ -26,10 +26,12 @@ LEAST_GAIN = 0.04  # of the squared residual, beyond what the suspect takes of t
 HEALTHY_TIMES = 2.0
 LATER_GAIN = 0.25
 LATER_T = 4.0
+LATER_CERTAIN = 0.8  # of what is left: what takes as much is a cause, whatever else might take it
+LATER_PARAMETER = 0.5  # a parameter that leaves its tolerance after an effect may be no more than the effect's shape
 GROUP_GAIN = np.array([4.0, 1.0, 0.25, 1.2, 0.12, 0.35, 0.4, 0.12, 0.2])  # of a group's floor, likewise
-CERTAIN_GAIN = 0.3
+CERTAIN_GAIN = 0.5
 CONCENTRATED = 0.33
-LEAST_T = 1.0  # over the held-out segments
+LEAST_T = 1.3  # over the held-out segments
 LEAST_BEYOND = 1.2  # tolerances off its nominal value that a parameter must be before it is a cause
 CLASS_MARGIN = 0.05
 CLASS_SHARE = 0.15  # of what the winner gains
@@ -65,25 +67,37 @@ def refusal(found: Round, findings: Findings) -> str:
             return reason
         # After one cause, what another takes may be no more than that the first one's shape is not quite ours.
         least = max(least, LATER_GAIN if found.t < LATER_T else 2.0 * LEAST_GAIN)
+        if found.winner.candidate.frees:
+            least = max(least, LATER_PARAMETER)
     if not found.gain > least:
         return f"takes {100.0 * found.gain:.1f} % of what is left; a cause takes {100.0 * least:.1f} %"
     if not (found.before_groups - found.after_groups > GROUP_GAIN)[judged].any():
         return "brings no balance down by more than chance does"
     # What sits in few segments scores low over all of them although it is certain: t guards small gains only, and none
-    # that bring a group which was over its band down to a fraction.
-    is_concentrated = (found.before_groups > BAND) & (found.after_groups < CONCENTRATED * found.before_groups)
+    # that bring a group which was over its band back into it and down to a fraction.
+    down = np.minimum(CONCENTRATED * found.before_groups, BAND)
+    is_concentrated = (found.before_groups > BAND) & (found.after_groups < down)
     if found.t <= LEAST_T and found.gain <= CERTAIN_GAIN and not (is_concentrated & judged).any():
         return f"does not hold on segments that the fit did not see: t is {found.t:.1f}"
+    return _refusal_by_size(found, judged)
+
+
+def _refusal_by_size(found: Round, judged: NDArray[np.bool_]) -> str:
+    # Nothing calls for a cause, and this one would be as strong as can be: it fits what differs between devices.
+    if _is_on_bound(found.winner) and not _accuses(found.before_groups, judged):
+        return "its strength is on a bound where nothing was over its band"
+    if _is_no_wave(found.winner):
+        return "its period is longer than the range it was seen in: it stands for something else"
     return "" if _is_beyond(found.winner) else "inside its tolerance, or next to it"
 
 
 def _refusal_after_others(found: Round, findings: Findings) -> str:
-    if _is_on_bound(found.winner):
+    if found.gain < LATER_CERTAIN and _is_on_bound(found.winner):
         return "its strength is on a bound: it stands for something else"
     if {r.winner.id for r in findings.accepted} & set(found.alike):
         return "cannot be told from a cause that was found before"
     # What base parameters imitate but for a fifth trades with them once something else stands in for them.
-    if any(name.startswith("parameter:") for name in found.alike):
+    if found.gain < LATER_CERTAIN and any(name.startswith("parameter:") for name in found.alike):
         return "base parameters do nearly the same: it would trade with them"
     return ""
 
@@ -99,9 +113,15 @@ def _is_on_bound(winner: Refined) -> bool:
     effect = winner.candidate.effect
     if effect is None:
         return False
-    own = winner.unknowns[-len(effect.parameters) :]
-    places = [(own[k], own[k].x_of(winner.fit.whole)) for k in effect.strengths]
-    return any(x <= u.low + 1e-6 or x >= u.high - 1e-6 for u, x in places)
+    strengths = {effect.indices[k] for k in effect.strengths}
+    own = [(u, u.x_of(winner.fit.whole)) for u in winner.unknowns if u.place in strengths]
+    return any(x <= u.low + 1e-6 or x >= u.high - 1e-6 for u, x in own)
+
+
+def _is_no_wave(winner: Refined) -> bool:
+    """Tell whether a periodic winner's order lies on its lower bound: a part of a wave is any curve."""
+    orders = [u for u in winner.unknowns if u.name == f"{winner.id}.order"]
+    return any(u.x_of(winner.fit.whole) <= u.low + 1e-6 for u in orders)
 
 
 def is_more_missing(findings: Findings) -> bool:
@@ -114,23 +134,23 @@ def verdict(findings: Findings) -> str:
     first = excess(_first_groups(findings), findings.rows).sum()
     last = excess(findings.final_groups, findings.rows).sum()
     accepted = findings.accepted
+    accuses = _accuses(findings.final_groups, findings.rows >= LEAST_ROWS)
     if findings.is_cut_short:
         return "unexplained" if first > 0.0 else "insufficient_data"
     if not accepted:
-        return "unexplained" if _accuses(findings) else "adequate"
+        return "unexplained" if accuses else "adequate"
     # What is left of a cause's shape has no shape of its own; a spline that takes it tells of something else.
     left = last / max(first, 1e-12)
     is_shapeless = all(spline.share <= max(PLACEHOLDER, TRIFLE / max(left, 1e-12)) for spline in findings.rest)
-    explained = last == 0.0 or (left <= 1.0 - EXPLAINED_SHARE and is_shapeless)
+    explained = not accuses or (left <= 1.0 - EXPLAINED_SHARE and is_shapeless)
     if not explained:
         return "unexplained"
     return "ambiguous" if any(r.alike for r in accepted) else "explained"
 
 
-def _accuses(findings: Findings) -> bool:
+def _accuses(groups: Float64, judged: NDArray[np.bool_]) -> bool:
     """Tell whether a group is over its band that may accuse alone, or so far over it that even a loose one may."""
-    judged = findings.rows >= LEAST_ROWS
-    return bool((judged & (findings.final_groups > np.where(LOOSE, ALONE * BAND, BAND))).any())
+    return bool((judged & (groups > np.where(LOOSE, ALONE * BAND, BAND))).any())
 
 
 def _first_groups(findings: Findings) -> Float64:

@@ -11,7 +11,7 @@ from etb_hil.discrepancy.candidates import suspects
 from etb_hil.discrepancy.findings import Findings, Round
 from etb_hil.discrepancy.floor import floor_of, group_means, weigh
 from etb_hil.discrepancy.placeholders import placeholders
-from etb_hil.discrepancy.refining import Refined, fully, quickly
+from etb_hil.discrepancy.refining import Refined, bent, fully, quickly
 from etb_hil.discrepancy.rivals import alike
 from etb_hil.discrepancy.screening import Linear, screen
 from etb_hil.discrepancy.segments import held_out, segment_of
@@ -22,6 +22,7 @@ Progress = Callable[[str], None]
 
 _REFINED = 6
 _FULLY = 2
+_BENT = 2
 _HOPELESS = 3.0  # times what the first leaves, from where the second need not be fitted to the end
 _MOST_CAUSES = 3
 
@@ -91,6 +92,11 @@ def _round(findings: Findings, taken: Sequence[str], progress: Progress) -> Roun
     ]
     refined = sorted(refined, key=lambda r: r.fit.cost)
     after, _ = group_means(findings.balances, refined[0].fit.whole)
+    if decision.excess(after / findings.final_floor.level, findings.rows).sum() > 0.0:
+        # Before anything else is suspected: a cause's own curve may be another than the plain one.
+        refined = [bent(residual, r, findings.balances[0].load) if k < _BENT else r for k, r in enumerate(refined)]
+        refined = sorted(refined, key=lambda r: r.fit.cost)
+        after, _ = group_means(findings.balances, refined[0].fit.whole)
     segment = segment_of(findings.balances)
     t = held_out(refined[0].fit, refined[0].columns, refined[0].unknowns, segment).t_against(
         held_out(base.fit, base.columns, base.unknowns, segment)

@@ -12,7 +12,7 @@ from etb_hil.discrepancy.calibration import Calibration
 from etb_hil.discrepancy.candidates import Candidate
 from etb_hil.discrepancy.fit import Fit, Residual, fit_of, gauss_newton
 from etb_hil.discrepancy.screening import Screened
-from etb_hil.discrepancy.unknowns import Unknown, effect_unknowns
+from etb_hil.discrepancy.unknowns import Unknown, effect_unknowns, finer_unknowns
 from etb_hil.plant.physics import Vector
 
 Float64 = NDArray[np.float64]
@@ -55,6 +55,14 @@ def fully(residual: Residual, refined: Refined, rounds: int = _FULL_ROUNDS) -> R
     """Return a suspect fitted to the end, every column differenced anew."""
     fit, columns = gauss_newton(residual, refined.fit, refined.unknowns, rounds, tolerance=1e-3)
     return replace(refined, fit=fit, columns=columns)
+
+
+def bent(residual: Residual, refined: Refined, load: float) -> Refined:
+    """Return a suspect fitted with its effect's finer shapes, too, which a search leaves plain."""
+    effect = refined.candidate.effect
+    if effect is None or not effect.finer:
+        return refined
+    return fully(residual, replace(refined, unknowns=[*refined.unknowns, *finer_unknowns(effect, load)]))
 
 
 def unknowns_of(base: Sequence[Unknown], candidate: Candidate, start: Vector, load: float) -> list[Unknown]:

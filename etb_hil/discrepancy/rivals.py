@@ -24,7 +24,7 @@ _ALIKE = 0.93  # a little below what the data call alike: the grid of shapes may
 _WORTH = 0.5  # a screened rival's cosine from which its other shapes are looked at
 _PURSUED = 0.6  # a grid's best cosine from which its shapes are moved on
 _HALVINGS = 3
-_NOTHING_LEFT = 0.03  # share of a column below which the base parameters are it
+_NOTHING_LEFT = 0.01  # share of a column below which the base parameters are it
 
 
 def alike(
@@ -37,20 +37,23 @@ def alike(
     """
     winner = found.winner
     record = _Record.of(winner, healthy, residual_of(balances))
+    plain = _Record.of(winner, healthy, residual_of(balances), is_zero_known=True)
     names = []
     for screened in found.screened:
         rival = screened.candidate
         if rival.id == winner.id:
             continue
-        near = record.cosine(rival)
-        if rival.effect is not None and not record.is_absorbed and (near > _WORTH or _declared(winner, rival)):
+        near, is_declared = record.cosine(rival), _declared(winner, rival)
+        if rival.effect is not None and not record.is_absorbed and (near > _WORTH or is_declared):
             near = max(near, _closest(record, shapes[rival.id]))
+            if is_declared:
+                near = max(near, _closest(plain, shapes[rival.id]))
         if near > _ALIKE:
             names.append(rival.id)
     margin = decision.class_margin(found)
     names += [r.id for r in found.refined[1:] if np.log(r.fit.cost / winner.fit.cost) < margin]
     if record.is_absorbed:
-        names += [decision.parameter_id(name) for name in record.projector.imitators(record.whole)]
+        names += [decision.parameter_id(name) for name in record.projector.imitators(record.whole, record.suspected)]
     names += unjudged(balances, winner.id)
     return list(dict.fromkeys(name for name in names if name and name != winner.id))
 
@@ -59,7 +62,8 @@ def alike(
 class _Record:
     """A record without the winner; `whole` (n) is what the winner would change in it, `own` what the base leaves of it.
 
-    `suspected`: a base parameter that is the winner itself, and so no base.
+    `suspected`: what is no base: a parameter that is the winner itself, and sensors' zeros where they count as known
+    (a zero takes out of two look-alikes what they have in common).
     """
 
     residual: Residual
@@ -67,13 +71,15 @@ class _Record:
     projector: Projector
     whole: Float64
     own: Float64
-    suspected: str
+    suspected: frozenset[str]
 
     @staticmethod
-    def of(winner: Refined, healthy: Calibration, residual: Residual) -> _Record:
-        projector, suspected = Projector(healthy), winner.candidate.frees
+    def of(winner: Refined, healthy: Calibration, residual: Residual, is_zero_known: bool = False) -> _Record:
+        projector, suspected = Projector(healthy), frozenset({winner.candidate.frees} - {""})
+        if is_zero_known:
+            suspected |= {name for name in projector.names if name.endswith("_zero")}
         whole = _alone(residual, healthy, winner)
-        own = projector.rest(whole, frozenset({suspected} - {""}))
+        own = projector.rest(whole, suspected)
         return _Record(residual, healthy, projector, whole, own, suspected)
 
     @property
@@ -88,7 +94,7 @@ class _Record:
             raw = self.healthy.columns[:, index : index + 1]
         else:
             raw = stepped(self.residual, self.healthy.fit, rival)
-        without = frozenset({rival.frees, self.suspected} - {""})
+        without = self.suspected | ({rival.frees} - {""})
         rest = np.column_stack([self.projector.rest(column, without) for column in raw.T])
         left = np.linalg.norm(rest, axis=0)
         seen = left > _NOTHING_LEFT * np.maximum(np.linalg.norm(raw, axis=0), 1e-12)
@@ -99,15 +105,15 @@ class _Record:
 
 
 def _alone(residual: Residual, healthy: Calibration, winner: Refined) -> Float64:
-    """Return what a winner of its size changes in a record without it (n); a parameter: as far as it is outside."""
-    moved = healthy.fit.whole.copy()
+    """Return what a winner of its size changes in a record without it (n); a parameter: linearly, beyond its box."""
     effect = winner.candidate.effect
-    if effect is not None:
-        moved[list(effect.indices)] = winner.fit.whole[list(effect.indices)]
-    else:
-        unknown = next(u for u in healthy.unknowns if u.name == winner.candidate.frees)
+    if effect is None:
+        index = next(k for k, u in enumerate(healthy.unknowns) if u.name == winner.candidate.frees)
+        unknown = healthy.unknowns[index]
         x = unknown.x_of(winner.fit.whole)
-        unknown.put(moved, unknown.x_of(moved) + x - float(np.clip(x, unknown.low, unknown.high)))
+        return np.asarray(healthy.columns[:, index] * (x - float(np.clip(x, unknown.low, unknown.high))))
+    moved = healthy.fit.whole.copy()
+    moved[list(effect.stated_indices)] = winner.fit.whole[list(effect.stated_indices)]
     return np.asarray(residual(moved) - healthy.fit.residual)
 
 

@@ -45,9 +45,11 @@ class Projector:
             self._freed[without] = np.linalg.qr(np.linalg.solve(self._triangle.T, left_out))[0]
         return self._freed[without]
 
-    def imitators(self, column: Float64) -> list[str]:
-        """Return the base parameters that do the imitating of a column."""
-        solved = np.linalg.lstsq(self._triangle, self._basis.T @ column, rcond=None)[0]
-        shares = np.abs(solved) / max(float(np.linalg.norm(column)), _NOTHING)
+    def imitators(self, column: Float64, without: frozenset[str] = frozenset()) -> list[str]:
+        """Return the base parameters that do the imitating of a column; those `without` are not used."""
         names = np.array(self.names)[self._seen]
+        used = np.array([name not in without for name in names])
+        names = names[used]
+        solved = np.linalg.lstsq(self._triangle[:, used], self._basis.T @ column, rcond=None)[0]
+        shares = np.abs(solved) / max(float(np.linalg.norm(column)), _NOTHING)
         return [str(name) for name, share in zip(names, shares, strict=True) if share > _GOOD_SHARE]

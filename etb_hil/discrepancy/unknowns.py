@@ -53,7 +53,7 @@ class Unknown:
     def free(self) -> Unknown:
         """Return it with its box opened."""
         lowest = (0.15 * self.centre - self.centre) / self.scale if self.centre > 0.0 else -WIDEST
-        return replace(self, low=max(lowest, -6.0 * WIDEST), high=3.0 * WIDEST)
+        return replace(self, low=max(lowest, -6.0 * WIDEST), high=5.0 * WIDEST)
 
 
 def start(model: Model) -> Vector:

@@ -104,7 +104,7 @@ def _compensate(
         magnet = slow[ports.MAGNET]
         out[0, k] = i * (1.0 + ports.torque_share(theta, magnet, p)) - extra / p[TORQUE_PER_AMPERE]
         lost = ports.voltage_loss(i, command, slow[ports.DRAWN], False, p)
-        lost += p[RESISTANCE] * ports.resistance_share(warm, slow[ports.RISE], p) * i
+        lost += p[RESISTANCE] * ports.resistance_share(slow[ports.HOUSING], slow[ports.RISE], p) * i
         lost += p[BACK_EMF] * ports.back_emf_share(theta, magnet, p) * omega
         # The base model's winding carries the current that is handed on, the true one carried another.
         out[2, k] = voltage[k] - lost + p[RESISTANCE] * (out[0, k] - i)

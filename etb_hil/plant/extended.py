@@ -35,7 +35,7 @@ def new_extended_state(theta: float, temperature: float) -> Vector:
     """Return the state (float64, `EXTENDED_STATES`) of a throttle at rest at an angle in rad, long at a temperature."""
     state = np.zeros(EXTENDED_STATES)
     state[THETA] = state[PLATE] = theta
-    state[SLOW_STATES + ports.MAGNET] = temperature
+    state[SLOW_STATES:] = ports.slow_start(temperature)
     return state
 
 
@@ -84,7 +84,7 @@ def advance_extended(state: Vector, p: Vector, voltage: float, ticks: int, tempe
         magnet = slow[ports.MAGNET]
         base[TORQUE_PER_AMPERE] = p[TORQUE_PER_AMPERE] * (1.0 + ports.torque_share(theta, magnet, p))
         base[BACK_EMF] = p[BACK_EMF] * (1.0 + ports.back_emf_share(theta, magnet, p))
-        base[RESISTANCE] = p[RESISTANCE] * (1.0 + ports.resistance_share(temperature, slow[ports.RISE], p))
+        base[RESISTANCE] = p[RESISTANCE] * (1.0 + ports.resistance_share(slow[ports.HOUSING], slow[ports.RISE], p))
         extra = elastic - spring_torque(theta, p) - stop_torque(theta, omega, p)
         extra += ports.motor_drag(theta, omega, slow[ports.MEMORY], p)
         state[OMEGA] = omega - TICK * extra / p[INERTIA]

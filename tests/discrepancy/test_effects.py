@@ -32,7 +32,10 @@ def _with(effect, share=1.0):
 
 
 def _refined(effect, p):
-    """An extended vector with an effect's finer shapes half-way to their upper bounds."""
+    """An extended vector with an effect's finer shapes half-way to their upper bounds, its shapes as first tried."""
+    for parameter, place in zip(effect.parameters, effect.indices, strict=True):
+        if not parameter.is_strength:
+            p[place] = parameter.starts[0]
     for parameter, place in zip(effect.finer, effect.stated_indices[len(effect.parameters) :], strict=True):
         p[place] = 0.5 * parameter.high
     return p

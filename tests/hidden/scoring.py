@@ -40,10 +40,11 @@ def canonical(name):
     return "parameter:" + next((min(group) for group in _SAME_PARAMETER if bare in group), bare)
 
 
-def score(explanation, truth, *, removed=False):
+def score(explanation, truth, *, removed=False, declared=()):
     """Score an `explanation.json` (dict) against a sealed truth (dict).
 
-    `removed`: the tool's catalogue lacked the true effect's own term, so that its look-alikes are the best it can name.
+    `removed`: the tool's catalogue lacked the true effect's own term, so that its look-alikes are the best it can name;
+    `declared`: those that the catalogue itself states for it.
     """
     verdict = explanation["verdict"]
     causes = [_names(cause) for cause in explanation.get("causes", [])]
@@ -66,7 +67,8 @@ def score(explanation, truth, *, removed=False):
     elif truth["kind"] == "pair":
         outcome = _pair(verdict, causes, true, alike)
     elif removed:
-        outcome = "honest" if not _confident(verdict, first) or first[0] in alike[true[0]] else "wrong_confident"
+        strangers = [cause for cause in causes if cause[0] not in alike[true[0]] | set(declared)]
+        outcome = "wrong_confident" if any(_confident(verdict, cause) for cause in strangers) else "honest"
     else:
         outcome = _single(verdict, first, true[0], alike[true[0]])
     return Score(truth["kind"], level, true, outcome, best, visible, not any(alike.values()))

@@ -22,7 +22,7 @@ EFFECT = Effect(
         strength("sine", "1", -0.8, 0.8, (0.05,), _SPAN),
         strength("cosine", "1", -0.8, 0.8, (0.05,), _SPAN),
         shape(
-            "order", "1/turn", 0.1, 4.0, (*(0.15 + 0.09 * k for k in range(36)), 1.0, 2.0, 3.0), "per motor turn", 0.02
+            "order", "1/turn", 0.18, 4.0, (*(0.2 + 0.09 * k for k in range(36)), 1.0, 2.0, 3.0), "per motor turn", 0.02
         ),
         strength("second_sine", "1", -0.8, 0.8, (), "at twice the order"),
         strength("second_cosine", "1", -0.8, 0.8, (), "at twice the order"),

@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
+import math
+
 from numba import njit
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, strength
+from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, strength
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.physics import Vector
 
 REFERENCE = 25.0  # degC
 
 _K = row("friction_temperature")
+_EXPONENTIAL = 1e-4  # a power below it is none
 
 EFFECT = Effect(
     id="friction_temperature",
-    equation="g (1 + a (T - 25 degC) / 30 K), sigma_2 (1 + b (T - 25 degC) / 30 K)",
+    equation="g (1 + (1 + c) a x)^(1 / (1 + c)), sigma_2 exp(b x), x = (T - 25 degC) / 30 K",
     balance=Balance.TORQUE,
     parity=Parity.ODD,
     parameters=(
         strength("friction_per_30_kelvin", "1", -0.9, 1.5, (-0.1,), "moves friction more than wear does"),
-        strength("viscosity_per_30_kelvin", "1", -1.5, 3.0, (-0.3,), "grease thins when warm"),
+        strength("viscosity_per_30_kelvin", "1", -3.0, 3.0, (-0.3,), "grease thins when warm"),
     ),
     looks_like="friction drifts as the housing warms or cools",
     check="repeat cold and warm; grease",
@@ -27,16 +30,24 @@ EFFECT = Effect(
     separated_by="a logged temperature and a repeat at the first one",
     source="Bittencourt and Gunnarsson 2012 (friction over temperature)",
     limits="needs the temperature logged, and changing",
+    finer=(finer("curve", "1", -2.2, 0.2, "c: 0 falls in proportion, -1 exponentially, -2 as 1 / (1 + x)", 0.5),),
 )
 
 
 @njit(cache=True, error_model="numpy")
 def share(temperature: float, p: Vector) -> float:
     """Return what of the friction is added at a temperature in degC, a share of it."""
-    return p[_K] * (temperature - REFERENCE) / 30.0
+    along = p[_K] * (temperature - REFERENCE) / 30.0
+    power = 1.0 + p[_K + 2]
+    if power == 1.0:
+        return along
+    if abs(power) < _EXPONENTIAL:
+        return math.exp(along) - 1.0
+    inside = 1.0 + power * along
+    return inside ** (1.0 / power) - 1.0 if inside > 0.0 else (-1.0 if power > 0.0 else 0.0)
 
 
 @njit(cache=True, error_model="numpy")
 def viscous_share(temperature: float, p: Vector) -> float:
     """Return what of the viscosity is added at a temperature in degC, a share of it."""
-    return p[_K + 1] * (temperature - REFERENCE) / 30.0
+    return math.exp(p[_K + 1] * (temperature - REFERENCE) / 30.0) - 1.0 if p[_K + 1] != 0.0 else 0.0

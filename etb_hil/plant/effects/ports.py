@@ -43,9 +43,10 @@ from etb_hil.plant.physics import (
     stop_torque,
 )
 
-# Slow states: age of contacts (s), memory of reversals, rise of the winding (K), magnets (degC), supply current (A).
-AGE, MEMORY, RISE, MAGNET, DRAWN = range(5)
-SLOW = 5
+# Slow states: age of contacts (s), memory of reversals, rise of the winding (K), magnets (degC), supply current (A),
+# housing as the winding has followed it (degC).
+AGE, MEMORY, RISE, MAGNET, DRAWN, HOUSING = range(6)
+SLOW = 6
 
 
 def _strengths(*effects: Effect) -> tuple[int, ...]:
@@ -74,7 +75,7 @@ _SLOW = _strengths(
 def slow_start(temperature: float) -> Vector:
     """Return the slow states (float64, `SLOW`) of a throttle that has long been at a temperature in degC."""
     slow = np.zeros(SLOW)
-    slow[MAGNET] = temperature
+    slow[MAGNET] = slow[HOUSING] = temperature
     return slow
 
 
@@ -180,9 +181,9 @@ def back_emf_share(theta: float, magnet: float, p: Vector) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def resistance_share(temperature: float, rise: float, p: Vector) -> float:
+def resistance_share(housing: float, rise: float, p: Vector) -> float:
     """Return what is added to the resistance, a share of it."""
-    return resistance_temperature.share(temperature, rise, p)
+    return resistance_temperature.share(housing, rise, p)
 
 
 @njit(cache=True, error_model="numpy")
@@ -208,5 +209,6 @@ def pass_time(
     slow[AGE] = older(slow[AGE], omega, dt, p)
     slow[MEMORY] = presliding_hysteresis.remembered(slow[MEMORY], way, p)
     slow[RISE] = resistance_temperature.warmed(slow[RISE], current, dt, p)
+    slow[HOUSING] = resistance_temperature.followed(slow[HOUSING], temperature, dt, p)
     slow[MAGNET] = magnet_temperature.followed(slow[MAGNET], temperature, dt, p)
     slow[DRAWN] = supply_sag.drawn(slow[DRAWN], current, command, dt, p)

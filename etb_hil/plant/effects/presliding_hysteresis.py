@@ -6,15 +6,16 @@ import math
 
 from numba import njit
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
+from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, shape, strength
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.physics import Vector
 
 _K = row("presliding_hysteresis")
+_PLAIN = 1e-3  # an exponent as near to Dahl's 1 as that is it
 
 EFFECT = Effect(
     id="presliding_hysteresis",
-    equation="T_h z, dz = (d theta - z abs(d theta)) / x_h",
+    equation="T_h z, dz = (1 - z s)^(1 + i) d theta / x_h, s = sign(d theta)",
     balance=Balance.TORQUE,
     parity=Parity.ODD,
     parameters=(
@@ -26,6 +27,7 @@ EFFECT = Effect(
     look_alikes=("gear_backlash", "stribeck_shape"),
     separated_by="small reversals of several sizes: backlash has no stiffness",
     source="Dahl 1968; Maxwell-slip elements (Al-Bender 2005)",
+    finer=(finer("exponent", "1", -0.9, 1.5, "i: Dahl's over 1: -1 ends at a place, 1 is long in coming", 0.25),),
 )
 
 
@@ -41,4 +43,9 @@ def remembered(memory: float, way: float, p: Vector) -> float:
     if p[_K] == 0.0 or way == 0.0:
         return memory
     side = 1.0 if way > 0.0 else -1.0
-    return side + (memory - side) * math.exp(-abs(way) / p[_K + 1])
+    x, gap = abs(way) / p[_K + 1], 1.0 - side * memory
+    exponent = p[_K + 2]
+    if abs(exponent) < _PLAIN or gap <= 0.0:
+        return side * (1.0 - gap * math.exp(-x))
+    inside = gap**-exponent + exponent * x
+    return side * (1.0 - inside ** (-1.0 / exponent)) if inside > 0.0 else side

@@ -17,13 +17,15 @@ _K = row("resistance_temperature")
 
 EFFECT = Effect(
     id="resistance_temperature",
-    equation="R (1 + a 0.00393 (T - 25 degC) + b 0.00393 dT), tau d(dT)/dt = 10 K/W i^2 R - dT",
+    equation=(
+        "R (1 + a 0.00393 (T_h - 25 degC) + b 0.00393 dT), tau d(T_h)/dt = T - T_h, tau d(dT)/dt = 10 K/W i^2 R - dT"
+    ),
     balance=Balance.VOLTAGE,
     parity=Parity.NEITHER,
     parameters=(
         strength("housing_share", "1", -0.5, 2.5, (0.3,), "1: copper that follows the housing"),
         strength("self_heating", "1", -0.5, 6.0, (0.3,), "1: 10 K/W"),
-        shape("time_constant", "s", 1.0, 200.0, (5.0, 15.0, 50.0), "of the winding"),
+        shape("time_constant", "s", 1.0, 200.0, (5.0, 15.0, 50.0), "of the winding, by its own heat and the housing's"),
     ),
     looks_like="the resistance drifts with temperature and after high currents",
     check="resistance cold and hot at the plug",
@@ -34,9 +36,9 @@ EFFECT = Effect(
 
 
 @njit(cache=True, error_model="numpy")
-def share(temperature: float, rise: float, p: Vector) -> float:
-    """Return what of the resistance is added at a housing temperature in degC and a winding's rise in K."""
-    return COPPER * (p[_K] * (temperature - REFERENCE) + p[_K + 1] * rise)
+def share(housing: float, rise: float, p: Vector) -> float:
+    """Return what of the resistance is added; the housing in degC as the winding has followed it, its rise in K."""
+    return COPPER * (p[_K] * (housing - REFERENCE) + p[_K + 1] * rise)
 
 
 @njit(cache=True, error_model="numpy")
@@ -46,3 +48,11 @@ def warmed(rise: float, current: float, dt: float, p: Vector) -> float:
         return rise
     end = 10.0 * p[RESISTANCE] * current * current
     return end + (rise - end) * math.exp(-dt / p[_K + 2])
+
+
+@njit(cache=True, error_model="numpy")
+def followed(housing: float, temperature: float, dt: float, p: Vector) -> float:
+    """Return the housing's temperature in degC as the winding has it after dt s."""
+    if p[_K] == 0.0:
+        return housing
+    return temperature + (housing - temperature) * math.exp(-dt / p[_K + 2])

@@ -17,7 +17,7 @@ EFFECT = Effect(
     parity=Parity.EVEN,
     parameters=(
         strength("compliance", "rad/(N·m)", -0.005, 0.2, (0.008, 0.03), "stiffness of 30 to 100 N·m/rad"),
-        shape("stiffening", "1/(N·m)", 0.0, 20.0, (0.0, 2.0), "teeth and hubs stiffen under load"),
+        shape("stiffening", "1/(N·m)", -0.8, 20.0, (0.0, 2.0), "teeth and hubs stiffen under load, cracks give way"),
     ),
     looks_like="motor and plate differ in proportion to the load",
     check="a cracked hub or gear; plastic teeth when hot",

@@ -6,7 +6,7 @@ import math
 
 from numba import njit
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
+from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, shape, strength
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.physics import SUPPLY_VOLTAGE, Vector
 
@@ -14,7 +14,7 @@ _K = row("supply_sag")
 
 EFFECT = Effect(
     id="supply_sag",
-    equation="u = d (U_bat - R_s (abs(d)^m i + i_other)), d = u_commanded / U_bat",
+    equation=("u = d (U_bat - R_s (abs(d)^m ((1 - c) i sign(d) + c abs(i)) + i_other)), d = u_commanded / U_bat"),
     balance=Balance.VOLTAGE,
     parity=Parity.EVEN,
     parameters=(
@@ -28,6 +28,7 @@ EFFECT = Effect(
     look_alikes=("parameter:resistance", "resistance_temperature", "brush_drop", "hbridge_dead_time"),
     separated_by="log the supply voltage at the bridge",
     source="Thevenin source",
+    finer=(finer("one_way", "1", 0.0, 1.0, "c: 0.5: a diode takes no current back; 1: it sags by it", 0.25),),
 )
 
 
@@ -46,7 +47,8 @@ def taken(current: float, command: float, p: Vector) -> float:
     """Return the current that the supply gives."""
     duty = command / p[SUPPLY_VOLTAGE]
     share = math.pow(abs(duty), p[_K + 2]) if duty != 0.0 else 0.0
-    return share * (current if command >= 0.0 else -current)
+    drawn = current if command >= 0.0 else -current
+    return share * (drawn + p[_K + 4] * (abs(drawn) - drawn))
 
 
 @njit(cache=True, error_model="numpy")

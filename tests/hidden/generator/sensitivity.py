@@ -109,15 +109,24 @@ class Sensitivities:
         if name == "gear_backlash":
             ahead = 0.5 * row[at.STRENGTH] * np.tanh(load / 0.004)
         else:
-            ahead = row[at.STRENGTH] * load
-            if row[at.FORM] == 1.0:
-                ahead = ahead / (1.0 + (ahead / 0.01) ** 2)
-            elif row[at.FORM] == 2.0:
-                ahead = ahead / (0.7 + 0.3 / (1.0 + (ahead / 0.004) ** 2))
+            ahead = _twist(row[at.STRENGTH] * load, row[at.FORM])
         return {**self._table, "motor_angle": self._table["motor_angle"] + p[at.N] * ahead}
 
     def _whitened(self, residuals):
         return np.concatenate([residuals[channel] / (self._floors[channel] or np.inf) for channel in CHANNELS])
+
+
+def _twist(ahead, form):
+    """Twist of a shaft whose stiffness changes with it, where one of its first stiffness would twist by `ahead`."""
+    share = {1.0: lambda x: 1.0 + (x / 0.01) ** 2, 2.0: lambda x: 0.7 + 0.3 / (1.0 + (x / 0.004) ** 2)}.get(form)
+    if share is None:
+        return ahead
+    low, high = np.zeros_like(ahead), 2.0 * np.abs(ahead)
+    for _ in range(40):  # torque grows with the twist: halving finds it
+        middle = 0.5 * (low + high)
+        is_short = middle * share(middle) < np.abs(ahead)
+        low, high = np.where(is_short, middle, low), np.where(is_short, high, middle)
+    return np.copysign(0.5 * (low + high), ahead)
 
 
 def _difference(first, second):

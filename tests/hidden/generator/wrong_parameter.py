@@ -4,7 +4,7 @@ import numpy as np
 
 from generator.balances import balances
 from generator.rig import no_effects
-from generator.size import BANDS, find_strength, ratios
+from generator.size import BANDS, OutOfReachError, find_strength, ratios
 from generator.unit import STATED_TOLERANCE, vector
 
 # Parameters of the model file whose error shows in a balance by itself.
@@ -42,4 +42,6 @@ def misjudge(rig, name, level, rng, floors):
         excess, sizes = reached(_CLEARLY_OUTSIDE)
     factor = float(np.exp(sign * (excess + np.log(1.0 + STATED_TOLERANCE))))
     rig.nominal[name] = rig.unit[name] * factor
+    if rig.nominal["coulomb"] > rig.nominal["stiction"]:
+        raise OutOfReachError(f"{name} off by {factor:.2f} is no model: sliding friction above break-away friction")
     return factor, sizes
