@@ -43,6 +43,7 @@ _ITERATIONS = 40
 _CONVERGED = 1e-3  # in standard errors
 _SAME_VALLEY = 0.5  # in standard errors: as near as that to an end that was found, a descent comes to the same one
 _LEAST_NOISE = 2e-4  # N·m
+_BUMP_ERROR = 0.1  # share by which the size of a local bump may be off: windows and cells smear over it
 _OVERLAP = 3.0  # windows a stride apart share this many times their noise
 # Between these shares of sigma_0, by which friction answers an error of the angle, windows are of one kind: each is
 # weighed by what it leaves over. A kind has so many windows, or goes with the others that have not.
@@ -288,6 +289,12 @@ def _conclude(
     held[np.diag_indices(PARAMETERS)] = prior.precision
     bread = inverse(matrix + held)
     covariance = jackknife_covariance(bread, held, jacobian, residual, weight, evidence.cluster)
+    if np.any(evidence.local != 1.0):
+        # What is wrong with a bump's size is wrong in every window that passes it.
+        larger = replace(evidence, local=1.0 + (1.0 + _BUMP_ERROR) * (evidence.local - 1.0))
+        moved, _ = _linearise(ticks, windows, larger, q)
+        shift = times(bread, accumulate(jacobian, moved - residual, weight)[1])
+        covariance += shift[:, None] * shift[None, :]
     if not _is_covariance(covariance):
         return None
     sensed = evidence.per_ampere * q[OFFSET] - q[LAG] * evidence.motor_rate
