@@ -40,6 +40,7 @@ _SEEN, _LEFT, _PULL, _VELOCITY, _OBSERVED, _INTEGRAL, _FIRST, _SECOND, _THIRD, _
 _RUNNING, _BOUND, _CHOSEN_FOR, _FINDING = 12, 13, 14, 15
 _STATES = 16
 _LAST_NS, _DELAY_NS = 0, 1
+_NO_STEP = -(2**62)  # ns: none that ever comes
 
 
 class _VelocityObserver:
@@ -105,8 +106,8 @@ def _hold(
     known: float,
     dt: float,
     per_dt: float,
-    inertia: float,
-    per_inertia: float,
+    nudge: float,
+    lift: float,
     switching: float,
     near: float,
     half: float,
@@ -114,20 +115,21 @@ def _hold(
 ) -> tuple[float, float, float]:
     """Move the observed velocity by one step; return it, the integral, and the torque that held it where it was.
 
-    `error` is how far it was off at the step's beginning, `velocity` the true one at its end; `near`, `half` and
-    `square` are the differentiator's, which is super-twisting itself.
+    `error` is how far it was off at the step's beginning, `velocity` the true one at its end. `nudge` is the velocity
+    in rad/s that a step gives a torque of 1 N·m, `lift` its inverse; `near`, `half` and `square` are the
+    differentiator's, which is super-twisting itself.
     """
-    free = observed + dt * known * per_inertia
+    free = observed + nudge * known
     if twists is not None:
         level, pull, change = differentiate(velocity - (free + dt * integral), per_dt, near, half, square)
         held = velocity - (level - pull)
         # All that was injected: noise makes the proportional part lean to one side, and the integral makes up for it.
-        return held, integral + change, (free - held) * inertia * per_dt
+        return held, integral + change, (free - held) * lift
     if switches is None:
-        torque = min(max((free - velocity) * inertia * per_dt, -switching), switching)
+        torque = min(max((free - velocity) * lift, -switching), switching)
     else:
         torque = math.copysign(switching, error) if error != 0.0 else 0.0
-    return free - dt * torque * per_inertia, integral, torque
+    return free - nudge * torque, integral, torque
 
 
 @njit(cache=True, error_model="numpy")
@@ -146,9 +148,9 @@ def _observe(
     friction: Float64,
     delay_ns: Int64,
 ) -> None:
-    torque_per_ampere, inertia, per_inertia, values = p[TORQUE_PER_AMPERE], p[INERTIA], 1.0 / p[INERTIA], registers(p)
+    half_per_ampere, per_inertia, values = 0.5 * p[TORQUE_PER_AMPERE], 1.0 / p[INERTIA], registers(p)
     half_steps = (2.0 if given is None else 1.0) + (0.0 if switches is None else 1.0)
-    counted = per_dt = kept = lowest = highest = switching = share = last_share = 0.0
+    counted = per_dt = kept = nudge = lift = lowest = highest = switching = share = last_share = 0.0
     near = half = square = near_held = half_held = square_held = 0.0
     # What every sample needs stays out of memory: as elements of `s`, they would be stored and loaded sample by sample.
     # fmt: off
@@ -158,25 +160,27 @@ def _observe(
     )
     # fmt: on
     least, finding, last, late_ns = tuning[LEAST_BOUND], s[_FINDING], whole[_LAST_NS], whole[_DELAY_NS]
+    dt, stepped, is_late = step, _NO_STEP, False
     for k in range(len(time_ns)):
         i, measured = current[k], angle[k]
-        velocity[k] = friction[k] = np.nan
-        delay_ns[k] = late_ns
         if math.isnan(i) or math.isnan(measured) or _is_missing(given, k):
+            velocity[k], friction[k], delay_ns[k] = np.nan, np.nan, late_ns
             continue
         step_ns, last = time_ns[k] - last, time_ns[k]
-        if runs == 0.0 or step_ns > LONGEST_GAP_NS or step_ns <= 0:
-            observed = omega = 0.0 if given is None else given[k]
-            integral = first = second = third = age = step = left = pull = counted = 0.0
-            seen, before, runs, finding = measured, i, 1.0, tuning[FINDING_S] if given is None else 0.0
-            continue
-        dt = step_ns * 1e-9
-        known = torque_per_ampere * 0.5 * (i + before) - spring_torque(measured, values)
-        if dt != counted:  # divisions are dear, and the step hardly ever changes
-            per_dt, kept = 1.0 / dt, keep(dt)
-        is_late = dt > LATE * step and step > 0.0
-        if given is None and (is_late or finding > 0.0):
-            finding, counted = max(finding, dt) if is_late else finding - dt, 0.0
+        if step_ns != stepped or finding > 0.0:  # the step hardly ever changes, and what hangs on it is dear
+            if runs == 0.0 or step_ns > LONGEST_GAP_NS or step_ns <= 0:
+                observed = omega = 0.0 if given is None else given[k]
+                integral = first = second = third = age = step = left = pull = counted = 0.0
+                seen, before, runs, finding = measured, i, 1.0, tuning[FINDING_S] if given is None else 0.0
+                velocity[k], friction[k], delay_ns[k], stepped = np.nan, np.nan, late_ns, _NO_STEP
+                continue
+            dt = step_ns * 1e-9
+            per_dt, kept, nudge, lift = 1.0 / dt, keep(dt), dt * per_inertia, p[INERTIA] / dt
+            is_late = dt > LATE * step and step > 0.0
+            stepped, step = _NO_STEP if is_late else step_ns, dt
+            if given is None and (is_late or finding > 0.0):
+                finding, counted = max(finding, dt) if is_late else finding - dt, 0.0
+        known = half_per_ampere * (i + before) - spring_torque(measured, values)
         bound = max(bound * kept, abs(known), least)
         if dt != counted or bound < lowest or bound > highest:
             chosen_for = followed(bound, chosen_for)
@@ -206,8 +210,8 @@ def _observe(
                 known,
                 dt,
                 per_dt,
-                inertia,
-                per_inertia,
+                nudge,
+                lift,
                 switching,
                 near_held,
                 half_held,
@@ -215,9 +219,7 @@ def _observe(
             )
             first, second, third = filtered(torque, first, second, third, share, last_share)
             age += share
-        before, step = i, dt
-        if age >= SETTLING:
-            velocity[k], friction[k] = omega, third
+        before, (velocity[k], friction[k]) = i, (omega, third) if age >= SETTLING else (np.nan, np.nan)
     # fmt: off
     (
         s[_SEEN], s[_LEFT], s[_PULL], s[_VELOCITY], s[_OBSERVED], s[_INTEGRAL], s[_FIRST], s[_SECOND], s[_THIRD],
