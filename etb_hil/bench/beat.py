@@ -11,8 +11,8 @@ from etb_hil.bench.command_pause import CommandPause
 from etb_hil.bench.interlock import Interlock
 from etb_hil.bench.stop_signals import TIME_OUT, Verb
 from etb_hil.bench.supervision import TIMEOUT, Supervisor, Trip
+from etb_hil.bench.supply_guard import SupplyGuard
 from etb_hil.canio.bus.health import BusState
-from etb_hil.scenario.condition_watch import ConditionWatch
 from etb_hil.scenario.trajectory import OFF, SetPoint
 
 if TYPE_CHECKING:
@@ -51,21 +51,31 @@ class Beat:
         supply: Condition | None,
         show: Callable[[int], None],
         signals: StopSignals,
+        spent_ns: int = 0,
     ) -> None:
-        """Run at the bench's command rate; `show` is called with the time in ns, a few times a second."""
+        """Run at the bench's command rate; `show` is called with the time in ns, a few times a second.
+
+        `spent_ns` of the bench's longest run were spent before.
+        """
         self._limits = bench.limits
         self._tap = tap
         self._clock = clock
-        self._supply = supply
-        self._guard: ConditionWatch | None = None
+        self._supply = None if supply is None else SupplyGuard(supply)
         self._show = show
         self._show_due_ns = 0
         self.tick_ns = round(1e9 / bench.command_rate)
         self.start_ns = self.next_ns = clock.now_ns()
+        self._end_ns = self.start_ns - spent_ns + round(bench.limits.duration * 1e9)
         self.lateness = Lateness()
         self.frame_age = Lateness()
         self._pause = CommandPause(self.tick_ns)
-        self.supervisor = Supervisor(bench.limits, gear_ratio, self.start_ns, reports_status=tap.reports_status)
+        self.supervisor = Supervisor(
+            bench.limits,
+            gear_ratio,
+            self.start_ns,
+            reports_status=tap.reports_status,
+            reports_temperature=tap.reports_temperature,
+        )
         self._interlock = Interlock(round(bench.limits.frame_age * 1e9)) if tap.reports_interlock else None
         self.signals = signals
         self.commanded = OFF
@@ -80,6 +90,8 @@ class Beat:
         self._refuse(self.supervisor.allows(set_point))
         if set_point.enable and self._interlock is not None:
             self._refuse(self._interlock.trip(self._clock.now_ns()))
+        if set_point.enable:
+            self._refuse(self._supply_trip())
         self._tap.command(set_point)
         self._pause.note(self._clock.now_ns())
         self.commanded = set_point
@@ -122,9 +134,11 @@ class Beat:
             self._interlock.push(blocks)
             if trip is None and self.commanded.enable:
                 trip = self._interlock.trip(now_ns)
-        if trip is None and self._supply is not None:
-            trip = self._supply_trip(blocks, now_ns)
-        if trip is None and now_ns - self.start_ns > self._limits.duration * 1e9:
+        if self._supply is not None:
+            self._supply.push(blocks)
+        if trip is None and self.commanded.enable:
+            trip = self._supply_trip()
+        if trip is None and now_ns > self._end_ns:
             trip = Trip("duration_limit", f"the run is longer than the limit of {self._limits.duration:g} s")
         return trip
 
@@ -134,16 +148,10 @@ class Beat:
             return Trip("host_late", f"the controller's watchdog took the drive off: {late}")
         return None
 
-    def _supply_trip(self, blocks: list[SampleBlock], now_ns: int) -> Trip | None:
-        """Hold the supply against its window while the bridge is on: what it is before, a scenario may wait for."""
-        if self._supply is None or not self.commanded.enable:
-            self._guard = None
+    def _supply_trip(self) -> Trip | None:
+        """Return why the bridge may not be on, if so: what the supply is before, a scenario may wait for."""
+        if self._supply is None or self._supply.outside is None:
             return None
-        if self._guard is None:
-            self._guard = ConditionWatch(self._supply, now_ns)
-        fired = self._guard.push(blocks)
-        if fired is None:
-            return None
-        self._tap.events.add(fired.stamp_ns, "supply", value=fired.value, condition=str(self._supply))
-        low, high = self._supply.outside or (0.0, 0.0)
-        return Trip("supply_window", f"supply at {fired.value:.2f} V, outside {low:g} to {high:g} V")
+        fired = self._supply.outside
+        self._tap.events.add(fired.stamp_ns, "supply", value=fired.value, condition=str(self._supply.condition))
+        return Trip("supply_window", str(self._supply))

@@ -22,12 +22,11 @@ class Interlock:
         self._opened = False
 
     def push(self, blocks: Iterable[SampleBlock]) -> None:
-        """Take new samples."""
-        for block in blocks:
-            if ROLE in block.columns and len(block):
-                closed = block.columns[ROLE] > CLOSED
-                self._newest_ns = int(block.stamp_ns[-1])
-                self._opened = not bool(np.all(closed))
+        """Take new samples; it has opened where one of them says so."""
+        new = [block for block in blocks if ROLE in block.columns and len(block)]
+        if new:
+            self._newest_ns = int(new[-1].stamp_ns[-1])
+            self._opened = not all(bool(np.all(block.columns[ROLE] > CLOSED)) for block in new)
 
     def trip(self, now_ns: int) -> Trip | None:
         """Return why the bridge may not be on at this time, if so."""

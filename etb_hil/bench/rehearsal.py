@@ -23,7 +23,7 @@ from etb_hil.canio.dbc.commands import CommandEncoder
 from etb_hil.controller.virtual_controller import VirtualController
 from etb_hil.scenario.condition import Until
 from etb_hil.scenario.excitations import WarmUpPhase
-from etb_hil.scenario.phases import OffPhase
+from etb_hil.scenario.phases import CurrentZeroPhase, HomePhase, OffPhase
 from etb_hil.scenario.waiting import PromptPhase, WaitPhase
 from etb_hil.session.analysis import Analysis
 from etb_hil.session.record import PhaseEnd
@@ -45,6 +45,8 @@ TEMPERATURE_MARGIN = 5.0  # K
 WARM_UP_S = 5.0  # a warm-up repeats itself: what it draws shows early
 REST_S = 1.0  # a plate that is let go rests after this time
 FALL_END = 0.25  # rad before limp-home, where it falls fastest
+RESTS = {OffPhase: "duration", CurrentZeroPhase: "duration", HomePhase: "release"}  # how long the bridge is off
+AGES = "stiction_dwell"  # the effect by which a plate that has rested for longer takes more to move
 EVERY_WAY = 3  # so many phases of which nobody knows the end are rehearsed with all their ends
 
 
@@ -110,8 +112,12 @@ def _ends(count: int) -> Iterable[tuple[bool, ...]]:
 def _rehearse(
     steps: Sequence[Step], scenario: Document[Scenario], bench: Bench, model: Model, limits: Limits
 ) -> list[bool]:
-    """Return which phases their conditions have ended."""
-    record = _dry_run(steps, bench, model, limits)
+    """Return which phases their conditions have ended; long rests are lived in full where they matter."""
+    brief = [_rested(step, model) for step in steps]
+    record = _dry_run(brief, bench, model, limits)
+    until = len(record.phases)
+    if record.reason_id == "temperature_limit" and brief[:until] != list(steps[:until]):  # it may be there to cool down
+        record = _dry_run(steps, bench, model, limits)
     if record.outcome is BenchOutcome.OK:
         return [phase.end is PhaseEnd.TRIGGERED for phase in record.phases]
     if record.outcome is BenchOutcome.ABORTED:
@@ -143,6 +149,15 @@ def _shortened(step: Step) -> Step:
     return _until(replace(step, phase=phase), until and until.model_copy(update={"otherwise": "go_on"}))
 
 
+def _rested(step: Step, model: Model) -> Step:
+    """Return the step without what is left of a rest once the plate has come to it."""
+    key = RESTS.get(type(step.phase))
+    if key is None or any(entry.id == AGES for entry in model.effects):
+        return step
+    rest = min(getattr(step.phase, key), REST_S)
+    return replace(step, phase=step.phase.model_copy(update={key: rest}))
+
+
 def _until(step: Step, until: Until | None) -> Step:
     return replace(step, phase=step.phase.model_copy(update={"until": until}))
 
@@ -160,14 +175,14 @@ def _cut(step: Step, model: Model) -> Step:
 
 
 def _dry_run(steps: Sequence[Step], bench: Bench, model: Model, limits: Limits) -> RunRecord:
-    """Run on a virtual bus with the project's own controller: the bench's limits, rates and requests."""
+    """Run on a virtual bus with the project's own controller: the bench's limits, rates, requests and law."""
     setup = load_bench(find("bench", "virtual_fd" if bench.measure.burst else "virtual_classic"))
     bus = setup.bench.bus
     stand_in = setup.bench.model_copy(
         update={"limits": with_margins(bench.limits), "command_rate": bench.command_rate, "measure": bench.measure}
     )
     network = VirtualNetwork(int(bus.bitrate), int(bus.data_bitrate), fd=bus.fd)
-    controller = VirtualController(model, setup.dialect, SEED, nominal=model)
+    controller = VirtualController(model, setup.dialect, SEED, nominal=model, law=bench.law or "pd")
     network.attach(controller, controller.sends)
     link = VirtualLink(network)
     analysis = Analysis(setup.dialect, model, limits, "dry run")

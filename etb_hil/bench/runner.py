@@ -44,8 +44,12 @@ class Runner:
         operator: Operator | None = None,
         watcher: Watcher = nobody,
         signals: StopSignals | None = None,
+        spent_ns: int = 0,
     ) -> None:
-        """Heed `signals` while the run lasts; whoever has more to do after it holds them."""
+        """Heed `signals` while the run lasts; whoever has more to do after it holds them.
+
+        `spent_ns` of the bench's longest run were spent on earlier attempts.
+        """
         self._bench = bench
         self._steps = steps
         self._analysis = analysis
@@ -63,7 +67,14 @@ class Runner:
                 still_there(now_ns)
 
         self._beat = Beat(
-            bench, tap, clock, self._throttle.gear_ratio, supply=supply, show=show, signals=signals or StopSignals()
+            bench,
+            tap,
+            clock,
+            self._throttle.gear_ratio,
+            supply=supply,
+            show=show,
+            signals=signals or StopSignals(),
+            spent_ns=spent_ns,
         )
         self._record = RunRecord(start_ns=self._beat.start_ns)
         self._phase_id = ""

@@ -14,17 +14,18 @@ from pydantic import Field
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.base.quantity import AngularVelocity, Current, Duration, Temperature, Voltage
 from etb_hil.base.yamlfile import FileModel
+from etb_hil.bench.speed_watch import SpeedWatch
 from etb_hil.recording.samples import Float64, SampleBlock
 from etb_hil.scenario.phase import Between
 from etb_hil.scenario.trajectory import SetPoint
 from etb_hil.session.answer_time import AnswerWatch
 
-SPEED_SPAN_NS = 5_000_000  # velocity is the travel over this time: long enough for an encoder's steps
 MEASURED = {"current": ("motor_current",), "encoder": ("motor_angle", "throttle_angle")}  # what a request brings
 STATUS_ROLES = frozenset({"enable", "mode", "faults", "temperature", "supply_voltage", "controller_time"})
 TIMEOUT, OVER_CURRENT = 1, 8  # fault bits of the role `faults`, as `dbc/` lists them
 ROUNDING = 1.0 + 1e-9  # a speed that is the limit may be computed a bit above it
 STATUSES = 2  # how many of them may be of before
+TEMPERATURE_AGE_NS = 10_000_000_000  # a housing takes minutes to become warm
 STATUS_AGE = 10  # a status frame may be this many times older than a sample before the run stops
 
 
@@ -34,9 +35,9 @@ class SafetyLimits(FileModel):
     current: Annotated[Current, Field(gt=0)]
     voltage: Annotated[Voltage, Field(gt=0)]
     angle: Between
-    velocity: Annotated[AngularVelocity, Field(gt=0)]
+    velocity: Annotated[AngularVelocity, Field(gt=0, description="of the plate, measured as its mean over 5 ms")]
     temperature: Temperature
-    duration: Annotated[Duration, Field(gt=0, description="of a whole run")]
+    duration: Annotated[Duration, Field(gt=0, description="of a whole run with all its attempts")]
     frame_age: Annotated[Duration, Field(gt=0, description="oldest sample on which the plate may move")] = 0.1
 
 
@@ -52,8 +53,17 @@ class Trip:
 class Supervisor:
     """Holds the newest measurements against the limits."""
 
-    def __init__(self, limits: SafetyLimits, gear_ratio: float, start_ns: int, *, reports_status: bool = True) -> None:
+    def __init__(
+        self,
+        limits: SafetyLimits,
+        gear_ratio: float,
+        start_ns: int,
+        *,
+        reports_status: bool = True,
+        reports_temperature: bool = False,
+    ) -> None:
         self._reports_status = reports_status
+        self._newest_temperature_ns = start_ns if reports_temperature else None
         self._limits = limits
         self._frame_age_ns = round(limits.frame_age * 1e9)
         self._gear_ratio = gear_ratio
@@ -62,7 +72,7 @@ class Supervisor:
         self._newest_status_ns = start_ns
         self._statuses = 0
         self._answer = AnswerWatch(self._frame_age_ns)
-        self._anchor_ns, self._anchor_angle = 0, math.nan
+        self._speed = SpeedWatch()
         self.current = np.nan
         self.angle = np.nan
         self.velocity = 0.0
@@ -111,12 +121,15 @@ class Supervisor:
 
     def look(self, blocks: Iterable[SampleBlock], *, heed_faults: bool = True) -> Trip | None:
         """Take new samples; return what was passed, if anything; fault bits that are not heeded are only noted."""
+        reported = 0
         for block in blocks:
             if not len(block):
                 continue
             if (trip := self._look_at(block)) is not None:
                 return trip
-        return _fault_trip(self.faults) if self.faults and heed_faults else None
+            if "faults" in block.columns:
+                reported |= self._look_at_faults(block.columns["faults"])
+        return _fault_trip(reported or self.faults) if (reported or self.faults) and heed_faults else None
 
     def age(self, now_ns: int) -> Trip | None:
         """Return a trip when the newest sample or status is too old to move on, or younger than the clock allows."""
@@ -126,16 +139,17 @@ class Supervisor:
                 return _age_trip(f"measured sample of {role.replace('_', ' ')}", newest - now_ns, self._frame_age_ns)
         if not -self._frame_age_ns <= now_ns - status_ns <= self._frame_age_ns * STATUS_AGE:
             return _age_trip("status frame", status_ns - now_ns, self._frame_age_ns * STATUS_AGE)
+        warm_ns = now_ns if self._newest_temperature_ns is None else self._newest_temperature_ns
+        if now_ns - warm_ns > TEMPERATURE_AGE_NS:
+            return _age_trip("temperature", warm_ns - now_ns, TEMPERATURE_AGE_NS)
         return None
 
     def _look_at(self, block: SampleBlock) -> Trip | None:
         columns = block.columns
-        due = [role for role in self._newest_ns if role in columns]
-        if due:
-            newest_ns = int(block.stamp_ns[-1])
-            for role in due:
-                self._newest_ns[role] = newest_ns
-            self._seen.update(due)
+        for role in self._newest_ns:
+            if role in columns and (newest := _newest_good(columns[role])) >= 0:
+                self._newest_ns[role] = int(block.stamp_ns[newest])
+                self._seen.add(role)
         late = self._answer.push(block)
         return (
             self._look_at_motor(block)
@@ -168,11 +182,11 @@ class Supervisor:
                 seen, least, most = (math.degrees(value) for value in (worst, low, high))
                 return Trip("angle_limit", f"plate at {seen:.2f} deg, outside {least:.2f} to {most:.2f} deg")
         if "motor_angle" in columns:
-            self.velocity = self._motor_speed(block) / self._gear_ratio
-            if abs(self.velocity) > limits.velocity:
+            newest, peak = (speed / self._gear_ratio for speed in self._speed.push(block))
+            self.velocity = newest
+            if abs(peak) > limits.velocity:
                 return Trip(
-                    "velocity_limit",
-                    f"plate at {self.velocity:.1f} rad/s, above the limit of {limits.velocity:g} rad/s",
+                    "velocity_limit", f"plate at {peak:.1f} rad/s, above the limit of {limits.velocity:g} rad/s"
                 )
         return None
 
@@ -185,26 +199,21 @@ class Supervisor:
             self.enabled = bool(columns["enable"][-1])
         if "temperature" in columns:
             self.temperature = float(columns["temperature"][-1])
+            if self._newest_temperature_ns is not None and not math.isnan(self.temperature):
+                self._newest_temperature_ns = int(block.stamp_ns[-1])
             if self.temperature > self._limits.temperature:
                 return Trip(
                     "temperature_limit",
                     f"housing at {self.temperature:.0f} degC, above the limit of {self._limits.temperature:g} degC",
                 )
-        if "faults" in columns:
-            self.faults = int(columns["faults"][-1])
         return None
 
-    def _motor_speed(self, block: SampleBlock) -> float:
-        """Return the motor's mean speed since a sample that is at least `SPEED_SPAN_NS` old."""
-        angle = float(block.columns["motor_angle"][-1])
-        since_ns = int(block.time_ns[-1]) - self._anchor_ns
-        if math.isnan(self._anchor_angle) or since_ns <= 0:
-            self._anchor_ns, self._anchor_angle = int(block.time_ns[-1]), angle
-            return 0.0
-        speed = (angle - self._anchor_angle) / (since_ns * 1e-9)
-        if since_ns >= SPEED_SPAN_NS:
-            self._anchor_ns, self._anchor_angle = int(block.time_ns[-1]), angle
-        return speed if since_ns >= SPEED_SPAN_NS else self.velocity * self._gear_ratio
+    def _look_at_faults(self, values: Float64) -> int:
+        """Note the newest fault bits, and return all that were set meanwhile; a bad sample has none."""
+        bits = values[np.isfinite(values)].astype(np.int64)
+        if len(bits):
+            self.faults = int(bits[-1])
+        return int(np.bitwise_or.reduce(bits))
 
 
 def _age_trip(name: str, ahead_ns: int, allowed_ns: int) -> Trip:
@@ -232,9 +241,18 @@ def _peak(values: Float64) -> float:
 
 @njit(cache=True, error_model="numpy")
 def _extremes(values: Float64) -> tuple[float, float]:
-    """Return the lowest and the highest value, bad samples left out; both 0 where all are bad."""
+    """Return the lowest and the highest value, bad samples left out; where all are bad, what is inside any limits."""
     low, high = np.inf, -np.inf
     for value in values:
         low = min(low, value)
         high = max(high, value)
-    return (low, high) if low <= high else (0.0, 0.0)
+    return low, high
+
+
+@njit(cache=True, error_model="numpy")
+def _newest_good(values: Float64) -> int:
+    """Return the place of the newest sample that is no bad one, -1 where all are bad."""
+    newest = len(values) - 1
+    while newest >= 0 and np.isnan(values[newest]):
+        newest -= 1
+    return newest

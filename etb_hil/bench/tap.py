@@ -56,6 +56,7 @@ class Tap:
         self.events = events
         self.reports_enable = analysis.reports("enable")
         self.reports_interlock = analysis.reports(INTERLOCK)
+        self.reports_temperature = analysis.reports("temperature")
         self.reports_status = any(analysis.reports(role) for role in STATUS_ROLES)
 
     def command(self, set_point: SetPoint) -> None:

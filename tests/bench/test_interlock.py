@@ -102,3 +102,11 @@ def test_one_open_or_bad_sample_is_enough():
         assert interlock.trip(21 * MS).reason_id == "interlock_open"
     interlock.push([block(30 * MS, 1.0)])
     assert interlock.trip(31 * MS) is None
+
+
+def test_an_interlock_that_opens_and_closes_between_two_beats_has_opened():
+    interlock = Interlock(100 * MS)
+    interlock.push([block(1 * MS, 0.0), block(2 * MS, 1.0)])
+    assert interlock.trip(3 * MS).reason_id == "interlock_open"
+    interlock.push([block(4 * MS, 1.0)])
+    assert interlock.trip(5 * MS) is None

@@ -43,7 +43,7 @@ def test_what_is_inside_all_limits_moves_on(supervisor):
     ]
     assert supervisor.look(blocks) is None
     assert supervisor.current == -7.9
-    assert supervisor.velocity == 0.0  # one block is no travel yet
+    assert supervisor.velocity == pytest.approx(0.02 / 9e-3)
     assert supervisor.enabled is True
 
 
@@ -67,6 +67,46 @@ def test_each_limit_trips(supervisor, columns, reason):
     assert trip is not None
     assert trip.reason_id == reason
     assert any(character.isdigit() for character in trip.reason)
+
+
+BAD = [math.nan, math.nan]
+
+
+@pytest.mark.parametrize(
+    ("role", "reason", "after_ms"),
+    [
+        ("motor_current", "no measured sample of motor current for 10", 100),
+        ("motor_angle", "no measured sample of motor angle for 10", 100),
+        ("throttle_angle", "no measured sample of throttle angle for 10", 100),
+        ("temperature", "no temperature for 1000", 10_000),
+    ],
+)
+def test_a_sensor_that_says_it_has_nothing_is_not_heard(role, reason, after_ms):
+    watched = Supervisor(LIMITS, GEAR, 0, reports_temperature=True)
+    watched.expect(["current", "encoder"], 0)
+    good = {
+        "motor_current": [1.0, 1.0],
+        "motor_angle": [9.0, 9.0],
+        "throttle_angle": [0.5, 0.5],
+        "temperature": [20, 20],
+    }
+    watched.look([samples(**good, enable=[1, 1])])
+    for ms in range(2, 12_000, 2):
+        assert watched.look([samples(stamp_ns=ms * 1_000_000, **(good | {role: BAD}), enable=[1, 1])]) is None
+        trip = watched.age(1_000_000 * (ms + 2))
+        if trip is not None:
+            break
+    assert trip is not None
+    assert trip.reason_id == "frames_stopped"
+    assert trip.reason.startswith(reason)
+    assert ms == pytest.approx(after_ms, abs=4)
+
+
+def test_fault_bits_that_come_and_go_between_two_beats_are_heard(supervisor):
+    trip = supervisor.look([samples(faults=[0.0, 4.0]), samples(faults=[math.nan, 0.0])])
+    assert trip is not None
+    assert (trip.reason_id, supervisor.faults) == ("controller_fault", 0)
+    assert supervisor.look([samples(faults=[0.0])]) is None
 
 
 def test_a_trip_speaks_of_degrees_as_the_files_do(supervisor):

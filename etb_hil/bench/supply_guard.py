@@ -1,0 +1,48 @@
+"""The supply's window: outside it the bridge may not be on, however short each time that it is on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from etb_hil.recording.samples import SampleBlock
+from etb_hil.scenario.condition import Condition
+from etb_hil.scenario.condition_watch import Firing
+
+ROLE = "supply_voltage"
+
+
+class SupplyGuard:
+    """Follows the supply, bridge on or off, against the condition under which it is outside.
+
+    A bad sample does not show that it is inside, and neither does a gap.
+    """
+
+    def __init__(self, condition: Condition) -> None:
+        self.condition = condition
+        self._low, self._high = condition.outside or (-float("inf"), float("inf"))
+        self._hold_ns = round(condition.for_ * 1e9)
+        self._outside_since_ns: int | None = None
+        self.outside: Firing | None = None  # since when it has been outside for as long as it may be, and how far
+
+    def push(self, blocks: Iterable[SampleBlock]) -> None:
+        """Take new samples."""
+        for block in blocks:
+            if ROLE in block.columns:
+                rows = zip(block.stamp_ns.tolist(), block.time_ns.tolist(), block.columns[ROLE].tolist(), strict=True)
+                for stamp_ns, time_ns, value in rows:
+                    self._take(stamp_ns, time_ns, value)
+
+    def __str__(self) -> str:
+        """Say what the supply is, and what it should be."""
+        value = float("nan") if self.outside is None else self.outside.value
+        now = f"supply at {value:.2f} V" if value == value else "no reading of the supply"  # noqa: PLR0124 (NaN)
+        return f"{now}, outside {self._low:g} to {self._high:g} V"
+
+    def _take(self, stamp_ns: int, time_ns: int, value: float) -> None:
+        if self._low <= value <= self._high:
+            self._outside_since_ns = self.outside = None
+            return
+        if self._outside_since_ns is None or time_ns < self._outside_since_ns:
+            self._outside_since_ns = time_ns
+        if self.outside is None and time_ns - self._outside_since_ns >= self._hold_ns:
+            self.outside = Firing(stamp_ns, value)

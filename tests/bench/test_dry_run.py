@@ -1,0 +1,102 @@
+"""The dry run: what it finds between two commands and in the bench's own law, and the rests that it does not live."""
+
+import math
+from contextlib import contextmanager
+from dataclasses import replace
+
+import pytest
+from faults_study import job_of
+
+from etb_hil.base.errors import InputError
+from etb_hil.bench.rehearsal import TEMPERATURE_MARGIN, rehearse
+from etb_hil.bench.runner import Runner
+from etb_hil.controller import machine
+from etb_hil.plant.model_file import EffectEntry
+from etb_hil.scenario.scenario_file import load_scenario
+
+
+@pytest.fixture
+def stepping(tmp_path):
+    """Return a scenario of two steps, and the stock bench with a position law and with other limits."""
+
+    def job(degrees, law="pd", **limits):
+        path = tmp_path / "steps.yaml"
+        positions = f"[40 deg, {40 + degrees} deg, 40 deg]"
+        step = f"  - {{id: steps, kind: step, positions: {positions}, hold: 300 ms}}\n"
+        path.write_text(f"schema: etb_hil/scenario/1\nname: Steps\nphases:\n{step}")
+        stock = job_of("virtual_classic", "default")
+        tight = stock.setup.bench.limits.model_copy(update=limits)
+        return load_scenario(path), stock.setup.bench.model_copy(update={"limits": tight, "law": law}), stock
+
+    return job
+
+
+def test_the_dry_run_sees_how_fast_the_plate_is_between_two_commands(stepping):
+    """Over 10 ms, from command to command, it moves at 4.5 rad/s at most, over 5 ms at 6.6."""
+    for velocity, fits in ((5.5, False), (8.0, True)):
+        scenario, bench, stock = stepping(2, velocity=velocity)
+        if fits:
+            rehearse(scenario, bench, stock.model, stock.limits)
+        else:
+            with pytest.raises(InputError, match=r"steps\.yaml:4: .*dry run .*plate at .* rad/s"):
+                rehearse(scenario, bench, stock.model, stock.limits)
+
+
+def test_the_dry_run_has_the_benchs_own_position_law(stepping):
+    """PID overshoots to 55.15 deg, PD to 54.80."""
+    angles = (math.radians(-2.0), math.radians(55.15))
+    scenario, bench, stock = stepping(15, "pd", angle=angles)
+    rehearse(scenario, bench, stock.model, stock.limits)
+    scenario, bench, stock = stepping(15, "pid", angle=angles)
+    with pytest.raises(InputError, match=r"steps\.yaml:4: .*dry run .*plate at 55"):
+        rehearse(scenario, bench, stock.model, stock.limits)
+
+
+HOT = "  - {{id: hot{}, kind: hold, position: 90 deg, duration: 3 s}}\n"  # pressed on the stop: 4 K
+REST = "  - {id: rest, kind: off, duration: 30 s}\n"  # 1.6 K of them
+
+
+@pytest.mark.parametrize(("allowed", "fits", "longest"), [(120.0, True, 10.0), (27.2, True, 40.0), (21.0, False, 3.0)])
+def test_a_long_rest_is_cut_unless_it_is_there_to_cool_down(tmp_path, monkeypatch, allowed, fits, longest):
+    monkeypatch.setattr(machine, "HEATING_TIME_S", 60.0)
+    job = job_of("virtual_classic", "default")
+    path = tmp_path / "rest.yaml"
+    path.write_text("schema: etb_hil/scenario/1\nname: Rest\nphases:\n" + HOT.format(1) + REST + HOT.format(2))
+    limits = job.setup.bench.limits.model_copy(
+        update={"angle": (-0.2, 2.0), "duration": 60.0, "temperature": allowed + TEMPERATURE_MARGIN}
+    )
+    tight = job.setup.bench.model_copy(update={"limits": limits})
+    with lived(monkeypatch) as seconds:
+        if fits:
+            rehearse(load_scenario(path), tight, job.model, job.limits)
+        else:
+            with pytest.raises(InputError, match=r"rest\.yaml:4: .*dry run .*housing"):
+                rehearse(load_scenario(path), tight, job.model, job.limits)
+    assert 0.6 * longest < max(seconds) < longest
+
+
+def test_a_long_rest_is_lived_by_a_model_whose_friction_grows_in_it(tmp_path, monkeypatch):
+    job = job_of("virtual_classic", "default")
+    aging = replace(job.model, effects=(EffectEntry(id="stiction_dwell", strengths={"per_decade": 0.1}),))
+    path = tmp_path / "rest.yaml"
+    path.write_text("schema: etb_hil/scenario/1\nname: Rest\nphases:\n" + REST.replace("30 s", "9 s"))
+    for model, longest in ((job.model, 2.0), (aging, 10.0)):
+        with lived(monkeypatch) as seconds:
+            rehearse(load_scenario(path), job.setup.bench, model, job.limits)
+        assert longest - 1.5 < max(seconds) < longest
+
+
+@contextmanager
+def lived(monkeypatch):
+    """Keep how many seconds each run lived."""
+    seconds = []
+    run = Runner.run
+
+    def timed(runner):
+        record = run(runner)
+        seconds.append((record.end_ns - record.start_ns) * 1e-9)
+        return record
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Runner, "run", timed)
+        yield seconds

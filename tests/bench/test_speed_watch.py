@@ -1,0 +1,55 @@
+"""How fast the plate moves: every sample is looked at, and the cuts of the stream change nothing."""
+
+import math
+
+import numpy as np
+import pytest
+from faults_study import job_of
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from etb_hil.bench.speed_watch import SpeedWatch
+from etb_hil.bench.supervision import Supervisor
+from etb_hil.recording.samples import SampleBlock
+
+
+def encoder(time_ns, angle):
+    time_ns = np.asarray(time_ns, np.int64)
+    return SampleBlock("s", time_ns, time_ns, {"motor_angle": angle}, np.zeros(len(time_ns), np.int64))
+
+
+@settings(max_examples=100)
+@given(st.data())
+def test_speed_is_that_of_every_sample_however_the_stream_is_cut(data):
+    count = data.draw(st.integers(1, 60))
+    gaps = data.draw(st.lists(st.integers(-9, 4), min_size=count, max_size=count))
+    time_ns = np.cumsum([1_000_000 * (gap if gap > 0 or gap == -9 else 1) for gap in gaps])
+    angle = np.array(data.draw(st.lists(st.floats(-9, 9) | st.just(math.nan), min_size=count, max_size=count)))
+    cuts = sorted(data.draw(st.lists(st.integers(0, count), max_size=8)))
+    watch, whole = SpeedWatch(), SpeedWatch()
+    parts = zip([0, *cuts], [*cuts, count], strict=True)
+    seen = [watch.push(encoder(time_ns[a:b], angle[a:b])) for a, b in parts]
+    newest, peak = whole.push(encoder(time_ns, angle))
+    assert seen[-1][0] == newest
+    assert max(abs(part) for _, part in seen) == abs(peak)
+    assert abs(peak) == pytest.approx(max(_speeds(time_ns, angle), default=0.0))
+
+
+def _speeds(time_ns, angle):
+    """Yield the speed of each sample that another is 5 ms older than, since the clock was last set back."""
+    rows = [row for row in zip(time_ns.tolist(), angle.tolist(), strict=True) if not math.isnan(row[1])]
+    for at, (now, here) in enumerate(rows):
+        back = max((k for k in range(1, at + 1) if rows[k][0] < rows[k - 1][0]), default=0)
+        older = [row for row in rows[back:at] if now - row[0] >= 5_000_000]
+        if older:
+            yield abs(here - older[-1][1]) / ((now - older[-1][0]) * 1e-9)
+
+
+def test_a_spike_of_speed_inside_a_beat_stops_the_run():
+    limits = job_of("virtual_classic", "default").setup.bench.limits
+    time_ns = np.arange(20) * 1_000_000
+    calm = np.zeros(20)
+    jump = np.where((time_ns > 5_000_000) & (time_ns < 12_000_000), 18.0 * limits.velocity * 6e-3, 0.0)
+    for angle, trips in ((calm, False), (jump, True)):
+        trip = Supervisor(limits, 18.0, 0).look([encoder(time_ns, angle)])
+        assert (trip is not None and trip.reason_id == "velocity_limit") == trips
