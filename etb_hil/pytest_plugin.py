@@ -103,7 +103,7 @@ class EtbBench:
         job = prepare(self._files(settings))
         finished = execute(job, self._sessions, str(settings["serial"]), int(settings["seed"]))
         results = Results.from_dict(finished.results)
-        self._node.add_report_section("call", "etb-hil", verdict_text(results))
+        self._node.add_report_section("call", "etb-hil", "\n".join([verdict_text(results), *finished.warnings]))
         if results.bench.outcome is BenchOutcome.ABORTED:
             raise KeyboardInterrupt(results.bench.reason)
         if results.bench.outcome is BenchOutcome.FAULT:

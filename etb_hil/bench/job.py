@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from etb_hil.base.clock import Clock, WallClock
 from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.outcome import BenchOutcome
 from etb_hil.base.steady import steady
 from etb_hil.base.stock import find
 from etb_hil.base.yamlfile import Document
@@ -120,7 +121,8 @@ def execute(
     """Run the scenario and judge the unit, again where the scenario wants it; return the attempt that counts.
 
     The session lies in a new folder under `folder`. Raises BenchFault where somebody else sends its commands.
-    From the moment at which the run begins `signals` are held; whoever gives them lets them go.
+    From the moment at which the run begins `signals` are held; whoever gives them lets them go. For who gives none, an
+    order that comes once the run is over is a KeyboardInterrupt, as soon as its results are written.
     """
     inputs = {
         "scenario": job.files.scenario,
@@ -137,18 +139,25 @@ def execute(
         if not job.is_virtual:
             held.enter_context(bench_lock(job.setup))
             held.enter_context(steady())
+        heard = StopSignals() if signals is None else signals
         if signals is None:
-            signals = StopSignals()
-            held.callback(signals.let_go)
+            held.callback(heard.let_go)
         noise = seed if job.is_virtual else None
         session = create(folder, job.scenario.content.name, serial, inputs, model=job.model.name, seed=noise)
-        attempt = 1
+        attempt, spent_ns = 1, 0
+        warnings: list[str] = []
         while True:
-            finished = _attempt(job, session, seed, attempt, watcher, operator, signals)
+            finished = _attempt(job, session, seed, attempt, spent_ns, watcher, operator, heard)
+            spent_ns += finished.record.end_ns - finished.record.start_ns
+            warnings += finished.warnings
             if not is_tried_again(job.scenario.content.retry, finished.results, attempt):
-                return _counted(finished)
+                break
             set_aside(session, attempt)
             attempt += 1
+        finished = replace(_counted(finished), warnings=tuple(warnings))
+    if signals is None and finished.record.outcome is not BenchOutcome.ABORTED:
+        heard.raise_if_late()
+    return finished
 
 
 def _counted(finished: Finished) -> Finished:
@@ -165,6 +174,7 @@ def _attempt(
     session: Session,
     seed: int,
     attempt: int,
+    spent_ns: int,
     watcher: Watcher,
     operator: Operator | None,
     signals: StopSignals,
@@ -194,12 +204,13 @@ def _attempt(
             operator=operator,
             watcher=watcher,
             signals=signals,
+            spent_ns=spent_ns,
         ).run()
         found = analysis.finish(complete=record.is_complete)
         results = results_of(session, job.setup.bench, job.limits, record, analysis, found)
         session.write_results(results)
         store.finish(results)
-    return Finished(session, results, record, analysis, found)
+    return Finished(session, results, record, analysis, found, (store.warning,) if store.warning else ())
 
 
 def connect(job: Job, seed: int) -> tuple[Link, Clock]:

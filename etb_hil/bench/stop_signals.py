@@ -91,6 +91,11 @@ class StopSignals:
         """What asked for it, in words: the run screen's keys send the same signals."""
         return None if self.received is None else _CAUSES.get(self.received, self.received)
 
+    def raise_if_late(self) -> None:
+        """Raise KeyboardInterrupt where an abort or a halt was ordered that the run, being over, could not heed."""
+        if self.verb in {Verb.ABORT, Verb.HALT}:
+            raise KeyboardInterrupt(f"{self.cause} came once the run was over; its results stand")
+
     @contextlib.contextmanager
     def leaving(self) -> Iterator[None]:
         """While entered, a further Ctrl-C raises KeyboardInterrupt where there were enough of them."""

@@ -42,6 +42,8 @@ def show_finished(finished: Finished, signals: StopSignals, screen: TextIO | Non
         say(f"the report could not be written: {error}", sys.stderr)
     except KeyboardInterrupt:
         say("the report was not written: Ctrl-C", sys.stderr)
+    for warning in finished.warnings:
+        say(warning, sys.stderr)
     say(verdict_text(finished.results, page, rows=_rows(screen or sys.stdout), next_step=next_step), screen)
 
 

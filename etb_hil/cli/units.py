@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TextIO
 from etb_hil.base.errors import BenchFault
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.bench.job import prepare
-from etb_hil.bench.stop_signals import StopSignals, Verb
+from etb_hil.bench.stop_signals import StopSignals
 from etb_hil.cli.batch import checked_serial
 from etb_hil.cli.compiling import announced
 from etb_hil.cli.files import job_files
@@ -74,8 +74,8 @@ class Units:
             judged = self._judged(screen, serial, before, words, signals)
         finally:
             signals.let_go()
-        if signals.verb in {Verb.ABORT, Verb.HALT} and judged.results["bench"]["outcome"] == BenchOutcome.OK:
-            raise KeyboardInterrupt(f"{signals.cause} came once the run was over; its results stand")
+        if judged.results["bench"]["outcome"] == BenchOutcome.OK:
+            signals.raise_if_late()
         return judged
 
     def _judged(self, screen: RunScreen, serial: str, before: str, words: TextIO, signals: StopSignals) -> Judged:

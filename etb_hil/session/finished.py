@@ -15,13 +15,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Finished:
-    """The session, the contents of its `results.json`, and what they were made from."""
+    """The session, the contents of its `results.json`, and what they were made from.
+
+    `warnings`: what could not be done with them, a sentence each.
+    """
 
     session: Session
     results: dict[str, Any]
     record: RunRecord
     analysis: Analysis
     found: DiagnosisResult
+    warnings: tuple[str, ...] = ()
 
     @property
     def series(self) -> dict[str, Float64]:

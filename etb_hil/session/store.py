@@ -18,7 +18,7 @@ from threading import Thread
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
-from etb_hil.base.errors import InputError, Place, Problem, RecordingFault
+from etb_hil.base.errors import InputError, Place, Problem
 
 if TYPE_CHECKING:
     from etb_hil.diagnosis.limits import Limits
@@ -104,10 +104,12 @@ class RunInStore:
         self._queue.put(None)
         self._thread.join()
         self._connection.close()
-        if self._failure is not None and error is None:
-            raise RecordingFault(
-                f"{self._path}: the store of results cannot be written: {self._failure}; the session holds everything"
-            )
+
+    @property
+    def warning(self) -> str:
+        """What the store lacks of the run, once it was left; empty where it has all of it."""
+        lacks = f"{self._path}: the store of results could not be written and lacks this run: {self._failure}"
+        return f"{lacks}; the session holds everything" if self._failure is not None else ""
 
     def watching(self, events: EventSink, analysis: Analysis) -> EventSink:
         """Return a sink that passes events on, and puts each finished phase into the store."""
@@ -123,12 +125,24 @@ class RunInStore:
         self._queue.put(lambda c: _write_results(c, self._run_id, results))
 
     def _work(self) -> None:
+        """Write as it comes; once the store refuses, all that is left is written at the end, or not at all."""
+        left: list[_Write] = []
         while (write := self._queue.get()) is not None:
+            left.append(write)
             if self._failure is None:
-                try:
-                    write(self._connection)
-                except sqlite3.Error as error:
-                    self._failure = error
+                self._write(left)
+        self._write(left)
+
+    def _write(self, left: list[_Write]) -> None:
+        self._failure = None
+        try:
+            while left:
+                left[0](self._connection)
+                del left[0]
+        except sqlite3.Error as error:
+            self._failure = error
+            if self._connection.in_transaction:
+                self._connection.rollback()
 
 
 class _PhaseWatch:

@@ -6,16 +6,26 @@ import signal
 import sqlite3
 import subprocess
 import sys
+from dataclasses import replace
 
 import pytest
+from whole_run import files
 
+from etb_hil.bench.job import execute, prepare
 from etb_hil.bench.stop_signals import StopSignals
+from etb_hil.session.analysis import Analysis
 
 SCENARIO = """schema: etb_hil/scenario/1
 name: Short
 phases:
   - {id: zero, kind: current_zero, duration: 0.3 s}
   - {id: off, kind: off, duration: 0.3 s}
+"""
+SUPPLIED = """schema: etb_hil/scenario/1
+name: Supplied
+supply: [{}]
+phases:
+  - {{id: held, kind: hold, position: 12 deg, duration: 0.2 s}}
 """
 # argv: the signals during the run, those while the unit is judged, those while the report is written, the command
 STRUCK = """
@@ -97,6 +107,28 @@ def test_who_presses_ctrl_c_again_and_again_need_not_wait_for_the_report(struck)
     assert "the report was not written: Ctrl-C" in done.stderr
     assert "ABORTED" in done.stdout
     assert not (session / "report.html").exists()
+
+
+@pytest.mark.parametrize(("supply", "outcome"), [("10 V, 18 V", "ok"), ("1 V, 2 V", "fault")])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGQUIT])
+def test_a_caller_without_signals_hears_what_came_while_the_unit_was_judged(
+    tmp_path, monkeypatch, supply, outcome, number
+):
+    (tmp_path / "short.yaml").write_text(SUPPLIED.format(supply))
+    job = prepare(replace(files(), scenario=tmp_path / "short.yaml"))
+    judge = Analysis.finish
+
+    def struck(*arguments, **options):
+        os.kill(os.getpid(), number)
+        return judge(*arguments, **options)
+
+    monkeypatch.setattr(Analysis, "finish", struck)
+    before = signal.getsignal(number)
+    with pytest.raises(KeyboardInterrupt, match="came once the run was over; its results stand"):
+        execute(job, tmp_path, "", 1)
+    assert signal.getsignal(number) is before
+    (results,) = tmp_path.glob("*/results.json")
+    assert json.loads(results.read_text())["bench"]["outcome"] == outcome
 
 
 def test_only_the_last_exit_puts_the_handlers_back():

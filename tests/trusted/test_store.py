@@ -1,6 +1,7 @@
 """The store of results: phases as they finish, several writers at once, and what is no store."""
 
 import json
+import re
 import sqlite3
 import subprocess
 import sys
@@ -8,13 +9,22 @@ import sys
 import pytest
 from faults_study import job_of
 
-from etb_hil.base.errors import InputError, RecordingFault
+from etb_hil.base.errors import InputError
 from etb_hil.base.stock import find
 from etb_hil.bench.job import execute
+from etb_hil.cli.main import main
 from etb_hil.diagnosis.limits import load_limits
+from etb_hil.session import store as store_room
 from etb_hil.session.session import create
 from etb_hil.session.store import STORE, RunInStore, open_store
 
+SHORT = """schema: etb_hil/scenario/1
+name: Short
+retry: {attempts: 2, after: [inconclusive]}
+phases:
+  - {id: zero, kind: current_zero, duration: 0.3 s}
+  - {id: off, kind: off, duration: 0.3 s}
+"""
 WRITER = """
 import sys
 from pathlib import Path
@@ -98,10 +108,54 @@ def test_a_store_of_another_version_is_left_alone(tmp_path):
         open_store(tmp_path / STORE)
 
 
-def test_a_store_that_cannot_be_written_is_a_bench_fault(tmp_path, session, limits):
-    run = RunInStore(tmp_path / STORE, session, "bench", "scenario", limits)
-    run.__enter__()
-    for _ in range(2):
-        run.phase(0, "home", "home", 5, 9, {})  # the second one has the same number again
-    with pytest.raises(RecordingFault, match="the session holds everything"):
-        run.__exit__(None, None, None)
+def test_a_store_that_cannot_be_written_is_named(tmp_path, session, limits):
+    with RunInStore(tmp_path / STORE, session, "bench", "scenario", limits) as run:
+        for _ in range(2):
+            run.phase(0, "home", "home", 5, 9, {})  # the second one has the same number again
+    assert re.search(r"results\.db: .* lacks this run: UNIQUE .*the session holds everything", run.warning)
+
+
+@pytest.fixture
+def locked(monkeypatch):
+    """Return how to lock a store: until the writer has given up for the first time, or for good."""
+    monkeypatch.setattr(store_room, "PATIENCE_S", 0.2)
+    others = []
+
+    def lock(path, tries):
+        open_store(path).close()
+        other = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
+        others.append(other)
+        other.execute("BEGIN IMMEDIATE")
+        write = RunInStore._write
+
+        def counted(run, left):
+            nonlocal tries
+            write(run, left)
+            tries -= run._failure is not None
+            if tries == 0 and other.in_transaction:
+                other.rollback()
+
+        monkeypatch.setattr(RunInStore, "_write", counted)
+
+    yield lock
+    for other in others:
+        other.close()
+
+
+@pytest.mark.parametrize(("tries", "lacks"), [(1, False), (99, True)])
+def test_a_store_that_others_keep_locked_costs_no_verdict(tmp_path, monkeypatch, capsys, locked, tries, lacks):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "sessions").mkdir()
+    locked(tmp_path / "sessions" / STORE, tries)
+    (tmp_path / "short.yaml").write_text(SHORT)
+    code = main(["run", "short.yaml", "--yes"])
+    (results,) = (json.loads(path.read_text()) for path in tmp_path.glob("sessions/*/results.json"))
+    assert code == results["exit_code"] == 4  # too short for a verdict, tried twice
+    assert len(results["attempts"]) == 1
+    assert list(tmp_path.glob("sessions/*/report.html"))
+    said = capsys.readouterr()
+    assert "INCONCLUSIVE" in said.out
+    assert ("lacks this run: database is locked; the session holds everything" in said.err) == lacks
+    ended = rows(tmp_path / "sessions", "SELECT ended FROM runs")
+    assert ended == ([] if lacks else [(1,), (1,)])
+    assert len(rows(tmp_path / "sessions", "SELECT 1 FROM phases")) == (0 if lacks else 4)
