@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     from etb_hil.recording.samples import Float64, Int64
 
 AMBIENT_C = 20.0  # where models state their values
+SLOWEST_HZ, FASTEST_HZ = 1.0, 20e3  # the controller's machine lives in ticks of 50 us
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -53,6 +55,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _scenario(options: argparse.Namespace, unit: Model) -> tuple[Int64, dict[str, Float64]]:
+    from etb_hil.base.errors import InputError, Problem
     from etb_hil.base.stock import find
     from etb_hil.bench.simulation import Simulation
     from etb_hil.plant.parameters import load_model
@@ -60,11 +63,16 @@ def _scenario(options: argparse.Namespace, unit: Model) -> tuple[Int64, dict[str
 
     scenario = load_scenario(find("scenario", options.scenario or "friction_check")).content
     rate = quantity_option("--rate", options.rate, "frequency")
+    if not SLOWEST_HZ <= rate <= FASTEST_HZ:
+        allowed = f"{SLOWEST_HZ:g} Hz to {FASTEST_HZ / 1e3:g} kHz"
+        raise InputError(Problem("--rate: no rate of samples", value=options.rate, allowed=allowed))
     nominal = load_model(find("model", options.model))
-    return Simulation(unit, nominal, law=options.law, seed=options.seed, rate=rate).run(scenario.steps)
+    guard = scenario.supply_guard
+    return Simulation(unit, nominal, law=options.law, seed=options.seed, rate=rate, supply=guard).run(scenario.steps)
 
 
 def _voltage(options: argparse.Namespace, unit: Model) -> tuple[Int64, dict[str, Float64]]:
+    from etb_hil.base.errors import InputError, Problem
     from etb_hil.plant.voltage_run import run_voltage
     from etb_hil.recording.tables import read_table
 
@@ -75,6 +83,10 @@ def _voltage(options: argparse.Namespace, unit: Model) -> tuple[Int64, dict[str,
         start = quantity_option("--start-angle", options.start_angle, "angle")
     elif "throttle_angle" in recording.roles:
         start = float(recording.series("throttle_angle").values[0])
+        if math.isnan(start):
+            raise InputError(
+                Problem(f"{options.voltage}: the first throttle_angle is missing", remedy="give --start-angle")
+            )
     found = run_voltage(unit, voltage.time_ns, voltage.values, start, AMBIENT_C)
     gear = unit.values.gear_ratio
     return voltage.time_ns, {

@@ -15,6 +15,7 @@ from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import PARAMETERS, Vector
 
 Float64 = NDArray[np.float64]
+PRESSED = 0.1  # rad, no stop gives way farther
 LONGEST_S = 3600.0  # a day at 20 kHz would not fit into a table anyhow
 
 
@@ -33,8 +34,12 @@ def run_voltage(
     """Run a model from rest at an angle in rad, in a housing at a temperature in degC.
 
     `time_ns` int64 (n) rises strictly; `voltage` (n) in V holds from its instant to the next one, to a tick of 50 us.
-    Raises InputError where a voltage is missing or the run is longer than an hour.
+    Raises InputError where a voltage is missing, the angle lies beyond a stop, or the run is longer than an hour.
     """
+    low, high = model.values.stop_low, model.values.stop_high
+    if not low - PRESSED <= start_angle <= high + PRESSED:
+        inside, shown = f"{np.degrees(low):.4g} to {np.degrees(high):.4g} deg", f"{np.degrees(start_angle):.4g} deg"
+        raise InputError(Problem("the start angle lies beyond the model's stops", value=shown, allowed=inside))
     if not np.isfinite(voltage).all():
         at = float((time_ns[np.argmin(np.isfinite(voltage))] - time_ns[0]) * 1e-9)
         raise InputError(

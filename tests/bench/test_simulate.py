@@ -4,12 +4,22 @@ import numpy as np
 import pytest
 
 from etb_hil.base.stock import find
+from etb_hil.bench import simulation
 from etb_hil.cli.main import main
 from etb_hil.plant.integrator import CURRENT, THETA, advance_record, new_state
 from etb_hil.plant.parameters import load_model
 from etb_hil.recording.tables import read_table
 
 MODEL = load_model(find("model", "default"))
+
+
+SUPPLIED = """schema: etb_hil/scenario/1
+name: Supplied
+supply: [{}]
+phases:
+  - {{id: zero, kind: current_zero, duration: 0.3 s}}
+  - {{id: held, kind: hold, position: 12 deg, duration: 0.2 s}}
+"""
 
 
 def simulated(tmp_path, *words, name="out.csv"):
@@ -72,12 +82,37 @@ def test_parquet_holds_the_same(tmp_path):
         (("friction_check", "--voltage", "v.csv"), "give one of them"),
         (("--law", "magic"), "pd, pid, sliding-mode"),
         (("--rate", "1"), "--rate"),
+        (("--rate", "0 Hz"), "--rate: no rate of samples (it is '0 Hz'); allowed: 1 Hz to 20 kHz"),
+        (("--rate", "1 kHz", "supply.yaml"), "a bench would stop in 'held': supply at 13.5"),
+        (("long.yaml",), "takes too long; allowed: up to 3600 s at this rate"),
+        (("long.yaml", "--rate", "20 kHz"), "takes too long; allowed: up to 1000 s at this rate"),
         (("--voltage", "gap.csv"), "value missing"),
+        (("--voltage", "angle.csv"), "angle.csv: the first throttle_angle is missing; give --start-angle"),
+        (("--voltage", "angle.csv", "--start-angle", "100 deg"), "beyond the model's stops"),
         (("--out", "/no/such/folder/x.csv", "paper_step"), "cannot be written"),
     ],
 )
 def test_bad_input_is_named(tmp_path, monkeypatch, capsys, words, told):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "gap.csv").write_text("time_s,motor_voltage_V\n0,1\n0.001,\n0.002,1\n")
+    (tmp_path / "angle.csv").write_text("time_s,motor_voltage_V,throttle_angle_deg\n0,1,nan\n0.001,1,8\n0.002,1,8\n")
+    (tmp_path / "supply.yaml").write_text(SUPPLIED.format("20 V, 30 V"))
+    (tmp_path / "long.yaml").write_text(SUPPLIED.format("10 V, 18 V").replace("0.2 s", "1000 h"))
     assert main(["simulate", *words]) == 2
     assert told in capsys.readouterr().err
+    assert not (tmp_path / "simulation.csv").exists()
+
+
+def test_a_simulation_that_waits_for_too_long_ends(tmp_path, monkeypatch):
+    monkeypatch.setattr(simulation, "LONGEST_S", 2.0)
+    scenario = tmp_path / "s.yaml"
+    waits = "- {id: w, kind: wait, timeout: 9 h, until: {role: throttle_angle, above: 80 deg}}\n"
+    scenario.write_text(f"schema: etb_hil/scenario/1\nname: s\nphases:\n{waits}")
+    assert main(["simulate", str(scenario), "--out", str(tmp_path / "never.csv")]) == 2
+
+
+def test_a_supply_inside_the_scenarios_window_ends_nothing(tmp_path):
+    scenario = tmp_path / "supply.yaml"
+    scenario.write_text(SUPPLIED.format("10 V, 18 V"))
+    times = read_table(simulated(tmp_path, str(scenario))).series("motor_current").time_ns
+    assert times[-1] * 1e-9 > 0.5
