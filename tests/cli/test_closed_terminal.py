@@ -13,7 +13,11 @@ SCENARIO = """schema: etb_hil/scenario/1
 name: held
 phases:
   - {id: zero, kind: current_zero, duration: 0.3 s}
-  - {id: held, kind: hold, position: 30 deg, duration: 450 s}
+  - id: held # a wait is rehearsed in a second
+    kind: wait
+    drive: hold
+    timeout: 450 s
+    until: {role: temperature, above: 100 degC, otherwise: go_on}
 """
 
 
@@ -27,6 +31,36 @@ def test_a_closed_terminal_costs_neither_results_nor_report(tmp_path):
     assert (results["bench"]["safe_state"], results["bench"]["reason"]) == (True, "stopped by SIGHUP")
     assert (session / "report.html").is_file()
     assert json.loads((tmp_path / "out.json").read_text()) == results
+
+
+def test_a_terminal_closed_amid_a_queue_ends_it_with_what_was_known(tmp_path):
+    (tmp_path / "held.yaml").write_text(SCENARIO)
+    terminal = Terminal(tmp_path, *ETB_HIL, "run", "held.yaml", "--batch", "--json", "out.json")
+    terminal.until("'q' ends):")
+    terminal.press("SN-1\n")
+    terminal.until("phase  held")
+    terminal.press("s")
+    terminal.until("('r' repeats SN-1, 'q' ends):")
+    terminal.press("SN-2\n")
+    terminal.until("phase  held")
+    assert terminal.close() == 5
+    sessions = [path.parent for path in tmp_path.glob("sessions/*/session.json")]
+    results = {read["unit"]["serial"]: read["bench"] for read in map(_results, sessions)}
+    reasons = {serial: (bench["safe_state"], bench["reason"]) for serial, bench in results.items()}
+    assert reasons == {"SN-1": (True, "stopped by key s or r, SIGUSR1"), "SN-2": (True, "stopped by SIGHUP")}
+    assert all((session / "report.html").is_file() for session in sessions)
+
+
+def test_a_terminal_closed_before_a_queue_begins_leaves_nothing_behind(tmp_path):
+    (tmp_path / "held.yaml").write_text(SCENARIO)
+    terminal = Terminal(tmp_path, *ETB_HIL, "run", "held.yaml", "--batch")
+    terminal.until("'q' ends):")
+    assert terminal.close() != 0
+    assert not (tmp_path / "sessions").exists()
+
+
+def _results(session):
+    return json.loads((session / "results.json").read_text())
 
 
 @pytest.fixture

@@ -28,7 +28,11 @@ name: held
 phases:
   - {id: zero, kind: current_zero, duration: 0.3 s}
   - {id: clamped, kind: prompt, text: "Is the unit clamped?", answers: [yes, no], timeout: 100 s}
-  - {id: held, kind: hold, position: 30 deg, duration: 450 s}
+  - id: held # a wait is rehearsed in a second
+    kind: wait
+    drive: hold
+    timeout: 450 s
+    until: {role: temperature, above: 100 degC, otherwise: go_on}
 """
 CONFIG = """ListenAddress 127.0.0.1
 Port {port}

@@ -15,7 +15,11 @@ phases:
     answers: [yes, no]
     timeout: 100 s
   - {id: zero, kind: current_zero, duration: 0.3 s}
-  - {id: held, kind: hold, position: 30 deg, duration: 450 s}
+  - id: held # a wait is rehearsed in a second
+    kind: wait
+    drive: hold
+    timeout: 450 s
+    until: {role: temperature, above: 100 degC, otherwise: go_on}
 """
 STATION = Path(__file__).resolve().parents[2] / "docs" / "examples" / "line.station.yaml"
 COLOURS = [b"\x1b[3%dm" % colour for colour in range(8)] + [b"\x1b[1;3%dm" % colour for colour in range(8)]
