@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from etb_hil.base.errors import InputError
 from etb_hil.base.quantity import Frequency, Ratio
 from etb_hil.base.stock import find
 from etb_hil.base.yamlfile import Document, FileModel, load
@@ -69,7 +70,7 @@ def load_bench(path: Path, dbc: Path | None = None) -> BenchSetup:
     """Read a bench file and its DBC (or the one given instead); InputError lists every problem with its place."""
     document = load(path, Bench)
     bench = document.content
-    dbc = dbc or find("dbc", bench.dbc, beside=path)
+    dbc = dbc or _dbc_of(document, path)
     dialect = Dialect.load(
         dbc,
         bench.roles,
@@ -78,3 +79,11 @@ def load_bench(path: Path, dbc: Path | None = None) -> BenchSetup:
         place=document.place,
     )
     return BenchSetup(document, dbc, dialect)
+
+
+def _dbc_of(document: Document[Bench], path: Path) -> Path:
+    try:
+        return find("dbc", document.content.dbc, beside=path)
+    except InputError as error:
+        place = document.place("dbc")
+        raise InputError(*(replace(problem, place=place) for problem in error.problems)) from None

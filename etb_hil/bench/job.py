@@ -148,9 +148,11 @@ def execute(
         warnings: list[str] = []
         while True:
             finished = _attempt(job, session, seed, attempt, spent_ns, watcher, operator, heard)
-            spent_ns += finished.record.end_ns - finished.record.start_ns
+            lasted_ns = finished.record.end_ns - finished.record.start_ns
+            spent_ns += lasted_ns
             warnings += finished.warnings
-            if not is_tried_again(job.scenario.content.retry, finished.results, attempt):
+            has_room = (spent_ns + lasted_ns) * 1e-9 <= job.setup.bench.limits.duration
+            if not (has_room and is_tried_again(job.scenario.content.retry, finished.results, attempt)):
                 break
             set_aside(session, attempt)
             attempt += 1

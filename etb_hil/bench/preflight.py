@@ -39,8 +39,6 @@ def check_scenario(scenario: Document[Scenario], setup: BenchSetup, throttle: Th
     problems = list(missing_roles(dialect, roles)) or list(says_too_little(dialect, roles))
     is_told = not problems
     total = 0.0
-    attempts = 1 if scenario.content.retry is None else scenario.content.retry.attempts
-    longest = bench.limits.duration / attempts
     start = throttle.limp_home
     looked_at: set[tuple[object, ...]] = set()  # a repeated phase has the same problems each time
     steps = iter(scenario.content.steps)
@@ -55,27 +53,22 @@ def check_scenario(scenario: Document[Scenario], setup: BenchSetup, throttle: Th
                 *_never_fires(phase, trajectory, where),
                 *_moves_unseen(phase, trajectory, where),
             ]
-            if not found and total <= longest:
+            if not found and total <= bench.limits.duration:
                 points = _points(trajectory)
                 found = [*_strays(points, bench.limits, where)]
                 found += unsendable(points, dialect, where()) if is_told and not found else ()
             problems += [problem for problem in found if problem not in problems]
-        if total > longest:
+        if total > bench.limits.duration:
             break
         last = trajectory.at(trajectory.duration)
         start = last.position if last.enable else throttle.limp_home
-    if total > longest:
+    if total > bench.limits.duration:
         rest = {later.key: later.phase for later in steps}  # no set-points of these: there may be very many
         for key, phase in rest.items():
             found = [*_wrong_by_itself(phase, bench.limits, dialect, _Where(scenario, key))]
             problems += [problem for problem in found if problem not in problems]
         taken = f"{total:.1f} s" + (f" up to the end of '{step.id}', and more follows" if rest else "")
-        its = (
-            "the bench's limit"
-            if attempts == 1
-            else f"the bench's limit of {bench.limits.duration:g} s for all attempts"
-        )
-        allowed = f"up to {longest:g} s ({its})"
+        allowed = f"up to {bench.limits.duration:g} s (the bench's limit)"
         problems.append(Problem("the scenario takes too long", scenario.place("phases"), taken, allowed, "shorten it"))
     if scenario.content.supply is not None and not dialect.has("supply_voltage"):
         problems.append(_no_such_signal("supply_voltage", scenario.place("supply")))

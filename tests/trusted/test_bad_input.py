@@ -88,6 +88,7 @@ def ends_well(read, path):
     [
         ("angle: [-2 deg, 87 deg]", "angle: [87 deg, -2 deg]", r"bench.yaml:9: limits.angle: the first angle must lie"),
         ("etb_virtual, channel: bench", "scketcan, channel: can0", r"yaml:3: bus.interface: no such .*'socketcan'"),
+        ("dbc: etb_controller", "dbc: etb_contro", r"bench.yaml:4: dbc: no dbc file 'etb_contro'; allowed: a path"),
         ("1 Mbit/s", "100 kbit/s", r"bench.yaml:3: bus: the bus cannot carry this"),
     ],
 )

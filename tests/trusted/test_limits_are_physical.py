@@ -225,20 +225,47 @@ def test_the_dry_run_keeps_margins(tmp_path):
                 rehearse(scenario, tight, job.model, job.limits)
 
 
-def test_all_attempts_of_a_run_share_its_longest_duration(tmp_path, bench):
-    """The check sees it; where a bench is slower than it said, so does the run."""
-    phases = "retry: {attempts: 3, after: [inconclusive]}\nphases:\n  - {id: off, kind: off, duration: 6 s}\n"
-    (tmp_path / "s.yaml").write_text("schema: etb_hil/scenario/1\nname: Again\n" + phases)
-    files = JobFiles(tmp_path / "s.yaml", bench, find("model", "default"), find("limits", "default"))
-    job = prepare(files)
-    slower = job.setup.bench.model_copy(update={"limits": job.setup.bench.limits.model_copy(update={"duration": 10.0})})
-    document = replace(job.setup.document, content=slower)
-    finished = execute(replace(job, setup=replace(job.setup, document=document)), tmp_path / "out", "", 1)
-    assert finished.results["bench"]["reason_id"] == "duration_limit"
-    assert [attempt["outcome"] for attempt in finished.results["attempts"]] == ["ok"]
-    (tmp_path / "s.yaml").write_text((tmp_path / "s.yaml").read_text().replace("6 s", "7 s"))
-    with pytest.raises(InputError, match=r"it is '7\.0 s.*up to 6\.66667 s .*bench's limit of 20 s for all attempts"):
-        prepare(files)
+class Slow:
+    """Answers the first question at once, and later ones never."""
+
+    name = "somebody slow"
+
+    def __init__(self):
+        self._asked = 0
+
+    def ask(self, prompt):  # noqa: ARG002 (as any operator)
+        self._asked += 1
+
+    def answer(self):
+        return "done" if self._asked == 1 else None
+
+    def withdraw(self):
+        pass
+
+
+@pytest.mark.parametrize(
+    ("duration", "operator", "earlier", "ended_by"),
+    [
+        (20.0, None, 2, ""),
+        (13.0, None, 1, ""),
+        (12.0, None, 0, ""),
+        (20.0, Slow(), 1, "duration_limit"),
+    ],
+)
+def test_attempts_share_the_longest_duration_of_a_run(tmp_path, bench, duration, operator, earlier, ended_by):
+    """Each takes 6.2 s or so, another one begins where there is room for it, and one that takes longer is ended."""
+    phases = "  - {id: off, kind: off, duration: 6.2 s}\n  - {id: ask, kind: prompt, text: Ready, unattended: done}\n"
+    head = "schema: etb_hil/scenario/1\nname: Again\nretry: {attempts: 9, after: [inconclusive]}\nphases:\n"
+    path = tmp_path / "s.yaml"
+    path.write_text(head + phases.replace("text", "timeout: 13 s, text"))
+    job = prepare(JobFiles(path, bench, find("model", "default"), find("limits", "default")))
+    limits = job.setup.bench.limits.model_copy(update={"duration": duration})
+    document = replace(job.setup.document, content=job.setup.bench.model_copy(update={"limits": limits}))
+    job = replace(job, setup=replace(job.setup, document=document))
+    finished = execute(job, tmp_path / "out", "", 1, operator=operator)
+    assert len(finished.results["attempts"]) == earlier
+    assert finished.results["bench"]["reason_id"] == ended_by
+    assert (earlier + 1) * 6.0 < 6.2 * earlier + finished.results["duration_s"] < duration + 0.1
 
 
 def test_a_condition_that_is_true_in_the_dry_run_does_not_hide_the_rest_of_its_phase(tmp_path):
