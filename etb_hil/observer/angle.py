@@ -8,17 +8,15 @@ import numpy as np
 from numba import njit
 
 from etb_hil.observer import kalman
-from etb_hil.observer.estimate import Estimate, SensorNoise
+from etb_hil.observer.angle_alone import DELAY_NS, LAST_NS, AngleAlone
+from etb_hil.observer.estimate import SensorNoise
 from etb_hil.observer.kalman import CURRENT, FRICTION, L0, L1, L2, OMEGA, RUNNING, STEADY, STEP, THETA
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.plant.physics import INERTIA, TORQUE_PER_AMPERE, registers, spring_torque
 from etb_hil.recording.samples import Float64, Int64
 
-_LAST_NS, _DELAY_NS = 0, 1
-_LONGEST_GAP_NS = kalman.LONGEST_GAP_NS
 
-
-class AngleObserver:
+class AngleObserver(AngleAlone):
     """Estimates angle, velocity and friction torque with the gains that the sensors' noise calls for.
 
     The friction torque wanders by a full reversal of the model's stiction a second, whatever moves it: nothing is
@@ -27,19 +25,10 @@ class AngleObserver:
     """
 
     def __init__(self, throttle: ThrottleParameters, noise: SensorNoise) -> None:
-        self._p = throttle.vector()
         reversal = 2.0 * throttle.stiction / throttle.inertia
         jitter = throttle.torque_per_ampere * noise.current / throttle.inertia
-        self._tuning = np.array([reversal * reversal, jitter * jitter, noise.angle * noise.angle])
-        self._state = np.zeros(kalman.STATES)
-        self._whole = np.zeros(2, np.int64)
-
-    def push(self, time_ns: Int64, current: Float64, angle: Float64) -> Estimate:
-        """Take samples and return velocity and friction torque at their instants; see `Observer.push`."""
-        velocity, friction = np.empty(len(time_ns)), np.empty(len(time_ns))
-        delay_ns = np.empty(len(time_ns), np.int64)
-        _observe(time_ns, current, angle, self._p, self._tuning, self._state, self._whole, velocity, friction, delay_ns)
-        return Estimate(time_ns, velocity, friction, delay_ns)
+        tuning = np.array([reversal * reversal, jitter * jitter, noise.angle * noise.angle])
+        super().__init__(_observe, throttle, tuning, kalman.STATES)
 
 
 @njit(cache=True, error_model="numpy")
@@ -60,23 +49,23 @@ def _observe(
     per_inertia = 1.0 / inertia
     # What every sample needs stays out of memory: as elements of `s`, they would be stored and loaded sample by sample.
     theta, omega, drag, before = s[THETA], s[OMEGA], s[FRICTION], s[CURRENT]
-    last, values = whole[_LAST_NS], registers(p)
+    last, values = whole[LAST_NS], registers(p)
     for k in range(len(time_ns)):
         i, measured = current[k], angle[k]
         velocity[k] = friction[k] = np.nan
-        delay_ns[k] = whole[_DELAY_NS]
+        delay_ns[k] = whole[DELAY_NS]
         if math.isnan(i) or math.isnan(measured):
             continue
         step_ns = time_ns[k] - last
         last = time_ns[k]
-        if s[RUNNING] == 0.0 or step_ns > _LONGEST_GAP_NS or step_ns <= 0:
+        if s[RUNNING] == 0.0 or step_ns > kalman.LONGEST_GAP_NS or step_ns <= 0:
             kalman.restart(s, measured, i, angle_variance)
             theta, omega, drag, before = s[THETA], s[OMEGA], s[FRICTION], s[CURRENT]
             continue
         dt = step_ns * 1e-9
         if s[STEADY] == 0.0 or dt != s[STEP]:
             if kalman.needs_settling(s, dt):
-                whole[_DELAY_NS] = kalman.settle(s, dt, wander, jitter, angle_variance)
+                whole[DELAY_NS] = kalman.settle(s, dt, wander, jitter, angle_variance)
             kalman.carry(s, dt, wander, jitter)
             kalman.narrow(s, dt, wander, angle_variance)
         known = torque_per_ampere * 0.5 * (i + before) - spring_torque(theta + 0.5 * dt * omega, values)
@@ -91,4 +80,4 @@ def _observe(
             velocity[k] = omega
             friction[k] = drag * inertia
     s[THETA], s[OMEGA], s[FRICTION], s[CURRENT] = theta, omega, drag, before
-    whole[_LAST_NS] = last
+    whole[LAST_NS] = last

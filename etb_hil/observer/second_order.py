@@ -7,8 +7,9 @@ import math
 import numpy as np
 from numba import njit
 
+from etb_hil.observer.angle_alone import DELAY_NS, LAST_NS, AngleAlone
 from etb_hil.observer.differentiator import differentiate, reaches
-from etb_hil.observer.estimate import Estimate, SensorNoise
+from etb_hil.observer.estimate import SensorNoise
 from etb_hil.observer.gains import (
     FINDING_S,
     FOLLOWED,
@@ -31,10 +32,9 @@ from etb_hil.recording.samples import Float64, Int64
 _SEEN, _LEFT, _PULL, _VELOCITY, _FIRST, _SECOND, _THIRD, _AGE, _CURRENT, _STEP = range(10)
 _RUNNING, _BOUND, _CHOSEN_FOR, _FINDING = 10, 11, 12, 13
 _STATES = 14
-_LAST_NS, _DELAY_NS = 0, 1
 
 
-class SecondOrderSlidingModeObserver:
+class SecondOrderSlidingModeObserver(AngleAlone):
     """Observes angle and velocity; friction is what the switching adds to the known acceleration, low-pass filtered.
 
     `switching_torque` of the settings bounds the friction. Discretised implicitly: no chattering about an exact signal.
@@ -44,18 +44,7 @@ class SecondOrderSlidingModeObserver:
     def __init__(
         self, throttle: ThrottleParameters, noise: SensorNoise, settings: SlidingModeSettings | None = None
     ) -> None:
-        self._p = throttle.vector()
-        self._tuning = tuning_of(throttle, noise, settings)
-        self._state = np.zeros(_STATES)
-        self._whole = np.zeros(2, np.int64)
-
-    def push(self, time_ns: Int64, current: Float64, angle: Float64) -> Estimate:
-        """Take samples and return velocity and friction torque at their instants; see `Observer.push`."""
-        velocity, friction = np.empty(len(time_ns)), np.empty(len(time_ns))
-        delay_ns = np.empty(len(time_ns), np.int64)
-        state = (self._p, self._tuning, self._state, self._whole)
-        _observe(time_ns, current, angle, *state, velocity, friction, delay_ns)
-        return Estimate(time_ns, velocity, friction, delay_ns)
+        super().__init__(_observe, throttle, tuning_of(throttle, noise, settings), _STATES)
 
 
 @njit(cache=True, error_model="numpy")
@@ -77,7 +66,7 @@ def _observe(
     seen, left, pull, omega = s[_SEEN], s[_LEFT], s[_PULL], s[_VELOCITY]
     first, second, third, age = s[_FIRST], s[_SECOND], s[_THIRD], s[_AGE]
     before, step, runs, bound, chosen_for = s[_CURRENT], s[_STEP], s[_RUNNING], s[_BOUND], s[_CHOSEN_FOR]
-    least, finding, last, late_ns = tuning[LEAST_BOUND], s[_FINDING], whole[_LAST_NS], whole[_DELAY_NS]
+    least, finding, last, late_ns = tuning[LEAST_BOUND], s[_FINDING], whole[LAST_NS], whole[DELAY_NS]
     for k in range(len(time_ns)):
         i, measured = current[k], angle[k]
         velocity[k] = friction[k] = np.nan
@@ -118,4 +107,4 @@ def _observe(
     s[_SEEN], s[_LEFT], s[_PULL], s[_VELOCITY] = seen, left, pull, omega
     s[_FIRST], s[_SECOND], s[_THIRD], s[_AGE] = first, second, third, age
     s[_CURRENT], s[_STEP], s[_RUNNING], s[_BOUND], s[_CHOSEN_FOR] = before, step, runs, bound, chosen_for
-    s[_FINDING], whole[_LAST_NS], whole[_DELAY_NS] = finding, last, late_ns
+    s[_FINDING], whole[LAST_NS], whole[DELAY_NS] = finding, last, late_ns

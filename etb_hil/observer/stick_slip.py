@@ -8,7 +8,8 @@ import numpy as np
 from numba import njit
 
 from etb_hil.observer import kalman
-from etb_hil.observer.estimate import Estimate, SensorNoise
+from etb_hil.observer.angle_alone import DELAY_NS, LAST_NS, AngleAlone
+from etb_hil.observer.estimate import SensorNoise
 from etb_hil.observer.gains import FOLLOWED
 from etb_hil.observer.kalman import (
     CURRENT,
@@ -39,10 +40,9 @@ _LOWEST_LEVEL = 0.1  # share of the model's stiction
 
 _KNOWN, _DIRECTION, _SINCE, _LEVEL, _CHOSEN_LEVEL, _READY = range(kalman.STATES, kalman.STATES + 6)
 _STATES = kalman.STATES + 6
-_LAST_NS, _DELAY_NS = 0, 1
 
 
-class StickSlipObserver:
+class StickSlipObserver(AngleAlone):
     """Estimates angle, velocity and friction torque by what friction does in each of three states, whatever its law.
 
     A plate at rest is held by all that is applied: friction follows it, change by change. A plate that slides has a
@@ -53,19 +53,9 @@ class StickSlipObserver:
     """
 
     def __init__(self, throttle: ThrottleParameters, noise: SensorNoise) -> None:
-        self._p = throttle.vector()
         jitter = throttle.torque_per_ampere * noise.current / throttle.inertia
-        self._tuning = np.array([jitter * jitter, noise.angle * noise.angle])
-        self._state = np.zeros(_STATES)
+        super().__init__(_observe, throttle, np.array([jitter * jitter, noise.angle * noise.angle]), _STATES)
         self._state[_LEVEL] = throttle.stiction
-        self._whole = np.zeros(2, np.int64)
-
-    def push(self, time_ns: Int64, current: Float64, angle: Float64) -> Estimate:
-        """Take samples and return velocity and friction torque at their instants; see `Observer.push`."""
-        velocity, friction = np.empty(len(time_ns)), np.empty(len(time_ns))
-        delay_ns = np.empty(len(time_ns), np.int64)
-        _observe(time_ns, current, angle, self._p, self._tuning, self._state, self._whole, velocity, friction, delay_ns)
-        return Estimate(time_ns, velocity, friction, delay_ns)
 
 
 @njit(cache=True, error_model="numpy", inline="always")
@@ -127,12 +117,12 @@ def _observe(
     # What every sample needs stays out of memory: as elements of `s`, they would be stored and loaded sample by sample.
     theta, omega, drag, before, known = s[THETA], s[OMEGA], s[FRICTION], s[CURRENT], s[_KNOWN]
     direction, since, level, chosen, ready = s[_DIRECTION], s[_SINCE], s[_LEVEL], s[_CHOSEN_LEVEL], s[_READY]
-    last, (still, calm) = whole[_LAST_NS], _at_rest(s)
+    last, (still, calm) = whole[LAST_NS], _at_rest(s)
     reversal, quiet, turning = _wanders(chosen, per_inertia)
     for k in range(len(time_ns)):
         i, measured = current[k], angle[k]
         velocity[k] = friction[k] = np.nan
-        delay_ns[k] = whole[_DELAY_NS]
+        delay_ns[k] = whole[DELAY_NS]
         if math.isnan(i) or math.isnan(measured):
             continue
         step_ns, last = time_ns[k] - last, time_ns[k]
@@ -146,7 +136,7 @@ def _observe(
             chosen = level
             reversal, quiet, turning = _wanders(chosen, per_inertia)
             if s[FLOOR_STEP] > 0.0:
-                whole[_DELAY_NS] = kalman.settle(s, s[FLOOR_STEP], quiet, jitter, angle_variance)
+                whole[DELAY_NS] = kalman.settle(s, s[FLOOR_STEP], quiet, jitter, angle_variance)
                 still, calm = _at_rest(s)
         begun, middle = drag, theta + 0.5 * dt * omega
         applied = (torque_per_ampere * 0.5 * (i + before) - spring_torque(middle, values)) * per_inertia
@@ -157,7 +147,7 @@ def _observe(
         wander = turning if since < _TURNING_S else quiet
         if s[STEADY] == 0.0 or dt != s[STEP] or wander != s[WANDER]:
             if kalman.needs_settling(s, dt):
-                whole[_DELAY_NS] = kalman.settle(s, dt, quiet, jitter, angle_variance)
+                whole[DELAY_NS] = kalman.settle(s, dt, quiet, jitter, angle_variance)
                 still, calm = _at_rest(s)
             kalman.carry(s, dt, wander, jitter)
             kalman.narrow(s, dt, wander, angle_variance)
@@ -171,4 +161,4 @@ def _observe(
             velocity[k], friction[k] = omega, drag * inertia
     s[THETA], s[OMEGA], s[FRICTION], s[CURRENT], s[_KNOWN] = theta, omega, drag, before, known
     s[_DIRECTION], s[_SINCE], s[_LEVEL], s[_CHOSEN_LEVEL], s[_READY] = direction, since, level, chosen, ready
-    whole[_LAST_NS] = last
+    whole[LAST_NS] = last

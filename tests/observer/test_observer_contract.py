@@ -125,6 +125,22 @@ def test_stated_delay_is_the_one_that_fits(rate):
     assert error(stated) < 1.1 * min(error(d) for d in range(0, 4_000_000, 250_000))
 
 
+@every_observer
+@pytest.mark.parametrize("rate", [1000, 20000])
+def test_stated_delay_is_the_lag_behind_a_slow_change(make, rate):
+    """A plate slides steadily while its friction swings by a tenth, twice a second: known without any simulation."""
+    p, time, swing = parameters(Unit()), np.arange(3 * rate) / rate, 4.0 * np.pi
+    angle, friction = 0.25 + 0.3 * time, p.coulomb * (1.0 + 0.1 * np.sin(swing * time))
+    current = (p.preload_open + p.slope_open * (angle - p.limp_home) + friction) / p.torque_per_ampere
+    estimate = make().push(np.round(time * 1e9).astype(np.int64), current, angle)
+    late = slice(rate, None)
+    turning = np.exp(-1j * swing * time[late])
+    found, true = (np.sum((each[late] - each[late].mean()) * turning) for each in (estimate.friction, friction))
+    stated = float(np.mean(estimate.delay_ns[late])) * 1e-9
+    assert abs(found / true) == pytest.approx(1.0, abs=0.01)
+    assert -np.angle(found / true) / swing == pytest.approx(stated, rel=0.03, abs=0.55 / rate)
+
+
 @pytest.mark.parametrize("kind", [SlidingModeObserver, ImplicitSlidingModeObserver, SuperTwistingObserver])
 def test_velocity_may_be_measured(healthy, kind):
     truth, sensed = healthy[0], healthy[1][20000]
