@@ -85,15 +85,15 @@ def _broken_away(
     if found is None:
         return ()
 
-    def torque(found: BreakAwayTorque, name: str, words: str, note: str) -> Number:
-        value, reading = scale * found.value, READING * scale * found.value
-        low, high = widened(value, scale * found.low - reading, scale * found.high + reading, gain)
-        return Number(name, words, value, "N·m", low, high, note=note)
+    def bounds(torque: BreakAwayTorque) -> tuple[float, float, float]:
+        value, reading = scale * torque.value, READING * scale * torque.value
+        return value, *widened(value, scale * torque.low - reading, scale * torque.high + reading, gain)
 
     name, note = "T_st from break-aways", f"mean of {found.count}, in both directions"
-    number = torque(found, "T_st_break_away", name, note)
+    value, low, high = bounds(found)
+    number = Number("T_st_break_away", name, value, "N·m", low, high, note=note)
     if law is not None:
-        verdict = stand(number.value, number.low, number.high, None, limit, limits.marginal_band)
+        verdict = stand(value, low, high, None, limit, limits.marginal_band)
         note += f", brought to a rest of {law.reference:g} s"
         number = replace(number, limit_high=limit, verdict=verdict, note=note)
     slopes = (
@@ -103,11 +103,14 @@ def _broken_away(
     return (
         number,
         *(Number(name, words, slope[0], "1", *slope[1:]) for name, words, slope in slopes if slope is not None),
-        *(
-            torque(one, f"T_st_at_rate_{k}", f"T_st breaking away at {rate:.2g} N·m/s", f"mean of {one.count}")
-            for k, (rate, one) in enumerate(at_rates(rests, grown), 1)
-        ),
+        *(_at_rate(k, rate, bounds(one), one.count) for k, (rate, one) in enumerate(at_rates(rests, grown), 1)),
     )
+
+
+def _at_rate(number: int, rate: float, found: tuple[float, float, float], count: int) -> Number:
+    value, low, high = found
+    words = f"T_st breaking away at {rate:.2g} N·m/s"
+    return Number(f"T_st_at_rate_{number}", words, value, "N·m", low, high, note=f"mean of {count}")
 
 
 def bump_numbers(series: Mapping[str, Float64]) -> tuple[Number, ...]:

@@ -61,8 +61,9 @@ def _draw(axes: Axes, history: History, number: NumberHistory, *, named: bool) -
     axes.plot(
         span, _law(law, span, middle), color=INK, linewidth=2, label="the law, at all units' mean" if named else None
     )
-    bounds = (middle * np.exp(each * (span - REFERENCE)) for each in (law.low, law.high))
-    axes.fill_between(span, *bounds, color=INK, alpha=0.15, linewidth=0, label="its 95 % band" if named else None)
+    weakest, strongest = (middle * np.exp(each * (span - REFERENCE)) for each in (law.low, law.high))
+    label = "its 95 % band" if named else None
+    axes.fill_between(span, weakest, strongest, color=INK, alpha=0.15, linewidth=0, label=label)
     if number.limit_high is not None:
         label = "limit, as stated at the last run's temperature" if named else None
         axes.axhline(number.limit_high, color=LIMIT, linestyle=":", label=label)
