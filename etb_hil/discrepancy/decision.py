@@ -20,8 +20,9 @@ Float64 = NDArray[np.float64]
 BAND = np.array([10.0, 3.0, 1.6, 6.0, 1.25, 2.0, 1.6, 1.25, 1.35])
 # What varies so much between healthy devices that it accuses alone only where it is this many times its band.
 LOOSE = np.array([True, True, False, True, False, False, False, False, False])
-ALONE = 4.0
+ALONE = 6.0
 EXPLAINED_SHARE = 0.93  # of the excess over the floor
+PARAMETER_SHARE = 0.98  # likewise: a wrong number has no other shape that might leave something
 LEAST_GAIN = 0.04  # of the squared residual, beyond what the suspect takes of the model's own simulation
 HEALTHY_TIMES = 2.0
 LATER_GAIN = 0.25
@@ -31,7 +32,8 @@ LATER_PARAMETER = 0.5  # a parameter that leaves its tolerance after an effect m
 GROUP_GAIN = np.array([4.0, 1.0, 0.25, 1.2, 0.12, 0.35, 0.4, 0.12, 0.2])  # of a group's floor, likewise
 CERTAIN_GAIN = 0.5
 CONCENTRATED = 0.33
-LEAST_T = 1.3  # over the held-out segments
+NEARLY_FLOOR = 1.2
+LEAST_T = 1.5  # over the held-out segments
 LEAST_BEYOND = 1.2  # tolerances off its nominal value that a parameter must be before it is a cause
 CLASS_MARGIN = 0.05
 CLASS_SHARE = 0.15  # of what the winner gains
@@ -74,8 +76,8 @@ def refusal(found: Round, findings: Findings) -> str:
     if not (found.before_groups - found.after_groups > GROUP_GAIN)[judged].any():
         return "brings no balance down by more than chance does"
     # What sits in few segments scores low over all of them although it is certain: t guards small gains only, and none
-    # that bring a group which was over its band back into it and down to a fraction.
-    down = np.minimum(CONCENTRATED * found.before_groups, BAND)
+    # that bring a group which was over its band back into it, to a fraction or the floor.
+    down = np.minimum(np.maximum(CONCENTRATED * found.before_groups, NEARLY_FLOOR), BAND)
     is_concentrated = (found.before_groups > BAND) & (found.after_groups < down)
     if found.t <= LEAST_T and found.gain <= CERTAIN_GAIN and not (is_concentrated & judged).any():
         return f"does not hold on segments that the fit did not see: t is {found.t:.1f}"
@@ -142,7 +144,8 @@ def verdict(findings: Findings) -> str:
     # What is left of a cause's shape has no shape of its own; a spline that takes it tells of something else.
     left = last / max(first, 1e-12)
     is_shapeless = all(spline.share <= max(PLACEHOLDER, TRIFLE / max(left, 1e-12)) for spline in findings.rest)
-    explained = not accuses or (left <= 1.0 - EXPLAINED_SHARE and is_shapeless)
+    share = EXPLAINED_SHARE if any(r.winner.candidate.effect for r in accepted) else PARAMETER_SHARE
+    explained = not accuses or (left <= 1.0 - share and is_shapeless)
     if not explained:
         return "unexplained"
     return "ambiguous" if any(r.alike for r in accepted) else "explained"
