@@ -47,8 +47,9 @@ def checks():
 def slides(result):
     """Return which windows slid steadily: in others friction is on its way from one sign to the other."""
     series = result.series
+    way = np.sign(series["point_velocity"])
     curve = np.interp(series["point_velocity"], series["curve_velocity"], series["curve_friction"])
-    return np.abs(series["point_friction"]) > 0.97 * np.abs(curve)
+    return way * series["point_friction"] > 0.97 * way * curve
 
 
 def over_speed(result):
@@ -75,9 +76,9 @@ def over_speed(result):
 def over_angle(result):
     figure = Figure(figsize=(6.0, 4.2), layout="constrained")
     axes, series = figure.subplots(), result.series
-    for way, colour, marker in (("opening", OPENING, "."), ("closing", CLOSING, "x")):
+    for way, sign, colour, marker in (("opening", 1.0, OPENING, "."), ("closing", -1.0, CLOSING, "x")):
         angle, friction = series[f"{way}_angle"], series[f"{way}_friction"]
-        turns = np.abs(friction) < 0.97 * np.median(np.abs(friction))
+        turns = sign * friction < 0.97 * np.median(sign * friction)
         axes.plot(angle[turns], friction[turns], marker, color=colour, markersize=2, linestyle="", alpha=0.35)
         axes.plot(angle[~turns], friction[~turns], marker, color=colour, markersize=3, linestyle="", label=way)
     axes.axvspan(BUMP - WIDTH, BUMP + WIDTH, color=LIMIT, alpha=0.12, linewidth=0, label="local bump of 25 %")

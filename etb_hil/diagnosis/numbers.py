@@ -116,7 +116,7 @@ def _at_rate(number: int, rate: float, found: tuple[float, float, float], count:
 def bump_numbers(series: Mapping[str, Float64]) -> tuple[Number, ...]:
     """Return where friction is locally above the fitted curve, in order of angle, by the columns for the plots.
 
-    Without intervals: a cell's mean stays below the peak in it, and a bump draws the curve that it is held against.
+    Without intervals: a cell's mean stays below the peak in it.
     """
     if "point_excess" not in series or not np.any(np.abs(series["point_velocity"]) < FASTEST):
         return ()
