@@ -15,7 +15,7 @@ from scipy.io import loadmat
 from etb_hil.discrepancy import freerun
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.calibration import all_unknowns, calibrate
-from etb_hil.discrepancy.following import fold_of, follow
+from etb_hil.discrepancy.following import follow, part_of
 from etb_hil.discrepancy.measurement import measurements_of
 from etb_hil.discrepancy.segments import SEGMENTS, held_out, segment_of
 from etb_hil.discrepancy.unknowns import base_unknowns, effect_unknowns, simulable, start
@@ -55,7 +55,7 @@ def held_out_free_run(b, vectors):
     """Error (mm rms) of free runs of 2 s on the estimation file, each under parameters found without it."""
 
     def parameters(share):
-        return vectors[fold_of([b], b, share)][:EXTENDED]
+        return vectors[part_of([b], 0, share)][:EXTENDED]
 
     found = freerun.errors(b, parameters, freerun.starts(b, parameters(0.0)), one_step=False)[freerun.POSITION]
     return 1e3 * float(np.sqrt(np.mean(found**2)))
@@ -74,7 +74,7 @@ def variants(model, balances):
                 unknown.put(vector, float(value))
         name = ", ".join(names) or "symmetric"
         found[name] = calibration.fit.whole, held_out_free_run(b, own)
-        followed = follow(balances, b, calibration, FLOOR)
+        followed = follow(balances, 0, calibration, FLOOR)
         found[f"{name}, in free run"] = followed.whole, held_out_free_run(b, followed.held_out)
     return found
 

@@ -13,16 +13,20 @@ from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.extending import extended_model
 from etb_hil.discrepancy.findings import Findings
 from etb_hil.plant.parameters import Model
+from etb_hil.plant.physics import Vector
 from etb_hil.recording.samples import SampleBlock
 
 _MOTION = "log"  # the kind of phase of a record that says nothing of its phases
 
 
-def consequence(findings: Findings, limits: Limits) -> dict[str, Any] | None:
-    """Return the diagnosis under the model as stated and as extended; None where the current was not measured."""
+def consequence(findings: Findings, limits: Limits, whole: Vector) -> dict[str, Any] | None:
+    """Return the diagnosis under the model as stated and as extended; None where the current was not measured.
+
+    `whole`: the vector of the extended one.
+    """
     if any(b.measured.current is None or b.measured.is_drive for b in findings.balances):
         return None
-    models = {"stated": findings.model, "extended": extended_model(findings)}
+    models = {"stated": findings.model, "extended": extended_model(findings, whole)}
     found: dict[str, Any] = {name: _said(_judged(findings.balances, model, limits)) for name, model in models.items()}
     before, after = (found[name]["verdict"] for name in models)
     found["says"] = (

@@ -30,6 +30,7 @@ from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.drive_text import drive_text
 from etb_hil.plant.model_text import model_text
 from etb_hil.plant.parameters import Model
+from etb_hil.plant.physics import Vector
 from etb_hil.recording.recording import Recording
 
 P = ParamSpec("P")
@@ -78,13 +79,15 @@ def explain(
         return Answer({"schema": SCHEMA, **nothing, "confounded": together, "interrupted": said.last})
     if findings.is_cut_short:
         said.cut_short()
-    holdout = None if said.is_cut_short else said.unless_cut_short("running the models freely", hold_out, findings)
+    holdout = None if said.is_cut_short else _held_out(findings, said)
     answer = explanation(findings, holdout)
     if plans and not said.is_cut_short:
         test = said.unless_cut_short("choosing the next test", next_test, findings, plans)
         answer["next_test"] = test or answer["next_test"]
     if limits is not None and not said.is_cut_short:
-        answer["diagnosis"] = said.unless_cut_short("judging the unit", consequence, findings, limits)
+        answer["diagnosis"] = said.unless_cut_short(
+            "judging the unit", consequence, findings, limits, _best(findings, holdout)
+        )
     if others and not said.is_cut_short:
         tested = [Balances(measured, model) for measured in others]
         found = said.unless_cut_short("trying the causes on the other recordings", transfer, findings, tested)
@@ -97,6 +100,19 @@ def explain(
     if said.is_cut_short:
         answer["interrupted"] = said.last
     return Answer(answer, findings, holdout)
+
+
+def _held_out(findings: Findings, said: _Said) -> Holdout | None:
+    """Return the errors on held-out segments; without the last fit where an interrupt ended that."""
+    holdout = said.unless_cut_short("running the models freely", hold_out, findings, said)
+    if holdout is not None and holdout.is_cut_short:
+        said.cut_short()
+    return holdout
+
+
+def _best(findings: Findings, holdout: Holdout | None) -> Vector:
+    """Return the whole vector that the model file holds."""
+    return findings.final.fit.whole if holdout is None else holdout.best
 
 
 def _must_be_of_one_kind(recordings: Sequence[Recording], model: Model) -> None:
@@ -198,8 +214,9 @@ def write(answer: Answer, folder: Path) -> list[Path]:
         paths.append(folder / "model.yaml")
         text = drive_text if is_drive(answer.findings.model) else model_text
         description = "base parameters as calibrated, effects as found"
-        best = answer.holdout.best if answer.holdout is not None else None
-        paths[1].write_text(text(extended_model(answer.findings, best), description), "utf-8")
+        paths[1].write_text(
+            text(extended_model(answer.findings, _best(answer.findings, answer.holdout)), description), "utf-8"
+        )
     if answer.coarse is not None:
         paths.append(folder / "model.yaml")
         text_of = model_text(answer.coarse.model, "base parameters as fitted in free run")

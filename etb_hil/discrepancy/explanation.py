@@ -18,6 +18,7 @@ from etb_hil.discrepancy.regimes import REGIMES
 from etb_hil.discrepancy.unknowns import FIELDS, simulable
 from etb_hil.plant.drive_effects import unit_for
 from etb_hil.plant.effects.layout import EXTENDED
+from etb_hil.plant.physics import Vector
 
 SCHEMA = "etb_hil/explanation/1"
 MOVED = 0.03  # share by which a base parameter that a term moves is flagged: it may have been stolen
@@ -27,15 +28,17 @@ _SHARPNESS = 3.0  # a rival at the class margin is e^-3 as probable
 
 def explanation(findings: Findings, holdout: Holdout | None) -> dict[str, Any]:
     """Return the whole answer; `holdout` is None where there is no simulation that could be run."""
+    in_model = findings.final.fit.whole if holdout is None else holdout.best
     found = {
         "schema": SCHEMA,
         "verdict": findings.verdict,
-        "causes": causes(findings),
+        "causes": causes(findings, in_model),
         "suspects": _suspects(findings),
         "unexplained": _unexplained(findings),
-        "calibrated": _calibrated(findings),
+        "calibrated": _calibrated(findings, in_model),
+        "model_file": _model_file(holdout),
         "nuisances": _nuisances(findings),
-        "friction": _friction(findings),
+        "friction": _friction(findings, in_model),
         "balances": _balances(findings),
         "detection_limits": _limits(findings),
         "next_test": next_test(findings),
@@ -60,8 +63,23 @@ def _limits(findings: Findings) -> dict[str, dict[str, object]]:
     )
 
 
-def causes(findings: Findings) -> list[dict[str, Any]]:
-    """Return the causes that were taken in, most probable first; where none was, nothing."""
+def _model_file(holdout: Holdout | None) -> dict[str, str]:
+    """Return which of the two fits the numbers in the model file are from."""
+    if holdout is not None and holdout.is_followed:
+        says = (
+            "the model file holds the numbers of the last fit in free run (in_model), which errs less on parts that it "
+            "did not see; values with intervals are the balances'"
+        )
+        return {"numbers_of": "last fit in free run", "says": says}
+    return {"numbers_of": "balances", "says": "the model file holds the values that are given with intervals"}
+
+
+def causes(findings: Findings, in_model: Vector | None = None) -> list[dict[str, Any]]:
+    """Return the causes that were taken in, most probable first; where none was, nothing.
+
+    `in_model`: the whole vector that the model file holds, where it is not the one that the balances gave.
+    """
+    whole = findings.final.fit.whole if in_model is None else in_model
     numbers = {e.place: e for e in estimates(findings.final, findings.balances, findings.final_floor)}
     found, left = [], 1.0
     for each in findings.accepted:
@@ -71,7 +89,7 @@ def causes(findings: Findings) -> list[dict[str, Any]]:
                 "effect": winner.id,
                 "probability": _probabilities(each)[winner.id],
                 "class": each.alike,
-                "parameters": _parameters(each, numbers, is_drive=findings.balances[0].measured.is_drive),
+                "parameters": _parameters(each, numbers, whole, is_drive=findings.balances[0].measured.is_drive),
                 "share_of_error": left * each.gain,
                 "held_out_t": each.t,
             }
@@ -80,14 +98,19 @@ def causes(findings: Findings) -> list[dict[str, Any]]:
     return found
 
 
-def _parameters(each: Round, numbers: dict[int, Estimate], *, is_drive: bool) -> dict[str, Any]:
+def _parameters(each: Round, numbers: dict[int, Estimate], whole: Vector, *, is_drive: bool) -> dict[str, Any]:
     effect = each.winner.candidate.effect
     if effect is None:
         name = each.winner.candidate.frees
-        return {name: _number(numbers[FIELDS.index(name)], "SI")}
+        place = FIELDS.index(name)
+        return {name: {**_number(numbers[place], "SI"), "in_model": float(whole[place])}}
     return {
-        parameter.name: _number(numbers[place], unit_for(parameter, is_linear=is_drive))
-        for parameter, place in zip(effect.parameters, effect.indices, strict=True)
+        parameter.name: {
+            **_number(numbers[place], unit_for(parameter, is_linear=is_drive)),
+            "in_model": float(whole[place]),
+        }
+        for parameter, place in zip(effect.stated, effect.stated_indices, strict=True)
+        if place in numbers
     }
 
 
@@ -147,7 +170,7 @@ def _unexplained(findings: Findings) -> dict[str, Any]:
     return {"where": where, "placeholders": splines}
 
 
-def _calibrated(findings: Findings) -> dict[str, Any]:
+def _calibrated(findings: Findings, in_model: Vector) -> dict[str, Any]:
     first = {e.name: e for e in estimates(findings.calibration, findings.balances, findings.floor)}
     last = {e.name: e for e in estimates(findings.final, findings.balances, findings.final_floor)}
     found = {}
@@ -168,6 +191,7 @@ def _calibrated(findings: Findings) -> dict[str, Any]:
             "nominal": nominal,
             "value": estimate.value,
             "interval": [estimate.low, estimate.high],
+            "in_model": float(in_model[estimate.place]),
             "tolerance": half,
             "flags": flags,
         }
@@ -183,9 +207,9 @@ def _nuisances(findings: Findings) -> dict[str, Any]:
     }
 
 
-def _friction(findings: Findings) -> dict[str, Any]:
+def _friction(findings: Findings, in_model: Vector) -> dict[str, Any]:
     """Return break-away and sliding friction at the throttle shaft as each model has them: what a verdict rests on."""
-    first, last = simulable(findings.calibration.fit.whole), simulable(findings.final.fit.whole)
+    first, last = simulable(findings.calibration.fit.whole), simulable(in_model)
     return {
         name: {
             "unit": "N" if findings.balances[0].measured.is_drive else "N·m",

@@ -12,7 +12,7 @@ from etb_hil.discrepancy import freerun
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.calibration import Calibration
 from etb_hil.discrepancy.findings import Findings
-from etb_hil.discrepancy.following import fold_of, follow
+from etb_hil.discrepancy.following import Followed, follow, part_of
 from etb_hil.discrepancy.rerun import rerun
 from etb_hil.discrepancy.segments import SEGMENTS, held_out, segment_of
 from etb_hil.discrepancy.unknowns import start
@@ -28,7 +28,8 @@ _DRAWS = 2000
 class Holdout:
     """Root mean square errors (SI) over segments: `table[kind][signal][model]`, and the gain with its 95 % interval.
 
-    `best`: the whole vector whose kind of fit errs least in free run on segments that it did not see.
+    `best`: the whole vector whose kind of fit errs least in free run on segments that it did not see; `is_followed`: it
+    is the last fit's. `is_cut_short`: an interrupt ended that fit, and what was known before stands.
     """
 
     table: dict[str, dict[str, dict[str, float]]]
@@ -37,54 +38,65 @@ class Holdout:
     gain: float
     gain_interval: tuple[float, float]
     best: Vector
+    is_followed: bool
+    is_cut_short: bool
 
 
-def hold_out(findings: Findings) -> Holdout:
+def hold_out(findings: Findings, progress: Callable[[str], None] = lambda _: None) -> Holdout:
     """Return all errors of a search's models on held-out segments of the longest stretch."""
-    b = max(findings.balances, key=lambda each: each.rows)
-    nominal = start(findings.model)[:EXTENDED]
-    models: dict[str, tuple[Balances, Callable[[float], Vector]]] = {
-        "nominal": (b, lambda _: nominal),
-        "calibrated": (b, _folds(findings, b, findings.calibration)),
-    }
+    number = int(np.argmax([each.rows for each in findings.balances]))
+    b = findings.balances[number]
+    final = findings.final
+    nominal, truth = start(findings.model)[:EXTENDED], final.fit.whole[:EXTENDED]
+    errors = _Errors()
+    errors.add("nominal", b, lambda _: nominal)
+    errors.add("calibrated", b, _by_fold(findings, number, _folds(findings, findings.calibration)))
     if findings.accepted:
-        models["extended"] = (b, _folds(findings, b, findings.final))
-    truth = findings.final.fit.whole[:EXTENDED]
-    again = Balances(rerun(b, findings.model, truth, 7), findings.model)
-    floor = freerun.errors(again, lambda _: truth, freerun.starts(again, truth), one_step=False)[freerun.POSITION]
-    followed = follow(findings.balances, b, findings.final, float(np.sqrt(np.mean(floor**2))))
-    models["followed"] = (b, lambda share: followed.held_out[fold_of(findings.balances, b, share)][:EXTENDED])
-    models["noise_floor"] = (again, lambda _: truth)
-    table: dict[str, dict[str, dict[str, float]]] = {}
-    segments: dict[str, dict[str, Float64]] = {}
-    starts = {name: freerun.starts(balances, parameters(0.0)) for name, (balances, parameters) in models.items()}
-    for kind in ("one_step", "free_run"):
-        table[kind] = {}
-        for name, (balances, parameters) in models.items():
-            found = freerun.errors(balances, parameters, starts[name], one_step=kind == "one_step")
-            for signal, values in found.items():
-                table[kind].setdefault(signal, {})[name] = float(np.sqrt(np.mean(values**2)))
-            if kind == "free_run":
-                segments[name] = found
+        errors.add("extended", b, _by_fold(findings, number, _folds(findings, final)))
+    errors.add("noise_floor", Balances(rerun(b, findings.model, truth, 7), findings.model), lambda _: truth)
+    free = errors.table["free_run"][freerun.POSITION]
+    followed: Followed | None = None
+    try:
+        followed = follow(findings.balances, number, final, free["noise_floor"], progress)
+        errors.add("followed", b, _by_fold(findings, number, followed.held_out))
+    except KeyboardInterrupt:
+        followed = None  # what is known without it is worth having
     best = "extended" if findings.accepted else "calibrated"
-    before, after = segments["calibrated"]["throttle_angle"], segments[best]["throttle_angle"]
+    is_followed = followed is not None and free["followed"] < free[best]
+    before, after = errors.segments["calibrated"][freerun.POSITION], errors.segments[best][freerun.POSITION]
     span = float(np.ptp(b.measured.angle))
-    nrmse = {name: values["throttle_angle"] / span for name, values in _by_model(table["free_run"]).items()}
-    free = table["free_run"][freerun.POSITION]
-    whole = followed.whole if free["followed"] < free[best] else findings.final.fit.whole
-    return Holdout(table, segments, nrmse, _gain(before, after), _interval(before, after), whole)
+    return Holdout(
+        errors.table,
+        errors.segments,
+        {name: value / span for name, value in free.items()},
+        _gain(before, after),
+        _interval(before, after),
+        followed.whole if followed is not None and is_followed else final.fit.whole,
+        is_followed,
+        followed is None,
+    )
 
 
-def _by_model(table: dict[str, dict[str, float]]) -> dict[str, dict[str, float]]:
-    found: dict[str, dict[str, float]] = {}
-    for signal, models in table.items():
-        for name, value in models.items():
-            found.setdefault(name, {})[signal] = value
-    return found
+class _Errors:
+    """Tables of errors that grow by one model at a time."""
+
+    def __init__(self) -> None:
+        self.table: dict[str, dict[str, dict[str, float]]] = {"one_step": {}, "free_run": {}}
+        self.segments: dict[str, dict[str, Float64]] = {}
+
+    def add(self, name: str, b: Balances, parameters: Callable[[float], Vector]) -> None:
+        """Judge a model by the parameters that it has at each share of a stretch."""
+        begin_at = freerun.starts(b, parameters(0.0))
+        for kind, signals in self.table.items():
+            found = freerun.errors(b, parameters, begin_at, one_step=kind == "one_step")
+            for signal, values in found.items():
+                signals.setdefault(signal, {})[name] = float(np.sqrt(np.mean(values**2)))
+            if kind == "free_run":
+                self.segments[name] = found
 
 
-def _folds(findings: Findings, b: Balances, calibration: Calibration) -> Callable[[float], Vector]:
-    """Return the parameters for each share of the record: those that were found without the segment it lies in."""
+def _folds(findings: Findings, calibration: Calibration) -> list[Vector]:
+    """Return the parameters that were found without each of the held-out parts."""
     segment = segment_of(findings.balances)
     x = held_out(calibration.fit, calibration.columns, calibration.unknowns, segment).x
     vectors = []
@@ -92,8 +104,13 @@ def _folds(findings: Findings, b: Balances, calibration: Calibration) -> Callabl
         whole = calibration.fit.whole.copy()
         for unknown, value in zip(calibration.unknowns, x[k], strict=True):
             unknown.put(whole, float(value))
-        vectors.append(whole[:EXTENDED])
-    return lambda share: vectors[fold_of(findings.balances, b, share)]
+        vectors.append(whole)
+    return vectors
+
+
+def _by_fold(findings: Findings, number: int, vectors: list[Vector]) -> Callable[[float], Vector]:
+    """Return the parameters for each share of a stretch: those that were found without the part it lies in."""
+    return lambda share: vectors[part_of(findings.balances, number, share)][:EXTENDED]
 
 
 def _gain(before: Float64, after: Float64) -> float:

@@ -82,7 +82,8 @@ def _page(found: dict[str, Any], drawn: list[tuple[str, Markup]], series: Pictur
         style=Markup((here / "report.css").read_text("utf-8")),  # noqa: S704 (our own file)
         zoom=zoom,
         zoom_hash=zoom_hash,
-        causes=[_cause(cause) for cause in found["causes"]],
+        causes=[_cause(cause, is_followed=_is_followed(found)) for cause in found["causes"]],
+        model_file=_model_file(found),
         drawn=drawn,
         models=[_CALLED.get(name, name) for name in _shown(found)],
         errors=_errors(found, unit),
@@ -119,11 +120,12 @@ def _further(found: dict[str, Any]) -> list[str]:
     return sentences + [f"{one['these']}: {one['says']}" for one in found["confounded"]]
 
 
-def _cause(cause: dict[str, Any]) -> dict[str, Any]:
+def _cause(cause: dict[str, Any], *, is_followed: bool) -> dict[str, Any]:
     effect = CATALOGUE.get(cause["effect"])
     sizes = [
         f"{name.replace('_', ' ')}: {p['value']:.3g} ({p['interval'][0]:.3g} to {p['interval'][1]:.3g}) "
         f"{'' if p['unit'] == '1' else p['unit']}{' on its bound' if p['on_bound'] else ''}"
+        + (f"; in the model file {p['in_model']:.3g}" if is_followed else "")
         for name, p in cause["parameters"].items()
     ]
     return {
@@ -134,6 +136,15 @@ def _cause(cause: dict[str, Any]) -> dict[str, Any]:
         "looks_like": effect.looks_like if effect else "a number of the model is outside its tolerance",
         "check": effect.check if effect else "the number and its tolerance in the model file",
     }
+
+
+def _is_followed(found: dict[str, Any]) -> bool:
+    return bool(found.get("model_file", {}).get("numbers_of") == "last fit in free run")
+
+
+def _model_file(found: dict[str, Any]) -> str:
+    says = str(found["model_file"]["says"]) if _is_followed(found) else ""
+    return f"{says[:1].upper()}{says[1:]}." if says else ""
 
 
 def _words(id_: str) -> str:

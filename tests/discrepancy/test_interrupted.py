@@ -40,3 +40,19 @@ def test_after_the_search_the_causes_are_kept(cogging_recording):
     assert [cause["effect"] for cause in answer.explanation["causes"]] == ["cogging_torque"]
     assert "errors" not in answer.explanation
     assert answer.explanation["interrupted"] == "running the models freely"
+
+
+@pytest.mark.parametrize("moment", ["a last fit in free run", "a last fit in free run: without each part"])
+def test_in_the_last_fit_the_held_out_errors_are_kept(cogging_recording, tmp_path, moment):
+    answer = _interrupted_at(cogging_recording, moment)
+    found = answer.explanation
+    errors = found["errors"]["holdout"]["free_run"]["throttle_angle"]
+    assert set(errors) == {"nominal", "calibrated", "extended", "noise_floor"}
+    assert found["gain"]["value"] == pytest.approx(1.0 - errors["extended"] / errors["calibrated"])
+    assert found["gain"]["value"] > 0.3
+    assert found["interrupted"].startswith(moment)
+    assert found["model_file"]["numbers_of"] == "balances"
+    for number in found["causes"][0]["parameters"].values():
+        assert number["in_model"] == number["value"]
+    assert {path.name for path in write(answer, tmp_path)} == {"explanation.json", "model.yaml"}
+    assert "interrupted while a last fit in free run" in write_explanation(found, None, tmp_path).read_text("utf-8")

@@ -61,6 +61,18 @@ def test_the_extended_model_is_read_again(answer, tmp_path):
     assert model.values.coulomb == pytest.approx(MODEL.values.coulomb, rel=0.05)
 
 
+def test_the_numbers_of_the_model_file_stand_beside_those_with_intervals(answer, tmp_path):
+    write(answer, tmp_path)
+    effects = {entry.id: entry.strengths for entry in load_model(tmp_path / "model.yaml").effects}
+    for cause in answer.explanation["causes"]:
+        for name, number in cause["parameters"].items():
+            assert float(str(effects[cause["effect"]][name]).split()[0]) == pytest.approx(number["in_model"], rel=1e-4)
+    base = answer.explanation["calibrated"]["slope_open"]["in_model"]
+    assert load_model(tmp_path / "model.yaml").values.slope_open == pytest.approx(base, rel=1e-4)
+    is_followed = answer.explanation["model_file"]["numbers_of"] == "last fit in free run"
+    assert is_followed == answer.holdout.is_followed
+
+
 def test_with_what_was_found_nothing_more_is_missing(answer, cogging_recording):
     again = explain([cogging_recording], extended_model(answer.findings))
     assert again.explanation["verdict"] == "adequate"
