@@ -62,7 +62,6 @@ def _print_spread(indent, rows):
             at_90 = values[int(0.9 * len(values))]
             print(f"{indent}{key}: median {values[len(values) // 2]:.3g}, 90 % up to {at_90:.3g}")
 
-
     errors = [row["model_over_floor"] for row in rows if "model_over_floor" in row]
     if errors:
         near = sum(error <= AT_FLOOR for error in errors)
