@@ -1,4 +1,4 @@
-"""The friction check over python-can's buses: bench and controller in two processes, at wall clock."""
+"""A friction check over python-can's buses: bench and controller in two processes, at wall clock."""
 
 import json
 import os
@@ -19,6 +19,24 @@ from etb_hil.session.differences import first_difference
 pytestmark = pytest.mark.slow
 
 ATTEMPTS = 3
+# What a verdict needs and no more: at wall clock every second is one.
+BRISK = """schema: etb_hil/scenario/1
+name: Brisk friction check
+phases:
+  - {id: zero, kind: current_zero, duration: 0.5 s}
+  - {id: home, kind: home, speed: 2 rad/s, press: 1 deg, release: 0.5 s}
+  - {id: ramps, kind: ramp, between: [2 deg, 80 deg], speed: 0.6 rad/s}
+  - id: dashes
+    kind: dash
+    between: [12 deg, 74 deg]
+    against: 1.5 rad/s
+    peak: 17.5 rad/s
+    rise: 75 ms
+    fall: 45 ms
+    settle: 150 ms
+    approach: 3 rad/s
+    repeat: 2
+"""
 WIRE = Path(__file__).with_name("slcan_wire.py")
 
 
@@ -76,10 +94,12 @@ def slcan(stack, tmp_path):
 def test_the_verdict_is_right_and_the_bus_truth_is_told(request, tmp_path, bus, unit, expected):
     here, there = request.getfixturevalue(bus)
     etb_hil = (sys.executable, "-m", "etb_hil")
+    scenario = tmp_path / "brisk.yaml"
+    scenario.write_text(BRISK)
     told = ""
     for attempt in range(ATTEMPTS):
         out = tmp_path / f"attempt{attempt}"
-        words = (*etb_hil, "run", "friction_check", "--bench", str(here), "--out", str(out))
+        words = (*etb_hil, "run", str(scenario), "--bench", str(here), "--out", str(out))
         with ExitStack() as attempt_stack:
             started(attempt_stack, *etb_hil, "controller", "--bench", str(there), "--unit", unit)
             done = subprocess.run(words, capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL)
