@@ -33,8 +33,10 @@ from etb_hil.report.show import phase_name
 _FAR_ABOVE = 2.15  # beyond this many omega_s the Stribeck curve has fallen to T_c within 1 %
 
 _STRETCHES, _FEWEST = 24, 3  # of angle, and points in one
+_TURNS = 0.7  # share of the median friction: a plate with less is on its way round, or breaking away
 _MAPPED = ("point_angle", "point_velocity", "point_excess", "point_temperature")
 _DEEPEST, _FAINTEST = 0.1, 0.08  # share off the curve that has the full colour at the least; colour of none
+_LEVEL = 0.01  # share off the curve that is none
 
 FRICTION = "friction torque / N·m"
 
@@ -55,9 +57,10 @@ def friction_over_speed(series: ReportSeries, results: Results) -> Figure:
             velocity = series.curve_velocity[side]
             if len(series.curve_low):
                 low, high = series.curve_low[side], series.curve_high[side]
-                axes.fill_between(velocity, low, high, color=MEASURED, alpha=0.25, linewidth=0)
-            label = "fitted curve, 95 % band" if side[-1] else None
-            axes.plot(velocity, series.curve_friction[side], color=MEASURED, linewidth=2, label=label)
+                label = "its 95 % band" if side[-1] else None
+                axes.fill_between(velocity, low, high, color=MEASURED, alpha=0.35, linewidth=0, label=label)
+            label = "fitted curve" if side[-1] else None
+            axes.plot(velocity, series.curve_friction[side], color=MEASURED, linewidth=1.0, label=label)
     _speed_limits(axes, results)
     axes.axhline(0, color=MUTED, linewidth=0.8)
     axes.axvline(0, color=MUTED, linewidth=0.8)
@@ -97,14 +100,16 @@ def friction_over_angle(series: ReportSeries, results: Results) -> Figure:
     if not len(series.opening_angle) and not len(series.closing_angle):
         say_empty(axes, "no friction estimated in this run")
         return figure
-    for name, colour, style, angle, friction in (
-        ("opening", OPENING, "-", series.opening_angle, series.opening_friction),
-        ("closing", CLOSING, "-.", series.closing_angle, series.closing_friction),
+    for name, sign, colour, style, angle, friction in (
+        ("opening", 1.0, OPENING, "-", series.opening_angle, series.opening_friction),
+        ("closing", -1.0, CLOSING, "-.", series.closing_angle, series.closing_friction),
     ):
         if len(angle):
             points = thinned(np.degrees(angle), friction)
             axes.plot(*points, ".", color=colour, markersize=2.0, alpha=0.35)
-            axes.plot(*_medians(np.degrees(angle), friction), style, color=colour, linewidth=2, label=f"{name}, median")
+            slides = sign * friction > _TURNS * np.median(sign * friction)
+            medians = _medians(np.degrees(angle[slides]), friction[slides])
+            axes.plot(*medians, style, color=colour, linewidth=2, label=f"{name}, median of sliding")
     stiction, coulomb = _limit(results, "T_st"), _limit(results, "T_c")
     _level(axes, stiction, "--", "limit T_st")
     _level(axes, coulomb, ":", "limit T_c")
@@ -126,12 +131,15 @@ def _map(axes: Axes, series: ReportSeries) -> None:
         for column in np.flatnonzero(np.isfinite(excess[row])):
             corner = (math.degrees(over.angle[column] - 0.5 * CELL), float(temperature) - 0.5 * TEMPERATURE_CELL)
             share = float(excess[row, column])
-            colour, depth = LIMIT if share > 0.0 else MEASURED, _FAINTEST + (1.0 - _FAINTEST) * abs(share) / deepest
+            colour = MUTED if abs(share) < _LEVEL else LIMIT if share > 0.0 else MEASURED
+            depth = _FAINTEST + (1.0 - _FAINTEST) * abs(share) / deepest
             cell = Rectangle(corner, math.degrees(CELL), TEMPERATURE_CELL, facecolor=colour, alpha=depth, linewidth=0)
             axes.add_patch(cell)
+    axes.plot([], [], "s", color=MUTED, alpha=0.2, label=f"within {100.0 * _LEVEL:g} % of the curve")
     for sign, colour, words in ((1.0, LIMIT, "above"), (-1.0, MEASURED, "below")):
         most = float(np.nanmax(sign * excess, initial=0.0))
-        axes.plot([], [], "s", color=colour, alpha=0.6, label=f"{words} the curve, at most {100.0 * most:.1f} %")
+        if most >= _LEVEL:
+            axes.plot([], [], "s", color=colour, alpha=0.6, label=f"{words} the curve, at most {100.0 * most:.1f} %")
     middles = np.degrees([bump.angle for bump in find_bumps(over)])
     if len(middles):
         axes.plot(middles, np.full(len(middles), over.temperature[-1]), "v", color=INK, markersize=5, label="bump")
