@@ -58,23 +58,23 @@ def friction_over_temperature(series: ReportSeries, results: Results) -> Figure 
     warmed = temperature[known].max() - temperature[known].min() if known.any() else 0.0
     if warmed < _WARMED or omega_s is None or not omega_s.value:
         return None
-    figure, (axes,) = new_figure(5.2, 4.2)
-    axes.set(title="Friction over temperature", xlabel="temperature / °C", ylabel="friction torque / N·m")
+    shown = []
     for name, colour, marker, part in (
         ("T_st", CLOSING, "o", known & (speed < _SLOW * omega_s.value)),
         ("T_c", MEASURED, "s", known & (speed > _FAST * omega_s.value)),
     ):
         number = results.number(name)
-        if number is None or number.value is None:
-            continue
         middle, share = _medians(temperature[part], 1.0 + series.point_excess[part])
         law = _law(middle, share)
-        label = f"{name}, median over {_BIN:g} K"
-        axes.plot(middle, number.value * share, marker, color=colour, markersize=4, label=label)
-        if law is not None:
-            slope, level = law
-            label = f"{name}: {100.0 * slope:+.2f} %/K"
-            axes.plot(middle, number.value * level * np.exp(slope * middle), color=colour, label=label)
+        if law is not None and number is not None and number.value is not None:
+            shown.append((name, colour, marker, middle, number.value * share, number.value * law[1], law[0]))
+    if not shown:
+        return None
+    figure, (axes,) = new_figure(5.2, 4.2)
+    axes.set(title="Friction over temperature", xlabel="temperature / °C", ylabel="friction torque / N·m")
+    for name, colour, marker, middle, torque, level, slope in shown:
+        axes.plot(middle, torque, marker, color=colour, markersize=4, label=f"{name}, median over {_BIN:g} K")
+        axes.plot(middle, level * np.exp(slope * middle), color=colour, label=f"{name}: {100.0 * slope:+.2f} %/K")
     legend_below(figure, 2)
     return figure
 

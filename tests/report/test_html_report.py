@@ -65,8 +65,31 @@ def opened(request, tmp_path_factory):
 
 
 def test_page_and_pictures_are_written(report):
-    plots = {f"friction_over_{what}.png" for what in ("angle", "speed", "temperature")} | {"time_traces.png"}
+    plots = {f"friction_over_{what}.png" for what in ("angle", "speed")} | {"time_traces.png"}
     assert {p.name for p in report.parent.glob("*.*")} >= plots | {"report.html"}
+
+
+def test_break_away_at_several_rates_is_a_table_of_its_own(tmp_path):
+    at_rates = tuple(
+        Number(
+            f"T_st_at_rate_{k}",
+            f"T_st breaking away at {k} N·m/s",
+            0.17 + 1e-4 * k,
+            "N·m",
+            0.168,
+            0.172,
+            note="mean of 6",
+        )
+        for k in (1, 2, 3)
+    )
+    unknown = Number("T_st_at_rate_4", "<b>", None, "N·m")
+    results = sample_run.results(numbers=(*sample_run.results().numbers, *at_rates, unknown))
+    page = write_report(results, sample_run.series(), tmp_path).read_text("utf-8")
+    table = page[page.index("Break-away at each rate of the torque") :]
+    table = table[: table.index("</table>")]
+    for shown in ("T_st breaking away at 2 N·m/s", "0.1702", "mean of 6", "0.168 to 0.172", "&lt;b&gt;"):
+        assert shown in table
+    assert page.count("T_st breaking away at 2 N·m/s") == 1
 
 
 def test_nothing_in_the_page_points_outside_it(report):
