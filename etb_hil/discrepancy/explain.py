@@ -19,7 +19,7 @@ from etb_hil.discrepancy.explanation import SCHEMA, explanation
 from etb_hil.discrepancy.extending import extended_model
 from etb_hil.discrepancy.findings import Findings
 from etb_hil.discrepancy.holdout import Holdout, hold_out
-from etb_hil.discrepancy.measurement import Measurement, is_measured_on_drive, measurements_of
+from etb_hil.discrepancy.measurement import DRIVES, Measurement, drive_roles, is_measured_on_drive, measurements_of
 from etb_hil.discrepancy.naming import search
 from etb_hil.discrepancy.nexttest import next_test
 from etb_hil.discrepancy.planned import Plan
@@ -120,10 +120,12 @@ def _must_be_of_one_kind(recordings: Sequence[Recording], model: Model) -> None:
     problems = []
     for recording in recordings:
         of_drive = is_measured_on_drive(recording)
-        if is_drive(model) and not of_drive:
-            what = f"{recording.origin} is not measured on a drive, but the model '{model.name}' is a drive's"
-            remedy = "give a throttle's model file (schema etb_hil/model/1), or a stock one such as --model default"
-            problems.append(Problem(what, allowed="data with the roles drive_force and linear_position", remedy=remedy))
+        if is_drive(model) and not drive_roles(recording, is_linear=model.is_linear):
+            motion, roles = DRIVES[0 if model.is_linear else 1]
+            what = f"{recording.origin} is not measured on a {motion} drive, but the model '{model.name}' is one's"
+            remedy = "give the model file of what was measured: a drive's (schema etb_hil/drive/1, with its 'motion'), "
+            remedy += "a throttle's (schema etb_hil/model/1), or a stock one such as --model default"
+            problems.append(Problem(what, allowed=f"data with the roles {' and '.join(roles[:2])}", remedy=remedy))
         if of_drive and not is_drive(model):
             what = f"{recording.origin} is measured on a drive, but the model '{model.name}' is a throttle's"
             problems.append(Problem(what, remedy="give a drive's model file (schema etb_hil/drive/1)"))

@@ -59,7 +59,7 @@ def _limits(findings: Findings) -> dict[str, dict[str, object]]:
         return {}
     last = findings.rounds[-1]
     return detection_limits(
-        last.before, last.screened, decision.LEAST_GAIN, is_drive=findings.balances[0].measured.is_drive
+        last.before, last.screened, decision.LEAST_GAIN, is_linear=findings.balances[0].measured.is_linear
     )
 
 
@@ -89,7 +89,7 @@ def causes(findings: Findings, in_model: Vector | None = None) -> list[dict[str,
                 "effect": winner.id,
                 "probability": _probabilities(each)[winner.id],
                 "class": each.alike,
-                "parameters": _parameters(each, numbers, whole, is_drive=findings.balances[0].measured.is_drive),
+                "parameters": _parameters(each, numbers, whole, is_linear=findings.balances[0].measured.is_linear),
                 "share_of_error": left * each.gain,
                 "held_out_t": each.t,
             }
@@ -98,7 +98,7 @@ def causes(findings: Findings, in_model: Vector | None = None) -> list[dict[str,
     return found
 
 
-def _parameters(each: Round, numbers: dict[int, Estimate], whole: Vector, *, is_drive: bool) -> dict[str, Any]:
+def _parameters(each: Round, numbers: dict[int, Estimate], whole: Vector, *, is_linear: bool) -> dict[str, Any]:
     effect = each.winner.candidate.effect
     if effect is None:
         name = each.winner.candidate.frees
@@ -106,7 +106,7 @@ def _parameters(each: Round, numbers: dict[int, Estimate], whole: Vector, *, is_
         return {name: {**_number(numbers[place], "SI"), "in_model": float(whole[place])}}
     return {
         parameter.name: {
-            **_number(numbers[place], unit_for(parameter, is_linear=is_drive)),
+            **_number(numbers[place], unit_for(parameter, is_linear=is_linear)),
             "in_model": float(whole[place]),
         }
         for parameter, place in zip(effect.stated, effect.stated_indices, strict=True)
@@ -212,7 +212,7 @@ def _friction(findings: Findings, in_model: Vector) -> dict[str, Any]:
     first, last = simulable(findings.calibration.fit.whole), simulable(in_model)
     return {
         name: {
-            "unit": "N" if findings.balances[0].measured.is_drive else "N·m",
+            "unit": "N" if findings.balances[0].measured.is_linear else "N·m",
             "nominal": float(getattr(findings.model.values, name)),
             "calibrated": float(first[FIELDS.index(name)]),
             "extended": float(last[FIELDS.index(name)]),

@@ -35,7 +35,7 @@ def extended_model(findings: Findings, whole: Vector | None = None) -> Model:
 def calibrated_model(model: Model, p: Vector) -> Model:
     """Return a model with the base parameters of a vector, its effects as they were."""
     name = model.name.removesuffix(_SAID) + _SAID
-    return Model(name, calibrated_parameters(model, p), model.sensors, model.effects)
+    return replace(model, name=name, parameters=calibrated_parameters(model, p))
 
 
 def calibrated_parameters(model: Model, p: Vector) -> Mapping[str, Parameter]:

@@ -56,7 +56,7 @@ def _coordinates(b: Balances, whole: Vector) -> Mapping[str, tuple[Float64, str]
     """Return coordinates (rows) by name with their units."""
     m, spectrum = b.measured, b.spectrum
     angle, velocity = b.motion(whole[:EXTENDED])
-    length, turns = ("m", "m/s") if m.is_drive else ("rad", "rad/s")
+    length, turns = ("m", "m/s") if m.is_linear else ("rad", "rad/s")
     found = {
         ANGLE: (angle, length),
         "motor turn": (np.mod(angle * b.gear / (2.0 * np.pi), 1.0), "turns"),
@@ -100,7 +100,7 @@ def _leftover(
                 found.append(np.where(count >= _FEWEST, total / count, np.nan))
         means.append(found)
     balance = CHANNELS[channel]
-    its = "N" if b.measured.is_drive and balance == "torque" else _UNITS[balance]
+    its = "N" if b.measured.is_linear and balance == "torque" else _UNITS[balance]
     shown = "force" if its == "N" else balance
     centres = 0.5 * (edges[1:] + edges[:-1])
     return Leftover(shown, its, name, unit, centres, (means[0][0], means[1][0]), (means[0][1], means[1][1]))

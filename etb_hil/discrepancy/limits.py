@@ -14,7 +14,7 @@ _CORRELATED = 4.0  # rows of the band-limited, coloured residual that are one in
 
 
 def detection_limits(
-    before: Calibration, screened: list[Screened], least_gain: float, *, is_drive: bool
+    before: Calibration, screened: list[Screened], least_gain: float, *, is_linear: bool
 ) -> dict[str, dict[str, object]]:
     """Return by effect the strength that would stand out by three sigma and by the gain that is asked of a cause."""
     projector = Projector(before)
@@ -35,6 +35,6 @@ def detection_limits(
         found[effect.id] = {
             "parameter": parameter.name,
             "limit": float(max(by_noise, by_gain)) * unknown.scale,
-            "unit": unit_for(parameter, is_linear=is_drive),
+            "unit": unit_for(parameter, is_linear=is_linear),
         }
     return found

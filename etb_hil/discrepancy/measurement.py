@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Problem
+from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.parameters import Model
 from etb_hil.recording.recording import Recording
 
@@ -18,8 +19,12 @@ LONGEST_GAP = 0.05  # s that are bridged; beyond it the record falls apart
 ROOM_TEMPERATURE = 25.0
 _ENOUGH = 2000.0  # Hz: what more rows would show is noise
 _OTHER_ZERO = 0.03  # rad; less is the plate sensor's own zero, which is fitted
-_OF_A_DRIVE = ("drive_force", "linear_position", "command_force")
-_HELD = ("motor_voltage", "motor_duty", "drive_force")
+# by motion: what drives it, where it is, and what a test says it adds
+DRIVES = (
+    ("linear", ("drive_force", "linear_position", "command_force")),
+    ("rotary", ("drive_torque", "drive_angle", "command_torque")),
+)
+_HELD = ("motor_voltage", "motor_duty", "drive_force", "drive_torque")
 SLOWEST = 200.0  # Hz of sampling; below it the balances see too little of friction
 
 
@@ -45,7 +50,8 @@ class Measurement:
     is_good: NDArray[np.bool_]
     flags: tuple[str, ...] = field(default=())
     is_drive: bool = False  # driven in force or torque: `current` is that, and there is no winding
-    added: Float64 | None = None  # force that a test says it adds to a drive's
+    is_linear: bool = False  # a drive in N and m; others are in N·m and rad
+    added: Float64 | None = None  # force or torque that a test says it adds to a drive's
 
     def __len__(self) -> int:
         return len(self.angle)
@@ -56,16 +62,22 @@ class Measurement:
         return 1.0 / self.rate
 
 
+def drive_roles(recording: Recording, *, is_linear: bool) -> tuple[str, ...]:
+    """Return the roles that a recording has of a linear or a rotary drive that is given its force or torque, if so."""
+    _, roles = DRIVES[0 if is_linear else 1]
+    return tuple(role for role in roles if role in recording.roles) if {*roles[:2]} <= set(recording.roles) else ()
+
+
 def is_measured_on_drive(recording: Recording) -> bool:
-    """Return whether a recording is one of a drive that is given its force, and not of a throttle."""
-    return {"drive_force", "linear_position"} <= set(recording.roles)
+    """Return whether a recording is one of a drive that is given its force or torque, and not of a throttle."""
+    return any(drive_roles(recording, is_linear=is_linear) for is_linear in (True, False))
 
 
 def measurements_of(recording: Recording, model: Model) -> list[Measurement]:
     """Return the stretches of a recording that are long enough, InputError where the roles do not suffice."""
     roles = recording.roles
-    if is_measured_on_drive(recording):
-        rows = recording.joined([role for role in _OF_A_DRIVE if role in roles])
+    if its := drive_roles(recording, is_linear=model.is_linear):
+        rows = recording.joined(list(its))
         return _stretches(recording.origin, rows.time_ns, dict(rows.columns), model)
     if "motor_voltage" not in roles and "motor_duty" not in roles:
         raise InputError(_lacks(recording, "motor_voltage or motor_duty", "free run is driven by the voltage"))
@@ -167,7 +179,7 @@ def _thinned(even: dict[str, Float64], good: NDArray[np.bool_], every: int) -> d
 def _measurement(
     origin: str, start: float, rate: float, even: dict[str, Float64], good: NDArray[np.bool_], model: Model
 ) -> Measurement:
-    if "drive_force" in even:
+    if is_drive(model):
         return _drive(origin, start, rate, even, good, model)
     gear, sensors = model.values.gear_ratio, model.sensors
     flags = []
@@ -212,7 +224,8 @@ def _measurement(
 def _drive(
     origin: str, start: float, rate: float, even: dict[str, Float64], good: NDArray[np.bool_], model: Model
 ) -> Measurement:
-    position, force = even["linear_position"], even["drive_force"]
+    _, (drives, moves, adds) = DRIVES[0 if model.is_linear else 1]
+    position, force = even[moves], even[drives]
     step = 2.0 * np.pi / model.values.gear_ratio / model.sensors.motor_counts_per_turn
     return Measurement(
         origin=origin,
@@ -228,7 +241,8 @@ def _drive(
         supply=None,
         is_good=good,
         is_drive=True,
-        added=even.get("command_force"),
+        is_linear=model.is_linear,
+        added=even.get(adds),
     )
 
 

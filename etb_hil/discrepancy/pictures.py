@@ -60,7 +60,7 @@ def pictures(findings: Findings, holdout: Holdout) -> Pictures:
         measured=m.angle[begin : begin + rows],
         before=freerun.trace(b, first[:EXTENDED], begin),
         after=freerun.trace(b, holdout.best[:EXTENDED], begin),
-        position_unit="m" if m.is_drive else "rad",
+        position_unit="m" if m.is_linear else "rad",
         left=leftovers(b, first, last),
     )
 

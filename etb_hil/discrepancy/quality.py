@@ -39,7 +39,8 @@ def _of(b: Balances, model: Model) -> dict[str, Any]:
     if saturated > _AT_LIMIT:
         flags.append(f"the voltage is at its limit {100.0 * saturated:.0f} % of the time")
     if m.is_drive:
-        flags.append("driven in force: electrical causes cannot be judged")
+        driven = "force" if m.is_linear else "torque"
+        flags.append(f"driven in {driven}: electrical causes cannot be judged")
     elif m.current is None:
         flags.append("motor_current is missing: one balance only, from the voltage; electrical causes cannot be judged")
     if m.plate is None:
@@ -90,8 +91,9 @@ def _other_unit(m: Measurement) -> list[str]:
     times = float(np.median(np.diff(m.voltage)[edges] / jumps[edges]))
     if abs(times - 1.0) < _SAME_UNIT:
         return []
-    force = f"{times:.0f} N of the drive's force"
-    return [f"command_force is not in the unit that it says: with one of it come {force}, as with a volt of the drive"]
+    what, unit = ("force", "N") if m.is_linear else ("torque", "N·m")
+    come = f"{times:.2g} {unit} of the drive's {what}"
+    return [f"command_{what} is not in the unit that it says: with one of it come {come}, as with a volt of the drive"]
 
 
 def _at_rest(m: Measurement) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""Effects in a linear drive's model file: forces for torques, metres for radians, bounds as its friction has them."""
+"""Effects in a drive's model file: bounds as its friction has them, and of a linear one N for N·m, m for rad."""
 
 from __future__ import annotations
 

@@ -24,8 +24,8 @@ from etb_hil.plant.parameters import Model, load_model
 from etb_hil.plant.table_one import KINDS, Shaft
 
 _FAR = 1e3  # where there are no stops and no limp-home
-_SOFT = {"linear": ("mass", "force", "linear damping", "speed", "length"),
-         "rotary": ("inertia", "torque", "rotary damping", "angular velocity", "angle")}  # fmt: skip
+DIMENSIONS_OF = {"linear": ("mass", "force", "linear damping", "speed", "length"),
+                 "rotary": ("inertia", "torque", "rotary damping", "angular velocity", "angle")}  # fmt: skip
 # What a drive can have, in SI, from a watch's to a press's; those that are divided by stay well above zero.
 _ALLOWED = {
     "inertia": (1e-9, 1e6),
@@ -119,7 +119,8 @@ class _Reader:
 
 def _drive(document: Document[DriveFile]) -> Model:
     content, reader = document.content, _Reader(document)
-    inertia, force, damping, speed, length = _SOFT[content.motion]
+    is_linear = content.motion == "linear"
+    inertia, force, damping, speed, length = DIMENSIONS_OF[content.motion]
     number, entry, problems = reader.number, reader.entry, reader.problems
     coulomb = entry("coulomb", content.coulomb, force)
     presliding = number(content.presliding, length, "presliding")
@@ -152,7 +153,7 @@ def _drive(document: Document[DriveFile]) -> Model:
         current_step=0.0, current_noise=drive_noise, voltage_step=0.0, voltage_noise=1e-6,
     )  # fmt: skip
     effects = []
-    for index, read in enumerate(read_effects(content.effects, coulomb[0], is_linear=content.motion == "linear")):
+    for index, read in enumerate(read_effects(content.effects, coulomb[0], is_linear=is_linear)):
         if isinstance(read, Problem):
             problems.append(replace(read, place=document.place("effects", index, "id")))
         else:
@@ -167,7 +168,7 @@ def _drive(document: Document[DriveFile]) -> Model:
         name: Parameter(name, value, _shaft(name), tolerance, source)
         for name, (value, tolerance, source) in found.items()
     }
-    return Model(content.name, _ordered(parameters), sensors, tuple(effects))
+    return Model(content.name, _ordered(parameters), sensors, tuple(effects), is_linear)
 
 
 def _absent() -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""A linear drive's model written as its model file."""
+"""A drive's model written as its model file."""
 
 from __future__ import annotations
 
@@ -9,28 +9,30 @@ import yaml
 
 from etb_hil.base.quantity import format_quantity
 from etb_hil.plant.drive_effects import written_effects
+from etb_hil.plant.drive_file import DIMENSIONS_OF
 from etb_hil.plant.parameters import Model
 
 _DIGITS = 9
-_ENTRIES = {
-    "inertia": ("motor_inertia", "mass"),
-    "viscous": ("viscous", "linear damping"),
-    "coulomb": ("coulomb", "force"),
-    "constant_load": ("preload_open", "force"),
-}
 
 
 def drive_text(model: Model, description: str) -> str:
-    """Return the YAML text from which `load_plant` reads the same linear drive."""
+    """Return the YAML text from which `load_plant` reads the same drive."""
     v, sensors = model.values, model.sensors
+    motion = "linear" if model.is_linear else "rotary"
+    inertia, force, damping, speed, length = DIMENSIONS_OF[motion]
     turn = 2.0 * math.pi / v.gear_ratio
     content: dict[str, Any] = {
         "schema": "etb_hil/drive/1",
         "name": model.name,
         "description": description,
-        "motion": "linear",
+        "motion": motion,
     }
-    for key, (name, dimension) in _ENTRIES.items():
+    for key, name, dimension in (
+        ("inertia", "motor_inertia", inertia),
+        ("viscous", "viscous", damping),
+        ("coulomb", "coulomb", force),
+        ("constant_load", "preload_open", force),
+    ):
         parameter = model.parameters[name]
         half = parameter.tolerance
         amount = (
@@ -43,8 +45,8 @@ def drive_text(model: Model, description: str) -> str:
         "travel_per_turn": turn,
         "position_step": turn / sensors.motor_counts_per_turn,
     }
-    content |= {name: format_quantity(value, "length", _DIGITS) for name, value in lengths.items()}
-    content["settled_speed"] = format_quantity(v.stribeck_velocity, "speed", _DIGITS)
-    content["drive_noise"] = format_quantity(sensors.current_noise, "force", _DIGITS)
-    content["effects"] = written_effects(model.effects, is_linear=True)
+    content |= {name: format_quantity(value, length, _DIGITS) for name, value in lengths.items()}
+    content["settled_speed"] = format_quantity(v.stribeck_velocity, speed, _DIGITS)
+    content["drive_noise"] = format_quantity(sensors.current_noise, force, _DIGITS)
+    content["effects"] = written_effects(model.effects, is_linear=model.is_linear)
     return yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=120)

@@ -26,12 +26,13 @@ _DRAWS = 1000
 
 @dataclass(frozen=True)
 class Model:
-    """A throttle as a model file states it, or as drawn from one."""
+    """A throttle as a model file states it, or as drawn from one; a linear drive has N for N·m, and m for rad."""
 
     name: str
     parameters: Mapping[str, Parameter]
     sensors: Sensors
     effects: tuple[EffectEntry, ...] = ()
+    is_linear: bool = False
 
     @property
     def values(self) -> ThrottleParameters:

@@ -1,6 +1,7 @@
 """Drive files: what cannot be is refused with its place, and a drive is never taken for a throttle."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,11 @@ from etb_hil.cli.main import main
 from etb_hil.diagnosis.diagnosis import Diagnosis
 from etb_hil.diagnosis.limits import load_limits
 from etb_hil.discrepancy.explain import explain
+from etb_hil.discrepancy.measurement import measurements_of
+from etb_hil.discrepancy.quality import _other_unit
 from etb_hil.plant.drive_file import is_drive, load_plant
+from etb_hil.plant.drive_text import drive_text
+from etb_hil.plant.model_file import EffectEntry
 from etb_hil.plant.parameters import load_model
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock
@@ -48,10 +53,9 @@ def refused(path):
     return problem
 
 
-def _recording(*roles):
-    time_ns = np.arange(2000, dtype=np.int64) * 1_000_000
+def _recording(**columns):
+    time_ns = np.arange(4000, dtype=np.int64) * 1_000_000
     recording = Recording("made up", ClockGrade.TABLE)
-    columns = {role: np.zeros(len(time_ns)) for role in roles}
     recording.append([SampleBlock("table", time_ns, time_ns, columns, np.zeros(len(time_ns), np.int64))])
     return recording
 
@@ -143,7 +147,7 @@ def test_a_model_that_is_no_utf8_is_refused_and_no_traceback(tmp_path, capsys, c
 def test_a_drives_model_is_refused_for_a_throttles_session(tmp_path, capsys):
     assert main(["explain", str(SESSION), "--model", str(EXAMPLE), "--out", str(tmp_path / "out")]) == 2
     said = capsys.readouterr().err
-    assert "the model 'EMPS' is a drive's" in said
+    assert "the model 'EMPS' is one's" in said
     assert "--model default" in said
     assert not (tmp_path / "out").exists()
 
@@ -152,7 +156,63 @@ def test_a_throttles_model_is_refused_for_a_drives_recording():
     throttle = load_model(find("model", "default"))
     assert not is_drive(throttle)
     with pytest.raises(InputError, match=r"made up is measured on a drive.*etb_hil/drive/1"):
-        explain([_recording("drive_force", "linear_position")], throttle)
+        explain([_recording(drive_force=np.zeros(4000), linear_position=np.zeros(4000))], throttle)
+
+
+ROTARY = {"kg,": "kg·m²,", "N·s/m": "N·m·s/rad", "N,": "N·m,", "N\n": "N·m\n", "m/s": "rad/s", "mm": "mrad"}
+
+
+@pytest.fixture
+def rotary(tmp_path):
+    """Write the example as a rotary drive of the same numbers."""
+    text = EXAMPLE.read_text("utf-8").replace("motion: linear", "motion: rotary")
+    head, values = text.split("inertia:", 1)
+    for old, new in ROTARY.items():
+        values = re.sub(rf"(?<=\d ){re.escape(old)}", new, values)
+    path = tmp_path / "rotary.drive.yaml"
+    path.write_text(f"{head}inertia:{values}", "utf-8")
+    return path
+
+
+@pytest.mark.parametrize("motion", ["linear", "rotary"])
+def test_a_drives_model_is_read_back_from_its_text(tmp_path, rotary, motion):
+    model, _ = load_plant(EXAMPLE if motion == "linear" else rotary)
+    assert model.is_linear == (motion == "linear")
+    tooth = EffectEntry(id="cogging_torque", strengths={"sine": "1 N·m", "order": "7 1/turn"})
+    path = tmp_path / "again.drive.yaml"
+    path.write_text(drive_text(replace(model, effects=(tooth,)), "again"), "utf-8")
+    again, found = load_plant(path)
+    assert found
+    assert again.is_linear == model.is_linear
+    np.testing.assert_allclose(again.values.vector(), model.values.vector(), rtol=1e-8)
+    assert again.effects == (tooth,)
+    assert again.sensors == model.sensors
+
+
+def test_a_rotary_drive_is_measured_in_torque_and_angle_as_a_linear_one_in_force_and_way(rotary):
+    rng = np.random.default_rng(3)
+    way, force = np.cumsum(rng.normal(size=4000)) * 1e-5, rng.normal(size=4000)
+    twins = []
+    for path, roles in (
+        (EXAMPLE, ("drive_force", "linear_position", "command_force")),
+        (rotary, ("drive_torque", "drive_angle", "command_torque")),
+    ):
+        model, _ = load_plant(path)
+        (measured,) = measurements_of(_recording(**dict(zip(roles, (force, way, 9 * force), strict=True))), model)
+        twins.append((measured, _other_unit(measured)))
+    (linear, said), (turning, told) = twins
+    assert (linear.is_linear, turning.is_linear) == (True, False)
+    for name in ("voltage", "angle", "current", "added"):
+        np.testing.assert_array_equal(getattr(linear, name), getattr(turning, name))
+    assert linear.angle_noise == turning.angle_noise
+    assert "command_force is not in the unit" in said[0]
+    assert [line.replace("torque", "force").replace("N·m", "N") for line in told] == said
+
+
+def test_a_rotary_drives_model_is_refused_for_a_linear_drives_recording(rotary):
+    zeros = np.zeros(4000)
+    with pytest.raises(InputError, match=r"not measured on a rotary drive.*drive_torque and drive_angle"):
+        explain([_recording(drive_force=zeros, linear_position=zeros)], load_plant(rotary)[0])
 
 
 def test_friction_of_a_drive_is_not_judged_as_a_throttles():
