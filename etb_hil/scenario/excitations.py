@@ -109,7 +109,7 @@ class BreakAwayPhase(PhaseModel):
     positions: Annotated[tuple[Angle, ...], Field(min_length=1, max_length=100)]
     dwell: Annotated[PositiveTime, Field(description="rest before each break-away")]
     travel: Annotated[PositiveAngle, Field(description="how far each break-away goes")]
-    speed: Speeds
+    speed: Annotated[Speeds, Field(max_length=10)]
     repeat: Annotated[Repeat, Field(description="how often at each speed")] = 1
     approach: PositiveSpeed = 1.5
 
@@ -123,8 +123,8 @@ class BreakAwayPhase(PhaseModel):
                 start = beyond
             parts.append(move(start, position, self.approach))
             for speed in self.speed:
-                opening = [Held(position, self.dwell), move(position, beyond, speed)]
-                closing = [Held(beyond, self.dwell), move(beyond, position, speed)]
-                parts += [*opening, *closing] * self.repeat
+                opening = Chain(Held(position, self.dwell), move(position, beyond, speed))
+                closing = Chain(Held(beyond, self.dwell), move(beyond, position, speed))
+                parts += [opening, closing] * self.repeat
             start = position
         return Chain(*parts)
