@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from etb_hil.recording.samples import Float64, SampleBlock
+from etb_hil.recording.samples import Float64, Int64, SampleBlock
 
 SPAN_NS = 5_000_000  # velocity is the travel over this time: long enough for an encoder's steps
 
@@ -24,27 +23,33 @@ class SpeedWatch:
 
         Both in rad/s at the motor's shaft, with sign; the largest is 0 where none has an older one to be compared with.
         """
-        angle = block.columns["motor_angle"]
-        is_good = np.isfinite(angle)
-        seen = len(self._time_ns)
-        time_ns = np.concatenate((self._time_ns, block.time_ns[is_good]))
-        angle = np.concatenate((self._angle, angle[is_good]))
-        oldest, self._newest, peak = _speeds(time_ns, angle, seen, self._newest)
-        self._time_ns, self._angle = time_ns[oldest:], angle[oldest:]
+        self._time_ns, self._angle, self._newest, peak = _speeds(
+            self._time_ns, self._angle, block.time_ns, block.columns["motor_angle"], self._newest
+        )
         return self._newest, peak
 
 
 @njit(cache=True, error_model="numpy")
-def _speeds(time_ns: NDArray[np.int64], angle: Float64, seen: int, newest: float) -> tuple[int, float, float]:
-    """Return the first sample that those to come are compared with, the newest velocity, and the largest."""
+def _speeds(
+    seen_ns: Int64, seen: Float64, new_ns: Int64, new: Float64, newest: float
+) -> tuple[Int64, Float64, float, float]:
+    """Return the samples that those to come are compared with, the newest velocity, and the largest of the new ones."""
+    time_ns = np.empty(len(seen) + len(new), np.int64)
+    angle = np.empty(len(time_ns))
+    count = len(seen)
+    time_ns[:count], angle[:count] = seen_ns, seen
+    for k in range(len(new)):
+        if not np.isnan(new[k]):
+            time_ns[count], angle[count] = new_ns[k], new[k]
+            count += 1
     oldest, peak = 0, 0.0
-    for k in range(len(angle)):
+    for k in range(count):
         if k > 0 and time_ns[k] < time_ns[k - 1]:  # the clock was set back: what was before says nothing of now
             oldest = k
-        while time_ns[k] - time_ns[oldest + 1 if oldest < k else k] >= SPAN_NS:
+        while oldest < k and time_ns[k] - time_ns[oldest + 1] >= SPAN_NS:
             oldest += 1
-        if k >= seen and time_ns[k] - time_ns[oldest] >= SPAN_NS:
+        if k >= len(seen) and time_ns[k] - time_ns[oldest] >= SPAN_NS:
             newest = (angle[k] - angle[oldest]) / ((time_ns[k] - time_ns[oldest]) * 1e-9)
             if abs(newest) > abs(peak):
                 peak = newest
-    return oldest, newest, peak
+    return time_ns[oldest:count].copy(), angle[oldest:count].copy(), newest, peak

@@ -210,10 +210,12 @@ class Supervisor:
 
     def _look_at_faults(self, values: Float64) -> int:
         """Note the newest fault bits, and return all that were set meanwhile; a bad sample has none."""
-        bits = values[np.isfinite(values)].astype(np.int64)
-        if len(bits):
-            self.faults = int(bits[-1])
-        return int(np.bitwise_or.reduce(bits))
+        reported = 0
+        for value in values.tolist():
+            if math.isfinite(value):
+                self.faults = int(value)
+                reported |= self.faults
+        return reported
 
 
 def _age_trip(name: str, ahead_ns: int, allowed_ns: int) -> Trip:
