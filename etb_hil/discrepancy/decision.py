@@ -27,6 +27,7 @@ LEAST_GAIN = 0.04  # of the squared residual, beyond what the suspect takes of t
 HEALTHY_TIMES = 2.0
 LATER_GAIN = 0.25
 LATER_T = 4.0
+LOCAL = 0.3  # of the range of the motion: what is wider is not at one place
 LATER_CERTAIN = 0.8  # of what is left: what takes as much is a cause, whatever else might take it
 LATER_PARAMETER = 0.5  # a parameter that leaves its tolerance after an effect may be no more than the effect's shape
 GROUP_GAIN = np.array([4.0, 1.0, 0.25, 1.2, 0.12, 0.35, 0.4, 0.12, 0.2])  # of a group's floor, likewise
@@ -81,15 +82,17 @@ def refusal(found: Round, findings: Findings) -> str:
     is_concentrated = (found.before_groups > BAND) & (found.after_groups < down)
     if found.t <= LEAST_T and found.gain <= CERTAIN_GAIN and not (is_concentrated & judged).any():
         return f"does not hold on segments that the fit did not see: t is {found.t:.1f}"
-    return _refusal_by_size(found, judged)
+    return _refusal_by_size(found, findings, judged)
 
 
-def _refusal_by_size(found: Round, judged: NDArray[np.bool_]) -> str:
+def _refusal_by_size(found: Round, findings: Findings, judged: NDArray[np.bool_]) -> str:
     # Nothing calls for a cause, and this one would be as strong as can be: it fits what differs between devices.
     if _is_on_bound(found.winner) and not _accuses(found.before_groups, judged):
         return "its strength is on a bound where nothing was over its band"
     if _is_no_wave(found.winner):
         return "its period is longer than the range it was seen in: it stands for something else"
+    if _is_everywhere(found.winner, findings):
+        return "its width is a good part of the range it was seen in: it stands for something else"
     return "" if _is_beyond(found.winner) else "inside its tolerance, or next to it"
 
 
@@ -124,6 +127,13 @@ def _is_no_wave(winner: Refined) -> bool:
     """Tell whether a periodic winner's order lies on its lower bound: a part of a wave is any curve."""
     orders = [u for u in winner.unknowns if u.name == f"{winner.id}.order"]
     return any(u.x_of(winner.fit.whole) <= u.low + 1e-6 for u in orders)
+
+
+def _is_everywhere(winner: Refined, findings: Findings) -> bool:
+    """Tell whether a local winner is as wide as much of the motion: so wide a bump is any curve, too."""
+    range_seen = max(float(np.ptp(b.measured.angle)) for b in findings.balances)
+    widths = [float(winner.fit.whole[u.place]) for u in winner.unknowns if u.name == f"{winner.id}.width"]
+    return any(width > LOCAL * range_seen for width in widths)
 
 
 def is_more_missing(findings: Findings) -> bool:
