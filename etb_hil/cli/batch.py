@@ -80,8 +80,8 @@ def run_batch(
 
     `check(text)` returns a serial number that may be tested, or raises InputError; `run_unit(serial, before)` runs one,
     shows its verdict and returns its results, its exit code, and whether somebody stopped it to run it again. Where
-    nobody attends the queue, a number that is refused is told and passed over, and a bench fault ends the queue: the
-    next units would meet the same.
+    nobody attends the queue, a number that is refused is told and passed over, and a bench fault ends the queue, for
+    the next units would meet the same; so does whoever stops a run, for nobody is there to say when to go on.
     """
     tally, last, again = Tally(), "", False
     try:
@@ -91,7 +91,7 @@ def run_batch(
             tally.add(serial, results, code)
             last = serial
             say(f"  Tally    {tally}\n")
-            if code is ExitCode.BENCH_FAULT and not attended:
+            if code in _UNJUDGED and not attended:
                 tally.not_run += filter(None, map(str.strip, sys.stdin))
                 break
     finally:  # whatever ends the queue, what came of its units is said

@@ -335,6 +335,19 @@ def test_alive_counters_count_losses_without_a_sample_counter(classic):
         assert found["EtbStatus"].lost_before[50] == gone
 
 
+@pytest.mark.parametrize("jump", [1, 3, 8])
+def test_a_jump_of_an_alive_counter_for_which_there_was_no_time_is_no_loss(classic, jump):
+    """Stamps in step and a counter that is not: how many are missing is not known, and it is not said."""
+    frames = streams.classic(classic, np.arange(4000) * 20)
+    status = frames.rows(frames.ident == STATUS)
+    later = status.rows(slice(50 + jump, None))
+    later.stamp_ns[:] = status.stamp_ns[50 : 50 + len(later.stamp_ns)]
+    found, decoder = decode(classic, concatenate_frames([status.rows(slice(0, 50)), later]))
+    assert found["EtbStatus"].lost_before[50] == LOSS_UNKNOWN
+    assert decoder.lost == 0
+    assert decoder.statistics()["EtbStatus"].unknown == 1
+
+
 @pytest.mark.parametrize(("is_ours", "lost"), [(True, 0), (False, 16)])
 def test_a_pause_of_this_side_loses_no_command(classic, is_ours, lost):
     """A bench that stalls for a wrap of its counter goes on with the next number: what it sent late was never lost."""

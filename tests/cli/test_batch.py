@@ -69,6 +69,12 @@ def test_a_bench_fault_ends_a_queue_that_nobody_attends_and_names_who_is_left(qu
     assert len(queue("A\nB\n", ["fault", "pass"])[1]) == 2
 
 
+def test_whoever_stops_a_run_of_a_queue_that_nobody_attends_ends_the_queue(queue):
+    _, ran, said = queue("A\nB\nC\n", ["aborted"], attended=False)
+    assert len(ran) == 1
+    assert said.split("Batch ended")[1].count("not run") == 2
+
+
 def test_a_serial_number_that_is_none_is_asked_for_again_or_passed_over_and_named(queue):
     wrong = "A\nB\x1b[31m\nC\n"
     for attended, expected in ((True, 0), (False, 2)):

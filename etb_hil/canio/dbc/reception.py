@@ -274,7 +274,8 @@ def _by_stamp(
 ) -> tuple[bool, np.int64, np.int64]:
     """Return whether a frame without a sample counter is new, its time, and the frames lost before it.
 
-    Whole wraps are told by the stamps, but for what this side sent itself: it was the sender that paused.
+    Whole wraps are told by the stamps, but for what this side sent itself: it was the sender that paused. Where the
+    stamps leave no room for what the counter says, the loss is unknown.
     """
     if not state[k, SEEN]:
         return True, stamp, _NOTHING
@@ -287,6 +288,8 @@ def _by_stamp(
         lost = step + modulus * wraps - 1
         if lost < 0:
             return False, _NOTHING, _NOTHING
+        if lost > 0 and cycle > 0 and not is_sent and 2 * gap < (2 * lost + 1) * cycle:
+            lost = np.int64(_UNKNOWN)  # there was no time for so many: the counter jumped
     elif cycle > 0 and 2 * gap > 3 * cycle:
         lost = np.int64(_UNKNOWN)
     time = stamp
