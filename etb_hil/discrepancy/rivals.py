@@ -25,6 +25,7 @@ _WORTH = 0.5  # a screened rival's cosine from which its other shapes are looked
 _PURSUED = 0.6  # a grid's best cosine from which its shapes are moved on
 _HALVINGS = 3
 _NOTHING_LEFT = 0.01  # share of a column below which the base parameters are it
+_NEXT_TO_NOTHING = 1e-3  # likewise beside a wrong parameter, which is itself a small part of what scales every torque
 
 
 def alike(
@@ -72,6 +73,7 @@ class _Record:
     whole: Float64
     own: Float64
     suspected: frozenset[str]
+    is_parameter: bool
 
     @staticmethod
     def of(winner: Refined, healthy: Calibration, residual: Residual, is_zero_known: bool = False) -> _Record:
@@ -80,7 +82,7 @@ class _Record:
             suspected |= {name for name in projector.names if name.endswith("_zero")}
         whole = _alone(residual, healthy, winner)
         own = projector.rest(whole, suspected)
-        return _Record(residual, healthy, projector, whole, own, suspected)
+        return _Record(residual, healthy, projector, whole, own, suspected, winner.candidate.effect is None)
 
     @property
     def is_absorbed(self) -> bool:
@@ -97,7 +99,8 @@ class _Record:
         without = self.suspected | ({rival.frees} - {""})
         rest = np.column_stack([self.projector.rest(column, without) for column in raw.T])
         left = np.linalg.norm(rest, axis=0)
-        seen = left > _NOTHING_LEFT * np.maximum(np.linalg.norm(raw, axis=0), 1e-12)
+        least = _NEXT_TO_NOTHING if self.is_parameter else _NOTHING_LEFT
+        seen = left > least * np.maximum(np.linalg.norm(raw, axis=0), 1e-12)
         if not seen.any():
             return 0.0
         directions = np.linalg.qr(rest[:, seen] / left[seen])[0]
