@@ -38,7 +38,7 @@ def alike(
     """
     winner = found.winner
     record = _Record.of(winner, healthy, residual_of(balances))
-    plain = _Record.of(winner, healthy, residual_of(balances), is_zero_known=True)
+    plain = record.with_zeros_known()
     names = []
     for screened in found.screened:
         rival = screened.candidate
@@ -76,13 +76,16 @@ class _Record:
     is_parameter: bool
 
     @staticmethod
-    def of(winner: Refined, healthy: Calibration, residual: Residual, is_zero_known: bool = False) -> _Record:
+    def of(winner: Refined, healthy: Calibration, residual: Residual) -> _Record:
         projector, suspected = Projector(healthy), frozenset({winner.candidate.frees} - {""})
-        if is_zero_known:
-            suspected |= {name for name in projector.names if name.endswith("_zero")}
         whole = _alone(residual, healthy, winner)
         own = projector.rest(whole, suspected)
         return _Record(residual, healthy, projector, whole, own, suspected, winner.candidate.effect is None)
+
+    def with_zeros_known(self) -> _Record:
+        """Return the same record where the sensors' zeros are no base."""
+        suspected = self.suspected | {name for name in self.projector.names if name.endswith("_zero")}
+        return replace(self, suspected=suspected, own=self.projector.rest(self.whole, suspected))
 
     @property
     def is_absorbed(self) -> bool:
