@@ -16,6 +16,14 @@ PATIENCE_S = 240.0  # for a loaded machine that has to compile first; nothing wa
 # A leader of a session that opens a terminal has it as its own; a hook before exec would fork beside threads.
 ON_TERMINAL = ("sh", "-c", 'exec "$@" <"$ON" >"$ON" 2>&1', "sh")
 ETB_HIL = (sys.executable, "-m", "etb_hil.cli.main")
+# Phases of a scenario that holds the plate until somebody ends it; a wait is rehearsed in a second.
+HELD = """  - {id: zero, kind: current_zero, duration: 0.3 s}
+  - id: held
+    kind: wait
+    drive: hold
+    timeout: 450 s
+    until: {role: temperature, above: 100 degC, otherwise: go_on}
+"""
 
 
 class Terminal:

@@ -4,21 +4,15 @@ import json
 import os
 
 import pytest
-from terminal import ETB_HIL, Terminal
+from terminal import ETB_HIL, HELD, Terminal
 
 from etb_hil.cli.keyboard import Keyboard
 from etb_hil.cli.show import say
 
-SCENARIO = """schema: etb_hil/scenario/1
+SCENARIO = f"""schema: etb_hil/scenario/1
 name: held
 phases:
-  - {id: zero, kind: current_zero, duration: 0.3 s}
-  - id: held # a wait is rehearsed in a second
-    kind: wait
-    drive: hold
-    timeout: 450 s
-    until: {role: temperature, above: 100 degC, otherwise: go_on}
-"""
+{HELD}"""
 
 
 def test_a_closed_terminal_costs_neither_results_nor_report(tmp_path):

@@ -4,9 +4,9 @@ import json
 from pathlib import Path
 
 import pytest
-from terminal import ETB_HIL, Terminal
+from terminal import ETB_HIL, HELD, Terminal
 
-LONG = """schema: etb_hil/scenario/1
+LONG = f"""schema: etb_hil/scenario/1
 name: held
 phases:
   - id: clamped
@@ -14,13 +14,7 @@ phases:
     text: Is the unit clamped and its connector locked?
     answers: [yes, no]
     timeout: 100 s
-  - {id: zero, kind: current_zero, duration: 0.3 s}
-  - id: held # a wait is rehearsed in a second
-    kind: wait
-    drive: hold
-    timeout: 450 s
-    until: {role: temperature, above: 100 degC, otherwise: go_on}
-"""
+{HELD}"""
 STATION = Path(__file__).resolve().parents[2] / "docs" / "examples" / "line.station.yaml"
 COLOURS = [b"\x1b[3%dm" % colour for colour in range(8)] + [b"\x1b[1;3%dm" % colour for colour in range(8)]
 
