@@ -28,3 +28,9 @@ def side(x: float, lag: float) -> float:
     """Return an odd curve from -1 to 1: tanh(x) with a lag of 0, x / (1 + abs(x)) with 1, in proportion between."""
     settled = math.tanh(x)
     return settled if lag == 0.0 else settled + lag * (x / (1.0 + abs(x)) - settled)
+
+
+@njit(cache=True, error_model="numpy")
+def lagged(before: float, end: float, dt: float, time_constant: float) -> float:
+    """Return a first-order lag's state dt s later, on its way to an end that stays; the time constant in s."""
+    return end + (before - end) * math.exp(-dt / time_constant)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
-
 from numba import njit
 
+from etb_hil.plant.effects.curves import lagged
 from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.physics import Vector
@@ -43,4 +42,4 @@ def followed(magnet: float, temperature: float, dt: float, p: Vector) -> float:
     """Return the magnets' temperature in degC after dt s in a housing."""
     if p[_K] == 0.0:
         return magnet
-    return temperature + (magnet - temperature) * math.exp(-dt / p[_K + 1])
+    return lagged(magnet, temperature, dt, p[_K + 1])

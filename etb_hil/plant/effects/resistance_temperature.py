@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
-
 from numba import njit
 
+from etb_hil.plant.effects.curves import lagged
 from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.physics import RESISTANCE, Vector
@@ -46,8 +45,7 @@ def warmed(rise: float, current: float, dt: float, p: Vector) -> float:
     """Return the winding's rise in K after dt s under a current, at 10 K/W."""
     if p[_K + 1] == 0.0:
         return rise
-    end = 10.0 * p[RESISTANCE] * current * current
-    return end + (rise - end) * math.exp(-dt / p[_K + 2])
+    return lagged(rise, 10.0 * p[RESISTANCE] * current * current, dt, p[_K + 2])
 
 
 @njit(cache=True, error_model="numpy")
@@ -55,4 +53,4 @@ def followed(housing: float, temperature: float, dt: float, p: Vector) -> float:
     """Return the housing's temperature in degC as the winding has it after dt s."""
     if p[_K] == 0.0:
         return housing
-    return temperature + (housing - temperature) * math.exp(-dt / p[_K + 2])
+    return lagged(housing, temperature, dt, p[_K + 2])

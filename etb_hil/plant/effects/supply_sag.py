@@ -6,6 +6,7 @@ import math
 
 from numba import njit
 
+from etb_hil.plant.effects.curves import lagged
 from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, shape, strength
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.physics import SUPPLY_VOLTAGE, Vector
@@ -57,4 +58,4 @@ def drawn(before: float, current: float, command: float, dt: float, p: Vector) -
     if p[_K + 3] <= 0.0:
         return 0.0
     now = taken(current, command, p)
-    return now + (before - now) * math.exp(-dt / p[_K + 3])
+    return lagged(before, now, dt, p[_K + 3])
