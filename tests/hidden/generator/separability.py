@@ -18,6 +18,8 @@ _NOTHING_LEFT = 0.03  # share below which what is left is the error of the finit
 _GOOD_SHARE = 0.15
 _SEEN = 1e-3  # of a column over the noise: what is less are these sensors blind to
 _DRAWS = 4
+_NEAR = 0.6  # a cosine from which a rival's shape is looked for further: the nearest of a few draws is seldom the best
+_MORE = 28
 
 
 @dataclass(frozen=True)
@@ -87,35 +89,41 @@ def _beyond_tolerance(ratio):
 
 def _cosine(case, name, rival, own_row, columns, base, unit_rest):
     """Largest cosine of the hidden effect with any shape of a rival (with any phase, where it has one)."""
-    largest = 0.0
-    for row in _shapes(case, name, rival, own_row):
-        phases = (0.0, 0.5 * np.pi) if rival in _PHASED else (None,)
-        raw = []
-        for phase in phases:
-            shaped = row.copy()
-            if phase is not None:
-                shaped[at.A if rival == "angle_sensor_eccentricity" else at.B] = phase
-            raw.append(columns.of_effect(rival, shaped))
-        span = np.stack([base.projected_out(column) for column in raw], axis=1)
-        lengths = np.linalg.norm(span, axis=0)
-        if (lengths < np.maximum(1e-6, _NOTHING_LEFT * np.linalg.norm(raw, axis=1))).any():
-            continue  # the base parameters are this rival
-        directions, _ = np.linalg.qr(span / lengths)
-        largest = max(largest, float(np.linalg.norm(directions.T @ unit_rest)))
-    return largest
+    rng, recipe = np.random.default_rng(at.ROW[rival]), RECIPES[rival]
+
+    def drawn(count):
+        return [_shape(recipe, rival, rng, case.rig.unit) for _ in range(count)]
+
+    def nearest(rows):
+        return max((_of_shape(rival, row, columns, base, unit_rest) for row in rows), default=0.0)
+
+    first = drawn(_DRAWS if recipe.has_shape else 1)
+    largest = nearest(first + [_at_order(first[0], order) for order in _orders(case.rig, name, rival, own_row)])
+    return max(largest, nearest(drawn(_MORE))) if recipe.has_shape and _NEAR < largest < ALIKE else largest
 
 
-def _shapes(case, name, rival, own_row):
-    """Rows of a rival: its shape drawn a few times, and the orders and places of the hidden effect."""
-    rng = np.random.default_rng(at.ROW[rival])
-    recipe = RECIPES[rival]
-    rows = []
-    for _ in range(_DRAWS if recipe.has_shape else 1):
-        row = recipe.draw(rival, rng, case.rig.unit)
-        row[at.STRENGTH] *= recipe.start
-        rows.append(row)
-    rows += [_at_order(rows[0], order) for order in _orders(case.rig, name, rival, own_row)]
-    return rows
+def _of_shape(rival, row, columns, base, unit_rest):
+    """Cosine of the hidden effect with one shape of a rival, at its best phase."""
+    phases = (0.0, 0.5 * np.pi) if rival in _PHASED else (None,)
+    raw = []
+    for phase in phases:
+        shaped = row.copy()
+        if phase is not None:
+            shaped[at.A if rival == "angle_sensor_eccentricity" else at.B] = phase
+        raw.append(columns.of_effect(rival, shaped))
+    span = np.stack([base.projected_out(column) for column in raw], axis=1)
+    lengths = np.linalg.norm(span, axis=0)
+    if (lengths < np.maximum(1e-6, _NOTHING_LEFT * np.linalg.norm(raw, axis=1))).any():
+        return 0.0  # the base parameters are this rival
+    directions, _ = np.linalg.qr(span / lengths)
+    return float(np.linalg.norm(directions.T @ unit_rest))
+
+
+def _shape(recipe, rival, rng, unit):
+    """Row of a rival: its shape drawn, its strength a usual one."""
+    row = recipe.draw(rival, rng, unit)
+    row[at.STRENGTH] *= recipe.start
+    return row
 
 
 def _at_order(row, order):
