@@ -171,10 +171,13 @@ class _Along:
         self._recording, self._theta, self._omega = recording, theta, omega
         self._prior, self._precision = prior, 1.0 / (spread * spread)
         self._along, self._trace = np.empty((len(theta), ALONG)), np.empty((len(theta), TRACE))
+        self._along_for = np.full(FITTED, np.nan)  # the numbers that `_along` holds friction for
 
     def unlikelihood(self, q: Float64, wander: float, turning: float) -> float:
         """Return minus twice the logarithm of the likelihood (Schweppe 1965) and prior, constants left out."""
-        friction_along(self._theta, self._omega, self._recording.step, q, self._is_held, self._along)
+        if not np.array_equal(q, self._along_for):
+            friction_along(self._theta, self._omega, self._recording.step, q, self._is_held, self._along)
+            self._along_for = q.copy()
         _forward(self._recording, self._theta, self._omega, self._along, wander, turning, self._trace)
         total = surprise(self._trace[:, ERROR], self._trace[:, VARIANCE], _UNSETTLED)
         for precision, value, mean in zip(self._precision, q, self._prior, strict=True):

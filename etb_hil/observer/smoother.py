@@ -30,6 +30,7 @@ _STIFFNESSES = (0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8)
 _WANDERS = (1.0, 4.0, 16.0)
 _UNSETTLED = 100  # first samples, which say more of the start than of the friction
 _SMALL, _LARGE = 1e-200, 1e200
+_LN2 = 0.6931471805599453
 
 
 def smooth(
@@ -74,16 +75,17 @@ def forward_backward(
 @njit(cache=True, error_model="numpy")
 def surprise(error: Float64, variance: Float64, first: int) -> float:
     """Return minus twice the log-likelihood of innovations (n), constants left out, from `first` on (Schweppe 1965)."""
-    total, product = 0.0, 1.0
+    total, product, twos = 0.0, 1.0, 0
     for k in range(first, len(error)):
         if math.isnan(error[k]):
             continue
         total += error[k] * error[k] / variance[k]
-        product *= variance[k]  # a logarithm now and then, not one a sample
+        product *= variance[k]
         if product < _SMALL or product > _LARGE:
-            total += log(product)
-            product = 1.0
-    return total + log(product)
+            product, exponent = math.frexp(product)  # exact, and there is one logarithm at the end
+            twos += exponent
+    product, exponent = math.frexp(product)
+    return total + log(product) + (twos + exponent) * _LN2
 
 
 @njit(cache=True, error_model="numpy")

@@ -10,7 +10,7 @@ from throttle_as_model import noise, parameters
 from etb_hil.observer.angle import AngleObserver
 from etb_hil.observer.bristle import _LATCHED, RECORDED, BristleObserver
 from etb_hil.observer.lugre_smoother import smooth_along_lugre
-from etb_hil.observer.smoother import _backward, forward_backward, smooth
+from etb_hil.observer.smoother import _backward, forward_backward, smooth, surprise
 
 THROTTLE = parameters(Unit())
 
@@ -66,6 +66,18 @@ def test_lugre_smoother_leaves_bad_samples_out(run):
     assert found.friction.tobytes() == again.friction.tobytes()
     short = smooth_along_lugre(THROTTLE, noise(), *(column[:50] for column in data))
     assert np.all(np.isnan(short.friction))
+
+
+@pytest.mark.parametrize("size", [1e-30, 1e-14, 1.0, 1e5, 1e30])
+def test_a_likelihood_is_that_of_independent_innovations(size):
+    rng = np.random.default_rng(4)
+    variance = size * rng.uniform(0.5, 2.0, 5000)
+    error = np.sqrt(variance) * rng.standard_normal(5000)
+    error[[5, 1000]] = np.nan
+    known = np.isfinite(error)
+    known[:100] = False
+    plain = np.sum(error[known] ** 2 / variance[known] + np.log(variance[known]))
+    assert surprise(error, variance, 100) == pytest.approx(plain, rel=1e-12)
 
 
 def test_gaps_part_a_recording(run):
