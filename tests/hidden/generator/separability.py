@@ -9,6 +9,7 @@ from generator import layout as at
 from generator.recipes import RECIPES
 from generator.sensitivity import Sensitivities
 from generator.unit import STATED_TOLERANCE, STOP_TOLERANCE
+from generator.wrong_parameter import nominal_over_truth
 
 ALIKE = 0.95
 _ABSORBED = 0.2  # share of an effect left beside the base parameters below which a parameter is its name too
@@ -83,8 +84,7 @@ def _judge(case, entry, columns, parameters):
 
 def _beyond_tolerance(ratio):
     """Relative error that is left of nominal over truth at the near edge of the tolerance."""
-    edge = 1.0 + STATED_TOLERANCE
-    return ratio / edge - 1.0 if ratio > 1.0 else ratio * edge - 1.0
+    return ratio / nominal_over_truth(1.0 if ratio > 1.0 else -1.0) - 1.0
 
 
 def _cosine(case, name, rival, own_row, columns, base, unit_rest):

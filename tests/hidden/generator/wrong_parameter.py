@@ -23,6 +23,11 @@ _MOST = np.log(4.0)
 _CLEARLY_OUTSIDE = np.log(1.05)  # strong cases: nobody need argue over a slack of the tolerance
 
 
+def nominal_over_truth(sign):
+    """Nominal over truth at the near edge of a tolerance, which is stated as a share of the nominal value."""
+    return 1.0 / (1.0 - sign * STATED_TOLERANCE)
+
+
 def misjudge(rig, name, level, rng, floors):
     """Put the nominal value so far off that its tolerance's near edge still leaves the requested residual.
 
@@ -40,7 +45,7 @@ def misjudge(rig, name, level, rng, floors):
     excess, sizes = find_strength(reached, 0.05, _MOST, goal, (low, high))
     if level == "strong" and excess < _CLEARLY_OUTSIDE:
         excess, sizes = reached(_CLEARLY_OUTSIDE)
-    factor = float(np.exp(sign * (excess + np.log(1.0 + STATED_TOLERANCE))))
+    factor = nominal_over_truth(sign) * float(np.exp(sign * excess))
     rig.nominal[name] = rig.unit[name] * factor
     if rig.nominal["coulomb"] > rig.nominal["stiction"]:
         raise OutOfReachError(f"{name} off by {factor:.2f} is no model: sliding friction above break-away friction")
