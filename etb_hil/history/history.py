@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
@@ -16,7 +15,7 @@ from etb_hil.history.drift import Drift, deviations, drifts
 from etb_hil.history.gauge import GaugeStudy, balanced, gauge_study
 from etb_hil.history.rise import Rises, rises
 from etb_hil.history.runs import Run
-from etb_hil.history.temperature import TemperatureEffect, temperature_effect
+from etb_hil.history.temperature import REFERENCE, TemperatureEffect, unit_laws
 from etb_hil.recording.samples import Float64
 
 FRICTION = ("T_st", "T_c")
@@ -26,6 +25,7 @@ FRICTION = ("T_st", "T_c")
 class NumberHistory:
     """A number over the runs that count: `values` (n) as measured, `compared` (n) without temperature where known.
 
+    `compared` is NaN where the law does not carry to 20 degC, and may be off by `doubt` (n) where it does, 95 %.
     `at` (n) is each value's place among the part's runs. `charted` are the units of the control chart, in order of
     their latest runs, one value a unit. What the runs cannot tell is None.
     """
@@ -34,6 +34,7 @@ class NumberHistory:
     at: list[int]
     values: Float64
     compared: Float64
+    doubt: Float64
     temperature: TemperatureEffect | None
     charted: list[str]
     chart: ControlChart | None
@@ -82,13 +83,16 @@ def _number(name: str, runs: list[Run], stiction: NumberHistory | None) -> Numbe
     warmth = np.array([np.nan if runs[k].temperature is None else runs[k].temperature for k in at], dtype=np.float64)
     # A run without a serial number is a unit of its own: nobody knows whether it came again.
     units = [runs[k].serial or f"run {runs[k].run_id}" for k in at]
+    laws = unit_laws(values, warmth, units)
     if stiction is None:
-        effect = temperature_effect(values, warmth, units)
+        effect = laws.together()
         compared = values if effect is None else effect.taken_out(values, warmth)
+        doubt = np.zeros(len(at)) if effect is None else compared * effect.doubt(warmth - REFERENCE)
     else:
         effect = stiction.temperature
-        moved_by = dict(zip(stiction.at, stiction.compared - stiction.values, strict=True))
-        compared = values - np.array([moved_by.get(k, math.nan) for k in at])
+        moved = np.full((2, len(runs)), np.nan)
+        moved[:, stiction.at] = stiction.values - stiction.compared, stiction.doubt
+        compared, doubt = values + moved[0, at], moved[1, at]
     sound = np.flatnonzero(np.isfinite(compared))
     latest = {units[k]: int(k) for k in sound}
     charted = sorted(latest, key=lambda unit: latest[unit])
@@ -104,10 +108,9 @@ def _number(name: str, runs: list[Run], stiction: NumberHistory | None) -> Numbe
     drifting, looked_at = drifts(deviations(time, compared[sound], names, benches))
     risen = None
     if stiction is None:  # of the return margin, what falls matters, and T_st says it
-        begun = [runs[at[k]].started for k in sound]
-        risen = rises(begun, compared[sound], warmth[sound], names, is_at_one=effect is not None)
+        risen = rises([runs[k].started for k in at], values, warmth, units, laws)
     return NumberHistory(
-        name, at, values, compared, effect, charted, chart,
+        name, at, values, compared, doubt, effect, charted, chart,
         None if chart is None else capability(chart, low, high), low, high,
         None if study is None else gauge_study(study[2]), drifting, looked_at, risen,
     )  # fmt: skip

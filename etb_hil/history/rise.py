@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etb_hil.history.temperature import LEAST_SPREAD
+from etb_hil.history.temperature import LEAST_SPREAD, TemperatureEffect, UnitLaws
 from etb_hil.recording.samples import Float64
 
 SMALLEST = 0.25  # share: the smallest rise that matters
@@ -28,11 +28,15 @@ class Rise:
 
 @dataclass(frozen=True, slots=True)
 class Rises:
-    """What `looked_at` units say that were measured again: those above `limit`, a share."""
+    """What `looked_at` units say that were measured again: those above `limit`, a share.
+
+    `apart` are units that were measured again and cannot be held against their first test.
+    """
 
     looked_at: int
     limit: float
     found: list[Rise]
+    apart: list[str]
 
 
 def factor(count: int) -> float:
@@ -56,27 +60,57 @@ def alarm(limit: float, smallest: float = SMALLEST) -> float:
 
 
 def rises(
-    started: Sequence[str], compared: Float64, temperature: Float64, units: Sequence[str], *, is_at_one: bool
+    started: Sequence[str], values: Float64, temperature: Float64, units: Sequence[str], laws: UnitLaws
 ) -> Rises | None:
     """Return the units that have risen, of values (n) in order of time; None where no unit was measured again.
 
-    `compared` without temperature where `is_at_one` says that it could be taken out; otherwise only runs of a unit that
-    lie within 5 K (`temperature` (n) in degC) are held against each other.
+    The law of temperature (n) in degC is taken out as the other units tell it: a unit that was tested warm after it
+    had risen would tell one of its own. Without that law, only runs of a unit within 5 K are held against each other.
     """
-    first: dict[str, int] = {}
-    last: dict[str, int] = {}
+    runs: dict[str, list[int]] = {}
     for k, unit in enumerate(units):
-        if not (math.isfinite(compared[k]) and compared[k] > 0.0):
-            continue
-        since = first.setdefault(unit, k)
-        if k != since and (is_at_one or abs(temperature[k] - temperature[since]) <= LEAST_SPREAD):
-            last[unit] = k
-    if not last:
+        if values[k] > 0.0:
+            runs.setdefault(unit, []).append(k)
+    again = {unit: places for unit, places in runs.items() if len(places) > 1}
+    if not again:
         return None
-    ratio = {unit: math.log(compared[k] / compared[first[unit]]) for unit, k in last.items()}
-    level = alarm(_scatter(np.array(list(ratio.values()))))
-    found = [Rise(unit, math.expm1(r), started[first[unit]]) for unit, r in ratio.items() if r > level]
-    return Rises(len(ratio), math.expm1(level), found)
+    telling, whole = set(laws.name), laws.together()
+    compared: dict[str, _Compared] = {}
+    for unit, places in again.items():
+        law = laws.together(without=unit) if unit in telling else whole
+        if (latest := _latest(places, values, temperature, law)) is not None:
+            compared[unit] = latest
+    level = alarm(_scatter(np.array([one.ratio for one in compared.values()])))
+    found = [
+        Rise(unit, math.expm1(one.ratio), started[one.since])
+        for unit, one in compared.items()
+        if one.ratio > level + one.doubt
+    ]
+    return Rises(len(compared), math.expm1(level), found, [unit for unit in again if unit not in compared])
+
+
+@dataclass(frozen=True, slots=True)
+class _Compared:
+    """The logarithm of a unit's latest value over its first, that of run `since`, and how unsure its law leaves it."""
+
+    ratio: float
+    doubt: float
+    since: int
+
+
+def _latest(
+    places: Sequence[int], values: Float64, temperature: Float64, law: TemperatureEffect | None
+) -> _Compared | None:
+    """Return the last of some runs against the first whose temperature is known; None where none can be held to it."""
+    at = [k for k in places if math.isfinite(temperature[k])]
+    for k in reversed(at[1:]):
+        first, warmer = at[0], float(temperature[k] - temperature[at[0]])
+        ratio = math.log(values[k] / values[first])
+        if law is not None and np.all(law.carries(temperature[[first, k]], float(temperature[first]))):
+            return _Compared(ratio - law.coefficient * warmer, float(law.doubt(warmer)), first)
+        if abs(warmer) <= LEAST_SPREAD:
+            return _Compared(ratio, 0.0, first)
+    return None
 
 
 def _scatter(ratio: Float64) -> float:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from etb_hil.history.history import History, NumberHistory
+from etb_hil.history.runs import Measured
 
 SCHEMA = "etb_hil/history/1"
 _TEXTS = (
@@ -23,12 +24,13 @@ _FORMULA = ("=", "+", "-", "@", "\t", "\r")  # what begins with one of these, a 
 def rows(found: Sequence[History]) -> list[dict[str, Any]]:
     """Return a row a run: `counts` says whether the statistics rest on it; values in SI units, None where unknown.
 
-    A number has its columns `_low`, `_high` (95 % interval) and `_20_degC` (temperature taken out).
+    A number has its columns `_low`, `_high` (95 % interval), and `_20_degC` with its own: temperature taken out, its
+    interval as much wider as the law's says.
     """
     table = []
     for history in found:
         compared = {
-            number.id: dict(zip(number.at, map(float, number.compared), strict=True))
+            number.id: dict(zip(number.at, zip(number.compared, number.doubt, strict=True), strict=True))
             for number in history.numbers
             if number.temperature is not None
         }
@@ -40,7 +42,7 @@ def rows(found: Sequence[History]) -> list[dict[str, Any]]:
                 row[number.id] = None if measured is None else measured.value
                 row[f"{number.id}_low"] = None if measured is None else measured.low
                 row[f"{number.id}_high"] = None if measured is None else measured.high
-                row[f"{number.id}_20_degC"] = _finite(compared.get(number.id, {}).get(place, math.nan))
+                row |= _at_reference(number.id, measured, *compared.get(number.id, {}).get(place, (math.nan, math.nan)))
             table.append(row)
     return table
 
@@ -117,5 +119,13 @@ def _number(number: NumberHistory) -> dict[str, Any]:
     }
 
 
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+def _at_reference(name: str, measured: Measured | None, value: float, doubt: float) -> dict[str, float | None]:
+    column = f"{name}_20_degC"
+    cells: dict[str, float | None] = {column: None, f"{column}_low": None, f"{column}_high": None}
+    if measured is None or not math.isfinite(value):
+        return cells
+    cells[column] = float(value)
+    if measured.low is not None and measured.high is not None:
+        cells[f"{column}_low"] = float(value) - math.hypot(measured.value - measured.low, doubt)
+        cells[f"{column}_high"] = float(value) + math.hypot(measured.high - measured.value, doubt)
+    return cells

@@ -1,22 +1,24 @@
-"""Temperature taken out of friction: what units would have shown at one temperature."""
+"""Temperature taken out of friction: what units would have shown at one temperature, and how sure that is."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from etb_hil.recording.samples import Float64
 
 REFERENCE = 20.0  # degC
-LEAST_SPREAD = 5.0  # K within units; below, noise passes for temperature
-_FEWEST = 4  # degrees of freedom
+LEAST_SPREAD = 5.0  # K between tests of one unit; below, noise passes for temperature
+FEWEST = 3  # units: of fewer, one that has changed between its tests passes for temperature
+MOST_DOUBT = 0.025  # share by which a law may leave a value unsure: a tenth of the smallest rise that matters
 
 
 @dataclass(frozen=True, slots=True)
 class TemperatureEffect:
-    """How values follow temperature, as a share per K with its 95 % interval; `units` were seen at several."""
+    """How values follow temperature, as a share per K with its 95 % interval, told by `runs` of `units`."""
 
     coefficient: float
     low: float
@@ -27,36 +29,76 @@ class TemperatureEffect:
     warmest: float
 
     def taken_out(self, values: Float64, temperature: Float64) -> Float64:
-        """Return values (n) as they would be at 20 degC; NaN where the temperature (n) in degC is unknown."""
-        taken: Float64 = values * np.exp(-self.coefficient * (temperature - REFERENCE))
-        return taken
+        """Return values (n) as they would be at 20 degC; NaN where the law does not carry from (n), degC."""
+        at_reference: Float64 = values * self.factor(temperature)
+        return np.where(self.carries(temperature, REFERENCE), at_reference, np.nan)
+
+    def factor(self, temperature: Float64) -> Float64:
+        """Return by what values at temperature (n) in degC are multiplied to be those at 20 degC."""
+        found: Float64 = np.exp(-self.coefficient * (temperature - REFERENCE))
+        return found
+
+    def doubt(self, distance: Float64 | float) -> Float64:
+        """Return the share (n) by which the law is unsure over a distance (n) in K, 95 %."""
+        return 0.5 * (self.high - self.low) * np.abs(np.asarray(distance))
+
+    def carries(self, temperature: Float64, to: float) -> NDArray[np.bool_]:
+        """Return whether temperature (n) in degC lies near what the law was seen at, and `to` not too far for it."""
+        seen = (temperature >= self.coldest - LEAST_SPREAD) & (temperature <= self.warmest + LEAST_SPREAD)
+        carried: NDArray[np.bool_] = seen & (self.doubt(temperature - to) <= MOST_DOUBT)
+        return carried
 
 
-def temperature_effect(values: Float64, temperature: Float64, unit: list[str]) -> TemperatureEffect | None:
-    """Return how values (n), above zero, follow temperature (n) in degC inside each unit; None where nothing tells.
+@dataclass(frozen=True, slots=True)
+class UnitLaws:
+    """What each unit that was tested at temperatures 5 K apart says by itself.
 
-    Least squares of ln(value) over temperature, with a level of each unit: that one unit was tested warm and another
-    one cold says nothing. Told it is where units differ by 5 K from their mean at the least, and 4 degrees of freedom
-    are left.
+    `name` (u), `slope` (u) as a share per K, `weight` (u) K^2, `runs` (u), `coldest` and `warmest` (u) degC.
+    """
+
+    name: list[str]
+    slope: Float64
+    weight: Float64
+    runs: Float64
+    coldest: Float64
+    warmest: Float64
+
+    def together(self, without: str | None = None) -> TemperatureEffect | None:
+        """Return the law of all units but one, from 3 units on.
+
+        The interval is a jackknife's over units: their laws differ, and one that has changed between its tests tells
+        another law than the rest, which no scatter inside units shows.
+        """
+        kept = np.array([name != without for name in self.name], np.bool_)
+        count = int(np.count_nonzero(kept))
+        if count < FEWEST:
+            return None
+        weight, slope = self.weight[kept], self.slope[kept]
+        whole = float(weight.sum())
+        middle = float((weight * slope).sum()) / whole
+        moved = weight * (slope - middle) / (whole - weight)
+        variance = (count - 1) / count * float((moved * moved).sum())
+        half = float(student.ppf(0.975, count - 1)) * variance**0.5
+        return TemperatureEffect(
+            middle, middle - half, middle + half, count, int(self.runs[kept].sum()), float(self.coldest[kept].min()),
+            float(self.warmest[kept].max()),
+        )  # fmt: skip
+
+
+def unit_laws(values: Float64, temperature: Float64, unit: list[str]) -> UnitLaws:
+    """Return how values (n), above zero, follow temperature (n) in degC inside units: that units differ says nothing.
+
+    Least squares of ln(value) over temperature.
     """
     known = np.isfinite(temperature) & (values > 0.0)
-    names, index = np.unique(np.array(unit)[known], return_inverse=True)
-    if not len(names):
-        return None
-    count = np.bincount(index)
+    names, index = np.unique(np.array(unit, dtype=np.str_)[known], return_inverse=True)
+    count = np.bincount(index, minlength=len(names)).astype(np.float64)
     warmth, level = temperature[known], np.log(values[known])
-    warmth_apart = warmth - (np.bincount(index, warmth) / count)[index]
-    level_apart = level - (np.bincount(index, level) / count)[index]
-    freedom = len(level) - len(names) - 1
-    spread = float((warmth_apart**2).sum())
-    if freedom < _FEWEST or 2.0 * float(np.abs(warmth_apart).max()) < LEAST_SPREAD:
-        return None
-    slope = float((warmth_apart * level_apart).sum()) / spread
-    variance = float(((level_apart - slope * warmth_apart) ** 2).sum()) / freedom
-    half = float(student.ppf(0.975, freedom)) * (variance / spread) ** 0.5
-    repeated = count[index] > 1
-    seen = warmth[repeated]
-    return TemperatureEffect(
-        slope, slope - half, slope + half, int((count > 1).sum()), int(repeated.sum()), float(seen.min()),
-        float(seen.max()),
-    )  # fmt: skip
+    coldest, warmest = np.full(len(names), np.inf), np.full(len(names), -np.inf)
+    np.minimum.at(coldest, index, warmth)
+    np.maximum.at(warmest, index, warmth)
+    apart = warmth - (np.bincount(index, warmth, len(names)) / count)[index]
+    weight = np.bincount(index, apart * apart, len(names))
+    told = warmest - coldest >= LEAST_SPREAD
+    slope = np.bincount(index, apart * level, len(names))[told] / weight[told]
+    return UnitLaws([str(name) for name in names[told]], slope, weight[told], count[told], coldest[told], warmest[told])

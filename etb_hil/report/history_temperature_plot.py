@@ -70,8 +70,8 @@ def _draw(axes: Axes, history: History, number: NumberHistory, *, named: bool) -
 
 
 def _level(law: TemperatureEffect, warmth: Float64, values: Float64) -> float:
-    """Return what values (n), measured at temperatures (n), are on the mean at 20 degC."""
-    return float(np.exp(np.mean(np.log(law.taken_out(values, warmth)))))
+    """Return what values (n), measured at temperatures (n), are on the mean at 20 degC by the law."""
+    return float(np.exp(np.mean(np.log(values * law.factor(warmth)))))
 
 
 def _law(law: TemperatureEffect, temperature: Float64, level: float) -> Float64:

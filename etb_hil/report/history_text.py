@@ -6,6 +6,8 @@ import re
 import textwrap
 from collections.abc import Iterator
 
+import numpy as np
+
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.history.capability import Capability, Index
 from etb_hil.history.control_chart import FEWEST
@@ -14,7 +16,8 @@ from etb_hil.history.drift import Drift
 from etb_hil.history.gauge import GaugeStudy
 from etb_hil.history.history import FRICTION, History, NumberHistory
 from etb_hil.history.rise import Rises
-from etb_hil.history.temperature import LEAST_SPREAD, TemperatureEffect
+from etb_hil.history.temperature import FEWEST as FEWEST_UNITS
+from etb_hil.history.temperature import LEAST_SPREAD, REFERENCE, TemperatureEffect
 from etb_hil.report.show import plain, printable
 
 WIDTH = 80
@@ -76,7 +79,7 @@ def _table(history: History, rows: int) -> Iterator[str]:
 def _lacking(number: NumberHistory) -> Iterator[tuple[str, str]]:
     """Yield what the runs do not tell, and what it would take."""
     if number.id in FRICTION and number.temperature is None:
-        seen = f"no unit was seen at temperatures {LEAST_SPREAD:.0f} K apart, or too few runs were"
+        seen = f"fewer than {FEWEST_UNITS} units were seen at temperatures {LEAST_SPREAD:.0f} K apart"
         yield "Temperature", f"{seen}. Values are compared as measured."
     if number.chart is None:
         yield "Control chart", f"no limits from fewer than {FEWEST} units; there are {len(number.charted)}."
@@ -88,7 +91,7 @@ def _lacking(number: NumberHistory) -> Iterator[tuple[str, str]]:
 
 def _statements(number: NumberHistory) -> Iterator[tuple[str, str]]:
     if number.temperature is not None:
-        yield "Temperature", _temperature(number.temperature)
+        yield "Temperature", _temperature(number.temperature, int(np.count_nonzero(np.isnan(number.compared))))
     if (chart := number.chart) is not None:
         signals = [f"{printable(number.charted[k], 30)}: {reason}" for k, reason in chart.signals.items()]
         state = "steady" if not signals else "NOT STEADY: " + "; ".join(signals[:5])
@@ -108,11 +111,15 @@ def _statements(number: NumberHistory) -> Iterator[tuple[str, str]]:
         yield "Drift", f"none; looked for in {number.looked_at} series of {LEAST} or more runs of a unit or bench."
 
 
-def _temperature(effect: TemperatureEffect) -> str:
-    return (
+def _temperature(effect: TemperatureEffect, left_out: int) -> str:
+    text = (
         f"{100 * effect.coefficient:+.2f} %/K (95 %: {100 * effect.low:+.2f} to {100 * effect.high:+.2f}), from "
         f"{effect.runs} runs of {effect.units} units at {effect.coldest:.0f} to {effect.warmest:.0f} °C; taken out."
     )
+    if not left_out:
+        return text
+    beyond = f"their temperature is unknown, or it is too far from {REFERENCE:.0f} °C for a law as unsure as that"
+    return f"{text} Runs left out of what follows: {left_out}; {beyond}."
 
 
 def _capability(found: Capability) -> str:
@@ -157,11 +164,18 @@ def _drift(drift: Drift) -> str:
 
 def _rises(rises: Rises) -> str:
     again = f"{rises.looked_at} units that were measured again, alarm at {100 * rises.limit:+.0f} %"
+    apart = ""
+    if rises.apart:
+        names = ", ".join(printable(unit, 30) for unit in rises.apart[:5])
+        why = f"more than {LEAST_SPREAD:.0f} K from their first test or at unknown temperatures, and the other units"
+        apart = f" Not compared: {len(rises.apart)} ({names}); measured again {why} do not tell the law well enough."
+    if not rises.looked_at:
+        return apart.lstrip()
     if not rises.found:
-        return f"none of {again}."
+        return f"none of {again}.{apart}"
     risen = (f"{printable(r.unit, 30)} {100 * r.rise:+.0f} % since {r.since[:10]}" for r in rises.found[:5])
     more = f"; {len(rises.found) - 5} more in history.json" if len(rises.found) > 5 else ""
-    return f"ALARM: {', '.join(risen)}{more}; of {again}."
+    return f"ALARM: {', '.join(risen)}{more}; of {again}.{apart}"
 
 
 def _torque(value: float) -> str:

@@ -1,5 +1,7 @@
 """The statistics against published examples, and against runs whose causes are known."""
 
+from dataclasses import replace
+
 import made_up
 import numpy as np
 import pytest
@@ -11,7 +13,9 @@ from etb_hil.history.control_chart import control_chart
 from etb_hil.history.drift import deviations, drifts
 from etb_hil.history.gauge import balanced, gauge_study
 from etb_hil.history.history import histories
-from etb_hil.history.temperature import temperature_effect
+from etb_hil.history.tables import rows
+from etb_hil.history.temperature import MOST_DOUBT, REFERENCE, unit_laws
+from etb_hil.report.history_text import history_text
 
 # AIAG, Measurement Systems Analysis, 4th edition (2010), figure III-B 15: ten parts, three appraisers, three trials.
 AIAG = """
@@ -135,16 +139,60 @@ def test_temperature_is_found_inside_units_alone():
     warmth = rng.uniform(10.0, 50.0, 48)
     level = 0.15 + 0.01 * (np.arange(48) % 6)
     values = level * np.exp(-0.004 * (warmth - 20.0)) * np.exp(rng.normal(0.0, 0.01, 48))
-    effect = temperature_effect(values, warmth, unit)
+    effect = unit_laws(values, warmth, unit).together()
     assert effect.low < -0.004 < effect.high
-    assert effect.high - effect.low < 0.001
+    assert effect.high - effect.low < 0.0015
     assert np.std(effect.taken_out(values, warmth) / level) < 0.02
 
     alone = [f"v{k}" for k in range(48)]  # each unit at one temperature: nothing tells units from temperature
-    assert temperature_effect(values, warmth, alone) is None
-    assert temperature_effect(values, 20.0 + rng.normal(0, 0.5, 48), unit) is None
-    assert temperature_effect(values, np.full(48, np.nan), unit) is None
-    assert temperature_effect(np.empty(0), np.empty(0), []) is None
+    assert unit_laws(values, warmth, alone).together() is None
+    assert unit_laws(values, 20.0 + rng.normal(0, 0.5, 48), unit).together() is None
+    assert unit_laws(values, np.full(48, np.nan), unit).together() is None
+    assert unit_laws(np.empty(0), np.empty(0), []).together() is None
+
+
+@pytest.mark.parametrize(
+    ("warmth", "is_told"),
+    [((20.0, 20.0, 24.0), False), ((20.0, 20.0, 24.9), False), ((20.0, 25.0), True), ((22.4, 17.4, 20.0), True)],
+)
+def test_five_kelvin_lie_between_two_tests_of_one_unit(warmth, is_told):
+    count = len(warmth)
+    values = np.linspace(0.17, 0.18, 4 * count)
+    laws = unit_laws(values, np.tile(warmth, 4), [f"u{k // count}" for k in range(4 * count)])
+    assert (laws.together() is not None) == is_told
+    assert laws.together("u1") is None or len(laws.name) == 4
+
+
+def test_the_laws_interval_holds_the_law_where_units_have_laws_of_their_own():
+    held, count = 0, 300
+    for seed in range(count):
+        rng = np.random.default_rng([7, seed])
+        unit = np.repeat(np.arange(6), 4)
+        warmth = rng.uniform(10.0, 50.0, 24)
+        law = -0.003 * (1.0 + 0.3 * rng.standard_normal(6))
+        values = np.exp(law[unit] * (warmth - 20.0) + 0.003 * rng.standard_normal(24))
+        effect = unit_laws(values, warmth, [f"u{k}" for k in unit]).together()
+        held += effect.low < -0.003 < effect.high
+    assert 0.92 * count <= held <= 0.99 * count
+
+
+def test_a_reading_brought_to_another_temperature_is_as_unsure_as_the_law():
+    rng = np.random.default_rng(5)
+    values, warmth = 0.17 * np.exp(0.004 * rng.standard_normal(8)), np.tile([20.0, 28.0], 4)
+    effect = unit_laws(values, warmth, [f"u{k // 2}" for k in range(8)]).together()
+    half = 0.5 * (effect.high - effect.low)
+    assert effect.doubt(-8.0) == pytest.approx(8.0 * half)
+    assert np.isnan(effect.taken_out(values[:1], np.array([70.0]))[0])  # far beyond what was seen
+    far = REFERENCE - 1.01 * MOST_DOUBT / half
+    assert np.isnan(replace(effect, coldest=far, warmest=20.0).taken_out(values[:1], np.array([far]))[0])
+    runs = made_up.production(6, 12, coefficient=-0.004, warm=40.0, noise=0.002)
+    number = histories(runs)[0].numbers[0]
+    assert number.doubt == pytest.approx(
+        number.compared * number.temperature.doubt([r.temperature - 20.0 for r in runs])
+    )
+    for row, value, doubt in zip(rows(histories(runs)), number.compared, number.doubt, strict=True):
+        assert row["T_st_20_degC_high"] == pytest.approx(value + np.hypot(0.004, doubt))
+        assert row["T_st_20_degC_low"] == pytest.approx(value - np.hypot(0.004, doubt))
 
 
 def drifts_of(runs):
@@ -228,7 +276,30 @@ def test_units_that_scatter_widely_raise_no_alarm_over_it():
 def test_warmth_is_no_rise():
     """The same unit cold and warm, its law unknown: not held against each other; its law known: taken out."""
     cold_and_warm = [made_up.run(0, "A", 0.17, temperature=60.0), made_up.run(1, "A", 0.20, temperature=10.0)]
-    assert histories(cold_and_warm)[0].numbers[0].rises is None
+    told = histories(cold_and_warm)[0].numbers[0].rises
+    assert (told.looked_at, told.found, told.apart) == (0, [], ["A"])
+    unknown = [made_up.run(k, "A", 0.17, temperature=None) for k in range(2)]
+    assert histories(unknown)[0].numbers[0].rises.apart == ["A"]
     known = made_up.production(5, units=20, coefficient=-0.003, warm=50.0, noise=0.0005)
     assert histories(known)[0].numbers[0].temperature is not None
     assert _risen(known) == []
+
+
+@pytest.mark.parametrize("rise", [1.25, 1.6])
+@pytest.mark.parametrize("warm_as_well", [0, 3])
+def test_a_unit_that_was_tested_warm_after_it_had_risen_tells_no_law_for_itself(rise, warm_as_well):
+    rng = np.random.default_rng(int(100 * rise) + warm_as_well)
+    runs = []
+    for again in range(2):
+        for k in range(12):
+            warmth = 25.0 if again and k <= warm_as_well else float(again)
+            value = 0.17 * np.exp(-0.003 * warmth + 0.005 * rng.standard_normal()) * (rise if again and k == 0 else 1.0)
+            runs.append(made_up.run(len(runs), f"U{k}", value, temperature=20.0 + warmth))
+    number = histories(runs)[0].numbers[0]
+    if warm_as_well:
+        assert [found.unit for found in number.rises.found] == ["U0"]
+        assert number.temperature.low < -0.003 < number.temperature.high
+    else:  # nobody else tells the law
+        assert number.temperature is None
+        assert (number.rises.looked_at, number.rises.found, number.rises.apart) == (11, [], ["U0"])
+        assert "Not compared: 1 (U0)" in " ".join(history_text(histories(runs)[0], 30).split())
