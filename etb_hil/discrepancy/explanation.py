@@ -13,6 +13,7 @@ from etb_hil.discrepancy.holdout import Holdout
 from etb_hil.discrepancy.intervals import Estimate, estimates
 from etb_hil.discrepancy.limits import detection_limits
 from etb_hil.discrepancy.nexttest import next_test
+from etb_hil.discrepancy.objections import LEAST_GAIN
 from etb_hil.discrepancy.quality import data_quality
 from etb_hil.discrepancy.regimes import REGIMES
 from etb_hil.discrepancy.unknowns import FIELDS, simulable
@@ -58,9 +59,7 @@ def _limits(findings: Findings) -> dict[str, dict[str, object]]:
     if not findings.rounds:
         return {}
     last = findings.rounds[-1]
-    return detection_limits(
-        last.before, last.screened, decision.LEAST_GAIN, is_linear=findings.balances[0].measured.is_linear
-    )
+    return detection_limits(last.before, last.screened, LEAST_GAIN, is_linear=findings.balances[0].measured.is_linear)
 
 
 def _model_file(holdout: Holdout | None) -> dict[str, str]:

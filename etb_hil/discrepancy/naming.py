@@ -10,6 +10,7 @@ from etb_hil.discrepancy.calibration import Calibration, all_unknowns, calibrate
 from etb_hil.discrepancy.candidates import suspects
 from etb_hil.discrepancy.findings import Findings, Round
 from etb_hil.discrepancy.floor import floor_of, group_means, weigh
+from etb_hil.discrepancy.objections import objection
 from etb_hil.discrepancy.placeholders import placeholders
 from etb_hil.discrepancy.refining import Refined, bent, fully, quickly
 from etb_hil.discrepancy.rivals import alike
@@ -61,7 +62,7 @@ def _look(findings: Findings, taken: list[str], progress: Progress) -> None:
     while len(findings.accepted) < _MOST_CAUSES:
         found = _round(findings, taken, progress)
         findings.rounds.append(found)
-        found.refused = decision.refusal(found, findings)
+        found.refused = objection(found, findings)
         if found.refused:
             return
         taken += [found.winner.id, *_siblings(found.winner)]

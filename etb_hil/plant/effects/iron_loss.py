@@ -17,7 +17,7 @@ EFFECT = Effect(
     balance=Balance.TORQUE,
     parity=Parity.ODD,
     parameters=(
-        strength("constant", "N·m", -0.05, 0.3, (0.01,), "a part of the no-load torque"),
+        strength("constant", "N·m", 0.0, 0.3, (0.01,), "a part of the no-load torque; a loss always brakes"),
         strength("growing", "N·m", -0.1, 0.3, (), "at 10 rad/s, beside the viscosity's tolerance"),
         shape("onset", "rad/s", 0.05, 6.0, (0.3, 0.8, 2.0), "smoothing about standstill"),
     ),
