@@ -16,6 +16,7 @@ from etb_hil.history.gauge import GaugeStudy, balanced, gauge_study
 from etb_hil.history.rise import Rises, rises
 from etb_hil.history.runs import Run
 from etb_hil.history.temperature import REFERENCE, TemperatureEffect, unit_laws
+from etb_hil.history.tolerance import tolerance_limit
 from etb_hil.recording.samples import Float64
 
 FRICTION = ("T_st", "T_c")
@@ -27,7 +28,8 @@ class NumberHistory:
 
     `compared` is NaN where the law does not carry to 20 degC, and may be off by `doubt` (n) where it does, 95 %.
     `at` (n) is each value's place among the part's runs. `charted` are the units of the control chart, in order of
-    their latest runs, one value a unit. What the runs cannot tell is None.
+    their latest runs, one value a unit; less than 1 % of their like exceed `tolerance_limit`, with 95 % confidence.
+    What the runs cannot tell is None.
     """
 
     id: str
@@ -38,6 +40,7 @@ class NumberHistory:
     temperature: TemperatureEffect | None
     charted: list[str]
     chart: ControlChart | None
+    tolerance_limit: float | None
     capability: Capability | None
     limit_low: float | None
     limit_high: float | None
@@ -56,6 +59,15 @@ class History:
     scenario: str
     runs: list[Run]
     numbers: list[NumberHistory]
+
+    def at_reference(self, number: NumberHistory) -> dict[int, tuple[float, float]]:
+        """Return a number's values at 20 degC, and by how much they may be off for that, by their runs' places.
+
+        Without a law, those are left that were measured at just that temperature.
+        """
+        known = zip(number.at, number.compared.tolist(), number.doubt.tolist(), strict=True)
+        is_known = number.temperature is not None
+        return {k: (value, off) for k, value, off in known if is_known or self.runs[k].temperature == REFERENCE}
 
 
 def histories(runs: Sequence[Run]) -> list[History]:
@@ -96,7 +108,8 @@ def _number(name: str, runs: list[Run], stiction: NumberHistory | None) -> Numbe
     sound = np.flatnonzero(np.isfinite(compared))
     latest = {units[k]: int(k) for k in sound}
     charted = sorted(latest, key=lambda unit: latest[unit])
-    chart = control_chart(compared[[latest[unit] for unit in charted]])
+    of_units = compared[[latest[unit] for unit in charted]]
+    chart = control_chart(of_units)
     limits = [(runs[k].numbers[name].limit_low, runs[k].numbers[name].limit_high) for k in at]
     low, high = limits[-1] if limits else (None, None)
     cells: dict[tuple[str, str], list[float]] = {}
@@ -111,6 +124,7 @@ def _number(name: str, runs: list[Run], stiction: NumberHistory | None) -> Numbe
         risen = rises([runs[k].started for k in at], values, warmth, units, laws)
     return NumberHistory(
         name, at, values, compared, doubt, effect, charted, chart,
+        tolerance_limit(of_units) if stiction is None else None,
         None if chart is None else capability(chart, low, high), low, high,
-        None if study is None else gauge_study(study[2]), drifting, looked_at, risen,
+        None if study is None or not np.ptp(study[2]) else gauge_study(study[2]), drifting, looked_at, risen,
     )  # fmt: skip

@@ -9,11 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from etb_hil.history.temperature import LEAST_SPREAD, TemperatureEffect, UnitLaws
+from etb_hil.history.tolerance import FEWEST, factor
 from etb_hil.recording.samples import Float64
 
 SMALLEST = 0.25  # share: the smallest rise that matters
-FEWEST = 8  # units, from which their scatter is known at all
-_CONTENT, _CONFIDENCE = 2.3263, 1.6449  # normal quantiles of 99 and 95 %
 _TO_SIGMA = 1.4826  # of a median distance from the median
 
 
@@ -30,23 +29,13 @@ class Rise:
 class Rises:
     """What `looked_at` units say that were measured again: those above `limit`, a share.
 
-    `apart` are units that were measured again and cannot be held against their first test.
+    `apart` are units whose latest run cannot be held against their first; an earlier run of theirs may have been.
     """
 
     looked_at: int
     limit: float
     found: list[Rise]
     apart: list[str]
-
-
-def factor(count: int) -> float:
-    """Return the one-sided tolerance factor of a normal distribution (Natrella 1963).
-
-    So many standard deviations above the mean of `count` values lie less than 1 % of their like, with 95 % confidence.
-    """
-    a = 1.0 - _CONFIDENCE**2 / (2.0 * (count - 1.0))
-    b = _CONTENT**2 - _CONFIDENCE**2 / count
-    return float((_CONTENT + np.sqrt(_CONTENT**2 - a * b)) / a)
 
 
 def alarm(limit: float, smallest: float = SMALLEST) -> float:
@@ -86,16 +75,18 @@ def rises(
         for unit, one in compared.items()
         if one.ratio > level + one.doubt
     ]
-    return Rises(len(compared), math.expm1(level), found, [unit for unit in again if unit not in compared])
+    apart = [unit for unit, places in again.items() if unit not in compared or compared[unit].run != places[-1]]
+    return Rises(len(compared), math.expm1(level), found, apart)
 
 
 @dataclass(frozen=True, slots=True)
 class _Compared:
-    """The logarithm of a unit's latest value over its first, that of run `since`, and how unsure its law leaves it."""
+    """The logarithm of a unit's value in `run` over its first, that of `since`, and how unsure its law leaves it."""
 
     ratio: float
     doubt: float
     since: int
+    run: int
 
 
 def _latest(
@@ -107,9 +98,9 @@ def _latest(
         first, warmer = at[0], float(temperature[k] - temperature[at[0]])
         ratio = math.log(values[k] / values[first])
         if law is not None and np.all(law.carries(temperature[[first, k]], float(temperature[first]))):
-            return _Compared(ratio - law.coefficient * warmer, float(law.doubt(warmer)), first)
+            return _Compared(ratio - law.coefficient * warmer, float(law.doubt(warmer)), first, k)
         if abs(warmer) <= LEAST_SPREAD:
-            return _Compared(ratio, 0.0, first)
+            return _Compared(ratio, 0.0, first, k)
     return None
 
 

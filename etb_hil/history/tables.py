@@ -29,11 +29,7 @@ def rows(found: Sequence[History]) -> list[dict[str, Any]]:
     """
     table = []
     for history in found:
-        compared = {
-            number.id: dict(zip(number.at, zip(number.compared, number.doubt, strict=True), strict=True))
-            for number in history.numbers
-            if number.temperature is not None
-        }
+        compared = {number.id: history.at_reference(number) for number in history.numbers}
         for place, run in enumerate(history.runs):
             row: dict[str, Any] = {name: getattr(run, name) for name in _TEXTS}
             row |= {"counts": run.counts, "temperature_degC": run.temperature}
@@ -42,7 +38,7 @@ def rows(found: Sequence[History]) -> list[dict[str, Any]]:
                 row[number.id] = None if measured is None else measured.value
                 row[f"{number.id}_low"] = None if measured is None else measured.low
                 row[f"{number.id}_high"] = None if measured is None else measured.high
-                row |= _at_reference(number.id, measured, *compared.get(number.id, {}).get(place, (math.nan, math.nan)))
+                row |= _at_reference(number.id, measured, *compared[number.id].get(place, (math.nan, math.nan)))
             table.append(row)
     return table
 
@@ -104,6 +100,7 @@ def _number(number: NumberHistory) -> dict[str, Any]:
             "range_high": chart.range_high,
             "signals": {number.charted[index]: reason for index, reason in chart.signals.items()},
         },
+        "tolerance_limit": number.tolerance_limit,
         "capability": None if number.capability is None else asdict(number.capability),
         "gauge": None
         if study is None

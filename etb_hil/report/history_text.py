@@ -60,7 +60,7 @@ def _table(history: History, rows: int) -> Iterator[str]:
     if unnamed:
         yield f"  Runs without a serial number: {unnamed}; each stands for a unit of its own"
     yield ""
-    taken = {n.id: dict(zip(n.at, n.compared, strict=True)) for n in history.numbers if n.temperature is not None}
+    taken = {number.id: history.at_reference(number) for number in history.numbers}
     yield f"  {'':29}{'as measured':>14}{'at 20 °C':>14}"
     columns = "".join(f"{name:>7}" for name in FRICTION)
     yield f"  {'date':11}{'serial':18}{columns}{columns}{'°C':>6} verdict"
@@ -68,7 +68,7 @@ def _table(history: History, rows: int) -> Iterator[str]:
         yield f"  ... {len(runs) - rows} earlier ones"
     for place, run in list(enumerate(runs))[-rows:]:
         measured = [run.numbers[name].value if name in run.numbers else None for name in FRICTION]
-        compared = [taken.get(name, {}).get(place) for name in FRICTION]
+        compared = [taken[name].get(place, (None, 0.0))[0] for name in FRICTION]
         values = "".join(f"{plain(value, 'N·m'):>7}" for value in (*measured, *compared))
         verdict = run.verdict if run.bench_outcome == BenchOutcome.OK else f"bench {run.bench_outcome}"
         said = verdict if run.counts else f"({verdict})"
@@ -84,7 +84,7 @@ def _lacking(number: NumberHistory) -> Iterator[tuple[str, str]]:
     if number.chart is None:
         yield "Control chart", f"no limits from fewer than {FEWEST} units; there are {len(number.charted)}."
     if number.gauge is None:
-        yield "Gauge R&R", "at least 2 units must be there twice each, on one bench or on several."
+        yield "Gauge R&R", "at least 2 units, not all alike, must be there twice each, on one bench or on several."
     if not number.drifts and not number.looked_at:
         yield "Drift", f"no unit and no bench has {LEAST} runs of units that were measured again."
 
@@ -99,6 +99,8 @@ def _statements(number: NumberHistory) -> Iterator[tuple[str, str]]:
         limits = f"limits {plain(chart.low, 'N·m')} to {_torque(chart.high)}"
         centre = f"{len(chart.values)} units, centre {_torque(chart.centre)}"
         yield "Control chart", f"{centre}, {limits}, moving range {_torque(chart.mean_range)}: {state}{more}."
+    if number.tolerance_limit is not None:
+        yield "Population", _population(number.tolerance_limit, len(number.charted), number.temperature)
     if number.capability is not None:
         yield "Capability", _capability(number.capability)
     if number.gauge is not None:
@@ -120,6 +122,18 @@ def _temperature(effect: TemperatureEffect, left_out: int) -> str:
         return text
     beyond = f"their temperature is unknown, or it is too far from {REFERENCE:.0f} °C for a law as unsure as that"
     return f"{text} Runs left out of what follows: {left_out}; {beyond}."
+
+
+def _population(limit: float, units: int, law: TemperatureEffect | None) -> str:
+    text = f"99 % of their like lie below {_torque(limit)}"
+    if law is None:
+        return f"{text} as measured (95 % confidence, from {units} units)."
+    stated = (
+        f"coefficient: {100 * law.coefficient:.2f} %/K, reference: {REFERENCE:.0f} degC, "
+        f"between: [{law.coldest:.0f} degC, {law.warmest:.0f} degC]"
+    )
+    at_reference = f"{text} at {REFERENCE:.0f} °C (95 % confidence, from {units} units)"
+    return f"{at_reference}. As a limits file follows temperature: {{{stated}}}."
 
 
 def _capability(found: Capability) -> str:
@@ -168,7 +182,8 @@ def _rises(rises: Rises) -> str:
     if rises.apart:
         names = ", ".join(printable(unit, 30) for unit in rises.apart[:5])
         why = f"more than {LEAST_SPREAD:.0f} K from their first test or at unknown temperatures, and the other units"
-        apart = f" Not compared: {len(rises.apart)} ({names}); measured again {why} do not tell the law well enough."
+        whose = f"latest run of {len(rises.apart)} ({names})"
+        apart = f" Not compared: {whose}; measured {why} do not tell the law well enough."
     if not rises.looked_at:
         return apart.lstrip()
     if not rises.found:

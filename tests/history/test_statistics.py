@@ -15,6 +15,7 @@ from etb_hil.history.gauge import balanced, gauge_study
 from etb_hil.history.history import histories
 from etb_hil.history.tables import rows
 from etb_hil.history.temperature import MOST_DOUBT, REFERENCE, unit_laws
+from etb_hil.history.tolerance import tolerance_limit
 from etb_hil.report.history_text import history_text
 
 # AIAG, Measurement Systems Analysis, 4th edition (2010), figure III-B 15: ten parts, three appraisers, three trials.
@@ -80,6 +81,12 @@ def test_the_largest_balanced_study_is_taken():
     assert balanced({}) is None
 
 
+def test_units_that_are_all_alike_tell_nothing_of_a_gauge():
+    runs = [made_up.run(k, f"U{k % 2}", 0.17) for k in range(4)]
+    assert histories(runs)[0].numbers[0].gauge is None
+    assert "Gauge R&R" in history_text(histories(runs)[0], 5)
+
+
 def test_control_chart_as_published():
     chart = control_chart(np.array(VISCOSITY.split(), float))
     assert chart.centre == pytest.approx(33.52, abs=5e-3)
@@ -131,6 +138,23 @@ def test_capability_says_what_it_rests_on():
     assert capability(chart, None, None) is None
     assert capability(control_chart(np.ones(9)), None, 2.0) is None
     assert not capability(control_chart(np.arange(30.0)), 0.0, 40.0).steady
+
+
+def test_less_than_one_percent_exceed_a_tolerance_limit():
+    assert tolerance_limit(np.full(7, 0.17)) is None
+    assert tolerance_limit(np.array([0.17] * 8 + [0.0])) is None
+    rng = np.random.default_rng(12)
+    true = 0.17 * np.exp(0.1 * 2.3263)
+    held = sum(tolerance_limit(0.17 * np.exp(0.1 * rng.standard_normal(20))) >= true for _ in range(400))
+    assert 0.92 * 400 <= held <= 0.98 * 400
+    runs = made_up.production(3, 12, coefficient=-0.003, warm=30.0)
+    number = histories(runs)[0].numbers[0]
+    assert number.tolerance_limit == tolerance_limit(number.chart.values)
+    text = " ".join(history_text(histories(runs)[0], 5).split())
+    assert f"99 % of their like lie below {number.tolerance_limit:.3f} N·m at 20 °C" in text
+    assert f"coefficient: {100 * number.temperature.coefficient:.2f} %/K, reference: 20 degC" in text
+    text = " ".join(history_text(histories(made_up.production(3, 12))[0], 5).split())
+    assert "N·m as measured (95 % confidence, from 12 units)" in text
 
 
 def test_temperature_is_found_inside_units_alone():
@@ -285,6 +309,23 @@ def test_warmth_is_no_rise():
     assert _risen(known) == []
 
 
+def test_a_latest_run_that_cannot_be_compared_is_said():
+    """An earlier run is held against the first, and nobody takes it for the latest."""
+    warmth = (20.0, 21.0, 45.0)
+    runs = [made_up.run(k, "A", 0.17 + 0.05 * (k == 2), temperature=each) for k, each in enumerate(warmth)]
+    told = histories(runs)[0].numbers[0].rises
+    assert (told.looked_at, told.found, told.apart) == (1, [], ["A"])
+
+
+def test_what_was_measured_at_twenty_degrees_needs_no_law():
+    runs = [made_up.run(k, f"U{k}", 0.17, temperature=each) for k, each in enumerate((20.0, 23.0, None))]
+    told = histories(runs)
+    assert [row["T_st_20_degC"] for row in rows(told)] == [0.17, None, None]
+    assert rows(told)[0]["T_st_20_degC_high"] == pytest.approx(0.174)
+    lines = [line for line in history_text(told[0], 5).splitlines() if "pass" in line]
+    assert [line.count("0.170") for line in lines] == [2, 1, 1]
+
+
 @pytest.mark.parametrize("rise", [1.25, 1.6])
 @pytest.mark.parametrize("warm_as_well", [0, 3])
 def test_a_unit_that_was_tested_warm_after_it_had_risen_tells_no_law_for_itself(rise, warm_as_well):
@@ -302,4 +343,4 @@ def test_a_unit_that_was_tested_warm_after_it_had_risen_tells_no_law_for_itself(
     else:  # nobody else tells the law
         assert number.temperature is None
         assert (number.rises.looked_at, number.rises.found, number.rises.apart) == (11, [], ["U0"])
-        assert "Not compared: 1 (U0)" in " ".join(history_text(histories(runs)[0], 30).split())
+        assert "Not compared: latest run of 1 (U0)" in " ".join(history_text(histories(runs)[0], 30).split())
