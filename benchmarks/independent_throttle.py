@@ -49,6 +49,7 @@ class Unit:
     bump_angle: float = 0.0
     bump_width: float = 1.0
     bump: float = 0.0
+    bump_every: float = 0.0  # rad from bump to bump; 0: there is one
 
     def vector(self):
         return np.array([getattr(self, name) for name in self.__dataclass_fields__], float)
@@ -72,7 +73,10 @@ class Truth:
 @njit
 def _derivative(y, u, mode, p, out):
     """Fill out with d/dt of (angle, velocity, bristle, current); return the friction torque."""
-    (r, inductance, ke, kt, _, j, po, pc, so, sc, lh, dz, lo, hi, ks, ds, tc, ts, ws, s0, s1, s2, _, ba, bw, b) = p
+    (
+        r, inductance, ke, kt, _, j, po, pc, so, sc, lh, dz, lo, hi, ks, ds, tc, ts, ws, s0, s1, s2, _,
+        ba, bw, b, every,
+    ) = p  # fmt: skip
     a, w, z, i = y
     gap = a - lh
     if gap > dz:
@@ -88,7 +92,10 @@ def _derivative(y, u, mode, p, out):
         stop = min(ks * (a - lo) + ds * w, 0.0)
     elif a > hi:
         stop = max(ks * (a - hi) + ds * w, 0.0)
-    local = 1.0 + b * math.exp(-(((a - ba) / bw) ** 2))
+    away = a - ba
+    if every > 0.0:
+        away -= every * math.floor(away / every + 0.5)
+    local = 1.0 + b * math.exp(-((away / bw) ** 2))
     g = (tc + (ts - tc) * math.exp(-((w / ws) ** 2))) * local
     dz_dt = w - s0 * abs(w) * z / g
     friction = s0 * z + s1 * dz_dt + s2 * w

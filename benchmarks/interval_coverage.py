@@ -1,10 +1,13 @@
 """How often 95 % intervals hold the truth, over random units that the bench's model is not.
 
-Run: python benchmarks/interval_coverage.py [--units 300] [--rate 1000|20000]... [--seed 471] [--bump]
+Run: python benchmarks/interval_coverage.py [--units 300] [--rate 1000|20000]... [--seed 471]
+     [--bump [one|several|broad]] [--bootstrap]
 One friction check a unit, from the independent generator. Drawn beside the throttle itself: T_st as healthy or risen by
 25 or 60 %; motor constant, springs and inertia of the bench's model inside their tolerances; the gain of the current
 sensor anywhere within 2 %; K_t against K_e by 0.2 % (one standard deviation): what the intervals claim to cover. With
-`--bump`, friction of each unit is locally higher by 15 to 60 %, at 0.3 to 1.2 rad, within 0.03 to 0.08 rad of there.
+`--bump`, friction of each unit is locally higher by 15 to 60 %, at 0.3 to 1.2 rad, within 0.03 to 0.08 rad of there;
+several: likewise at every 0.2 to 0.4 rad; broad: within 0.15 to 0.5 rad, and as often lower. With `--bootstrap`,
+stretches are drawn anew with replacement where the diagnosis leaves one out at a time.
 """
 
 from __future__ import annotations
@@ -18,13 +21,15 @@ from diagnosis_power import LIMITS, RISES, UNIT_SPREAD, healthy_design
 from independent_throttle import friction_check, off_by_tolerances, sense
 from throttle_as_model import bench_model, rows_of
 
+from etb_hil.diagnosis import stribeck_fit
 from etb_hil.diagnosis.contradiction import GAIN
 from etb_hil.diagnosis.diagnosis import Diagnosis
+from etb_hil.observer.normal_equations import accumulate
 
 ONE_MOTOR = 0.002  # of K_t against K_e, one standard deviation
 
 
-def check(rng, rates, *, has_bump=False):
+def check(rng, rates, *, bump=""):
     """Return a drawn unit and what the diagnosis says of it at each rate."""
     nominal = healthy_design(rng)
     bench = bench_model(off_by_tolerances(nominal, rng))
@@ -35,12 +40,17 @@ def check(rng, rates, *, has_bump=False):
         stiction=nominal.stiction * share * rng.choice(RISES),
         torque_per_ampere=nominal.torque_per_ampere * (1.0 + ONE_MOTOR * rng.standard_normal()),
     )
-    if has_bump:
+    if bump:
         shape = {
             "bump": rng.uniform(0.15, 0.6),
             "bump_angle": rng.uniform(0.3, 1.2),
             "bump_width": rng.uniform(0.03, 0.08),
         }
+        if bump == "several":
+            shape["bump_every"] = rng.uniform(0.2, 0.4)
+        if bump == "broad":
+            shape["bump_width"] = rng.uniform(0.15, 0.5)
+            shape["bump"] *= rng.choice((1.0, -0.5))
         unit = replace(unit, **shape)
     truth, phases = friction_check(unit)
     gain = 1.0 + GAIN * rng.uniform(-1.0, 1.0)
@@ -52,6 +62,16 @@ def check(rng, rates, *, has_bump=False):
             diagnosis.push(rows, kind)
         results.append(diagnosis.finish())
     return unit, results
+
+
+def bootstrap_covariance(bread, prior, jacobian, residual, weight, cluster):
+    """Return what `jackknife_covariance` does, by 1000 draws of as many stretches as there are, each fitted anew."""
+    stretches = [cluster == name for name in np.unique(cluster)]
+    parts, scores = zip(*(accumulate(jacobian[k], residual[k], weight[k]) for k in stretches), strict=True)
+    drawn = np.random.default_rng(0).multinomial(len(parts), np.full(len(parts), 1.0 / len(parts)), size=1000)
+    matrices = np.tensordot(drawn, np.array(parts), 1) + prior
+    steps = np.linalg.solve(matrices, np.tensordot(drawn, np.array(scores), 1)[:, :, None])[:, :, 0]
+    return bread @ prior @ bread + np.cov(steps, rowvar=False)
 
 
 def collect(rows, unit, result):
@@ -77,12 +97,16 @@ def main():
     parser.add_argument("--units", type=int, default=300)
     parser.add_argument("--rate", type=int, choices=(1000, 20000), action="append", help="default: both")
     parser.add_argument("--seed", type=int, default=471)
-    parser.add_argument("--bump", action="store_true", help="every unit has one")
+    kinds = ("one", "several", "broad")
+    parser.add_argument("--bump", choices=kinds, nargs="?", const="one", default="", help="in every unit")
+    parser.add_argument("--bootstrap", action="store_true", help="over stretches, in place of the jackknife")
     options = parser.parse_args()
+    if options.bootstrap:
+        stribeck_fit.jackknife_covariance = bootstrap_covariance
     rates = options.rate or (20000, 1000)
     start, tables = time.perf_counter(), [{} for _ in rates]
     for number in range(options.units):
-        unit, results = check(np.random.default_rng([options.seed, number]), rates, has_bump=options.bump)
+        unit, results = check(np.random.default_rng([options.seed, number]), rates, bump=options.bump)
         for table, result in zip(tables, results, strict=True):
             collect(table, unit, result)
         if (number + 1) % 50 == 0 or number + 1 == options.units:

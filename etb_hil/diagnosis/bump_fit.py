@@ -1,7 +1,8 @@
 """The fit of a unit with a local bump: without it, the bump draws the curve towards itself.
 
 Slow windows in a bump are left out. Fast ones smear over more than it, and there are few of them: they are kept, with
-the friction that slow windows have shown at each place on their way.
+the friction that slow windows have shown at each place on their way. Friction that differs from place to place and is
+no bump makes the fit less sure: fast windows pass other places than slow ones, and their difference passes for speed.
 """
 
 from __future__ import annotations
@@ -16,12 +17,13 @@ from etb_hil.diagnosis.friction_map import CELL, FASTEST, Bump, find_bumps, fric
 from etb_hil.diagnosis.friction_model import steady_level
 from etb_hil.diagnosis.local_friction import local_means
 from etb_hil.diagnosis.prior import CONSTANT, Prior
-from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit, refit
+from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit, refit, widened_by
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.windows import Windows
 from etb_hil.recording.samples import Float64
 
 _TURNS = 3  # the curve falls without the bump, and more of the bump stands out of it
+_BUMP_ERROR = 0.1  # share by which the size of a bump may be off: windows and cells smear over it
 _MOST = 0.3  # share of the way that bumps may take: beyond it they are how the unit is
 
 
@@ -32,20 +34,27 @@ def excess_of(evidence: Evidence, fit: StribeckFit) -> Float64:
 
 
 def without_bumps(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit) -> StribeckFit:
-    """Return the fit with its bumps taken out; the same one where it has none, or where they are all over."""
+    """Return the fit with its bumps taken out, as unsure as what friction has left from place to place makes it.
+
+    Bumps that are all over stay in it; so does what is too low, too broad or too near an end to be a bump.
+    """
+    known, slow = evidence, np.abs(evidence.velocity) < FASTEST
     for _ in range(_TURNS):
         bumps = _bumps(evidence, fit)
-        if not bumps:
-            return fit
-        slow = np.abs(evidence.velocity) < FASTEST
-        inside = _inside(evidence.position, bumps)
-        if np.count_nonzero(inside & slow) > _MOST * np.count_nonzero(slow):
-            return fit
-        known = replace(evidence, local=_factor(ticks.angle, evidence, fit, bumps), counts=~(inside & slow))
-        better = refit(ticks, windows, known, prior, fit.parameters)
+        inside = _inside(evidence.position, bumps) & slow
+        if not bumps or np.count_nonzero(inside) > _MOST * np.count_nonzero(slow):
+            break
+        tried = replace(evidence, local=_factor(ticks.angle, evidence, fit, bumps), counts=~inside)
+        better = refit(ticks, windows, tried, prior, fit.parameters)
         if better is None:
-            return fit
-        fit = better
+            break
+        known, fit = tried, better
+    if known is not evidence:
+        larger = 1.0 + (1.0 + _BUMP_ERROR) * (known.local - 1.0)
+        fit = widened_by(ticks, windows, known, prior, fit, larger)
+    middle, odd = _by_place(evidence, fit, slow & known.counts)
+    if len(middle):
+        fit = widened_by(ticks, windows, known, prior, fit, known.local * (1.0 + np.interp(ticks.angle, middle, odd)))
     return fit
 
 
@@ -72,9 +81,14 @@ def _inside(angle: Float64, bumps: Sequence[Bump]) -> NDArray[np.bool_]:
 
 def _factor(angle: Float64, evidence: Evidence, fit: StribeckFit, bumps: Sequence[Bump]) -> Float64:
     """Return the factor on friction at angles (n): in bumps what slow windows show there, 1 elsewhere."""
-    slow = np.abs(evidence.velocity) < FASTEST
-    share = np.where(evidence.velocity > 0.0, 1.0, -1.0) * excess_of(evidence, fit)
-    middle, odd, _, _ = local_means(evidence.position[slow], evidence.velocity[slow], share[slow])
+    middle, odd = _by_place(evidence, fit, np.abs(evidence.velocity) < FASTEST)
     factor = np.where(_inside(middle, bumps), 1.0 + odd, 1.0)
     found: Float64 = np.interp(angle, middle, factor)
     return found
+
+
+def _by_place(evidence: Evidence, fit: StribeckFit, shown: NDArray[np.bool_]) -> tuple[Float64, Float64]:
+    """Return middles of cells (b) rad, and by what share the windows `shown` (m) have friction above the fit there."""
+    share = np.where(evidence.velocity > 0.0, 1.0, -1.0) * excess_of(evidence, fit)
+    middle, odd, _, _ = local_means(evidence.position[shown], evidence.velocity[shown], share[shown])
+    return middle, odd

@@ -19,6 +19,7 @@ _ROOM = 20.0  # degC
 _OVERLAP = 3.0  # windows a stride apart share this many times their noise
 _FEWEST = 4  # windows a cell and direction
 _LEAST_EXCESS = 0.1  # share of the friction that counts as a bump
+_LOW = 2  # cells on either side of a bump: in the last one of a way friction turns round
 _CLEAR = 4.0  # standard errors that a bump stands out by
 
 
@@ -74,7 +75,10 @@ def friction_map(runs: Sequence[Mapping[str, Float64]]) -> FrictionMap:
 
 
 def find_bumps(over: FrictionMap) -> list[Bump]:
-    """Return where friction stands out by more than a tenth and by four standard errors, at any temperature."""
+    """Return where friction stands out by more than a tenth and by four standard errors, at any temperature.
+
+    A bump falls by half and more on both sides: friction that only rises along the way is none.
+    """
     bumps: list[Bump] = []
     for factor, error in zip(over.factor, over.error, strict=True):
         high = (factor - 1.0 > _LEAST_EXCESS) & (factor - 1.0 > _CLEAR * error)
@@ -86,9 +90,15 @@ def find_bumps(over: FrictionMap) -> list[Bump]:
                 top = start + int(np.argmax(factor[start:k]))
                 middle, half = float(over.angle[top]), 0.5 * CELL
                 edges = (float(over.angle[start]) - half, float(over.angle[k - 1]) + half)
-                bumps.append(Bump(*edges, middle, float(factor[top]) - 1.0, float(error[top])))
+                if _falls(factor[:top], factor[top]) and _falls(factor[top + 1 :], factor[top]):
+                    bumps.append(Bump(*edges, middle, float(factor[top]) - 1.0, float(error[top])))
                 start = None
     return bumps
+
+
+def _falls(side: Float64, top: float) -> bool:
+    """Return whether friction comes down to half of a bump and less on one of its sides."""
+    return int(np.count_nonzero(side - 1.0 < 0.5 * (top - 1.0))) >= _LOW
 
 
 @njit(cache=True, error_model="numpy")

@@ -43,7 +43,6 @@ _ITERATIONS = 40
 _CONVERGED = 1e-3  # in standard errors
 _SAME_VALLEY = 0.5  # in standard errors: as near as that to an end that was found, a descent comes to the same one
 _LEAST_NOISE = 2e-4  # N·m
-_BUMP_ERROR = 0.1  # share by which the size of a local bump may be off: windows and cells smear over it
 _OVERLAP = 3.0  # windows a stride apart share this many times their noise
 # Between these shares of sigma_0, by which friction answers an error of the angle, windows are of one kind: each is
 # weighed by what it leaves over. A kind has so many windows, or goes with the others that have not.
@@ -289,12 +288,6 @@ def _conclude(
     held[np.diag_indices(PARAMETERS)] = prior.precision
     bread = inverse(matrix + held)
     covariance = jackknife_covariance(bread, held, jacobian, residual, weight, evidence.cluster)
-    if np.any(evidence.local != 1.0):
-        # What is wrong with a bump's size is wrong in every window that passes it.
-        larger = replace(evidence, local=1.0 + (1.0 + _BUMP_ERROR) * (evidence.local - 1.0))
-        moved, _ = _linearise(ticks, windows, larger, q)
-        shift = times(bread, accumulate(jacobian, moved - residual, weight)[1])
-        covariance += shift[:, None] * shift[None, :]
     if not _is_covariance(covariance):
         return None
     sensed = evidence.per_ampere * q[OFFSET] - q[LAG] * evidence.motor_rate
@@ -303,6 +296,24 @@ def _conclude(
     if np.any(evidence.local != 1.0):
         residual, _ = _linearise(ticks, windows, replace(evidence, local=np.ones(len(ticks))), q)
     return StribeckFit(q, covariance, friction, residual)
+
+
+def widened_by(
+    ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit, local: Float64
+) -> StribeckFit:
+    """Return the fit, as unsure as it is off, to first order, if friction is `local` (n) times the curve.
+
+    What is not known of the friction of a place is wrong in every window that passes it: it is no noise, and no
+    scatter shows it.
+    """
+    q = fit.parameters
+    residual, jacobian = _linearise(ticks, windows, evidence, q)
+    weight = _weights(residual, _kinds(ticks, windows, q), evidence.counts)
+    matrix, _ = accumulate(jacobian, residual, weight)
+    matrix[np.diag_indices(PARAMETERS)] += prior.precision
+    moved, _ = _linearise(ticks, windows, replace(evidence, local=local), q)
+    shift = times(inverse(matrix), accumulate(jacobian, moved - residual, weight)[1])
+    return replace(fit, covariance=fit.covariance + shift[:, None] * shift[None, :])
 
 
 def _is_covariance(matrix: Float64) -> bool:

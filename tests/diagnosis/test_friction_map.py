@@ -15,11 +15,11 @@ from etb_hil.diagnosis.limits import load_limits
 LIMITS = load_limits(find("limits", "default")).content
 
 
-def result_of(unit, seed, temperature=20.0):
+def result_of(unit, seed, temperature=20.0, rate=1000):
     rng = np.random.default_rng(seed)
     run, phases = friction_check(unit)
     diagnosis = Diagnosis(bench_model(off_by_tolerances(Unit(), rng)), LIMITS)
-    for rows, kind in rows_of(sense(unit, run, 1000, rng), phases, 1000, temperature=temperature):
+    for rows, kind in rows_of(sense(unit, run, rate, rng), phases, rate, temperature=temperature):
         diagnosis.push(rows, kind)
     return diagnosis.finish()
 
@@ -57,6 +57,25 @@ def test_bump_is_found_and_placed(place):
         found = result.number(name)
         assert found.low < true < found.high
         assert found.value == pytest.approx(true, rel=within)
+
+
+@pytest.mark.parametrize("rate", [1000, 20000])
+@pytest.mark.parametrize(
+    "shape",
+    [
+        (0.4, 0.9, 0.3, 0.0), (0.15, 0.9, 0.3, 0.0), (0.5, 0.9, 0.5, 0.0), (-0.3, 0.9, 0.2, 0.0),
+        (0.4, 1.38, 0.06, 0.0), (0.3, 0.5, 0.05, 0.35), (0.5, 0.5, 0.07, 0.35), (0.6, 3.0, 2.0, 0.0),
+    ],
+)  # fmt: skip
+def test_friction_that_differs_all_along_the_way_is_no_confident_curve(shape, rate):
+    """Bumps that are broad, several or at an end, dips and slopes: what fast windows show is not speed's alone."""
+    unit = Unit(**dict(zip(("bump", "bump_angle", "bump_width", "bump_every"), shape, strict=True)))
+    result = result_of(unit, 4, rate=rate)
+    for name, true in (("T_c", unit.coulomb), ("omega_s", unit.stribeck_velocity), ("viscous", unit.viscous)):
+        found = result.number(name)
+        assert found is None or found.low <= true <= found.high, name
+    slope = shape[1] == 3.0
+    assert not slope or result.number("bump_1") is None
 
 
 def test_temperatures_are_rows_of_their_own():
