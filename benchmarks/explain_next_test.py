@@ -3,7 +3,8 @@
     python benchmarks/explain_next_test.py FIRST COUNT
 
 Records as people have them (a slow sweep, ramps and steps) hide one effect each, in turn. Where the answer is a class
-with the truth in it, the named scenario is run by the independent generator's rig, and that record is explained.
+with the truth in it, the named scenario is run by the independent generator's rig, and that record is explained. What
+is counted are tests that were to leave nothing open, and promises to part some of a class.
 """
 
 import sys
@@ -55,54 +56,63 @@ def tested(case, plan):
 
 
 def one(seed):
-    """Return what became of a seed: not open, by hand, settled, or still open."""
+    """Return what became of a seed: its effect, what was said at first and then, the test, and the outcome."""
     name = SINGLES[seed % len(SINGLES)]
     hidden = hidden_case(seed, (name,), "strong", excitation=EXCITATIONS[seed % 2])
     findings, found = answered(hidden.case)
     first = found["causes"][0] if found["causes"] else None
     if found["verdict"] != "ambiguous" or name not in {first["effect"], *first["class"]}:
-        return name, found, "not open", None
+        return name, found, None, None, "not open"
     plans = {plan.name: plan for plan in stock_plans(findings.model.values)}
     test = next_test(findings, list(plans.values()))
-    if test is None or test["scenario"] is None:
-        return name, found, "by hand", test
+    if test["scenario"] is None:
+        return name, found, test, None, "by hand"
     case = tested(hidden.case, plans[test["scenario"]])
     _, again = answered(case)
-    outcome = score(again, sealed(case)).outcome
-    rivals = set(test["pair"]) - {name}
+    return name, found, test, again, judged(name, test, again, case)
+
+
+def judged(name, test, again, case):
+    """What a test made of a class: settled, as promised in part, or not."""
     after = next((cause for cause in again["causes"] if name in {cause["effect"], *cause["class"]}), None)
-    parted = after is not None and not rivals & {after["effect"], *after["class"]}
-    said = "settled" if outcome == "right" and not after["class"] else "pair parted" if parted else f"still {outcome}"
-    return name, again, said, test
+    if again["verdict"] == "explained" and score(again, sealed(case)).outcome == "right":
+        return "settled"
+    if after is None:
+        return f"lost: {again['verdict']}"
+    parts = set(test["expected_separation"]["parts"])
+    # A promise is between the cause as found and each other member: where the truth is another, of that pair alone.
+    gone = {test["pair"][0]} if name in parts else parts
+    return "parted" if not gone & {after["effect"], *after["class"]} else "still open"
 
 
 def main(first, count):
-    outcomes = []
+    whole, part, outcomes = [], [], []
     for seed in range(first, first + count):
         try:
-            name, found, said, test = one(seed)
+            name, found, test, again, said = one(seed)
         except OutOfReachError:
             continue
         outcomes.append(said)
-        named = [(cause["effect"], cause["class"]) for cause in found["causes"]]
-        print(
-            seed,
-            name,
-            said,
-            test and (test["pair"], test["scenario"], test["expected_separation"]),
-            found["verdict"],
-            named,
-            flush=True,
-        )
-    ran = [said for said in outcomes if said not in ("not open", "by hand")]
-    print(f"{len(outcomes)} records; {outcomes.count('by hand')} open ones ask for a test by hand")
-    for what, hits in (
-        ("settled", ran.count("settled")),
-        ("pair parted", sum(said in ("settled", "pair parted") for said in ran)),
+        print(seed, name, said, found["verdict"], named(found), flush=True)
+        if test is not None:
+            print("   ", test["scenario"], test["expected_separation"] or test["says"], flush=True)
+        if again is not None:
+            print("   ", again["verdict"], named(again), flush=True)
+            (part if test["expected_separation"]["leaves"] else whole).append(said)
+    print(f"{len(outcomes)} records, {len(whole) + len(part) + outcomes.count('by hand')} of them open")
+    print(f"no scenario would part anything, a hand has to: {outcomes.count('by hand')}")
+    for what, said, good in (
+        ("a scenario is to settle the class, and does", whole, ("settled",)),
+        ("a scenario is to part what it names from the cause, and does", whole + part, ("settled", "parted")),
     ):
-        if ran:
-            share = rate(hits, len(ran))
-            print(f"{what}: {hits} of {len(ran)} = {share.value:.0%} ({share.low:.0%} to {share.high:.0%})")
+        if said:
+            share = rate(sum(one in good for one in said), len(said))
+            print(f"{what}: {share.hits} of {share.count} = {share.value:.0%} ({share.low:.0%} to {share.high:.0%})")
+
+
+def named(found):
+    """The causes with their classes."""
+    return [(cause["effect"], cause["class"]) for cause in found["causes"]]
 
 
 if __name__ == "__main__":

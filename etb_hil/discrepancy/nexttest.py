@@ -1,58 +1,55 @@
-"""The test that would settle what these data leave open: the scenario in which the class's members differ most."""
+"""The test that would settle what these data leave open: the scenario whose record naming would leave least open in.
+
+Plans are compared by the criterion that made the class; the best is then simulated with the cause in it and explained.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from etb_hil.discrepancy import decision
-from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.calibration import residual_of
+from etb_hil.discrepancy.calibration import calibrate, residual_of
+from etb_hil.discrepancy.candidates import suspects
 from etb_hil.discrepancy.findings import Findings, Round
-from etb_hil.discrepancy.fit import fit_of, gauss_newton
 from etb_hil.discrepancy.floor import weigh
+from etb_hil.discrepancy.naming import search
 from etb_hil.discrepancy.planned import Plan, recorded
-from etb_hil.discrepancy.refining import unknowns_of
-from etb_hil.discrepancy.similarity import ABSORBED, ALIKE
-from etb_hil.discrepancy.unknowns import Unknown
+from etb_hil.discrepancy.rivals import alike
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import Vector
 
-Float64 = NDArray[np.float64]
-
 UNIT = "standard deviations of the sensors' noise"
-_MOST_RIVALS = 4
-_ROUNDS = 2
-_BASE = "parameter:"
+_TRIED = 2  # plans that are explained before one is asked for
 
 
 @dataclass(frozen=True, slots=True)
-class Parting:
-    """How far a plan would part a cause from its rivals: `distances` by id over the noise, `parted` those it tells.
+class Outlook:
+    """What a plan's record would tell: `parted` of the cause's class it tells from the cause, `left` stays open.
 
-    `is_own`: no base parameters imitate the cause there.
+    `left` may hold ids that were not in the class; `distances` by id over the noise, of rivals that were fitted.
     """
 
-    plan: str
-    distances: dict[str, float]
+    plan: Plan
     parted: tuple[str, ...]
-    is_own: bool
+    left: tuple[str, ...]
+    distances: dict[str, float]
 
     @property
-    def worth(self) -> tuple[bool, int, float]:
-        """What plans are ranked by: the cause is its own, how many rivals are told apart, the shortest distance."""
-        return self.is_own, len(self.parted), min(self.distances.values(), default=0.0)
+    def worth(self) -> tuple[int, int, int]:
+        """What plans are ranked by: how little stays open, how much is told apart, how short the test is."""
+        return -len(self.left), len(self.parted), -len(self.plan.mode)
 
 
 def next_test(findings: Findings, plans: Sequence[Plan] = ()) -> dict[str, Any] | None:
-    """Return the test for what is open; None where nothing is. Of the `plans` it takes the one that tells most.
+    """Return the test for what is open; None where nothing is. Of the `plans` it takes the one that leaves least open.
 
-    `separation_here` is by how much the rivals differ in these data, `expected_separation` what they would differ by.
+    `separation_here` is by how much a rival differs in these data; `expected_separation` by how much it would in the
+    test, what the test would part from the cause, and what would stay open.
     """
     if open_rounds := [r for r in findings.accepted if r.alike]:
         found = open_rounds[0]
@@ -62,98 +59,93 @@ def next_test(findings: Findings, plans: Sequence[Plan] = ()) -> dict[str, Any] 
         rivals = [found.refined[1].id]
     else:
         return None
-    partings: list[Parting] = []
+    best: Outlook | None = None
     if plans and not any(b.measured.is_drive for b in findings.balances):
-        members = _members(found, rivals, findings.balances[0].load)
-        partings = [_parting(plan, findings, found, members) for plan in plans]
-    best = max(partings, key=lambda parting: parting.worth, default=None)
-    if best is None or not best.parted:
-        return _said(found, rivals[0], None)
-    hardest = min(best.parted, key=lambda id_: best.distances[id_])
-    return _said(found, hardest, best)
+        compared = [_compared(plan, findings, found, rivals) for plan in plans]
+        for outlook in sorted(compared, key=lambda one: one.worth, reverse=True)[:_TRIED]:
+            if best is not None and best.worth >= outlook.worth:
+                break  # what was explained leaves no more open than what was only compared
+            told = _explained(outlook.plan, findings, found, rivals)
+            best = told if best is None or told.worth > best.worth else best
+    return _said(found, rivals, best if best is not None and best.parted else None)
 
 
-def _said(found: Round, rival: str, parting: Parting | None) -> dict[str, Any]:
+def _said(found: Round, rivals: Sequence[str], best: Outlook | None) -> dict[str, Any]:
     first = found.winner.id
     costs = {one.id: one.fit.cost for one in found.refined}
+    # Whom the test parts least; where none does, or for those whom it does not, a hand has to.
+    rival = rivals[0] if best is None else min(best.parted, key=lambda id_: best.distances.get(id_, np.inf))
     away = float(np.sqrt(max(costs[rival] - costs[first], 0.0))) if rival in costs else None
-    ways = [CATALOGUE[id_].separated_by for id_ in (first, rival) if id_ in CATALOGUE]
-    says = "; or ".join(dict.fromkeys(ways)) or "state the parameter's tolerance more narrowly"
     expected = None
-    if parting is not None:
-        expected = {"value": parting.distances[rival], "unit": UNIT, "parts": list(parting.parted)}
+    if best is not None:
+        value = best.distances.get(rival)
+        expected = {"value": value, "unit": UNIT, "parts": list(best.parted), "leaves": list(best.left)}
     return {
         "pair": [first, rival],
-        "says": says,
+        "says": _by_hand(first, best.left[0] if best is not None and best.left else rival),
         "separation_here": away,
         "expected_separation": expected,
-        "scenario": None if parting is None else parting.plan,
+        "scenario": None if best is None else best.plan.name,
     }
 
 
-@dataclass(frozen=True, slots=True)
-class _Member:
-    """What else the cause may be: where it was fitted, and what it may move."""
-
-    id: str
-    whole: Vector
-    unknowns: list[Unknown]
+def _by_hand(first: str, rival: str) -> str:
+    ways = [CATALOGUE[id_].separated_by for id_ in (first, rival) if id_ in CATALOGUE]
+    return "; or ".join(dict.fromkeys(ways)) or "state the parameter's tolerance more narrowly"
 
 
-def _members(found: Round, rivals: Sequence[str], load: float) -> list[_Member]:
-    """Return the rivals that have a fit or a start of one; base parameters that only imitate together are one."""
-    fitted = {one.id: one for one in found.refined}
-    screened = {one.candidate.id: one for one in found.screened}
-    base = found.before.unknowns
-    members = []
-    for id_ in rivals:
-        if id_ in fitted:
-            members.append(_Member(id_, fitted[id_].fit.whole, fitted[id_].unknowns))
-        elif id_ in screened and not id_.startswith(_BASE):
-            start = screened[id_].start
-            members.append(_Member(id_, start, unknowns_of(base, screened[id_].candidate, start, load)))
-    imitators = [id_ for id_ in rivals if id_.startswith(_BASE) and id_ not in fitted]
-    if imitators:
-        members.append(_Member(imitators[0], _without(found), [u.free() for u in base]))
-    return members[:_MOST_RIVALS]
+def _compared(plan: Plan, findings: Findings, found: Round, rivals: Sequence[str]) -> Outlook:
+    """Return what the criterion that made the class says of a plan's record without the cause."""
+    healthy_whole, whole = _without(found), found.winner.fit.whole.copy()
+    whole[EXTENDED:] = 0.0
+    record = [recorded(plan, findings.model, findings.balances[0], healthy_whole[:EXTENDED])]
+    weigh(record, findings.final_floor.level)
+    healthy = calibrate(findings.model, record, healthy_whole, found.before.unknowns, rounds=1)
+    residual = residual_of(record)
+    does = residual(whole) - residual(healthy_whole)
+    if float(does @ does) < decision.LEAST_GAIN * healthy.fit.cost:
+        return Outlook(plan, (), tuple(rivals), {})
+    shapes = suspects(record, found.before.unknowns)
+    members = [one for one in found.screened if one.candidate.id in rivals and one.candidate.id in shapes]
+    names = alike(replace(found, screened=members, refined=[found.winner]), record, healthy, shapes)
+    return _outlook(plan, rivals, [*names, *_unseen(rivals, shapes)], {})
+
+
+def _unseen(rivals: Sequence[str], seen: Mapping[str, object]) -> list[str]:
+    """Return the effects among some rivals that are no suspects in a record: it excludes none of them."""
+    return [id_ for id_ in rivals if id_ in CATALOGUE and id_ not in seen]
+
+
+def _outlook(plan: Plan, rivals: Sequence[str], left: Iterable[str], distances: dict[str, float]) -> Outlook:
+    left = tuple(dict.fromkeys(left))
+    return Outlook(plan, tuple(id_ for id_ in rivals if id_ not in left), left, distances)
 
 
 def _without(found: Round) -> Vector:
-    """Return a round's fit with its winner taken out again, and no nuisance."""
-    effect = found.winner.candidate.effect
-    whole = (found.before if effect is None else found.winner).fit.whole.copy()
+    """Return a round's fit with its winner taken out again: no strength, or its parameter back in its box."""
+    winner = found.winner
+    whole = winner.fit.whole.copy()
     whole[EXTENDED:] = 0.0
-    if effect is not None:
-        whole[[effect.indices[k] for k in effect.strengths]] = 0.0
+    if winner.candidate.effect is not None:
+        whole[list(winner.candidate.effect.stated_indices)] = 0.0
+    for unknown in found.before.unknowns:
+        if unknown.name == winner.candidate.frees:
+            unknown.put(whole, float(np.clip(unknown.x_of(whole), unknown.low, unknown.high)))
     return whole
 
 
-def _parting(plan: Plan, findings: Findings, found: Round, members: Sequence[_Member]) -> Parting:
-    """Return how far the members are from the cause in a plan's record, each fitted to it anew."""
-    truth = found.winner.fit.whole.copy()
-    truth[EXTENDED:] = 0.0
-    record: list[Balances] = [recorded(plan, findings.model, findings.balances[0], truth[:EXTENDED])]
-    weigh(record, findings.final_floor.level)
-    residual = residual_of(record)
-    own = fit_of(residual, truth)
-    start = fit_of(residual, _without(found))
-    without, _ = gauss_newton(residual, start, found.before.unknowns, _ROUNDS)
-    shown = max(without.cost - own.cost, 0.0)
-    distances, parted = {}, []
-    for member in members:
-        whole = member.whole.copy()
-        whole[EXTENDED:] = 0.0
-        fit, _ = gauss_newton(residual, fit_of(residual, whole), member.unknowns, _ROUNDS)
-        beyond = max(fit.cost - own.cost, 0.0)
-        distances[member.id] = float(np.sqrt(beyond))
-        # What is beside the rival, of what is beside the base: the sine of the angle between the two.
-        least = ABSORBED**2 if member.id.startswith(_BASE) else 1.0 - ALIKE**2
-        is_seen = np.log1p(beyond / own.cost) > decision.CLASS_MARGIN
-        if is_seen and shown > 0.0 and beyond > least * shown:
-            parted.append(member.id)
-    is_own = True
-    if found.winner.candidate.effect is not None:
-        imitated, _ = gauss_newton(residual, start, [u.free() for u in found.before.unknowns], _ROUNDS)
-        does = start.residual - own.residual
-        is_own = imitated.cost - own.cost > ABSORBED**2 * float(does @ does)
-    return Parting(plan.name, distances, tuple(parted), is_own)
+def _explained(plan: Plan, findings: Findings, found: Round, rivals: Sequence[str]) -> Outlook:
+    """Return what naming says of a plan's record with the cause as it was found."""
+    first = found.winner.id
+    record = recorded(plan, findings.model, findings.balances[0], found.winner.fit.whole[:EXTENDED])
+    told = search(findings.model, [record])
+    if told.is_cut_short:
+        raise KeyboardInterrupt  # a search ends with what it knows; what is known of a plan in part is nothing
+    for named in told.accepted:
+        ids = [named.winner.id, *named.alike]
+        if first in ids:
+            costs = {one.candidate.id: one.cost for one in named.screened} | {r.id: r.fit.cost for r in named.refined}
+            away = {id_: float(np.sqrt(abs(cost - costs[first]))) for id_, cost in costs.items() if first in costs}
+            left = [id_ for id_ in ids if id_ != first]
+            return _outlook(plan, rivals, [*left, *_unseen(rivals, suspects([record], found.before.unknowns))], away)
+    return Outlook(plan, (), tuple(rivals), {})

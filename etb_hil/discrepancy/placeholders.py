@@ -40,6 +40,8 @@ def placeholders(balances: Sequence[Balances], p: Vector, columns: Float64, resi
         splines = np.concatenate([bank[key] for bank in banks])
         splines = splines - basis @ (basis.T @ splines)
         normal = splines.T @ splines
+        if not normal.any():
+            continue  # nothing moves that they are over
         right = splines.T @ left
         took = float(right @ np.linalg.solve(normal + _RIDGE * np.trace(normal) * np.eye(len(right)), right))
         found.append(Placeholder(*key, share=took / total))

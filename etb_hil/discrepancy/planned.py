@@ -70,6 +70,7 @@ def recorded(plan: Plan, model: Model, like: Balances, p: Vector, seed: int = 7)
         current=None if m.current is None else rows[:, 1].copy(),
         plate=None if m.plate is None else rows[:, 2].copy(),
         temperature=np.full(len(rows), temperature),
+        has_temperature=False,  # a scenario does not change it
         supply=None,
         is_good=np.ones(len(rows), np.bool_),
     )

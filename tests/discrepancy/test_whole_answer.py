@@ -95,7 +95,7 @@ def still(name, seconds=6.0):
     return Plan(name, np.full(count, int(Mode.POSITION)), held, np.zeros(count), np.zeros(count))
 
 
-def test_the_next_test_is_the_plan_in_which_the_class_differs_most(answer):
+def test_the_next_test_is_the_plan_whose_record_leaves_least_open(answer):
     first = answer.findings.accepted[0]
     others = ["torque_ripple", "friction_position_periodic"]
     open_answer = replace(answer.findings, rounds=[replace(first, alike=others)])
@@ -105,7 +105,19 @@ def test_the_next_test_is_the_plan_in_which_the_class_differs_most(answer):
     assert test["scenario"] == "multisine"
     assert test["pair"][0] == "cogging_torque"
     assert set(test["expected_separation"]["parts"]) == set(others)
+    assert test["expected_separation"]["leaves"] == []
     assert test["expected_separation"]["value"] > 10.0
+
+
+def test_what_a_test_cannot_part_is_said_to_stay_open(answer):
+    """In a record at one temperature, nothing that only a change of temperature shows is excluded."""
+    first = answer.findings.accepted[0]
+    others = ["torque_ripple", "friction_temperature"]
+    open_answer = replace(answer.findings, rounds=[replace(first, alike=others)])
+    scenario = load_scenario(find("scenario", "multisine")).content
+    expected = next_test(open_answer, [plan_of("multisine", scenario, MODEL.values)])["expected_separation"]
+    assert expected["parts"] == ["torque_ripple"]
+    assert expected["leaves"] == ["friction_temperature"]
 
 
 def test_where_no_plan_tells_the_class_apart_a_hand_has_to(answer):
