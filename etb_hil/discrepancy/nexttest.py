@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from etb_hil.discrepancy import decision
 from etb_hil.discrepancy.calibration import calibrate, residual_of
 from etb_hil.discrepancy.candidates import suspects
 from etb_hil.discrepancy.findings import Findings, Round
 from etb_hil.discrepancy.floor import weigh
 from etb_hil.discrepancy.naming import search
+from etb_hil.discrepancy.objections import LEAST_GAIN
 from etb_hil.discrepancy.planned import Plan, recorded
 from etb_hil.discrepancy.rivals import alike
 from etb_hil.plant.effects.catalogue import CATALOGUE
@@ -103,7 +103,7 @@ def _compared(plan: Plan, findings: Findings, found: Round, rivals: Sequence[str
     healthy = calibrate(findings.model, record, healthy_whole, found.before.unknowns, rounds=1)
     residual = residual_of(record)
     does = residual(whole) - residual(healthy_whole)
-    if float(does @ does) < decision.LEAST_GAIN * healthy.fit.cost:
+    if float(does @ does) < LEAST_GAIN * healthy.fit.cost:
         return Outlook(plan, (), tuple(rivals), {})
     shapes = suspects(record, found.before.unknowns)
     members = [one for one in found.screened if one.candidate.id in rivals and one.candidate.id in shapes]
