@@ -9,11 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from etb_hil.history.temperature import LEAST_SPREAD, TemperatureEffect, UnitLaws
-from etb_hil.history.tolerance import FEWEST, factor
+from etb_hil.history.tolerance import change_limit
 from etb_hil.recording.samples import Float64
-
-SMALLEST = 0.25  # share: the smallest rise that matters
-_TO_SIGMA = 1.4826  # of a median distance from the median
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,16 +35,6 @@ class Rises:
     apart: list[str]
 
 
-def alarm(limit: float, smallest: float = SMALLEST) -> float:
-    """Return the logarithm of now over then from which on a unit has risen.
-
-    `limit` of the scatter of healthy units. Where that lies under half the way to the smallest rise that matters, half
-    the way it is: healthy and risen units are then told apart with equal risk, and a scatter that was found too small
-    by chance raises no alarm over what does not matter.
-    """
-    return max(limit, 0.5 * math.log1p(smallest))
-
-
 def rises(
     started: Sequence[str], values: Float64, temperature: Float64, units: Sequence[str], laws: UnitLaws
 ) -> Rises | None:
@@ -69,7 +56,7 @@ def rises(
         law = laws.together(without=unit) if unit in telling else whole
         if (latest := _latest(places, values, temperature, law)) is not None:
             compared[unit] = latest
-    level = alarm(_scatter(np.array([one.ratio for one in compared.values()])))
+    level = change_limit(np.array([one.ratio for one in compared.values()]))
     found = [
         Rise(unit, math.expm1(one.ratio), started[one.since])
         for unit, one in compared.items()
@@ -102,11 +89,3 @@ def _latest(
         if abs(warmer) <= LEAST_SPREAD:
             return _Compared(ratio, 0.0, first, k)
     return None
-
-
-def _scatter(ratio: Float64) -> float:
-    """Return the limit of healthy units' ratios (n), from their middle half, which risen ones hardly move."""
-    if len(ratio) < FEWEST:
-        return 0.0
-    middle = float(np.median(ratio))
-    return middle + factor(len(ratio)) * _TO_SIGMA * float(np.median(np.abs(ratio - middle)))

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
+from etb_hil.history.tolerance import change_limit
 from etb_hil.recording.samples import Float64
 
 REFERENCE = 20.0  # degC
@@ -51,7 +52,7 @@ class TemperatureEffect:
 
 @dataclass(frozen=True, slots=True)
 class UnitLaws:
-    """What each unit that was tested at temperatures 5 K apart says by itself.
+    """What each unit that was tested at temperatures 5 K apart says by itself, those left out that have changed.
 
     `name` (u), `slope` (u) as a share per K, `weight` (u) K^2, `runs` (u), `coldest` and `warmest` (u) degC.
     """
@@ -88,7 +89,8 @@ class UnitLaws:
 def unit_laws(values: Float64, temperature: Float64, unit: list[str]) -> UnitLaws:
     """Return how values (n), above zero, follow temperature (n) in degC inside units: that units differ says nothing.
 
-    Least squares of ln(value) over temperature.
+    Least squares of ln(value) over temperature. A unit that departs from the middle one's law, over its own range, by
+    what counts as a rise has changed between its tests: that is no law.
     """
     known = np.isfinite(temperature) & (values > 0.0)
     names, index = np.unique(np.array(unit, dtype=np.str_)[known], return_inverse=True)
@@ -99,6 +101,18 @@ def unit_laws(values: Float64, temperature: Float64, unit: list[str]) -> UnitLaw
     np.maximum.at(warmest, index, warmth)
     apart = warmth - (np.bincount(index, warmth, len(names)) / count)[index]
     weight = np.bincount(index, apart * apart, len(names))
-    told = warmest - coldest >= LEAST_SPREAD
+    told = np.flatnonzero(warmest - coldest >= LEAST_SPREAD)
     slope = np.bincount(index, apart * level, len(names))[told] / weight[told]
+    departs = (slope - _middle(slope, np.sqrt(weight[told]))) * (warmest - coldest)[told]
+    is_alike = np.abs(departs) <= change_limit(departs)
+    told, slope = told[is_alike], slope[is_alike]
     return UnitLaws([str(name) for name in names[told]], slope, weight[told], count[told], coldest[told], warmest[told])
+
+
+def _middle(values: Float64, weight: Float64) -> float:
+    """Return the weighted median of values (n); 0 of none."""
+    if not len(values):
+        return 0.0
+    order = np.argsort(values)
+    below = np.cumsum(weight[order])
+    return float(values[order[np.searchsorted(below, 0.5 * below[-1])]])

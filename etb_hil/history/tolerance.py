@@ -1,13 +1,17 @@
-"""Tolerance limits: below what nearly all of a population lies, as far as a sample of it tells."""
+"""Tolerance limits: below what nearly all of a population lies, as far as a sample tells, and what is a change."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
 from etb_hil.recording.samples import Float64
 
+SMALLEST = 0.25  # share: the smallest rise that matters
 FEWEST = 8  # values, of which a scatter is known at all
 _CONTENT, _CONFIDENCE = 2.3263, 1.6449  # normal quantiles of 99 and 95 %
+_TO_SIGMA = 1.4826  # of a median distance from the median
 
 
 def factor(count: int) -> float:
@@ -29,3 +33,18 @@ def tolerance_limit(values: Float64) -> float | None:
         return None
     level = np.log(values)
     return float(np.exp(level.mean() + factor(len(level)) * level.std(ddof=1)))
+
+
+def change_limit(ratio: Float64) -> float:
+    """Return the logarithm of now over then from which on a unit has changed, by the ratios (n) of many units.
+
+    Below the limit of healthy units' scatter nobody has; it comes from the middle half of them, which changed ones
+    hardly move. Where that lies under half the way to the smallest rise that matters, half the way it is: healthy and
+    risen units are then told apart with equal risk, and a scatter that was found too small by chance raises no alarm
+    over what does not matter.
+    """
+    half_way = 0.5 * math.log1p(SMALLEST)
+    if len(ratio) < FEWEST:
+        return half_way
+    middle = float(np.median(ratio))
+    return max(middle + factor(len(ratio)) * _TO_SIGMA * float(np.median(np.abs(ratio - middle))), half_way)

@@ -309,6 +309,24 @@ def test_warmth_is_no_rise():
     assert _risen(known) == []
 
 
+@pytest.mark.parametrize("rise", [1.25, 1.6])
+def test_units_that_have_risen_tell_no_law_for_others_either(rise):
+    rng = np.random.default_rng(int(100 * rise))
+    for _ in range(20):
+        warmth, law = rng.uniform(0.0, 80.0, (2, 40)), -0.003 * (1.0 + 0.1 * rng.standard_normal(40))
+        values = 0.17 * np.exp(law * warmth + 0.1 * rng.standard_normal(40) + 0.003 * rng.standard_normal((2, 40)))
+        values[1, :5] *= rise
+        runs = [
+            made_up.run(40 * again + k, f"U{k:02d}", values[again, k], temperature=warmth[again, k])
+            for again in range(2)
+            for k in range(40)
+        ]
+        number = histories(runs)[0].numbers[0]
+        assert number.temperature.coefficient == pytest.approx(-0.003, abs=0.0003)
+        assert [found.unit for found in number.rises.found] == [f"U{k:02d}" for k in range(5)]
+        assert number.rises.apart == []
+
+
 def test_a_latest_run_that_cannot_be_compared_is_said():
     """An earlier run is held against the first, and nobody takes it for the latest."""
     warmth = (20.0, 21.0, 45.0)
