@@ -67,12 +67,12 @@ def _average(
     for k in range(len(time_ns)):
         if counts[_STARTED] == 0:
             counts[_STARTED], counts[_FIRST_NS] = 1, time_ns[k]
-        if not math.isnan(plate_less_encoder[k]):
+        if math.isfinite(plate_less_encoder[k]):
             sums[_ANGLE] += plate_less_encoder[k]
             counts[_ANGLES] += 1
-        if not math.isnan(temperature[k]):
+        if math.isfinite(temperature[k]):
             sums[_TEMPERATURE] = temperature[k]
-        if time_ns[k] - counts[_FIRST_NS] >= _SKIPPED_NS and not math.isnan(current[k]):
+        if time_ns[k] - counts[_FIRST_NS] >= _SKIPPED_NS and math.isfinite(current[k]):
             sums[_CURRENT] += current[k]
             sums[_CURRENT_SQUARE] += current[k] * current[k]
             counts[_CURRENTS] += 1

@@ -138,7 +138,7 @@ def _gather(
 ) -> int:
     closed = 0
     for k in range(len(time_ns)):
-        if math.isnan(angle[k]) or math.isnan(current[k]):
+        if not math.isfinite(angle[k] + current[k]):
             continue
         index = time_ns[k] // TICK_NS
         if whole[_COUNT] and (index != whole[_INDEX] or kind != whole[_KIND]):
@@ -152,7 +152,7 @@ def _gather(
         whole[_OFFSET] += time_ns[k] - index * TICK_NS
         sums[_ANGLE] += angle[k]
         sums[_CURRENT] += current[k]
-        if not math.isnan(voltage[k]):
+        if math.isfinite(voltage[k]):
             sums[_VOLTAGE] += voltage[k]
             sums[_VOLTAGES] += 1.0
         sums[_TEMPERATURE], sums[_VELOCITY], sums[_FRICTION] = temperature[k], velocity[k], friction[k]

@@ -170,7 +170,7 @@ def _observe(
     for k in range(len(time_ns)):
         velocity[k] = friction[k] = np.nan
         delay_ns[k] = whole[_DELAY_NS]
-        if math.isnan(current[k]) or math.isnan(angle[k]):
+        if not math.isfinite(current[k] + angle[k]):
             continue
         step_ns = time_ns[k] - whole[_LAST_NS]
         whole[_LAST_NS] = time_ns[k]

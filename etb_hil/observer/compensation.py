@@ -85,18 +85,18 @@ def _compensate(
     slow = memory[_SLOW:]
     loose = ports.is_loose(p)
     for k in range(len(time_ns)):
-        warm = REFERENCE if math.isnan(temperature[k]) else temperature[k]
+        warm = temperature[k] if math.isfinite(temperature[k]) else REFERENCE
         i = (current[k] - p[_OFFSET] - p[_OFFSET + 1] * (warm - REFERENCE)) / (1.0 + p[_GAIN])
         theta = _true_angle(angle[k], p)
         out[0, k], out[1, k], out[2, k] = i, theta, voltage[k]
-        if math.isnan(i) or math.isnan(theta):
+        if not math.isfinite(i + theta):
             continue
         if math.isnan(memory[_THETA]):
             slow[:] = ports.slow_start(warm)
             memory[_THETA], memory[_PLATE], newest_ns[0] = theta, theta, time_ns[k]
         dt, way = 1e-9 * (time_ns[k] - newest_ns[0]), theta - memory[_THETA]
         omega = way / dt if dt > 0.0 else 0.0
-        command = 0.0 if math.isnan(voltage[k]) else voltage[k]
+        command = voltage[k] if math.isfinite(voltage[k]) else 0.0
         ports.pass_time(slow, omega, way, i, command, warm, dt, p)
         plate = teeth.on_plate(theta, memory[_PLATE] + way, 0.0, 0.0, p) if loose else theta
         extra = ports.elastic_torque(plate, 0.0, p) - spring_torque(theta, p) - stop_torque(theta, 0.0, p)

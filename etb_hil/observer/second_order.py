@@ -71,7 +71,7 @@ def _observe(
         i, measured = current[k], angle[k]
         velocity[k] = friction[k] = np.nan
         delay_ns[k] = late_ns
-        if math.isnan(i) or math.isnan(measured):
+        if not math.isfinite(i + measured):
             continue
         step_ns = time_ns[k] - last
         last = time_ns[k]

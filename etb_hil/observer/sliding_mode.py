@@ -163,7 +163,7 @@ def _observe(
     dt, stepped, is_late = step, _NO_STEP, False
     for k in range(len(time_ns)):
         i, measured = current[k], angle[k]
-        if math.isnan(i) or math.isnan(measured) or _is_missing(given, k):
+        if not math.isfinite(i + measured) or _is_missing(given, k):
             velocity[k], friction[k], delay_ns[k] = np.nan, np.nan, late_ns
             continue
         step_ns, last = time_ns[k] - last, time_ns[k]
@@ -232,4 +232,4 @@ def _observe(
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _is_missing(given: Float64 | None, k: int) -> bool:
     """Return whether a measured velocity was to be there and is not."""
-    return False if given is None else bool(math.isnan(given[k]))
+    return False if given is None else not math.isfinite(given[k])

@@ -123,7 +123,7 @@ def _observe(
         i, measured = current[k], angle[k]
         velocity[k] = friction[k] = np.nan
         delay_ns[k] = whole[DELAY_NS]
-        if math.isnan(i) or math.isnan(measured):
+        if not math.isfinite(i + measured):
             continue
         step_ns, last = time_ns[k] - last, time_ns[k]
         if s[RUNNING] == 0.0 or step_ns > kalman.LONGEST_GAP_NS or step_ns <= 0:

@@ -6,6 +6,7 @@ import os
 import pickle
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -140,6 +141,21 @@ def test_rows_without_a_needed_role_are_refused(runs):
     )
     with pytest.raises(KeyError):
         Diagnosis(bench_model(Unit()), LIMITS).push(bare, "ramp")
+
+
+@pytest.mark.parametrize("name", ["motor_current", "motor_angle", "motor_voltage", "throttle_angle"])
+def test_an_infinite_value_is_a_missing_one(runs, name):
+    found = []
+    for bad in (np.nan, np.inf, -np.inf):
+        pieces = [(rows, kind) for rows, kind in runs[1000]]
+        for place in (0, 1):  # in the current's zero, and in motion
+            rows, kind = pieces[place]
+            columns = {**rows.columns, name: rows.columns[name].copy()}
+            columns[name][100] = bad
+            pieces[place] = (replace(rows, columns=columns), kind)
+        found.append(judge(pieces))
+    assert str(found[0].verdict) == "fail"
+    assert found[0].numbers == found[1].numbers == found[2].numbers
 
 
 def test_voltage_temperature_and_plate_sensor_are_optional(runs):

@@ -84,11 +84,13 @@ def test_lost_samples_never_become_a_spike(make, healthy, rate, lost):
 
 
 @every_observer
-def test_bad_samples_give_no_estimate_and_do_no_harm(make, healthy):
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("column", [0, 1])
+def test_bad_samples_give_no_estimate_and_do_no_harm(make, healthy, bad, column):
     sensed = healthy[1][1000]
-    current = sensed.current.copy()
-    current[2000:2003] = np.nan
-    estimate = make().push(sensed.time_ns, current, sensed.motor_angle / 18.0)
+    columns = (sensed.current.copy(), sensed.motor_angle / 18.0)
+    columns[column][2000:2003] = bad
+    estimate = make().push(sensed.time_ns, *columns)
     assert np.all(np.isnan(estimate.friction[2000:2003]))
     assert np.all(np.isfinite(estimate.friction[2100:]))
 
