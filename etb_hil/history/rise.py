@@ -50,7 +50,7 @@ def rises(
     again = {unit: places for unit, places in runs.items() if len(places) > 1}
     if not again:
         return None
-    telling, whole = set(laws.name), laws.together()
+    telling, whole = set(laws.name.tolist()), laws.together()
     compared: dict[str, _Compared] = {}
     for unit, places in again.items():
         law = laws.together(without=unit) if unit in telling else whole

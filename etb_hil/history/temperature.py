@@ -57,7 +57,7 @@ class UnitLaws:
     `name` (u), `slope` (u) as a share per K, `weight` (u) K^2, `runs` (u), `coldest` and `warmest` (u) degC.
     """
 
-    name: list[str]
+    name: NDArray[np.str_]
     slope: Float64
     weight: Float64
     runs: Float64
@@ -70,7 +70,7 @@ class UnitLaws:
         The interval is a jackknife's over units: their laws differ, and one that has changed between its tests tells
         another law than the rest, which no scatter inside units shows.
         """
-        kept = np.array([name != without for name in self.name], np.bool_)
+        kept = np.full(len(self.name), True) if without is None else self.name != without
         count = int(np.count_nonzero(kept))
         if count < FEWEST:
             return None
@@ -106,7 +106,7 @@ def unit_laws(values: Float64, temperature: Float64, unit: list[str]) -> UnitLaw
     departs = (slope - _middle(slope, np.sqrt(weight[told]))) * (warmest - coldest)[told]
     is_alike = np.abs(departs) <= change_limit(departs)
     told, slope = told[is_alike], slope[is_alike]
-    return UnitLaws([str(name) for name in names[told]], slope, weight[told], count[told], coldest[told], warmest[told])
+    return UnitLaws(names[told], slope, weight[told], count[told], coldest[told], warmest[told])
 
 
 def _middle(values: Float64, weight: Float64) -> float:
