@@ -33,6 +33,7 @@ NOT_COMPARED = {
     "stribeck_shape": "there two curves are mixed, ours is one of another exponent",
     "spring_nonlinear": "there both springs are bent, ours is the opening one",
     "spring_preload_shift": "the preloads' tolerances imitate it",
+    "gear_backlash": "there the teeth also give way under a load, by 2e-5 rad each way; ours counts that as play",
     "current_sensor_gain": "the tolerances of all torques and of the resistance imitate it together",
 }
 
@@ -87,7 +88,6 @@ COMPARED = {
         Number(("torque",), (0,)), Number(("torque",), (2,), beside="exponent"),
         Number(("way",), (0,), place=A), Number(("way",), (2,), place=A, beside="exponent"),
     ],
-    "gear_backlash": [Number(("play",), (0, 1))],
     "shaft_compliance": [Number(("compliance",), (0,))],
     "cogging_torque": [*_waves(0), Number(("order",), (0, 1, 2), place=A)],
     "torque_ripple": [*_waves(0), Number(("order",), (0, 1, 2), place=A)],

@@ -78,7 +78,7 @@ def _page(found: dict[str, Any], drawn: list[tuple[str, Markup]], series: Pictur
         tone=_TONES[verdict],
         reason=_reason(found),
         further=_further(found),
-        next_test=(found.get("next_test") or {}).get("says", ""),
+        next_test=_next_test(found),
         style=Markup((here / "report.css").read_text("utf-8")),  # noqa: S704 (our own file)
         zoom=zoom,
         zoom_hash=zoom_hash,
@@ -231,6 +231,18 @@ def _friction(found: dict[str, Any]) -> list[dict[str, str]]:
         {"name": names[name]} | {key: f"{p[key]:.4g} {p['unit']}" for key in ("nominal", "calibrated", "extended")}
         for name, p in found.get("friction", {}).items()
     ]
+
+
+def _next_test(found: dict[str, Any]) -> str:
+    """Return what to do about what is open: the scenario with what it tells, and what is left to a hand."""
+    test = found.get("next_test") or {}
+    expected = test.get("expected_separation")
+    if not expected:
+        return str(test.get("says", ""))
+    parts, leaves = (", ".join(_words(id_) for id_ in expected[key]) for key in ("parts", "leaves"))
+    says = f"run {test['scenario']} (next_test.yaml) on the same unit and explain its record: "
+    says += f"it tells {_words(test['pair'][0])} from {parts}."
+    return f"{says} Still open then: {leaves}; {test['says']}." if leaves else says
 
 
 def _judged(found: dict[str, Any]) -> list[str]:

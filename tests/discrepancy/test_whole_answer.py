@@ -54,6 +54,15 @@ def test_the_report_shows_it_over_the_motors_turn(answer, tmp_path):
     assert (tmp_path / "torque_over_motor_turn.png").stat().st_size > 10_000
 
 
+def test_the_report_says_what_the_next_test_tells_and_what_it_does_not(answer, tmp_path):
+    expected = {"value": 30.0, "unit": "1", "parts": ["torque_ripple"], "leaves": ["parameter:coulomb"]}
+    test = {"pair": ["cogging_torque", "torque_ripple"], "says": "weigh it", "scenario": "multisine"}
+    found = answer.explanation | {"next_test": test | {"expected_separation": expected, "separation_here": None}}
+    page = write_explanation(found, None, tmp_path).read_text("utf-8")
+    assert "run multisine" in page
+    assert "it tells cogging torque from torque ripple. Still open then: wrong coulomb; weigh it." in page
+
+
 def test_the_extended_model_is_read_again(answer, tmp_path):
     write(answer, tmp_path)
     model = load_model(tmp_path / "model.yaml")
