@@ -22,7 +22,8 @@ from etb_hil.report.drawing import CLOSING, INK, LIMIT, MEASURED, MUTED, OPENING
 
 _SHADES = (MEASURED, OPENING, CLOSING, LIMIT)
 _LINES = ("-", "--", "-.", ":")
-_BEFORE_S, _AFTER_S = -0.01, 0.05  # what is enlarged about a peak
+_BEFORE_S, _AFTER_S = -0.03, 0.03  # what is enlarged about a peak
+_HIGHEST = 0.99  # share of the highest friction that counts as a peak
 
 
 @mpl.rc_context(STYLE)
@@ -88,7 +89,7 @@ def estimated_friction(
     grid = figure.subplots(2, 2, sharex="col", sharey="row", height_ratios=[2.2, 1.0], width_ratios=[2.6, 1.0])
     throttle, inside = motion.throttle, (motion.time >= span[0]) & (motion.time <= span[1])
     friction = np.abs(motion.friction[inside])
-    peak = float(motion.time[inside][np.argmax(friction)])
+    peak = float(motion.time[inside][np.argmax(friction >= _HIGHEST * friction.max())])  # not where it rests there
     for (above, below), (begin, end) in zip(grid.T, (span, (peak + _BEFORE_S, peak + _AFTER_S)), strict=True):
         shown = (motion.time >= begin) & (motion.time <= end)
         time = motion.time[shown]
