@@ -49,12 +49,24 @@ def golden(rng, days=30, bench_moves=0.0, unit_moves=0.0):
     return made
 
 
+def warm_and_risen(rng, rise, also_warm):
+    """Twelve units tested twice, at 20 and 21 degC; the first one has risen and is 24 K warmer, as some others are."""
+    made = []
+    for again in range(2):
+        for unit in range(12):
+            warmth = 25.0 if again and unit <= also_warm else float(again)
+            risen = rise if again and unit == 0 else 1.0
+            value = LEVEL * risen * np.exp(-0.003 * warmth + 0.5 * NOISE * rng.standard_normal())
+            made.append(run(len(made), f"u{unit}", "a", value, 20.0 + warmth))
+    return made
+
+
 def of(runs):
     return histories(runs)[0].numbers[0]
 
 
 def share(name, hits, count):
-    print(f"{name:58} {hits:4d} of {count} ({100.0 * hits / count:.1f} %)", flush=True)
+    print(f"{name:66} {hits:4d} of {count} ({100.0 * hits / count:.1f} %)", flush=True)
 
 
 def main():
@@ -82,6 +94,13 @@ def main():
         share(f"95 % interval of {name} holds the truth", sum(i.low <= TRUE_PPK <= i.high for i in indices), count)
     warm = [of(production(rng, 10, repeats=3, coefficient=-0.003, warm=30.0)).temperature for rng in seeds]
     share("95 % interval of the temperature coefficient holds it", sum(e.low <= -0.003 <= e.high for e in warm), count)
+    for rise in (1.25, 1.6):
+        for also_warm in (0, 1, 2, 3, 6):
+            told = [of(warm_and_risen(rng, rise, also_warm)).rises for rng in seeds]
+            found = sum([one.unit for one in rises.found] == ["u0"] for rises in told)
+            apart = sum("u0" in rises.apart for rises in told)
+            words = f"unit {rise - 1.0:.0%} up and warm, {also_warm} others warm; not compared {apart}; it alone found"
+            share(words, found, count)
     studies = [of(production(rng, 10, repeats=3, benches=("a", "b", "c"))).gauge for rng in seeds]
     repeatability = np.array([study.repeatability for study in studies]) / LEVEL
     part = np.array([study.part for study in studies]) / LEVEL
