@@ -42,10 +42,11 @@ class Capability:
         return self.count < ENOUGH
 
 
-def capability(chart: ControlChart, low: float | None, high: float | None) -> Capability | None:
+def capability(chart: ControlChart, low: float | None, high: float | None, unsure: float = 0.0) -> Capability | None:
     """Return the capability of the values of a chart between limits; None without a limit or without any spread.
 
     Intervals: Bissell (1990) for Cpk and Ppk, chi-squared for Cp; normally distributed values are taken for granted.
+    All values may be off together by `unsure`, 95 %: that widens those of Cpk and Ppk.
     """
     if low is None and high is None:
         return None
@@ -60,15 +61,16 @@ def capability(chart: ControlChart, low: float | None, high: float | None) -> Ca
     )
     return Capability(
         count,
-        _nearest(room / (3.0 * chart.sigma), count, freedom),
-        _nearest(room / (3.0 * overall), count, count - 1.0),
+        _nearest(room, 3.0 * chart.sigma, unsure, count, freedom),
+        _nearest(room, 3.0 * overall, unsure, count, count - 1.0),
         None if low is None or high is None else _width((high - low) / (6.0 * chart.sigma), freedom),
         steady=not chart.signals,
     )
 
 
-def _nearest(value: float, count: int, freedom: float) -> Index:
-    half = _Z95 * math.sqrt(1.0 / (9.0 * count) + value * value / (2.0 * freedom))
+def _nearest(room: float, spread: float, unsure: float, count: int, freedom: float) -> Index:
+    value = room / spread
+    half = math.hypot(_Z95 * math.sqrt(1.0 / (9.0 * count) + value * value / (2.0 * freedom)), unsure / spread)
     return Index(value, value - half, value + half)
 
 

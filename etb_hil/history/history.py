@@ -15,7 +15,7 @@ from etb_hil.history.drift import Drift, deviations, drifts
 from etb_hil.history.gauge import GaugeStudy, balanced, gauge_study
 from etb_hil.history.rise import Rises, rises
 from etb_hil.history.runs import Run
-from etb_hil.history.temperature import REFERENCE, TemperatureEffect, unit_laws
+from etb_hil.history.temperature import LEAST_SPREAD, REFERENCE, TemperatureEffect, unit_laws
 from etb_hil.history.tolerance import tolerance_limit
 from etb_hil.recording.samples import Float64
 
@@ -111,7 +111,10 @@ def _number(name: str, runs: list[Run], stiction: NumberHistory | None) -> Numbe
     of_units = compared[[latest[unit] for unit in charted]]
     chart = control_chart(of_units)
     limits = [(runs[k].numbers[name].limit_low, runs[k].numbers[name].limit_high) for k in at]
-    low, high = limits[-1] if limits else (None, None)
+    low, high = _limits(limits, warmth if effect is not None else None)
+    # The law is one for all: where it errs, it moves all units the same way.
+    unsure = np.sign(warmth - REFERENCE) * doubt if effect is not None else doubt
+    common = abs(float(unsure[[latest[unit] for unit in charted]].mean())) if charted else 0.0
     cells: dict[tuple[str, str], list[float]] = {}
     for k in sound:
         cells.setdefault((units[k], runs[at[k]].bench), []).append(float(compared[k]))
@@ -125,6 +128,19 @@ def _number(name: str, runs: list[Run], stiction: NumberHistory | None) -> Numbe
     return NumberHistory(
         name, at, values, compared, doubt, effect, charted, chart,
         tolerance_limit(of_units) if stiction is None else None,
-        None if chart is None else capability(chart, low, high), low, high,
+        None if chart is None else capability(chart, low, high, common), low, high,
         None if study is None or not np.ptp(study[2]) else gauge_study(study[2]), drifting, looked_at, risen,
     )  # fmt: skip
+
+
+def _limits(
+    stated: list[tuple[float | None, float | None]], warmth: Float64 | None
+) -> tuple[float | None, float | None]:
+    """Return the limits that values are held against, of those stated (n) for each run at its temperature (n), degC.
+
+    Values that were brought to 20 degC (`warmth` is given) are held against a limit of about that temperature; none
+    is known where limits follow the temperature and no run came within 5 K.
+    """
+    if warmth is not None and len(set(stated)) > 1:
+        stated = [limit for limit, at in zip(stated, warmth, strict=True) if abs(at - REFERENCE) <= LEAST_SPREAD]
+    return stated[-1] if stated else (None, None)

@@ -65,7 +65,7 @@ def _draw(axes: Axes, history: History, number: NumberHistory, *, named: bool) -
     label = "its 95 % band" if named else None
     axes.fill_between(span, weakest, strongest, color=INK, alpha=0.15, linewidth=0, label=label)
     if number.limit_high is not None:
-        label = "limit, as stated at the last run's temperature" if named else None
+        label = f"limit, as stated about {REFERENCE:.0f} °C" if named else None
         axes.axhline(number.limit_high, color=LIMIT, linestyle=":", label=label)
 
 

@@ -157,6 +157,28 @@ def test_less_than_one_percent_exceed_a_tolerance_limit():
     assert "N·m as measured (95 % confidence, from 12 units)" in text
 
 
+def test_capability_is_of_one_temperature():
+    """Limits that follow the temperature are taken where values were brought to; what the law leaves unsure widens."""
+
+    def limited(run):
+        limit = 0.26 * (1.0 - 0.003 * (run.temperature - 20.0))
+        return replace(run, numbers={"T_st": replace(run.numbers["T_st"], limit_high=limit)})
+
+    runs = [limited(run) for run in made_up.production(6, 12, coefficient=-0.003, warm=40.0, noise=0.002)]
+    number = histories(runs)[0].numbers[0]
+    assert runs[-1].numbers["T_st"].limit_high < 0.25
+    assert number.limit_high == pytest.approx(0.26, rel=0.015)
+    plain = capability(number.chart, None, number.limit_high)
+    low, high = number.capability.cpk.low, number.capability.cpk.high
+    assert low < plain.cpk.low < plain.cpk.high < high
+    off = capability(number.chart, None, number.limit_high, 0.01).cpk
+    half, without = 0.5 * (off.high - off.low), 0.5 * (plain.cpk.high - plain.cpk.low)
+    assert half == pytest.approx(np.hypot(without, 0.01 / (3.0 * number.chart.sigma)))
+    warm = [run for run in runs if run.temperature > 25.0]
+    assert histories(warm)[0].numbers[0].temperature is not None
+    assert histories(warm)[0].numbers[0].capability is None
+
+
 def test_temperature_is_found_inside_units_alone():
     rng = np.random.default_rng(3)
     unit = [f"u{k % 6}" for k in range(48)]
