@@ -17,7 +17,7 @@ from generator.case import SINGLES
 from generator.separability import sealed
 from generator.size import OutOfReachError
 from generator.surroundings import surround
-from scoring import rate, score
+from scoring import canonical, rate, score
 
 from etb_hil.base.modes import Mode
 from etb_hil.discrepancy.balances import Balances
@@ -61,7 +61,7 @@ def one(seed):
     hidden = hidden_case(seed, (name,), "strong", excitation=EXCITATIONS[seed % 2])
     findings, found = answered(hidden.case)
     first = found["causes"][0] if found["causes"] else None
-    if found["verdict"] != "ambiguous" or name not in {first["effect"], *first["class"]}:
+    if found["verdict"] != "ambiguous" or not among(name, first):
         return name, found, None, None, "not open"
     plans = {plan.name: plan for plan in stock_plans(findings.model.values)}
     test = next_test(findings, list(plans.values()))
@@ -74,14 +74,14 @@ def one(seed):
 
 def judged(name, test, again, case):
     """What a test made of a class: settled, as promised in part, or not."""
-    after = next((cause for cause in again["causes"] if name in {cause["effect"], *cause["class"]}), None)
+    after = next((cause for cause in again["causes"] if among(name, cause)), None)
     if again["verdict"] == "explained" and score(again, sealed(case)).outcome == "right":
         return "settled"
     if after is None:
         return f"lost: {again['verdict']}"
     parts = set(test["expected_separation"]["parts"])
     # A promise is between the cause as found and each other member: where the truth is another, of that pair alone.
-    gone = {test["pair"][0]} if name in parts else parts
+    gone = {test["pair"][0]} if canonical(name) in map(canonical, parts) else parts
     return "parted" if not gone & {after["effect"], *after["class"]} else "still open"
 
 
@@ -108,6 +108,11 @@ def main(first, count):
         if said:
             share = rate(sum(one in good for one in said), len(said))
             print(f"{what}: {share.hits} of {share.count} = {share.value:.0%} ({share.low:.0%} to {share.high:.0%})")
+
+
+def among(name, cause):
+    """Whether a hidden effect is a cause or in its class, whatever its parameter is called."""
+    return canonical(name) in map(canonical, (cause["effect"], *cause["class"]))
 
 
 def named(found):

@@ -25,6 +25,7 @@ from etb_hil.plant.physics import Vector
 
 UNIT = "standard deviations of the sensors' noise"
 _TRIED = 2  # plans that are explained before one is asked for
+_WAYS = 3  # by hand, that are said
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,16 +83,16 @@ def _said(found: Round, rivals: Sequence[str], best: Outlook | None) -> dict[str
         expected = {"value": value, "unit": UNIT, "parts": list(best.parted), "leaves": list(best.left)}
     return {
         "pair": [first, rival],
-        "says": _by_hand(first, best.left[0] if best is not None and best.left else rival),
+        "says": _by_hand(first, rivals if best is None else best.left or [rival]),
         "separation_here": away,
         "expected_separation": expected,
         "scenario": None if best is None else best.plan.name,
     }
 
 
-def _by_hand(first: str, rival: str) -> str:
-    ways = [CATALOGUE[id_].separated_by for id_ in (first, rival) if id_ in CATALOGUE]
-    return "; or ".join(dict.fromkeys(ways)) or "state the parameter's tolerance more narrowly"
+def _by_hand(first: str, others: Sequence[str]) -> str:
+    ways = [CATALOGUE[id_].separated_by for id_ in (first, *others) if id_ in CATALOGUE]
+    return "; or ".join([*dict.fromkeys(ways)][:_WAYS]) or "state the parameter's tolerance more narrowly"
 
 
 def _compared(plan: Plan, findings: Findings, found: Round, rivals: Sequence[str]) -> Outlook:
