@@ -51,6 +51,12 @@ class Assessment:
         return float(np.abs(self.evidence.velocity).max()) if len(self.windows) else 0.0
 
     @property
+    def ways(self) -> tuple[int, int]:
+        """How many windows opened and closed the plate."""
+        opening = int(np.count_nonzero(self.evidence.velocity > 0.0))
+        return opening, len(self.windows) - opening
+
+    @property
     def hardest(self) -> float:
         """Largest change of speed from tick to tick in the middle of a window, in rad/s; 0 where there are none."""
         angle, centre = self.ticks.angle, self.windows.centre

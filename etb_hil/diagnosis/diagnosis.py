@@ -169,7 +169,7 @@ class Diagnosis:
             moved=max(self._highest - self._lowest, 0.0),
             fastest=fastest,
             far=far,
-            windows=len(assessment.windows),
+            windows=assessment.ways,
             follows=share_that_follows(ticks),
             current_verified=self._zero.is_measured,
             highest_current=self._highest_current,

@@ -57,7 +57,7 @@ class Grounds:
     moved: float  # rad, from the lowest to the highest angle
     fastest: float  # rad/s
     far: float
-    windows: int
+    windows: tuple[int, int]  # opening, closing
     follows: float
     current_verified: bool
     highest_current: float  # A

@@ -12,6 +12,7 @@ MOST_LOST = 0.05  # share of the samples
 LONGEST_GAP = 0.1  # s: longer than a dash
 _LONGEST = 0.02  # s, of all unexplained episodes together
 _STUCK = 0.2  # rad: a plate that moved by less was hardly moved
+_FEWEST_A_WAY = 30  # windows: a slow sweep has hundreds
 _WHOLE = 0.9  # of the ticks without a gap before them: with more, it was not for want of samples
 
 _NEEDED = ("T_st", "T_c", "return_margin")
@@ -52,7 +53,7 @@ def conclude(numbers: Sequence[Number], grounds: Grounds) -> tuple[UnitVerdict, 
     withholding = [*_lost(grounds.coverage), *grounds.withholding]
     broken = _limits_broken(judged)
     fails = [*broken, *_locally(judged, grounds), *_stuck(grounds, missing)]
-    doubts = [*_poor_evidence(grounds, missing), *_undecided(judged, grounds)]
+    doubts = [*_poor_evidence(grounds, missing), *_one_way(grounds, missing), *_undecided(judged, grounds)]
     if not broken:
         doubts += _unexplained(grounds)
     doubts += _gaps(grounds)
@@ -155,8 +156,8 @@ def _poor_evidence(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
         return [
             Reason(
                 "too_few_windows",
-                f"no friction curve could be fitted for {names}: {grounds.windows} stretches of 17 ms in steady motion "
-                f"have samples in every millisecond, of {grounds.coverage.samples} samples in all{current}",
+                f"no friction curve could be fitted for {names}: {sum(grounds.windows)} stretches of 17 ms in steady "
+                f"motion have samples in every millisecond, of {grounds.coverage.samples} samples in all{current}",
                 "sample at 1 kHz or faster, without gaps, and run a scenario with ramps and dashes",
             )
         ]
@@ -164,10 +165,21 @@ def _poor_evidence(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
         Reason(
             "too_little_motion",
             f"no friction curve could be fitted for {names}: the plate moved by {grounds.moved:.4f} rad at up to "
-            f"{grounds.highest_current:.2f} A, {grounds.windows} stretches of 17 ms in all{current}",
+            f"{grounds.highest_current:.2f} A, {sum(grounds.windows)} stretches of 17 ms in all{current}",
             "run a scenario with a current zero, ramps and dashes; check that the drive is enabled",
         )
     ]
+
+
+def _one_way(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
+    """Return a doubt where the plate slid one way only: nothing but its sign tells friction from springs."""
+    if missing or min(grounds.windows) >= _FEWEST_A_WAY:
+        return []
+    opening, closing = grounds.windows
+    text = (
+        f"{opening} stretches of 17 ms opened the plate and {closing} closed it: friction is told from springs by both"
+    )
+    return [Reason("one_way", text, "run a scenario that opens and closes the plate")]
 
 
 def _undecided(judged: Sequence[Number], grounds: Grounds) -> list[Reason]:

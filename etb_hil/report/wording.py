@@ -63,6 +63,11 @@ UNIT_REASONS = {
         "Run a scenario with fast dashes through limp-home, as friction_check has them.",
         True,
     ),
+    "one_way": Wording(
+        "The plate was measured in one direction only; springs and friction look alike there.",
+        "Run a scenario that opens and closes the plate, as friction_check does.",
+        True,
+    ),
     "return_margin_undecided": Wording(
         "The return spring's margin over friction {return_margin} is too close to {return_margin.limit} to tell.",
         _AGAIN,

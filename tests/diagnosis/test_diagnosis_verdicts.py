@@ -128,6 +128,19 @@ def test_without_a_dash_the_coulomb_torque_stays_open():
     assert result.number("T_st").value == pytest.approx(unit.stiction, rel=0.02)
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_friction_seen_in_one_direction_alone_never_passes(way):
+    unit = Unit()
+    run, phases = friction_check(unit, dashes=1)
+    diagnosis = Diagnosis(bench_model(unit), LIMITS)
+    for rows, kind in rows_of(sense(unit, run, 1000, np.random.default_rng(10)), phases, 1000, chunk=50):
+        speed = np.diff(rows.columns["motor_angle"][[0, -1]])[0]
+        diagnosis.push(rows, kind if kind == "current_zero" or way * speed > 0.0 else "home")
+    result = diagnosis.finish()
+    assert result.verdict is UnitVerdict.INCONCLUSIVE
+    assert "one_way" in {reason.id for reason in result.reasons}
+
+
 def test_nothing_measured_is_inconclusive():
     result = Diagnosis(bench_model(Unit()), LIMITS).finish()
     assert result.verdict is UnitVerdict.INCONCLUSIVE
