@@ -22,7 +22,8 @@ _SPAN = 50  # ticks: by the estimated velocity, a coarse sensor's noise would hi
 _REST = 100  # ticks that a plate must rest for
 _FLICKER = 20  # ticks for which an estimate may say otherwise
 _RESTED = 0.012  # rad: as far as bristles give way
-_MOVED = 0.04  # rad: far beyond presliding
+_MOVED = 0.04  # rad: beyond presliding
+_SLID = 0.07  # rad: bristles that bend by 10 mrad, a sticky unit's, keep 3 % of their way after 0.04, 0.2 % after this
 _LONGEST = 4000  # ticks from rest to having moved that far
 _SLOW = 0.3  # rad/s: a faster start is no ramp of the torque
 _MEAN = 10  # ticks that a peak is the mean of: noise has peaks of its own
@@ -192,13 +193,25 @@ def _moved(ticks: Ticks, left: int) -> int | None:
     return None
 
 
+def _slid(ticks: Ticks, left: int, end: int) -> int:
+    """Return the tick up to which a plate that is clear of its rest slides on, slowly and the same way."""
+    start, last = float(ticks.angle[left]), end
+    way = 1.0 if ticks.angle[end] > start else -1.0
+    for k in range(end + 1, min(left + _LONGEST, len(ticks))):
+        is_still = abs(ticks.angle[k] - ticks.angle[k - _SPAN]) < _STILL
+        if is_still or abs(ticks.velocity[k]) > _SLOW or not _MOVED <= way * (ticks.angle[k] - start) < _SLID:
+            break
+        last = k
+    return last
+
+
 def _followed(ticks: Ticks, rested: int, left: int, end: int) -> BreakAway | None:
     """Return the break-away of a plate that rested from one tick to the next; None where it was no slow one."""
     start = float(ticks.angle[left])
     if abs(ticks.velocity[end]) > _SLOW:
         return None
     direction = 1 if ticks.angle[end] > start else -1
-    along = direction * ticks.friction[rested : end + 1]
+    along = direction * ticks.friction[rested : _slid(ticks, left, end) + 1]
     if len(along) <= _MEAN or np.any(np.isnan(along)):
         return None
     means = [float(np.mean(along[k : k + _MEAN])) for k in range(len(along) - _MEAN)]

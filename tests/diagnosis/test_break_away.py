@@ -22,10 +22,11 @@ THROTTLE = MODEL.values
 LEVEL = 0.17
 
 
-def ticks_of(rests, *, speeds=(0.1,), per_decade=0.0, per_rate=0.0, even=0.0, noise=0.0, at=0.6):
+def ticks_of(rests, *, speeds=(0.1,), per_decade=0.0, per_rate=0.0, even=0.0, noise=0.0, at=0.6, bend=0.0):
     """Creep to and fro with rests (s) between: friction climbs to its peak within 3 mrad, then stays at LEVEL.
 
-    At each of the `speeds` (rad/s) in turn, there and back.
+    At each of the `speeds` (rad/s) in turn, there and back. With `bend` in rad, bristles bend so far instead: friction
+    comes to LEVEL like an exponential of the way, from the other direction's.
     """
     rng = np.random.default_rng(8)
     angle, friction, place = [], [], at
@@ -37,6 +38,8 @@ def ticks_of(rests, *, speeds=(0.1,), per_decade=0.0, per_rate=0.0, even=0.0, no
         friction += [0.2 * way * LEVEL] * round(rest * 1000)
         moved = np.arange(1, round(60 / speed) + 1) * 1e-3 * speed
         climb = np.minimum(moved / 0.003, 1.0) * np.where(moved < 0.006, peak, min(peak, LEVEL))
+        if bend:
+            climb = LEVEL * (1.0 - 2.0 * np.exp(-moved / bend))
         angle += (place + way * moved).tolist()
         friction += (way * np.maximum(climb, 0.2 * LEVEL)).tolist()
         place = angle[-1]
@@ -94,6 +97,14 @@ def test_a_plate_that_stops_within_the_bristles_has_not_broken_away_twice():
     velocity = np.gradient(angle, 1e-3)
     stopped = Ticks(time, angle, none, none, none, velocity, friction, none + 1.0, np.ones(len(angle), np.int64))
     assert len(break_aways(stopped, THROTTLE)) == len(break_aways(ticks, THROTTLE)) == 4
+
+
+@pytest.mark.parametrize("bend", [0.003, 0.0095])
+def test_bristles_that_bend_far_are_followed_to_the_end_of_it(bend):
+    """A sticky unit's keep 3 % of their way 0.04 rad from where they turned round."""
+    found = break_aways(ticks_of([0.3] * 4, bend=bend), THROTTLE)
+    assert len(found) == 4
+    assert break_away_torque(found).value == pytest.approx(LEVEL, rel=0.004)
 
 
 def test_known_law_of_rest_brings_break_aways_to_its_reference():
