@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from etb_hil.diagnosis.assessment import Assessment
-from etb_hil.diagnosis.friction_model import VISCOUS
+from etb_hil.diagnosis.friction_model import DROP, VISCOUS
 from etb_hil.diagnosis.half_width import TWO_SIDED_95, half_width
 from etb_hil.diagnosis.local_friction import LocalFriction
 from etb_hil.diagnosis.prior import INERTIA, PRELOAD_CLOSE, PRELOAD_OPEN, SLOPE_CLOSE, SLOPE_OPEN
@@ -26,6 +26,9 @@ _WINDING = 0.04  # share of R_a: the winding may be 10 K from the housing
 _MAGNET = 0.01  # share of K_e, for the same
 _ELSEWHERE = 0.05  # N·m, even in the direction: a seventh of what a spring's or a stop's wrong side makes
 _ENOUGH = 2.0  # A, root of the mean square, to measure a resistance at rest
+# Shares of the fitted drop from T_st to T_c by which T_c comes out too high at most where friction falls like
+# exp(-|x|^0.5), and too low where it falls like exp(-|x|^3). Armstrong-Helouvry 1991 has exponents from 0.5 on.
+_TOO_HIGH, _TOO_LOW = 3.0, 0.5
 
 
 def withholding(
@@ -98,10 +101,24 @@ def remarks(fit: StribeckFit, model: Model, throttle: ThrottleParameters) -> lis
     for index, name, nominal, unit, zero, scale in listed:
         off, error = (float(fit.parameters[index]) - zero) * scale, fit.error(index) * scale
         if abs(off) > model.tolerance(name) + _SURE * error:
-            words.append(f"{name} is {nominal + off:.3g} {unit} (model {nominal:.3g})")
+            other = ", or friction falls from T_st to T_c by another curve" if name == "viscous" else ""
+            words.append(f"{name} is {nominal + off:.3g} {unit} (model {nominal:.3g}{other})")
     if not words:
         return []
     return [_contradiction("model_contradicted", "beyond the model's tolerance: " + "; ".join(words))]
+
+
+def other_curve(fit: StribeckFit, model: Model, throttle: ThrottleParameters) -> tuple[float, float]:
+    """Return by how many N·m T_c may lie below and above the fitted one if friction has not the curve of eq. (2).
+
+    Slow windows and fast ones fix friction there, whatever the curve between them: a wrong T_c comes with a wrong
+    viscosity. Nothing where the viscosity is the model's.
+    """
+    off = float(fit.parameters[VISCOUS]) - throttle.viscous
+    if abs(off) <= model.tolerance("viscous") + _SURE * fit.error(VISCOUS):
+        return 0.0, 0.0
+    drop = max(float(fit.parameters[DROP]), 0.0)
+    return _TOO_HIGH * drop, _TOO_LOW * drop
 
 
 def gain_range(

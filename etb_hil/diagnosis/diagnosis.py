@@ -14,6 +14,7 @@ from etb_hil.diagnosis.assessment import JUDGED, assess
 from etb_hil.diagnosis.break_away import break_aways
 from etb_hil.diagnosis.contradiction import (
     gain_range,
+    other_curve,
     remarks,
     resistance_at_rest,
     resistance_fits,
@@ -155,12 +156,13 @@ class Diagnosis:
         ticks = self._ticks.ticks()
         assessment = assess(ticks, self._model, throttle, self._zero)
         reading = Tally(throttle).reading() if self._running is None else self._running.tally.reading()
-        fit, local, gain = assessment.fit, None, (1.0, 1.0)
+        fit, local, gain, curve = assessment.fit, None, (1.0, 1.0), (0.0, 0.0)
         if fit is not None:
             local = local_friction(assessment.evidence, fit)
             gain = gain_range(fit, assessment.balance, self._model, throttle)
+            curve = other_curve(fit, self._model, throttle)
         broken_away = break_aways(ticks, throttle)
-        numbers = report_numbers(assessment, broken_away, reading, self._zero, self._limits, throttle, gain)
+        numbers = report_numbers(assessment, broken_away, reading, self._zero, self._limits, throttle, gain, curve)
         at_rest = resistance_at_rest(ticks) if fit is None else None
         fastest, far = far_above(assessment, reading, throttle.stribeck_velocity)
         band = self._limits.marginal_band

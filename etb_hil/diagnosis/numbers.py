@@ -39,8 +39,12 @@ def report_numbers(
     limits: Limits,
     throttle: ThrottleParameters,
     gain: tuple[float, float],
+    curve: tuple[float, float],
 ) -> tuple[Number, ...]:
-    """Return every number of a run, those that decide first; the current's gain lies within the factors `gain`."""
+    """Return every number of a run, those that decide first.
+
+    The current's gain lies within the factors `gain`; T_c may be by `curve` N·m lower and higher than it was fitted.
+    """
     gear = throttle.gear_ratio
     bounds = {
         "T_st": (None, limits.stiction.at_throttle(gear, zero.temperature)),
@@ -55,6 +59,8 @@ def report_numbers(
         if name in fitted:
             low, high = bounds.get(name, (None, None))
             found = fitted[name]
+            if name == "T_c":
+                found = Interval(found.value, max(found.low - curve[0], 0.0), found.high + curve[1])
             if name != "omega_s":  # a speed; the rest are torques, or torques over speeds
                 least, most = widened(found.value, found.low, found.high, gain)
                 found = Interval(found.value, found.low if found.low == 0.0 else least, most)
