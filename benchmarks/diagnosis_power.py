@@ -300,7 +300,7 @@ def draw(by_rate, path):
                 axes.plot(*at_limit, "o", color=curve.get_color(), clip_on=False, zorder=3)
             axes.set_title(f"T_st risen by {RISES[k] - 1.0:.0%}, {rate // 1000} kHz, {len(healthy)} units")
             axes.set_xscale("symlog", linthresh=1e-3, linscale=0.3)
-            axes.set(xlim=(0.0, 1.0), ylim=(0.0, 1.02))
+            axes.set(xlim=(-1e-4, 1.0), ylim=(0.0, 1.05))
             axes.set_xticks([0.0, 1e-3, 1e-2, 1e-1, 1.0], ["0", "0.1 %", "1 %", "10 %", "100 %"])
             axes.axvline(0.01, color="0.7", linewidth=0.8)
             axes.grid(alpha=0.3)
