@@ -100,7 +100,7 @@ def remarks(fit: StribeckFit, model: Model, throttle: ThrottleParameters) -> lis
     words = []
     for index, name, nominal, unit, zero, scale in listed:
         off, error = (float(fit.parameters[index]) - zero) * scale, fit.error(index) * scale
-        if abs(off) > model.tolerance(name) + _SURE * error:
+        if _is_beyond(off, error, name, model):
             other = ", or friction falls from T_st to T_c by another curve" if name == "viscous" else ""
             words.append(f"{name} is {nominal + off:.3g} {unit} (model {nominal:.3g}{other})")
     if not words:
@@ -115,7 +115,7 @@ def other_curve(fit: StribeckFit, model: Model, throttle: ThrottleParameters) ->
     viscosity. Nothing where the viscosity is the model's.
     """
     off = float(fit.parameters[VISCOUS]) - throttle.viscous
-    if abs(off) <= model.tolerance("viscous") + _SURE * fit.error(VISCOUS):
+    if not _is_beyond(off, fit.error(VISCOUS), "viscous", model):
         return 0.0, 0.0
     drop = max(float(fit.parameters[DROP]), 0.0)
     return _TOO_HIGH * drop, _TOO_LOW * drop
@@ -132,7 +132,7 @@ def gain_range(
     shares = []
     for index, name in ((PRELOAD_OPEN, "preload_open"), (PRELOAD_CLOSE, "preload_close")):
         off = float(fit.parameters[index])
-        sure = abs(off) > model.tolerance(name) + _SURE * fit.error(index)
+        sure = _is_beyond(off, fit.error(index), name, model)
         known = getattr(throttle, name)
         own = model.tolerance(name) / known  # the spring's own error may hide as much of the gain's
         shares.append(off / known + (own if off > 0.0 else -own) if sure else 0.0)
@@ -142,6 +142,11 @@ def gain_range(
         middle = throttle.resistance / balance.resistance
         low, high = max(low, min(1.0, middle * (1.0 - share))), min(high, max(1.0, middle * (1.0 + share)))
     return max(low, 0.05), high
+
+
+def _is_beyond(off: float, error: float, name: str, model: Model) -> bool:
+    """Tell whether a parameter that is off by so much, with this standard error, is certain to leave its tolerance."""
+    return abs(off) > model.tolerance(name) + _SURE * error
 
 
 def widened(value: float, low: float, high: float, gain: tuple[float, float]) -> tuple[float, float]:

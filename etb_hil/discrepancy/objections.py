@@ -14,21 +14,21 @@ from etb_hil.discrepancy.floor import LEAST_ROWS
 Objection = Callable[[Round, Findings], str]
 
 LEAST_GAIN = 0.04  # of the squared residual, beyond what the suspect takes of the model's own simulation
-HEALTHY_TIMES = 2.0
-LATER_GAIN = 0.25
-LATER_T = 4.0
-LATER_CERTAIN = 0.8  # of what is left: what takes as much is a cause, whatever else might take it
-LATER_PARAMETER = 0.5  # a parameter that leaves its tolerance after an effect may be no more than the effect's shape
+_HEALTHY_TIMES = 2.0
+_LATER_GAIN = 0.25
+_LATER_T = 4.0
+_LATER_CERTAIN = 0.8  # of what is left: what takes as much is a cause, whatever else might take it
+_LATER_PARAMETER = 0.5  # a parameter that leaves its tolerance after an effect may be no more than the effect's shape
 # What chance brings down, of a group's floor: torque, voltage, angle; each on a stop, slow, sliding.
-GROUP_GAIN = np.array([4.0, 1.0, 0.25, 1.2, 0.12, 0.35, 0.4, 0.12, 0.2])
+_GROUP_GAIN = np.array([4.0, 1.0, 0.25, 1.2, 0.12, 0.35, 0.4, 0.12, 0.2])
 # Share that a cause may raise a group by; the torque balance is left out: its groups share one friction.
-GROUP_LOSS = np.array([np.inf, np.inf, np.inf, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2])
-CERTAIN_GAIN = 0.5
-CONCENTRATED = 0.33
-NEARLY_FLOOR = 1.2
-LEAST_T = 1.5  # over the held-out segments
-LOCAL = 0.3  # of the range of the motion: what is wider is not at one place
-LEAST_BEYOND = 1.05  # tolerances off its nominal value that a parameter must be before it is a cause
+_GROUP_LOSS = np.array([np.inf, np.inf, np.inf, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2])
+_CERTAIN_GAIN = 0.5
+_CONCENTRATED = 0.33
+_NEARLY_FLOOR = 1.2
+_LEAST_T = 1.5  # over the held-out segments
+_LOCAL = 0.3  # of the range of the motion: what is wider is not at one place
+_LEAST_BEYOND = 1.05  # tolerances off its nominal value that a parameter must be before it is a cause
 
 
 def objection(found: Round, findings: Findings) -> str:
@@ -39,46 +39,46 @@ def objection(found: Round, findings: Findings) -> str:
 def _stands_for_an_earlier_cause(found: Round, findings: Findings) -> str:
     if not findings.accepted:
         return ""
-    if found.gain < LATER_CERTAIN and _is_on_bound(found):
+    if found.gain < _LATER_CERTAIN and _is_on_bound(found):
         return "its strength is on a bound: it stands for something else"
     if {r.winner.id for r in findings.accepted} & set(found.alike):
         return "cannot be told from a cause that was found before"
     # What base parameters imitate but for a fifth trades with them once something else stands in for them.
-    if found.gain < LATER_CERTAIN and any(name.startswith("parameter:") for name in found.alike):
+    if found.gain < _LATER_CERTAIN and any(name.startswith("parameter:") for name in found.alike):
         return "base parameters do nearly the same: it would trade with them"
     return ""
 
 
 def _takes_too_little(found: Round, findings: Findings) -> str:
-    least = LEAST_GAIN + HEALTHY_TIMES * found.healthy_gain
+    least = LEAST_GAIN + _HEALTHY_TIMES * found.healthy_gain
     if findings.accepted:
         # After one cause, what another takes may be no more than that the first one's shape is not quite ours.
-        least = max(least, LATER_GAIN if found.t < LATER_T else 2.0 * LEAST_GAIN)
+        least = max(least, _LATER_GAIN if found.t < _LATER_T else 2.0 * LEAST_GAIN)
         if found.winner.candidate.frees:
-            least = max(least, LATER_PARAMETER)
+            least = max(least, _LATER_PARAMETER)
     if found.gain > least:
         return ""
     return f"takes {100.0 * found.gain:.1f} % of what is left; a cause takes {100.0 * least:.1f} %"
 
 
 def _helps_no_balance(found: Round, findings: Findings) -> str:
-    is_helped = found.before_groups - found.after_groups > GROUP_GAIN
+    is_helped = found.before_groups - found.after_groups > _GROUP_GAIN
     return "" if (is_helped & _judged(findings)).any() else "brings no balance down by more than chance does"
 
 
 def _harms_a_balance(found: Round, findings: Findings) -> str:
     # A true cause leaves no balance worse than it was: magnets that weaken show in the back-EMF, too, and a torque that
     # they might explain is not theirs where the voltage has to be bent for it.
-    is_harmed = found.after_groups - found.before_groups > GROUP_LOSS * np.maximum(found.before_groups, 1.0)
+    is_harmed = found.after_groups - found.before_groups > _GROUP_LOSS * np.maximum(found.before_groups, 1.0)
     return "another balance speaks against it: it is worse off with it" if (is_harmed & _judged(findings)).any() else ""
 
 
 def _fails_on_other_segments(found: Round, findings: Findings) -> str:
     # What sits in few segments scores low over all of them although it is certain: t guards small gains only, and none
     # that bring a group which was over its band back into it, to a fraction or the floor.
-    down = np.minimum(np.maximum(CONCENTRATED * found.before_groups, NEARLY_FLOOR), BAND)
+    down = np.minimum(np.maximum(_CONCENTRATED * found.before_groups, _NEARLY_FLOOR), BAND)
     is_concentrated = (found.before_groups > BAND) & (found.after_groups < down)
-    if found.t > LEAST_T or found.gain > CERTAIN_GAIN or (is_concentrated & _judged(findings)).any():
+    if found.t > _LEAST_T or found.gain > _CERTAIN_GAIN or (is_concentrated & _judged(findings)).any():
         return ""
     return f"does not hold on segments that the fit did not see: t is {found.t:.1f}"
 
@@ -103,7 +103,7 @@ def _is_everywhere(found: Round, findings: Findings) -> str:
     winner = found.winner
     range_seen = max(float(np.ptp(b.measured.angle)) for b in findings.balances)
     widths = [float(winner.fit.whole[u.place]) for u in winner.unknowns if u.name == f"{winner.id}.width"]
-    if any(width > LOCAL * range_seen for width in widths):
+    if any(width > _LOCAL * range_seen for width in widths):
         return "its width is a good part of the range it was seen in: it stands for something else"
     return ""
 
@@ -111,7 +111,7 @@ def _is_everywhere(found: Round, findings: Findings) -> str:
 def _is_inside_its_tolerance(found: Round, _: Findings) -> str:
     winner = found.winner
     moved = [abs(u.x_of(winner.fit.whole)) for u in winner.unknowns if u.name == winner.candidate.frees]
-    return "inside its tolerance, or next to it" if moved and max(moved) <= LEAST_BEYOND else ""
+    return "inside its tolerance, or next to it" if moved and max(moved) <= _LEAST_BEYOND else ""
 
 
 _OBJECTIONS: tuple[Objection, ...] = (
