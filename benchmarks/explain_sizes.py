@@ -121,7 +121,7 @@ COMPARED = {
 
 def covered(findings, truth):
     """{number: whether its interval holds the truth}; only for causes that are the truth, with nothing else named."""
-    return {name: low <= value <= high for name, (value, low, high) in compared(findings, truth).items()}
+    return {name: bool(low <= value <= high) for name, (value, low, high) in compared(findings, truth).items()}
 
 
 def compared(findings, truth):

@@ -54,7 +54,7 @@ def is_more_missing(findings: Findings) -> bool:
 
 def verdict(findings: Findings) -> str:
     """Return the verdict of a search."""
-    first = excess(_first_groups(findings), findings.rows).sum()
+    first = excess(findings.first_groups, findings.rows).sum()
     last = excess(findings.final_groups, findings.rows).sum()
     accepted = findings.accepted
     is_accused = accuses(findings.final_groups, findings.rows >= LEAST_ROWS)
@@ -75,7 +75,3 @@ def verdict(findings: Findings) -> str:
 def accuses(groups: Float64, judged: NDArray[np.bool_]) -> bool:
     """Tell whether a group is over its band that may accuse alone, or so far over it that even a loose one may."""
     return bool((judged & (groups > np.where(LOOSE, ALONE * BAND, BAND))).any())
-
-
-def _first_groups(findings: Findings) -> Float64:
-    return findings.rounds[0].before_groups if findings.rounds else findings.final_groups

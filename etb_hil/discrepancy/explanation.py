@@ -222,7 +222,7 @@ def _friction(findings: Findings, in_model: Vector) -> dict[str, Any]:
 
 def _balances(findings: Findings) -> dict[str, Any]:
     """Return each balance's residual over the floor, before any cause and with all of them, by regime."""
-    first = findings.rounds[0].before_groups if findings.rounds else findings.final_groups
+    first = findings.first_groups
     found: dict[str, Any] = {}
     for k in range(9):
         if findings.rows[k] < LEAST_ROWS:

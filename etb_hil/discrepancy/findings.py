@@ -46,7 +46,10 @@ class Round:
 
 @dataclass(slots=True)
 class Findings:
-    """What the search found: `rounds` in order, the last one of them not accepted unless no more was looked for."""
+    """What the search found: `rounds` in order, the last one of them not accepted unless no more was looked for.
+
+    `first_groups`, `final_groups`: each group's mean square over its floor before any cause and with all of them.
+    """
 
     model: Model
     balances: list[Balances]
@@ -55,9 +58,10 @@ class Findings:
     rounds: list[Round]
     final: Calibration
     final_floor: Floor
+    first_groups: Float64
     final_groups: Float64
     rows: NDArray[np.int64]
-    rest: list[Placeholder]
+    rest: list[Placeholder] = field(default_factory=list)
     verdict: str = ""
     is_cut_short: bool = False
 

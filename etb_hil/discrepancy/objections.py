@@ -41,7 +41,7 @@ def _stands_for_an_earlier_cause(found: Round, findings: Findings) -> str:
         return ""
     if found.gain < _LATER_CERTAIN and _is_on_bound(found):
         return "its strength is on a bound: it stands for something else"
-    if {r.winner.id for r in findings.accepted} & set(found.alike):
+    if any(r.winner.id in found.alike or found.winner.id in r.alike for r in findings.accepted):
         return "cannot be told from a cause that was found before"
     # What base parameters imitate but for a fifth trades with them once something else stands in for them.
     if found.gain < _LATER_CERTAIN and any(name.startswith("parameter:") for name in found.alike):

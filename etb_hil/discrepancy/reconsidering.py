@@ -1,0 +1,77 @@
+"""Earlier causes asked again beside a later one: what stood in for two effects has no rank against either of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from etb_hil.discrepancy.calibration import residual_of
+from etb_hil.discrepancy.findings import Findings, Round
+from etb_hil.discrepancy.fit import fit_of
+from etb_hil.discrepancy.floor import weigh
+from etb_hil.discrepancy.objections import objection
+from etb_hil.discrepancy.rounds import Progress, one_round, settle, take_in, taken_by
+from etb_hil.discrepancy.unknowns import Unknown
+from etb_hil.plant.physics import Vector
+
+_NEAR = 2.0  # times what a cause left alone: a rival that left no more may come before it beside a later one
+_CLEARLY = 0.5  # of what an earlier cause leaves: it stays unless another leaves less than that
+
+
+def ask_again(findings: Findings, without: Sequence[str], progress: Progress) -> None:
+    """Replace earlier causes that a near rival beats clearly now; `without`: ids that are no suspects."""
+    *earlier, newest = findings.accepted
+    doubtful = [old for old in earlier if _has_near_rival(old)]
+    replaced = [old for old in doubtful if _asked(findings, old, without, progress, is_wrong=False)]
+    if replaced:  # the newest was found, and its class made, beside a cause that is gone
+        _asked(findings, newest, without, progress, is_wrong=True)
+
+
+def _has_near_rival(old: Round) -> bool:
+    others = [rival for rival in old.refined[1:] if rival.id not in old.alike]
+    return any(rival.fit.cost < _NEAR * old.winner.fit.cost for rival in others)
+
+
+def _asked(findings: Findings, old: Round, without: Sequence[str], progress: Progress, *, is_wrong: bool) -> bool:
+    """Search in place of one cause, all others taken in; return whether another round has come in its place.
+
+    `is_wrong`: the round as it is has to be replaced, if only by the same cause seen anew.
+    """
+    progress(f"asking again whether it is {old.winner.id}")
+    state = findings.final, findings.final_floor, findings.final_groups
+    old.accepted = False
+    found = None
+    try:
+        settle(findings, *_less(findings, old))
+        with_old = fit_of(residual_of(findings.balances), state[0].fit.whole).cost
+        found = one_round(findings, [*without, *taken_by(findings.accepted)], progress)
+        is_better = found.winner.id != old.winner.id and found.winner.fit.cost < _CLEARLY * with_old
+        if (is_better or is_wrong) and not objection(found, findings):
+            take_in(findings, found)
+            findings.rounds[findings.rounds.index(old)] = found
+    finally:
+        if found is None or not found.accepted:
+            old.accepted = True
+            findings.final, findings.final_floor, findings.final_groups = state
+            weigh(findings.balances, findings.final_floor.level)
+    return found.accepted
+
+
+def _less(findings: Findings, old: Round) -> tuple[Vector, list[Unknown]]:
+    """Return the whole vector, and what is fitted, without a cause."""
+    whole, effect = findings.final.fit.whole.copy(), old.winner.candidate.effect
+    healthy = {u.name: u for u in findings.calibration.unknowns}
+    own = {u.name for u in old.winner.unknowns} - {u.name for u in old.before.unknowns}
+    unknowns = [
+        healthy[u.name] if u.name == old.winner.candidate.frees else u
+        for u in findings.final.unknowns
+        if u.name not in own
+    ]
+    if effect is not None:
+        places = list(effect.stated_indices)
+        whole[places] = findings.calibration.fit.whole[places]
+    for unknown in unknowns:
+        if unknown.name == old.winner.candidate.frees:
+            unknown.put(whole, float(np.clip(unknown.x_of(whole), unknown.low, unknown.high)))
+    return whole, unknowns

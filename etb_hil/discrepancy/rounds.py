@@ -1,0 +1,101 @@
+"""One round of the search: every suspect tried beside the model as far as it is known, the best fitted for good."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from etb_hil.discrepancy import decision
+from etb_hil.discrepancy.calibration import Calibration, calibrate, residual_of
+from etb_hil.discrepancy.candidates import suspects
+from etb_hil.discrepancy.findings import Findings, Round
+from etb_hil.discrepancy.floor import floor_of, group_means, weigh
+from etb_hil.discrepancy.refining import bent, fully, quickly
+from etb_hil.discrepancy.rivals import alike
+from etb_hil.discrepancy.screening import Linear, screen
+from etb_hil.discrepancy.segments import held_out, segment_of
+from etb_hil.discrepancy.unknowns import Unknown
+from etb_hil.plant.physics import Vector
+
+Progress = Callable[[str], None]
+
+_REFINED = 6
+_FULLY = 2
+_BENT = 2
+_HOPELESS = 3.0  # times what the first leaves, from where the second need not be fitted to the end
+
+
+def one_round(findings: Findings, taken: Sequence[str], progress: Progress) -> Round:
+    """Return the round that starts from what was found so far; `taken`: ids that are no suspects any more."""
+    base = findings.final
+    residual = residual_of(findings.balances)
+    shapes = suspects(findings.balances, base.unknowns, taken)
+    screened = screen(residual, Linear.of(base), shapes, lambda id_: progress(f"trying {id_}"))
+    progress("fitting the best suspects")
+    refined = sorted(
+        (quickly(residual, base, s, findings.balances[0].load) for s in screened[:_REFINED]), key=lambda r: r.fit.cost
+    )
+    first, *others = refined
+    refined = [fully(residual, first)]
+    refined += [
+        fully(residual, r) if k < _FULLY and r.fit.cost < _HOPELESS * refined[0].fit.cost else r
+        for k, r in enumerate(others, 1)
+    ]
+    refined = sorted(refined, key=lambda r: r.fit.cost)
+    after, _ = group_means(findings.balances, refined[0].fit.whole)
+    if decision.excess(after / findings.final_floor.level, findings.rows).sum() > 0.0:
+        # Before anything else is suspected: a cause's own curve may be another than the plain one.
+        refined = [bent(residual, r, findings.balances[0].load) if k < _BENT else r for k, r in enumerate(refined)]
+        refined = sorted(refined, key=lambda r: r.fit.cost)
+        after, _ = group_means(findings.balances, refined[0].fit.whole)
+    segment = segment_of(findings.balances)
+    t = held_out(refined[0].fit, refined[0].columns, refined[0].unknowns, segment).t_against(
+        held_out(base.fit, base.columns, base.unknowns, segment)
+    )
+    healthy = _own_simulation(findings)
+    found = Round(
+        base,
+        screened,
+        refined,
+        findings.final_groups,
+        after / findings.final_floor.level,
+        t,
+        _healthy_gain(findings, healthy, refined[0].id),
+    )
+    found.alike = alike(found, findings.final_floor.balances, healthy, shapes)
+    return found
+
+
+def _own_simulation(findings: Findings) -> Calibration:
+    """Return the calibration of the model's own simulation, in which no suspect is."""
+    floor = findings.final_floor
+    weigh(floor.balances, floor.level)
+    return calibrate(findings.model, floor.balances, floor.calibration.fit.whole, floor.calibration.unknowns, rounds=2)
+
+
+def _healthy_gain(findings: Findings, healthy: Calibration, id_: str) -> float:
+    """Return what a suspect gains on the model's own simulation."""
+    balances = findings.final_floor.balances
+    shapes = {id_: suspects(balances, healthy.unknowns)[id_]}
+    found = screen(residual_of(balances), Linear.of(healthy), shapes)
+    return 1.0 - found[0].cost / healthy.fit.cost
+
+
+def taken_by(accepted: Sequence[Round]) -> list[str]:
+    """Return what causes rule out as others: themselves, and what only another shape of theirs would call for."""
+    siblings = (r.winner.candidate.effect.look_alikes for r in accepted if r.winner.candidate.effect is not None)
+    return [*(r.winner.id for r in accepted), *(id_ for each in siblings for id_ in each)]
+
+
+def take_in(findings: Findings, found: Round) -> None:
+    """Make a round's winner a part of the model that the next round starts from."""
+    settle(findings, found.winner.fit.whole, found.winner.unknowns)
+    found.accepted = True
+
+
+def settle(findings: Findings, whole: Vector, unknowns: Sequence[Unknown]) -> None:
+    """Let the search go on from a model near `whole` with these unknowns: its floor, its weights, its calibration."""
+    floor = floor_of(findings.model, findings.balances, whole, unknowns)
+    weigh(findings.balances, floor.level)
+    final = calibrate(findings.model, findings.balances, whole, unknowns, rounds=4)
+    groups, _ = group_means(findings.balances, final.fit.whole)
+    findings.final, findings.final_floor, findings.final_groups = final, floor, groups / floor.level

@@ -1,0 +1,53 @@
+"""A cause found first may have stood in for two: beside the second it is asked again."""
+
+import pytest
+from explain_cases import hidden_case
+
+from etb_hil.discrepancy.balances import Balances
+from etb_hil.discrepancy.measurement import measurements_of
+from etb_hil.discrepancy.naming import search
+from etb_hil.discrepancy.reconsidering import ask_again
+
+HIDDEN = ("friction_load", "friction_temperature")
+
+
+@pytest.fixture(scope="module")
+def two_hidden():
+    """A record in which friction of the load and of the temperature look, at first, like presliding memory."""
+    return hidden_case(60056, HIDDEN, "strong", pair=True)
+
+
+def _search(hidden, progress=lambda _: None):
+    balances = [Balances(measured, hidden.model) for measured in measurements_of(hidden.recording, hidden.model)]
+    return search(hidden.model, balances, progress=progress)
+
+
+def _causes(findings):
+    return {found.winner.id for found in findings.accepted}
+
+
+@pytest.mark.slow
+def test_what_stood_in_for_two_effects_gives_way_to_them(two_hidden):
+    findings = _search(two_hidden)
+    assert _causes(findings) == set(HIDDEN)
+
+    final, groups = findings.final, findings.final_groups
+    ask_again(findings, (), lambda _: None)
+    assert _causes(findings) == set(HIDDEN)
+    assert findings.final is final  # what was found right stays as it was
+    assert findings.final_groups is groups
+
+
+@pytest.mark.slow
+def test_interrupted_while_asking_again_the_causes_stay(two_hidden):
+    def progress(what):
+        if interrupted or what.startswith("asking again"):
+            interrupted.append(what)
+        if len(interrupted) == 3:  # somewhere inside
+            raise KeyboardInterrupt
+
+    interrupted = []
+    findings = _search(two_hidden, progress)
+    assert findings.is_cut_short
+    assert len(findings.accepted) == 2
+    assert findings.final.unknowns[-1].name.startswith(findings.accepted[-1].winner.id)
