@@ -28,14 +28,17 @@ def differentiate(away: float, per_dt: float, near: float, half: float, square: 
     `away` is how far the measured angle is from the predicted one; `per_dt` the inverse of the step in s; `near`,
     `half` and `square` are those of `reaches`. The sign is taken at the end of the step (implicit discretisation, Acary
     and Brogliato 2010), which solves for the error that is left: no chattering about an exact signal. Within `near` it
-    is exactly zero, and without a branch, which noise would make a processor guess wrongly. In two parts, because the
-    next step has other things to add up while it waits for the root in the second.
+    is exactly zero, where no step waits for a root: that is worth a branch, even one that noise makes a processor guess
+    wrongly. In two parts, because the next step has other things to add up while it waits for the root in the second.
     """
     size = abs(away)
-    under = max(size - (near - square), square)
+    if size <= near:
+        made_up = math.copysign(square + square, away)
+        return made_up, made_up, away * per_dt
+    under = size - (near - square)
     # (root - half)^2 = (under + square) - 2 half root
     return (
         math.copysign(under + square, away),
         math.copysign(half + half, away) * math.sqrt(under),
-        math.copysign(min(size, near) * per_dt, away),
+        math.copysign(near * per_dt, away),
     )

@@ -62,6 +62,7 @@ class _VelocityObserver:
         """Take samples, with the velocity (n) in rad/s where one is measured; see `Observer.push`."""
         velocity, friction = np.empty(len(time_ns)), np.empty(len(time_ns))
         delay_ns = np.empty(len(time_ns), np.int64)
+        _springs(angle, self._p, friction)  # stay there until a sample's turn comes
         state = (self._p, self._tuning, self._state, self._whole)
         _observe(time_ns, current, angle, measured_velocity, *state, *self._law, velocity, friction, delay_ns)
         return Estimate(time_ns, velocity, friction, delay_ns)
@@ -133,6 +134,14 @@ def _hold(
 
 
 @njit(cache=True, error_model="numpy")
+def _springs(angle: Float64, p: Float64, torque: Float64) -> None:
+    """Fill in the springs' torque in N·m, apart from all that waits for the sample before: several at a time."""
+    values = registers(p)
+    for k in range(len(angle)):
+        torque[k] = spring_torque(angle[k], values)
+
+
+@njit(cache=True, error_model="numpy")
 def _observe(
     time_ns: Int64,
     current: Float64,
@@ -148,7 +157,7 @@ def _observe(
     friction: Float64,
     delay_ns: Int64,
 ) -> None:
-    half_per_ampere, per_inertia, values = 0.5 * p[TORQUE_PER_AMPERE], 1.0 / p[INERTIA], registers(p)
+    half_per_ampere, per_inertia = 0.5 * p[TORQUE_PER_AMPERE], 1.0 / p[INERTIA]
     half_steps = (2.0 if given is None else 1.0) + (0.0 if switches is None else 1.0)
     counted = per_dt = kept = nudge = lift = lowest = highest = switching = share = last_share = 0.0
     near = half = square = near_held = half_held = square_held = 0.0
@@ -160,14 +169,14 @@ def _observe(
     )
     # fmt: on
     least, finding, last, late_ns = tuning[LEAST_BOUND], s[_FINDING], whole[_LAST_NS], whole[_DELAY_NS]
-    dt, stepped, is_late = step, _NO_STEP, False
+    dt, stepped, waits = step, _NO_STEP, False
     for k in range(len(time_ns)):
         i, measured = current[k], angle[k]
         if not math.isfinite(i + measured) or _is_missing(given, k):
             velocity[k], friction[k], delay_ns[k] = np.nan, np.nan, late_ns
             continue
         step_ns, last = time_ns[k] - last, time_ns[k]
-        if step_ns != stepped or finding > 0.0:  # the step hardly ever changes, and what hangs on it is dear
+        if step_ns != stepped:  # the step hardly ever changes, and what hangs on it is dear
             if runs == 0.0 or step_ns > LONGEST_GAP_NS or step_ns <= 0:
                 observed = omega = 0.0 if given is None else given[k]
                 integral = first = second = third = age = step = left = pull = counted = 0.0
@@ -177,12 +186,13 @@ def _observe(
             dt = step_ns * 1e-9
             per_dt, kept, nudge, lift = 1.0 / dt, keep(dt), dt * per_inertia, p[INERTIA] / dt
             is_late = dt > LATE * step and step > 0.0
-            stepped, step = _NO_STEP if is_late else step_ns, dt
             if given is None and (is_late or finding > 0.0):
                 finding, counted = max(finding, dt) if is_late else finding - dt, 0.0
-        known = half_per_ampere * (i + before) - spring_torque(measured, values)
+            waits = is_late or finding > 0.0
+            stepped, step, highest = _NO_STEP if waits else step_ns, dt, highest if dt == counted else 0.0
+        known = half_per_ampere * (i + before) - friction[k]
         bound = max(bound * kept, abs(known), least)
-        if dt != counted or bound < lowest or bound > highest:
+        if bound < lowest or bound > highest:
             chosen_for = followed(bound, chosen_for)
             lowest, highest = FOLLOWED * chosen_for, chosen_for / FOLLOWED
             switching, delay, share, last_share = gains_of(dt, chosen_for, tuning, given is None, switches is not None)
@@ -196,7 +206,7 @@ def _observe(
             seen, omega = measured, omega + change
         else:
             omega = given[k]
-        if is_late or finding > 0.0:
+        if waits:
             # A sign held over the gap would pass for a torque: the filter waits, and sliding goes on where it was.
             observed = omega + error
         else:
@@ -223,10 +233,14 @@ def _observe(
     # fmt: off
     (
         s[_SEEN], s[_LEFT], s[_PULL], s[_VELOCITY], s[_OBSERVED], s[_INTEGRAL], s[_FIRST], s[_SECOND], s[_THIRD],
-        s[_AGE], s[_CURRENT], s[_STEP], s[_RUNNING], s[_BOUND], s[_CHOSEN_FOR],
-    ) = seen, left, pull, omega, observed, integral, first, second, third, age, before, step, runs, bound, chosen_for
+        s[_AGE], s[_CURRENT], s[_STEP], s[_RUNNING], s[_BOUND], s[_CHOSEN_FOR], s[_FINDING],
+        whole[_LAST_NS], whole[_DELAY_NS],
+    ) = (
+        seen, left, pull, omega, observed, integral, first, second, third,
+        age, before, step, runs, bound, chosen_for, finding,
+        last, late_ns,
+    )
     # fmt: on
-    s[_FINDING], whole[_LAST_NS], whole[_DELAY_NS] = finding, last, late_ns
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
