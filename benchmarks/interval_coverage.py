@@ -1,13 +1,14 @@
 """How often 95 % intervals hold the truth, over random units that the bench's model is not.
 
 Run: python benchmarks/interval_coverage.py [--units 300] [--rate 1000|20000]... [--seed 471]
-     [--bump [one|several|broad]] [--bootstrap]
+     [--bump [one|several|broad|dip|rise]] [--bootstrap]
 One friction check a unit, from the independent generator. Drawn beside the throttle itself: T_st as healthy or risen by
 25 or 60 %; motor constant, springs and inertia of the bench's model inside their tolerances; the gain of the current
 sensor anywhere within 2 %; K_t against K_e by 0.2 % (one standard deviation): what the intervals claim to cover. With
 `--bump`, friction of each unit is locally higher by 15 to 60 %, at 0.3 to 1.2 rad, within 0.03 to 0.08 rad of there;
-several: likewise at every 0.2 to 0.4 rad; broad: within 0.15 to 0.5 rad, and as often lower. With `--bootstrap`,
-stretches are drawn anew with replacement where the diagnosis leaves one out at a time.
+several: likewise at every 0.2 to 0.4 rad; broad: within 0.15 to 0.5 rad, and as often lower; dip: lower by half of it;
+rise: by 20 % a rad all the way, the truth being that of 0 rad. With `--bootstrap`, stretches are drawn anew with
+replacement where the diagnosis leaves one out at a time. `uneven way` counts the runs that say so.
 """
 
 from __future__ import annotations
@@ -51,6 +52,10 @@ def check(rng, rates, *, bump=""):
         if bump == "broad":
             shape["bump_width"] = rng.uniform(0.15, 0.5)
             shape["bump"] *= rng.choice((1.0, -0.5))
+        if bump == "dip":
+            shape["bump"] *= -0.5
+        if bump == "rise":
+            shape = {"rise": 0.2}
         unit = replace(unit, **shape)
     truth, phases = friction_check(unit)
     gain = 1.0 + GAIN * rng.uniform(-1.0, 1.0)
@@ -97,21 +102,22 @@ def main():
     parser.add_argument("--units", type=int, default=300)
     parser.add_argument("--rate", type=int, choices=(1000, 20000), action="append", help="default: both")
     parser.add_argument("--seed", type=int, default=471)
-    kinds = ("one", "several", "broad")
+    kinds = ("one", "several", "broad", "dip", "rise")
     parser.add_argument("--bump", choices=kinds, nargs="?", const="one", default="", help="in every unit")
     parser.add_argument("--bootstrap", action="store_true", help="over stretches, in place of the jackknife")
     options = parser.parse_args()
     if options.bootstrap:
         stribeck_fit.jackknife_covariance = bootstrap_covariance
     rates = options.rate or (20000, 1000)
-    start, tables = time.perf_counter(), [{} for _ in rates]
+    start, tables, uneven = time.perf_counter(), [{} for _ in rates], [0 for _ in rates]
     for number in range(options.units):
         unit, results = check(np.random.default_rng([options.seed, number]), rates, bump=options.bump)
-        for table, result in zip(tables, results, strict=True):
-            collect(table, unit, result)
+        for k, result in enumerate(results):
+            collect(tables[k], unit, result)
+            uneven[k] += any(reason.id == "uneven_way" for reason in result.reasons)
         if (number + 1) % 50 == 0 or number + 1 == options.units:
-            for rate, table in zip(rates, tables, strict=True):
-                print(f"{number + 1} units at {rate} Hz, {time.perf_counter() - start:.0f} s")
+            for rate, table, said in zip(rates, tables, uneven, strict=True):
+                print(f"{number + 1} units at {rate} Hz, {time.perf_counter() - start:.0f} s, uneven way {said}")
                 for name, kept in table.items():
                     held, off, width = np.array(kept).T
                     print(

@@ -37,7 +37,10 @@ _REACH = 4  # ticks, over which an acceleration stands out of the encoder's step
 
 @dataclass(frozen=True, slots=True)
 class Assessment:
-    """Everything that the whole run says of friction; the fits are None where the run does not carry them."""
+    """Everything that the whole run says of friction; the fits are None where the run does not carry them.
+
+    Of the `evidence`, what bumps hold is left out of the fit and does not count.
+    """
 
     ticks: Ticks
     windows: Windows
@@ -87,7 +90,7 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
     prior = prior_of(model, throttle, error, balance)
     fit = fit_stribeck(ticks, windows, evidence, prior)
     if fit is not None:
-        fit = without_bumps(ticks, windows, evidence, prior, fit)
+        evidence, fit = without_bumps(ticks, windows, evidence, prior, fit)
     return Assessment(ticks, windows, evidence, fit, balance)
 
 

@@ -33,8 +33,20 @@ def excess_of(evidence: Evidence, fit: StribeckFit) -> Float64:
     return along / steady_level(evidence.velocity, fit.parameters)
 
 
-def without_bumps(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit) -> StribeckFit:
-    """Return the fit with its bumps taken out, as unsure as what friction has left from place to place makes it.
+def by_place(evidence: Evidence, fit: StribeckFit, shown: NDArray[np.bool_]) -> tuple[Float64, Float64, Float64]:
+    """Return middles of cells (b) rad, and by what share the windows `shown` (m) have friction above the fit there.
+
+    The last is the standard error (b) of that share.
+    """
+    share = np.where(evidence.velocity > 0.0, 1.0, -1.0) * excess_of(evidence, fit)
+    middle, odd, _, error = local_means(evidence.position[shown], evidence.velocity[shown], share[shown])
+    return middle, odd, error
+
+
+def without_bumps(
+    ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit
+) -> tuple[Evidence, StribeckFit]:
+    """Return the evidence and the fit with bumps taken out, as unsure as what friction has left by place makes it.
 
     Bumps that are all over stay in it; so does what is too low, too broad or too near an end to be a bump.
     """
@@ -52,10 +64,10 @@ def without_bumps(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Pri
     if known is not evidence:
         larger = 1.0 + (1.0 + _BUMP_ERROR) * (known.local - 1.0)
         fit = widened_by(ticks, windows, known, prior, fit, larger)
-    middle, odd = _by_place(evidence, fit, slow & known.counts)
+    middle, odd, _ = by_place(evidence, fit, slow & known.counts)
     if len(middle):
         fit = widened_by(ticks, windows, known, prior, fit, known.local * (1.0 + np.interp(ticks.angle, middle, odd)))
-    return fit
+    return known, fit
 
 
 def _bumps(evidence: Evidence, fit: StribeckFit) -> list[Bump]:
@@ -81,14 +93,7 @@ def _inside(angle: Float64, bumps: Sequence[Bump]) -> NDArray[np.bool_]:
 
 def _factor(angle: Float64, evidence: Evidence, fit: StribeckFit, bumps: Sequence[Bump]) -> Float64:
     """Return the factor on friction at angles (n): in bumps what slow windows show there, 1 elsewhere."""
-    middle, odd = _by_place(evidence, fit, np.abs(evidence.velocity) < FASTEST)
+    middle, odd, _ = by_place(evidence, fit, np.abs(evidence.velocity) < FASTEST)
     factor = np.where(_inside(middle, bumps), 1.0 + odd, 1.0)
     found: Float64 = np.interp(angle, middle, factor)
     return found
-
-
-def _by_place(evidence: Evidence, fit: StribeckFit, shown: NDArray[np.bool_]) -> tuple[Float64, Float64]:
-    """Return middles of cells (b) rad, and by what share the windows `shown` (m) have friction above the fit there."""
-    share = np.where(evidence.velocity > 0.0, 1.0, -1.0) * excess_of(evidence, fit)
-    middle, odd, _, _ = local_means(evidence.position[shown], evidence.velocity[shown], share[shown])
-    return middle, odd

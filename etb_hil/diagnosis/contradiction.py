@@ -6,9 +6,11 @@ along (springs' torques, inertia, viscosity) is said and no more.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from etb_hil.diagnosis.assessment import Assessment
+from etb_hil.diagnosis.assessment import Assessment, Interval
 from etb_hil.diagnosis.friction_model import DROP, VISCOUS
 from etb_hil.diagnosis.half_width import TWO_SIDED_95, half_width
 from etb_hil.diagnosis.local_friction import LocalFriction
@@ -29,6 +31,37 @@ _ENOUGH = 2.0  # A, root of the mean square, to measure a resistance at rest
 # Shares of the fitted drop from T_st to T_c by which T_c comes out too high at most where friction falls like
 # exp(-|x|^0.5), and too low where it falls like exp(-|x|^3). Armstrong-Helouvry 1991 has exponents from 0.5 on.
 _TOO_HIGH, _TOO_LOW = 3.0, 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Widening:
+    """By what intervals are wider than the fit has them: what no noise shows.
+
+    `gain`: the factors between which the current's gain lies; `curve` N·m: how far T_c may lie below and above what
+    was fitted; `way`: by which shares friction may lie below and above the curve along an uneven way.
+    """
+
+    gain: tuple[float, float] = (1.0, 1.0)
+    curve: tuple[float, float] = (0.0, 0.0)
+    way: tuple[float, float] = (0.0, 0.0)
+
+    def of_stiction(self, interval: Interval) -> Interval:
+        """Return the interval of T_st as wide as an uneven way makes it."""
+        low = min(interval.low, interval.low * (1.0 - self.way[0]))
+        return Interval(interval.value, low, interval.high * (1.0 + self.way[1]))
+
+    def of_coulomb(self, interval: Interval) -> Interval:
+        """Return the interval of T_c with what another curve and an uneven way make of it.
+
+        T_c is seen where the plate is fast, which may be at the highest places; the unit's may be that of the lowest.
+        """
+        low = max(interval.low - self.curve[0], 0.0) * max(1.0 - self.way[0] - self.way[1], 0.0)
+        return Interval(interval.value, low, (interval.high + self.curve[1]) * (1.0 + self.way[1]))
+
+    def of_margin(self, interval: Interval, stiction: float) -> Interval:
+        """Return the interval of what a spring has over T_st (`stiction` N·m), with what an uneven way makes of it."""
+        below, above = self.way
+        return Interval(interval.value, interval.low - above * stiction, interval.high + below * stiction)
 
 
 def withholding(

@@ -13,6 +13,7 @@ from etb_hil.base.errors import InputError, Problem
 from etb_hil.diagnosis.assessment import JUDGED, assess
 from etb_hil.diagnosis.break_away import break_aways
 from etb_hil.diagnosis.contradiction import (
+    Widening,
     gain_range,
     other_curve,
     remarks,
@@ -21,6 +22,7 @@ from etb_hil.diagnosis.contradiction import (
     withholding,
 )
 from etb_hil.diagnosis.current_zero import Zero, ZeroMeter
+from etb_hil.diagnosis.direction import against_motor
 from etb_hil.diagnosis.exceedance import ExceedanceDetector
 from etb_hil.diagnosis.grounds import Coverage, Grounds, far_above, local_excess, unexplained
 from etb_hil.diagnosis.limits import Limits
@@ -30,6 +32,7 @@ from etb_hil.diagnosis.result import DiagnosisResult
 from etb_hil.diagnosis.series import break_away_columns, plot_columns
 from etb_hil.diagnosis.tally import LiveReading, Tally
 from etb_hil.diagnosis.ticks import TickMaker
+from etb_hil.diagnosis.uneven_way import uneven_numbers, uneven_remarks, uneven_way
 from etb_hil.diagnosis.verdict import conclude
 from etb_hil.diagnosis.windows import share_that_follows
 from etb_hil.observer.angle import AngleObserver
@@ -156,13 +159,22 @@ class Diagnosis:
         ticks = self._ticks.ticks()
         assessment = assess(ticks, self._model, throttle, self._zero)
         reading = Tally(throttle).reading() if self._running is None else self._running.tally.reading()
-        fit, local, gain, curve = assessment.fit, None, (1.0, 1.0), (0.0, 0.0)
+        fit = assessment.fit
+        local = None if fit is None else local_friction(assessment.evidence, fit)
+        withheld = [
+            *against_motor(ticks, self._model, throttle),
+            *withholding(assessment, local, self._model, throttle),
+        ]
+        way = None if fit is None or withheld else uneven_way(assessment.evidence, fit)
+        widening = Widening()
         if fit is not None:
-            local = local_friction(assessment.evidence, fit)
-            gain = gain_range(fit, assessment.balance, self._model, throttle)
-            curve = other_curve(fit, self._model, throttle)
+            widening = Widening(
+                gain_range(fit, assessment.balance, self._model, throttle),
+                other_curve(fit, self._model, throttle),
+                (0.0, 0.0) if way is None else (way.below, way.above),
+            )
         broken_away = break_aways(ticks, throttle)
-        numbers = report_numbers(assessment, broken_away, reading, self._zero, self._limits, throttle, gain, curve)
+        numbers = report_numbers(assessment, broken_away, reading, self._zero, self._limits, throttle, widening)
         at_rest = resistance_at_rest(ticks) if fit is None else None
         fastest, far = far_above(assessment, reading, throttle.stribeck_velocity)
         band = self._limits.marginal_band
@@ -175,17 +187,17 @@ class Diagnosis:
             follows=share_that_follows(ticks),
             current_verified=self._zero.is_measured,
             highest_current=self._highest_current,
-            withholding=withholding(assessment, local, self._model, throttle),
-            remarks=() if fit is None else remarks(fit, self._model, throttle),
-            excess=local_excess(assessment, local, self._upper_limits()[0], band, gain),
+            withholding=withheld,
+            remarks=(*(() if fit is None else remarks(fit, self._model, throttle)), *uneven_remarks(way)),
+            excess=local_excess(assessment, local, self._upper_limits()[0], band, widening.gain),
             unexplained=unexplained(exceedances, assessment, self._ticks.origin_ns, band),
             current_plausible=None if at_rest is None else resistance_fits(at_rest, 0.0, self._model, throttle),
             band=band,
             complete=complete,
         )
         verdict, reasons = conclude(numbers, grounds)
-        series = plot_columns(assessment, gain) | break_away_columns(broken_away, fit)
-        numbers = (*numbers, *bump_numbers(series))
+        series = plot_columns(assessment, widening.gain) | break_away_columns(broken_away, fit)
+        numbers = (*numbers, *uneven_numbers(way), *bump_numbers(series))
         start_ns = self._start_ns or 0
         if self._ticks.origin_ns is not None:  # ticks begin with the first phase of motion, the run before it
             series["time"] = series["time"] + (self._ticks.origin_ns - start_ns) * 1e-9

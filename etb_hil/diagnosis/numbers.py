@@ -10,7 +10,7 @@ import numpy as np
 
 from etb_hil.diagnosis.assessment import Assessment, Interval, fitted_numbers
 from etb_hil.diagnosis.break_away import READING, BreakAway, BreakAwayTorque, at_rates, break_away_torque
-from etb_hil.diagnosis.contradiction import widened
+from etb_hil.diagnosis.contradiction import Widening, widened
 from etb_hil.diagnosis.current_zero import Zero
 from etb_hil.diagnosis.friction_map import CELL, FASTEST, find_bumps, friction_map
 from etb_hil.diagnosis.limits import Limits
@@ -38,13 +38,9 @@ def report_numbers(
     zero: Zero,
     limits: Limits,
     throttle: ThrottleParameters,
-    gain: tuple[float, float],
-    curve: tuple[float, float],
+    widening: Widening,
 ) -> tuple[Number, ...]:
-    """Return every number of a run, those that decide first.
-
-    The current's gain lies within the factors `gain`; T_c may be by `curve` N·m lower and higher than it was fitted.
-    """
+    """Return every number of a run, those that decide first."""
     gear = throttle.gear_ratio
     bounds = {
         "T_st": (None, limits.stiction.at_throttle(gear, zero.temperature)),
@@ -58,16 +54,24 @@ def report_numbers(
     for name in _NAMES:
         if name in fitted:
             low, high = bounds.get(name, (None, None))
-            found = fitted[name]
-            if name == "T_c":
-                found = Interval(found.value, max(found.low - curve[0], 0.0), found.high + curve[1])
-            if name != "omega_s":  # a speed; the rest are torques, or torques over speeds
-                least, most = widened(found.value, found.low, found.high, gain)
-                found = Interval(found.value, found.low if found.low == 0.0 else least, most)
-            numbers.append(_fitted(name, found, low, high, limits.marginal_band))
+            numbers.append(_fitted(name, _widened(name, fitted, widening), low, high, limits.marginal_band))
     scale = 1.0 if assessment.fit is None else 1.0 + float(assessment.fit.parameters[CONSTANT])
-    breaking = _broken_away(broken_away, scale, gain, limits, bounds["T_st"][1])
+    breaking = _broken_away(broken_away, scale, widening.gain, limits, bounds["T_st"][1])
     return (*numbers, *breaking, *_paper(reading), *_motor(assessment.balance), *_basis(assessment, reading, zero))
+
+
+def _widened(name: str, fitted: Mapping[str, Interval], by: Widening) -> Interval:
+    found = fitted[name]
+    if name == "omega_s":  # a speed; the rest are torques, or torques over speeds
+        return found
+    if name == "T_st":
+        found = by.of_stiction(found)
+    if name == "T_c":
+        found = by.of_coulomb(found)
+    if name == "return_margin":
+        found = by.of_margin(found, fitted["T_st"].value)
+    least, most = widened(found.value, found.low, found.high, by.gain)
+    return Interval(found.value, found.low if found.low == 0.0 else least, most)
 
 
 def _fitted(name: str, interval: Interval, limit_low: float | None, limit_high: float | None, band: float) -> Number:

@@ -184,6 +184,7 @@ def _one_way(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
 
 def _undecided(judged: Sequence[Number], grounds: Grounds) -> list[Reason]:
     reasons = []
+    uneven = any(remark.id == "uneven_way" for remark in grounds.remarks)
     for number in judged:
         if number.verdict is not UnitVerdict.INCONCLUSIVE:
             continue
@@ -193,6 +194,8 @@ def _undecided(judged: Sequence[Number], grounds: Grounds) -> list[Reason]:
             reasons.append(Reason("T_c_not_reached", text, "add a dash that passes 2.15 omega_s"))
             continue
         step = "repeat the check, more often or slower, to narrow the interval"
+        if uneven:
+            step = "see the friction over angle: repeating does not narrow the interval of an uneven way"
         reasons.append(Reason(f"{number.id}_undecided", text, step))
     return reasons
 

@@ -48,8 +48,19 @@ UNIT_REASONS = {
     ),
     "resistance_contradicts": Wording("The motor's resistance is not what the model says.", _OTHER, True),
     "back_emf_contradicts": Wording("The motor is not what the model says.", _OTHER, True),
+    "angle_reversed": Wording(
+        "The angle moves against the motor: the sign of the angle, or of the current, is reversed.",
+        "Check the signs of angle and current in the bench's DBC file and roles, and the sensors' wiring, then repeat. "
+        "This says nothing of the unit's friction.",
+        True,
+    ),
     "spring_elsewhere": Wording("Springs or stops are not where the model says.", _OTHER, True),
     "model_contradicted": Wording("The unit differs from the model in more than friction.", _OTHER, True),
+    "uneven_way": Wording(
+        "Friction is uneven along the way: {friction_least} at {friction_least_at}, {friction_most} at "
+        "{friction_most_at} in slow motion. The intervals of the numbers hold that.",
+        "Have an engineer look at the friction over angle in the report; repeating the test does not help.",
+    ),
     "too_few_windows": Wording(
         "The samples have too many gaps, or come too slowly, to measure friction.",
         "Check the CAN wiring and the rate that the bench asks for, then repeat.",
@@ -224,7 +235,7 @@ _BENCH_DEFAULTS = {
     BenchOutcome.ABORTED: Wording("The run was ended before it was done.", "Repeat the test."),
 }
 
-_UNSAFE = "return_margin_beyond_limit"
+_UNSAFE, _UNEVEN = "return_margin_beyond_limit", "uneven_way"
 _STICKS = {"T_st_exceeded", "plate_stuck"}
 
 
@@ -238,8 +249,11 @@ def unit_wording(results: Results) -> Wording:
         default = _UNIT_DEFAULTS[unit.verdict]
         return Wording(unit.reason or default.reason, unit.next_step or default.next_step)
     reason = _detailed(_filled(known.reason, results), unit.reason if known.with_detail else "")
-    unsafe = _UNSAFE in unit.also  # a plate that may stay open outranks whatever else is to be done
-    return Wording(reason, UNIT_REASONS[_UNSAFE].next_step if unsafe else known.next_step)
+    if _UNSAFE in unit.also:  # a plate that may stay open outranks whatever else is to be done
+        known = UNIT_REASONS[_UNSAFE]
+    elif _UNEVEN in unit.also and unit.reason_id.endswith("_undecided"):  # repeating narrows nothing there
+        known = UNIT_REASONS[_UNEVEN]
+    return Wording(reason, known.next_step)
 
 
 def bench_wording(results: Results) -> Wording:

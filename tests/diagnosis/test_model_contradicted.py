@@ -141,6 +141,26 @@ def test_a_current_of_wrong_sign_or_scale_says_nothing_of_the_unit(unit, factor)
     assert not any("beyond_limit" in reason for reason in ids(result))
 
 
+@pytest.mark.parametrize("unit", [Unit(), FAULTY], ids=["healthy", "faulty"])
+@pytest.mark.parametrize("plate_from", [0.0, 1.484], ids=["beyond the stops", "between the stops"])
+@pytest.mark.parametrize("voltage", [True, False], ids=["voltage", "no voltage"])
+def test_an_angle_that_runs_the_wrong_way_says_nothing_of_the_unit(unit, plate_from, voltage):
+    def reversed_angle(s):
+        shown = s.voltage if voltage else np.full(len(s.voltage), np.nan)
+        return replace(s, motor_angle=-s.motor_angle, throttle_angle=plate_from - s.throttle_angle, voltage=shown)
+
+    result = diagnosed(unit, sensed=reversed_angle)
+    assert (result.verdict, result.reasons[0].id) == (UNSURE, "angle_reversed")
+    assert ("no voltage tells which" in result.reasons[0].text) is not voltage
+    assert not ids(result) & {"too_little_motion", "uneven_way", "plate_stuck", "T_st_exceeded"}
+
+
+def test_without_voltage_a_current_of_wrong_sign_is_not_told_from_an_angle():
+    result = diagnosed(Unit(), sensed=lambda s: replace(s, current=-s.current, voltage=np.full(len(s.voltage), np.nan)))
+    assert (result.verdict, result.reasons[0].id) == (UNSURE, "angle_reversed")
+    assert "or that of the current" in result.reasons[0].text
+
+
 @pytest.mark.parametrize("factor", [0.9, 0.95, 1.05, 1.1])
 @pytest.mark.parametrize("unit", [Unit(), FAULTY], ids=["healthy", "faulty"])
 def test_a_gain_within_the_resistances_tolerance_is_in_the_interval(unit, factor):

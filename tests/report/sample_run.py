@@ -171,6 +171,14 @@ def numbers(stiction):
     )
 
 
+UNEVEN = (
+    Number("friction_least", "least slow friction along the way", 0.15, "N·m"),
+    Number("friction_least_at", "place of the least slow friction along the way", 0.2, "rad"),
+    Number("friction_most", "most slow friction along the way", 0.22, "N·m"),
+    Number("friction_most_at", "place of the most slow friction along the way", 0.8, "rad"),
+)
+
+
 def exceedances(stiction):
     return (
         Exceedance("T_st", 5.0, 5.4, stiction, 0.25, 0.2, 0.21, 23.4, "ramp opening"),

@@ -9,7 +9,9 @@ from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.recording.recording import ClockGrade
 from etb_hil.report import show
 from etb_hil.report.grades import timing_facts
+from etb_hil.report.html_report import write_report
 from etb_hil.report.model import Bench, Clock, Number, Unit
+from etb_hil.report.verdict import verdict_text
 from etb_hil.report.wording import (
     BENCH_REASONS,
     UNIT_REASONS,
@@ -22,7 +24,9 @@ from etb_hil.report.wording import (
 
 @pytest.mark.parametrize("reason_id", UNIT_REASONS)
 def test_unit_reasons_are_sentences_with_their_numbers_filled_in(reason_id):
-    results = sample_run.results(unit=Unit(UnitVerdict.FAIL, reason_id))
+    results = sample_run.results(
+        unit=Unit(UnitVerdict.FAIL, reason_id), numbers=(*sample_run.numbers(sample_run.T_ST), *sample_run.UNEVEN)
+    )
     words = unit_wording(results)
     for sentence in (words.reason, words.next_step):
         assert sentence.endswith(".")
@@ -63,6 +67,22 @@ def test_further_reasons_come_after_the_first():
     (sentence,) = further_reasons(results)
     assert "-0.217 N·m" in sentence
     assert unit_wording(results).next_step.startswith("Do not fit this unit to a vehicle.")
+
+
+def test_an_uneven_way_is_said_beside_any_verdict_on_screen_and_page(tmp_path):
+    results = sample_run.results(
+        unit=Unit(UnitVerdict.PASS, "within_limits", also=("uneven_way",)),
+        numbers=(*sample_run.numbers(sample_run.T_ST), *sample_run.UNEVEN),
+    )
+    words = "Friction is uneven along the way: 0.150 N·m at 11.46 deg, 0.220 N·m at 45.84 deg in slow motion."
+    assert words in " ".join(verdict_text(results).split())
+    assert words in write_report(results, sample_run.series(), tmp_path).read_text(encoding="utf-8")
+
+
+def test_what_an_uneven_way_leaves_undecided_is_not_to_be_repeated():
+    unit = Unit(UnitVerdict.INCONCLUSIVE, "T_st_undecided", also=("uneven_way",))
+    assert "repeating the test does not help" in unit_wording(sample_run.results(unit=unit)).next_step
+    assert unit_wording(sample_run.results(unit=replace(unit, also=()))).next_step.startswith("Repeat the test.")
 
 
 def test_grades_say_what_is_known_of_time():
