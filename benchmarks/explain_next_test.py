@@ -3,8 +3,9 @@
     python benchmarks/explain_next_test.py FIRST COUNT
 
 Records as people have them (a slow sweep, ramps and steps) hide one effect each, in turn. Where the answer is a class
-with the truth in it, the named scenario is run by the independent generator's rig, and that record is explained. What
-is counted are tests that were to leave nothing open, and promises to part some of a class.
+with the truth in it, the named scenario is run by the independent generator's rig, and that record is explained: by
+itself, and beside the record that asked for it. What is counted are classes that are settled, tests that were to leave
+nothing open, and promises to part some of a class.
 """
 
 import sys
@@ -21,6 +22,7 @@ from scoring import canonical, rate, score
 
 from etb_hil.base.modes import Mode
 from etb_hil.discrepancy.balances import Balances
+from etb_hil.discrepancy.beside import narrow
 from etb_hil.discrepancy.explanation import causes
 from etb_hil.discrepancy.measurement import measurements_of
 from etb_hil.discrepancy.naming import search
@@ -31,11 +33,15 @@ EXCITATIONS = ("slow_sweep", "ramps_and_steps")
 MODES = {Mode.OFF: at.BRIDGE_OFF, Mode.POSITION: at.CLOSED_LOOP, Mode.VOLTAGE: at.OPEN_LOOP}
 
 
-def answered(case):
-    """What the tool finds in a case: its findings, and causes with their classes."""
+def searched(case):
+    """What the tool finds in a case."""
     model = model_of(case)
-    findings = search(model, [Balances(m, model) for m in measurements_of(recording_of(case), model)])
-    return findings, {"verdict": findings.verdict, "causes": causes(findings)}
+    return search(model, [Balances(m, model) for m in measurements_of(recording_of(case), model)])
+
+
+def said_of(findings):
+    """The verdict, and causes with their classes."""
+    return {"verdict": findings.verdict, "causes": causes(findings)}
 
 
 def commanded(plan):
@@ -56,26 +62,40 @@ def tested(case, plan):
 
 
 def one(seed):
-    """Return what became of a seed: its effect, what was said at first and then, the test, and the outcome."""
+    """Return what became of a seed: its effect, what was said at first, the test, and what was said then, each way."""
     name = SINGLES[seed % len(SINGLES)]
     hidden = hidden_case(seed, (name,), "strong", excitation=EXCITATIONS[seed % 2])
-    findings, found = answered(hidden.case)
-    first = found["causes"][0] if found["causes"] else None
-    if found["verdict"] != "ambiguous" or not among(name, first):
-        return name, found, None, None, "not open"
+    findings = searched(hidden.case)
+    found = said_of(findings)
+    if found["verdict"] != "ambiguous" or not among(name, found["causes"][0]):
+        return name, found, None, {}
     plans = {plan.name: plan for plan in stock_plans(findings.model.values)}
     test = next_test(findings, list(plans.values()))
     if test["scenario"] is None:
-        return name, found, test, None, "by hand"
+        return name, found, test, {}
     case = tested(hidden.case, plans[test["scenario"]])
-    _, again = answered(case)
-    return name, found, test, again, judged(name, test, again, case)
+    again, truth = searched(case), sealed(case)
+    alone = said_of(again)
+    narrow(again, findings)
+    beside = said_of(again)
+    either = {
+        "by itself": (alone, judged(name, test, alone, truth)),
+        "beside the first": (beside, judged(name, test, beside, told_by_both(truth, sealed(hidden.case)))),
+    }
+    return name, found, test, either
 
 
-def judged(name, test, again, case):
+def told_by_both(truth, other):
+    """The truth of two records of one unit: what one of them tells apart is told apart."""
+    judged, others = truth["separability"][0], other["separability"][0]
+    both = {key: tuple(id_ for id_ in judged[key] if id_ in others[key]) for key in ("look_alikes", "parameters")}
+    return {**truth, "separability": [{**judged, **both}]}
+
+
+def judged(name, test, again, truth):
     """What a test made of a class: settled, as promised in part, or not."""
     after = next((cause for cause in again["causes"] if among(name, cause)), None)
-    if again["verdict"] == "explained" and score(again, sealed(case)).outcome == "right":
+    if again["verdict"] == "explained" and score(again, truth).outcome == "right":
         return "settled"
     if after is None:
         return f"lost: {again['verdict']}"
@@ -86,28 +106,38 @@ def judged(name, test, again, case):
 
 
 def main(first, count):
-    whole, part, outcomes = [], [], []
+    records, tests, outcomes = 0, [], {}
     for seed in range(first, first + count):
         try:
-            name, found, test, again, said = one(seed)
+            name, found, test, either = one(seed)
         except OutOfReachError:
             continue
-        outcomes.append(said)
-        print(seed, name, said, found["verdict"], named(found), flush=True)
-        if test is not None:
-            print("   ", test["scenario"], test["expected_separation"] or test["says"], flush=True)
-        if again is not None:
-            print("   ", again["verdict"], named(again), flush=True)
-            (part if test["expected_separation"]["leaves"] else whole).append(said)
-    print(f"{len(outcomes)} records, {len(whole) + len(part) + outcomes.count('by hand')} of them open")
-    print(f"no scenario would part anything, a hand has to: {outcomes.count('by hand')}")
-    for what, said, good in (
-        ("a scenario is to settle the class, and does", whole, ("settled",)),
-        ("a scenario is to part what it names from the cause, and does", whole + part, ("settled", "parted")),
-    ):
-        if said:
-            share = rate(sum(one in good for one in said), len(said))
-            print(f"{what}: {share.hits} of {share.count} = {share.value:.0%} ({share.low:.0%} to {share.high:.0%})")
+        records += 1
+        print(seed, name, found["verdict"], named(found), flush=True)
+        if test is None:
+            continue
+        tests.append(test)
+        print("   ", test["scenario"], test["expected_separation"] or test["says"], flush=True)
+        for way, (again, said) in either.items():
+            outcomes.setdefault(way, []).append((said, not test["expected_separation"]["leaves"]))
+            print(f"    {way}: {said},", again["verdict"], named(again), flush=True)
+    by_hand = sum(test["scenario"] is None for test in tests)
+    print(f"{records} records, {len(tests)} of them open; of {by_hand} no scenario would part anything, a hand has to")
+    for way, each in outcomes.items():
+        kept = ("settled", "parted")
+        print(f"explained {way}:")
+        printed("a class is settled by a scenario", [said == "settled" for said, _ in each])
+        printed(
+            "a scenario is to settle the class, and does", [said == "settled" for said, is_whole in each if is_whole]
+        )
+        printed("a scenario is to part what it names from the cause, and does", [said in kept for said, _ in each])
+
+
+def printed(what, happened):
+    """Print how often something happened, with exact bounds."""
+    if happened:
+        share = rate(sum(happened), len(happened))
+        print(f"  {what}: {share.hits} of {share.count} = {share.value:.0%} ({share.low:.0%} to {share.high:.0%})")
 
 
 def among(name, cause):

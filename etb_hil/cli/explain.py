@@ -26,6 +26,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="VALUES",
         help="of data too slow to name causes by: the conditions whose runs are fitted, for instance 10000,15000",
     )
+    parser.add_argument(
+        "--same-unit",
+        action="store_true",
+        help="the data are of one unit: what any tells apart is told apart (after a next test, its record comes first)",
+    )
     parser.add_argument("--out", type=Path, default=Path("explanation"), help="folder (default: %(default)s)")
 
 
@@ -45,7 +50,15 @@ def run(options: argparse.Namespace) -> int:
     recordings = [recording_of(path, options.bench, options.map) for path in options.data]
     limits = load_limits(_limits(options)).content
     plans = [] if is_drive else stock_plans(model.values)
-    answer = explain(recordings, model, progress=_progress, limits=limits, plans=plans, fit_on=options.fit_on)
+    answer = explain(
+        recordings,
+        model,
+        progress=_progress,
+        limits=limits,
+        plans=plans,
+        fit_on=options.fit_on,
+        is_same_unit=options.same_unit,
+    )
     paths = write(answer, options.out)
     series = coarse_pictures(answer.coarse) if answer.coarse else None
     if answer.findings and answer.holdout:

@@ -12,6 +12,7 @@ from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.limits import Limits
 from etb_hil.discrepancy.balances import Balances
+from etb_hil.discrepancy.beside import narrow
 from etb_hil.discrepancy.coarse import Coarse, explain_coarsely
 from etb_hil.discrepancy.confounding import confounded
 from etb_hil.discrepancy.consequence import consequence
@@ -55,10 +56,13 @@ def explain(
     limits: Limits | None = None,
     plans: Sequence[Plan] = (),
     fit_on: Sequence[float] = (),
+    *,
+    is_same_unit: bool = False,
 ) -> Answer:
     """Explain the first of some recordings of one kind of unit by a model, and try the causes on the others.
 
     `without`: effects that are not looked for; with `limits` it says what the causes change in the diagnosis.
+    `is_same_unit`: all recordings are of one unit, so that what one of them tells apart is told apart in the answer.
     `plans`: scenarios of which the next test is one. An interrupt ends it with what is known by then, and the answer
     says so. Data that are too slow to name causes by are
     fitted in free run where a condition has the values `fit_on`, and judged elsewhere; InputError where none has, and
@@ -79,27 +83,45 @@ def explain(
         return Answer({"schema": SCHEMA, **nothing, "confounded": together, "interrupted": said.last})
     if findings.is_cut_short:
         said.cut_short()
+    told_apart = _told_apart(findings, others if is_same_unit else (), without, said)
     holdout = None if said.is_cut_short else _held_out(findings, said)
     answer = explanation(findings, holdout)
     if plans and not said.is_cut_short:
-        test = said.unless_cut_short("choosing the next test", next_test, findings, plans)
+        test = said.unless_cut_short("choosing the next test", next_test, findings, plans, said)
         answer["next_test"] = test or answer["next_test"]
     if limits is not None and not said.is_cut_short:
         answer["diagnosis"] = said.unless_cut_short(
             "judging the unit", consequence, findings, limits, _best(findings, holdout)
         )
     if others and not said.is_cut_short:
-        tested = [Balances(measured, model) for measured in others]
+        tested = [Balances(measured, model) for other in others for measured in other]
         found = said.unless_cut_short("trying the causes on the other recordings", transfer, findings, tested)
         if found is not None:
             answer["transfer"] = found
         answer["data_quality"] += data_quality(tested, model)
-    answer["confounded"] = together
+    answer |= {"told_apart_by_others": told_apart, "confounded": together}
     if missing:
         answer["left_out"] = missing
     if said.is_cut_short:
         answer["interrupted"] = said.last
     return Answer(answer, findings, holdout)
+
+
+def _told_apart(
+    findings: Findings, others: Sequence[Sequence[Measurement]], without: Sequence[str], said: _Said
+) -> list[dict[str, Any]]:
+    """Return what other recordings of the unit tell apart, and take that out of the classes."""
+    found: list[dict[str, Any]] = []
+    for other in others:
+        if said.is_cut_short or not any(each.alike for each in findings.accepted):
+            break
+        balances = [Balances(measured, findings.model) for measured in other]
+        judged = said.unless_cut_short(f"asking {other[0].origin}", search, findings.model, balances, without)
+        if judged is None or judged.is_cut_short:
+            said.cut_short()  # what a part of a search leaves open is nobody's class
+        else:
+            found += narrow(findings, judged)
+    return found
 
 
 def _held_out(findings: Findings, said: _Said) -> Holdout | None:
@@ -164,9 +186,13 @@ def _coarsely(
     return Answer({"schema": SCHEMA, **found.explanation, **ahead, "confounded": together}, coarse=found)
 
 
-def _read(recordings: Sequence[Recording], model: Model) -> tuple[list[Measurement], list[Measurement], list[str]]:
-    """Return the stretches of the first recording, those of the others, and what is missing in any of them."""
-    stretches, others, missing = [], [], []
+def _read(
+    recordings: Sequence[Recording], model: Model
+) -> tuple[list[Measurement], list[list[Measurement]], list[str]]:
+    """Return the stretches of the first recording, those of each other, and what is missing in any of them."""
+    stretches: list[Measurement] = []
+    others: list[list[Measurement]] = []
+    missing: list[str] = []
     for number, recording in enumerate(recordings):
         try:
             found = measurements_of(recording, model)
@@ -176,7 +202,7 @@ def _read(recordings: Sequence[Recording], model: Model) -> tuple[list[Measureme
         if number == 0:
             stretches = found
         else:
-            others += found
+            others.append(found)
     return stretches, others, missing
 
 

@@ -1,24 +1,28 @@
-"""The test that would settle what these data leave open: the scenario whose record naming would leave least open in.
+"""The test that would settle what these data leave open: the scenario whose record, beside these, leaves least of it.
 
-Plans are compared by the criterion that made the class; the best is then simulated with the cause in it and explained.
+Plans are compared by the criterion that made the class; the best are then simulated with a member of it and explained.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
+from etb_hil.discrepancy.beside import TELLING, left_open
 from etb_hil.discrepancy.calibration import calibrate, residual_of
 from etb_hil.discrepancy.candidates import suspects
+from etb_hil.discrepancy.decision import class_margin
 from etb_hil.discrepancy.findings import Findings, Round
-from etb_hil.discrepancy.floor import weigh
+from etb_hil.discrepancy.floor import group_means, weigh
 from etb_hil.discrepancy.naming import search
 from etb_hil.discrepancy.objections import LEAST_GAIN
 from etb_hil.discrepancy.planned import Plan, recorded
+from etb_hil.discrepancy.refining import Refined
 from etb_hil.discrepancy.rivals import alike
+from etb_hil.discrepancy.similarity import Projector
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import Vector
@@ -32,47 +36,50 @@ _WAYS = 3  # by hand, that are said
 class Outlook:
     """What a plan's record would tell: `parted` of the cause's class it tells from the cause, `left` stays open.
 
-    `left` may hold ids that were not in the class; `distances` by id over the noise, of rivals that were fitted.
+    `left` may hold ids that these data could not judge; `shows`: the cause beside the base parameters, over the noise;
+    `distances` by id, likewise, of rivals that were fitted.
     """
 
     plan: Plan
     parted: tuple[str, ...]
     left: tuple[str, ...]
-    distances: dict[str, float]
+    shows: float
+    distances: dict[str, float] = field(default_factory=dict)
 
     @property
-    def worth(self) -> tuple[int, int, int]:
-        """What plans are ranked by: how little stays open, how much is told apart, how short the test is."""
-        return -len(self.left), len(self.parted), -len(self.plan.mode)
+    def worth(self) -> tuple[int, int, float]:
+        """What plans are ranked by: how little stays open, how much is told apart, how well the cause shows."""
+        return -len(self.left), len(self.parted), self.shows
 
 
-def next_test(findings: Findings, plans: Sequence[Plan] = ()) -> dict[str, Any] | None:
+def next_test(
+    findings: Findings, plans: Sequence[Plan] = (), progress: Callable[[str], None] = lambda _: None
+) -> dict[str, Any] | None:
     """Return the test for what is open; None where nothing is. Of the `plans` it takes the one that leaves least open.
 
     `separation_here` is by how much a rival differs in these data; `expected_separation` by how much it would in the
-    test, what the test would part from the cause, and what would stay open.
+    test, what the test's record and these would part from the cause, and what would stay open.
     """
     if open_rounds := [r for r in findings.accepted if r.alike]:
         found = open_rounds[0]
-        rivals = found.alike
     elif findings.verdict == "unexplained" and findings.rounds and len(findings.rounds[-1].refined) > 1:
-        found = findings.rounds[-1]
-        rivals = [found.refined[1].id]
+        found = replace(findings.rounds[-1], alike=[findings.rounds[-1].refined[1].id])
     else:
         return None
     best: Outlook | None = None
     if plans and not any(b.measured.is_drive for b in findings.balances):
-        compared = [_compared(plan, findings, found, rivals) for plan in plans]
+        compared = [_compared(plan, findings, found) for plan in plans]
         for outlook in sorted(compared, key=lambda one: one.worth, reverse=True)[:_TRIED]:
             if best is not None and best.worth >= outlook.worth:
                 break  # what was explained leaves no more open than what was only compared
-            told = _explained(outlook.plan, findings, found, rivals)
+            progress(f"trying {outlook.plan.name} as the next test")
+            told = _promised(outlook, findings, found)
             best = told if best is None or told.worth > best.worth else best
-    return _said(found, rivals, best if best is not None and best.parted else None)
+    return _said(found, best if best is not None and best.parted else None)
 
 
-def _said(found: Round, rivals: Sequence[str], best: Outlook | None) -> dict[str, Any]:
-    first = found.winner.id
+def _said(found: Round, best: Outlook | None) -> dict[str, Any]:
+    first, rivals = found.winner.id, found.alike
     costs = {one.id: one.fit.cost for one in found.refined}
     # Whom the test parts least; where none does, or for those whom it does not, a hand has to.
     rival = rivals[0] if best is None else min(best.parted, key=lambda id_: best.distances.get(id_, np.inf))
@@ -95,31 +102,33 @@ def _by_hand(first: str, others: Sequence[str]) -> str:
     return "; or ".join([*dict.fromkeys(ways)][:_WAYS]) or "state the parameter's tolerance more narrowly"
 
 
-def _compared(plan: Plan, findings: Findings, found: Round, rivals: Sequence[str]) -> Outlook:
+def _compared(plan: Plan, findings: Findings, found: Round) -> Outlook:
     """Return what the criterion that made the class says of a plan's record without the cause."""
     healthy_whole, whole = _without(found), found.winner.fit.whole.copy()
     whole[EXTENDED:] = 0.0
     record = [recorded(plan, findings.model, findings.balances[0], healthy_whole[:EXTENDED])]
-    weigh(record, findings.final_floor.level)
+    weigh(record, group_means(record, healthy_whole)[0])  # nothing is missing in it: what it leaves is its floor
     healthy = calibrate(findings.model, record, healthy_whole, found.before.unknowns, rounds=1)
     residual = residual_of(record)
     does = residual(whole) - residual(healthy_whole)
     if float(does @ does) < LEAST_GAIN * healthy.fit.cost:
-        return Outlook(plan, (), tuple(rivals), {})
+        return Outlook(plan, (), tuple(found.alike), 0.0)
+    shows = Projector(healthy).rest(does, frozenset({found.winner.candidate.frees} - {""}))
     shapes = suspects(record, found.before.unknowns)
-    members = [one for one in found.screened if one.candidate.id in rivals and one.candidate.id in shapes]
+    members = [one for one in found.screened if one.candidate.id in {*found.alike} & {*shapes}]
     names = alike(replace(found, screened=members, refined=[found.winner]), record, healthy, shapes)
-    return _outlook(plan, rivals, [*names, *_unseen(rivals, shapes)], {})
+    return _outlook(plan, found, [*names, *_unseen(found, shapes)], float(np.linalg.norm(shows)))
 
 
-def _unseen(rivals: Sequence[str], seen: Mapping[str, object]) -> list[str]:
-    """Return the effects among some rivals that are no suspects in a record: it excludes none of them."""
-    return [id_ for id_ in rivals if id_ in CATALOGUE and id_ not in seen]
+def _unseen(found: Round, seen: Mapping[str, object]) -> list[str]:
+    """Return the effects of a class that are no suspects in a record: it excludes none of them."""
+    return [id_ for id_ in found.alike if id_ in CATALOGUE and id_ not in seen]
 
 
-def _outlook(plan: Plan, rivals: Sequence[str], left: Iterable[str], distances: dict[str, float]) -> Outlook:
-    left = tuple(dict.fromkeys(left))
-    return Outlook(plan, tuple(id_ for id_ in rivals if id_ not in left), left, distances)
+def _outlook(plan: Plan, found: Round, left: Iterable[str], shows: float) -> Outlook:
+    """Return what a plan tells whose record alone would leave `left` open beside the cause."""
+    left = tuple(dict.fromkeys(left_open(left, found)))
+    return Outlook(plan, tuple(id_ for id_ in found.alike if id_ not in left), left, shows)
 
 
 def _without(found: Round) -> Vector:
@@ -135,18 +144,31 @@ def _without(found: Round) -> Vector:
     return whole
 
 
-def _explained(plan: Plan, findings: Findings, found: Round, rivals: Sequence[str]) -> Outlook:
-    """Return what naming says of a plan's record with the cause as it was found."""
-    first = found.winner.id
-    record = recorded(plan, findings.model, findings.balances[0], found.winner.fit.whole[:EXTENDED])
+def _promised(compared: Outlook, findings: Findings, found: Round) -> Outlook:
+    """Return what of a comparison holds where the plan's record is explained, with the cause or its likeliest rival."""
+    first = found.winner
+    told = _explained(compared, findings, found, first)
+    left = [*compared.left, *told.left]
+    other = next((r for r in found.refined if r.id in found.alike), None)
+    if told.parted and other is not None and np.log(other.fit.cost / first.fit.cost) < class_margin(found):
+        left += _explained(compared, findings, found, other).left
+    return replace(_outlook(compared.plan, found, left, compared.shows), distances=told.distances)
+
+
+def _explained(compared: Outlook, findings: Findings, found: Round, truth: Refined) -> Outlook:
+    """Return what naming says of a plan's record beside these, with a member of the class as it was fitted here."""
+    record = recorded(compared.plan, findings.model, findings.balances[0], truth.fit.whole[:EXTENDED])
     told = search(findings.model, [record])
     if told.is_cut_short:
         raise KeyboardInterrupt  # a search ends with what it knows; what is known of a plan in part is nothing
-    for named in told.accepted:
+    for named in told.accepted if told.verdict in TELLING else ():
         ids = [named.winner.id, *named.alike]
-        if first in ids:
+        if truth.id in ids:
             costs = {one.candidate.id: one.cost for one in named.screened} | {r.id: r.fit.cost for r in named.refined}
-            away = {id_: float(np.sqrt(abs(cost - costs[first]))) for id_, cost in costs.items() if first in costs}
-            left = [id_ for id_ in ids if id_ != first]
-            return _outlook(plan, rivals, [*left, *_unseen(rivals, suspects([record], found.before.unknowns))], away)
-    return Outlook(plan, (), tuple(rivals), {})
+            own = costs.get(truth.id, np.nan)
+            away = {id_: float(np.sqrt(abs(cost - own))) for id_, cost in costs.items() if np.isfinite(own)}
+            # Of two that stay beside each other it is the rival that the cause is not told from.
+            left = [truth.id if id_ == found.winner.id else id_ for id_ in ids if id_ != truth.id]
+            left += _unseen(found, suspects([record], found.before.unknowns))
+            return replace(_outlook(compared.plan, found, left, compared.shows), distances=away)
+    return Outlook(compared.plan, (), tuple(found.alike), compared.shows)

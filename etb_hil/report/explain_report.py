@@ -116,6 +116,10 @@ def _further(found: dict[str, Any]) -> list[str]:
     ]
     if says := found.get("unexplained", {}).get("says"):
         sentences.append(f"{says[0].upper()}{says[1:]}.")
+    sentences += [
+        f"{one['recording']} tells {_words(one['effect'])} from {', '.join(map(_words, one['tells_from']))}."
+        for one in found.get("told_apart_by_others", [])
+    ]
     sentences += [f"{one['effect']} in {one['recording']}: {one['says']}." for one in found.get("transfer", [])]
     return sentences + [f"{one['these']}: {one['says']}" for one in found["confounded"]]
 
@@ -240,8 +244,8 @@ def _next_test(found: dict[str, Any]) -> str:
     if not expected:
         return str(test.get("says", ""))
     parts, leaves = (", ".join(_words(id_) for id_ in expected[key]) for key in ("parts", "leaves"))
-    says = f"run {test['scenario']} (next_test.yaml) on the same unit and explain its record: "
-    says += f"it tells {_words(test['pair'][0])} from {parts}."
+    says = f"run {test['scenario']} (next_test.yaml) on the same unit and explain its record and then these "
+    says += f"(etb-hil explain NEW THESE --same-unit): they tell {_words(test['pair'][0])} from {parts}."
     return f"{says} Still open then: {leaves}; {test['says']}." if leaves else says
 
 

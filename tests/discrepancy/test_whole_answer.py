@@ -60,7 +60,8 @@ def test_the_report_says_what_the_next_test_tells_and_what_it_does_not(answer, t
     found = answer.explanation | {"next_test": test | {"expected_separation": expected, "separation_here": None}}
     page = write_explanation(found, None, tmp_path).read_text("utf-8")
     assert "run multisine" in page
-    assert "it tells cogging torque from torque ripple. Still open then: wrong coulomb; weigh it." in page
+    assert "explain NEW THESE --same-unit" in page
+    assert "they tell cogging torque from torque ripple. Still open then: wrong coulomb; weigh it." in page
 
 
 def test_the_extended_model_is_read_again(answer, tmp_path):
