@@ -12,9 +12,13 @@ TELLING = ("explained", "ambiguous")  # verdicts of records whose classes hold t
 
 
 def left_open(ids: Iterable[str], judged: Round) -> list[str]:
-    """Return of some ids those that a round could be about as well: its own class, and what it could not judge."""
-    told = {one.candidate.id for one in judged.screened} - {judged.winner.id, *judged.alike}
-    return [id_ for id_ in ids if id_ not in told]
+    """Return of some ids those that a round could be about as well: its own class, and what it could not judge.
+
+    Every base parameter is judged, as what imitates the cause, also those that are no suspects.
+    """
+    known = {one.candidate.id for one in judged.screened}
+    known |= {decision.parameter_id(unknown.name) for unknown in judged.before.unknowns}
+    return [id_ for id_ in ids if id_ not in known - {judged.winner.id, *judged.alike}]
 
 
 def narrow(findings: Findings, other: Findings) -> list[dict[str, Any]]:

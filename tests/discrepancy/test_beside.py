@@ -78,6 +78,12 @@ def test_what_a_record_could_not_judge_it_does_not_tell_apart(found):
     assert left_open(OTHERS, without) == ["torque_ripple"]
 
 
+def test_base_parameters_too_small_to_be_suspects_are_judged_all_the_same(found):
+    first = found.accepted[0]
+    assert "parameter:dead_zone" not in {one.candidate.id for one in first.screened}
+    assert left_open(["parameter:dead_zone"], replace(first, alike=[])) == []
+
+
 def answers_in_turn(monkeypatch, module, answers):
     left = iter(answers)
     monkeypatch.setattr(f"etb_hil.discrepancy.{module}.search", lambda *_, **__: next(left))
