@@ -6,7 +6,8 @@ KIND: nothing, weak, medium, strong (one effect each), shape (a strong or medium
 catalogue's), pair, outside, removed (the effect's own term is no suspect), mix (all of them, and fewer sensors). Seeds
 0 to 999 served for development. Rows go to --out as they come, each with the build that made it, so that a study can be
 cut short; started again with the same --out it goes on behind the rows that this build has made. explain_table.py makes
-tables of them.
+tables of them. With --holdout free runs on held-out parts are judged, too: over the noise floor, a simulation of ours,
+and over what the very same unit and motion leave with nothing hidden, for no unit's friction is quite the model's.
 """
 
 import argparse
@@ -75,13 +76,18 @@ def declared(effects):
     return own | {id_ for id_, effect in CATALOGUE.items() if set(effect.look_alikes) & set(effects)}
 
 
+def searched(hidden, without=()):
+    """Return what the tool finds in a hidden case; `without`: ids that are no suspects."""
+    balances = [Balances(measured, hidden.model) for measured in measurements_of(hidden.recording, hidden.model)]
+    return search(hidden.model, balances, without)
+
+
 def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
     """Explain one hidden case; return its score and what is worth keeping of it."""
     effects, level, form = drawn(kind, seed)
     hidden = hidden_case(seed, effects, level, pair=kind == "pair", view=view, rate=rate, form=form)
     begin = time.process_time()
-    balances = [Balances(measured, hidden.model) for measured in measurements_of(hidden.recording, hidden.model)]
-    findings = search(hidden.model, balances, effects if kind == "removed" else ())
+    findings = searched(hidden, effects if kind == "removed" else ())
     seconds = time.process_time() - begin
     found = {"verdict": findings.verdict, "causes": causes(findings)}
     if not found["causes"]:  # the best suspect all the same, for the rate of right first guesses
@@ -114,6 +120,12 @@ def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
         row["followed_over_floor"] = table["followed"] / table["noise_floor"]
         row["model_over_floor"] = min(row["free_run_over_floor"], row["followed_over_floor"])  # as model.yaml has it
         row["nrmse"] = min(errors.nrmse["followed"], errors.nrmse.get("extended", errors.nrmse["calibrated"]))
+        healthy = hidden_case(seed, view=view, rate=rate)
+        if healthy.case.rig.unit == hidden.case.rig.unit:
+            bare = hold_out(searched(healthy)).table["free_run"]["throttle_angle"]
+            row["model_over_healthy"] = (
+                row["model_over_floor"] * table["noise_floor"] / min(bare["calibrated"], bare["followed"])
+            )
     return scored, row
 
 

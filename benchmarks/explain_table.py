@@ -56,16 +56,27 @@ def _print_group(key, members):
 
 
 def _print_spread(indent, rows):
-    for key in ("free_run_over_floor", "followed_over_floor", "model_over_floor", "nrmse", "seconds"):
+    for key in (
+        "free_run_over_floor",
+        "followed_over_floor",
+        "model_over_floor",
+        "model_over_healthy",
+        "nrmse",
+        "seconds",
+    ):
         values = sorted(row[key] for row in rows if key in row)
         if values:
             at_90 = values[int(0.9 * len(values))]
             print(f"{indent}{key}: median {values[len(values) // 2]:.3g}, 90 % up to {at_90:.3g}")
 
-    errors = [row["model_over_floor"] for row in rows if "model_over_floor" in row]
-    if errors:
-        near = sum(error <= AT_FLOOR for error in errors)
-        print(f"{indent}free run within {AT_FLOOR} times the floor: {_share(near, len(errors))}")
+    for key, words in (
+        ("model_over_floor", "the floor"),
+        ("model_over_healthy", "what the same unit leaves with nothing hidden"),
+    ):
+        errors = [row[key] for row in rows if key in row]
+        if errors:
+            near = sum(error <= AT_FLOOR for error in errors)
+            print(f"{indent}free run within {AT_FLOOR} times {words}: {_share(near, len(errors))}")
 
 
 def _print_intervals(rows):
