@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from etb_hil.discrepancy import decision
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.calibration import all_unknowns, calibrate
-from etb_hil.discrepancy.findings import Findings
+from etb_hil.discrepancy.findings import Findings, Round
 from etb_hil.discrepancy.floor import floor_of, group_means, weigh
 from etb_hil.discrepancy.objections import objection
 from etb_hil.discrepancy.placeholders import placeholders
@@ -55,9 +55,17 @@ def _look(findings: Findings, without: Sequence[str], progress: Progress) -> Non
         findings.rounds.append(found)
         found.refused = objection(found, findings)
         if found.refused:
+            _share_classes(findings, found)
             return
         take_in(findings, found)
         if decision.is_more_missing(findings):
             ask_again(findings, without, progress)
         if not decision.is_more_missing(findings):
             return
+
+
+def _share_classes(findings: Findings, refused: Round) -> None:
+    """Put a refused suspect into the class of each cause that it cannot be told from, whichever was asked."""
+    for each in findings.accepted:
+        if each.winner.id in refused.alike and refused.winner.id not in each.alike:
+            each.alike.append(refused.winner.id)

@@ -20,8 +20,9 @@ def test_a_strong_effect_is_the_first_suspect(seed):
 
 
 @pytest.mark.slow
-def test_without_its_own_term_an_effect_gets_no_other_name():
-    scored, row = one_case("removed", 5010)
+@pytest.mark.parametrize("seed", [5010, 60752])
+def test_without_its_own_term_an_effect_gets_no_other_name(seed):
+    scored, row = one_case("removed", seed)
     assert scored.outcome != "wrong_confident", row
 
 
