@@ -49,9 +49,10 @@ UNIT_REASONS = {
     "resistance_contradicts": Wording("The motor's resistance is not what the model says.", _OTHER, True),
     "back_emf_contradicts": Wording("The motor is not what the model says.", _OTHER, True),
     "angle_reversed": Wording(
-        "The angle moves against the motor: the sign of the angle, or of the current, is reversed.",
-        "Check the signs of angle and current in the bench's DBC file and roles, and the sensors' wiring, then repeat. "
-        "This says nothing of the unit's friction.",
+        "The angle moves against the motor: the sign of the angle or of the current is reversed, or the motor's leads "
+        "are.",
+        "Check the signs of angle, current and voltage in the bench's DBC file and roles, and the wiring of sensors "
+        "and motor, then repeat. This says nothing of the unit's friction.",
         True,
     ),
     "spring_elsewhere": Wording("Springs or stops are not where the model says.", _OTHER, True),
