@@ -1,8 +1,8 @@
 """The fit of a unit with a local bump: without it, the bump draws the curve towards itself.
 
 Slow windows in a bump are left out. Fast ones smear over more than it, and there are few of them: they are kept, with
-the friction that slow windows have shown at each place on their way. Friction that differs from place to place and is
-no bump makes the fit less sure: fast windows pass other places than slow ones, and their difference passes for speed.
+the friction that slow windows have shown at each place on their way, unless the bump is tall: then what those have
+wrong of it is as large as the curve. Friction that differs from place to place and is no bump makes the fit less sure: fast windows pass other places than slow ones, and their difference passes for speed.
 """
 
 from __future__ import annotations
@@ -19,11 +19,12 @@ from etb_hil.diagnosis.local_friction import local_means
 from etb_hil.diagnosis.prior import CONSTANT, Prior
 from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit, refit, widened_by
 from etb_hil.diagnosis.ticks import Ticks
-from etb_hil.diagnosis.windows import Windows
+from etb_hil.diagnosis.windows import HALF_WIDTH, Windows
 from etb_hil.recording.samples import Float64
 
 _TURNS = 3  # the curve falls without the bump, and more of the bump stands out of it
 _BUMP_ERROR = 0.1  # share by which the size of a bump may be off: windows and cells smear over it
+_TALL = 1.0  # share of the friction from which the smear of a bump passes for a curve in fast windows
 _MOST = 0.3  # share of the way that bumps may take: beyond it they are how the unit is
 
 
@@ -56,7 +57,8 @@ def without_bumps(
         inside = _inside(evidence.position, bumps) & slow
         if not bumps or np.count_nonzero(inside) > _MOST * np.count_nonzero(slow):
             break
-        tried = replace(evidence, local=_factor(ticks.angle, evidence, fit, bumps), counts=~inside)
+        smeared = _passing(ticks.angle, windows, [bump for bump in bumps if bump.excess > _TALL])
+        tried = replace(evidence, local=_factor(ticks.angle, evidence, fit, bumps), counts=~(inside | smeared))
         better = refit(ticks, windows, tried, prior, fit.parameters)
         if better is None:
             break
@@ -89,6 +91,12 @@ def _inside(angle: Float64, bumps: Sequence[Bump]) -> NDArray[np.bool_]:
     for bump in bumps:
         inside |= (angle > bump.start - CELL) & (angle < bump.end + CELL)
     return inside
+
+
+def _passing(angle: Float64, windows: Windows, bumps: Sequence[Bump]) -> NDArray[np.bool_]:
+    """Return which windows (m) hold angles of ticks (n) in a bump."""
+    ticks_inside = np.concatenate([[0], np.cumsum(_inside(angle, bumps))])
+    return ticks_inside[windows.centre + HALF_WIDTH + 1] > ticks_inside[windows.centre - HALF_WIDTH]
 
 
 def _factor(angle: Float64, evidence: Evidence, fit: StribeckFit, bumps: Sequence[Bump]) -> Float64:

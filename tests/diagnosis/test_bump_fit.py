@@ -1,0 +1,59 @@
+"""A single bump, however tall and narrow, is left out of the curve, or leaves no curve: it never bends one."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from independent_throttle import Unit, friction_check, sense
+from throttle_as_model import bench_model, rows_of
+
+from etb_hil.base.stock import find
+from etb_hil.diagnosis.diagnosis import Diagnosis
+from etb_hil.diagnosis.limits import load_limits
+
+LIMITS = load_limits(find("limits", "default")).content
+
+
+def diagnosed(unit, seed):
+    run, phases = friction_check(unit)
+    diagnosis = Diagnosis(bench_model(Unit()), LIMITS)
+    for rows, kind in rows_of(sense(unit, run, 1000, np.random.default_rng(seed)), phases, 1000):
+        diagnosis.push(rows, kind)
+    return diagnosis.finish()
+
+
+@pytest.mark.parametrize(
+    ("height", "place", "width", "seed"),
+    [
+        (3.0, 0.7, 0.02, 1),
+        (3.0, 0.9, 0.02, 2),
+        (3.0, 0.5, 0.03, 3),
+        (3.0, 0.7, 0.06, 4),
+        (2.0, 1.0, 0.015, 5),
+        (1.5, 1.1, 0.04, 6),
+        (1.0, 0.7, 0.02, 7),
+    ],
+)
+def test_a_tall_bump_bends_no_curve(height, place, width, seed):
+    unit = replace(Unit(), bump=height, bump_angle=place, bump_width=width)
+    result = diagnosed(unit, seed)
+    truth = {
+        "T_st": unit.stiction,
+        "T_c": unit.coulomb,
+        "omega_s": unit.stribeck_velocity,
+        "viscous": unit.viscous,
+    }
+    found = {name: result.number(name) for name in truth}
+    held = {name: number is None or number.low <= truth[name] <= number.high for name, number in found.items()}
+    assert all(held.values()), {name: (found[name].low, found[name].high) for name in truth if not held[name]}
+    assert result.number("T_st") is not None
+    assert any(reason.id == "T_st_exceeded" for reason in result.reasons)
+    assert not any(reason.id in {"model_contradicted", "uneven_way"} for reason in result.reasons)
+
+
+def test_beside_a_bump_of_one_and_a_half_times_friction_the_curve_is_known_as_well_as_without():
+    plain = diagnosed(Unit(), 1)
+    bumpy = diagnosed(replace(Unit(), bump=1.5, bump_angle=0.7, bump_width=0.05), 1)
+    for name in ("T_c", "omega_s"):
+        alone, beside = plain.number(name), bumpy.number(name)
+        assert beside.high - beside.low < 2.0 * (alone.high - alone.low)
