@@ -2,7 +2,8 @@
 
 Slow windows in a bump are left out. Fast ones smear over more than it, and there are few of them: they are kept, with
 the friction that slow windows have shown at each place on their way, unless the bump is tall: then what those have
-wrong of it is as large as the curve. Friction that differs from place to place and is no bump makes the fit less sure: fast windows pass other places than slow ones, and their difference passes for speed.
+wrong of it is as large as the curve. Friction that differs from place to place and is no bump makes the fit less sure:
+fast windows pass other places than slow ones, and their difference passes for speed.
 """
 
 from __future__ import annotations
