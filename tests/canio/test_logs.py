@@ -220,6 +220,19 @@ def test_a_log_that_is_not_what_its_name_says_is_refused(tmp_path):
         read(path)
 
 
+@pytest.mark.parametrize("columns", [3, 5, 7, 9])
+def test_a_table_of_signals_is_refused_with_what_reads_it(tmp_path, columns):
+    path = tmp_path / "table.csv"
+    row = ",".join(["0.5"] * columns)
+    path.write_text(",".join(["time", *(f"signal_{k}" for k in range(1, columns))]) + f"\n{row}\n{row}\n")
+    with pytest.raises(
+        InputError, match=r"timestamp, arbitration_id.*`etb-hil explain` and `etb-hil plot` read tables"
+    ):
+        read(path)
+    with pytest.raises(InputError, match="`etb-hil plot` read tables"):
+        read_log(path.with_suffix(".txt"))
+
+
 @pytest.mark.parametrize("name", ["log.exe", "log", "log.gz", "log.txt.gz"])
 def test_an_unknown_format_names_those_that_are_read(tmp_path, name):
     with pytest.raises(InputError, match=r"\.asc, \.trc"):

@@ -23,6 +23,7 @@ from etb_hil.canio.messages import from_messages
 CHUNK = 8192
 MAX_CHANNEL = 255
 MAX_IDENT = 0x1FFFFFFF
+TABLES = "a table of signals is no log of frames: `etb-hil explain` and `etb-hil plot` read tables"
 MAX_SECONDS = 9e9  # what int64 holds in nanoseconds
 _INDEX = re.compile(r"[0-9]+\Z")
 
@@ -37,6 +38,7 @@ class _Format:
     text: bool = True
     ends_lines: bool = False  # its writers end every line, so that a last line without an end was cut off
     fd_codes: bool = False  # python-can gives the code 0 to 15 as `dlc` of its FD frames, not the bytes
+    remedy: str = "check that the file is what its name says"
     first_channel: int = 0  # PEAK's buses count from 1, and python-can's reader, not its writer, keeps their number
 
 
@@ -58,6 +60,8 @@ def _sqlite_reader(path: Path) -> Any:  # noqa: ANN401 (likewise)
     return can.SqliteReader(path)
 
 
+_CSV_COLUMNS = "its columns are timestamp, arbitration_id, extended, remote, error, dlc, data"
+
 # python-can's stamps are floats. Those of TRC and candump count whole microseconds, which a float of today's epoch
 # still tells apart (its own step is 0.24 us): rounding to the step undoes every error. ASC counts from zero, so that a
 # nanosecond survives. CSV, SQLite and MF4 hold the float itself.
@@ -65,7 +69,7 @@ FORMATS = {
     ".asc": _Format("ASC", can.ASCReader, 1),
     ".trc": _Format("TRC", can.TRCReader, 1000, fd_codes=True, first_channel=1),
     ".log": _Format("candump", can.CanutilsLogReader, 1000, ends_lines=True),
-    ".csv": _Format("python-can CSV", can.CSVReader, 1, ends_lines=True),
+    ".csv": _Format("python-can CSV", can.CSVReader, 1, ends_lines=True, remedy=f"{_CSV_COLUMNS}; {TABLES}"),
     ".db": _Format("python-can SQLite", _sqlite_reader, 1, text=False),
     ".mf4": _Format("MF4", _mf4_reader, 1, text=False),
 }
@@ -79,7 +83,8 @@ class ForeignLog:
         known = FORMATS.get(suffix.lower())
         if known is None:
             allowed = f".blf, {', '.join(FORMATS)}, each also with .gz"
-            raise InputError(Problem("is no log format that can be read", Place(path), path.name, allowed=allowed))
+            what = "is no log format that can be read"
+            raise InputError(Problem(what, Place(path), path.name, allowed=allowed, remedy=TABLES))
         self.path = path
         self.notes: list[str] = []
         self.begin_ns: int | None = 0
@@ -128,7 +133,7 @@ class ForeignLog:
         place = Place(self.path, line, frame=frames)
         what = f"is not readable as {self._format.name} from here: {fault or type(fault).__name__}"
         if not frames:
-            raise InputError(Problem(what, place, remedy="check that the file is what its name says")) from None
+            raise InputError(Problem(what, place, remedy=self._format.remedy)) from None
         self.notes.append(f"{place}: {what}; the {frames} frames before are kept")
 
 
