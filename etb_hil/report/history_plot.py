@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from datetime import datetime
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from etb_hil.report.show import printable
 
 _NAMED = 8  # units that are named; more would hide the data
 _MARKERS = "osD^vPX*"
+_SHORTEST = timedelta(hours=1)  # of the time axis; of a single run it would be years
 
 
 @mpl.rc_context(STYLE)
@@ -63,6 +64,9 @@ def _over_time(axes: Axes, history: History, number: NumberHistory, *, named: bo
     if rest.any():
         axes.plot(when[rest], number.compared[rest], ".", color=MUTED, label="other units" if named else None)
     _limits(axes, number, "limit" if named else None)
+    if when.max() - when.min() < _SHORTEST:
+        middle = when.min() + 0.5 * (when.max() - when.min())
+        axes.set_xlim(middle - 0.5 * _SHORTEST, middle + 0.5 * _SHORTEST)
     locator = AutoDateLocator()  # type: ignore[no-untyped-call]
     axes.xaxis.set_major_locator(locator)
     axes.xaxis.set_major_formatter(ConciseDateFormatter(locator))  # type: ignore[no-untyped-call]
@@ -75,7 +79,7 @@ def _chart(values: Axes, ranges: Axes, number: NumberHistory, *, named: bool) ->
     ranges.set(xlabel="units in order of their latest runs", ylabel="moving range")
     chart = number.chart
     if chart is None:
-        say_empty(values, f"{len(number.charted)} units; {FEWEST} are needed")
+        say_empty(values, f"units so far: {len(number.charted)} of the {FEWEST} that limits need")
         say_empty(ranges, "")
         ranges.set(xticks=[])
         return

@@ -4,6 +4,7 @@ import csv
 import json
 
 import made_up
+import numpy as np
 import pytest
 
 from etb_hil.base.stock import find
@@ -112,6 +113,19 @@ def test_a_history_of_nothing_is_drawn(tmp_path):
     plot_history(histories([made_up.run(1, "", 0.17, verdict=None, bench_outcome="fault")])[0], tmp_path / "a.png")
     plot_history(histories(made_up.golden(1, 12))[0], tmp_path / "b.png")
     assert (tmp_path / "b.png").stat().st_size > (tmp_path / "a.png").stat().st_size > 1000
+
+
+def test_the_time_axis_of_a_single_run_is_an_hour_about_it(tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr("etb_hil.report.history_plot.save_png", lambda figure, _: drawn.append(figure))
+    plot_history(histories([made_up.run(1, "A1", 0.17)])[0], tmp_path / "a.png")
+    plot_history(histories(made_up.golden(1, 12))[0], tmp_path / "b.png")
+    spans = [
+        [np.ptp(axes.get_xlim()) for axes in figure.axes if axes.get_label().endswith(" time")] for figure in drawn
+    ]
+    assert spans[0] == pytest.approx([1.0 / 24.0] * 2)
+    assert all(22.0 / 24.0 < days < 30.0 / 24.0 for days in spans[1])
+    assert any("units so far: 1 of the 8" in text.get_text() for axes in drawn[0].axes for text in axes.texts)
 
 
 def test_friction_over_temperature_is_drawn_where_its_law_is_known(tmp_path):
