@@ -1,13 +1,14 @@
 """How often 95 % intervals hold the truth, over random units that the bench's model is not.
 
 Run: python benchmarks/interval_coverage.py [--units 300] [--rate 1000|20000]... [--seed 471]
-     [--bump [one|several|broad|dip|rise]] [--bootstrap]
+     [--bump [one|several|broad|dip|rise|ripple]] [--bootstrap]
 One friction check a unit, from the independent generator. Drawn beside the throttle itself: T_st as healthy or risen by
 25 or 60 %; motor constant, springs and inertia of the bench's model inside their tolerances; the gain of the current
 sensor anywhere within 2 %; K_t against K_e by 0.2 % (one standard deviation): what the intervals claim to cover. With
 `--bump`, friction of each unit is locally higher by 15 to 60 %, at 0.3 to 1.2 rad, within 0.03 to 0.08 rad of there;
 several: likewise at every 0.2 to 0.4 rad; broad: within 0.15 to 0.5 rad, and as often lower; dip: lower by half of it;
-rise: by 20 % a rad all the way, the truth being that of 0 rad. With `--bootstrap`, stretches are drawn anew with
+rise: by 20 % a rad all the way, the truth being that of 0 rad; ripple: by 10 to 40 % at every 0.02 to 0.06 rad, within
+0.3 of that. With `--bootstrap`, stretches are drawn anew with
 replacement where the diagnosis leaves one out at a time. `uneven way` counts the runs that say so.
 """
 
@@ -54,6 +55,9 @@ def check(rng, rates, *, bump=""):
             shape["bump"] *= rng.choice((1.0, -0.5))
         if bump == "dip":
             shape["bump"] *= -0.5
+        if bump == "ripple":
+            every = rng.uniform(0.02, 0.06)
+            shape |= {"bump": rng.uniform(0.1, 0.4), "bump_every": every, "bump_width": 0.3 * every}
         if bump == "rise":
             shape = {"rise": 0.2}
         unit = replace(unit, **shape)
@@ -102,7 +106,7 @@ def main():
     parser.add_argument("--units", type=int, default=300)
     parser.add_argument("--rate", type=int, choices=(1000, 20000), action="append", help="default: both")
     parser.add_argument("--seed", type=int, default=471)
-    kinds = ("one", "several", "broad", "dip", "rise")
+    kinds = ("one", "several", "broad", "dip", "rise", "ripple")
     parser.add_argument("--bump", choices=kinds, nargs="?", const="one", default="", help="in every unit")
     parser.add_argument("--bootstrap", action="store_true", help="over stretches, in place of the jackknife")
     options = parser.parse_args()

@@ -38,12 +38,14 @@ class Widening:
     """By what intervals are wider than the fit has them: what no noise shows.
 
     `gain`: the factors between which the current's gain lies; `curve` N·m: how far T_c may lie below and above what
-    was fitted; `way`: by which shares friction may lie below and above the curve along an uneven way.
+    was fitted; `way`: by which shares friction may lie below and above the curve along an uneven way, and `ripple`,
+    whether it is a fine one, of which no T_c but a bound above comes out.
     """
 
     gain: tuple[float, float] = (1.0, 1.0)
     curve: tuple[float, float] = (0.0, 0.0)
     way: tuple[float, float] = (0.0, 0.0)
+    ripple: bool = False
 
     def of_stiction(self, interval: Interval) -> Interval:
         """Return the interval of T_st as wide as an uneven way makes it."""
@@ -56,7 +58,19 @@ class Widening:
         T_c is seen where the plate is fast, which may be at the highest places; the unit's may be that of the lowest.
         """
         low = max(interval.low - self.curve[0], 0.0) * max(1.0 - self.way[0] - self.way[1], 0.0)
-        return Interval(interval.value, low, (interval.high + self.curve[1]) * (1.0 + self.way[1]))
+        low = 0.0 if self.ripple else low
+        value = max(interval.value, 0.0)  # what hardly bounds T_c may have fitted less than none
+        return Interval(value, low, max((interval.high + self.curve[1]) * (1.0 + self.way[1]), value))
+
+    def of_curve(self, interval: Interval, settled: float) -> Interval:
+        """Return the interval of sliding friction, which has fallen from T_st by the share `settled` of the drop.
+
+        Another curve leaves it as it is where the plate was seen to slide: it is T_c and viscosity that are others.
+        """
+        below, above = self.way[0] + settled * self.way[1], self.way[1]
+        low = min(interval.low, interval.low * max(1.0 - below, 0.0))
+        least, most = widened(interval.value, low, interval.high * (1.0 + above), self.gain)
+        return Interval(interval.value, least, most)
 
     def of_margin(self, interval: Interval, stiction: float) -> Interval:
         """Return the interval of what a spring has over T_st (`stiction` N·m), with what an uneven way makes of it."""

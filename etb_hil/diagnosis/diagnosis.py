@@ -28,11 +28,12 @@ from etb_hil.diagnosis.grounds import Coverage, Grounds, far_above, local_excess
 from etb_hil.diagnosis.limits import Limits
 from etb_hil.diagnosis.local_friction import local_friction
 from etb_hil.diagnosis.numbers import bump_numbers, report_numbers
+from etb_hil.diagnosis.places_seen import judged_where_seen, share_seen_slowly
 from etb_hil.diagnosis.result import DiagnosisResult
 from etb_hil.diagnosis.series import break_away_columns, plot_columns
 from etb_hil.diagnosis.tally import LiveReading, Tally
 from etb_hil.diagnosis.ticks import TickMaker
-from etb_hil.diagnosis.uneven_way import uneven_numbers, uneven_remarks, uneven_way
+from etb_hil.diagnosis.uneven_way import uneven_numbers, uneven_remarks, uneven_way, without_confounded
 from etb_hil.diagnosis.verdict import conclude
 from etb_hil.diagnosis.windows import share_that_follows
 from etb_hil.observer.angle import AngleObserver
@@ -172,11 +173,16 @@ class Diagnosis:
                 gain_range(fit, assessment.balance, self._model, throttle),
                 other_curve(fit, self._model, throttle),
                 (0.0, 0.0) if way is None else (way.below, way.above),
+                way is not None and way.is_fine,
             )
         broken_away = break_aways(ticks, throttle)
         numbers = report_numbers(assessment, broken_away, reading, self._zero, self._limits, throttle, widening)
+        numbers = without_confounded(numbers, way)
+        seen = share_seen_slowly(assessment.evidence, local)
+        numbers = judged_where_seen(numbers, seen)
         at_rest = resistance_at_rest(ticks) if fit is None else None
-        fastest, far = far_above(assessment, reading, throttle.stribeck_velocity)
+        omega_s = next((n.value for n in numbers if n.id == "omega_s" and way is None), None)
+        fastest, far = far_above(assessment, reading, omega_s or throttle.stribeck_velocity)
         band = self._limits.marginal_band
         grounds = Grounds(
             coverage=Coverage(self._samples, self._lost, self._longest_gap * 1e-9, self._gap_in),
@@ -185,6 +191,7 @@ class Diagnosis:
             far=far,
             windows=assessment.ways,
             follows=share_that_follows(ticks),
+            seen=seen,
             current_verified=self._zero.is_measured,
             highest_current=self._highest_current,
             withholding=withheld,
@@ -196,7 +203,7 @@ class Diagnosis:
             complete=complete,
         )
         verdict, reasons = conclude(numbers, grounds)
-        series = plot_columns(assessment, widening.gain) | break_away_columns(broken_away, fit)
+        series = plot_columns(assessment, widening) | break_away_columns(broken_away, fit)
         numbers = (*numbers, *uneven_numbers(way), *bump_numbers(series))
         start_ns = self._start_ns or 0
         if self._ticks.origin_ns is not None:  # ticks begin with the first phase of motion, the run before it

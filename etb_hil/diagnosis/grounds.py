@@ -9,7 +9,7 @@ import numpy as np
 
 from etb_hil.diagnosis.assessment import Assessment
 from etb_hil.diagnosis.exceedance import FAR_ABOVE, KINDS, Exceedance
-from etb_hil.diagnosis.friction_model import LOG_SPEED, steady_level
+from etb_hil.diagnosis.friction_model import steady_level
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.local_friction import LocalFriction
 from etb_hil.diagnosis.prior import CONSTANT
@@ -17,7 +17,6 @@ from etb_hil.diagnosis.result import Reason
 from etb_hil.diagnosis.tally import LiveReading
 from etb_hil.diagnosis.ticks import TICK_NS
 from etb_hil.diagnosis.windows import HALF_WIDTH
-from etb_hil.plant.exactmath import exp
 
 _SURE = 3.0  # standard errors
 
@@ -49,6 +48,7 @@ class Grounds:
     `withholding` and `remarks` are what contradicts the bench's model; `excess` is friction that is locally above the
     limit of T_st, None where there is none; `unexplained` are live episodes that the fit does not explain; `far` rad/s,
     where the Stribeck curve has come down; `follows` is the share of ticks behind which none is missing;
+    `seen` is the share of the way that was slid over slowly both ways;
     `current_plausible` says whether voltage and current of a plate at rest agree, None where nobody knows; `band` is a
     share of the limits, inside which nothing is decided.
     """
@@ -59,6 +59,7 @@ class Grounds:
     far: float
     windows: tuple[int, int]  # opening, closing
     follows: float
+    seen: float
     current_verified: bool
     highest_current: float  # A
     withholding: Sequence[Reason]
@@ -71,10 +72,9 @@ class Grounds:
 
 
 def far_above(assessment: Assessment, reading: LiveReading, stribeck_velocity: float) -> tuple[float, float]:
-    """Return the fastest speed seen and the speed that T_c needs, in rad/s."""
-    if assessment.fit is None:
-        return reading.fastest, FAR_ABOVE * stribeck_velocity
-    return assessment.fastest, FAR_ABOVE * float(exp(assessment.fit.parameters[LOG_SPEED]))
+    """Return the fastest speed seen and the speed that T_c needs, in rad/s, with what is known of omega_s."""
+    fastest = reading.fastest if assessment.fit is None else assessment.fastest
+    return fastest, FAR_ABOVE * stribeck_velocity
 
 
 def local_excess(

@@ -6,13 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from etb_hil.diagnosis.assessment import Assessment, fitted_curve
+from etb_hil.diagnosis.assessment import Assessment, Interval, fitted_curve
 from etb_hil.diagnosis.break_away import BreakAway, at_rates
 from etb_hil.diagnosis.bump_fit import excess_of
-from etb_hil.diagnosis.contradiction import widened
+from etb_hil.diagnosis.contradiction import Widening
+from etb_hil.diagnosis.friction_model import LOG_SPEED
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.prior import CONSTANT
 from etb_hil.diagnosis.stribeck_fit import StribeckFit
+from etb_hil.plant.exactmath import exp
 from etb_hil.recording.samples import Float64
 
 _POINTS = 201
@@ -45,10 +47,11 @@ def break_away_columns(rests: Sequence[BreakAway], fit: StribeckFit | None) -> d
     }
 
 
-def plot_columns(assessment: Assessment, gain: tuple[float, float]) -> dict[str, Float64]:
+def plot_columns(assessment: Assessment, widening: Widening) -> dict[str, Float64]:
     """Return the columns that `DiagnosisResult.series` names; groups that the run does not carry are left out.
 
-    The curve's band holds what the numbers' intervals hold: the current's gain lies within the factors `gain`.
+    The curve's band holds what the numbers' intervals hold of friction at a speed: its gain and an uneven way. How it
+    parts into T_c and viscosity, which another curve leaves open, is the numbers' alone.
     """
     ticks, evidence, fit = assessment.ticks, assessment.evidence, assessment.fit
     columns = {
@@ -64,8 +67,7 @@ def plot_columns(assessment: Assessment, gain: tuple[float, float]) -> dict[str,
     fastest = float(np.abs(evidence.velocity).max())
     speeds: Float64 = np.arange(1 - _POINTS, _POINTS, 2, dtype=np.float64) * (fastest / (_POINTS - 1))
     value, error = fitted_curve(fit, speeds)
-    reach = TWO_SIDED_95 * error
-    band = [widened(v, v - r, v + r, gain) for v, r in zip(value.tolist(), reach.tolist(), strict=True)]
+    band = _band(speeds, value, error, widening, fit)
     slow = np.abs(evidence.velocity) < _SLOW * fastest
     opening, closing = slow & (evidence.velocity > 0.0), slow & (evidence.velocity < 0.0)
     return columns | {
@@ -76,10 +78,26 @@ def plot_columns(assessment: Assessment, gain: tuple[float, float]) -> dict[str,
         "point_excess": excess_of(evidence, fit),
         "curve_velocity": speeds,
         "curve_friction": value,
-        "curve_low": np.array([low for low, _ in band]),
-        "curve_high": np.array([high for _, high in band]),
+        "curve_low": band[0],
+        "curve_high": band[1],
         "opening_angle": evidence.position[opening],
         "opening_friction": fit.friction[opening],
         "closing_angle": evidence.position[closing],
         "closing_friction": fit.friction[closing],
     }
+
+
+def _band(
+    speeds: Float64, value: Float64, error: Float64, widening: Widening, fit: StribeckFit
+) -> tuple[Float64, Float64]:
+    """Return the lower and the upper edge of a curve's 95 % band at speeds (n), alike in both directions."""
+    low, high = np.empty(len(speeds)), np.empty(len(speeds))
+    for k, (speed, level, reach) in enumerate(
+        zip(speeds.tolist(), value.tolist(), (TWO_SIDED_95 * error).tolist(), strict=True)
+    ):
+        way = 1.0 if speed >= 0.0 else -1.0
+        ratio = speed * float(exp(-fit.parameters[LOG_SPEED]))
+        along = Interval(way * level, way * level - reach, way * level + reach)
+        edges = widening.of_curve(along, 1.0 - float(exp(-ratio * ratio)))
+        low[k], high[k] = sorted((way * edges.low, way * edges.high))
+    return low, high

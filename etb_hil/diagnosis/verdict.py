@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.diagnosis.grounds import Coverage, Grounds, longest_by_kind
+from etb_hil.diagnosis.places_seen import ENOUGH, OF_SLOW_FRICTION
 from etb_hil.diagnosis.result import Number, Reason
 
 MOST_LOST = 0.05  # share of the samples
@@ -53,7 +54,12 @@ def conclude(numbers: Sequence[Number], grounds: Grounds) -> tuple[UnitVerdict, 
     withholding = [*_lost(grounds.coverage), *grounds.withholding]
     broken = _limits_broken(judged)
     fails = [*broken, *_locally(judged, grounds), *_stuck(grounds, missing)]
-    doubts = [*_poor_evidence(grounds, missing), *_one_way(grounds, missing), *_undecided(judged, grounds)]
+    doubts = [
+        *_poor_evidence(grounds, missing),
+        *_one_way(grounds, missing),
+        *_not_seen(judged, grounds),
+        *_undecided(judged, grounds),
+    ]
     if not broken:
         doubts += _unexplained(grounds)
     doubts += _gaps(grounds)
@@ -182,12 +188,26 @@ def _one_way(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
     return [Reason("one_way", text, "run a scenario that opens and closes the plate")]
 
 
+def _not_seen(judged: Sequence[Number], grounds: Grounds) -> list[Reason]:
+    """Return a doubt where the plate slid slowly over a small part of its way: T_st may be another elsewhere."""
+    of = [number for number in judged if number.id in OF_SLOW_FRICTION]
+    if not of or grounds.seen >= ENOUGH:
+        return []
+    text = (
+        f"{grounds.seen:.0%} of the way was slid over slowly in both directions, at least {ENOUGH:.0%} is needed: "
+        f"{'; '.join(_sentence(number) for number in of)}, at those places alone"
+    )
+    return [Reason("places_not_seen", text, "run a scenario with slow ramps over the whole way, as friction_check")]
+
+
 def _undecided(judged: Sequence[Number], grounds: Grounds) -> list[Reason]:
     reasons = []
     uneven = any(remark.id == "uneven_way" for remark in grounds.remarks)
     for number in judged:
         if number.verdict is not UnitVerdict.INCONCLUSIVE:
             continue
+        if number.id in OF_SLOW_FRICTION and grounds.seen < ENOUGH:
+            continue  # said already
         text = _sentence(number)
         if number.id == "T_c" and grounds.fastest < grounds.far:
             text = f"the plate never passed 2.15 omega_s ({grounds.fastest:.1f} of {grounds.far:.1f} rad/s)"

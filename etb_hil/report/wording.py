@@ -75,6 +75,11 @@ UNIT_REASONS = {
         "Run a scenario with fast dashes through limp-home, as friction_check has them.",
         True,
     ),
+    "places_not_seen": Wording(
+        "Break-away friction was measured at a small part of the plate's way; it may be another elsewhere.",
+        "Run a scenario with slow ramps over the whole way, as friction_check has them.",
+        True,
+    ),
     "one_way": Wording(
         "The plate was measured in one direction only; springs and friction look alike there.",
         "Run a scenario that opens and closes the plate, as friction_check does.",
