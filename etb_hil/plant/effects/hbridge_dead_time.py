@@ -6,7 +6,7 @@ import math
 
 from numba import njit
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
+from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, shape, strength
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.physics import Vector
 
@@ -14,7 +14,7 @@ _K = row("hbridge_dead_time")
 
 EFFECT = Effect(
     id="hbridge_dead_time",
-    equation="V_d i / (abs(i)^m + i_0^m)^(1/m); V_d = 2 t_d f_pwm U; none with the bridge off",
+    equation="V_d sign(i) (1 + y^-m)^(-1/m), y = (abs(i) / i_0)^(1 + q); V_d = 2 t_d f_pwm U; none with the bridge off",
     balance=Balance.VOLTAGE,
     parity=Parity.EVEN,
     parameters=(
@@ -27,6 +27,9 @@ EFFECT = Effect(
     look_alikes=("brush_drop", "supply_sag"),
     separated_by="duty staircase at two supply voltages and two PWM frequencies",
     source="Choi and Sul 1996 (inverter dead time)",
+    finer=(
+        finer("flatness", "1", -0.3, 1.5, "q: 0 in proportion about zero, more: the current is clamped there", 0.25),
+    ),
 )
 
 
@@ -38,6 +41,7 @@ def voltage(current: float, p: Vector) -> float:
     x = abs(current) / p[_K + 1]
     if x < 1e-9:
         return 0.0
+    y = math.pow(x, 1.0 + p[_K + 3]) if p[_K + 3] != 0.0 else x
     m = p[_K + 2]
-    share = x / math.pow(1.0 + math.pow(x, m), 1.0 / m)
+    share = math.pow(1.0 + math.pow(y, -m), -1.0 / m)
     return p[_K] * (share if current > 0.0 else -share)
