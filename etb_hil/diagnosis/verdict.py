@@ -57,7 +57,6 @@ def conclude(numbers: Sequence[Number], grounds: Grounds) -> tuple[UnitVerdict, 
     doubts = [
         *_poor_evidence(grounds, missing),
         *_one_way(grounds, missing),
-        *_not_seen(judged, grounds),
         *_undecided(judged, grounds),
     ]
     if not broken:
@@ -65,14 +64,15 @@ def conclude(numbers: Sequence[Number], grounds: Grounds) -> tuple[UnitVerdict, 
     doubts += _gaps(grounds)
     if grounds.withholding:  # numbers of another model's friction are no reasons
         return UnitVerdict.INCONCLUSIVE, (*withholding, *grounds.remarks)
+    said = (*_not_seen(judged, grounds), *grounds.remarks)
     if withholding:
-        return UnitVerdict.INCONCLUSIVE, (*withholding, *fails, *doubts, *grounds.remarks)
+        return UnitVerdict.INCONCLUSIVE, (*withholding, *fails, *doubts, *said)
     if fails:
-        return UnitVerdict.FAIL, (*fails, *doubts, *grounds.remarks)
+        return UnitVerdict.FAIL, (*fails, *doubts, *said)
     if doubts:
-        return UnitVerdict.INCONCLUSIVE, (*doubts, *grounds.remarks)
+        return UnitVerdict.INCONCLUSIVE, (*doubts, *said)
     words = "; ".join(_sentence(number) for number in judged)
-    return UnitVerdict.PASS, (Reason("within_limits", words, "none"), *grounds.remarks)
+    return UnitVerdict.PASS, (Reason("within_limits", words, "none"), *said)
 
 
 def _lost(coverage: Coverage) -> list[Reason]:
@@ -189,7 +189,7 @@ def _one_way(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
 
 
 def _not_seen(judged: Sequence[Number], grounds: Grounds) -> list[Reason]:
-    """Return a doubt where the plate slid slowly over a small part of its way: T_st may be another elsewhere."""
+    """Return a remark where the plate slid slowly over a small part of its way: T_st may be another elsewhere."""
     of = [number for number in judged if number.id in OF_SLOW_FRICTION]
     if not of or grounds.seen >= ENOUGH:
         return []
@@ -206,8 +206,6 @@ def _undecided(judged: Sequence[Number], grounds: Grounds) -> list[Reason]:
     for number in judged:
         if number.verdict is not UnitVerdict.INCONCLUSIVE:
             continue
-        if number.id in OF_SLOW_FRICTION and grounds.seen < ENOUGH:
-            continue  # said already
         text = _sentence(number)
         if number.id == "T_c" and grounds.fastest < grounds.far:
             text = f"the plate never passed 2.15 omega_s ({grounds.fastest:.1f} of {grounds.far:.1f} rad/s)"

@@ -155,13 +155,12 @@ def test_an_uneven_way_at_a_stop_is_not_taken_for_a_plate_that_was_too_slow():
 
 
 @pytest.mark.parametrize("shape", [{}, {"bump": 0.6, "bump_angle": 0.9, "bump_width": 0.3}], ids=["even", "broad"])
-def test_a_way_that_was_not_seen_slowly_does_not_pass(shape):
+def test_a_way_that_was_not_seen_slowly_is_said_beside_any_verdict(shape):
     unit = Unit(**shape)
     result = judged(unit, made=sinusoid(unit))
-    assert (result.verdict, ids(result)[0]) == (UnitVerdict.INCONCLUSIVE, "places_not_seen")
-    assert result.number("T_st").verdict is UnitVerdict.INCONCLUSIVE
-    assert result.number("return_margin").verdict is UnitVerdict.INCONCLUSIVE
-    assert "friction_check" in result.reasons[0].next_step
+    (said,) = (reason for reason in result.reasons if reason.id == "places_not_seen")
+    assert "T_st" in said.text
+    assert "friction_check" in said.next_step
 
 
 def test_no_value_lies_outside_its_own_interval():
