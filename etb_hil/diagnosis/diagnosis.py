@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -201,6 +201,8 @@ class Diagnosis:
             complete=complete,
         )
         verdict, reasons = conclude(numbers, grounds)
+        if withheld:  # no number tells of a unit whose bench told nothing
+            numbers = tuple(replace(number, verdict=None) for number in numbers)
         series = plot_columns(assessment, widening) | break_away_columns(broken_away, fit)
         numbers = (*numbers, *uneven_numbers(way), *bump_numbers(series))
         start_ns = self._start_ns or 0

@@ -45,13 +45,18 @@ LOSSES = pytest.mark.parametrize("lost", [None, singly, scattered, in_stretches]
 
 
 def reasons(unit, sensed, lost=None):
-    """Return the reasons, by id, of a friction check of a unit, judged by what its bench knows."""
+    """Return the reasons, by id, of a friction check of a unit."""
+    return {reason.id: reason for reason in judged(unit, sensed, lost).reasons}
+
+
+def judged(unit, sensed, lost=None):
+    """Return the result of a friction check of a unit, judged by what its bench knows."""
     run, phases = friction_check(unit)
     samples = sensed(sense(unit, run, 1000, np.random.default_rng(1)))
     diagnosis = Diagnosis(bench_model(unit), LIMITS)
     for rows, kind in rows_of(samples, phases, 1000, keep=None if lost is None else lost(len(samples.time_ns))):
         diagnosis.push(rows, kind)
-    return {reason.id: reason for reason in diagnosis.finish().reasons}
+    return diagnosis.finish()
 
 
 def reversed_angle(samples):
@@ -96,3 +101,9 @@ def test_leads_that_are_swapped_are_not_told_from_a_reversed_angle():
 @pytest.mark.parametrize("unit", [Unit(), SLIPPERY], ids=["healthy", "slippery"])
 def test_an_angle_that_runs_the_right_way_is_never_reversed(unit, sensed, lost):
     assert "angle_reversed" not in reasons(unit, sensed, lost)
+
+
+def test_no_number_of_a_bench_that_is_wired_wrongly_passes_or_fails():
+    found = judged(Unit(), reversed_angle)
+    assert "angle_reversed" in {reason.id for reason in found.reasons}
+    assert [number.id for number in found.numbers if number.verdict is not None] == []
