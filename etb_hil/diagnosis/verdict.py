@@ -54,11 +54,7 @@ def conclude(numbers: Sequence[Number], grounds: Grounds) -> tuple[UnitVerdict, 
     withholding = [*_lost(grounds.coverage), *grounds.withholding]
     broken = _limits_broken(judged)
     fails = [*broken, *_locally(judged, grounds), *_stuck(grounds, missing)]
-    doubts = [
-        *_poor_evidence(grounds, missing),
-        *_one_way(grounds, missing),
-        *_undecided(judged, grounds),
-    ]
+    doubts = [*_poor_evidence(grounds, missing), *_one_way(grounds, missing), *_undecided(judged, grounds)]
     if not broken:
         doubts += _unexplained(grounds)
     doubts += _gaps(grounds)
