@@ -36,7 +36,7 @@ DRAWS = 100
 VARIANTS = ((), ("friction_asymmetry",), ("friction_asymmetry", "cogging_torque"))
 FLOOR = 1.2e-4  # m: free-run error of a true model on this record
 CUTOFF_HZ = 40.0
-MOVING = (0.0, 0.01, 0.05)  # m/s from which a row counts: all of them, away from reversals, where it runs
+MOVING = (0.0, 0.01, 0.05, 0.08)  # m/s from which a row counts: all of them, away from reversals, where it runs
 BAND_HZ = 100.0  # of the published filter: Butterworth, fourth order, forwards and backwards
 EVERY = 10  # of its rows
 
