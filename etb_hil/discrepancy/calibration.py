@@ -10,7 +10,14 @@ from numpy.typing import NDArray
 
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.fit import Fit, Residual, fit_of, gauss_newton
-from etb_hil.discrepancy.unknowns import Unknown, base_unknowns, effect_unknowns, nuisance_unknowns, start
+from etb_hil.discrepancy.unknowns import (
+    Unknown,
+    base_unknowns,
+    effect_unknowns,
+    measured_unknowns,
+    nuisance_unknowns,
+    start,
+)
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
@@ -66,7 +73,8 @@ def all_unknowns(model: Model, balances: Sequence[Balances]) -> list[Unknown]:
     vector = model.vector()
     for entry in model.effects:
         effect = CATALOGUE[entry.id]
-        found += effect_unknowns(effect, [float(vector[place]) for place in effect.indices], balances[0].load)
+        own = effect_unknowns(effect, [float(vector[place]) for place in effect.indices], balances[0].load)
+        found += measured_unknowns(own, effect, model)
     return found
 
 

@@ -72,7 +72,8 @@ def suspects(
     found = {id_: _shapes(effect, load) for id_, effect in CATALOGUE.items() if id_ not in out}
     for unknown in base:
         id_ = f"parameter:{MODEL_FILE_NAME.get(unknown.name, unknown.name)}"
-        if id_ not in out and unknown.name not in _TOO_SMALL and unknown.place < PARAMETERS:
+        is_suspect = id_ not in out and unknown.name not in _TOO_SMALL and not unknown.is_known
+        if is_suspect and unknown.place < PARAMETERS:
             found[id_] = [Candidate(id_, None, (), (), unknown.name)]
     return found
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from etb_hil.discrepancy import decision
+from etb_hil.discrepancy.byhand import found_by_hand, measured
 from etb_hil.discrepancy.findings import Findings, Round
 from etb_hil.discrepancy.floor import LEAST_ROWS
 from etb_hil.discrepancy.holdout import Holdout
@@ -34,6 +35,7 @@ def explanation(findings: Findings, holdout: Holdout | None) -> dict[str, Any]:
         "schema": SCHEMA,
         "verdict": findings.verdict,
         "causes": causes(findings, in_model),
+        "measured": measured(findings.model),
         "suspects": _suspects(findings),
         "unexplained": _unexplained(findings),
         "calibrated": _calibrated(findings, in_model),
@@ -80,7 +82,8 @@ def causes(findings: Findings, in_model: Vector | None = None) -> list[dict[str,
     """
     whole = findings.final.fit.whole if in_model is None else in_model
     numbers = {e.place: e for e in estimates(findings.final, findings.balances, findings.final_floor)}
-    found, left = [], 1.0
+    found = found_by_hand(findings)
+    left = 1.0 - sum(cause["share_of_error"] for cause in found)
     for each in findings.accepted:
         winner = each.winner
         found.append(

@@ -5,7 +5,7 @@ Plans are compared by the criterion that made the class; the best are then simul
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -17,6 +17,7 @@ from etb_hil.discrepancy.candidates import suspects
 from etb_hil.discrepancy.decision import class_margin
 from etb_hil.discrepancy.findings import Findings, Round
 from etb_hil.discrepancy.floor import group_means, weigh
+from etb_hil.discrepancy.handtest import HandTest, hand_test, unseen
 from etb_hil.discrepancy.naming import search
 from etb_hil.discrepancy.objections import LEAST_GAIN
 from etb_hil.discrepancy.planned import Plan, recorded
@@ -25,6 +26,7 @@ from etb_hil.discrepancy.rivals import alike
 from etb_hil.discrepancy.similarity import Projector
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED
+from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
 
 UNIT = "standard deviations of the sensors' noise"
@@ -75,26 +77,45 @@ def next_test(
             progress(f"trying {outlook.plan.name} as the next test")
             told = _promised(outlook, findings, found)
             best = told if best is None or told.worth > best.worth else best
-    return _said(found, best if best is not None and best.parted else None)
+        best = best if best is not None and best.parted else None
+    hand = None
+    left = found.alike if best is None else best.left
+    if plans and left and not any(b.measured.is_drive for b in findings.balances):
+        hand = hand_test(findings, found, None if best is None else best.plan, left, progress)
+    return _said(found, best, hand, findings.model)
 
 
-def _said(found: Round, best: Outlook | None) -> dict[str, Any]:
+def _said(found: Round, best: Outlook | None, hand: HandTest | None, model: Model) -> dict[str, Any]:
     first, rivals = found.winner.id, found.alike
     costs = {one.id: one.fit.cost for one in found.refined}
     # Whom the test parts least; where none does, or for those whom it does not, a hand has to.
-    rival = rivals[0] if best is None else min(best.parted, key=lambda id_: best.distances.get(id_, np.inf))
+    distances = {} if best is None else best.distances
+    left = list(rivals if best is None else best.left) if hand is None else list(hand.left)
+    parted = [id_ for id_ in rivals if id_ not in left]
+    rival = min(parted, key=lambda id_: distances.get(id_, np.inf), default=rivals[0])
     away = float(np.sqrt(max(costs[rival] - costs[first], 0.0))) if rival in costs else None
     expected = None
-    if best is not None:
-        value = best.distances.get(rival)
-        expected = {"value": value, "unit": UNIT, "parts": list(best.parted), "leaves": list(best.left)}
+    if parted:
+        expected = {"value": distances.get(rival), "unit": UNIT, "parts": parted, "leaves": left}
     return {
         "pair": [first, rival],
-        "says": _by_hand(first, rivals if best is None else best.left or [rival]),
+        "says": _by_hand(first, (left or [rival]) if parted else rivals),
         "separation_here": away,
         "expected_separation": expected,
         "scenario": None if best is None else best.plan.name,
+        "by_hand": [] if hand is None else _instruments(hand, model),
     }
+
+
+def _instruments(hand: HandTest, model: Model) -> list[dict[str, Any]]:
+    """Return what to do by hand, and the entries that it gives for a model file's `measured`."""
+    numbers = {one.name: one for one in hand.numbers}
+
+    def wanted(name: str) -> dict[str, Any]:
+        shaft = model.parameters[name].shaft if name in model.parameters else None
+        return {"name": name, "uncertainty": numbers[name].uncertainty, "unit": numbers[name].unit, "shaft": shaft}
+
+    return [{"do": one.how, "gives": [wanted(name) for name in one.gives]} for one in hand.instruments]
 
 
 def _by_hand(first: str, others: Sequence[str]) -> str:
@@ -117,12 +138,7 @@ def _compared(plan: Plan, findings: Findings, found: Round) -> Outlook:
     shapes = suspects(record, found.before.unknowns)
     members = [one for one in found.screened if one.candidate.id in {*found.alike} & {*shapes}]
     names = alike(replace(found, screened=members, refined=[found.winner]), record, healthy, shapes)
-    return _outlook(plan, found, [*names, *_unseen(found, shapes)], float(np.linalg.norm(shows)))
-
-
-def _unseen(found: Round, seen: Mapping[str, object]) -> list[str]:
-    """Return the effects of a class that are no suspects in a record: it excludes none of them."""
-    return [id_ for id_ in found.alike if id_ in CATALOGUE and id_ not in seen]
+    return _outlook(plan, found, [*names, *unseen(found, shapes)], float(np.linalg.norm(shows)))
 
 
 def _outlook(plan: Plan, found: Round, left: Iterable[str], shows: float) -> Outlook:
@@ -169,6 +185,6 @@ def _explained(compared: Outlook, findings: Findings, found: Round, truth: Refin
             away = {id_: float(np.sqrt(abs(cost - own))) for id_, cost in costs.items() if np.isfinite(own)}
             # Of two that stay beside each other it is the rival that the cause is not told from.
             left = [truth.id if id_ == found.winner.id else id_ for id_ in ids if id_ != truth.id]
-            left += _unseen(found, suspects([record], found.before.unknowns))
+            left += unseen(found, suspects([record], found.before.unknowns))
             return replace(_outlook(compared.plan, found, left, compared.shows), distances=away)
     return Outlook(compared.plan, (), tuple(found.alike), compared.shows)

@@ -18,12 +18,13 @@ _NOTHING = 1e-9
 
 
 class Projector:
-    """Takes out of a sensitivity (n) what the base parameters imitate."""
+    """Takes out of a sensitivity (n) what the base parameters imitate; one that was measured imitates nothing."""
 
     def __init__(self, calibration: Calibration) -> None:
         self.names = [u.name for u in calibration.unknowns]
         lengths = np.linalg.norm(calibration.columns, axis=0)
         self._seen = lengths > 1e-6 * max(float(lengths.max(initial=0.0)), 1e-12)
+        self._seen &= np.array([not u.is_known for u in calibration.unknowns])
         self._columns = calibration.columns[:, self._seen]
         self._lengths = lengths[self._seen]
         self._basis, self._triangle = np.linalg.qr(self._columns / self._lengths)

@@ -18,6 +18,7 @@ FIELDS = tuple(field.name for field in fields(ThrottleParameters))
 SLACK = 1.02  # of a tolerance: the noise is so low that a hair outside it would count
 WIDEST = 8.0  # tolerances that a parameter may leave its box by, when it is suspected itself
 _NEVER = ("gear_ratio", "supply_voltage", "voltage_limit", "back_emf")
+_MEASURED_AS = {"torque_per_ampere": ("torque_constant", "back_emf_constant"), "inertia": ("motor_inertia",)}
 _SKEW = 0.6  # of a sample period: what rows of one line are apart
 _ZERO = 0.01  # rad of the plate sensor
 
@@ -27,7 +28,8 @@ class Unknown:
     """A number that is fitted: `value = centre + scale * x` with `low <= x <= high`.
 
     It stands at `place` of the whole vector (extended parameters, then nuisances); what stands at `tied` moves with it
-    in proportion. `step` is x's step for a difference.
+    in proportion. `step` is x's step for a difference. `is_known`: it was measured by hand, so that it imitates nothing
+    and is no suspect; its box is that measurement's uncertainty.
     """
 
     name: str
@@ -38,6 +40,7 @@ class Unknown:
     high: float
     step: float = 0.05
     tied: int = -1
+    is_known: bool = False
 
     def put(self, whole: Vector, x: float) -> None:
         """Set the value in a whole vector, in place."""
@@ -75,7 +78,9 @@ def base_unknowns(model: Model) -> list[Unknown]:
         half = model.tolerance(name) if name not in _NEVER else 0.0
         if half > 0.0:
             tied = BACK_EMF if index == TORQUE_PER_AMPERE else -1
-            found.append(Unknown(name, index, getattr(model.values, name), half, -SLACK, SLACK, tied=tied))
+            is_known = any(one in model.measured for one in _MEASURED_AS.get(name, (name,)))
+            centre = getattr(model.values, name)
+            found.append(Unknown(name, index, centre, half, -SLACK, SLACK, tied=tied, is_known=is_known))
     return found
 
 
@@ -103,6 +108,26 @@ def effect_unknowns(effect: Effect, values: Iterable[float], load: float = 1.0) 
             scale = parameter.scale or max(0.25 * abs(value), 0.02 * (parameter.high - parameter.low))
         name = f"{effect.id}.{parameter.name}"
         found.append(Unknown(name, place, 0.0, scale, size * parameter.low / scale, size * parameter.high / scale, 0.1))
+    return found
+
+
+def measured_unknowns(unknowns: Iterable[Unknown], effect: Effect, model: Model) -> list[Unknown]:
+    """Return an effect's unknowns beside what was measured of it: a measured strength stays in its uncertainty.
+
+    A strength that was not measured stays as it is, and so do the shapes of what is not there.
+    """
+    own = {name: one for name, one in model.measured.items() if one.is_of_effect and one.id == effect.id}
+    if not own:
+        return list(unknowns)
+    is_there = any(one.is_off for one in own.values())
+    strengths = {effect.indices[k] for k in effect.strengths}
+    found = []
+    for unknown in unknowns:
+        if unknown.name in own and own[unknown.name].uncertainty > 0.0:
+            one = own[unknown.name]
+            found.append(Unknown(one.name, unknown.place, one.value, one.uncertainty, -SLACK, SLACK, is_known=True))
+        elif is_there and unknown.place not in strengths:
+            found.append(unknown)
     return found
 
 

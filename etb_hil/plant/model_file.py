@@ -14,6 +14,7 @@ from pydantic import Field, create_model
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.quantity import Angle, Current, Temperature, TemperatureCoefficient, Voltage, parse_quantity
 from etb_hil.base.yamlfile import Document, FileModel, load
+from etb_hil.plant.measured import Measured, measured_parameter, with_measured
 from etb_hil.plant.model_check import (
     ParameterRangeWarning,
     impossible,
@@ -66,6 +67,17 @@ class EffectEntry(FileModel):
     strengths: dict[str, str | float] = Field(default_factory=dict)
 
 
+class MeasuredEntry(FileModel):
+    """A number of this unit that was measured by hand."""
+
+    value: Annotated[str | float, Field(description="as measured, with its unit; of an effect that is not there 0")]
+    uncertainty: Annotated[
+        str | float,
+        Field(description="how far at most the true value may be off: an amount; of a parameter also a share"),
+    ]
+    source: Annotated[Text, Field(description="how it was measured")]
+
+
 if TYPE_CHECKING:
 
     class ParameterTable(FileModel):
@@ -93,6 +105,10 @@ class ModelFile(FileModel):
     parameters: ParameterTable
     sensors: Sensors
     effects: list[EffectEntry] = Field(default_factory=list)
+    measured: Annotated[
+        dict[str, MeasuredEntry],
+        Field(description="numbers of one unit, by the name of the parameter or as <effect>.<strength>"),
+    ] = Field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,15 +119,19 @@ class ModelContent:
     parameters: Mapping[str, Parameter]
     sensors: Sensors
     effects: tuple[EffectEntry, ...]
+    measured: Mapping[str, Measured]
 
 
 def read_model_file(path: Path) -> ModelContent:
     """Read and check a model file; InputError lists the problems, `ParameterRangeWarning` what is unusual."""
     document = load(path, ModelFile)
     parameters = _parameters(document)
+    measured = _measured(document, parameters)
     problems = [
-        dataclasses.replace(problem, place=document.place("parameters", name, "value"))
-        for name, problem in impossible(parameters).items()
+        dataclasses.replace(
+            problem, place=document.place("measured" if name in measured else "parameters", name, "value")
+        )
+        for name, problem in impossible(with_measured(parameters, measured)).items()
     ]
     if not problems and (problem := motor_constants_differ(parameters)):
         problems.append(dataclasses.replace(problem, place=document.place("parameters", "back_emf_constant", "value")))
@@ -120,7 +140,7 @@ def read_model_file(path: Path) -> ModelContent:
         raise InputError(*problems)
     _warn_of_ranges(document, parameters)
     content = document.content
-    return ModelContent(content.name, parameters, content.sensors, tuple(content.effects))
+    return ModelContent(content.name, parameters, content.sensors, tuple(content.effects), measured)
 
 
 def _parameters(document: Document[ModelFile]) -> dict[str, Parameter]:
@@ -170,6 +190,34 @@ def _tolerance(text: str | float, dimension: str) -> Tolerance:
     if amount < 0.0:
         raise ValueError("a tolerance is not negative")
     return Tolerance(amount, is_relative)
+
+
+def _measured(document: Document[ModelFile], parameters: Mapping[str, Parameter]) -> dict[str, Measured]:
+    found, problems = {}, []
+    for name, entry in document.content.measured.items():
+        try:
+            found[name] = _one_measured(name, entry, parameters)
+        except ValueError as error:
+            problems.append(Problem(str(error), document.place("measured", name), value=entry.value))
+    if "torque_constant" in found and "back_emf_constant" in found:
+        what = "K_e and K_t are one number of one motor"
+        problems.append(Problem(what, document.place("measured", "back_emf_constant"), remedy="give one of them"))
+    if problems:
+        raise InputError(*problems)
+    return found
+
+
+def _one_measured(name: str, entry: MeasuredEntry, parameters: Mapping[str, Parameter]) -> Measured:
+    if name in parameters:
+        dimension = KINDS[name].dimension
+        value = parse_quantity(entry.value, dimension)
+        uncertainty = _tolerance(entry.uncertainty, dimension).half_width(value)
+        if uncertainty >= abs(value) and not KINDS[name].may_be_zero:
+            raise ValueError("the uncertainty reaches zero")
+        return measured_parameter(parameters[name], value, uncertainty)
+    from etb_hil.plant.effects.entries import measured_strength  # noqa: PLC0415 (numba comes only where there are effects)
+
+    return measured_strength(name, entry.value, entry.uncertainty)
 
 
 def _wrong_effects(document: Document[ModelFile]) -> list[Problem]:

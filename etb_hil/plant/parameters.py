@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError, Problem
+from etb_hil.plant.measured import Measured, with_measured
 from etb_hil.plant.model_check import impossible
 from etb_hil.plant.model_file import EffectEntry, Sensors, read_model_file
 from etb_hil.plant.parameter import Parameter, referred
@@ -26,13 +27,29 @@ _DRAWS = 1000
 
 @dataclass(frozen=True)
 class Model:
-    """A throttle as a model file states it, or as drawn from one; a linear drive has N for N·m, and m for rad."""
+    """A throttle as a model file states it, or as drawn from one; a linear drive has N for N·m, and m for rad.
+
+    What was measured of it is in its parameters and effects already; `measured` says what that was.
+    """
 
     name: str
     parameters: Mapping[str, Parameter]
     sensors: Sensors
     effects: tuple[EffectEntry, ...] = ()
     is_linear: bool = False
+    measured: Mapping[str, Measured] = field(default_factory=dict)
+
+    def knowing(self, numbers: Iterable[Measured]) -> Model:
+        """Return the model of one unit of which these numbers were measured, too."""
+        new = {one.name: one for one in numbers}
+        strengths = {entry.id: dict(entry.strengths) for entry in self.effects}
+        for one in new.values():
+            if one.is_of_effect:
+                value = one.value if one.unit == "1" else f"{one.value:.9g} {one.unit}"
+                strengths.setdefault(one.id, {})[one.name.partition(".")[2]] = value
+        effects = tuple(EffectEntry(id=id_, strengths=its) for id_, its in strengths.items())
+        parameters = with_measured(self.parameters, new)
+        return replace(self, parameters=parameters, effects=effects, measured={**self.measured, **new})
 
     @property
     def values(self) -> ThrottleParameters:
@@ -95,4 +112,5 @@ def load_model(path: Path) -> Model:
     outside table I of the seed paper.
     """
     content = read_model_file(path)
-    return Model(content.name, content.parameters, content.sensors, content.effects)
+    stated = Model(content.name, content.parameters, content.sensors, content.effects)
+    return stated.knowing(content.measured.values()) if content.measured else stated

@@ -116,12 +116,22 @@ def _further(found: dict[str, Any]) -> list[str]:
     ]
     if says := found.get("unexplained", {}).get("says"):
         sentences.append(f"{says[0].upper()}{says[1:]}.")
+    if known := [_known(one) for one in found.get("measured", [])]:
+        sentences.append(f"Measured by hand, and so no suspect: {'; '.join(known)}.")
     sentences += [
         f"{one['recording']} tells {_words(one['effect'])} from {', '.join(map(_words, one['tells_from']))}."
         for one in found.get("told_apart_by_others", [])
     ]
     sentences += [f"{one['effect']} in {one['recording']}: {one['says']}." for one in found.get("transfer", [])]
     return sentences + [f"{one['these']}: {one['says']}" for one in found["confounded"]]
+
+
+def _known(one: dict[str, Any]) -> str:
+    """Return a number that was measured, and what the model file states without it where that is off."""
+    unit = "" if one["unit"] == "1" else f" {one['unit']}"
+    off = f", {one['stated']:.3g} stated within {one['tolerance']:.2g}" if one["is_cause"] else ""
+    name = one["name"].replace("_", " ").replace(".", ": ")
+    return f"{name} {one['value']:.4g} +- {one['uncertainty']:.2g}{unit}{off}"
 
 
 def _cause(cause: dict[str, Any], *, is_followed: bool) -> dict[str, Any]:
@@ -238,15 +248,29 @@ def _friction(found: dict[str, Any]) -> list[dict[str, str]]:
 
 
 def _next_test(found: dict[str, Any]) -> str:
-    """Return what to do about what is open: the scenario with what it tells, and what is left to a hand."""
+    """Return what to do about what is open: what to measure, the scenario with what both tell, and what stays."""
     test = found.get("next_test") or {}
     expected = test.get("expected_separation")
     if not expected:
         return str(test.get("says", ""))
     parts, leaves = (", ".join(_words(id_) for id_ in expected[key]) for key in ("parts", "leaves"))
-    says = f"run {test['scenario']} (next_test.yaml) on the same unit and explain its record and then these "
-    says += f"(etb-hil explain NEW THESE --same-unit): they tell {_words(test['pair'][0])} from {parts}."
+    steps = []
+    if hand := test.get("by_hand"):
+        steps = [f"{one['do']} ({', '.join(map(_wanted, one['gives']))})" for one in hand]
+        steps.append("write these numbers into the model file under 'measured'")
+    if test["scenario"]:
+        run = f"run {test['scenario']} (next_test.yaml) on the same unit and explain its record and then these "
+        steps.append(f"{run}(etb-hil explain NEW THESE --same-unit)")
+    else:
+        steps.append("explain these data again")
+    says = f"{'; '.join(steps)}: they tell {_words(test['pair'][0])} from {parts}."
     return f"{says} Still open then: {leaves}; {test['says']}." if leaves else says
+
+
+def _wanted(number: dict[str, Any]) -> str:
+    unit = "" if number["unit"] == "1" else f" {number['unit']}"
+    shaft = f" at the {number['shaft']} shaft" if number["shaft"] else ""
+    return f"{number['name']} within {number['uncertainty']:.2g}{unit}{shaft}"
 
 
 def _judged(found: dict[str, Any]) -> list[str]:

@@ -9,6 +9,7 @@ from etb_hil.base.quantity import tidy_unit
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.effect import Effect, EffectParameter
 from etb_hil.plant.effects.layout import PLATE_INERTIA, extended
+from etb_hil.plant.measured import Measured
 from etb_hil.plant.physics import Vector
 
 
@@ -42,6 +43,22 @@ def parsed(value: str | float, parameter: EffectParameter) -> float:
     if tidy_unit(unit or "1") != tidy_unit(parameter.unit):
         raise ValueError(f"its unit is {parameter.unit}")
     return float(number)
+
+
+def measured_strength(name: str, value: str | float, uncertainty: str | float) -> Measured:
+    """Return what was measured of an effect's strength, `<effect>.<strength>`; ValueError says what is wrong."""
+    effect = CATALOGUE.get(name.partition(".")[0])
+    known = {} if effect is None else {f"{effect.id}.{p.name}": p for p in effect.stated if p.is_strength}
+    if name not in known:
+        allowed = ", ".join(known) or "a parameter's name, or <effect>.<strength>"
+        raise ValueError(f"'{name}' is nothing that could be measured; allowed: {allowed}")
+    parameter = known[name]
+    number, width = parsed(value, parameter), parsed(uncertainty, parameter)
+    if not parameter.low <= number <= parameter.high:
+        raise ValueError(f"{name} is {parameter.low:g} to {parameter.high:g} {parameter.unit}")
+    if width < 0.0:
+        raise ValueError("an uncertainty is not negative")
+    return Measured(name, number, width, parameter.unit, 0.0, 0.0)
 
 
 def written(number: float, parameter: EffectParameter) -> str | float:

@@ -46,30 +46,33 @@ class Separability:
         return not self.look_alikes and not self.parameters
 
 
-def separability(case):
-    """One `Separability` for each hidden effect or wrong parameter of a case."""
+def separability(case, known=()):
+    """One `Separability` for each hidden effect or wrong parameter of a case.
+
+    `known`: base parameters and effects whose numbers were measured by hand: they imitate nothing.
+    """
     columns = Sensitivities(case.rig, case.about["view"], case.sensors)
     parameters = columns.of_parameters()
-    return tuple(_judge(case, entry, columns, parameters) for entry in case.truth["effects"])
+    return tuple(_judge(case, entry, columns, parameters, known) for entry in case.truth["effects"])
 
 
-def sealed(case):
+def sealed(case, known=()):
     """The truth of a case together with what can be told apart in it, as plain values."""
-    return {**case.truth, "separability": [asdict(verdict) for verdict in separability(case)]}
+    return {**case.truth, "separability": [asdict(verdict) for verdict in separability(case, known)]}
 
 
-def _judge(case, entry, columns, parameters):
+def _judge(case, entry, columns, parameters, known):
     name = entry["effect"]
     if name in at.ROW:
         own_row = case.effects[at.ROW[name]]
-        own, base = columns.of_effect(name, own_row), _Base(parameters)
+        own, base = columns.of_effect(name, own_row), _Base(parameters, without=known)
     else:
         wrong = name.removeprefix("parameter:")
         own_row = None
-        own, base = parameters[wrong] * _beyond_tolerance(entry["strength"]), _Base(parameters, without=wrong)
+        own, base = parameters[wrong] * _beyond_tolerance(entry["strength"]), _Base(parameters, without=(wrong, *known))
     rest = base.projected_out(own)
     kept = float(np.linalg.norm(rest) / max(np.linalg.norm(own), 1e-12))
-    rivals = [rival for rival in at.CATALOGUE if rival != name and kept > _NOTHING_LEFT]
+    rivals = [rival for rival in at.CATALOGUE if rival not in (name, *known) and kept > _NOTHING_LEFT]
     unit_rest = rest / max(np.linalg.norm(rest), 1e-12)
     cosines = {rival: _cosine(case, name, rival, own_row, columns, base, unit_rest) for rival in rivals}
     return Separability(
@@ -164,8 +167,8 @@ def _within_tolerances(rig, own, base):
 class _Base:
     """Sensitivities of the base parameters, ready to be taken out of others."""
 
-    def __init__(self, parameters, without=None):
-        self.names = [name for name in parameters if name != without]
+    def __init__(self, parameters, without=()):
+        self.names = [name for name in parameters if name not in without]
         self._basis, self._triangle = np.linalg.qr(np.stack([parameters[name] for name in self.names], axis=1))
         self._lengths = np.linalg.norm(self._triangle, axis=0)
 

@@ -1,0 +1,152 @@
+"""Numbers measured by hand: no suspects, no imitators, causes where they are off, and part of a next test."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from synthetic import MODEL, measurement
+
+from etb_hil.base.modes import Mode
+from etb_hil.discrepancy.balances import Balances
+from etb_hil.discrepancy.calibration import calibrate
+from etb_hil.discrepancy.explanation import explanation
+from etb_hil.discrepancy.hands import INSTRUMENTS
+from etb_hil.discrepancy.handtest import hand_test
+from etb_hil.discrepancy.naming import search
+from etb_hil.discrepancy.nexttest import next_test
+from etb_hil.discrepancy.planned import Plan
+from etb_hil.discrepancy.similarity import Projector
+from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.effects.entries import measured_strength
+from etb_hil.plant.measured import measured_parameter
+from etb_hil.plant.model_check import impossible
+from etb_hil.plant.physics import RESISTANCE
+from etb_hil.report.explain_report import write_explanation
+
+
+def read(name, value, share):
+    return measured_parameter(MODEL.parameters[name], value, share * abs(value))
+
+
+@pytest.fixture(scope="module")
+def hot():
+    """A unit whose winding has 1.4 times the resistance that its model states."""
+    p = MODEL.vector()
+    p[RESISTANCE] *= 1.4
+    return measurement(p, seed=5), p[RESISTANCE]
+
+
+@pytest.fixture(scope="module")
+def known(hot):
+    measured, resistance = hot
+    model = MODEL.knowing([read("resistance", 1.003 * resistance, 0.005)])
+    return search(model, [Balances(measured, model)])
+
+
+def test_a_number_that_was_measured_off_is_the_cause_and_nothing_is_like_it(known, hot):
+    assert known.verdict == "explained"
+    assert known.accepted == []
+    answer = explanation(known, None)
+    (cause,) = answer["causes"]
+    assert (cause["effect"], cause["class"]) == ("parameter:resistance", [])
+    assert cause["share_of_error"] > 0.8
+    low, high = cause["parameters"]["resistance"]["interval"]
+    assert low < hot[1] < high
+    assert answer["next_test"] is None
+
+
+def test_a_measured_number_moves_inside_its_uncertainty_alone(known, hot):
+    fitted = known.final.fit.whole[RESISTANCE]
+    assert abs(fitted - 1.003 * hot[1]) < 0.0052 * hot[1]
+    assert fitted == pytest.approx(hot[1], rel=0.003)
+
+
+def test_a_measured_number_is_no_suspect(known):
+    assert "parameter:resistance" not in {one.candidate.id for one in known.rounds[0].screened}
+
+
+def test_a_number_that_agrees_with_the_model_is_no_cause():
+    agrees = MODEL.knowing([read("coulomb", MODEL.parameters["coulomb"].value, 0.01)])
+    found = search(agrees, [Balances(measurement(MODEL.vector(), seed=4), agrees)])
+    assert found.verdict == "adequate"
+    assert explanation(found, None)["causes"] == []
+
+
+def test_a_measured_number_imitates_nothing():
+    measured = measurement(MODEL.vector(), seed=3)
+    model = MODEL.knowing([read("resistance", MODEL.values.resistance, 0.01)])
+    for its, least in ((MODEL, 0.0), (model, 0.5)):
+        found = calibrate(its, [Balances(measured, its)], rounds=1)
+        column = found.columns[:, [u.name for u in found.unknowns].index("resistance")]
+        left = np.linalg.norm(Projector(found).rest(column)) / np.linalg.norm(column)
+        assert left >= least
+        assert (left < 1e-6) == (its is MODEL)
+
+
+def test_an_effect_that_was_measured_not_to_be_there_is_no_suspect_and_stays_where_it_was_read():
+    gain = measured_strength("current_sensor_gain.gain_error", 0.0, 0.005)
+    model = MODEL.knowing([gain])
+    p = MODEL.vector()
+    p[CATALOGUE["cogging_torque"].indices[0]] = 0.03
+    p[CATALOGUE["cogging_torque"].indices[2]] = 7.0
+    found = search(model, [Balances(measurement(p, seed=5), model)])
+    assert found.accepted[0].winner.id == "cogging_torque"
+    assert "current_sensor_gain" not in {one.candidate.id for one in found.accepted[0].screened}
+    assert abs(found.final.fit.whole[CATALOGUE["current_sensor_gain"].indices[0]]) <= 0.0051
+
+
+def test_the_report_says_what_was_measured(known, tmp_path):
+    page = write_explanation(explanation(known, None) | {"confounded": []}, None, tmp_path).read_text("utf-8")
+    assert "Measured by hand, and so no suspect: resistance" in page
+
+
+@pytest.fixture(scope="module")
+def open_class():
+    p = MODEL.vector()
+    p[CATALOGUE["cogging_torque"].indices[0]] = 0.03
+    p[CATALOGUE["cogging_torque"].indices[2]] = 7.0
+    found = search(MODEL, [Balances(measurement(p, seed=5), MODEL)])
+    first = replace(found.accepted[0], alike=["parameter:coulomb"], refined=[found.accepted[0].winner])
+    return replace(found, rounds=[first, *found.rounds[1:]], verdict="ambiguous")
+
+
+def test_a_hand_measures_what_is_open_and_is_promised_to_settle_it_if_the_answer_would(open_class, monkeypatch):
+    hand = hand_test(open_class, open_class.accepted[0], None, ["parameter:coulomb"], lambda _: None)
+    assert {one.name for one in hand.numbers} == {"coulomb", "stiction"}
+    assert hand.left == ()
+    monkeypatch.setattr("etb_hil.discrepancy.handtest.search", lambda *_, **__: replace(open_class))
+    assert hand_test(open_class, open_class.accepted[0], None, ["parameter:coulomb"], lambda _: None) is None
+
+
+def test_the_next_test_says_what_to_measure_and_how_well(open_class, monkeypatch, tmp_path):
+    answered = replace(open_class.accepted[0], alike=[])
+    settled = replace(open_class, rounds=[answered], verdict="explained")
+    monkeypatch.setattr("etb_hil.discrepancy.handtest.search", lambda *_, **__: settled)
+    count = 4000
+    held = np.full(count, MODEL.values.limp_home + 0.3)
+    rest = Plan("rest", np.full(count, int(Mode.POSITION)), held, np.zeros(count), np.zeros(count))
+    test = next_test(open_class, [rest])
+    assert test["scenario"] is None
+    assert test["expected_separation"]["leaves"] == []
+    (friction,) = test["by_hand"]
+    assert [one["name"] for one in friction["gives"]] == ["coulomb", "stiction"]
+    assert friction["gives"][0]["uncertainty"] == pytest.approx(0.03 * MODEL.parameters["coulomb"].value, rel=0.2)
+    assert friction["gives"][0]["shaft"] == "motor"
+    answer = explanation(open_class, None) | {"confounded": [], "next_test": test}
+    page = write_explanation(answer, None, tmp_path).read_text("utf-8")
+    assert "coulomb within 0.00025 N·m at the motor shaft" in page
+    assert "under &#39;measured&#39;; explain these data again: they tell cogging torque from wrong coulomb." in page
+
+
+def test_what_instruments_give_can_be_entered():
+    for name, uncertainty in ((name, width) for one in INSTRUMENTS for name, width in one.gives.items()):
+        assert uncertainty > 0.0
+        if "." in name:
+            effect = CATALOGUE[name.partition(".")[0]]
+            parameter = next(one for one in effect.stated if name == f"{effect.id}.{one.name}")
+            unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+            numbers = [0.0, uncertainty] if not unit else [f"0{unit}", f"{uncertainty}{unit}"]
+            assert not measured_strength(name, *numbers).is_off
+        else:
+            known = MODEL.knowing([read(name, MODEL.parameters[name].value, uncertainty)])
+            assert not impossible(known.parameters)
