@@ -1,4 +1,8 @@
-"""Velocity from an angle: the robust exact differentiator of Levant (1998), compiled."""
+"""Velocity from an angle: the robust exact differentiator of Levant (1998), compiled.
+
+In units of its own reach and of a step of time it has no gains left that change: nothing is multiplied where each
+sample waits for the one before.
+"""
 
 from __future__ import annotations
 
@@ -10,35 +14,33 @@ from numba import njit
 _PROPORTIONAL = 1.5
 _INTEGRAL = 1.1
 
+_NEAR = _INTEGRAL / _PROPORTIONAL**2  # the error that one step makes up for, in units of the reach
+_QUARTER = 0.25  # the square of half the root's slope, likewise
+
 
 @njit(cache=True, error_model="numpy", inline="always")
-def reaches(dt: float, bound: float) -> tuple[float, float, float]:
-    """Return what `differentiate` needs of a step of dt in s, where acceleration stays within `bound` rad/s^2.
+def reach(dt: float, bound: float) -> float:
+    """Return the unit in rad of what `differentiate` takes and gives, at steps of dt in s.
 
-    The error that one step makes up for, half the slope of the root's law, and its square, as they enter there.
+    `bound` rad/s^2 that the acceleration stays within.
     """
-    half = 0.5 * dt * _PROPORTIONAL * math.sqrt(bound)
-    return dt * dt * _INTEGRAL * bound, half, half * half
+    slope = _PROPORTIONAL * dt
+    return slope * slope * bound
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def differentiate(away: float, per_dt: float, near: float, half: float, square: float) -> tuple[float, float, float]:
-    """Return the error that is left in rad, in two parts, first less second, and a change of velocity in rad/s.
+def differentiate(away: float) -> tuple[float, float, float]:
+    """Return the error that is left, in two parts, first less second, and the change of the way per step.
 
-    `away` is how far the measured angle is from the predicted one; `per_dt` the inverse of the step in s; `near`,
-    `half` and `square` are those of `reaches`. The sign is taken at the end of the step (implicit discretisation, Acary
-    and Brogliato 2010), which solves for the error that is left: no chattering about an exact signal. Within `near` it
-    is exactly zero, where no step waits for a root: that is worth a branch, even one that noise makes a processor guess
-    wrongly. In two parts, because the next step has other things to add up while it waits for the root in the second.
+    `away` is how far the measured angle is from the predicted one; all in units of `reach`. The sign is taken at the
+    end of the step (implicit discretisation, Acary and Brogliato 2010), which solves for the error that is left: no
+    chattering about an exact signal. Near zero it is exactly zero, where no step waits for a root: that is worth a
+    branch, even one that noise makes a processor guess wrongly. In two parts, because the next step has other things to
+    add up while it waits for the root in the second.
     """
     size = abs(away)
-    if size <= near:
-        made_up = math.copysign(square + square, away)
-        return made_up, made_up, away * per_dt
-    under = size - (near - square)
-    # (root - half)^2 = (under + square) - 2 half root
-    return (
-        math.copysign(under + square, away),
-        math.copysign(half + half, away) * math.sqrt(under),
-        math.copysign(near * per_dt, away),
-    )
+    if size <= _NEAR:
+        return 0.0, 0.0, away
+    under = size - (_NEAR - _QUARTER)
+    # (root - 1/2)^2 = (under + 1/4) - root
+    return math.copysign(under + _QUARTER, away), math.copysign(math.sqrt(under), away), math.copysign(_NEAR, away)

@@ -91,12 +91,12 @@ def gains_of(dt: float, bound: float, tuning: Float64, is_noisy: bool, switches:
 
 @njit(cache=True, error_model="numpy", inline="always")
 def filtered(
-    torque: float, first: float, second: float, third: float, share: float, last_share: float
+    taken: float, first: float, second: float, third: float, share: float, last_share: float
 ) -> tuple[float, float, float]:
-    """Return the three poles' torques in N·m a step later."""
-    first += share * (torque - first)
-    second += share * (first - second)
-    return first, second, third + last_share * (second - third)
+    """Return the three poles' torques in N·m a step later; the first takes `taken`, its share of a torque."""
+    first = (1.0 - share) * first + taken
+    second = (1.0 - share) * second + share * first
+    return first, second, (1.0 - last_share) * third + last_share * second
 
 
 @njit(cache=True, error_model="numpy")

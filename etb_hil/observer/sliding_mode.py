@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numba import njit
 
-from etb_hil.observer.differentiator import differentiate, reaches
+from etb_hil.observer.differentiator import differentiate, reach
 from etb_hil.observer.estimate import Estimate, SensorNoise
 from etb_hil.observer.gains import (
     FINDING_S,
@@ -36,9 +36,9 @@ from etb_hil.recording.samples import Float64, Int64
 # Whether the sign switches, whether it is integrated. None, not False: numba compiles each law apart, so that none has
 # to keep the others' values.
 _EXPLICIT, _IMPLICIT, _SUPER_TWISTING = (True, None), (None, None), (None, True)
-_SEEN, _LEFT, _PULL, _VELOCITY, _OBSERVED, _INTEGRAL, _FIRST, _SECOND, _THIRD, _AGE, _CURRENT, _STEP = range(12)
-_RUNNING, _BOUND, _CHOSEN_FOR, _FINDING = 12, 13, 14, 15
-_STATES = 16
+_SEEN, _LEFT, _PULL, _WAY, _UNIT, _RATE, _VELOCITY, _ERROR, _INTEGRAL, _PACE, _BOUND, _CHOSEN_FOR = range(12)
+_FIRST, _SECOND, _THIRD, _AGE, _BEFORE, _STEP, _RUNNING, _FINDING = range(12, 20)
+_STATES = 20
 _LAST_NS, _DELAY_NS = 0, 1
 _NO_STEP = -(2**62)  # ns: none that ever comes
 
@@ -62,7 +62,7 @@ class _VelocityObserver:
         """Take samples, with the velocity (n) in rad/s where one is measured; see `Observer.push`."""
         velocity, friction = np.empty(len(time_ns)), np.empty(len(time_ns))
         delay_ns = np.empty(len(time_ns), np.int64)
-        _springs(angle, self._p, friction)  # stay there until a sample's turn comes
+        _known(current, angle, self._p, friction)  # stays there until a sample's turn comes
         state = (self._p, self._tuning, self._state, self._whole)
         _observe(time_ns, current, angle, measured_velocity, *state, *self._law, velocity, friction, delay_ns)
         return Estimate(time_ns, velocity, friction, delay_ns)
@@ -100,45 +100,67 @@ class SuperTwistingObserver(_VelocityObserver):
 def _hold(
     switches: bool | None,
     twists: bool | None,
-    observed: float,
-    integral: float,
     error: float,
-    velocity: float,
-    known: float,
-    dt: float,
-    per_dt: float,
-    nudge: float,
-    lift: float,
-    switching: float,
-    near: float,
-    half: float,
-    square: float,
+    free: float,
+    integral: float,
+    strongest: float,
+    held_unit: float,
+    per_held_unit: float,
 ) -> tuple[float, float, float]:
-    """Move the observed velocity by one step; return it, the integral, and the torque that held it where it was.
+    """Return the observed velocity's error after a step, the integral, and the velocity that was taken off.
 
-    `error` is how far it was off at the step's beginning, `velocity` the true one at its end. `nudge` is the velocity
-    in rad/s that a step gives a torque of 1 N·m, `lift` its inverse; `near`, `half` and `square` are the
-    differentiator's, which is super-twisting itself.
+    `error` was there at the step's beginning, `free` is there at its end if nothing is taken off; at most `strongest`
+    is. `integral` is that of the differentiator that super-twisting is, in units of its reach, `held_unit`. All
+    velocities are in one unit, whichever.
     """
-    free = observed + nudge * known
     if twists is not None:
-        level, pull, change = differentiate(velocity - (free + dt * integral), per_dt, near, half, square)
-        held = velocity - (level - pull)
+        level, pull, change = differentiate(free * per_held_unit + integral)
+        left = (level - pull) * held_unit
         # All that was injected: noise makes the proportional part lean to one side, and the integral makes up for it.
-        return held, integral + change, (free - held) * lift
+        return left, integral - change, free - left
     if switches is None:
-        torque = min(max((free - velocity) * lift, -switching), switching)
+        held = min(max(free, -strongest), strongest)
     else:
-        torque = math.copysign(switching, error) if error != 0.0 else 0.0
-    return free - nudge * torque, integral, torque
+        held = math.copysign(strongest, error) if error != 0.0 else 0.0
+    return free - held, integral, held
 
 
 @njit(cache=True, error_model="numpy")
-def _springs(angle: Float64, p: Float64, torque: Float64) -> None:
-    """Fill in the springs' torque in N·m, apart from all that waits for the sample before: several at a time."""
-    values = registers(p)
+def _known(current: Float64, angle: Float64, p: Float64, torque: Float64) -> None:
+    """Fill in half the motor's torque less the springs', in N·m: what waits for no other sample, several at a time."""
+    half_per_ampere, values = 0.5 * p[TORQUE_PER_AMPERE], registers(p)
     for k in range(len(angle)):
-        torque[k] = spring_torque(angle[k], values)
+        torque[k] = half_per_ampere * current[k] - spring_torque(angle[k], values)
+
+
+@njit(cache=True, error_model="numpy")
+def _choose(
+    bound: float, s: Float64, p: Float64, tuning: Float64, given: Float64 | None, switches: bool | None
+) -> tuple[float, ...]:
+    """Choose gains for a bound in N·m and for the step; return what hangs on them.
+
+    The delay in ns; the filter's shares, and what it takes of the velocity that holds; the velocity that a torque of
+    1 N·m gives in a step, and the one that M gives; the units of velocities in rad/s and of angles in 1/rad; that of
+    super-twisting, and its inverse; how many of the new units the former ones are, of angles, velocities and the
+    integral: one, to the bit, where they have not changed.
+    """
+    s[_CHOSEN_FOR] = followed(bound, s[_CHOSEN_FOR])
+    dt, chosen_for, per_inertia = s[_STEP], s[_CHOSEN_FOR], 1.0 / p[INERTIA]
+    switching, delay, share, last_share = gains_of(dt, chosen_for, tuning, given is None, switches is not None)
+    half_steps = (2.0 if given is None else 1.0) + (0.0 if switches is None else 1.0)
+    unit = reach(dt, (tuning[STRONGEST] if s[_FINDING] > 0.0 else switching) * per_inertia)
+    rate = unit / dt if given is None else 1.0
+    nudge = dt * per_inertia / rate
+    held_unit = reach(dt, 2.0 * chosen_for * per_inertia / (delay + dt)) / rate
+    late_ns, pace = int(1e9 * (delay + 0.5 * half_steps * dt) + 0.5), held_unit * rate / dt
+    angles, velocities, integrals = s[_UNIT] / unit, s[_RATE] / rate, s[_PACE] / pace
+    s[_UNIT], s[_RATE], s[_PACE] = unit, rate, pace
+    # fmt: off
+    return (
+        late_ns, share, last_share, share / nudge, nudge, nudge * switching, rate, 1.0 / unit, held_unit,
+        1.0 / held_unit, angles, velocities, integrals,
+    )
+    # fmt: on
 
 
 @njit(cache=True, error_model="numpy")
@@ -157,90 +179,67 @@ def _observe(
     friction: Float64,
     delay_ns: Int64,
 ) -> None:
-    half_per_ampere, per_inertia = 0.5 * p[TORQUE_PER_AMPERE], 1.0 / p[INERTIA]
-    half_steps = (2.0 if given is None else 1.0) + (0.0 if switches is None else 1.0)
-    counted = per_dt = kept = nudge = lift = lowest = highest = switching = share = last_share = 0.0
-    near = half = square = near_held = half_held = square_held = 0.0
+    half_per_ampere = 0.5 * p[TORQUE_PER_AMPERE]
+    kept = lowest = highest = share = last_share = gain = nudge = strongest = 0.0
+    rate = per_unit = held_unit = per_held_unit = 0.0
     # What every sample needs stays out of memory: as elements of `s`, they would be stored and loaded sample by sample.
-    # fmt: off
-    seen, left, pull, omega, observed, integral, first, second, third, age, before, step, runs, bound, chosen_for = (
-        s[_SEEN], s[_LEFT], s[_PULL], s[_VELOCITY], s[_OBSERVED], s[_INTEGRAL], s[_FIRST], s[_SECOND], s[_THIRD],
-        s[_AGE], s[_CURRENT], s[_STEP], s[_RUNNING], s[_BOUND], s[_CHOSEN_FOR],
-    )
-    # fmt: on
-    least, finding, last, late_ns = tuning[LEAST_BOUND], s[_FINDING], whole[_LAST_NS], whole[_DELAY_NS]
-    dt, stepped, waits = step, _NO_STEP, False
+    # The rest stays there, and leaves them the registers. What is left and pulls is in units of the differentiator's
+    # reach, the way of a step and the observed velocity's error in those of a reach a step, `rate` rad/s.
+    seen, left, pull, way, omega = s[_SEEN], s[_LEFT], s[_PULL], s[_WAY], s[_VELOCITY]
+    error, integral, bound, before = s[_ERROR], s[_INTEGRAL], s[_BOUND], s[_BEFORE]
+    first, second, third, age = s[_FIRST], s[_SECOND], s[_THIRD], s[_AGE]
+    least, last, late_ns = tuning[LEAST_BOUND], whole[_LAST_NS], whole[_DELAY_NS]
+    stepped, waits = _NO_STEP, False
     for k in range(len(time_ns)):
-        i, measured = current[k], angle[k]
-        if not math.isfinite(i + measured) or _is_missing(given, k):
+        measured, known = angle[k], friction[k] + before
+        if not math.isfinite(known) or _is_missing(given, k):
             velocity[k], friction[k], delay_ns[k] = np.nan, np.nan, late_ns
             continue
         step_ns, last = time_ns[k] - last, time_ns[k]
         if step_ns != stepped:  # the step hardly ever changes, and what hangs on it is dear
-            if runs == 0.0 or step_ns > LONGEST_GAP_NS or step_ns <= 0:
-                observed = omega = 0.0 if given is None else given[k]
-                integral = first = second = third = age = step = left = pull = counted = 0.0
-                seen, before, runs, finding = measured, i, 1.0, tuning[FINDING_S] if given is None else 0.0
-                velocity[k], friction[k], delay_ns[k], stepped = np.nan, np.nan, late_ns, _NO_STEP
+            if s[_RUNNING] == 0.0 or step_ns > LONGEST_GAP_NS or step_ns <= 0:
+                omega = 0.0 if given is None else given[k]
+                left = pull = way = error = integral = first = second = third = age = s[_STEP] = 0.0
+                seen, before, stepped, s[_RUNNING] = measured, half_per_ampere * current[k], _NO_STEP, 1.0
+                s[_FINDING] = tuning[FINDING_S] if given is None else 0.0
+                velocity[k], friction[k], delay_ns[k] = np.nan, np.nan, late_ns
                 continue
             dt = step_ns * 1e-9
-            per_dt, kept, nudge, lift = 1.0 / dt, keep(dt), dt * per_inertia, p[INERTIA] / dt
-            is_late = dt > LATE * step and step > 0.0
-            if given is None and (is_late or finding > 0.0):
-                finding, counted = max(finding, dt) if is_late else finding - dt, 0.0
-            waits = is_late or finding > 0.0
-            stepped, step, highest = _NO_STEP if waits else step_ns, dt, highest if dt == counted else 0.0
-        known = half_per_ampere * (i + before) - friction[k]
+            is_late = dt > LATE * s[_STEP] and s[_STEP] > 0.0
+            if given is None and (is_late or s[_FINDING] > 0.0):
+                s[_FINDING] = max(s[_FINDING], dt) if is_late else s[_FINDING] - dt
+            waits = is_late or s[_FINDING] > 0.0
+            stepped, s[_STEP], kept, highest = _NO_STEP if waits else step_ns, dt, keep(dt), 0.0
         bound = max(bound * kept, abs(known), least)
         if bound < lowest or bound > highest:
-            chosen_for = followed(bound, chosen_for)
-            lowest, highest = FOLLOWED * chosen_for, chosen_for / FOLLOWED
-            switching, delay, share, last_share = gains_of(dt, chosen_for, tuning, given is None, switches is not None)
-            near, half, square = reaches(dt, (tuning[STRONGEST] if finding > 0.0 else switching) * per_inertia)
-            near_held, half_held, square_held = reaches(dt, 2.0 * chosen_for * per_inertia / (delay + dt))
-            counted, late_ns = dt, int(1e9 * (delay + 0.5 * half_steps * dt) + 0.5)
-        delay_ns[k], error = late_ns, observed - omega
-        if given is None:
-            away = (measured - seen - dt * omega + left) - pull
-            left, pull, change = differentiate(away, per_dt, near, half, square)
-            seen, omega = measured, omega + change
-        else:
-            omega = given[k]
-        if waits:
-            # A sign held over the gap would pass for a torque: the filter waits, and sliding goes on where it was.
-            observed = omega + error
-        else:
-            observed, integral, torque = _hold(
-                switches,
-                twists,
-                observed,
-                integral,
-                error,
-                omega,
-                known,
-                dt,
-                per_dt,
-                nudge,
-                lift,
-                switching,
-                near_held,
-                half_held,
-                square_held,
+            # fmt: off
+            (
+                late_ns, share, last_share, gain, nudge, strongest, rate, per_unit, held_unit, per_held_unit,
+                angles, velocities, integrals,
+            ) = _choose(bound, s, p, tuning, given, switches)
+            left, pull, way, error, integral = (
+                left * angles, pull * angles, way * velocities, error * velocities, integral * integrals
             )
-            first, second, third = filtered(torque, first, second, third, share, last_share)
-            age += share
-        before, (velocity[k], friction[k]) = i, (omega, third) if age >= SETTLING else (np.nan, np.nan)
-    # fmt: off
-    (
-        s[_SEEN], s[_LEFT], s[_PULL], s[_VELOCITY], s[_OBSERVED], s[_INTEGRAL], s[_FIRST], s[_SECOND], s[_THIRD],
-        s[_AGE], s[_CURRENT], s[_STEP], s[_RUNNING], s[_BOUND], s[_CHOSEN_FOR], s[_FINDING],
-        whole[_LAST_NS], whole[_DELAY_NS],
-    ) = (
-        seen, left, pull, omega, observed, integral, first, second, third,
-        age, before, step, runs, bound, chosen_for, finding,
-        last, late_ns,
-    )
-    # fmt: on
+            # fmt: on
+            lowest, highest = FOLLOWED * s[_CHOSEN_FOR], s[_CHOSEN_FOR] / FOLLOWED
+        if given is None:
+            left, pull, change = differentiate(((measured - seen) * per_unit + left - way) - pull)
+            seen, way = measured, way + change
+            omega = way * rate
+        else:
+            change, omega = given[k] - omega, given[k]
+        if not waits:  # a sign held over the gap would pass for a torque: sliding goes on where it was
+            free = error + (nudge * known - change)
+            error, integral, held = _hold(switches, twists, error, free, integral, strongest, held_unit, per_held_unit)
+            first, second, third = filtered(gain * held, first, second, third, share, last_share)
+        before, velocity[k], friction[k], delay_ns[k] = half_per_ampere * current[k], omega, third, late_ns
+        if age < SETTLING:
+            age += 0.0 if waits else share
+            velocity[k], friction[k] = (np.nan, np.nan) if age < SETTLING else (omega, third)
+    s[_SEEN], s[_LEFT], s[_PULL], s[_WAY], s[_VELOCITY] = seen, left, pull, way, omega
+    s[_ERROR], s[_INTEGRAL], s[_BOUND], s[_BEFORE] = error, integral, bound, before
+    s[_FIRST], s[_SECOND], s[_THIRD], s[_AGE] = first, second, third, age
+    whole[_LAST_NS], whole[_DELAY_NS] = last, late_ns
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)

@@ -81,6 +81,6 @@ def test_noise_behind_the_filter_is_what_its_choice_expects(lag):
     response = np.zeros(2000)
     first = second = third = 0.0
     for k, torque in enumerate((1.0, -2.0, 1.0) + (0.0,) * 1997):
-        first, second, third = filtered(torque, first, second, third, share, share)
+        first, second, third = filtered(share * torque, first, second, third, share, share)
         response[k] = third
     assert np.sum(response**2) == pytest.approx(3.0 / 16.0 / (lag + 0.5) ** 5, rel=0.2)

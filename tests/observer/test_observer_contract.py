@@ -55,6 +55,26 @@ def test_same_bits_however_the_stream_is_cut(make, healthy, cuts, rate):
 
 
 @every_observer
+@settings(max_examples=10, deadline=None)
+@given(cuts=st.lists(st.integers(0, 6000), max_size=12), seed=st.integers(0, 2**32 - 1))
+def test_same_bits_of_a_damaged_stream(make, healthy, cuts, seed):
+    """Samples are lost, late and not numbers, and the rate changes: so do gains, between two cuts and across them."""
+    sensed, rng = healthy[1][20000], np.random.default_rng(seed)
+    keep = rng.random(40000) > 0.01
+    keep[2000:38000] &= np.arange(36000) % 20 == 0
+    keep[35000:37000] = False
+    chosen = np.flatnonzero(keep)
+    time_ns, current, angle = sensed.time_ns[chosen], sensed.current[chosen].copy(), sensed.motor_angle[chosen] / 18.0
+    time_ns = time_ns + rng.integers(0, 2, len(chosen)) * 5000
+    current[rng.integers(0, len(chosen), 4)] = [np.nan, np.inf, -np.inf, np.nan]
+    whole, observer = make().push(time_ns, current, angle), make()
+    edges = [0, *sorted(cuts), len(chosen)]
+    pieces = [observer.push(time_ns[a:b], current[a:b], angle[a:b]) for a, b in pairwise(edges)]
+    for name in ("velocity", "friction", "delay_ns"):
+        np.testing.assert_array_equal(np.concatenate([getattr(p, name) for p in pieces]), getattr(whole, name))
+
+
+@every_observer
 @pytest.mark.parametrize("rate", [1000, 20000])
 def test_friction_of_a_slow_ramp_is_found(make, healthy, rate):
     truth, sensed = healthy[0], healthy[1][rate]
