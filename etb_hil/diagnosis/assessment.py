@@ -161,11 +161,11 @@ def _coulomb(fit: StribeckFit, fastest: float, throttle: ThrottleParameters) -> 
         unseen = drop * float(exp(-ratio * ratio))
         return Interval(coulomb, around.low - unseen, around.high + unseen)
     level, error = fitted_curve(fit, np.array([fastest]))
-    value = max(min(coulomb, stiction), 0.0)
+    value = min(coulomb, stiction)
     bound = min(stiction + TWO_SIDED_95 * stiction_error, float(level[0]) + TWO_SIDED_95 * float(error[0]))
     if fastest < throttle.stribeck_velocity:
         bound = max(bound, around.high)
-    return Interval(value, 0.0, max(value, bound))
+    return Interval(value, min(value, 0.0), max(value, bound))
 
 
 def _return_margin(fit: StribeckFit, throttle: ThrottleParameters) -> Interval:

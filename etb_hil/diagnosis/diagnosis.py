@@ -28,7 +28,7 @@ from etb_hil.diagnosis.grounds import Coverage, Grounds, far_above, local_excess
 from etb_hil.diagnosis.limits import Limits
 from etb_hil.diagnosis.local_friction import local_friction
 from etb_hil.diagnosis.numbers import bump_numbers, report_numbers
-from etb_hil.diagnosis.places_seen import share_seen_slowly
+from etb_hil.diagnosis.places_seen import judged_where_seen, too_wide_unseen
 from etb_hil.diagnosis.result import DiagnosisResult
 from etb_hil.diagnosis.series import break_away_columns, plot_columns
 from etb_hil.diagnosis.tally import LiveReading, Tally
@@ -177,7 +177,8 @@ class Diagnosis:
             )
         broken_away = break_aways(ticks, throttle)
         numbers = report_numbers(assessment, broken_away, reading, self._zero, self._limits, throttle, widening)
-        numbers = without_confounded(numbers, way)
+        unseen = too_wide_unseen(local, self._model, throttle)
+        numbers = judged_where_seen(without_confounded(numbers, way), unseen)
         at_rest = resistance_at_rest(ticks) if fit is None else None
         omega_s = next((n.value for n in numbers if n.id == "omega_s" and way is None), None)
         fastest, far = far_above(assessment, reading, omega_s or throttle.stribeck_velocity)
@@ -189,11 +190,12 @@ class Diagnosis:
             far=far,
             windows=assessment.ways,
             follows=share_that_follows(ticks),
-            seen=share_seen_slowly(assessment.evidence, local),
+            unseen=unseen,
             current_verified=self._zero.is_measured,
             highest_current=self._highest_current,
             withholding=withheld,
             remarks=(*(() if fit is None else remarks(fit, self._model, throttle)), *uneven_remarks(way)),
+            is_uneven=way is not None,
             excess=local_excess(assessment, local, self._upper_limits()[0], band, widening.gain),
             unexplained=unexplained(exceedances, assessment, self._ticks.origin_ns, band),
             current_plausible=None if at_rest is None else resistance_fits(at_rest, 0.0, self._model, throttle),

@@ -12,6 +12,7 @@ from etb_hil.diagnosis.exceedance import FAR_ABOVE, KINDS, Exceedance
 from etb_hil.diagnosis.friction_model import steady_level
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.local_friction import LocalFriction
+from etb_hil.diagnosis.places_seen import Unseen
 from etb_hil.diagnosis.prior import CONSTANT
 from etb_hil.diagnosis.result import Reason
 from etb_hil.diagnosis.tally import LiveReading
@@ -48,9 +49,9 @@ class Grounds:
     `withholding` and `remarks` are what contradicts the bench's model; `excess` is friction that is locally above the
     limit of T_st, None where there is none; `unexplained` are live episodes that the fit does not explain; `far` rad/s,
     where the Stribeck curve has come down; `follows` is the share of ticks behind which none is missing;
-    `seen` is the share of the way that was slid over slowly both ways;
-    `current_plausible` says whether voltage and current of a plate at rest agree, None where nobody knows; `band` is a
-    share of the limits, inside which nothing is decided.
+    `unseen` is what of the way was not slid over slowly, None where that is little; `is_uneven`, whether friction
+    differs along it; `current_plausible`, whether voltage and current of a plate at rest agree, None where nobody
+    knows; `band` is a share of the limits, inside which nothing is decided.
     """
 
     coverage: Coverage
@@ -59,11 +60,12 @@ class Grounds:
     far: float
     windows: tuple[int, int]  # opening, closing
     follows: float
-    seen: float
+    unseen: Unseen | None
     current_verified: bool
     highest_current: float  # A
     withholding: Sequence[Reason]
     remarks: Sequence[Reason]
+    is_uneven: bool
     excess: Excess | None
     unexplained: Sequence[Exceedance]
     current_plausible: bool | None

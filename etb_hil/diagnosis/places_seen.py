@@ -1,19 +1,60 @@
-"""How much of the way the plate slid over slowly: T_st is that of those places and of no others."""
+"""Where the plate slid slowly: T_st is that of those places and of no others."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
 import numpy as np
 
+from etb_hil.base.outcome import UnitVerdict
 from etb_hil.diagnosis.local_friction import CELL, LocalFriction
-from etb_hil.diagnosis.stribeck_fit import Evidence
+from etb_hil.diagnosis.result import Number
+from etb_hil.plant.parameters import Model, ThrottleParameters
 
-ENOUGH = 0.5  # share of the way
+MOST_UNSEEN = 0.1  # share of the way at a stretch, 8 degrees: in more, a bump of a usual width is missed whole
 OF_SLOW_FRICTION = frozenset({"T_st", "return_margin"})
 
 
-def share_seen_slowly(evidence: Evidence, local: LocalFriction | None) -> float:
-    """Return the share of the way under the windows that slow ones passed in both directions; 1 without a fit."""
+@dataclass(frozen=True, slots=True)
+class Unseen:
+    """A stretch of the way, from `start` to `end` rad, that the plate did not slide over slowly in both directions.
+
+    `share` is its part of the way from stop to stop.
+    """
+
+    start: float
+    end: float
+    share: float
+
+
+def too_wide_unseen(local: LocalFriction | None, model: Model, throttle: ThrottleParameters) -> Unseen | None:
+    """Return the widest stretch not seen, where that is too much of the way; None too where nothing was fitted.
+
+    The way is that between the bench's stops, which may each stand further in by their tolerance.
+    """
     if local is None:
-        return 1.0
-    way = float(np.ptp(evidence.position))
-    return len(local.angle) * CELL / max(way, CELL)
+        return None
+    low = throttle.stop_low + model.tolerance("stop_low")
+    high = throttle.stop_high - model.tolerance("stop_high")
+    starts = np.concatenate([[low], local.angle + 0.5 * CELL])
+    ends = np.concatenate([local.angle - 0.5 * CELL, [high]])
+    widest = int(np.argmax(ends - starts))
+    start, end = float(starts[widest]), float(ends[widest])
+    share = (end - start) / (high - low)
+    return Unseen(start, end, share) if share > MOST_UNSEEN else None
+
+
+def judged_where_seen(numbers: Sequence[Number], unseen: Unseen | None) -> tuple[Number, ...]:
+    """Return the numbers, of which those that hang on T_st do not pass where too much of the way was not seen.
+
+    Beyond a limit they fail all the same: no other place makes up for that.
+    """
+    if unseen is None:
+        return tuple(numbers)
+    return tuple(
+        replace(number, verdict=UnitVerdict.INCONCLUSIVE)
+        if number.id in OF_SLOW_FRICTION and number.verdict is UnitVerdict.PASS
+        else number
+        for number in numbers
+    )

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.diagnosis.grounds import Coverage, Grounds, longest_by_kind
-from etb_hil.diagnosis.places_seen import ENOUGH, OF_SLOW_FRICTION
+from etb_hil.diagnosis.places_seen import MOST_UNSEEN, OF_SLOW_FRICTION
 from etb_hil.diagnosis.result import Number, Reason
 
 MOST_LOST = 0.05  # share of the samples
@@ -54,21 +54,25 @@ def conclude(numbers: Sequence[Number], grounds: Grounds) -> tuple[UnitVerdict, 
     withholding = [*_lost(grounds.coverage), *grounds.withholding]
     broken = _limits_broken(judged)
     fails = [*broken, *_locally(judged, grounds), *_stuck(grounds, missing)]
-    doubts = [*_poor_evidence(grounds, missing), *_one_way(grounds, missing), *_undecided(judged, grounds)]
+    doubts = [
+        *_poor_evidence(grounds, missing),
+        *_one_way(grounds, missing),
+        *_not_seen(judged, grounds),
+        *_undecided(judged, grounds),
+    ]
     if not broken:
         doubts += _unexplained(grounds)
     doubts += _gaps(grounds)
     if grounds.withholding:  # numbers of another model's friction are no reasons
         return UnitVerdict.INCONCLUSIVE, (*withholding, *grounds.remarks)
-    said = (*_not_seen(judged, grounds), *grounds.remarks)
     if withholding:
-        return UnitVerdict.INCONCLUSIVE, (*withholding, *fails, *doubts, *said)
+        return UnitVerdict.INCONCLUSIVE, (*withholding, *fails, *doubts, *grounds.remarks)
     if fails:
-        return UnitVerdict.FAIL, (*fails, *doubts, *said)
+        return UnitVerdict.FAIL, (*fails, *doubts, *grounds.remarks)
     if doubts:
-        return UnitVerdict.INCONCLUSIVE, (*doubts, *said)
+        return UnitVerdict.INCONCLUSIVE, (*doubts, *grounds.remarks)
     words = "; ".join(_sentence(number) for number in judged)
-    return UnitVerdict.PASS, (Reason("within_limits", words, "none"), *said)
+    return UnitVerdict.PASS, (Reason("within_limits", words, "none"), *grounds.remarks)
 
 
 def _lost(coverage: Coverage) -> list[Reason]:
@@ -185,30 +189,33 @@ def _one_way(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
 
 
 def _not_seen(judged: Sequence[Number], grounds: Grounds) -> list[Reason]:
-    """Return a remark where the plate slid slowly over a small part of its way: T_st may be another elsewhere."""
+    """Return a doubt where a wide stretch of the way was not slid over slowly: T_st may be another there."""
     of = [number for number in judged if number.id in OF_SLOW_FRICTION]
-    if not of or grounds.seen >= ENOUGH:
+    unseen = grounds.unseen
+    if not of or unseen is None:
         return []
     text = (
-        f"{grounds.seen:.0%} of the way was slid over slowly in both directions, at least {ENOUGH:.0%} is needed: "
-        f"{'; '.join(_sentence(number) for number in of)}, at those places alone"
+        f"from {unseen.start:.3f} to {unseen.end:.3f} rad, {unseen.share:.0%} of its way, the plate did not slide "
+        f"slowly in both directions (at most {MOST_UNSEEN:.0%} at a stretch may stay unseen); elsewhere "
+        f"{'; '.join(_sentence(number) for number in of)}"
     )
     return [Reason("places_not_seen", text, "run a scenario with slow ramps over the whole way, as friction_check")]
 
 
 def _undecided(judged: Sequence[Number], grounds: Grounds) -> list[Reason]:
     reasons = []
-    uneven = any(remark.id == "uneven_way" for remark in grounds.remarks)
     for number in judged:
         if number.verdict is not UnitVerdict.INCONCLUSIVE:
             continue
+        if number.id in OF_SLOW_FRICTION and grounds.unseen is not None:
+            continue  # said already
         text = _sentence(number)
         if number.id == "T_c" and grounds.fastest < grounds.far:
             text = f"the plate never passed 2.15 omega_s ({grounds.fastest:.1f} of {grounds.far:.1f} rad/s)"
             reasons.append(Reason("T_c_not_reached", text, "add a dash that passes 2.15 omega_s"))
             continue
         step = "repeat the check, more often or slower, to narrow the interval"
-        if uneven:
+        if grounds.is_uneven:
             step = "see the friction over angle: repeating does not narrow the interval of an uneven way"
         reasons.append(Reason(f"{number.id}_undecided", text, step))
     return reasons

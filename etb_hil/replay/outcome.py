@@ -17,6 +17,7 @@ JUDGED, REFUSED, CRASHED = "judged", "refused", "crashed"
 SHOWS_TOO_LITTLE = frozenset({
     "too_little_motion", "too_few_windows", "no_samples", "run_not_finished", "T_c_not_reached", "T_st_undecided",
     "T_st_break_away_undecided", "T_c_undecided", "return_margin_undecided", "one_way",
+    "places_not_seen",
 })  # fmt: skip
 _SUMMED = ("duration_s", "frames", "lost", "crc_failures")
 

@@ -76,8 +76,9 @@ UNIT_REASONS = {
         True,
     ),
     "places_not_seen": Wording(
-        "Break-away friction was measured at a small part of the plate's way; it may be another elsewhere.",
-        "Run a scenario with slow ramps over the whole way, as friction_check has them.",
+        "The plate did not slide slowly over a wide part of its way; break-away friction may be another there.",
+        "Run a scenario with slow ramps over the whole way, as friction_check has them. Where this one has them, check "
+        "the CAN wiring for lost frames.",
         True,
     ),
     "one_way": Wording(

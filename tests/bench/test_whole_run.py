@@ -59,11 +59,15 @@ def test_the_raw_log_is_read_by_python_can_with_sent_frames_marked(tmp_path):
     assert stamps == sorted(stamps)
 
 
+@pytest.mark.parametrize(("unit", "verdicts"), [("default", {"inconclusive"}), ("faulty", {"fail", "inconclusive"})])
 @pytest.mark.parametrize("scenario", ["paper_sinusoid", "paper_step"])
-def test_the_papers_references_run(tmp_path, scenario):
-    finished = run_on(tmp_path, scenario=scenario, unit="faulty")
+def test_the_papers_references_run_and_pass_no_unit(tmp_path, scenario, unit, verdicts):
+    finished = run_on(tmp_path, scenario=scenario, unit=unit)
     assert finished.results["bench"]["outcome"] == "ok"
-    assert finished.results["unit"]["verdict"] in {"fail", "inconclusive"}
+    assert finished.results["unit"]["verdict"] in verdicts
+    if unit == "default":
+        assert finished.results["unit"]["reason_id"] == "places_not_seen"
+        assert finished.results["exit_code"] == 4
 
 
 def test_the_same_seed_gives_the_same_frames(tmp_path):

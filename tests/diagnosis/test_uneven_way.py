@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from independent_throttle import Unit, friction_check, off_by_tolerances, sense, simulate
+from independent_throttle import FAULTY, Unit, friction_check, off_by_tolerances, sense, simulate
 from throttle_as_model import bench_model, rows_of
 
 from etb_hil.base.outcome import UnitVerdict
@@ -154,13 +154,42 @@ def test_an_uneven_way_at_a_stop_is_not_taken_for_a_plate_that_was_too_slow():
     assert "repeating does not narrow" in steps["T_c_undecided"]
 
 
-@pytest.mark.parametrize("shape", [{}, {"bump": 0.6, "bump_angle": 0.9, "bump_width": 0.3}], ids=["even", "broad"])
-def test_a_way_that_was_not_seen_slowly_is_said_beside_any_verdict(shape):
-    unit = Unit(**shape)
+@pytest.mark.parametrize("width", [None, 0.05, 0.3], ids=["even", "bump in the middle", "broad"])
+def test_a_way_that_was_not_seen_slowly_does_not_pass(width):
+    unit = Unit() if width is None else Unit(bump=0.6, bump_angle=0.742, bump_width=width)
     result = judged(unit, made=sinusoid(unit))
-    (said,) = (reason for reason in result.reasons if reason.id == "places_not_seen")
-    assert "T_st" in said.text
-    assert "friction_check" in said.next_step
+    assert (result.verdict, ids(result)[0]) == (UnitVerdict.INCONCLUSIVE, "places_not_seen")
+    assert "friction_check" in result.reasons[0].next_step
+    assert result.number("T_st").verdict is UnitVerdict.INCONCLUSIVE
+    assert result.number("return_margin").verdict is UnitVerdict.INCONCLUSIVE
+    if width is None:
+        assert ids(result) == ["places_not_seen"]
+        assert result.number("T_st").high < LIMITS.stiction.at_throttle(18.0, 20.0)
+        assert result.number("T_c").verdict is UnitVerdict.PASS
+
+
+def test_a_unit_beyond_its_limits_fails_however_little_was_seen():
+    result = judged(FAULTY, made=sinusoid(FAULTY))
+    assert result.verdict is UnitVerdict.FAIL
+    assert ids(result)[:2] == ["T_st_beyond_limit", "return_margin_beyond_limit"]
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "place", "unseen"),
+    [(0.2, 1.396, 0.08, "from 0.003 to 0.193 rad"), (0.035, 1.3, 1.4, "from 1.295 to 1.481 rad")],
+    ids=["closed", "open"],
+)
+def test_friction_that_is_higher_where_no_ramp_came_does_not_pass(low, high, place, unseen):
+    """Deposits are found where the plate closes, and ramps in the middle of the way never meet them."""
+    unit = Unit(bump=1.2, bump_angle=place, bump_width=0.04)
+    result = judged(unit, made=friction_check(unit, low=low, high=high))
+    assert result.verdict is UnitVerdict.INCONCLUSIVE
+    assert unseen in next(reason.text for reason in result.reasons if reason.id == "places_not_seen")
+
+
+def test_ramps_that_leave_out_less_than_a_tenth_of_the_way_at_a_stretch_pass_a_healthy_unit():
+    result = judged(Unit(), made=friction_check(Unit(), low=0.12, high=1.36))
+    assert (result.verdict, ids(result)) == (UnitVerdict.PASS, ["within_limits"])
 
 
 def test_no_value_lies_outside_its_own_interval():
