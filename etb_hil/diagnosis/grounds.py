@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from etb_hil.diagnosis.assessment import Assessment
+from etb_hil.diagnosis.contradiction import widened
 from etb_hil.diagnosis.exceedance import FAR_ABOVE, KINDS, Exceedance
 from etb_hil.diagnosis.friction_model import steady_level
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
@@ -34,21 +36,26 @@ class Coverage:
 
 @dataclass(frozen=True, slots=True)
 class Excess:
-    """Friction above a limit at one place: `torque` N·m, with its 95 % `low`, above `limit` N·m at `angle` rad."""
+    """Friction at one place, `angle` rad, that may be above a limit: `torque` N·m, with its 95 % `low` and `high`.
+
+    Beyond all doubt it is above `limit` N·m where `is_certain`.
+    """
 
     torque: float
     low: float
+    high: float
     limit: float
     angle: float
+    is_certain: bool
 
 
 @dataclass(frozen=True, slots=True)
 class Grounds:
     """What a verdict is made from, beside the numbers.
 
-    `withholding` and `remarks` are what contradicts the bench's model; `excess` is friction that is locally above the
-    limit of T_st, None where there is none; `unexplained` are live episodes that the fit does not explain; `far` rad/s,
-    where the Stribeck curve has come down; `follows` is the share of ticks behind which none is missing;
+    `withholding` and `remarks` are what contradicts the bench's model; `excess` is friction that may be locally above
+    the limit of T_st, None where there is none; `unexplained` are live episodes that the fit does not explain; `far`
+    rad/s, where the Stribeck curve has come down; `follows` is the share of ticks behind which none is missing;
     `unseen` is what of the way was not slid over slowly, None where that is little; `is_uneven`, whether friction
     differs along it; `current_plausible`, whether voltage and current of a plate at rest agree, None where nobody
     knows; `band` is a share of the limits, inside which nothing is decided.
@@ -82,9 +89,9 @@ def far_above(assessment: Assessment, reading: LiveReading, stribeck_velocity: f
 def local_excess(
     assessment: Assessment, local: LocalFriction | None, limit: float, band: float, gain: tuple[float, float]
 ) -> Excess | None:
-    """Return where friction stands out most above a limit and its marginal band, beyond all doubt; None where nowhere.
+    """Return where friction stands out most, if it is above a limit there or not certain to be below; else None.
 
-    Only what is odd in the direction of motion counts: nothing but friction is.
+    The marginal band counts as neither. Only what is odd in the direction of motion counts: nothing but friction is.
     """
     if assessment.fit is None or local is None or not len(local.angle):
         return None
@@ -92,9 +99,15 @@ def local_excess(
     level = stiction + local.odd
     low = (level - _SURE * local.error - TWO_SIDED_95 * error) / gain[1]
     place = int(np.argmax(low))
-    if low[place] <= limit * (1.0 + band) or abs(local.even[place]) > local.odd[place]:
+    if abs(local.even[place]) > local.odd[place]:
         return None
-    return Excess(float(level[place]), float(low[place]), limit, float(local.angle[place]))
+    here, least, angle = float(level[place]), float(low[place]), float(local.angle[place])
+    half = TWO_SIDED_95 * math.hypot(error, float(local.error[place]))
+    _, most = widened(here, here - half, here + half, gain)
+    is_certain = least > limit * (1.0 + band)
+    stands_out = local.odd[place] > _SURE * local.error[place]
+    may_be = stands_out and most > limit * (1.0 - band)
+    return Excess(here, least, most, limit, angle, is_certain) if is_certain or may_be else None
 
 
 def unexplained(

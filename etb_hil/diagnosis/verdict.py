@@ -57,8 +57,9 @@ def conclude(numbers: Sequence[Number], grounds: Grounds) -> tuple[UnitVerdict, 
     doubts = [
         *_poor_evidence(grounds, missing),
         *_one_way(grounds, missing),
-        *_not_seen(judged, grounds),
+        *_not_seen(grounds),
         *_undecided(judged, grounds),
+        *_locally_undecided(judged, grounds),
     ]
     if not broken:
         doubts += _unexplained(grounds)
@@ -99,13 +100,29 @@ def _limits_broken(judged: Sequence[Number]) -> list[Reason]:
 def _locally(judged: Sequence[Number], grounds: Grounds) -> list[Reason]:
     """Return a reason where friction is above the limit at one place, and the fitted curve is not."""
     excess = grounds.excess
-    if excess is None or any(n.id == "T_st" and n.verdict is UnitVerdict.FAIL for n in judged):
+    if excess is None or not excess.is_certain or _stands(judged, "T_st") is UnitVerdict.FAIL:
         return []
     text = (
         f"friction is locally {excess.torque:.3f} N·m at {excess.angle:.3f} rad, in both directions of motion "
         f"(at least {excess.low:.3f}; allowed up to {excess.limit:.3f})"
     )
     return [Reason("T_st_exceeded", text, "reject the unit; see the friction over angle for the place")]
+
+
+def _locally_undecided(judged: Sequence[Number], grounds: Grounds) -> list[Reason]:
+    """Return a doubt where friction may be above the limit at one place, and the fitted curve is not."""
+    excess = grounds.excess
+    if excess is None or excess.is_certain or _stands(judged, "T_st") is not UnitVerdict.PASS:
+        return []
+    text = (
+        f"friction is locally {excess.torque:.3f} N·m at {excess.angle:.3f} rad, in both directions of motion "
+        f"({excess.low:.3f} to {excess.high:.3f}; allowed up to {excess.limit:.3f})"
+    )
+    return [Reason("T_st_local_undecided", text, "see the friction over angle for the place")]
+
+
+def _stands(judged: Sequence[Number], name: str) -> UnitVerdict | None:
+    return next((number.verdict for number in judged if number.id == name), None)
 
 
 def _stuck(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
@@ -188,16 +205,14 @@ def _one_way(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
     return [Reason("one_way", text, "run a scenario that opens and closes the plate")]
 
 
-def _not_seen(judged: Sequence[Number], grounds: Grounds) -> list[Reason]:
+def _not_seen(grounds: Grounds) -> list[Reason]:
     """Return a doubt where a wide stretch of the way was not slid over slowly: T_st may be another there."""
-    of = [number for number in judged if number.id in OF_SLOW_FRICTION]
     unseen = grounds.unseen
-    if not of or unseen is None:
+    if unseen is None:
         return []
     text = (
         f"from {unseen.start:.3f} to {unseen.end:.3f} rad, {unseen.share:.0%} of its way, the plate did not slide "
-        f"slowly in both directions (at most {MOST_UNSEEN:.0%} at a stretch may stay unseen); elsewhere "
-        f"{'; '.join(_sentence(number) for number in of)}"
+        f"slowly in both directions; at most {MOST_UNSEEN:.0%} at a stretch may stay unseen"
     )
     return [Reason("places_not_seen", text, "run a scenario with slow ramps over the whole way, as friction_check")]
 

@@ -68,6 +68,11 @@ UNIT_REASONS = {
         True,
     ),
     "T_st_undecided": Wording("Break-away friction {T_st} is too close to its limit {T_st.limit} to tell.", _AGAIN),
+    "T_st_local_undecided": Wording(
+        "Friction at one place of the way is too close to the limit of break-away friction to tell.",
+        "Have an engineer look at the friction over angle in the report.",
+        True,
+    ),
     "T_st_break_away_undecided": Wording("Break-away after a rest is too close to its limit to tell.", _AGAIN, True),
     "T_c_undecided": Wording("Sliding friction {T_c} is too close to its limit {T_c.limit} to tell.", _AGAIN, True),
     "T_c_not_reached": Wording(

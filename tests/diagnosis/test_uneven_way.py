@@ -137,6 +137,18 @@ def test_a_place_beyond_the_limit_fails_as_a_place():
     assert (result.verdict, result.reasons[0].id) == (UnitVerdict.FAIL, "T_st_exceeded")
 
 
+@pytest.mark.parametrize("rate", [1000, 20000])
+@pytest.mark.parametrize(("bump", "verdict"), [(0.3, "pass"), (0.6, "inconclusive"), (1.0, "fail")])
+def test_one_bump_is_held_against_the_limit_with_its_interval(bump, verdict, rate):
+    """Its top is 0.222, 0.274 and 0.342 N·m, and the limit 0.26: the curve, which leaves it out, passes."""
+    result = judged(Unit(bump=bump, bump_angle=0.75, bump_width=0.05), rate=rate)
+    assert result.number("T_st").verdict is UnitVerdict.PASS
+    first = {"pass": "within_limits", "inconclusive": "T_st_local_undecided", "fail": "T_st_exceeded"}[verdict]
+    assert (str(result.verdict), ids(result)[0]) == (verdict, first)
+    if verdict != "pass":
+        assert " at 0.7" in result.reasons[0].text
+
+
 @pytest.mark.parametrize("shape", ["ripple", "fine ripple", "low ripple"])
 def test_a_ripple_is_no_noise_and_nothing_that_goes_with_speed_is_read_of_it(shape):
     result = judged(Unit(**SHAPES[shape]))
