@@ -1,13 +1,18 @@
-"""What an answer says of numbers that were measured by hand: which were known, and which of them are causes."""
+"""Numbers that were measured by hand: those that are off are causes, taken in before any is looked for."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
-from etb_hil.discrepancy.calibration import calibrate
-from etb_hil.discrepancy.findings import Findings
-from etb_hil.plant.measured import Measured
+from etb_hil.discrepancy import decision
+from etb_hil.discrepancy.calibration import calibrate, residual_of
+from etb_hil.discrepancy.candidates import Candidate
+from etb_hil.discrepancy.findings import Findings, Round
+from etb_hil.discrepancy.floor import group_means
+from etb_hil.discrepancy.refining import Refined, bent
+from etb_hil.discrepancy.rounds import take_in
+from etb_hil.discrepancy.segments import held_out, segment_of
+from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.parameters import Model
 
 
@@ -28,39 +33,35 @@ def measured(model: Model) -> list[dict[str, Any]]:
     ]
 
 
-def found_by_hand(findings: Findings) -> list[dict[str, Any]]:
-    """Return the causes that were measured: numbers that lie outside what the model file states without them.
+def take_measured(findings: Findings) -> bool:
+    """Take in the causes that were measured, one after the other, and return whether there are any.
 
-    What each takes of the error is what the calibrated model leaves less once it is known, one after the other.
+    Nobody is alike to them, and nothing is asked of them: they were seen.
     """
     off = [one for one in findings.model.measured.values() if one.is_off]
-    if not off:
-        return []
-    known = findings.model.knowing(replace(one, value=one.stated, uncertainty=one.tolerance) for one in off)
-    costs = [calibrate(known, findings.balances).fit.cost]
-    found = []
+    known = findings.model.as_stated()
     for id_ in dict.fromkeys(one.id for one in off):
-        own = [one for one in off if one.id == id_]
-        known = known.knowing(own)
-        costs.append(calibrate(known, findings.balances).fit.cost)
-        found.append(
-            {
-                "effect": id_,
-                "probability": 1.0,
-                "class": [],
-                "parameters": {one.name.rpartition(".")[2]: _number(one) for one in own},
-                "share_of_error": max(costs[-2] - costs[-1], 0.0) / costs[0],
-                "held_out_t": None,
-            }
-        )
-    return found
+        known = known.knowing(one for one in off if one.id == id_)
+        found = _round(findings, known, id_)
+        findings.rounds.append(found)
+        take_in(findings, found)
+    return bool(off)
 
 
-def _number(one: Measured) -> dict[str, Any]:
-    return {
-        "value": one.value,
-        "unit": one.unit,
-        "interval": [one.value - one.uncertainty, one.value + one.uncertainty],
-        "on_bound": False,
-        "in_model": one.value,
-    }
+def _round(findings: Findings, known: Model, id_: str) -> Round:
+    """Return the round of a cause that was measured; `known` is the model with it, and without those after it."""
+    before, balances = findings.final, findings.balances
+    residual, segment = residual_of(balances), segment_of(balances)
+    after = calibrate(known, balances)
+    effect = CATALOGUE.get(id_)
+    own = tuple(u for u in after.unknowns if effect is not None and u.place in effect.indices)
+    frees = next((u.name for u in after.unknowns if decision.parameter_id(u.name) == id_), "")
+    cause = Refined(Candidate(id_, effect, (), own, frees), after.fit, after.unknowns, after.columns)
+    groups = group_means(balances, cause.fit.whole)[0] / findings.final_floor.level
+    if decision.excess(groups, findings.rows).sum() > 0.0:
+        cause = bent(residual, cause, balances[0].load)
+        groups = group_means(balances, cause.fit.whole)[0] / findings.final_floor.level
+    t = held_out(cause.fit, cause.columns, cause.unknowns, segment).t_against(
+        held_out(before.fit, before.columns, before.unknowns, segment)
+    )
+    return Round(before, [], [cause], findings.final_groups, groups, t, 0.0)

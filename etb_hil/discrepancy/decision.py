@@ -61,8 +61,7 @@ def verdict(findings: Findings) -> str:
     if findings.is_cut_short:
         return "unexplained" if first > 0.0 else "insufficient_data"
     if not accepted:
-        is_found = any(one.is_off for one in findings.model.measured.values())
-        return "unexplained" if is_accused else "explained" if is_found else "adequate"
+        return "unexplained" if is_accused else "adequate"
     # What is left of a cause's shape has no shape of its own; a spline that takes it tells of something else.
     left = last / max(first, 1e-12)
     is_shapeless = all(spline.share <= max(PLACEHOLDER, TRIFLE / max(left, 1e-12)) for spline in findings.rest)

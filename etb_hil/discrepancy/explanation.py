@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from etb_hil.discrepancy import decision
-from etb_hil.discrepancy.byhand import found_by_hand, measured
+from etb_hil.discrepancy.byhand import measured
 from etb_hil.discrepancy.findings import Findings, Round
 from etb_hil.discrepancy.floor import LEAST_ROWS
 from etb_hil.discrepancy.holdout import Holdout
@@ -82,8 +82,7 @@ def causes(findings: Findings, in_model: Vector | None = None) -> list[dict[str,
     """
     whole = findings.final.fit.whole if in_model is None else in_model
     numbers = {e.place: e for e in estimates(findings.final, findings.balances, findings.final_floor)}
-    found = found_by_hand(findings)
-    left = 1.0 - sum(cause["share_of_error"] for cause in found)
+    found, left = [], 1.0
     for each in findings.accepted:
         winner = each.winner
         found.append(

@@ -1,6 +1,6 @@
 """What a hand can measure of a throttle without the bench: what with, which numbers of a model file, and how well.
 
-Uncertainties are what these instruments reach with care, of base parameters as shares, of strengths in their units.
+Uncertainties are what these instruments reach with care, as shares; of angles and of effects' strengths in their units.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.measured import Measured, measured_parameter
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
+from etb_hil.plant.table_one import KINDS
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,10 +49,14 @@ INSTRUMENTS = (
             "preload_close": 0.02,
             "slope_open": 0.03,
             "slope_close": 0.03,
-            "spring_nonlinear.quadratic": 0.02,
-            "spring_nonlinear.cubic": 0.02,
-            "spring_nonlinear.quartic": 0.02,
+            "spring_nonlinear.quadratic": 0.005,
+            "spring_nonlinear.cubic": 0.005,
+            "spring_nonlinear.quartic": 0.005,
         },
+    ),
+    Instrument(
+        "read the plate's angle at both stops and, let go from either side, at limp-home",
+        {"stop_low": 0.001, "stop_high": 0.001, "limp_home": 0.001},
     ),
     Instrument(
         "turn the plate slowly with a torque gauge both ways, the motor's leads open: half the difference, and "
@@ -84,7 +89,8 @@ def as_measured(model: Model, p: Vector, instruments: Iterable[Instrument]) -> l
     for name, uncertainty in ((name, width) for one in instruments for name, width in one.gives.items()):
         if "." not in name:
             value = parameters[name].value
-            found.append(measured_parameter(model.parameters[name], value, uncertainty * abs(value)))
+            width = uncertainty if KINDS[name].dimension == "angle" else uncertainty * abs(value)
+            found.append(measured_parameter(model.parameters[name], value, width))
             continue
         effect = CATALOGUE[name.partition(".")[0]]
         parameter, place = next(

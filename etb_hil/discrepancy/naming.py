@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from etb_hil.discrepancy import decision
 from etb_hil.discrepancy.balances import Balances
+from etb_hil.discrepancy.byhand import take_measured
 from etb_hil.discrepancy.calibration import all_unknowns, calibrate
 from etb_hil.discrepancy.findings import Findings, Round
 from etb_hil.discrepancy.floor import floor_of, group_means, weigh
@@ -26,13 +27,13 @@ def search(
 
     An interrupt after the calibration ends the search with what it knows.
     """
-    stretches = list(balances)
+    stretches, stated = list(balances), model.as_stated()
     progress("calibrating inside the stated tolerances")
-    calibration = calibrate(model, stretches)
+    calibration = calibrate(stated, stretches)
     progress("simulating what a true model would leave")
-    floor = floor_of(model, stretches, calibration.fit.whole, all_unknowns(model, stretches))
+    floor = floor_of(stated, stretches, calibration.fit.whole, all_unknowns(stated, stretches))
     weigh(stretches, floor.level)
-    calibration = calibrate(model, stretches, calibration.fit.whole)
+    calibration = calibrate(stated, stretches, calibration.fit.whole)
     groups, rows = group_means(stretches, calibration.fit.whole)
     findings = Findings(
         model, stretches, calibration, floor, [], calibration, floor, groups / floor.level, groups / floor.level, rows,
@@ -49,7 +50,9 @@ def search(
 
 
 def _look(findings: Findings, without: Sequence[str], progress: Progress) -> None:
-    """Take in one cause after another."""
+    """Take in what was found by hand, and then one cause after another."""
+    if take_measured(findings) and not decision.is_more_missing(findings):
+        return
     while len(findings.accepted) < _MOST_CAUSES:
         found = one_round(findings, [*without, *taken_by(findings.accepted)], progress)
         findings.rounds.append(found)

@@ -81,12 +81,18 @@ def next_test(
     hand = None
     left = found.alike if best is None else best.left
     if plans and left and not any(b.measured.is_drive for b in findings.balances):
-        hand = hand_test(findings, found, None if best is None else best.plan, left, progress)
+
+        def find_plan(known: Findings, judged: Round) -> Plan | None:
+            told = max((_compared(plan, known, judged) for plan in plans), key=lambda one: one.worth)
+            return told.plan if told.parted else None
+
+        hand = hand_test(findings, found, None if best is None else best.plan, left, find_plan, progress)
     return _said(found, best, hand, findings.model)
 
 
 def _said(found: Round, best: Outlook | None, hand: HandTest | None, model: Model) -> dict[str, Any]:
     first, rivals = found.winner.id, found.alike
+    plan = hand.plan if hand is not None else best.plan if best is not None else None
     costs = {one.id: one.fit.cost for one in found.refined}
     # Whom the test parts least; where none does, or for those whom it does not, a hand has to.
     distances = {} if best is None else best.distances
@@ -102,7 +108,7 @@ def _said(found: Round, best: Outlook | None, hand: HandTest | None, model: Mode
         "says": _by_hand(first, (left or [rival]) if parted else rivals),
         "separation_here": away,
         "expected_separation": expected,
-        "scenario": None if best is None else best.plan.name,
+        "scenario": None if plan is None else plan.name,
         "by_hand": [] if hand is None else _instruments(hand, model),
     }
 

@@ -123,7 +123,7 @@ def measured_unknowns(unknowns: Iterable[Unknown], effect: Effect, model: Model)
     strengths = {effect.indices[k] for k in effect.strengths}
     found = []
     for unknown in unknowns:
-        if unknown.name in own and own[unknown.name].uncertainty > 0.0:
+        if unknown.name in own and own[unknown.name].uncertainty > 0.0:  # as stated, an effect is not there at all
             one = own[unknown.name]
             found.append(Unknown(one.name, unknown.place, one.value, one.uncertainty, -SLACK, SLACK, is_known=True))
         elif is_there and unknown.place not in strengths:

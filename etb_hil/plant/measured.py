@@ -12,6 +12,9 @@ from etb_hil.plant.table_one import KINDS
 # In SI they are one number of one motor: who measures one has measured both.
 TIED = {"torque_constant": "back_emf_constant", "back_emf_constant": "torque_constant"}
 
+_CALLED = {"back_emf_constant": "torque_constant", "throttle_inertia": "motor_inertia"}
+NEVER = ("gear_ratio", "supply_voltage", "voltage_limit")  # no explanation moves them
+
 
 @dataclass(frozen=True, slots=True)
 class Measured:
@@ -33,7 +36,7 @@ class Measured:
         """The id of the cause that the number stands for."""
         if self.is_of_effect:
             return self.name.partition(".")[0]
-        return f"parameter:{'torque_constant' if self.name == 'back_emf_constant' else self.name}"
+        return f"parameter:{_CALLED.get(self.name, self.name)}"
 
     @property
     def is_of_effect(self) -> bool:

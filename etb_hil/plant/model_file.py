@@ -14,7 +14,7 @@ from pydantic import Field, create_model
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.quantity import Angle, Current, Temperature, TemperatureCoefficient, Voltage, parse_quantity
 from etb_hil.base.yamlfile import Document, FileModel, load
-from etb_hil.plant.measured import Measured, measured_parameter, with_measured
+from etb_hil.plant.measured import NEVER, Measured, measured_parameter, with_measured
 from etb_hil.plant.model_check import (
     ParameterRangeWarning,
     impossible,
@@ -208,10 +208,14 @@ def _measured(document: Document[ModelFile], parameters: Mapping[str, Parameter]
 
 
 def _one_measured(name: str, entry: MeasuredEntry, parameters: Mapping[str, Parameter]) -> Measured:
+    if name in NEVER:
+        raise ValueError("no explanation moves it: state the value among the parameters")
     if name in parameters:
         dimension = KINDS[name].dimension
         value = parse_quantity(entry.value, dimension)
         uncertainty = _tolerance(entry.uncertainty, dimension).half_width(value)
+        if uncertainty == 0.0:
+            raise ValueError("an uncertainty is above 0")
         if uncertainty >= abs(value) and not KINDS[name].may_be_zero:
             raise ValueError("the uncertainty reaches zero")
         return measured_parameter(parameters[name], value, uncertainty)

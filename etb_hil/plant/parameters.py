@@ -51,6 +51,11 @@ class Model:
         parameters = with_measured(self.parameters, new)
         return replace(self, parameters=parameters, effects=effects, measured={**self.measured, **new})
 
+    def as_stated(self) -> Model:
+        """Return the model with what was measured and lies outside of what the file states as the file states it."""
+        off = [one for one in self.measured.values() if one.is_off]
+        return self.knowing(replace(one, value=one.stated, uncertainty=one.tolerance) for one in off) if off else self
+
     @property
     def values(self) -> ThrottleParameters:
         """The values of the equations, as stated: at the throttle shaft, in SI."""

@@ -75,7 +75,9 @@ def test_a_measured_strength_is_part_of_the_model(tmp_path):
         ("  resistance: {value: 2 ohm, uncertainty: 3 ohm, source: x}", "reaches zero"),
         ("  gear_backlash.play: {value: 2 rad, uncertainty: 1 mrad, source: x}", "unit is rad"),
         ("  gear_backlash.play: {value: 2 rad, uncertainty: 0.1 rad, source: x}", "-0.005 to 0.08 rad"),
-        ("  gear_backlash.play: {value: 0 rad, uncertainty: -0.1 rad, source: x}", "not negative"),
+        ("  gear_backlash.play: {value: 0 rad, uncertainty: -0.1 rad, source: x}", "above 0"),
+        ("  resistance: {value: 2 ohm, uncertainty: 0 ohm, source: x}", "above 0"),
+        ("  gear_ratio: {value: 18, uncertainty: 0.1, source: x}", "state the value among the parameters"),
         ("  coulomb: {value: 1 N·m, uncertainty: 1 %, source: x}", "T_st is below T_c"),
     ],
 )

@@ -56,8 +56,8 @@ def measured_strength(name: str, value: str | float, uncertainty: str | float) -
     number, width = parsed(value, parameter), parsed(uncertainty, parameter)
     if not parameter.low <= number <= parameter.high:
         raise ValueError(f"{name} is {parameter.low:g} to {parameter.high:g} {parameter.unit}")
-    if width < 0.0:
-        raise ValueError("an uncertainty is not negative")
+    if width <= 0.0:
+        raise ValueError("an uncertainty is above 0")
     return Measured(name, number, width, parameter.unit, 0.0, 0.0)
 
 
