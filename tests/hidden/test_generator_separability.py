@@ -63,3 +63,9 @@ def test_in_a_textbook_sweep_base_parameters_imitate_more_than_in_a_rich_excitat
         for excitation in ("slow_sweep", "rich")
     ]
     assert kept[0] < kept[1]
+
+
+def test_a_wrong_torque_constant_looks_like_a_battery_that_is_low_by_itself():
+    (verdict,) = separability(make_case(300, ("parameter:motor_constant",), "strong"))
+    assert "supply_sag" in verdict.look_alikes
+    assert not verdict.top_1_counts

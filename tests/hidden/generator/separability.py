@@ -21,6 +21,7 @@ _SEEN = 1e-3  # of a column over the noise: what is less are these sensors blind
 _DRAWS = 4
 _NEAR = 0.6  # a cosine from which a rival's shape is looked for further: the nearest of a few draws is seldom the best
 _MORE = 28
+_LEAST_OWN = 1e-3  # ohm: with it the motor's own current lowers the supply by no more than millivolts
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,8 @@ def _cosine(case, name, rival, own_row, columns, base, unit_rest):
         return max((_of_shape(rival, row, columns, base, unit_rest) for row in rows), default=0.0)
 
     first = drawn(_DRAWS if recipe.has_shape else 1)
-    largest = nearest(first + [_at_order(first[0], order) for order in _orders(case.rig, name, rival, own_row)])
+    at_orders = [_at_order(first[0], order) for order in _orders(case.rig, name, rival, own_row)]
+    largest = nearest([*first, *at_orders, *([_low_battery(first[0])] if rival == "supply_sag" else [])])
     return max(largest, nearest(drawn(_MORE))) if recipe.has_shape and _NEAR < largest < ALIKE else largest
 
 
@@ -126,6 +128,14 @@ def _shape(recipe, rival, rng, unit):
     """Row of a rival: its shape drawn, its strength a usual one."""
     row = recipe.draw(rival, rng, unit)
     row[at.STRENGTH] *= recipe.start
+    return row
+
+
+def _low_battery(row):
+    """A supply that is low by itself, under the current of others: the recipe hides it beside the motor's own alone."""
+    row = row.copy()
+    row[at.A] = row[at.STRENGTH] / _LEAST_OWN
+    row[at.STRENGTH] = _LEAST_OWN
     return row
 
 
