@@ -43,6 +43,10 @@ INSTRUMENTS = (
         {"torque_constant": 0.01},
     ),
     Instrument(
+        "turn the motor at a known speed, cold and 40 K warmer, its leads open, and compare its voltages",
+        {"magnet_temperature.coefficient": 0.1},
+    ),
+    Instrument(
         "move the plate with a torque gauge from stop to stop, the gear taken out and no air flowing",
         {
             "preload_open": 0.02,

@@ -121,13 +121,39 @@ def test_a_hand_measures_what_is_open_and_is_promised_to_settle_it_if_the_answer
     assert hand_test(open_class, open_class.accepted[0], None, ["parameter:coulomb"], lambda *_: None) is None
 
 
-def test_the_next_test_says_what_to_measure_and_how_well(open_class, monkeypatch, tmp_path):
+@pytest.fixture
+def rest():
+    count = 4000
+    held = np.full(count, MODEL.values.limp_home + 0.3)
+    return Plan("rest", np.full(count, int(Mode.POSITION)), held, np.zeros(count), np.zeros(count))
+
+
+def told_in_turn(monkeypatch, open_class, *classes):
+    answers = iter([replace(open_class, rounds=[replace(open_class.accepted[0], alike=one)]) for one in classes])
+    monkeypatch.setattr("etb_hil.discrepancy.handtest.search", lambda *_, **__: next(answers))
+
+
+def test_what_comes_in_once_numbers_are_known_is_left_to_a_plan_that_parts_it(open_class, monkeypatch, rest):
+    first = open_class.accepted[0]
+    told_in_turn(monkeypatch, open_class, ["iron_loss"], [])
+    hand = hand_test(open_class, first, None, ["parameter:coulomb"], lambda *_: rest)
+    assert (hand.left, hand.plan) == ((), rest)
+    told_in_turn(monkeypatch, open_class, ["iron_loss"], ["iron_loss"], ["iron_loss"])
+    assert hand_test(open_class, first, None, ["parameter:coulomb"], lambda *_: rest) is None
+
+
+def test_a_plan_that_tells_nothing_more_is_not_asked_for(open_class, monkeypatch, rest):
+    first = open_class.accepted[0]
+    left = ["parameter:coulomb", "parameter:viscous"]
+    told_in_turn(monkeypatch, open_class, left[1:], left[1:], left[1:])
+    hand = hand_test(open_class, first, None, left, lambda *_: rest)
+    assert (hand.left, hand.plan) == (("parameter:viscous",), None)
+
+
+def test_the_next_test_says_what_to_measure_and_how_well(open_class, monkeypatch, rest, tmp_path):
     answered = replace(open_class.accepted[0], alike=[])
     settled = replace(open_class, rounds=[answered], verdict="explained")
     monkeypatch.setattr("etb_hil.discrepancy.handtest.search", lambda *_, **__: settled)
-    count = 4000
-    held = np.full(count, MODEL.values.limp_home + 0.3)
-    rest = Plan("rest", np.full(count, int(Mode.POSITION)), held, np.zeros(count), np.zeros(count))
     test = next_test(open_class, [rest])
     assert test["scenario"] is None
     assert test["expected_separation"]["leaves"] == []
