@@ -49,7 +49,7 @@ SENSORS = {
         SensorNoise.of_steps(PLATE_STEP, 0.0, PLATE_NOISE),
     ),
 }
-INVERSE = "rec: inverse model, zero-phase, cut-off by the truth"
+INVERSE = "inverse model, zero-phase, cut-off by the truth"
 VELOCITY_OBSERVERS = {
     "paper (first order)": SlidingModeObserver,
     "implicit": ImplicitSlidingModeObserver,
@@ -195,7 +195,7 @@ def table(title, unit, runs, known, sensors, seeds, names, rates):
                             worst = max(worst, error_of(found.friction, truth.friction[::every], rate, unit))
                     cells.append(f"{worst:.1f}")
                 if name == INVERSE:
-                    delays, gains = ["0.0"], ["-"]
+                    delays, gains = ["0.0"] * len(rates), ["-"]
                     continue
                 gain = noise_gain(lambda: observers(base, sensor)[name], base, sensor, rate)  # noqa: B023 (called at once)
                 delays.append(f"{found.delay_ns[-1] * 1e-6:.1f}")

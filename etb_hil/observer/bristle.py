@@ -46,7 +46,8 @@ _STATES = kalman.STATES + 9
 _LAST_NS, _DELAY_NS = 0, 1
 _LONGEST_GAP_NS = kalman.LONGEST_GAP_NS
 
-# What a smoother needs of each sample: prediction and its covariance, gains, what the measurement added, the step.
+# What a smoother needs of each sample: prediction and its covariance, gains, what the measurement added, the step: 0
+# where a stretch begins, NaN at a bad sample.
 TIME_STEP, PREDICTED, COVARIANCE, GAIN, ERROR, VARIANCE, DECAY, COUPLING = 0, 1, 4, 10, 13, 14, 15, 16
 RECORDED = 17
 
@@ -176,6 +177,8 @@ def _observe(
         whole[_LAST_NS] = time_ns[k]
         if s[RUNNING] == 0.0 or step_ns > _LONGEST_GAP_NS or step_ns <= 0:
             _begin(s, current[k], angle[k], tuning[1], p)
+            if len(trace) > 0:
+                trace[k, TIME_STEP] = 0.0
             continue
         _step(s, whole, step_ns * 1e-9, current[k], angle[k], p, tuning, trace, k)
         if kalman.is_settled(s):

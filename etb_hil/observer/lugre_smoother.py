@@ -103,6 +103,9 @@ def smooth_along_lugre(
     before = np.where(np.isfinite(first.friction), first.friction, 0.0)[good]
     mean = 0.5 * (before + np.concatenate([before[:1], before[:-1]]))
     velocity[good], friction[good] = _in_turn(recording, mean, before, _start(throttle, level))
+    stretch = np.cumsum(recording.step == 0.0)
+    unknown = np.flatnonzero(good)[np.bincount(stretch, known[good])[stretch] == 0.0]
+    velocity[unknown] = friction[unknown] = np.nan  # stretches that are too short to show any friction
     return estimate
 
 

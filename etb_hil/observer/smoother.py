@@ -40,21 +40,24 @@ def smooth(
 
     sigma_0 and the wander of the friction are those under which the recording is likeliest, going by its innovations.
     The backward pass is the fixed-interval smoother of Bryson and Frazier (1963): exact for what the forward pass
-    assumed, and it needs no inverse. Samples that no estimate can be given for are NaN.
+    assumed, and it needs no inverse. Samples that no estimate can be given for are NaN, and so are stretches between
+    gaps that are too short for one.
     """
     trace = np.empty((len(time_ns), RECORDED))
 
-    def unlikelihood(stiffness: float, wander: float) -> float:
+    def forward(stiffness: float, wander: float) -> Estimate:
         supposed = replace(throttle, bristle_stiffness=stiffness * throttle.bristle_stiffness)
-        BristleObserver(supposed, noise, wander).record(time_ns, current, angle, trace)
+        return BristleObserver(supposed, noise, wander).record(time_ns, current, angle, trace)
+
+    def unlikelihood(stiffness: float, wander: float) -> float:
+        forward(stiffness, wander)
         return surprise(trace[:, ERROR], trace[:, VARIANCE], _UNSETTLED)
 
     stiffness = min(_STIFFNESSES, key=lambda factor: unlikelihood(factor, 1.0))
     wander = min(_WANDERS, key=lambda factor: unlikelihood(stiffness, factor))
-    unlikelihood(stiffness, wander)
-    velocity, friction = np.empty(len(time_ns)), np.empty(len(time_ns))
-    _backward(trace, throttle.inertia, velocity, friction)
-    return Estimate(time_ns, velocity, friction, np.zeros(len(time_ns), np.int64))
+    found = forward(stiffness, wander)
+    _backward(trace, throttle.inertia, found.velocity, found.friction)
+    return replace(found, delay_ns=np.zeros(len(time_ns), np.int64))
 
 
 def forward_backward(
@@ -90,18 +93,24 @@ def surprise(error: Float64, variance: Float64, first: int) -> float:
 
 @njit(cache=True, error_model="numpy")
 def _backward(trace: Float64, inertia: float, velocity: Float64, friction: Float64) -> None:
-    a, b, c = 0.0, 0.0, 0.0  # the adjoint state
+    """Put the smoother's velocity and friction torque (n) in place of the forward pass's."""
+    a, b, c, is_known = 0.0, 0.0, 0.0, False  # the adjoint state; whether the forward pass came to an estimate
     for k in range(len(velocity) - 1, -1, -1):
         row = trace[k]
+        is_known = is_known or math.isfinite(friction[k])
         velocity[k] = friction[k] = np.nan
         if math.isnan(row[TIME_STEP]):
+            continue
+        if row[TIME_STEP] == 0.0:  # a stretch begins: it says nothing of the one before
+            a, b, c, is_known = 0.0, 0.0, 0.0, False
             continue
         # Over the measurement: (I - K H)' adjoint, less what the measurement says.
         a -= row[GAIN] * a + row[GAIN + 1] * b + row[GAIN + 2] * c + row[ERROR] / row[VARIANCE]
         p01, p02 = row[COVARIANCE + 1], row[COVARIANCE + 2]
         p11, p12, p22 = row[COVARIANCE + 3], row[COVARIANCE + 4], row[COVARIANCE + 5]
-        velocity[k] = row[PREDICTED + 1] - (p01 * a + p11 * b + p12 * c)
-        friction[k] = (row[PREDICTED + 2] - (p02 * a + p12 * b + p22 * c)) * inertia
+        if is_known:
+            velocity[k] = row[PREDICTED + 1] - (p01 * a + p11 * b + p12 * c)
+            friction[k] = (row[PREDICTED + 2] - (p02 * a + p12 * b + p22 * c)) * inertia
         # Over the step before it: F' adjoint.
         dt = row[TIME_STEP]
         b, c = dt * a + b, c - 0.5 * dt * dt * a - dt * b

@@ -91,6 +91,29 @@ def test_gaps_part_a_recording(run):
     assert np.nanmax(np.abs(error[2900:3300])) < 0.1 * Unit().stiction
 
 
+def test_what_comes_after_a_gap_says_nothing_of_before(run):
+    sensed = run[1][1000]
+    parts = np.r_[2000:3000, 3200:3203, 4000:5000]
+    data = (sensed.time_ns[parts], sensed.current[parts], sensed.motor_angle[parts] / 18.0)
+    trace = np.empty((len(parts), RECORDED))
+    live = BristleObserver(THROTTLE, noise()).record(*data, trace)
+    velocity, friction = live.velocity.copy(), live.friction.copy()
+    _backward(trace, THROTTLE.inertia, velocity, friction)
+    for last in (999, -1):
+        assert friction[last] == pytest.approx(live.friction[last], rel=1e-9)
+        assert velocity[last] == pytest.approx(live.velocity[last], rel=1e-9)
+
+
+@pytest.mark.parametrize("kind", [smooth, smooth_along_lugre])
+def test_three_samples_between_gaps_show_no_friction(run, kind):
+    sensed = run[1][1000]
+    parts = np.r_[2000:3000, 3200:3203, 4000:5000]
+    found = kind(THROTTLE, noise(), sensed.time_ns[parts], sensed.current[parts], sensed.motor_angle[parts] / 18.0)
+    assert np.all(np.isnan(found.friction[1000:1003]))
+    assert np.all(np.isnan(found.velocity[1000:1003]))
+    assert np.count_nonzero(np.isfinite(found.friction)) >= 1998
+
+
 def test_smoother_agrees_with_a_textbook_smoother():
     """Against Rauch, Tung and Striebel's recursion, while sliding, where the model is linear."""
     rng = np.random.default_rng(0)
@@ -100,9 +123,10 @@ def test_smoother_agrees_with_a_textbook_smoother():
     current = rng.standard_normal(n) * 0.05 + THROTTLE.stiction / THROTTLE.torque_per_ampere
     angle = 0.3 + 0.5 * np.arange(n) * dt + 1e-4 * rng.standard_normal(n)
     sensor = type(noise())(1e-4, 0.0)
-    trace, velocity, friction = np.empty((n, RECORDED)), np.empty(n), np.empty(n)
+    trace = np.empty((n, RECORDED))
     observer = BristleObserver(throttle, sensor)
-    observer.record(time_ns, current, angle, trace)
+    live = observer.record(time_ns, current, angle, trace)
+    velocity, friction = live.velocity, live.friction
     inertia = throttle.inertia
     _backward(trace, inertia, velocity, friction)
 
