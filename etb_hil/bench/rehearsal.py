@@ -6,6 +6,7 @@ everything by the time that frames must be answered within milliseconds.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from etb_hil.diagnosis.limits import Limits
     from etb_hil.plant.parameters import Model
     from etb_hil.scenario.scenario_file import Scenario, Step
+    from etb_hil.scenario.trajectory import Trajectory
     from etb_hil.session.record import RunRecord
 
 SEED = 0
@@ -44,6 +46,8 @@ ANGLE_MARGIN = 2e-3  # rad, noise and steps of a plate sensor
 TEMPERATURE_MARGIN = 5.0  # K
 WARM_UP_S = 5.0  # a warm-up repeats itself: what it draws shows early
 REST_S = 1.0  # a plate that is let go rests after this time
+LOOK_S = 5e-3  # between two looks for the fastest moment of a phase
+MOST_LOOKS = 10_000
 FALL_END = 0.25  # rad before limp-home, where it falls fastest
 RESTS = {OffPhase: "duration", CurrentZeroPhase: "duration", HomePhase: "release"}  # how long the bridge is off
 AGES = "stiction_dwell"  # the effect by which a plate that has rested for longer takes more to move
@@ -83,7 +87,8 @@ def with_margins(limits: SafetyLimits) -> SafetyLimits:
 def rehearse(scenario: Document[Scenario], bench: Bench, model: Model, limits: Limits) -> None:
     """Run the scenario on the bench's model and limits; InputError names the phase and the limit that it passes.
 
-    When a condition or an answer ends a phase is the world's affair: it is run again with other ends of such phases.
+    When a condition or an answer ends a phase is the world's affair: it is run again with other ends of such phases,
+    among them where the model ends them and where they move fastest.
     """
     steps = [_shortened(step) for step in scenario.content.steps]
     ends_early = _rehearse(steps, scenario, bench, model, limits)
@@ -93,13 +98,25 @@ def rehearse(scenario: Document[Scenario], bench: Bench, model: Model, limits: L
         if step.phase.until is not None or isinstance(step.phase, PromptPhase)
     ]
     known = tuple(ends_early[index] for index in open_ended)
-    early = [steps[index] if ends_early[index] else _cut(steps[index], model) for index in open_ended]
     whole = [_until(steps[index], None) for index in open_ended]
-    for ends in _ends(len(open_ended)):
-        if ends != known:
-            for place, index in enumerate(open_ended):
-                steps[index] = early[place] if ends[place] else whole[place]
-            _rehearse(steps, scenario, bench, model, limits)
+    fastest = [_cut(steps[index], model) for index in open_ended]
+    by_model = [steps[index] if ends_early[index] else cut for index, cut in zip(open_ended, fastest, strict=True)]
+    done = [_ended(steps, open_ended, known, by_model, whole)]
+    for early, ends in product((by_model, fastest), _ends(len(open_ended))):
+        other = _ended(steps, open_ended, ends, early, whole)
+        if other not in done:
+            _rehearse(other, scenario, bench, model, limits)
+            done.append(other)
+
+
+def _ended(
+    steps: Sequence[Step], places: Sequence[int], ends: Sequence[bool], early: Sequence[Step], whole: Sequence[Step]
+) -> list[Step]:
+    """Return the steps, those at `places` as their early or as their whole variant."""
+    chosen = {
+        at: cut if ends_early else full for at, ends_early, cut, full in zip(places, ends, early, whole, strict=True)
+    }
+    return [chosen.get(at, step) for at, step in enumerate(steps)]
 
 
 def _ends(count: int) -> Iterable[tuple[bool, ...]]:
@@ -163,15 +180,24 @@ def _until(step: Step, until: Until | None) -> Step:
 
 
 def _cut(step: Step, model: Model) -> Step:
-    """Return the step with an end before its time: amid its motion, or where a released plate falls fastest."""
+    """Return the step with an end before its time: where it moves fastest, or where a released plate falls fastest."""
     throttle = model.values
     if isinstance(step.phase, OffPhase | WaitPhase):
         rest = throttle.limp_home
         end = {"role": "throttle_angle", "inside": (f"{rest - FALL_END!r} rad", f"{rest + FALL_END!r} rad")}
     else:
-        half = 0.5 * step.phase.trajectory(throttle.limp_home, throttle).duration
-        end = {"role": "supply_voltage", "above": "-1e9 V", "for": f"{half!r} s"}
+        fastest = _fastest(step.phase.trajectory(throttle.limp_home, throttle))
+        end = {"role": "supply_voltage", "above": "-1e9 V", "for": f"{fastest!r} s"}
     return _until(step, Until.model_validate({**end, "otherwise": "go_on"}))
+
+
+def _fastest(trajectory: Trajectory) -> float:
+    """Return when a trajectory's set-point moves fastest, in s: amid the time it does, for the plate lags behind."""
+    count = min(math.ceil(trajectory.duration / LOOK_S), MOST_LOOKS)
+    times = [trajectory.duration * k / count for k in range(1, count)] or [0.5 * trajectory.duration]
+    speeds = [abs(trajectory.at(t).velocity) for t in times]
+    fast = [t for t, speed in zip(times, speeds, strict=True) if speed >= 0.99 * max(speeds)]
+    return fast[len(fast) // 2]
 
 
 def _dry_run(steps: Sequence[Step], bench: Bench, model: Model, limits: Limits) -> RunRecord:

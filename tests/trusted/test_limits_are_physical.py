@@ -286,6 +286,23 @@ def test_a_condition_that_is_true_in_the_dry_run_does_not_hide_the_rest_of_its_p
         rehearse(load_scenario(path), tight, job.model, job.limits)
 
 
+def test_a_phase_that_its_condition_ends_is_also_rehearsed_with_an_end_where_it_moves_fastest(tmp_path):
+    """In the model the supply ends the approach after 20 ms, in a crawl; a few milliseconds later it is a motion."""
+    job = job_of("virtual_classic", "default")
+    path = tmp_path / "turn_back.yaml"
+    path.write_text(
+        "schema: etb_hil/scenario/1\nname: Turn back\nphases:\n"
+        "  - {id: off, kind: off, duration: 400 ms}\n"
+        "  - {id: up, kind: hold, position: 66 deg, duration: 0.2 s, approach: 5 rad/s,"
+        " until: {role: supply_voltage, above: 1 V, for: 20 ms}}\n"
+        "  - {id: back, kind: hold, position: 8 deg, duration: 0.2 s, approach: 0.5 rad/s}\n"
+    )
+    limits = job.setup.bench.limits.model_copy(update={"current": 5.0})
+    tight = job.setup.bench.model_copy(update={"limits": limits})
+    with pytest.raises(InputError, match=r"turn_back\.yaml:6: .*dry run .*current"):
+        rehearse(load_scenario(path), tight, job.model, job.limits)
+
+
 HIGH = "  - {id: up, kind: hold, position: 80 deg, duration: 0.2 s, approach: 2 rad/s}\n"
 AGAIN = "  - {id: again, kind: hold, position: 80 deg, duration: 0.2 s, approach: 35 rad/s}\n"
 LETS_GO = {
