@@ -15,7 +15,7 @@ def half_width(normal: float, even: float) -> float:
 
     One is normal with the standard deviation `normal`, the other anywhere within +- `even` alike.
     """
-    if even <= 0.0:
+    if even <= 1e-4 * normal:  # 1e-9 of the width, and what follows would be lost in rounding
         return TWO_SIDED_95 * normal
     if normal <= 1e-3 * even:
         return 0.95 * even

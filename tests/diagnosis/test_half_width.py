@@ -8,7 +8,10 @@ from hypothesis import strategies as st
 from etb_hil.diagnosis.half_width import TWO_SIDED_95, half_width
 
 
-@pytest.mark.parametrize(("normal", "even"), [(1e-4, 1.0), (0.1, 1.0), (0.5, 1.0), (1.0, 1.0), (3.0, 1.0), (1.0, 0.0)])
+@pytest.mark.parametrize(
+    ("normal", "even"),
+    [(1e-4, 1.0), (0.1, 1.0), (0.5, 1.0), (1.0, 1.0), (3.0, 1.0), (1.0, 2e-4), (1.0, 1e-14), (1.0, 0.0)],
+)
 def test_holds_95_percent(normal, even):
     rng = np.random.default_rng(2)
     drawn = np.abs(normal * rng.standard_normal(400_000) + even * rng.uniform(-1.0, 1.0, 400_000))
