@@ -1,15 +1,14 @@
 """How often 95 % intervals hold the truth, over random units that the bench's model is not.
 
 Run: python benchmarks/interval_coverage.py [--units 300] [--rate 1000|20000]... [--seed 471]
-     [--bump [one|several|broad|dip|rise|ripple]] [--bootstrap]
+     [--bump [one|several|broad|dip|rise|ripple]]
 One friction check a unit, from the independent generator. Drawn beside the throttle itself: T_st as healthy or risen by
 25 or 60 %; motor constant, springs and inertia of the bench's model inside their tolerances; the gain of the current
 sensor anywhere within 2 %; K_t against K_e by 0.2 % (one standard deviation): what the intervals claim to cover. With
 `--bump`, friction of each unit is locally higher by 15 to 60 %, at 0.3 to 1.2 rad, within 0.03 to 0.08 rad of there;
 several: likewise at every 0.2 to 0.4 rad; broad: within 0.15 to 0.5 rad, and as often lower; dip: lower by half of it;
 rise: by 20 % a rad all the way, the truth being that of 0 rad; ripple: by 10 to 40 % at every 0.02 to 0.06 rad, within
-0.3 of that. With `--bootstrap`, stretches are drawn anew with
-replacement where the diagnosis leaves one out at a time. `uneven way` counts the runs that say so.
+0.3 of that. `uneven way` counts the runs that say so.
 """
 
 from __future__ import annotations
@@ -23,10 +22,8 @@ from diagnosis_power import LIMITS, RISES, UNIT_SPREAD, healthy_design
 from independent_throttle import friction_check, off_by_tolerances, sense
 from throttle_as_model import bench_model, rows_of
 
-from etb_hil.diagnosis import stribeck_fit
 from etb_hil.diagnosis.contradiction import GAIN
 from etb_hil.diagnosis.diagnosis import Diagnosis
-from etb_hil.observer.normal_equations import accumulate
 
 ONE_MOTOR = 0.002  # of K_t against K_e, one standard deviation
 
@@ -73,16 +70,6 @@ def check(rng, rates, *, bump=""):
     return unit, results
 
 
-def bootstrap_covariance(bread, prior, jacobian, residual, weight, cluster):
-    """Return what `jackknife_covariance` does, by 1000 draws of as many stretches as there are, each fitted anew."""
-    stretches = [cluster == name for name in np.unique(cluster)]
-    parts, scores = zip(*(accumulate(jacobian[k], residual[k], weight[k]) for k in stretches), strict=True)
-    drawn = np.random.default_rng(0).multinomial(len(parts), np.full(len(parts), 1.0 / len(parts)), size=1000)
-    matrices = np.tensordot(drawn, np.array(parts), 1) + prior
-    steps = np.linalg.solve(matrices, np.tensordot(drawn, np.array(scores), 1)[:, :, None])[:, :, 0]
-    return bread @ prior @ bread + np.cov(steps, rowvar=False)
-
-
 def collect(rows, unit, result):
     """Add what each interval says: whether it holds the truth, the error, and its half width, as shares."""
     for name, real in (
@@ -108,10 +95,7 @@ def main():
     parser.add_argument("--seed", type=int, default=471)
     kinds = ("one", "several", "broad", "dip", "rise", "ripple")
     parser.add_argument("--bump", choices=kinds, nargs="?", const="one", default="", help="in every unit")
-    parser.add_argument("--bootstrap", action="store_true", help="over stretches, in place of the jackknife")
     options = parser.parse_args()
-    if options.bootstrap:
-        stribeck_fit.jackknife_covariance = bootstrap_covariance
     rates = options.rate or (20000, 1000)
     start, tables, uneven = time.perf_counter(), [{} for _ in rates], [0 for _ in rates]
     for number in range(options.units):

@@ -12,7 +12,7 @@ from etb_hil.diagnosis.current_zero import Zero
 from etb_hil.diagnosis.friction_model import COULOMB, DROP, LOG_SPEED, VISCOUS
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.prior import PRELOAD_CLOSE, PRELOAD_OPEN, prior_of
-from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit, fit_stribeck, gather_evidence
+from etb_hil.diagnosis.stribeck_fit import STICTION, Evidence, StribeckFit, fit_stribeck, gather_evidence
 from etb_hil.diagnosis.ticks import TICK, Ticks
 from etb_hil.diagnosis.voltage_balance import VoltageBalance, voltage_balance
 from etb_hil.diagnosis.windows import RATE_KERNEL, Windows, place_windows, window_means
@@ -29,8 +29,9 @@ _CLUSTER = 100  # ticks that share their noise
 _UNKNOWN_ZERO = 0.02  # A, where the current's zero was not measured
 _STEP_OF_ZERO = 2e-4  # A: drift of the zero over a run
 _DROP_STANDS_OUT = 3.0  # standard errors
-# Share of omega_s that it costs to know the motion at ticks only, where the speed changes by so many rad/s between
-# them; harder motions cost more. No noise, so it does not average out (decision 0046).
+# Share of omega_s that it costs to know the motion at ticks only, for each time that the cube of what the speed changes
+# by between them exceeds that of so many rad/s; up to there, draws see it. No noise, so it does not average out
+# (decisions 0046, 0272).
 _BETWEEN_TICKS, _CHANGE = 0.002, 0.8
 _REACH = 4  # ticks, over which an acceleration stands out of the encoder's steps
 
@@ -103,26 +104,28 @@ def fitted_numbers(
     drop from T_st to T_c there is no omega_s.
     """
     q = fit.parameters
-    stiction, stiction_error = fit.stiction
     numbers = {
-        "T_st": _around(stiction, stiction_error),
+        "T_st": _around(fit.stiction[0], fit.reach(STICTION)),
         "T_c": _coulomb(fit, fastest, throttle),
-        "viscous": _around(float(q[VISCOUS]), fit.error(VISCOUS)),
+        "viscous": _around(float(q[VISCOUS]), fit.reach({VISCOUS: 1.0})),
         "return_margin": _return_margin(fit, throttle),
     }
     if _shows_drop(fit, fastest):
-        speed = float(exp(q[LOG_SPEED]))
-        share = hardest / _CHANGE
-        between = _BETWEEN_TICKS * max(share * share * share, 1.0)
-        variance = float(fit.covariance[LOG_SPEED, LOG_SPEED]) + between * between
-        factor = float(exp(TWO_SIDED_95 * math.sqrt(variance)))
-        numbers["omega_s"] = Interval(speed, speed / factor, speed * factor)
+        numbers["omega_s"] = _stribeck_velocity(fit, hardest)
     return numbers
+
+
+def _stribeck_velocity(fit: StribeckFit, hardest: float) -> Interval:
+    share = hardest / _CHANGE
+    between = TWO_SIDED_95 * _BETWEEN_TICKS * max(share * share * share - 1.0, 0.0)
+    reach = fit.reach({LOG_SPEED: 1.0})
+    speed, factor = float(exp(fit.parameters[LOG_SPEED])), float(exp(math.sqrt(reach * reach + between * between)))
+    return Interval(speed, speed / factor, speed * factor)
 
 
 def _shows_drop(fit: StribeckFit, fastest: float) -> bool:
     """Return whether friction was seen to fall from T_st towards T_c: then Stribeck effect and viscosity are two."""
-    stands_out = float(fit.parameters[DROP]) > _DROP_STANDS_OUT * fit.error(DROP)
+    stands_out = float(fit.parameters[DROP]) > _DROP_STANDS_OUT * fit.error({DROP: 1.0})
     return stands_out and fastest * float(exp(-fit.parameters[LOG_SPEED])) >= 1.0
 
 
@@ -130,18 +133,13 @@ def fitted_curve(fit: StribeckFit, speeds: Float64) -> tuple[Float64, Float64]:
     """Return the friction of steady sliding at speeds (n) in rad/s, and its standard error (n), in N·m."""
     q = fit.parameters
     value, error = np.empty(len(speeds)), np.empty(len(speeds))
-    used = [COULOMB, DROP, LOG_SPEED, VISCOUS]
     for k, omega in enumerate(speeds.tolist()):
         ratio = omega * float(exp(-q[LOG_SPEED]))
         gauss = float(exp(-ratio * ratio))
         direction = 1.0 if omega >= 0.0 else -1.0
-        gradient = [direction, direction * gauss, direction * float(q[DROP]) * gauss * 2.0 * ratio * ratio, omega]
+        slope = direction * float(q[DROP]) * gauss * 2.0 * ratio * ratio
         value[k] = direction * (q[COULOMB] + q[DROP] * gauss) + q[VISCOUS] * omega
-        total = 0.0
-        for a, left in zip(used, gradient, strict=True):
-            for b, right in zip(used, gradient, strict=True):
-                total += left * right * float(fit.covariance[a, b])
-        error[k] = math.sqrt(max(total, 0.0))
+        error[k] = fit.error({COULOMB: direction, DROP: direction * gauss, LOG_SPEED: slope, VISCOUS: omega})
     return value, error
 
 
@@ -156,7 +154,7 @@ def _coulomb(fit: StribeckFit, fastest: float, throttle: ThrottleParameters) -> 
     coulomb, drop = float(q[COULOMB]), float(q[DROP])
     stiction, stiction_error = fit.stiction
     ratio = fastest * float(exp(-q[LOG_SPEED]))
-    around = _around(coulomb, fit.error(COULOMB))
+    around = _around(coulomb, fit.reach({COULOMB: 1.0}))
     if _shows_drop(fit, fastest):
         unseen = drop * float(exp(-ratio * ratio))
         return Interval(coulomb, around.low - unseen, around.high + unseen)
@@ -172,18 +170,13 @@ def _return_margin(fit: StribeckFit, throttle: ThrottleParameters) -> Interval:
     """Return the weaker spring's preload less T_st; both hang on the motor's constant, so their errors go together."""
     margins = []
     for index, preload in ((PRELOAD_OPEN, throttle.preload_open), (PRELOAD_CLOSE, throttle.preload_close)):
-        weights = {index: 1.0, COULOMB: -1.0, DROP: -1.0}
-        variance = 0.0
-        for a, left in weights.items():
-            for b, right in weights.items():
-                variance += left * right * float(fit.covariance[a, b])
         value = preload + float(fit.parameters[index]) - fit.stiction[0]
-        margins.append(_around(value, math.sqrt(max(variance, 0.0))))
+        margins.append(_around(value, fit.reach({index: 1.0, COULOMB: -1.0, DROP: -1.0})))
     return min(margins, key=lambda margin: margin.value)
 
 
-def _around(value: float, error: float) -> Interval:
-    return Interval(value, value - TWO_SIDED_95 * error, value + TWO_SIDED_95 * error)
+def _around(value: float, reach: float) -> Interval:
+    return Interval(value, value - reach, value + reach)
 
 
 def _usable(ticks: Ticks, model: Model, throttle: ThrottleParameters) -> Int64:

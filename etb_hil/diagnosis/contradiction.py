@@ -146,7 +146,7 @@ def remarks(fit: StribeckFit, model: Model, throttle: ThrottleParameters) -> lis
     )
     words = []
     for index, name, nominal, unit, zero, scale in listed:
-        off, error = (float(fit.parameters[index]) - zero) * scale, fit.error(index) * scale
+        off, error = (float(fit.parameters[index]) - zero) * scale, fit.error({index: 1.0}) * scale
         if _is_beyond(off, error, name, model):
             other = ", or friction falls from T_st to T_c by another curve" if name == "viscous" else ""
             words.append(f"{name} is {nominal + off:.3g} {unit} (model {nominal:.3g}{other})")
@@ -162,7 +162,7 @@ def other_curve(fit: StribeckFit, model: Model, throttle: ThrottleParameters) ->
     viscosity. Nothing where the viscosity is the model's.
     """
     off = float(fit.parameters[VISCOUS]) - throttle.viscous
-    if not _is_beyond(off, fit.error(VISCOUS), "viscous", model):
+    if not _is_beyond(off, fit.error({VISCOUS: 1.0}), "viscous", model):
         return 0.0, 0.0
     drop = max(float(fit.parameters[DROP]), 0.0)
     return _TOO_HIGH * drop, _TOO_LOW * drop
@@ -179,7 +179,7 @@ def gain_range(
     shares = []
     for index, name in ((PRELOAD_OPEN, "preload_open"), (PRELOAD_CLOSE, "preload_close")):
         off = float(fit.parameters[index])
-        sure = _is_beyond(off, fit.error(index), name, model)
+        sure = _is_beyond(off, fit.error({index: 1.0}), name, model)
         known = getattr(throttle, name)
         own = model.tolerance(name) / known  # the spring's own error may hide as much of the gain's
         shares.append(off / known + (own if off > 0.0 else -own) if sure else 0.0)

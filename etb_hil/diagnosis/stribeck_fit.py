@@ -7,6 +7,7 @@ that it neither biases the friction nor is left out of its interval.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,7 +23,9 @@ from etb_hil.diagnosis.friction_model import (
     friction_along,
     unsettled,
 )
+from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.prior import CONSTANT, INERTIA, LAG, OFFSET, PARAMETERS, Prior
+from etb_hil.diagnosis.segment_bootstrap import Spread, segment_bootstrap
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.windows import (
     ACCELERATION_KERNEL,
@@ -33,7 +36,7 @@ from etb_hil.diagnosis.windows import (
     bend,
     window_means,
 )
-from etb_hil.observer.normal_equations import accumulate, inverse, jackknife_covariance, times
+from etb_hil.observer.normal_equations import accumulate, inverse, product, times
 from etb_hil.plant.exactmath import log
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.recording.samples import Float64, Int64
@@ -48,6 +51,8 @@ _OVERLAP = 3.0  # windows a stride apart share this many times their noise
 # weighed by what it leaves over. A kind has so many windows, or goes with the others that have not.
 _KINDS = (0.02, 0.1, 0.5)
 _FEWEST = 100
+
+STICTION = {COULOMB: 1.0, DROP: 1.0}  # T_st as a sum of parameters
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,27 +79,36 @@ class Evidence:
 
 @dataclass(frozen=True, slots=True)
 class StribeckFit:
-    """The fitted parameters (14) in the order of `prior`, their covariance (14, 14), and what was left over.
+    """The fitted parameters (14) in the order of `prior`, what they may be off by, and what was left over.
 
     `friction` (m) is what the windows say of friction once the model's errors are taken off; `residual` (m) N·m is how
     far that lies above the curve, local bumps included.
     """
 
     parameters: Float64
-    covariance: Float64
+    spread: Spread
     friction: Float64
     residual: Float64
 
-    def error(self, index: int) -> float:
-        """Return the standard error of a parameter."""
-        return float(np.sqrt(self.covariance[index, index]))
+    def reach(self, weights: Mapping[int, float]) -> float:
+        """Return how far the truth may lie from a sum of parameters with these weights, in 95 %."""
+        return self.spread.reach(_gradient(weights))
+
+    def error(self, weights: Mapping[int, float]) -> float:
+        """Return the standard error of a sum of parameters with these weights, as its 95 % interval has it."""
+        return self.reach(weights) / TWO_SIDED_95
 
     @property
     def stiction(self) -> tuple[float, float]:
         """T_st and its standard error, in N·m."""
-        c = self.covariance
-        variance = c[COULOMB, COULOMB] + 2.0 * c[COULOMB, DROP] + c[DROP, DROP]
-        return float(self.parameters[COULOMB] + self.parameters[DROP]), float(np.sqrt(variance))
+        return float(self.parameters[COULOMB] + self.parameters[DROP]), self.error(STICTION)
+
+
+def _gradient(weights: Mapping[int, float]) -> Float64:
+    gradient = np.zeros(PARAMETERS)
+    for index, weight in weights.items():
+        gradient[index] = weight
+    return gradient
 
 
 def gather_evidence(
@@ -287,15 +301,16 @@ def _conclude(
     held = np.zeros_like(matrix)
     held[np.diag_indices(PARAMETERS)] = prior.precision
     bread = inverse(matrix + held)
-    covariance = jackknife_covariance(bread, held, jacobian, residual, weight, evidence.cluster)
-    if not _is_covariance(covariance):
+    steps = segment_bootstrap(jacobian, residual, weight, evidence.cluster, held)
+    spread = Spread(steps, product(product(bread, held), bread))
+    if not spread.is_finite:
         return None
     sensed = evidence.per_ampere * q[OFFSET] - q[LAG] * evidence.motor_rate
     measured = (evidence.motor - sensed) * (1.0 + q[CONSTANT])
     friction = measured - evidence.load - times(evidence.errors, q[INERTIA:OFFSET])
     if np.any(evidence.local != 1.0):
         residual, _ = _linearise(ticks, windows, replace(evidence, local=np.ones(len(ticks))), q)
-    return StribeckFit(q, covariance, friction, residual)
+    return StribeckFit(q, spread, friction, residual)
 
 
 def widened_by(
@@ -313,10 +328,5 @@ def widened_by(
     matrix[np.diag_indices(PARAMETERS)] += prior.precision
     moved, _ = _linearise(ticks, windows, replace(evidence, local=local), q)
     shift = times(inverse(matrix), accumulate(jacobian, moved - residual, weight)[1])
-    return replace(fit, covariance=fit.covariance + shift[:, None] * shift[None, :])
-
-
-def _is_covariance(matrix: Float64) -> bool:
-    """Return whether variances come out of it, T_st's too: rounding spoils those of a fit that determines nothing."""
-    stiction = matrix[COULOMB, COULOMB] + 2.0 * matrix[COULOMB, DROP] + matrix[DROP, DROP]
-    return bool(np.all(np.isfinite(matrix)) and np.all(np.diag(matrix) >= 0.0) and stiction >= 0.0)
+    known = fit.spread.known + shift[:, None] * shift[None, :]
+    return replace(fit, spread=replace(fit.spread, known=known))

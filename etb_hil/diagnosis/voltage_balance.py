@@ -7,9 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from etb_hil.diagnosis.half_width import TWO_SIDED_95
+from etb_hil.diagnosis.segment_bootstrap import Spread, segment_bootstrap
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.windows import RATE_KERNEL, TORQUE_KERNEL, Windows, window_means
-from etb_hil.observer.normal_equations import accumulate, inverse, jackknife_covariance, times
+from etb_hil.observer.normal_equations import accumulate, inverse, times
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.recording.samples import Int64
 
@@ -57,10 +59,10 @@ def voltage_balance(ticks: Ticks, windows: Windows, cluster: Int64) -> VoltageBa
     bread = inverse(matrix)
     solution = times(bread, vector)
     residual = voltage[known] - times(jacobian, solution)
-    covariance = jackknife_covariance(bread, np.zeros_like(bread), jacobian, residual, weight, cluster[known])
-    errors = np.sqrt(np.diag(covariance))
-    if not (np.all(np.isfinite(errors)) and np.all(np.isfinite(solution))):
+    nothing = np.zeros_like(bread)
+    spread = Spread(segment_bootstrap(jacobian, residual, weight, cluster[known], nothing), nothing)
+    if not (spread.is_finite and np.all(np.isfinite(solution))):
         return None
-    return VoltageBalance(
-        float(solution[_BACK_EMF]), float(errors[_BACK_EMF]), float(solution[_RESISTANCE]), float(errors[_RESISTANCE])
-    )
+    of = np.eye(len(solution))
+    resistance_error, back_emf_error = (spread.reach(of[one]) / TWO_SIDED_95 for one in (_RESISTANCE, _BACK_EMF))
+    return VoltageBalance(float(solution[_BACK_EMF]), back_emf_error, float(solution[_RESISTANCE]), resistance_error)

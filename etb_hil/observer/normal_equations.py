@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
-from etb_hil.recording.samples import Float64, Int64
+from etb_hil.recording.samples import Float64
 
 _SINGULAR = 1e-14  # a pivot below this share of its diagonal: the data do not tell the parameters apart
 
@@ -106,32 +106,3 @@ def times(matrix: Float64, vector: Float64) -> Float64:
             total += matrix[a, b] * vector[b]
         out[a] = total
     return out
-
-
-@njit(cache=True, error_model="numpy")
-def jackknife_covariance(
-    bread: Float64, prior: Float64, jacobian: Float64, residual: Float64, weight: Float64, cluster: Int64
-) -> Float64:
-    """Return the covariance (p, p) of a fit whose residuals are correlated inside clusters and not between them.
-
-    `bread` (p, p) is the inverse of J' W J + prior; `cluster` (m) numbers the clusters in order. What a prior (p, p)
-    contributes is taken as stated. What the data contribute is by how much the fit moves, to first order, as each of
-    the clusters is left out (Bell and McCaffrey 2002, CR3): where few clusters decide a parameter, the scatter of
-    their scores alone says too little, for the fit has followed their errors. NaN where the fit hangs on one cluster.
-    """
-    rows, columns = jacobian.shape
-    whole, _ = accumulate(jacobian, residual, weight)
-    whole += prior
-    moved = np.zeros((columns, columns))
-    clusters, first = 0, 0
-    for k in range(rows):
-        if k < rows - 1 and cluster[k + 1] == cluster[k]:
-            continue
-        part, score = accumulate(jacobian[first : k + 1], residual[first : k + 1], weight[first : k + 1])
-        step = times(inverse(whole - part), score)
-        for a in range(columns):
-            for b in range(columns):
-                moved[a, b] += step[a] * step[b]
-        clusters, first = clusters + 1, k + 1
-    share = (clusters - 1.0) / clusters if clusters > 1 else np.nan
-    return product(product(bread, prior), bread) + share * moved
