@@ -4,7 +4,8 @@
 
 Hides one effect after the other, in a form of its curve that ours has too, strong or medium. A number counts where the
 truth is named, no other cause with it, and no base parameter in its class: what a parameter imitates has no size of its
-own. NOT_COMPARED says which effects have no number in common with the generator's, and why.
+own. Nor does one that lies beyond what the catalogue takes for possible. NOT_COMPARED says which effects have no number
+in common with the generator's, and why.
 """
 
 import argparse
@@ -22,6 +23,7 @@ from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.intervals import estimates
 from etb_hil.discrepancy.measurement import measurements_of
 from etb_hil.discrepancy.naming import search
+from etb_hil.plant.effects.catalogue import CATALOGUE
 
 A, B, C = range(3)  # the generator's shape parameters
 BASE = (
@@ -114,7 +116,7 @@ COMPARED = {
     ],
     "current_sensor_offset": [Number(("offset",), (0, 1)), Number(("drift",), (1,), 0.01)],
     "angle_sensor_eccentricity": _waves(0),
-    "sensor_hysteresis": [Number(("half_width",), (0, 1), 0.5)],
+    "sensor_hysteresis": [Number(("half_width",), (0,), 0.5)],
     "measurement_delay": [Number(("delay",), (0,)), Number(("lag",), (1,))],
 }  # fmt: skip
 
@@ -143,7 +145,8 @@ def compared(findings, truth):
                 continue
             if id_ == "friction_position_periodic":
                 value /= truth["unit"]["gear_ratio"]
-            numbers[f"{id_}.{number.names[0]}"] = _reach(parts, value)
+            if _is_possible(id_, number.names[0], value):
+                numbers[f"{id_}.{number.names[0]}"] = _reach(parts, value)
     return numbers
 
 
@@ -154,6 +157,12 @@ def base_numbers(truth):
         "torque_per_ampere": unit["motor_constant"] * unit["gear_ratio"],
         "inertia": unit["plate_inertia"] + unit["gear_ratio"] ** 2 * unit["motor_inertia"],
     }
+
+
+def _is_possible(id_, name, value):
+    """Tell whether the catalogue takes a number for possible; one beyond ends on its bound, and says so."""
+    stated = next(parameter for parameter in CATALOGUE[id_].stated if parameter.name == name)
+    return abs(value) <= stated.high
 
 
 def _reach(parts, truth):

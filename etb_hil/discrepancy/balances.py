@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.along import Motion, Walk
-from etb_hil.discrepancy.driving import without_noise
+from etb_hil.discrepancy.driving import with_its_mean, without_noise
 from etb_hil.discrepancy.measurement import Measurement
 from etb_hil.discrepancy.regimes import Regimes
 from etb_hil.discrepancy.remembered import Remembered
@@ -88,6 +88,7 @@ class Balances:
         self._plate = None if measured.plate is None else spectrum.of(measured.plate)
         noise = float(np.hypot(model.sensors.voltage_noise, model.sensors.voltage_step / np.sqrt(12.0)))
         self.driving = without_noise(measured.voltage, noise, measured.rate)
+        self.free_voltage = with_its_mean(self.driving, measured.voltage, measured.rate)
         self._is_calm = trembling(measured.angle, measured.rate) < _TREMBLES * v.coulomb / v.bristle_stiffness
         self.jitter = jitter(measured.angle, measured.rate, measured.angle_noise)
         self._known: Remembered[_Truth] = Remembered()

@@ -11,6 +11,7 @@ Float64 = NDArray[np.float64]
 _AROUND = 0.05  # s to either side
 _SAME = 3.0  # times the noise: what is nearer than that is another reading of the same voltage
 _PASSES = 2
+_MEAN_OF = 0.03  # s to either side
 _GAUSS = 0.6745  # median of the absolute value of a normal variable
 
 
@@ -26,6 +27,18 @@ def without_noise(voltage: Float64, noise: float, rate: float) -> Float64:
     for _ in range(_PASSES if reach > 0.0 else 0):
         voltage = _averaged(voltage, reach, half)
     return voltage
+
+
+def with_its_mean(smooth: Float64, voltage: Float64, rate: float) -> Float64:
+    """Return a smoothed voltage (n) with the local mean that was measured.
+
+    A filter that keeps edges takes small steps for noise. Friction and a soft spring integrate what it loses of the
+    mean: a millivolt is up to five milliradian.
+    """
+    lost = np.concatenate([[0.0], np.cumsum(voltage - smooth)])
+    at = np.arange(len(voltage))
+    reach = np.minimum(np.minimum(at, at[::-1]), round(_MEAN_OF * rate))
+    return smooth + (lost[at + reach + 1] - lost[at - reach]) / (2 * reach + 1)
 
 
 @njit(cache=True, error_model="numpy")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,7 @@ _SHARPNESS = 3.0  # a rival at the class margin is e^-3 as probable
 def explanation(findings: Findings, holdout: Holdout | None) -> dict[str, Any]:
     """Return the whole answer; `holdout` is None where there is no simulation that could be run."""
     in_model = findings.final.fit.whole if holdout is None else holdout.best
+    numbers = estimates(findings.final, findings.balances, findings.final_floor)
     found = {
         "schema": SCHEMA,
         "verdict": findings.verdict,
@@ -38,9 +40,9 @@ def explanation(findings: Findings, holdout: Holdout | None) -> dict[str, Any]:
         "measured": measured(findings.model),
         "suspects": _suspects(findings),
         "unexplained": _unexplained(findings),
-        "calibrated": _calibrated(findings, in_model),
+        "calibrated": _calibrated(findings, numbers, in_model),
         "model_file": _model_file(holdout),
-        "nuisances": _nuisances(findings),
+        "nuisances": _nuisances(numbers),
         "friction": _friction(findings, in_model),
         "balances": _balances(findings),
         "detection_limits": _limits(findings),
@@ -171,16 +173,16 @@ def _unexplained(findings: Findings) -> dict[str, Any]:
     return {"where": where, "placeholders": splines}
 
 
-def _calibrated(findings: Findings, in_model: Vector) -> dict[str, Any]:
-    first = {e.name: e for e in estimates(findings.calibration, findings.balances, findings.floor)}
-    last = {e.name: e for e in estimates(findings.final, findings.balances, findings.final_floor)}
+def _calibrated(findings: Findings, numbers: Sequence[Estimate], in_model: Vector) -> dict[str, Any]:
     found = {}
-    for name, estimate in last.items():
+    for estimate in numbers:
+        name = estimate.name
         if estimate.place >= EXTENDED or name not in FIELDS:
             continue
+        first = float(findings.calibration.fit.whole[estimate.place])
         nominal = float(getattr(findings.model.values, name))
         half = findings.model.tolerance(name)
-        moved = abs(estimate.value - first[name].value) / max(abs(first[name].value), half)
+        moved = abs(estimate.value - first) / max(abs(first), half)
         flags = []
         if abs(estimate.value - nominal) > half * 1.03:
             flags.append("left its tolerance")
@@ -199,11 +201,11 @@ def _calibrated(findings: Findings, in_model: Vector) -> dict[str, Any]:
     return found
 
 
-def _nuisances(findings: Findings) -> dict[str, Any]:
+def _nuisances(numbers: Sequence[Estimate]) -> dict[str, Any]:
     """Return what is no part of the unit but was fitted: clock skews of the signals, and the plate sensor's zero."""
     return {
         e.name: _number(e, "rad" if e.name.endswith("_zero") else "s")
-        for e in estimates(findings.final, findings.balances, findings.final_floor)
+        for e in numbers
         if e.place >= EXTENDED and e.low < e.high
     }
 

@@ -66,7 +66,7 @@ def _segment(b: Balances, p: Vector, begin: int, begin_at: Vector, rows: int, ev
     part = slice(begin, begin + rows)
     out = np.empty((rows, 2))
     _run(
-        begin_at.copy(), p, b.driving[part], m.temperature[part], angle[part], velocity[part],
+        begin_at.copy(), p, b.free_voltage[part], m.temperature[part], angle[part], velocity[part],
         _true_current(b, p)[part], round(m.dt / TICK), every, out,
     )  # fmt: skip
     sensed = current_sensor_gain.measured_current(out[:, 1], p)
@@ -102,7 +102,8 @@ def _led(b: Balances, p: Vector, begins: NDArray[np.int64]) -> Float64:
     state = new_extended_state(float(angle[0]), float(m.temperature[0]))
     found = np.empty((len(begins), len(state)))
     _lead(
-        state, p, b.driving, m.temperature, angle, velocity, _true_current(b, p), round(m.dt / TICK), begins, found,
+        state, p, b.free_voltage, m.temperature, angle, velocity, _true_current(b, p), round(m.dt / TICK), begins,
+        found,
     )  # fmt: skip
     return found
 

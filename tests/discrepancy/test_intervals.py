@@ -1,0 +1,89 @@
+"""Intervals of fitted numbers, on balances of which the truth is known: they hold it as often as they say."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from etb_hil.discrepancy.calibration import Calibration
+from etb_hil.discrepancy.fit import fit_of
+from etb_hil.discrepancy.intervals import estimates
+from etb_hil.discrepancy.unknowns import SLACK, Unknown
+from etb_hil.plant.effects.layout import EXTENDED
+
+ROWS = 4000
+FIRST, SECOND = 0, 1  # places of two numbers in the whole vector
+
+
+class Balances:
+    """What `estimates` asks of balances; `left` gives their residual (3 rows) from two numbers."""
+
+    rows = ROWS
+    measured = SimpleNamespace(angle_noise=1e-9)
+
+    def __init__(self, left):
+        self._left = left
+
+    def residual(self, p, nuisance):
+        del nuisance
+        return self._left(p[FIRST], p[SECOND])
+
+
+def at(first, second):
+    whole = np.zeros(EXTENDED + 4)
+    whole[[FIRST, SECOND]] = first, second
+    return whole
+
+
+def told(left, unknowns, first=0.0, second=0.0):
+    """Return the estimates by name of a fit that ended at two numbers."""
+    b = Balances(left)
+    fit = fit_of(lambda whole: b.residual(whole, None), at(first, second))
+    calibration = Calibration(unknowns, fit, np.empty((3 * ROWS, len(unknowns))))
+    nothing_missed = SimpleNamespace(calibration=SimpleNamespace(fit=fit, unknowns=[]), truth=fit.whole)
+    return {e.name: e for e in estimates(calibration, [b], nothing_missed)}
+
+
+def stated(name, place, **more):
+    return Unknown(name, place, 0.0, 1.0, -SLACK, SLACK, **more)
+
+
+@pytest.mark.parametrize("ended", [0.0, 0.6, SLACK])
+def test_of_two_numbers_of_which_data_show_the_sum_each_is_known_as_stated(ended):
+    """However bent the curve is that both move along, and wherever on the line of equal fits the fit has ended."""
+    noise = np.random.default_rng(1).standard_normal(3 * ROWS)
+    wave = np.sin(np.linspace(0.0, 90.0, 3 * ROWS))
+
+    def left(first, second):
+        return noise + 300.0 * wave * np.expm1(0.3 * (first + second))
+
+    unknowns = [stated("coulomb", FIRST), Unknown("effect.strength", SECOND, 0.0, 1.0, -50.0, 50.0, step=0.1)]
+    found = told(left, unknowns, ended, -ended)
+    for truth in (-0.9, 0.0, 0.9):
+        assert found["coulomb"].low <= truth <= found["coulomb"].high
+        assert found["effect.strength"].low <= -truth <= found["effect.strength"].high
+    assert found["effect.strength"].high - found["effect.strength"].low < 6.0
+
+
+def test_what_data_show_is_not_drawn_to_what_is_stated():
+    rng = np.random.default_rng(2)
+    noise, wave = rng.standard_normal((2, 3 * ROWS))
+    found = told(lambda first, _: noise + wave * (first - 0.8), [stated("coulomb", FIRST)], 0.8)["coulomb"]
+    assert found.low < 0.8 < found.high
+    assert found.high - found.low == pytest.approx(4.0 / np.sqrt(3 * ROWS), rel=0.3)
+
+
+@pytest.mark.parametrize("blocks", [2, 3, 6, 40])
+def test_a_number_that_few_blocks_tell_is_held_as_often(blocks):
+    """Noise that lasts as long as a block: each of them is one reading, and two readings are two."""
+    rng = np.random.default_rng(blocks)
+    block = np.tile(np.arange(ROWS) * 40 // ROWS, 3)
+    slope = np.where(block < blocks, 1.0, 0.0)
+    wide = Unknown("effect.x", FIRST, 0.0, 1.0, -50.0, 50.0)
+    held, count = 0, 300
+    for _ in range(count):
+        noise = rng.standard_normal(40)[block] + 0.1 * rng.standard_normal(3 * ROWS)
+        truth = -float(slope @ noise / (slope @ slope))
+        found = told(lambda first, _, noise=noise: noise + slope * first, [wide], truth)
+        held += found["effect.x"].low <= 0.0 <= found["effect.x"].high
+    assert 0.91 < held / count < 0.985
