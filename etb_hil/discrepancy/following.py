@@ -26,6 +26,7 @@ Float64 = NDArray[np.float64]
 
 _RATE = 100.0  # Hz at which a free run is compared: an angle has nothing faster that integrates
 _NEWS = 50.0  # independent readings a segment of a free run counts for, beside the balances' rows
+_MOST = 2.0  # times a true model's error: what is more is a plate that broke away in one of two, and no number's fault
 _ROUNDS = 2  # of which each may ask for columns anew: beyond them little was gained
 _TOLERANCE = 0.02
 _RIDGE = 1e-6
@@ -55,7 +56,7 @@ def follow(
     own = [k for k, u in enumerate(calibration.unknowns) if u.place < EXTENDED]
     unknowns = [calibration.unknowns[k] for k in own]
     columns, residual = calibration.columns[:, own], calibration.fit.residual
-    runs = _Runs(b, freerun.starts(b, begin[:EXTENDED]), floor)
+    runs = _Runs(b, begin, floor)
     said = _Said(unknowns, begin, columns, residual)
 
     def together(whole: Vector) -> Float64:
@@ -88,17 +89,19 @@ def part_of(balances: Sequence[Balances], number: int, share: float) -> int:
 
 
 class _Runs:
-    """Free runs over all segments of a stretch, from given starts, over the error of a true model."""
+    """Free runs over all segments of a stretch, from where `begin` starts them, over the error of a true model."""
 
-    def __init__(self, b: Balances, starts: Float64, floor: float) -> None:
-        self._b, self._starts = b, starts
+    def __init__(self, b: Balances, begin: Vector, floor: float) -> None:
+        self._b, self._starts = b, freerun.starts(b, begin[:EXTENDED])
         length = round(freerun.SEGMENT_S * b.measured.rate)
         self._length = length
         self._begins = range(0, len(b.measured) - length + 1, length)
         self._every = max(1, round(b.measured.rate / _RATE))
         self.rows = len(range(0, length, self._every))
         self.shares = [begin / len(b.measured) for begin in self._begins]
-        self._weight = np.sqrt(_NEWS / self.rows) / floor
+        self._weights = np.full(len(self._begins), np.sqrt(_NEWS / self.rows) / floor)
+        over = np.linalg.norm(self.errors(begin).reshape(-1, self.rows), axis=1) / np.sqrt(_NEWS)
+        self._weights *= _MOST / np.maximum(over, _MOST)
 
     def errors(self, whole: Vector) -> Float64:
         """Return the weighted errors (n) of all segments."""
@@ -106,7 +109,7 @@ class _Runs:
         for number, begin in enumerate(self._begins):
             part = slice(begin, begin + self._length, self._every)
             angle = freerun.segment(self._b, whole[:EXTENDED], begin, self._starts[number], self._length)
-            found.append((angle[:: self._every] - self._b.measured.angle[part]) * self._weight)
+            found.append((angle[:: self._every] - self._b.measured.angle[part]) * self._weights[number])
         return np.concatenate(found)
 
 

@@ -8,7 +8,7 @@ from synthetic import MODEL, RATE, measurement
 
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.calibration import calibrate
-from etb_hil.discrepancy.driving import without_noise
+from etb_hil.discrepancy.driving import with_its_mean, without_noise
 from etb_hil.discrepancy.rows import held, jitter, missed_by_rows, trembling, until_next
 from etb_hil.discrepancy.spectrum import Spectrum
 
@@ -66,6 +66,20 @@ def test_a_voltage_loses_its_noise_and_keeps_its_steps_and_slopes(seed, noise, s
     assert np.sqrt(np.mean(away[200:-200] ** 2)) < 0.6 * noise
     assert abs(np.mean(away[200:-200])) < 0.1 * noise
     assert np.abs(away[1995:2005]).max() < 5.0 * noise
+
+
+def test_a_voltage_keeps_the_mean_of_steps_that_look_like_noise():
+    """A controller's pulses at every count of an encoder are one-sided: what a filter takes of them is a torque."""
+    rng = np.random.default_rng(4)
+    pulses = np.where(rng.random(20_000) < 0.08, 0.06, 0.0)
+    voltage = 1.0 + pulses + 0.02 * rng.standard_normal(20_000)
+    smooth = without_noise(voltage, 0.02, RATE)
+    whole = with_its_mean(smooth, voltage, RATE)
+    second = np.ones(round(RATE)) / RATE
+    lost, kept = (np.abs(np.convolve(found - voltage, second, "valid")).max() for found in (smooth, whole))
+    assert kept < 0.25 * lost
+    assert np.mean(np.abs(np.diff(whole))) < 0.1 * np.mean(np.abs(np.diff(voltage)))
+    np.testing.assert_array_equal(with_its_mean(voltage, voltage, RATE), voltage)
 
 
 @settings(max_examples=20, deadline=None)
