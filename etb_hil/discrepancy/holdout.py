@@ -1,4 +1,4 @@
-"""Errors on segments that a fit did not see: of each model and of a true one, one-step and in free run."""
+"""Errors on segments that a fit did not see: of each model, and of a true one that was fitted likewise."""
 
 from __future__ import annotations
 
@@ -12,18 +12,17 @@ from etb_hil.discrepancy import freerun
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.calibration import Calibration
 from etb_hil.discrepancy.findings import Findings
+from etb_hil.discrepancy.floor import floor_of
 from etb_hil.discrepancy.following import Followed, follow, part_of
-from etb_hil.discrepancy.rerun import rerun
 from etb_hil.discrepancy.segments import SEGMENTS, held_out, segment_of
 from etb_hil.discrepancy.unknowns import start
 from etb_hil.plant.effects.layout import EXTENDED
-from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
 
 Float64 = NDArray[np.float64]
 
 _DRAWS = 2000
-_SIMULATED = (7, 8, 9)  # seeds: whether a plate just breaks away is luck, and one draw of it no floor
+_SIMULATED = (7, 8)  # seeds beside the floor of the balances: whether a plate just breaks away is luck
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,13 +48,13 @@ def hold_out(findings: Findings, progress: Callable[[str], None] = lambda _: Non
     number = int(np.argmax([each.rows for each in findings.balances]))
     b = findings.balances[number]
     final = findings.final
-    nominal, truth = start(findings.model)[:EXTENDED], final.fit.whole[:EXTENDED]
+    nominal = start(findings.model)[:EXTENDED]
     errors = _Errors()
     errors.add("nominal", b, lambda _: nominal)
     errors.add("calibrated", b, _by_fold(findings, number, _folds(findings, findings.calibration)))
     if findings.accepted:
         errors.add("extended", b, _by_fold(findings, number, _folds(findings, final)))
-    errors.take(_floor(b, findings.model, truth))
+    errors.take(_floor(findings, number))
     free = errors.table["free_run"][freerun.POSITION]
     followed: Followed | None = None
     try:
@@ -104,12 +103,18 @@ class _Errors:
         self.segments.update(others.segments)
 
 
-def _floor(b: Balances, model: Model, p: Vector) -> _Errors:
-    """Return a true model's errors on the middle one of its own simulated measurements."""
+def _floor(findings: Findings, number: int) -> _Errors:
+    """Return what noise alone leaves: the middle one of the final model's simulated measurements of a stretch.
+
+    Noise is in what drives a free run and in the numbers that a fit finds: they are fitted again, without each part.
+    """
+    model, final = findings.model, findings.final
+    again = (floor_of(model, findings.balances, final.fit.whole, final.unknowns, seed) for seed in _SIMULATED)
     drawn = []
-    for seed in _SIMULATED:
+    for floor in (findings.final_floor, *again):
         one = _Errors()
-        one.add("noise_floor", Balances(rerun(b, model, p, seed), model), lambda _: p)
+        vectors = _folds(findings, floor.calibration)
+        one.add("noise_floor", floor.balances[number], _by_fold(findings, number, vectors))
         drawn.append(one)
     return sorted(drawn, key=lambda one: one.table["free_run"][freerun.POSITION]["noise_floor"])[len(drawn) // 2]
 
