@@ -6,6 +6,7 @@ along (springs' torques, inertia, viscosity) is said and no more.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -189,6 +190,22 @@ def gain_range(
         middle = throttle.resistance / balance.resistance
         low, high = max(low, min(1.0, middle * (1.0 - share))), min(high, max(1.0, middle * (1.0 + share)))
     return max(low, 0.05), high
+
+
+def against_each_other(fit: StribeckFit, model: Model) -> float:
+    """Return by how many N·m friction may differ from its mean by direction; above zero it is higher opening.
+
+    Springs that are off against each other and friction that differs by direction are one torque. Nothing where both
+    springs are inside their tolerances.
+    """
+    opening, closing = float(fit.parameters[PRELOAD_OPEN]), -float(fit.parameters[PRELOAD_CLOSE])
+    own_open, own_close = model.tolerance("preload_open"), model.tolerance("preload_close")
+    is_beyond = _is_beyond(opening, fit.error({PRELOAD_OPEN: 1.0}), "preload_open", model) or _is_beyond(
+        closing, fit.error({PRELOAD_CLOSE: 1.0}), "preload_close", model
+    )
+    if not is_beyond or opening * closing <= 0.0:
+        return 0.0
+    return math.copysign(min(abs(opening) + own_open, abs(closing) + own_close), opening)
 
 
 def _is_beyond(off: float, error: float, name: str, model: Model) -> bool:

@@ -14,6 +14,7 @@ from etb_hil.diagnosis.assessment import JUDGED, assess
 from etb_hil.diagnosis.break_away import break_aways
 from etb_hil.diagnosis.contradiction import (
     Widening,
+    against_each_other,
     gain_range,
     other_curve,
     remarks,
@@ -25,7 +26,7 @@ from etb_hil.diagnosis.current_zero import Zero, ZeroMeter
 from etb_hil.diagnosis.direction import against_motor
 from etb_hil.diagnosis.exceedance import ExceedanceDetector
 from etb_hil.diagnosis.grounds import Coverage, Grounds, far_above, local_excess, unexplained
-from etb_hil.diagnosis.limits import Limits
+from etb_hil.diagnosis.limits import Limits, without_temperature
 from etb_hil.diagnosis.local_friction import local_friction
 from etb_hil.diagnosis.numbers import bump_numbers, report_numbers
 from etb_hil.diagnosis.places_seen import judged_where_seen, too_wide_unseen
@@ -165,6 +166,7 @@ class Diagnosis:
         withheld = [
             *against_motor(ticks, self._model, throttle),
             *withholding(assessment, local, self._model, throttle),
+            *without_temperature(self._limits, self._zero.temperature),
         ]
         way = None if fit is None or withheld else uneven_way(assessment.evidence, fit)
         widening = Widening()
@@ -196,6 +198,7 @@ class Diagnosis:
             withholding=withheld,
             remarks=(*(() if fit is None else remarks(fit, self._model, throttle)), *uneven_remarks(way)),
             is_uneven=way is not None,
+            by_direction=0.0 if fit is None else against_each_other(fit, self._model),
             excess=local_excess(assessment, local, self._upper_limits()[0], band, widening.gain),
             unexplained=unexplained(exceedances, assessment, self._ticks.origin_ns, band),
             current_plausible=None if at_rest is None else resistance_fits(at_rest, 0.0, self._model, throttle),

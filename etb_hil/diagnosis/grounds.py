@@ -57,7 +57,8 @@ class Grounds:
     the limit of T_st, None where there is none; `unexplained` are live episodes that the fit does not explain; `far`
     rad/s, where the Stribeck curve has come down; `follows` is the share of ticks behind which none is missing;
     `unseen` is what of the way was not slid over slowly, None where that is little; `is_uneven`, whether friction
-    differs along it; `current_plausible`, whether voltage and current of a plate at rest agree, None where nobody
+    differs along it; `by_direction` N·m, by how much it may be higher (above zero) or lower opening than the mean of
+    both directions; `current_plausible`, whether voltage and current of a plate at rest agree, None where nobody
     knows; `band` is a share of the limits, inside which nothing is decided.
     """
 
@@ -73,6 +74,7 @@ class Grounds:
     withholding: Sequence[Reason]
     remarks: Sequence[Reason]
     is_uneven: bool
+    by_direction: float
     excess: Excess | None
     unexplained: Sequence[Exceedance]
     current_plausible: bool | None

@@ -11,6 +11,7 @@ from pydantic import Field, field_validator, model_validator
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.quantity import Duration, Ratio, Temperature, TemperatureCoefficient, Torque, format_quantity
 from etb_hil.base.yamlfile import Document, FileModel, load
+from etb_hil.diagnosis.result import Reason
 from etb_hil.plant.table_one import Shaft
 
 Text = Annotated[str, Field(min_length=1, max_length=2000)]
@@ -130,6 +131,15 @@ class Limits(FileModel):
     coulomb: UpperLimit
     return_margin: LowerLimit
     marginal_band: Annotated[Ratio, Field(ge=0.0, lt=0.5)]
+
+
+def without_temperature(limits: Limits, temperature: float) -> list[Reason]:
+    """Return why nothing can be held against limits that follow a temperature, in degC, which is NaN: not known."""
+    if not math.isnan(temperature) or limits.stiction.temperature is limits.coulomb.temperature is None:
+        return []
+    text = "the limits follow the housing's temperature, and none was measured with the current's zero"
+    step = "give the bench file the role `temperature` and the scenario a current_zero, or limits without a law"
+    return [Reason("temperature_unknown", text, step)]
 
 
 def load_limits(path: Path, gear_ratio: float | None = None) -> Document[Limits]:

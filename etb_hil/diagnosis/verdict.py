@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from etb_hil.base.outcome import UnitVerdict
@@ -17,6 +18,7 @@ _FEWEST_A_WAY = 30  # windows: a slow sweep has hundreds
 _WHOLE = 0.9  # of the ticks without a gap before them: with more, it was not for want of samples
 
 _NEEDED = ("T_st", "T_c", "return_margin")
+_OF_FRICTION = frozenset({"T_st", "T_c", "T_st_break_away"})
 
 
 def stand(
@@ -60,6 +62,7 @@ def conclude(numbers: Sequence[Number], grounds: Grounds) -> tuple[UnitVerdict, 
         *_not_seen(grounds),
         *_undecided(judged, grounds),
         *_locally_undecided(judged, grounds),
+        *_by_direction_undecided(judged, grounds),
     ]
     if not broken:
         doubts += _unexplained(grounds)
@@ -119,6 +122,26 @@ def _locally_undecided(judged: Sequence[Number], grounds: Grounds) -> list[Reaso
         f"({excess.low:.3f} to {excess.high:.3f}; allowed up to {excess.limit:.3f})"
     )
     return [Reason("T_st_local_undecided", text, "see the friction over angle for the place")]
+
+
+def _by_direction_undecided(judged: Sequence[Number], grounds: Grounds) -> list[Reason]:
+    """Return a doubt where friction that differs by direction may be above a limit in one, and its mean is not."""
+    more = abs(grounds.by_direction)
+    names = []
+    for number in judged:
+        if number.id in _OF_FRICTION and number.verdict is UnitVerdict.PASS:
+            most = (number.limit_high or math.inf) * (1.0 - grounds.band)
+            if more > 0.0 and (number.high or 0.0) + more > most:
+                names.append(number.id)
+    if not names:
+        return []
+    way = "opening" if grounds.by_direction > 0.0 else "closing"
+    text = (
+        f"both springs are off against each other beyond the model's tolerance, or friction is up to {more:.3f} N·m "
+        f"higher {way} the plate than the mean of both directions: then {' and '.join(names)} may be above the limit"
+    )
+    step = "measure the preloads, or correct the model's: springs like that leave friction alike in both directions"
+    return [Reason("direction_undecided", text, step)]
 
 
 def _stands(judged: Sequence[Number], name: str) -> UnitVerdict | None:

@@ -10,13 +10,13 @@ from throttle_as_model import bench_model, rows_of
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.diagnosis import Diagnosis
-from etb_hil.diagnosis.limits import load_limits
+from etb_hil.diagnosis.limits import TemperatureLaw, load_limits
 
 LIMITS = load_limits(find("limits", "default")).content
 
 
-def judge(bench, sensed, phases, rate, **how):
-    diagnosis = Diagnosis(bench_model(bench), LIMITS)
+def judge(bench, sensed, phases, rate, limits=LIMITS, **how):
+    diagnosis = Diagnosis(bench_model(bench), limits)
     for rows, kind in rows_of(sensed, phases, rate, **how):
         diagnosis.push(rows, kind)
     return diagnosis.finish()
@@ -55,6 +55,21 @@ def test_filtered_peak_is_too_low_where_the_fit_is_not():
     result = judge(Unit(), sense(unit, run, 1000, np.random.default_rng(3)), phases, 1000)
     assert result.number("T_st").value == pytest.approx(0.45, rel=0.02)
     assert result.number("T_st").low < 0.45 < result.number("T_st").high
+
+
+def test_limits_that_follow_a_temperature_that_nobody_measured_judge_no_unit():
+    """T_st of 0.235 N·m is beyond the limit at 80 degC and inside that at 20 degC."""
+    law = TemperatureLaw.model_validate(
+        {"coefficient": "-0.3 %/K", "reference": "20 degC", "between": ["0 degC", "80 degC"]}
+    )
+    limits = LIMITS.model_copy(update={"stiction": LIMITS.stiction.model_copy(update={"temperature": law})})
+    unit = replace(Unit(), stiction=0.235)
+    run, phases = friction_check(unit)
+    sensed = sense(unit, run, 1000, np.random.default_rng(3))
+    known = judge(unit, sensed, phases, 1000, limits=limits)
+    assert known.verdict is UnitVerdict.PASS
+    unknown = judge(unit, sensed, phases, 1000, limits=limits, temperature=np.nan)
+    assert (unknown.verdict, unknown.reasons[0].id) == (UnitVerdict.INCONCLUSIVE, "temperature_unknown")
 
 
 def test_exceedance_is_an_episode_with_its_place(checks):

@@ -96,6 +96,20 @@ def test_far_from_its_limit_another_curve_passes_with_a_wide_interval(exponent, 
     assert number.low < Unit().coulomb < number.high
 
 
+@pytest.mark.parametrize("share", [0.25, -0.25])
+def test_friction_beyond_its_limit_in_one_direction_does_not_pass_as_springs_that_are_off(share):
+    """The mean of both directions is inside the limit, and the springs' preloads take the difference."""
+    result = diagnosed(Unit(stiction=0.23, coulomb=0.14, by_direction=share))
+    assert result.number("T_st").high < 0.23 * 1.25
+    assert result.verdict is UNSURE
+    reason = next(r for r in result.reasons if r.id == "direction_undecided")
+    assert ("opening" if share > 0.0 else "closing") in reason.text
+
+
+def test_friction_that_differs_by_direction_far_from_its_limits_passes():
+    assert diagnosed(Unit(stiction=0.16, coulomb=0.12, by_direction=0.2)).verdict is PASS
+
+
 @pytest.mark.parametrize("factor", [0.8, 1.2])
 def test_another_motor_withholds_the_verdict(factor):
     result = diagnosed(Unit(back_emf=0.36 * factor, torque_per_ampere=0.36 * factor))
