@@ -73,6 +73,16 @@ UNIT_REASONS = {
         "Have an engineer look at the friction over angle in the report.",
         True,
     ),
+    "direction_undecided": Wording(
+        "Friction may be above its limit in one direction of motion, or the springs are not what the model says.",
+        "Measure the springs' preloads, or have an engineer correct the model's; repeating the test does not help.",
+        True,
+    ),
+    "temperature_unknown": Wording(
+        "The limits follow the temperature, and none was measured.",
+        "Check that the bench reads a temperature and that the scenario has a current_zero, then repeat.",
+        True,
+    ),
     "T_st_break_away_undecided": Wording("Break-away after a rest is too close to its limit to tell.", _AGAIN, True),
     "T_c_undecided": Wording("Sliding friction {T_c} is too close to its limit {T_c.limit} to tell.", _AGAIN, True),
     "T_c_not_reached": Wording(
