@@ -53,6 +53,7 @@ class Unit:
     exponent: float = 2.0  # of the speed's share of stribeck_velocity: the paper's eq. (2) has 2
     rise: float = 0.0  # share of friction for a rad, from 0 rad on
     by_direction: float = 0.0  # share by which friction is higher opening, and lower closing
+    bump_way: float = 0.0  # 1: bumps are met opening alone, -1: closing alone, 0: both ways
 
     def vector(self):
         return np.array([getattr(self, name) for name in self.__dataclass_fields__], float)
@@ -78,7 +79,7 @@ def _derivative(y, u, mode, p, out):
     """Fill out with d/dt of (angle, velocity, bristle, current); return the friction torque."""
     (
         r, inductance, ke, kt, _, j, po, pc, so, sc, lh, dz, lo, hi, ks, ds, tc, ts, ws, s0, s1, s2, _,
-        ba, bw, b, every, exponent, rise, by_direction,
+        ba, bw, b, every, exponent, rise, by_direction, way,
     ) = p  # fmt: skip
     a, w, z, i = y
     gap = a - lh
@@ -98,7 +99,8 @@ def _derivative(y, u, mode, p, out):
     away = a - ba
     if every > 0.0:
         away -= every * math.floor(away / every + 0.5)
-    local = (1.0 + b * math.exp(-((away / bw) ** 2))) * (1.0 + rise * a)
+    met = b if way * w >= 0.0 else 0.0
+    local = (1.0 + met * math.exp(-((away / bw) ** 2))) * (1.0 + rise * a)
     g = (tc + (ts - tc) * math.exp(-(abs(w / ws) ** exponent))) * local * (1.0 + by_direction * math.copysign(1.0, w))
     dz_dt = w - s0 * abs(w) * z / g
     friction = s0 * z + s1 * dz_dt + s2 * w

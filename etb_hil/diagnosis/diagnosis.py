@@ -29,7 +29,7 @@ from etb_hil.diagnosis.grounds import Coverage, Grounds, far_above, local_excess
 from etb_hil.diagnosis.limits import Limits, without_temperature
 from etb_hil.diagnosis.local_friction import local_friction
 from etb_hil.diagnosis.numbers import bump_numbers, report_numbers
-from etb_hil.diagnosis.places_seen import judged_where_seen, too_wide_unseen
+from etb_hil.diagnosis.places_seen import judged_where_seen, seen_slowly, too_wide_unseen
 from etb_hil.diagnosis.result import DiagnosisResult
 from etb_hil.diagnosis.series import break_away_columns, plot_columns
 from etb_hil.diagnosis.tally import LiveReading, Tally
@@ -192,6 +192,7 @@ class Diagnosis:
             far=far,
             windows=assessment.ways,
             follows=share_that_follows(ticks),
+            seen=seen_slowly(local),
             unseen=unseen,
             current_verified=self._zero.is_measured,
             highest_current=self._highest_current,

@@ -22,6 +22,7 @@ from etb_hil.diagnosis.ticks import TICK_NS
 from etb_hil.diagnosis.windows import HALF_WIDTH
 
 _SURE = 3.0  # standard errors
+_OF_A_DRAG = 0.5  # of what is even so much is odd at least, halfway between a drag in one direction and a spring
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +39,8 @@ class Coverage:
 class Excess:
     """Friction at one place, `angle` rad, that may be above a limit: `torque` N·m, with its 95 % `low` and `high`.
 
-    Beyond all doubt it is above `limit` N·m where `is_certain`.
+    It is so in both directions of motion or, where `is_one_way`, in one of them at least. Beyond all doubt it is above
+    `limit` N·m where `is_certain`.
     """
 
     torque: float
@@ -46,6 +48,7 @@ class Excess:
     high: float
     limit: float
     angle: float
+    is_one_way: bool
     is_certain: bool
 
 
@@ -53,13 +56,14 @@ class Excess:
 class Grounds:
     """What a verdict is made from, beside the numbers.
 
-    `withholding` and `remarks` are what contradicts the bench's model; `excess` is friction that may be locally above
-    the limit of T_st, None where there is none; `unexplained` are live episodes that the fit does not explain; `far`
-    rad/s, where the Stribeck curve has come down; `follows` is the share of ticks behind which none is missing;
-    `unseen` is what of the way was not slid over slowly, None where that is little; `is_uneven`, whether friction
-    differs along it; `by_direction` N·m, by how much it may be higher (above zero) or lower opening than the mean of
-    both directions; `current_plausible`, whether voltage and current of a plate at rest agree, None where nobody
-    knows; `band` is a share of the limits, inside which nothing is decided.
+    `withholding` and `remarks` are what contradicts the bench's model; `excess` is friction that may be locally
+    above the limit of T_st, None where there is none; `unexplained` are live episodes that the fit does not
+    explain; `far` rad/s, where the Stribeck curve has come down; `follows` is the share of ticks behind which none
+    is missing; `seen` is from where to where the plate slid slowly and `unseen` what of the way it did not, None
+    where that is little; `is_uneven`, whether friction differs along it; `by_direction` N·m, by how much it may be
+    higher (above zero) or lower opening than the mean of both directions; `current_plausible`, whether voltage and
+    current of a plate at rest agree, None where nobody knows; `band` is a share of the limits, inside which nothing
+    is decided.
     """
 
     coverage: Coverage
@@ -68,6 +72,7 @@ class Grounds:
     far: float
     windows: tuple[int, int]  # opening, closing
     follows: float
+    seen: tuple[float, float]  # rad
     unseen: Unseen | None
     current_verified: bool
     highest_current: float  # A
@@ -93,23 +98,31 @@ def local_excess(
 ) -> Excess | None:
     """Return where friction stands out most, if it is above a limit there or not certain to be below; else None.
 
-    The marginal band counts as neither. Only what is odd in the direction of motion counts: nothing but friction is.
+    The marginal band counts as neither. Certain is only what is odd in the direction of motion: nothing but friction
+    is. A drag in one direction is as much even as odd, so that what is even counts where so much of it is odd; what is
+    even alone are springs, magnets or the sensor.
     """
     if assessment.fit is None or local is None or not len(local.angle):
         return None
     stiction, error = assessment.fit.stiction
-    level = stiction + local.odd
-    low = (level - _SURE * local.error - TWO_SIDED_95 * error) / gain[1]
+    even = np.abs(local.even)
+    low = (stiction + local.odd - _SURE * local.error - TWO_SIDED_95 * error) / gain[1]
     place = int(np.argmax(low))
-    if abs(local.even[place]) > local.odd[place]:
-        return None
-    here, least, angle = float(level[place]), float(low[place]), float(local.angle[place])
+    is_certain = bool(even[place] <= local.odd[place] and low[place] > limit * (1.0 + band))
+    one_way = (even > _SURE * local.error) & (local.odd > _OF_A_DRAG * even) & (not is_certain)
+    more = np.where(one_way, even, 0.0)
+    if not is_certain:
+        stands_out = np.where(one_way | (even <= local.odd), local.odd + more, 0.0)
+        place = int(np.argmax(stands_out - _SURE * local.error))
+        if stands_out[place] <= _SURE * local.error[place]:
+            return None
+    here = stiction + float(local.odd[place] + more[place])
     half = TWO_SIDED_95 * math.hypot(error, float(local.error[place]))
-    _, most = widened(here, here - half, here + half, gain)
-    is_certain = least > limit * (1.0 + band)
-    stands_out = local.odd[place] > _SURE * local.error[place]
-    may_be = stands_out and most > limit * (1.0 - band)
-    return Excess(here, least, most, limit, angle, is_certain) if is_certain or may_be else None
+    least, most = widened(here, here - half, here + half, gain)
+    if not is_certain and most <= limit * (1.0 - band):
+        return None
+    least = float(low[place]) if is_certain else least
+    return Excess(here, least, most, limit, float(local.angle[place]), bool(one_way[place]), is_certain)
 
 
 def unexplained(

@@ -28,6 +28,13 @@ class Unseen:
     share: float
 
 
+def seen_slowly(local: LocalFriction | None) -> tuple[float, float]:
+    """Return the lowest and the highest angle in rad that was slid over slowly both ways; NaN where none was."""
+    if local is None or not len(local.angle):
+        return np.nan, np.nan
+    return float(local.angle[0]) - 0.5 * CELL, float(local.angle[-1]) + 0.5 * CELL
+
+
 def too_wide_unseen(local: LocalFriction | None, model: Model, throttle: ThrottleParameters) -> Unseen | None:
     """Return the widest stretch not seen, where that is too much of the way; None too where nothing was fitted.
 

@@ -76,6 +76,7 @@ def conclude(numbers: Sequence[Number], grounds: Grounds) -> tuple[UnitVerdict, 
     if doubts:
         return UnitVerdict.INCONCLUSIVE, (*doubts, *grounds.remarks)
     words = "; ".join(_sentence(number) for number in judged)
+    words += f"; seen from {grounds.seen[0]:.3f} to {grounds.seen[1]:.3f} rad, and of no other place"
     return UnitVerdict.PASS, (Reason("within_limits", words, "none"), *grounds.remarks)
 
 
@@ -118,7 +119,8 @@ def _locally_undecided(judged: Sequence[Number], grounds: Grounds) -> list[Reaso
     if excess is None or excess.is_certain or _stands(judged, "T_st") is not UnitVerdict.PASS:
         return []
     text = (
-        f"friction is locally {excess.torque:.3f} N·m at {excess.angle:.3f} rad, in both directions of motion "
+        f"friction is locally {excess.torque:.3f} N·m at {excess.angle:.3f} rad, in "
+        f"{'one direction' if excess.is_one_way else 'both directions'} of motion "
         f"({excess.low:.3f} to {excess.high:.3f}; allowed up to {excess.limit:.3f})"
     )
     return [Reason("T_st_local_undecided", text, "see the friction over angle for the place")]

@@ -221,3 +221,14 @@ def test_the_drawn_band_holds_what_the_intervals_of_an_uneven_way_hold(name):
         slowest = int(np.argmin(np.where(way * series["curve_velocity"] > 0.0, np.abs(series["curve_velocity"]), 99.0)))
         edges = sorted(way * series[edge][slowest] for edge in ("curve_low", "curve_high"))
         assert edges == pytest.approx([stiction.low, stiction.high], rel=0.03)
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_place_that_drags_in_one_direction_alone_does_not_pass_beyond_the_limit(way, seed):
+    """Half of such a drag pushes like a spring; which half is the larger one is a matter of noise."""
+    drags = {"bump": 0.3, "bump_angle": 0.8, "bump_width": 0.06, "bump_way": way}
+    beyond = judged(Unit(stiction=0.22, coulomb=0.14, **drags), seed)  # 0.286 there, 0.26 allowed
+    assert beyond.verdict is UnitVerdict.INCONCLUSIVE
+    within = judged(Unit(stiction=0.16, coulomb=0.11, **drags), seed)
+    assert "T_st_local_undecided" not in ids(within)
