@@ -47,8 +47,11 @@ def checks():
 def slides(result):
     """Return which windows slid steadily: in others friction is on its way from one sign to the other."""
     series = result.series
-    way = np.sign(series["point_velocity"])
-    curve = np.interp(series["point_velocity"], series["curve_velocity"], series["curve_friction"])
+    velocity, way = series["point_velocity"], np.sign(series["point_velocity"])
+    curve = np.empty(len(velocity))
+    for side in (-1.0, 1.0):  # each has its own curve: across zero it jumps
+        drawn, here = side * series["curve_velocity"] > 0.0, side * velocity > 0.0
+        curve[here] = np.interp(velocity[here], series["curve_velocity"][drawn], series["curve_friction"][drawn])
     return way * series["point_friction"] > 0.97 * way * curve
 
 
@@ -79,12 +82,13 @@ def over_angle(result):
     for way, sign, colour, marker in (("opening", 1.0, OPENING, "."), ("closing", -1.0, CLOSING, "x")):
         angle, friction = series[f"{way}_angle"], series[f"{way}_friction"]
         turns = sign * friction < 0.97 * np.median(sign * friction)
-        axes.plot(angle[turns], friction[turns], marker, color=colour, markersize=2, linestyle="", alpha=0.35)
+        label = "turning round" if sign > 0.0 else None
+        axes.plot(angle[turns], friction[turns], ".", color=MUTED, markersize=1.5, alpha=0.5, label=label)
         axes.plot(angle[~turns], friction[~turns], marker, color=colour, markersize=3, linestyle="", label=way)
     axes.axvspan(BUMP - WIDTH, BUMP + WIDTH, color=LIMIT, alpha=0.12, linewidth=0, label="local bump of 25 %")
-    axes.set(title="Friction over angle, 20 °C; faint: turning round", xlabel="throttle angle / rad")
+    axes.set(title="Friction over angle, 20 °C", xlabel="throttle angle / rad")
     axes.set_ylabel("friction torque / N·m")
-    axes.legend(loc="center", bbox_to_anchor=(0.52, 0.5))
+    axes.legend(loc="center", bbox_to_anchor=(0.52, 0.5), markerscale=2.0)
     return figure
 
 
@@ -134,7 +138,7 @@ def around_a_reversal():
         ("rec: along LuGre, smoothed", MEASURED, "-"),
     ):
         found = observers(throttle, sensor)[name](time_ns, truth.current, angle)
-        above.plot(time, found.friction[shown], line, color=colour, label=name)
+        above.plot(time, found.friction[shown], line, color=colour, label=name.replace("rec:", "recording:"))
         if name.startswith("rec"):
             below.plot(time, found.velocity[shown], line, color=colour, label="velocity, smoothed")
     below.plot(time, truth.velocity[shown], color=MUTED, linewidth=3.0, alpha=0.6, zorder=0)
