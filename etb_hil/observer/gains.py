@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from etb_hil.base.errors import InputError, Problem
 from etb_hil.observer.estimate import SensorNoise
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.recording.samples import Float64
@@ -44,11 +45,30 @@ class SlidingModeSettings:
     """The two choices that the paper leaves open; what is None comes from the data and the sensors' noise.
 
     `switching_torque`, M in N·m, above the largest friction torque and disturbance. `cutoff` in Hz, of a low-pass
-    filter of second order: lower leaves less ripple and underestimates T_st more.
+    filter of second order: lower leaves less ripple and underestimates T_st more. InputError where one is stated that
+    is not above zero and finite.
     """
 
     switching_torque: float | None = None
     cutoff: float | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what the observers would take for not stated, or could not filter by."""
+        problems = [
+            Problem(
+                f"{name} of a sliding-mode observer is out of range",
+                value=value,
+                allowed=f"finite {unit} above 0",
+                remedy="leave it out, and it comes from the data",
+            )
+            for name, value, unit in (
+                ("switching_torque (M)", self.switching_torque, "N·m"),
+                ("cutoff", self.cutoff, "Hz"),
+            )
+            if value is not None and not 0.0 < value < math.inf
+        ]
+        if problems:
+            raise InputError(*problems)
 
 
 def tuning_of(throttle: ThrottleParameters, noise: SensorNoise, settings: SlidingModeSettings | None) -> Float64:

@@ -8,6 +8,7 @@ from independent_throttle import Unit, simulate
 from scipy.optimize import minimize_scalar
 from throttle_as_model import parameters
 
+from etb_hil.base.errors import InputError
 from etb_hil.observer.estimate import SensorNoise
 from etb_hil.observer.gains import SlidingModeSettings, filtered, least_error_lag
 from etb_hil.observer.second_order import SecondOrderSlidingModeObserver
@@ -41,6 +42,25 @@ def test_an_exact_sensor_leaves_no_lag_to_speak_of(kind, swinging):
     unit, truth = swinging
     by_hand = _error(kind(parameters(unit), EXACT, SlidingModeSettings(cutoff=60.0)), truth)
     assert _error(kind(parameters(unit), EXACT), truth) < 0.4 * by_hand
+
+
+@pytest.mark.parametrize(
+    ("stated", "value", "allowed"),
+    [
+        ({"switching_torque": 0.0}, "0.0", "N·m above 0"),
+        ({"switching_torque": -0.7}, "-0.7", "N·m above 0"),
+        ({"switching_torque": np.nan}, "nan", "N·m above 0"),
+        ({"cutoff": 0.0}, "0.0", "Hz above 0"),
+        ({"cutoff": np.inf}, "inf", "Hz above 0"),
+    ],
+)
+def test_a_stated_gain_that_is_none_is_refused(stated, value, allowed):
+    with pytest.raises(InputError) as refused:
+        SlidingModeSettings(**stated)
+    text = str(refused.value)
+    assert next(iter(stated)) in text
+    assert value in text
+    assert allowed in text
 
 
 @pytest.mark.parametrize("kind", KINDS)
