@@ -20,8 +20,11 @@ from etb_hil.diagnosis.result import Reason
 from etb_hil.diagnosis.tally import LiveReading
 from etb_hil.diagnosis.ticks import TICK_NS
 from etb_hil.diagnosis.windows import HALF_WIDTH
+from etb_hil.recording.samples import Int64
 
 _SURE = 3.0  # standard errors
+_REACH_NS = HALF_WIDTH * TICK_NS
+_UNSEEN_NS = 20_000_000  # of an episode at a stretch: shorter, the windows on either side tell of it
 _OF_A_DRAG = 0.5  # of what is even so much is odd at least, halfway between a drag in one direction and a spring
 
 
@@ -128,20 +131,30 @@ def local_excess(
 def unexplained(
     episodes: Sequence[Exceedance], assessment: Assessment, origin_ns: int | None, band: float
 ) -> list[Exceedance]:
-    """Return episodes that stand out still once the errors of the bench's model are fitted, or that no window sees."""
+    """Return episodes that stand out still once the errors of the bench's model are fitted, or that no window sees.
+
+    A plate that comes to a stop and is held is seen by the windows in which it still slid, and by none after that.
+    """
     fit, evidence = assessment.fit, assessment.evidence
     if fit is None or origin_ns is None:
         return list(episodes)
     time_ns = origin_ns + (assessment.ticks.time[assessment.windows.centre] * 1e9).astype(np.int64)
     along = np.where(evidence.velocity > 0.0, fit.residual, -fit.residual) * (1.0 + fit.parameters[CONSTANT])
     level = steady_level(evidence.velocity, fit.parameters) + along
-    reach = HALF_WIDTH * TICK_NS
     left = []
     for episode in episodes:
-        sees = (time_ns >= episode.start_ns - reach) & (time_ns <= episode.end_ns + reach)
-        if not np.any(sees) or float(np.median(level[sees])) > episode.limit * (1.0 + band):
+        sees = (time_ns >= episode.start_ns - _REACH_NS) & (time_ns <= episode.end_ns + _REACH_NS)
+        is_seen = np.any(sees) and _longest_unseen(time_ns[sees], episode) <= _UNSEEN_NS
+        if not is_seen or float(np.median(level[sees])) > episode.limit * (1.0 + band):
             left.append(episode)
     return left
+
+
+def _longest_unseen(time_ns: Int64, episode: Exceedance) -> int:
+    """Return the longest stretch of an episode, in ns, beside windows whose middles (m) are at `time_ns`."""
+    ends = np.concatenate([[episode.start_ns], time_ns + _REACH_NS])
+    starts = np.concatenate([time_ns - _REACH_NS, [episode.end_ns]])
+    return int((starts - ends).max())
 
 
 def longest_by_kind(episodes: Sequence[Exceedance]) -> dict[str, tuple[float, Exceedance]]:
