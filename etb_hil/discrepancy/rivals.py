@@ -13,7 +13,7 @@ from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.calibration import Calibration, residual_of
 from etb_hil.discrepancy.candidates import Candidate, unjudged
 from etb_hil.discrepancy.findings import Round
-from etb_hil.discrepancy.fit import Residual
+from etb_hil.discrepancy.fit import Residual, columns, fit_of
 from etb_hil.discrepancy.refining import Refined
 from etb_hil.discrepancy.screening import stepped
 from etb_hil.discrepancy.similarity import ABSORBED, Projector
@@ -25,7 +25,6 @@ _WORTH = 0.5  # a screened rival's cosine from which its other shapes are looked
 _PURSUED = 0.6  # a grid's best cosine from which its shapes are moved on
 _HALVINGS = 3
 _NOTHING_LEFT = 0.01  # share of a column below which the base parameters are it
-_NEXT_TO_NOTHING = 1e-3  # likewise beside a wrong parameter, which is itself a small part of what scales every torque
 
 
 def alike(
@@ -73,14 +72,15 @@ class _Record:
     whole: Float64
     own: Float64
     suspected: frozenset[str]
-    is_parameter: bool
 
     @staticmethod
     def of(winner: Refined, healthy: Calibration, residual: Residual) -> _Record:
+        if winner.candidate.effect is None:
+            healthy = _moved_to(winner, residual, healthy)
         projector, suspected = Projector(healthy), frozenset({winner.candidate.frees} - {""})
         whole = _alone(residual, healthy, winner)
         own = projector.rest(whole, suspected)
-        return _Record(residual, healthy, projector, whole, own, suspected, winner.candidate.effect is None)
+        return _Record(residual, healthy, projector, whole, own, suspected)
 
     def with_zeros_known(self) -> _Record:
         """Return the same record where the sensors' zeros are no base."""
@@ -102,12 +102,20 @@ class _Record:
         without = self.suspected | ({rival.frees} - {""})
         rest = np.column_stack([self.projector.rest(column, without) for column in raw.T])
         left = np.linalg.norm(rest, axis=0)
-        least = _NEXT_TO_NOTHING if self.is_parameter else _NOTHING_LEFT
-        seen = left > least * np.maximum(np.linalg.norm(raw, axis=0), 1e-12)
+        seen = left > _NOTHING_LEFT * np.maximum(np.linalg.norm(raw, axis=0), 1e-12)
         if not seen.any():
             return 0.0
         directions = np.linalg.qr(rest[:, seen] / left[seen])[0]
         return float(np.linalg.norm(directions.T @ self.own) / max(float(np.linalg.norm(self.own)), 1e-12))
+
+
+def _moved_to(winner: Refined, residual: Residual, healthy: Calibration) -> Calibration:
+    """Return the calibration linearised where a wrong parameter was found, for bristles' torque is not linear in it."""
+    whole = healthy.fit.whole.copy()
+    unknown = next(u for u in healthy.unknowns if u.name == winner.candidate.frees)
+    unknown.put(whole, unknown.x_of(winner.fit.whole))
+    fit = fit_of(residual, whole)
+    return Calibration(healthy.unknowns, fit, columns(residual, fit, healthy.unknowns))
 
 
 def _alone(residual: Residual, healthy: Calibration, winner: Refined) -> Float64:

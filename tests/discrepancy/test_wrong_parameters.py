@@ -1,0 +1,22 @@
+"""A wrong number in the model file: what else might be wrong instead."""
+
+import pytest
+from explain_cases import hidden_case
+from explain_study import searched
+
+
+def _class(name, seed):
+    (found,) = searched(hidden_case(seed, (name,), "strong")).accepted
+    assert found.winner.id == name
+    return found.alike
+
+
+@pytest.mark.slow
+def test_soft_bristles_look_like_a_current_that_reads_wrong():
+    # Bristles of 0.3 times the stated stiffness: beside stiff ones hardly a row would tell of them.
+    assert "current_sensor_gain" in _class("parameter:bristle_stiffness", 863)
+
+
+@pytest.mark.slow
+def test_a_viscosity_is_too_small_a_part_of_the_torque_for_a_wrong_current_to_stand_in():
+    assert "current_sensor_gain" not in _class("parameter:viscous", 835)
