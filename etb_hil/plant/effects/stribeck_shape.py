@@ -27,7 +27,7 @@ EFFECT = Effect(
     ),
     looks_like="friction at creeping or middle speeds is off, at rest and at high speed it is right",
     check="lubricant; the model's omega_s",
-    look_alikes=("iron_loss", "presliding_hysteresis", "stiction_dwell"),
+    look_alikes=("iron_loss", "presliding_hysteresis", "stiction_dwell", "parameter:stribeck_velocity"),
     separated_by="three or more speeds that span omega_s",
     source="Armstrong-Helouvry 1991, exponents of the Stribeck curve",
     finer=(finer("tail", "1", -0.5, 2.0, "1 with an exponent of 2: the rational curve of Hess and Soom 1990", 0.25),),
