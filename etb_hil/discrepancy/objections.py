@@ -23,6 +23,8 @@ _LATER_PARAMETER = 0.5  # a parameter that leaves its tolerance after an effect 
 _GROUP_GAIN = np.array([4.0, 1.0, 0.25, 1.2, 0.12, 0.35, 0.4, 0.12, 0.2])
 # Share that a cause may raise a group by; the torque balance is left out: its groups share one friction.
 _GROUP_LOSS = np.array([np.inf, np.inf, np.inf, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2])
+_VOLTAGE = slice(3, 6)
+_MAGNETS_LOSS = 0.02  # of the voltage balance as a whole
 _CERTAIN_GAIN = 0.5
 _CONCENTRATED = 0.33
 _NEARLY_FLOOR = 1.2
@@ -73,6 +75,15 @@ def _harms_a_balance(found: Round, findings: Findings) -> str:
     return "another balance speaks against it: it is worse off with it" if (is_harmed & _judged(findings)).any() else ""
 
 
+def _lacks_its_back_emf(found: Round, findings: Findings) -> str:
+    # Torque constant and back-EMF are one number: where magnets weaken the voltage comes down, however little they do.
+    if found.winner.id != "magnet_temperature":
+        return ""
+    rows = np.where(_judged(findings), findings.rows, 0)[_VOLTAGE]
+    before, after = rows @ found.before_groups[_VOLTAGE], rows @ found.after_groups[_VOLTAGE]
+    return "the back-EMF does not change with it" if after > (1.0 + _MAGNETS_LOSS) * before else ""
+
+
 def _fails_on_other_segments(found: Round, findings: Findings) -> str:
     # What sits in few segments scores low over all of them although it is certain: t guards small gains only, and none
     # that bring a group which was over its band back into it, to a fraction or the floor.
@@ -119,6 +130,7 @@ _OBJECTIONS: tuple[Objection, ...] = (
     _takes_too_little,
     _helps_no_balance,
     _harms_a_balance,
+    _lacks_its_back_emf,
     _fails_on_other_segments,
     _is_strongest_for_nothing,
     _is_no_wave,
