@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.candidates import MODEL_FILE_NAME
+from etb_hil.discrepancy.drifting import DRIFTS
 from etb_hil.discrepancy.findings import Findings, Round
 from etb_hil.discrepancy.floor import LEAST_ROWS
 
@@ -60,6 +61,8 @@ def verdict(findings: Findings) -> str:
     is_accused = accuses(findings.final_groups, findings.rows >= LEAST_ROWS)
     if findings.is_cut_short:
         return "unexplained" if first > 0.0 else "insufficient_data"
+    if any(r.refused == DRIFTS for r in findings.rounds):
+        return "unexplained"  # it is there, or it would not have been a cause, whatever band it is in
     if not accepted:
         return "unexplained" if is_accused else "adequate"
     # What is left of a cause's shape has no shape of its own; a spline that takes it tells of something else.

@@ -12,7 +12,7 @@ from etb_hil.discrepancy.findings import Findings, Round
 from etb_hil.discrepancy.floor import floor_of, group_means, weigh
 from etb_hil.discrepancy.objections import objection
 from etb_hil.discrepancy.placeholders import placeholders
-from etb_hil.discrepancy.reconsidering import ask_again
+from etb_hil.discrepancy.reconsidering import ask_again, doubt_drifts
 from etb_hil.discrepancy.rounds import Progress, one_round, take_in, taken_by
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
@@ -40,6 +40,7 @@ def search(
     )  # fmt: skip
     try:
         _look(findings, [*without, *(entry.id for entry in model.effects)], progress)
+        doubt_drifts(findings)
     except KeyboardInterrupt:
         findings.is_cut_short = True  # what is known so far is worth having
     findings.rest = placeholders(

@@ -69,7 +69,7 @@ def _bank(b: Balances, p: Vector) -> dict[tuple[str, str, str], Float64]:
         ("torque", "time", "even"): hats["time"],
         ("torque", "angle, times velocity", "odd"): hats["angle"] * velocity[:, None],
     }
-    found = {key: _filtered(b, splines, 0) for key, splines in torque.items()}
+    found = {key: filtered(b, splines, 0) for key, splines in torque.items()}
     if b.has[1] and m.current is not None:
         current = m.current
         for key, splines in {
@@ -78,14 +78,15 @@ def _bank(b: Balances, p: Vector) -> dict[tuple[str, str, str], Float64]:
             ("voltage", "time, times velocity", "odd"): hats["time"] * velocity[:, None],
             ("voltage", "angle", "even"): hats["angle"],
         }.items():
-            found[key] = _filtered(b, splines, 1)
+            found[key] = filtered(b, splines, 1)
     if b.has[2]:
-        found[("angle", "angle", "even")] = _filtered(b, hats["angle"], 2)
-        found[("angle", "angle", "odd")] = _filtered(b, hats["angle"] * direction[:, None], 2)
+        found[("angle", "angle", "even")] = filtered(b, hats["angle"], 2)
+        found[("angle", "angle", "odd")] = filtered(b, hats["angle"] * direction[:, None], 2)
     return found
 
 
-def _filtered(b: Balances, splines: Float64, channel: int) -> Float64:
+def filtered(b: Balances, splines: Float64, channel: int) -> Float64:
+    """Return what splines (n, knots) in a balance are in the residual (3 m, knots), whitened and weighted as it is."""
     spectrum: Spectrum = b.spectrum
     out = np.zeros((3 * b.rows, splines.shape[1]))
     part = slice(channel * b.rows, (channel + 1) * b.rows)

@@ -204,7 +204,7 @@ def _suspect(one: dict[str, Any]) -> dict[str, Any]:
         "effect": _words(one["effect"]),
         "probability": f"{100.0 * one['probability']:.0f} %",
         "leaves": f"{100.0 * one['leaves']:.1f} %",
-        "standing": "taken in" if one["taken_in"] else one["refused"] or "-",
+        "standing": ", but ".join(filter(None, ["taken in" if one["taken_in"] else "", one["refused"]])) or "-",
     }
 
 

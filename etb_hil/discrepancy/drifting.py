@@ -1,0 +1,63 @@
+"""Whether friction still changes along the record beside a temperature that is said to change it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy.balances import Balances
+from etb_hil.discrepancy.calibration import Calibration
+from etb_hil.discrepancy.placeholders import filtered
+from etb_hil.discrepancy.segments import SEGMENTS, held_out, segment_of
+from etb_hil.discrepancy.unknowns import Unknown
+from etb_hil.plant.effects.layout import EXTENDED
+from etb_hil.plant.physics import COULOMB, Vector
+
+Float64 = NDArray[np.float64]
+
+DRIFTS = "friction changes along the record otherwise than with the temperature"
+
+_KNOTS = 9
+# What is held out comes from all over the record: of a tenth in one piece a curve over time would know nothing.
+_STRETCHES = 4 * SEGMENTS
+_TURNS = 0.05  # rad/s about a reversal
+_LEAST = 0.02  # of the rest
+_LEAST_BESIDE = 0.25  # likewise beside other causes, whose own shapes leave something, too
+_LEAST_T = 1.5  # over the held-out tenths
+
+
+def drifts(found: Calibration, balances: Sequence[Balances], *, is_alone: bool) -> bool:
+    """Tell whether friction over time takes something of what is left; `is_alone`: beside one cause, not several."""
+    taken, t = over_time(found, balances)
+    return taken > (_LEAST if is_alone else _LEAST_BESIDE) and t > _LEAST_T
+
+
+def over_time(found: Calibration, balances: Sequence[Balances]) -> tuple[float, float]:
+    """Return the share of the rest that friction over time takes on stretches that no fit saw, and Student's t of it.
+
+    The base parameters stay in their boxes meanwhile: outside of them a wrong friction would hide what is left.
+    """
+    fit = found.fit
+    friction = float(fit.whole[COULOMB])
+    splines = _splines(balances, fit.whole[:EXTENDED]) * friction
+    # Each stands for the Coulomb friction at its knot, which is not negative.
+    knots = [Unknown(f"coulomb.{k}", COULOMB, friction, friction, low=-1.0, high=1.0) for k in range(_KNOTS)]
+    segment = segment_of(balances, _STRETCHES) % SEGMENTS
+    without = held_out(fit, found.columns, found.unknowns, segment)
+    beside = held_out(fit, np.column_stack([found.columns, splines]), [*found.unknowns, *knots], segment)
+    return float(np.sum(without.cost - beside.cost)) / fit.cost, beside.t_against(without)
+
+
+def _splines(balances: Sequence[Balances], p: Vector) -> Float64:
+    """Return the residual's derivatives (n, knots) by a force against the motion about each knot of the time."""
+    begin = balances[0].measured.start_s
+    end = max(b.measured.start_s + len(b.measured) * b.measured.dt for b in balances)
+    knots = np.linspace(begin, end, _KNOTS)
+    found = []
+    for b in balances:
+        seconds = b.measured.start_s + np.arange(len(b.measured)) * b.measured.dt
+        hats = np.column_stack([np.interp(seconds, knots, row) for row in np.eye(_KNOTS)])
+        found.append(filtered(b, -hats * np.tanh(b.motion(p)[1] / _TURNS)[:, None], 0))
+    return np.concatenate(found)

@@ -1,0 +1,59 @@
+"""Friction that changes along the record with use is not named after the temperature that rises meanwhile."""
+
+import pytest
+from explain_cases import hidden_case
+
+from etb_hil.discrepancy import drifting
+from etb_hil.discrepancy.balances import Balances
+from etb_hil.discrepancy.drifting import DRIFTS, drifts
+from etb_hil.discrepancy.explanation import explanation
+from etb_hil.discrepancy.measurement import measurements_of
+from etb_hil.discrepancy.naming import search
+from etb_hil.plant.effects.catalogue import CATALOGUE
+
+
+def _searched(seed, effect, level):
+    hidden = hidden_case(seed, (effect,), level)
+    return search(
+        hidden.model, [Balances(one, hidden.model) for one in measurements_of(hidden.recording, hidden.model)]
+    )
+
+
+@pytest.mark.slow
+def test_running_in_is_no_temperatures_even_where_all_is_within_its_band():
+    findings = _searched(5, "running_in", "medium")
+    (first, *_) = findings.rounds
+    assert first.winner.id == "friction_temperature"
+    assert first.refused == DRIFTS
+    assert not findings.accepted
+    assert findings.verdict == "unexplained"
+    assert not findings.final.fit.whole[list(CATALOGUE["friction_temperature"].indices)].any()
+
+    answer = explanation(findings, None)
+    assert answer["causes"] == []
+    assert DRIFTS in {suspect["refused"] for suspect in answer["suspects"]}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("level", ["weak", "strong"])
+def test_a_law_of_the_temperature_keeps_its_name(level):
+    findings = _searched(3, "friction_temperature", level)
+    assert [each.winner.id for each in findings.accepted] == ["friction_temperature"]
+    assert findings.verdict == "explained"
+
+
+@pytest.mark.parametrize(("taken", "t", "alone", "beside"), [
+    (0.01, 5.0, False, False), (0.03, 5.0, True, False), (0.3, 5.0, True, True), (0.3, 1.0, False, False),
+])  # fmt: skip
+def test_what_other_causes_leave_is_no_drift(monkeypatch, taken, t, alone, beside):
+    monkeypatch.setattr(drifting, "over_time", lambda *_: (taken, t))
+    assert drifts(None, [], is_alone=True) is alone
+    assert drifts(None, [], is_alone=False) is beside
+
+
+@pytest.mark.slow
+def test_a_spring_that_weakens_with_heat_is_no_magnet_that_does():
+    findings = _searched(5, "spring_thermal_drift", "medium")
+    assert findings.rounds[0].winner.id == "magnet_temperature"
+    assert findings.rounds[0].refused == "the back-EMF does not change with it"
+    assert not findings.accepted
