@@ -54,6 +54,8 @@ class Unit:
     rise: float = 0.0  # share of friction for a rad, from 0 rad on
     by_direction: float = 0.0  # share by which friction is higher opening, and lower closing
     bump_way: float = 0.0  # 1: bumps are met opening alone, -1: closing alone, 0: both ways
+    drift: float = 0.0  # share of friction that a second adds, at first: grease that warms, cools or is run in
+    drift_ends: float = 0.0  # s, time constant with which that comes to an end; 0: it goes on
 
     def vector(self):
         return np.array([getattr(self, name) for name in self.__dataclass_fields__], float)
@@ -79,7 +81,7 @@ def _derivative(y, u, mode, p, out):
     """Fill out with d/dt of (angle, velocity, bristle, current); return the friction torque."""
     (
         r, inductance, ke, kt, _, j, po, pc, so, sc, lh, dz, lo, hi, ks, ds, tc, ts, ws, s0, s1, s2, _,
-        ba, bw, b, every, exponent, rise, by_direction, way,
+        ba, bw, b, every, exponent, rise, by_direction, way, _, _,
     ) = p  # fmt: skip
     a, w, z, i = y
     gap = a - lh
@@ -136,11 +138,15 @@ def _simulate(p, reference, velocity, mode, limp_angle, out):
     k1, k2, k3, k4, at = np.zeros(4), np.zeros(4), np.zeros(4), np.zeros(4), np.zeros(4)
     h = SAMPLE_S / SUBSTEPS
     r, ke, kt, limit = p[0], p[2], p[3], p[22]
+    p, coulomb, stiction, drift, ends = p.copy(), p[16], p[17], p[31], p[32]
     turn = 2.0 * math.pi / COUNTS_PER_TURN / p[4]
     last = math.floor(y[0] / turn) * turn
     row = 0
     slope = 0.0
     for n in range(len(reference)):
+        since = n * SAMPLE_S * PER_CONTROL
+        aged = 1.0 + drift * (since if ends == 0.0 else ends * (1.0 - math.exp(-since / ends)))
+        p[16], p[17] = aged * coulomb, aged * stiction
         seen = math.floor(y[0] / turn) * turn
         slope += 0.3 * ((seen - last) / (SAMPLE_S * PER_CONTROL) - slope)
         last = seen

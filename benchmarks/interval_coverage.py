@@ -1,14 +1,15 @@
 """How often 95 % intervals hold the truth, over random units that the bench's model is not.
 
 Run: python benchmarks/interval_coverage.py [--units 300] [--rate 1000|20000]... [--seed 471]
-     [--bump [one|several|broad|dip|rise|ripple]]
+     [--bump [one|several|broad|dip|rise|ripple|drift]]
 One friction check a unit, from the independent generator. Drawn beside the throttle itself: T_st as healthy or risen by
 25 or 60 %; motor constant, springs and inertia of the bench's model inside their tolerances; the gain of the current
 sensor anywhere within 2 %; K_t against K_e by 0.2 % (one standard deviation): what the intervals claim to cover. With
 `--bump`, friction of each unit is locally higher by 15 to 60 %, at 0.3 to 1.2 rad, within 0.03 to 0.08 rad of there;
 several: likewise at every 0.2 to 0.4 rad; broad: within 0.15 to 0.5 rad, and as often lower; dip: lower by half of it;
 rise: by 20 % a rad all the way, the truth being that of 0 rad; ripple: by 10 to 40 % at every 0.02 to 0.06 rad, within
-0.3 of that. `uneven way` counts the runs that say so.
+0.3 of that; drift: none, and friction changes by up to 1 % a second up or down, the truth being that of the middle of
+the motion. `uneven way` counts the runs that say so.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from dataclasses import replace
 
 import numpy as np
 from diagnosis_power import LIMITS, RISES, UNIT_SPREAD, healthy_design
-from independent_throttle import friction_check, off_by_tolerances, sense
+from independent_throttle import SAMPLE_S, friction_check, off_by_tolerances, sense
 from throttle_as_model import bench_model, rows_of
 
 from etb_hil.diagnosis.contradiction import GAIN
@@ -57,6 +58,8 @@ def check(rng, rates, *, bump=""):
             shape |= {"bump": rng.uniform(0.1, 0.4), "bump_every": every, "bump_width": 0.3 * every}
         if bump == "rise":
             shape = {"rise": 0.2}
+        if bump == "drift":
+            shape = {"drift": rng.uniform(-0.01, 0.01)}
         unit = replace(unit, **shape)
     truth, phases = friction_check(unit)
     gain = 1.0 + GAIN * rng.uniform(-1.0, 1.0)
@@ -67,7 +70,9 @@ def check(rng, rates, *, bump=""):
         for rows, kind in rows_of(replace(sensed, current=gain * sensed.current), phases, rate):
             diagnosis.push(rows, kind)
         results.append(diagnosis.finish())
-    return unit, results
+    moved = [phase for phase in phases if phase[0] in {"ramp", "dash"}]
+    middle = 1.0 + unit.drift * 0.5 * SAMPLE_S * (moved[0][1] + moved[-1][2])
+    return replace(unit, coulomb=middle * unit.coulomb, stiction=middle * unit.stiction), results
 
 
 def collect(rows, unit, result):
@@ -93,7 +98,7 @@ def main():
     parser.add_argument("--units", type=int, default=300)
     parser.add_argument("--rate", type=int, choices=(1000, 20000), action="append", help="default: both")
     parser.add_argument("--seed", type=int, default=471)
-    kinds = ("one", "several", "broad", "dip", "rise", "ripple")
+    kinds = ("one", "several", "broad", "dip", "rise", "ripple", "drift")
     parser.add_argument("--bump", choices=kinds, nargs="?", const="one", default="", help="in every unit")
     options = parser.parse_args()
     rates = options.rate or (20000, 1000)

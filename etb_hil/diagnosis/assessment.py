@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etb_hil.diagnosis.bump_fit import without_bumps
 from etb_hil.diagnosis.current_zero import Zero
+from etb_hil.diagnosis.drift import Drift, without_drift
 from etb_hil.diagnosis.friction_model import COULOMB, DROP, LOG_SPEED, VISCOUS
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.prior import PRELOAD_CLOSE, PRELOAD_OPEN, prior_of
@@ -40,7 +40,8 @@ _REACH = 4  # ticks, over which an acceleration stands out of the encoder's step
 class Assessment:
     """Everything that the whole run says of friction; the fits are None where the run does not carry them.
 
-    Of the `evidence`, what bumps hold is left out of the fit and does not count.
+    Of the `evidence`, what bumps hold is left out of the fit and does not count; `drift` is how friction changed along
+    the run, None where it is not known to have.
     """
 
     ticks: Ticks
@@ -48,6 +49,7 @@ class Assessment:
     evidence: Evidence
     fit: StribeckFit | None
     balance: VoltageBalance | None
+    drift: Drift | None
 
     @property
     def fastest(self) -> float:
@@ -83,16 +85,16 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
     cluster = windows.centre // _CLUSTER
     evidence = gather_evidence(ticks, windows, velocity, throttle, cluster)
     if len(windows) < _FEWEST:
-        return Assessment(ticks, windows, evidence, None, None)
+        return Assessment(ticks, windows, evidence, None, None, None)
     balance = voltage_balance(ticks, windows, cluster)
     error = _UNKNOWN_ZERO
     if zero.is_measured:
         error = math.sqrt(zero.current_error * zero.current_error + _STEP_OF_ZERO * _STEP_OF_ZERO)
     prior = prior_of(model, throttle, error, balance)
-    fit = fit_stribeck(ticks, windows, evidence, prior)
+    fit, drift = fit_stribeck(ticks, windows, evidence, prior), None
     if fit is not None:
-        evidence, fit = without_bumps(ticks, windows, evidence, prior, fit)
-    return Assessment(ticks, windows, evidence, fit, balance)
+        evidence, fit, drift = without_drift(ticks, windows, evidence, prior, fit)
+    return Assessment(ticks, windows, evidence, fit, balance, drift)
 
 
 def fitted_numbers(

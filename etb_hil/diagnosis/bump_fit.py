@@ -59,14 +59,15 @@ def without_bumps(
         if not bumps or np.count_nonzero(inside) > _MOST * np.count_nonzero(slow):
             break
         smeared = _passing(ticks.angle, windows, [bump for bump in bumps if bump.excess > _TALL])
-        tried = replace(evidence, local=_factor(ticks.angle, evidence, fit, bumps), counts=~(inside | smeared))
+        factor = _factor(ticks.angle, evidence, fit, bumps) * evidence.over_time
+        tried = replace(evidence, local=factor, counts=~(inside | smeared))
         better = refit(ticks, windows, tried, prior, fit.parameters)
         if better is None:
             break
         known, fit = tried, better
     if known is not evidence:
-        larger = 1.0 + (1.0 + _BUMP_ERROR) * (known.local - 1.0)
-        fit = widened_by(ticks, windows, known, prior, fit, larger)
+        larger = 1.0 + (1.0 + _BUMP_ERROR) * (known.local / known.over_time - 1.0)
+        fit = widened_by(ticks, windows, known, prior, fit, larger * known.over_time)
     middle, odd, _ = by_place(evidence, fit, slow & known.counts)
     if len(middle):
         fit = widened_by(ticks, windows, known, prior, fit, known.local * (1.0 + np.interp(ticks.angle, middle, odd)))

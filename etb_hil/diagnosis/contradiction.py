@@ -39,29 +39,32 @@ class Widening:
     """By what intervals are wider than the fit has them: what no noise shows.
 
     `gain`: the factors between which the current's gain lies; `curve` N·m: how far T_c may lie below and above what
-    was fitted; `way`: by which shares friction may lie below and above the curve along an uneven way, and `ripple`,
-    whether it is a fine one, of which no T_c but a bound above comes out.
+    was fitted; `way`: by which shares friction may lie below and above the curve, along an uneven way and a drift;
+    `is_confounded`, whether something else passes for what goes with speed, and no T_c but a bound above comes out;
+    `is_bent`, whether that is friction that changed with time, so that not even what was fast and late bounds T_c.
     """
 
     gain: tuple[float, float] = (1.0, 1.0)
     curve: tuple[float, float] = (0.0, 0.0)
     way: tuple[float, float] = (0.0, 0.0)
-    ripple: bool = False
+    is_confounded: bool = False
+    is_bent: bool = False
 
     def of_stiction(self, interval: Interval) -> Interval:
         """Return the interval of T_st as wide as an uneven way makes it."""
         low = min(interval.low, interval.low * (1.0 - self.way[0]))
         return Interval(interval.value, low, interval.high * (1.0 + self.way[1]))
 
-    def of_coulomb(self, interval: Interval) -> Interval:
-        """Return the interval of T_c with what another curve and an uneven way make of it.
+    def of_coulomb(self, interval: Interval, stiction: Interval) -> Interval:
+        """Return the interval of T_c, below that of T_st, with what another curve and an uneven way make of it.
 
         T_c is seen where the plate is fast, which may be at the highest places; the unit's may be that of the lowest.
         """
         low = max(interval.low - self.curve[0], 0.0) * max(1.0 - self.way[0] - self.way[1], 0.0)
-        low = 0.0 if self.ripple else low
+        low = 0.0 if self.is_confounded else low
         value = max(interval.value, 0.0)  # what hardly bounds T_c may have fitted less than none
-        return Interval(value, low, max((interval.high + self.curve[1]) * (1.0 + self.way[1]), value))
+        high = max(interval.high + self.curve[1], stiction.high if self.is_bent else 0.0)
+        return Interval(value, low, max(high * (1.0 + self.way[1]), value))
 
     def of_curve(self, interval: Interval, settled: float) -> Interval:
         """Return the interval of sliding friction, which has fallen from T_st by the share `settled` of the drop.

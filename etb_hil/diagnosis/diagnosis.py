@@ -24,6 +24,7 @@ from etb_hil.diagnosis.contradiction import (
 )
 from etb_hil.diagnosis.current_zero import Zero, ZeroMeter
 from etb_hil.diagnosis.direction import against_motor
+from etb_hil.diagnosis.drift import by_place_and_time, drift_numbers, drift_remarks
 from etb_hil.diagnosis.exceedance import ExceedanceDetector
 from etb_hil.diagnosis.grounds import Coverage, Grounds, far_above, local_excess, unexplained
 from etb_hil.diagnosis.limits import Limits, without_temperature
@@ -169,18 +170,21 @@ class Diagnosis:
             *without_temperature(self._limits, self._zero.temperature),
         ]
         way = None if fit is None or withheld else uneven_way(assessment.evidence, fit)
+        drift = None if withheld else assessment.drift
+        is_bent = drift is not None and drift.is_bent
         widening = Widening()
         if fit is not None:
             widening = Widening(
                 gain_range(fit, assessment.balance, self._model, throttle),
                 other_curve(fit, self._model, throttle),
-                (0.0, 0.0) if way is None else (way.below, way.above),
-                way is not None and way.is_fine,
+                by_place_and_time(way, drift),
+                is_confounded=is_bent or (way is not None and way.is_fine),
+                is_bent=is_bent,
             )
         broken_away = break_aways(ticks, throttle)
         numbers = report_numbers(assessment, broken_away, reading, self._zero, self._limits, throttle, widening)
         unseen = too_wide_unseen(local, self._model, throttle)
-        numbers = judged_where_seen(without_confounded(numbers, way), unseen)
+        numbers = judged_where_seen(without_confounded(numbers, is_confounded=widening.is_confounded), unseen)
         at_rest = resistance_at_rest(ticks) if fit is None else None
         omega_s = next((n.value for n in numbers if n.id == "omega_s" and way is None), None)
         fastest, far = far_above(assessment, reading, omega_s or throttle.stribeck_velocity)
@@ -197,7 +201,11 @@ class Diagnosis:
             current_verified=self._zero.is_measured,
             highest_current=self._highest_current,
             withholding=withheld,
-            remarks=(*(() if fit is None else remarks(fit, self._model, throttle)), *uneven_remarks(way)),
+            remarks=(
+                *(() if fit is None else remarks(fit, self._model, throttle)),
+                *uneven_remarks(way),
+                *drift_remarks(drift),
+            ),
             is_uneven=way is not None,
             by_direction=0.0 if fit is None else against_each_other(fit, self._model),
             excess=local_excess(assessment, local, self._upper_limits()[0], band, widening.gain),
@@ -210,7 +218,7 @@ class Diagnosis:
         if withheld:  # no number tells of a unit whose bench told nothing
             numbers = tuple(replace(number, verdict=None) for number in numbers)
         series = plot_columns(assessment, widening) | break_away_columns(broken_away, fit)
-        numbers = (*numbers, *uneven_numbers(way), *bump_numbers(series))
+        numbers = (*numbers, *uneven_numbers(way), *drift_numbers(drift), *bump_numbers(series))
         start_ns = self._start_ns or 0
         if self._ticks.origin_ns is not None:  # ticks begin with the first phase of motion, the run before it
             series["time"] = series["time"] + (self._ticks.origin_ns - start_ns) * 1e-9

@@ -140,7 +140,7 @@ def unexplained(
         return list(episodes)
     time_ns = origin_ns + (assessment.ticks.time[assessment.windows.centre] * 1e9).astype(np.int64)
     along = np.where(evidence.velocity > 0.0, fit.residual, -fit.residual) * (1.0 + fit.parameters[CONSTANT])
-    level = steady_level(evidence.velocity, fit.parameters) + along
+    level = steady_level(evidence.velocity, fit.parameters) * evidence.over_time[assessment.windows.centre] + along
     left = []
     for episode in episodes:
         sees = (time_ns >= episode.start_ns - _REACH_NS) & (time_ns <= episode.end_ns + _REACH_NS)

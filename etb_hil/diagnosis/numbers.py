@@ -67,7 +67,7 @@ def _widened(name: str, fitted: Mapping[str, Interval], by: Widening) -> Interva
     if name == "T_st":
         found = by.of_stiction(found)
     if name == "T_c":
-        found = by.of_coulomb(found)
+        found = by.of_coulomb(found, fitted["T_st"])
     if name == "return_margin":
         found = by.of_margin(found, fitted["T_st"].value)
     least, most = widened(found.value, found.low, found.high, by.gain)

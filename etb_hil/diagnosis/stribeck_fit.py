@@ -62,7 +62,8 @@ class Evidence:
     `motor` (m) N·m, torque of the measured current, and `motor_rate` (m) N·m/s; `load` (m) N·m, springs and inertia by
     the bench's model; `velocity` rad/s, `position` rad (m); `errors` (m, 5), what inertia, preloads and slopes add to
     the load for a unit of their error; `per_ampere` N·m/A; `cluster` (m) numbers stretches that share their noise.
-    `local` (n) is the factor on friction where the plate was at each tick; `counts` (m), which windows are fitted.
+    `local` (n) is the factor on friction where and when the plate was at each tick, `over_time` (n) what of it is owed
+    to the time; `counts` (m), which windows are fitted.
     """
 
     motor: Float64
@@ -74,6 +75,7 @@ class Evidence:
     per_ampere: float
     cluster: Int64
     local: Float64
+    over_time: Float64
     counts: NDArray[np.bool_]
 
 
@@ -82,7 +84,7 @@ class StribeckFit:
     """The fitted parameters (14) in the order of `prior`, what they may be off by, and what was left over.
 
     `friction` (m) is what the windows say of friction once the model's errors are taken off; `residual` (m) N·m is how
-    far that lies above the curve, local bumps included.
+    far that lies above the curve of that time, local bumps included.
     """
 
     parameters: Float64
@@ -135,7 +137,9 @@ def gather_evidence(
     load = window_means(spring, TORQUE_KERNEL, windows) + inertia
     level, all_of_them = np.ones(len(ticks)), np.ones(len(windows), np.bool_)
     place = ticks.angle[windows.centre]
-    return Evidence(motor, motor_rate, load, velocity, place, errors, p.torque_per_ampere, cluster, level, all_of_them)
+    return Evidence(
+        motor, motor_rate, load, velocity, place, errors, p.torque_per_ampere, cluster, level, level, all_of_them
+    )
 
 
 def fit_stribeck(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior) -> StribeckFit | None:
@@ -308,8 +312,8 @@ def _conclude(
     sensed = evidence.per_ampere * q[OFFSET] - q[LAG] * evidence.motor_rate
     measured = (evidence.motor - sensed) * (1.0 + q[CONSTANT])
     friction = measured - evidence.load - times(evidence.errors, q[INERTIA:OFFSET])
-    if np.any(evidence.local != 1.0):
-        residual, _ = _linearise(ticks, windows, replace(evidence, local=np.ones(len(ticks))), q)
+    if np.any(evidence.local != evidence.over_time):
+        residual, _ = _linearise(ticks, windows, replace(evidence, local=evidence.over_time), q)
     return StribeckFit(q, spread, friction, residual)
 
 

@@ -145,6 +145,6 @@ def uneven_numbers(way: UnevenWay | None) -> tuple[Number, ...]:
     )
 
 
-def without_confounded(numbers: Sequence[Number], way: UnevenWay | None) -> tuple[Number, ...]:
-    """Return the numbers without omega_s and viscosity where a fine ripple passes for friction that goes with speed."""
-    return tuple(number for number in numbers if way is None or not way.is_fine or number.id not in _OF_SPEED)
+def without_confounded(numbers: Sequence[Number], *, is_confounded: bool) -> tuple[Number, ...]:
+    """Return the numbers, without omega_s and viscosity where something else passes for what goes with speed."""
+    return tuple(number for number in numbers if not is_confounded or number.id not in _OF_SPEED)

@@ -62,6 +62,11 @@ UNIT_REASONS = {
         "{friction_most_at} in slow motion. The intervals of the numbers hold that.",
         "Have an engineer look at the friction over angle in the report; repeating the test does not help.",
     ),
+    "friction_drifts": Wording(
+        "Friction changed while the test ran. The intervals of the numbers hold that.",
+        "Let the unit come to a steady temperature, or run it in, as warm_check does; then repeat.",
+        True,
+    ),
     "too_few_windows": Wording(
         "The samples have too many gaps, or come too slowly, to measure friction.",
         "Check the CAN wiring and the rate that the bench asks for, then repeat.",

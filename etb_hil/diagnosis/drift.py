@@ -1,0 +1,157 @@
+"""Friction that changes while the run goes on: it passes for friction that changes with speed, which does as well.
+
+A friction check slides slowly first and fast last. What tells time from speed is what slow windows of one speed say at
+different times. The springs, which time does not change, are left free, for what falls between opening and closing
+passes for one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from etb_hil.diagnosis.bump_fit import excess_of, without_bumps
+from etb_hil.diagnosis.friction_map import FASTEST
+from etb_hil.diagnosis.friction_model import steady_level
+from etb_hil.diagnosis.half_width import TWO_SIDED_95
+from etb_hil.diagnosis.prior import Prior
+from etb_hil.diagnosis.result import Number, Reason
+from etb_hil.diagnosis.ripple import in_passes
+from etb_hil.diagnosis.segment_bootstrap import Spread, segment_bootstrap
+from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit, refit, widened_by
+from etb_hil.diagnosis.ticks import Ticks
+from etb_hil.diagnosis.uneven_way import UnevenWay
+from etb_hil.diagnosis.windows import Windows
+from etb_hil.observer.normal_equations import accumulate, inverse, times
+from etb_hil.recording.samples import Float64, Int64
+
+_SURE = 3.0  # standard errors
+_SETTLED = 0.1  # standard errors: the curve is another one without the drift, of which it took a part
+_TURNS = 5
+_FEWEST = 60  # windows
+_SLOWEST, _TO_AN_OCTAVE = 0.025, 2.0  # rad/s, where speeds begin, and how many of them there are to twice the speed
+_MOST = 0.5  # share of the friction by which it may be off its middle: beyond it nothing here is a line
+_LEAST = 1e-9  # inverse variance of a share: springs on whose side the plate never was
+_SAID = 0.02  # share of friction: less than that is as little as the current's gain is known
+
+
+@dataclass(frozen=True, slots=True)
+class Drift:
+    """By which share friction changes in a second, `rate` 1/s with its standard error, about the instant `middle` s.
+
+    It was seen from `first` to `last` s. `is_bent` where a line does not do: then time and speed stay confounded.
+    """
+
+    rate: float
+    error: float
+    middle: float
+    first: float
+    last: float
+    is_bent: bool
+
+    @property
+    def below(self) -> float:
+        """By which share friction was below that of the middle at most."""
+        return max(-self.rate * (self.first - self.middle), -self.rate * (self.last - self.middle), 0.0)
+
+    @property
+    def above(self) -> float:
+        """By which share friction was above that of the middle at most."""
+        return max(self.rate * (self.first - self.middle), self.rate * (self.last - self.middle), 0.0)
+
+    @property
+    def whole(self) -> float:
+        """By which share friction changed from the first motion to the last."""
+        return self.rate * (self.last - self.first)
+
+
+def without_drift(
+    ticks: Ticks, windows: Windows, known: Evidence, prior: Prior, fit: StribeckFit
+) -> tuple[Evidence, StribeckFit, Drift | None]:
+    """Return evidence and fit without bumps and, where friction drifts beyond doubt, for the middle of the run."""
+    evidence, fit = without_bumps(ticks, windows, known, prior, fit)
+    found: Drift | None = None
+    for _ in range(_TURNS):
+        more = _drift(ticks, windows, evidence, fit)
+        if more is None or abs(more.rate) <= (_SURE if found is None else _SETTLED) * more.error:
+            break
+        tried = more if found is None else replace(more, rate=found.rate + more.rate)
+        if max(tried.below, tried.above) > _MOST:
+            return evidence, fit, replace(tried, is_bent=True)
+        along = 1.0 + tried.rate * (ticks.time - tried.middle)
+        drifting = replace(known, over_time=along, local=along)
+        better = refit(ticks, windows, drifting, prior, fit.parameters)
+        if better is None:
+            break
+        found = tried
+        evidence, fit = without_bumps(ticks, windows, drifting, prior, better)
+    if found is None:
+        return evidence, fit, None
+    left = _drift(ticks, windows, evidence, fit)
+    if left is not None:
+        found = replace(found, error=left.error, is_bent=left.is_bent)
+    unsure = evidence.local * (1.0 + found.error * (ticks.time - found.middle) / evidence.over_time)
+    return evidence, widened_by(ticks, windows, evidence, prior, fit, unsure), found
+
+
+def _drift(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> Drift | None:
+    """Return how the friction that a fit leaves over goes with time; None where the run does not tell."""
+    _, clear = in_passes(evidence.position, evidence.velocity)
+    shown = (np.abs(evidence.velocity) < FASTEST) & evidence.counts & clear
+    if np.count_nonzero(shown) < _FEWEST:
+        return None
+    time, velocity = ticks.time[windows.centre[shown]], evidence.velocity[shown]
+    level = steady_level(velocity, fit.parameters)
+    speed = np.floor(_TO_AN_OCTAVE * np.log2(np.abs(velocity) / _SLOWEST))
+    springs = (np.sign(velocity) / level)[:, None] * evidence.errors[shown, 1:]
+    middle, half = 0.5 * float(time.max() + time.min()), 0.5 * float(time.max() - time.min())
+    share = (time - middle) / half
+    alike = np.stack([speed == one for one in np.unique(speed)], axis=1).astype(np.float64)
+    excess, stretch = excess_of(evidence, fit)[shown], evidence.cluster[shown]
+    line = _fitted(np.concatenate([share[:, None], alike, springs], axis=1), excess, stretch)
+    bend = _fitted(np.concatenate([(share * share)[:, None], share[:, None], alike, springs], axis=1), excess, stretch)
+    if line is None or bend is None:
+        return None
+    is_bent = abs(bend[0]) > _SURE * bend[1]
+    first, last = float(time.min()), float(time.max())
+    return Drift(line[0] / half, line[1] / half, middle, first, last, is_bent)
+
+
+def _fitted(columns: Float64, values: Float64, stretch: Int64) -> tuple[float, float] | None:
+    """Return what the values (m) have of the first column (m, p), with its standard error; None where that is open."""
+    weight = np.full(len(values), 1.0 / max(float(np.var(values)), _LEAST))
+    held = _LEAST * np.eye(columns.shape[1])
+    matrix, vector = accumulate(columns, values, weight)
+    solution = times(inverse(matrix + held), vector)
+    spread = Spread(segment_bootstrap(columns, values - times(columns, solution), weight, stretch, held), 0.0 * held)
+    if not (spread.is_finite and np.all(np.isfinite(solution))):
+        return None
+    return float(solution[0]), spread.reach(np.eye(len(held))[0]) / TWO_SIDED_95
+
+
+def by_place_and_time(way: UnevenWay | None, drift: Drift | None) -> tuple[float, float]:
+    """Return by which shares friction may lie below and above the curve."""
+    below, above = (0.0, 0.0) if way is None else (way.below, way.above)
+    return (below, above) if drift is None else (below + drift.below, above + drift.above)
+
+
+def drift_remarks(drift: Drift | None) -> list[Reason]:
+    """Return what is said of friction that changed during the run, whatever the verdict; nothing of a little."""
+    if drift is None or abs(drift.whole) < _SAID:
+        return []
+    text = (
+        f"friction changed by {drift.whole:+.1%} from the first slow motion to the last, within "
+        f"{drift.last - drift.first:.1f} s; T_st and T_c are those of the middle of that time, and their intervals "
+        "hold what friction was before and after"
+    )
+    return [Reason("friction_drifts", text, "warm the unit up or run it in, as warm_check does, then repeat")]
+
+
+def drift_numbers(drift: Drift | None) -> tuple[Number, ...]:
+    """Return by which share friction changed in a second, where it did beyond doubt."""
+    if drift is None:
+        return ()
+    reach = TWO_SIDED_95 * drift.error
+    rate = drift.rate
+    return (Number("friction_drift", "change of friction in a second", rate, "1/s", rate - reach, rate + reach),)

@@ -1,0 +1,74 @@
+"""Friction that changes while the run goes on is told from friction that changes with speed."""
+
+import numpy as np
+import pytest
+from independent_throttle import Unit, friction_check, off_by_tolerances, sense
+from throttle_as_model import bench_model, rows_of
+
+from etb_hil.base.outcome import UnitVerdict
+from etb_hil.base.stock import find
+from etb_hil.diagnosis.diagnosis import Diagnosis
+from etb_hil.diagnosis.limits import load_limits
+
+LIMITS = load_limits(find("limits", "default")).content
+
+
+def judge(unit, rate, *seeds):
+    """Return what the diagnosis says with the noise of each seed, and from when to when in s the plate moved."""
+    run, phases = friction_check(unit)
+    results = []
+    for seed in seeds:
+        rng = np.random.default_rng(seed)
+        diagnosis = Diagnosis(bench_model(off_by_tolerances(Unit(), rng)), LIMITS)
+        for rows, kind in rows_of(sense(unit, run, rate, rng), phases, rate):
+            diagnosis.push(rows, kind)
+        results.append(diagnosis.finish())
+    moving = [edge / 20000 for kind, *edges in phases if kind in {"ramp", "dash"} for edge in edges]
+    return results, min(moving), max(moving)
+
+
+@pytest.mark.parametrize("rate", [1000, 20000])
+@pytest.mark.parametrize("drift", [-0.02, -0.005, -0.001, 0.001, 0.005, 0.02])
+def test_a_drift_is_no_curve_over_speed(drift, rate):
+    """Taken for one, 0.5 % a second made omega_s 73 % too low, with an interval of 5 %."""
+    unit = Unit(drift=drift)
+    results, begin, end = judge(unit, rate, 21, 22, 23, 24)
+    middle = 1.0 + drift * 0.5 * (begin + end)
+    for result in results:
+        stiction, coulomb = result.number("T_st"), result.number("T_c")
+        assert stiction.value == pytest.approx(middle * unit.stiction, rel=0.02)
+        for at in (begin + 0.3, end - 0.3):
+            assert stiction.low < (1.0 + drift * at) * unit.stiction < stiction.high
+            assert coulomb.low < (1.0 + drift * at) * unit.coulomb < coulomb.high
+        assert result.number("friction_drift").value == pytest.approx(drift / middle, rel=0.02, abs=2e-4)
+        said = any(reason.id == "friction_drifts" for reason in result.reasons)
+        assert said is (abs(drift) > 0.002)
+    speeds = [result.number("omega_s") for result in results if result.number("omega_s") is not None]
+    assert len(speeds) >= 3  # where noise bends the line, it is not given
+    assert [speed.value for speed in speeds] == pytest.approx([unit.stribeck_velocity] * len(speeds), rel=0.08)
+
+
+@pytest.mark.parametrize("rate", [1000, 20000])
+def test_friction_that_stays_drifts_nowhere(rate):
+    for result in judge(Unit(), rate, 21, 22, 23, 24)[0]:
+        assert result.number("friction_drift") is None
+        assert result.verdict is UnitVerdict.PASS
+
+
+@pytest.mark.parametrize(("drift", "ends"), [(-0.05, 1.0), (0.05, 1.0), (-0.05, 3.0), (-0.2, 1.0), (-0.05, 6.0)])
+def test_a_drift_that_ends_within_the_run_leaves_no_curve_over_speed(drift, ends):
+    unit = Unit(drift=drift, drift_ends=ends)
+    (result,), _, end = judge(unit, 20000, 23)
+    assert result.number("omega_s") is None
+    assert result.number("viscous") is None
+    last = (1.0 + drift * ends * (1.0 - np.exp(-end / ends))) * unit.coulomb
+    assert result.number("T_c").low == 0.0
+    assert result.number("T_c").high > last
+    assert result.verdict is not UnitVerdict.FAIL
+
+
+def test_a_unit_that_was_beyond_its_limit_at_first_does_not_pass_by_its_mean():
+    unit = Unit(stiction=0.275, drift=-0.015)
+    (result,), _, _ = judge(unit, 1000, 24)
+    assert result.number("T_st").value < LIMITS.stiction.max
+    assert result.verdict is UnitVerdict.INCONCLUSIVE
