@@ -15,7 +15,7 @@ from etb_hil.diagnosis.assessment import Assessment, Interval
 from etb_hil.diagnosis.friction_model import DROP, VISCOUS
 from etb_hil.diagnosis.half_width import TWO_SIDED_95, half_width
 from etb_hil.diagnosis.local_friction import LocalFriction
-from etb_hil.diagnosis.prior import INERTIA, PRELOAD_CLOSE, PRELOAD_OPEN, SLOPE_CLOSE, SLOPE_OPEN
+from etb_hil.diagnosis.prior import CONSTANT, INERTIA, PRELOAD_CLOSE, PRELOAD_OPEN, SLOPE_CLOSE, SLOPE_OPEN
 from etb_hil.diagnosis.result import Reason
 from etb_hil.diagnosis.stribeck_fit import StribeckFit
 from etb_hil.diagnosis.ticks import Ticks
@@ -138,7 +138,9 @@ def resistance_at_rest(ticks: Ticks) -> float | None:
     return product / square
 
 
-def remarks(fit: StribeckFit, model: Model, throttle: ThrottleParameters) -> list[Reason]:
+def remarks(
+    fit: StribeckFit, balance: VoltageBalance | None, model: Model, throttle: ThrottleParameters
+) -> list[Reason]:
     """Return which parameters of the model the fit has found beyond their tolerance; friction is fitted with them."""
     listed = (
         (PRELOAD_OPEN, "preload_open", throttle.preload_open, "N·m", 0.0, 1.0),
@@ -154,6 +156,12 @@ def remarks(fit: StribeckFit, model: Model, throttle: ThrottleParameters) -> lis
         if _is_beyond(off, error, name, model):
             other = ", or friction falls from T_st to T_c by another curve" if name == "viscous" else ""
             words.append(f"{name} is {nominal + off:.3g} {unit} (model {nominal:.3g}{other})")
+    apart = _motor_and_springs(fit, model, throttle) if balance is None else 0.0
+    if apart != 0.0:
+        words.append(
+            f"both springs are {apart:+.1%} off what the current says of the motor's torque: the gain of the current, "
+            "the motor's constant, or both springs (a voltage would tell)"
+        )
     if not words:
         return []
     return [_contradiction("model_contradicted", "beyond the model's tolerance: " + "; ".join(words))]
@@ -178,12 +186,13 @@ def gain_range(
     """Return between which factors the gain of the current may lie, beside `GAIN`.
 
     Both springs too strong or too weak alike may as well be the current's gain. The resistance bounds it: a gain that
-    is too high makes R_a too low.
+    is too high makes R_a too low. Without a voltage, motor and springs have nothing but each other to be held against.
     """
+    apart = _motor_and_springs(fit, model, throttle) if balance is None else 0.0
     shares = []
     for index, name in ((PRELOAD_OPEN, "preload_open"), (PRELOAD_CLOSE, "preload_close")):
         off = float(fit.parameters[index])
-        sure = _is_beyond(off, fit.error({index: 1.0}), name, model)
+        sure = apart != 0.0 or _is_beyond(off, fit.error({index: 1.0}), name, model)
         known = getattr(throttle, name)
         own = model.tolerance(name) / known  # the spring's own error may hide as much of the gain's
         shares.append(off / known + (own if off > 0.0 else -own) if sure else 0.0)
@@ -193,6 +202,22 @@ def gain_range(
         middle = throttle.resistance / balance.resistance
         low, high = max(low, min(1.0, middle * (1.0 - share))), min(high, max(1.0, middle * (1.0 + share)))
     return max(low, 0.05), high
+
+
+def _motor_and_springs(fit: StribeckFit, model: Model, throttle: ThrottleParameters) -> float:
+    """Return by what share both springs are stronger than the motor's torque says, beyond the tolerances of all three.
+
+    The fit parts such a difference between them by their tolerances: alone none of them need stand out. Zero where
+    they may all be the model's.
+    """
+    apart = []
+    for index, name in ((PRELOAD_OPEN, "preload_open"), (PRELOAD_CLOSE, "preload_close")):
+        known = getattr(throttle, name)
+        share = float(fit.parameters[index]) / known - float(fit.parameters[CONSTANT])
+        allowed = model.tolerance(name) / known + model.tolerance("torque_per_ampere") / throttle.torque_per_ampere
+        is_sure = abs(share) > allowed + _SURE * fit.error({index: 1.0 / known, CONSTANT: -1.0})
+        apart.append(share if is_sure else 0.0)
+    return min(apart, key=abs) if apart[0] * apart[1] > 0.0 else 0.0
 
 
 def against_each_other(fit: StribeckFit, model: Model) -> float:

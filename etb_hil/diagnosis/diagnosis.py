@@ -202,7 +202,7 @@ class Diagnosis:
             highest_current=self._highest_current,
             withholding=withheld,
             remarks=(
-                *(() if fit is None else remarks(fit, self._model, throttle)),
+                *(() if fit is None else remarks(fit, assessment.balance, self._model, throttle)),
                 *uneven_remarks(way),
                 *drift_remarks(drift),
             ),

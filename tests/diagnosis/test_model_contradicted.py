@@ -184,6 +184,31 @@ def test_a_gain_within_the_resistances_tolerance_is_in_the_interval(unit, factor
     assert result.verdict is (PASS if unit == Unit() else FAIL)
 
 
+@pytest.mark.parametrize("factor", [0.8, 0.9, 1.1, 1.2])
+@pytest.mark.parametrize("seed", [None, 60, 61])
+def test_a_gain_that_no_voltage_tells_is_seen_by_motor_and_springs_together(factor, seed):
+    """The fit parts it between the motor's constant and the springs, so that none of them stands out alone."""
+    bench = Unit() if seed is None else off_by_tolerances(Unit(), np.random.default_rng(seed))
+    result = diagnosed(
+        Unit(),
+        bench=bench,
+        sensed=lambda s: replace(s, current=s.current * factor, voltage=np.full(len(s.voltage), np.nan)),
+    )
+    for name, true in (("T_st", Unit().stiction), ("T_c", Unit().coulomb)):
+        assert result.number(name).low < true < result.number(name).high
+    assert result.verdict is PASS
+    assert any("a voltage would tell" in reason.text for reason in result.reasons)
+
+
+def test_motor_and_springs_inside_their_tolerances_say_nothing_without_a_voltage():
+    for seed in range(4):
+        bench = off_by_tolerances(Unit(), np.random.default_rng(62 + seed))
+        result = diagnosed(
+            Unit(), bench=bench, seed=seed, sensed=lambda s: replace(s, voltage=np.full(len(s.voltage), np.nan))
+        )
+        assert ids(result) == {"within_limits"}
+
+
 @pytest.mark.parametrize("speed", [400.0 / 18.0, 250.0 / 18.0])
 @pytest.mark.parametrize("coulomb", [0.187, 0.2106])
 def test_coulomb_torque_that_was_never_reached_is_not_claimed(speed, coulomb):
