@@ -44,11 +44,20 @@ class Round:
         return 1.0 - self.winner.fit.cost / self.before.fit.cost
 
 
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """The model as far as it is known: its calibration, its floor, and each group's mean square over that floor."""
+
+    calibration: Calibration
+    floor: Floor
+    groups: Float64
+
+
 @dataclass(slots=True)
 class Findings:
     """What the search found: `rounds` in order, the last one of them not accepted unless no more was looked for.
 
-    `first_groups`, `final_groups`: each group's mean square over its floor before any cause and with all of them.
+    `first_groups`: each group's mean square over its floor before any cause; `standing`: the model with all of them.
     """
 
     model: Model
@@ -56,14 +65,27 @@ class Findings:
     calibration: Calibration
     floor: Floor
     rounds: list[Round]
-    final: Calibration
-    final_floor: Floor
+    standing: Standing
     first_groups: Float64
-    final_groups: Float64
     rows: NDArray[np.int64]
     rest: list[Placeholder] = field(default_factory=list)
     verdict: str = ""
     is_cut_short: bool = False
+
+    @property
+    def final(self) -> Calibration:
+        """The model with all causes."""
+        return self.standing.calibration
+
+    @property
+    def final_floor(self) -> Floor:
+        """The floor of the model with all causes."""
+        return self.standing.floor
+
+    @property
+    def final_groups(self) -> Float64:
+        """Each group's mean square over its floor with all causes."""
+        return self.standing.groups
 
     @property
     def accepted(self) -> list[Round]:

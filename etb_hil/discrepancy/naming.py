@@ -8,7 +8,7 @@ from etb_hil.discrepancy import decision
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.byhand import take_measured
 from etb_hil.discrepancy.calibration import all_unknowns, calibrate
-from etb_hil.discrepancy.findings import Findings, Round
+from etb_hil.discrepancy.findings import Findings, Round, Standing
 from etb_hil.discrepancy.floor import floor_of, group_means, weigh
 from etb_hil.discrepancy.objections import objection
 from etb_hil.discrepancy.placeholders import placeholders
@@ -35,9 +35,8 @@ def search(
     weigh(stretches, floor.level)
     calibration = calibrate(stated, stretches, calibration.fit.whole)
     groups, rows = group_means(stretches, calibration.fit.whole)
-    findings = Findings(
-        model, stretches, calibration, floor, [], calibration, floor, groups / floor.level, groups / floor.level, rows,
-    )  # fmt: skip
+    standing = Standing(calibration, floor, groups / floor.level)
+    findings = Findings(model, stretches, calibration, floor, [], standing, standing.groups, rows)
     try:
         _look(findings, [*without, *(entry.id for entry in model.effects)], progress)
         doubt_drifts(findings)

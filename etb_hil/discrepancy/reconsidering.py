@@ -13,9 +13,8 @@ from etb_hil.discrepancy.calibration import Calibration, calibrate, residual_of
 from etb_hil.discrepancy.drifting import DRIFTS, drifts
 from etb_hil.discrepancy.findings import Findings, Round
 from etb_hil.discrepancy.fit import fit_of
-from etb_hil.discrepancy.floor import weigh
 from etb_hil.discrepancy.objections import objection
-from etb_hil.discrepancy.rounds import Progress, one_round, settle, take_in, taken_by
+from etb_hil.discrepancy.rounds import Progress, go_back, one_round, settle, take_in, taken_by
 from etb_hil.discrepancy.unknowns import Unknown, finer_unknowns
 from etb_hil.plant.physics import Vector
 
@@ -67,12 +66,12 @@ def _asked(findings: Findings, old: Round, without: Sequence[str], progress: Pro
     `is_wrong`: the round as it is has to be replaced, if only by the same cause seen anew.
     """
     progress(f"asking again whether it is {old.winner.id}")
-    state = findings.final, findings.final_floor, findings.final_groups
+    standing = findings.standing
     old.accepted = False
     found = None
     try:
         settle(findings, *_less(findings, old))
-        with_old = fit_of(residual_of(findings.balances), state[0].fit.whole).cost
+        with_old = fit_of(residual_of(findings.balances), standing.calibration.fit.whole).cost
         found = one_round(findings, [*without, *taken_by(findings.accepted)], progress)
         is_better = found.winner.id != old.winner.id and found.winner.fit.cost < _CLEARLY * with_old
         if (is_better or is_wrong) and not objection(found, findings):
@@ -81,8 +80,7 @@ def _asked(findings: Findings, old: Round, without: Sequence[str], progress: Pro
     finally:
         if found is None or not found.accepted:
             old.accepted = True
-            findings.final, findings.final_floor, findings.final_groups = state
-            weigh(findings.balances, findings.final_floor.level)
+            go_back(findings, standing)
     return found.accepted
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from etb_hil.discrepancy import decision
 from etb_hil.discrepancy.calibration import Calibration, calibrate, residual_of
 from etb_hil.discrepancy.candidates import suspects
-from etb_hil.discrepancy.findings import Findings, Round
+from etb_hil.discrepancy.findings import Findings, Round, Standing
 from etb_hil.discrepancy.floor import floor_of, group_means, weigh
 from etb_hil.discrepancy.refining import bent, fully, quickly
 from etb_hil.discrepancy.rivals import alike
@@ -98,4 +98,10 @@ def settle(findings: Findings, whole: Vector, unknowns: Sequence[Unknown]) -> No
     weigh(findings.balances, floor.level)
     final = calibrate(findings.model, findings.balances, whole, unknowns, rounds=4)
     groups, _ = group_means(findings.balances, final.fit.whole)
-    findings.final, findings.final_floor, findings.final_groups = final, floor, groups / floor.level
+    findings.standing = Standing(final, floor, groups / floor.level)
+
+
+def go_back(findings: Findings, standing: Standing) -> None:
+    """Let the search go on from where it stood before."""
+    findings.standing = standing
+    weigh(findings.balances, standing.floor.level)
