@@ -14,6 +14,7 @@ from etb_hil.discrepancy.objections import objection
 from etb_hil.discrepancy.placeholders import placeholders
 from etb_hil.discrepancy.reconsidering import ask_again, doubt_drifts
 from etb_hil.discrepancy.rounds import Progress, one_round, take_in, taken_by
+from etb_hil.discrepancy.together import stands_with_another
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
 
@@ -57,10 +58,13 @@ def _look(findings: Findings, without: Sequence[str], progress: Progress) -> Non
         found = one_round(findings, [*without, *taken_by(findings.accepted)], progress)
         findings.rounds.append(found)
         found.refused = objection(found, findings)
-        if found.refused:
+        if not found.refused:
+            take_in(findings, found)
+        elif len(findings.accepted) + 2 <= _MOST_CAUSES and stands_with_another(found, findings, without, progress):
+            found.refused = ""
+        else:
             _share_classes(findings, found)
             return
-        take_in(findings, found)
         if decision.is_more_missing(findings):
             ask_again(findings, without, progress)
         if not decision.is_more_missing(findings):

@@ -17,7 +17,7 @@ LEAST_GAIN = 0.04  # of the squared residual, beyond what the suspect takes of t
 _HEALTHY_TIMES = 2.0
 _LATER_GAIN = 0.25
 _LATER_T = 4.0
-_LATER_CERTAIN = 0.8  # of what is left: what takes as much is a cause, whatever else might take it
+_LATER_CERTAIN = 0.8  # of what is left over the floor: what takes as much is a cause, whatever else might take it
 _LATER_PARAMETER = 0.5  # a parameter that leaves its tolerance after an effect may be no more than the effect's shape
 # What chance brings down, of a group's floor: torque, voltage, angle; each on a stop, slow, sliding.
 _GROUP_GAIN = np.array([4.0, 1.0, 0.25, 1.2, 0.12, 0.35, 0.4, 0.12, 0.2])
@@ -38,15 +38,30 @@ def objection(found: Round, findings: Findings) -> str:
     return next((words for object_to in _OBJECTIONS if (words := object_to(found, findings))), "")
 
 
+def is_only_harmful(found: Round, findings: Findings) -> bool:
+    """Tell whether nothing speaks against a round's winner but a balance that is worse off with it."""
+    reasons = [object_to for object_to in _OBJECTIONS if object_to(found, findings)]
+    return reasons == [_harms_a_balance]
+
+
+def harms(before: NDArray[np.float64], after: NDArray[np.float64], findings: Findings) -> bool:
+    """Tell whether a balance is worse off with a cause, or with several; mean squares over the floor by group."""
+    # A true cause leaves no balance worse than it was: magnets that weaken show in the back-EMF, too, and a torque that
+    # they might explain is not theirs where the voltage has to be bent for it.
+    is_harmed = after - before > _GROUP_LOSS * np.maximum(before, 1.0)
+    return bool((is_harmed & _judged(findings)).any())
+
+
 def _stands_for_an_earlier_cause(found: Round, findings: Findings) -> str:
     if not findings.accepted:
         return ""
-    if found.gain < _LATER_CERTAIN and _is_on_bound(found):
+    is_certain = found.gain > _CERTAIN_GAIN and _share_over_floor(found, findings) > _LATER_CERTAIN
+    if not is_certain and _is_on_bound(found):
         return "its strength is on a bound: it stands for something else"
     if any(r.winner.id in found.alike or found.winner.id in r.alike for r in findings.accepted):
         return "cannot be told from a cause that was found before"
     # What base parameters imitate but for a fifth trades with them once something else stands in for them.
-    if found.gain < _LATER_CERTAIN and any(name.startswith("parameter:") for name in found.alike):
+    if not is_certain and any(name.startswith("parameter:") for name in found.alike):
         return "base parameters do nearly the same: it would trade with them"
     return ""
 
@@ -69,10 +84,8 @@ def _helps_no_balance(found: Round, findings: Findings) -> str:
 
 
 def _harms_a_balance(found: Round, findings: Findings) -> str:
-    # A true cause leaves no balance worse than it was: magnets that weaken show in the back-EMF, too, and a torque that
-    # they might explain is not theirs where the voltage has to be bent for it.
-    is_harmed = found.after_groups - found.before_groups > _GROUP_LOSS * np.maximum(found.before_groups, 1.0)
-    return "another balance speaks against it: it is worse off with it" if (is_harmed & _judged(findings)).any() else ""
+    is_harmed = harms(found.before_groups, found.after_groups, findings)
+    return "another balance speaks against it: it is worse off with it" if is_harmed else ""
 
 
 def _lacks_its_back_emf(found: Round, findings: Findings) -> str:
@@ -141,6 +154,13 @@ _OBJECTIONS: tuple[Objection, ...] = (
 
 def _judged(findings: Findings) -> NDArray[np.bool_]:
     return findings.rows >= LEAST_ROWS
+
+
+def _share_over_floor(found: Round, findings: Findings) -> float:
+    """Return the share that a winner takes of what is over the floor: the floor itself is nobody's to take."""
+    rows = np.where(_judged(findings), findings.rows, 0)
+    before, after = (float(rows @ np.maximum(g - 1.0, 0.0)) for g in (found.before_groups, found.after_groups))
+    return 1.0 - after / max(before, 1e-12)
 
 
 def _is_on_bound(found: Round) -> bool:

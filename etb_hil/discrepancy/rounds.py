@@ -13,7 +13,7 @@ from etb_hil.discrepancy.refining import bent, fully, quickly
 from etb_hil.discrepancy.rivals import alike
 from etb_hil.discrepancy.screening import Linear, screen
 from etb_hil.discrepancy.segments import held_out, segment_of
-from etb_hil.discrepancy.unknowns import Unknown
+from etb_hil.discrepancy.unknowns import SLACK, Unknown
 from etb_hil.plant.physics import Vector
 
 Progress = Callable[[str], None]
@@ -21,6 +21,7 @@ Progress = Callable[[str], None]
 _REFINED = 6
 _FULLY = 2
 _BENT = 2
+_CLEARLY = 0.9  # of what a fit left: from another start it has to leave less than that
 _HOPELESS = 3.0  # times what the first leaves, from where the second need not be fitted to the end
 
 
@@ -94,11 +95,25 @@ def take_in(findings: Findings, found: Round) -> None:
 
 def settle(findings: Findings, whole: Vector, unknowns: Sequence[Unknown]) -> None:
     """Let the search go on from a model near `whole` with these unknowns: its floor, its weights, its calibration."""
+    standing = _standing(findings, whole, unknowns)
+    if decision.excess(standing.groups, findings.rows).sum() > 0.0:
+        # Base parameters stood in for what was missing, and may be held there by a hill: they begin again as stated.
+        begin = standing.calibration.fit.whole.copy()
+        for unknown in unknowns:
+            if "." not in unknown.name and unknown.high <= SLACK:  # no cause's own
+                unknown.put(begin, 0.0)
+        again = calibrate(findings.model, findings.balances, begin, unknowns)
+        if again.fit.cost < _CLEARLY * standing.calibration.fit.cost:
+            standing = _standing(findings, again.fit.whole, unknowns)
+    findings.standing = standing
+
+
+def _standing(findings: Findings, whole: Vector, unknowns: Sequence[Unknown]) -> Standing:
     floor = floor_of(findings.model, findings.balances, whole, unknowns)
     weigh(findings.balances, floor.level)
-    final = calibrate(findings.model, findings.balances, whole, unknowns, rounds=4)
-    groups, _ = group_means(findings.balances, final.fit.whole)
-    findings.standing = Standing(final, floor, groups / floor.level)
+    calibration = calibrate(findings.model, findings.balances, whole, unknowns, rounds=4)
+    groups, _ = group_means(findings.balances, calibration.fit.whole)
+    return Standing(calibration, floor, groups / floor.level)
 
 
 def go_back(findings: Findings, standing: Standing) -> None:
