@@ -28,6 +28,7 @@ _SURE = 4.0  # standard errors
 _WINDING = 0.04  # share of R_a: the winding may be 10 K from the housing
 _MAGNET = 0.01  # share of K_e, for the same
 _ELSEWHERE = 0.05  # N·m, even in the direction: a seventh of what a spring's or a stop's wrong side makes
+_FEWEST_A_WAY = 30  # windows: a slow sweep has hundreds
 _ENOUGH = 2.0  # A, root of the mean square, to measure a resistance at rest
 # Shares of the fitted drop from T_st to T_c by which T_c comes out too high at most where friction falls like
 # exp(-|x|^0.5), and too low where it falls like exp(-|x|^3). Armstrong-Helouvry 1991 has exponents from 0.5 on.
@@ -85,7 +86,7 @@ class Widening:
 def withholding(
     assessment: Assessment, local: LocalFriction | None, model: Model, throttle: ThrottleParameters
 ) -> list[Reason]:
-    """Return why nothing can be said of friction with this model, the gravest first."""
+    """Return why nothing can be said of friction with this model and these motions, the gravest first."""
     found = []
     if assessment.balance is not None:
         found += _motor(assessment.balance, model, throttle)
@@ -97,7 +98,18 @@ def withholding(
                 "directions of motion, more than the model's springs: limp-home or a stop stands elsewhere"
             )
             found.append(_contradiction("spring_elsewhere", text))
-    return found
+    return [*found, *_one_way(assessment)]
+
+
+def _one_way(assessment: Assessment) -> list[Reason]:
+    """Return a reason where the plate slid one way only: nothing but its sign tells friction from springs."""
+    opening, closing = assessment.ways
+    if assessment.fit is None or min(opening, closing) >= _FEWEST_A_WAY:
+        return []
+    text = (
+        f"{opening} stretches of 17 ms opened the plate and {closing} closed it: friction is told from springs by both"
+    )
+    return [Reason("one_way", text, "run a scenario that opens and closes the plate")]
 
 
 def _motor(balance: VoltageBalance, model: Model, throttle: ThrottleParameters) -> list[Reason]:

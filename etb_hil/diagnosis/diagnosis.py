@@ -29,7 +29,7 @@ from etb_hil.diagnosis.exceedance import ExceedanceDetector
 from etb_hil.diagnosis.grounds import Coverage, Grounds, far_above, local_excess, unexplained
 from etb_hil.diagnosis.limits import Limits, without_temperature
 from etb_hil.diagnosis.local_friction import local_friction
-from etb_hil.diagnosis.numbers import bump_numbers, report_numbers
+from etb_hil.diagnosis.numbers import bump_numbers, report_numbers, without_intervals
 from etb_hil.diagnosis.places_seen import judged_where_seen, seen_slowly, too_wide_unseen
 from etb_hil.diagnosis.result import DiagnosisResult
 from etb_hil.diagnosis.series import break_away_columns, plot_columns
@@ -164,11 +164,11 @@ class Diagnosis:
         reading = Tally(throttle).reading() if self._running is None else self._running.tally.reading()
         fit = assessment.fit
         local = None if fit is None else local_friction(assessment.evidence, fit)
-        withheld = [
+        untold = [
             *against_motor(ticks, self._model, throttle),
             *withholding(assessment, local, self._model, throttle),
-            *without_temperature(self._limits, self._zero.temperature),
         ]
+        withheld = [*untold, *without_temperature(self._limits, self._zero.temperature)]
         way = None if fit is None or withheld else uneven_way(assessment.evidence, fit)
         drift = None if withheld else assessment.drift
         is_bent = drift is not None and drift.is_bent
@@ -217,6 +217,8 @@ class Diagnosis:
         verdict, reasons = conclude(numbers, grounds)
         if withheld:  # no number tells of a unit whose bench told nothing
             numbers = tuple(replace(number, verdict=None) for number in numbers)
+        if untold:
+            numbers = without_intervals(numbers)
         series = plot_columns(assessment, widening) | break_away_columns(broken_away, fit)
         numbers = (*numbers, *uneven_numbers(way), *drift_numbers(drift), *bump_numbers(series))
         start_ns = self._start_ns or 0

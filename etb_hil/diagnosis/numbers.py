@@ -31,6 +31,9 @@ _NAMES = {
 }
 
 
+_OF_MOTOR = frozenset({"back_emf", "resistance"})
+
+
 def report_numbers(
     assessment: Assessment,
     broken_away: Sequence[BreakAway],
@@ -58,6 +61,11 @@ def report_numbers(
     scale = 1.0 if assessment.fit is None else 1.0 + float(assessment.fit.parameters[CONSTANT])
     breaking = _broken_away(broken_away, scale, widening.gain, limits, bounds["T_st"][1])
     return (*numbers, *breaking, *_paper(reading), *_motor(assessment.balance), *_basis(assessment, reading, zero))
+
+
+def without_intervals(numbers: Sequence[Number]) -> tuple[Number, ...]:
+    """Return the numbers with no interval of friction: nothing bounds it where motor, springs or angle are others."""
+    return tuple(n if n.id in _OF_MOTOR else replace(n, low=None, high=None) for n in numbers)
 
 
 def _widened(name: str, fitted: Mapping[str, Interval], by: Widening) -> Interval:

@@ -14,7 +14,6 @@ MOST_LOST = 0.05  # share of the samples
 LONGEST_GAP = 0.1  # s: longer than a dash
 _LONGEST = 0.02  # s, of all unexplained episodes together
 _STUCK = 0.2  # rad: a plate that moved by less was hardly moved
-_FEWEST_A_WAY = 30  # windows: a slow sweep has hundreds
 _WHOLE = 0.9  # of the ticks without a gap before them: with more, it was not for want of samples
 
 _NEEDED = ("T_st", "T_c", "return_margin")
@@ -58,7 +57,6 @@ def conclude(numbers: Sequence[Number], grounds: Grounds) -> tuple[UnitVerdict, 
     fails = [*broken, *_locally(judged, grounds), *_stuck(grounds, missing)]
     doubts = [
         *_poor_evidence(grounds, missing),
-        *_one_way(grounds, missing),
         *_not_seen(grounds),
         *_undecided(judged, grounds),
         *_locally_undecided(judged, grounds),
@@ -217,17 +215,6 @@ def _poor_evidence(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
             "run a scenario with a current zero, ramps and dashes; check that the drive is enabled",
         )
     ]
-
-
-def _one_way(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
-    """Return a doubt where the plate slid one way only: nothing but its sign tells friction from springs."""
-    if missing or min(grounds.windows) >= _FEWEST_A_WAY:
-        return []
-    opening, closing = grounds.windows
-    text = (
-        f"{opening} stretches of 17 ms opened the plate and {closing} closed it: friction is told from springs by both"
-    )
-    return [Reason("one_way", text, "run a scenario that opens and closes the plate")]
 
 
 def _not_seen(grounds: Grounds) -> list[Reason]:

@@ -156,6 +156,19 @@ def test_friction_seen_in_one_direction_alone_never_passes(way):
     assert "one_way" in {reason.id for reason in result.reasons}
 
 
+@pytest.mark.parametrize("preload", [0.35, 0.55])
+def test_one_direction_alone_neither_fails_a_unit_nor_bounds_its_friction(preload):
+    """A spring that is 0.2 N·m stronger than the model's reads as more friction opening."""
+    unit = Unit(stiction=0.24, coulomb=0.19, preload_open=preload)
+    run, phases = friction_check(unit, speeds=(0.4,), dashes=0)
+    top = int(np.argmax(run.angle))
+    opening = [phases[0], ("home", phases[0][2], phases[0][2] + 6000), ("ramp", phases[0][2] + 6000, top)]
+    result = judge(Unit(), sense(unit, run, 1000, np.random.default_rng(16)), opening, 1000)
+    assert (result.verdict, result.reasons[0].id) == (UnitVerdict.INCONCLUSIVE, "one_way")
+    assert result.number("T_st").low is result.number("T_st").high is result.number("T_st").verdict is None
+    assert result.number("back_emf").low is not None
+
+
 def test_nothing_measured_is_inconclusive():
     result = Diagnosis(bench_model(Unit()), LIMITS).finish()
     assert result.verdict is UnitVerdict.INCONCLUSIVE
