@@ -17,6 +17,7 @@ from etb_hil.discrepancy.fit import Residual, columns, fit_of
 from etb_hil.discrepancy.refining import Refined
 from etb_hil.discrepancy.screening import stepped
 from etb_hil.discrepancy.similarity import ABSORBED, Projector
+from etb_hil.plant.effects.effect import Balance
 
 Float64 = NDArray[np.float64]
 
@@ -46,8 +47,11 @@ def alike(
         near, is_declared = record.cosine(rival), _declared(winner, rival)
         if rival.effect is not None and not record.is_absorbed and (near > _WORTH or is_declared):
             near = max(near, _closest(record, shapes[rival.id]))
-            if is_declared:
-                near = max(near, _closest(plain, shapes[rival.id]))
+        if rival.effect is not None and not plain.is_absorbed and is_declared:
+            near = max(near, _closest(plain, shapes[rival.id]))
+            # Friction differs too much between devices for the torque to part two that motor and plate show.
+            if near <= _ALIKE and _is_of_the_angle(winner.candidate) and _is_of_the_angle(rival):
+                near = _closest(_of_the_angle(winner, healthy, balances), shapes[rival.id])
         if near > _ALIKE:
             names.append(rival.id)
     margin = decision.class_margin(found)
@@ -129,6 +133,19 @@ def _alone(residual: Residual, healthy: Calibration, winner: Refined) -> Float64
     moved = healthy.fit.whole.copy()
     moved[list(effect.stated_indices)] = winner.fit.whole[list(effect.stated_indices)]
     return np.asarray(residual(moved) - healthy.fit.residual)
+
+
+def _of_the_angle(winner: Refined, healthy: Calibration, balances: Sequence[Balances]) -> _Record:
+    """Return the record in which only the balance of motor and plate counts, the sensors' zeros known."""
+    counts = np.concatenate([np.repeat([0.0, 0.0, 1.0], b.rows) for b in balances])
+    residual = residual_of(balances)
+    fit = replace(healthy.fit, residual=healthy.fit.residual * counts)
+    alone = replace(healthy, fit=fit, columns=healthy.columns * counts[:, None])
+    return _Record.of(winner, alone, lambda whole: residual(whole) * counts).with_zeros_known()
+
+
+def _is_of_the_angle(candidate: Candidate) -> bool:
+    return candidate.effect is not None and candidate.effect.balance is Balance.ANGLE
 
 
 def _declared(winner: Refined, rival: Candidate) -> bool:

@@ -1,7 +1,8 @@
 """A handful of hidden cases as in the study: what is hidden is found, what is not hidden is not."""
 
 import pytest
-from explain_study import one_case
+from explain_cases import hidden_case
+from explain_study import one_case, searched
 
 
 @pytest.mark.slow
@@ -33,3 +34,14 @@ def test_without_a_current_a_wrong_resistance_is_not_told_from_other_losses():
     assert row["truth"] == ["parameter:resistance"]
     assert row["outcome"] != "wrong_confident", row
     assert effect != "parameter:resistance" or "supply_sag" in others, row
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("seed", "effect", "other"),
+    [(901, "gear_backlash", "shaft_compliance"), (902, "shaft_compliance", "gear_backlash")],
+)
+def test_the_torque_alone_does_not_tell_play_from_a_soft_shaft(seed, effect, other):
+    (found, *_) = searched(hidden_case(seed, (effect,))).accepted
+    assert found.winner.id == effect
+    assert other in found.alike

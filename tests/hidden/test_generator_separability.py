@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from generator import layout as at
-from generator.balances import CHANNELS
+from generator.balances import CHANNELS, low_passed, root_mean_square
 from generator.case import make_case
+from generator.following import follow
 from generator.rig import no_effects
 from generator.sensitivity import QUIET, Sensitivities
 from generator.separability import sealed, separability
@@ -17,7 +18,16 @@ def _cosine(a, b):
 
 
 @pytest.mark.parametrize(
-    "name", ["friction_load", "stiction_dwell", "torque_ripple", "magnet_temperature", "supply_sag", "gear_backlash"]
+    "name",
+    [
+        "friction_load",
+        "stiction_dwell",
+        "torque_ripple",
+        "magnet_temperature",
+        "supply_sag",
+        "gear_backlash",
+        "shaft_compliance",
+    ],
 )
 def test_replayed_sensitivities_agree_with_whole_simulations(name):
     case = make_case(31, (name,), "medium", seconds=20.0)
@@ -27,7 +37,7 @@ def test_replayed_sensitivities_agree_with_whole_simulations(name):
     quiet = replace(case.rig, sensors=QUIET)
     with_it, plain = quiet.residuals(case.effects), quiet.residuals(no_effects())
     whole = np.concatenate([(with_it[c] - plain[c]) / (floor[c] or np.inf) for c in CHANNELS])
-    # The controller makes another motion of it; loose teeth also knock, which a replay leaves out.
+    # The controller makes another motion of it: a motor runs through its play.
     assert _cosine(replayed, whole) > (0.9 if name == "gear_backlash" else 0.97)
     assert np.linalg.norm(replayed) == pytest.approx(np.linalg.norm(whole), rel=0.1)
 
@@ -69,3 +79,22 @@ def test_a_wrong_torque_constant_looks_like_a_battery_that_is_low_by_itself():
     (verdict,) = separability(make_case(300, ("parameter:motor_constant",), "strong"))
     assert "supply_sag" in verdict.look_alikes
     assert not verdict.top_1_counts
+
+
+@pytest.mark.parametrize("name", ["gear_backlash", "shaft_compliance"])
+def test_the_plate_stands_where_two_masses_have_it(name):
+    case = make_case(37, (name,), "strong", seconds=20.0)
+    rig = case.rig
+    rows = rig.motion(case.effects)
+    lag = follow(rows, rig.inputs, rig.parameters, case.effects, rig.rate)[0]
+    simulated = rows[:, at.LOG_ANGLE] - rows[:, at.LOG_PLATE]
+    each = low_passed(np.stack([lag, lag - simulated]), rig.rate)
+    assert root_mean_square(each[1]) < 0.1 * root_mean_square(each[0])
+
+
+@pytest.mark.parametrize(
+    ("name", "other"), [("gear_backlash", "shaft_compliance"), ("shaft_compliance", "gear_backlash")]
+)
+def test_play_and_a_soft_shaft_look_alike_where_springs_load_the_teeth(name, other):
+    (verdict,) = separability(make_case(38, (name,), "strong", seconds=20.0))
+    assert verdict.look_alikes == (other,)

@@ -10,6 +10,7 @@ import numpy as np
 
 from generator import layout as at
 from generator.balances import BREAKING_AWAY, CHANNELS, balances, low_passed, root_mean_square, split_at_stops
+from generator.following import follow
 from generator.recipes import RECIPES
 from generator.replay import shortfall
 from generator.rig import no_effects
@@ -103,39 +104,24 @@ class Sensitivities:
         return measure(self._rows, rig.rate, rig.inputs, rig.parameters, effects, QUIET, np.random.default_rng(0))
 
     def _loose(self, row, name):
-        """Table of the same plate motion, the motor ahead of the plate by what play or twist takes."""
-        rig, p = self._rig, self._rig.parameters
-        load = self._rows[:, at.LOG_ACCELERATION] * p[at.J_PLATE] + _plate_load(self._rows, rig.inputs, p, rig.rate)
-        if name == "gear_backlash":
-            ahead = 0.5 * row[at.STRENGTH] * np.tanh(load / 0.004)
-        else:
-            ahead = _twist(row[at.STRENGTH] * load, row[at.FORM])
-        return {**self._table, "motor_angle": self._table["motor_angle"] + p[at.N] * ahead}
+        """Table of the same motor motion, the plate behind it by play or twist, under the current that this takes."""
+        rig, p, table = self._rig, self._rig.parameters, self._table
+        effects = no_effects()
+        effects[at.ROW[name]] = row
+        lag, unloaded = follow(self._rows, rig.inputs, p, effects, rig.rate)
+        swing = p[at.J_PLATE] * np.gradient(np.gradient(lag)) * rig.rate**2
+        less = (unloaded + swing) / (p[at.K] * p[at.N])  # A
+        volts = p[at.R] * less + p[at.L] * np.gradient(less) * rig.rate
+        return {
+            **table,
+            "throttle_angle": table["throttle_angle"] - lag,
+            "motor_current": table["motor_current"] - less,
+            "motor_voltage": table["motor_voltage"] - 0.5 * (volts + np.append(volts[1:], volts[-1])),
+        }
 
     def _whitened(self, residuals):
         return np.concatenate([residuals[channel] / (self._floors[channel] or np.inf) for channel in CHANNELS])
 
 
-def _twist(ahead, form):
-    """Twist of a shaft whose stiffness changes with it, where one of its first stiffness would twist by `ahead`."""
-    share = {1.0: lambda x: 1.0 + (x / 0.01) ** 2, 2.0: lambda x: 0.7 + 0.3 / (1.0 + (x / 0.004) ** 2)}.get(form)
-    if share is None:
-        return ahead
-    low, high = np.zeros_like(ahead), 2.0 * np.abs(ahead)
-    for _ in range(40):  # torque grows with the twist: halving finds it
-        middle = 0.5 * (low + high)
-        is_short = middle * share(middle) < np.abs(ahead)
-        low, high = np.where(is_short, middle, low), np.where(is_short, high, middle)
-    return np.copysign(0.5 * (low + high), ahead)
-
-
 def _difference(first, second):
     return {channel: first[channel] - second[channel] for channel in CHANNELS}
-
-
-def _plate_load(rows, inputs, p, rate):
-    """Springs and stops along the motion: what is left without them, less what is left with them."""
-    free = p.copy()
-    free[[at.PRELOAD_OPEN, at.PRELOAD_CLOSE, at.SLOPE_OPEN, at.SLOPE_CLOSE, at.STOP_STIFFNESS, at.STOP_DAMPING]] = 0.0
-    without = shortfall(rows, inputs, free, no_effects(), rate)[0]
-    return without - shortfall(rows, inputs, p, no_effects(), rate)[0]
