@@ -17,7 +17,7 @@ LEAST_GAIN = 0.04  # of the squared residual, beyond what the suspect takes of t
 _HEALTHY_TIMES = 2.0
 _LATER_GAIN = 0.25
 _LATER_T = 4.0
-_LATER_CERTAIN = 0.8  # of what is left over the floor: what takes as much is a cause, whatever else might take it
+_LATER_CERTAIN = 0.8  # of what is left: what takes as much is a cause, whatever else might take it
 _LATER_PARAMETER = 0.5  # a parameter that leaves its tolerance after an effect may be no more than the effect's shape
 # What chance brings down, of a group's floor: torque, voltage, angle; each on a stop, slow, sliding.
 _GROUP_GAIN = np.array([4.0, 1.0, 0.25, 1.2, 0.12, 0.35, 0.4, 0.12, 0.2])
@@ -55,13 +55,13 @@ def harms(before: NDArray[np.float64], after: NDArray[np.float64], findings: Fin
 def _stands_for_an_earlier_cause(found: Round, findings: Findings) -> str:
     if not findings.accepted:
         return ""
-    is_certain = found.gain > _CERTAIN_GAIN and _share_over_floor(found, findings) > _LATER_CERTAIN
-    if not is_certain and _is_on_bound(found):
+    takes_all = found.gain > _CERTAIN_GAIN and _share_over_floor(found, findings) > _LATER_CERTAIN
+    if not takes_all and _is_on_bound(found):
         return "its strength is on a bound: it stands for something else"
     if any(r.winner.id in found.alike or found.winner.id in r.alike for r in findings.accepted):
         return "cannot be told from a cause that was found before"
     # What base parameters imitate but for a fifth trades with them once something else stands in for them.
-    if not is_certain and any(name.startswith("parameter:") for name in found.alike):
+    if found.gain < _LATER_CERTAIN and any(name.startswith("parameter:") for name in found.alike):
         return "base parameters do nearly the same: it would trade with them"
     return ""
 
