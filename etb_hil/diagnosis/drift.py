@@ -20,7 +20,7 @@ from etb_hil.diagnosis.result import Number, Reason
 from etb_hil.diagnosis.ripple import in_passes
 from etb_hil.diagnosis.segment_bootstrap import Spread, segment_bootstrap
 from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit, refit, widened_by
-from etb_hil.diagnosis.ticks import Ticks
+from etb_hil.diagnosis.ticks import TICK, Ticks
 from etb_hil.diagnosis.uneven_way import UnevenWay
 from etb_hil.diagnosis.windows import Windows
 from etb_hil.observer.normal_equations import accumulate, inverse, times
@@ -30,9 +30,9 @@ _SURE = 3.0  # standard errors
 _SETTLED = 0.1  # standard errors: the curve is another one without the drift, of which it took a part
 _TURNS = 5
 _FEWEST = 60  # windows
-_SLOWEST, _TO_AN_OCTAVE = 0.025, 2.0  # rad/s, where speeds begin, and how many of them there are to twice the speed
+_SPEEDS = 0.025 * 2.0 ** np.array([0.5 * half for half in range(13)])  # rad/s: a level to each half octave up to 2
 _MOST = 0.5  # share of the friction by which it may be off its middle: beyond it nothing here is a line
-_LEAST = 1e-9  # inverse variance of a share: springs on whose side the plate never was
+_LEAST = 1e-6  # windows' worth of nothing: springs on whose side the plate never was
 _SAID = 0.02  # share of friction: less than that is as little as the current's gain is known
 
 
@@ -40,7 +40,8 @@ _SAID = 0.02  # share of friction: less than that is as little as the current's 
 class Drift:
     """By which share friction changes in a second, `rate` 1/s with its standard error, about the instant `middle` s.
 
-    It was seen from `first` to `last` s. `is_bent` where a line does not do: then time and speed stay confounded.
+    It was seen from `first` to `last` s; all instants since the first tick. `is_bent` where a line does not do: then
+    time and speed stay confounded.
     """
 
     rate: float
@@ -79,7 +80,7 @@ def without_drift(
         tried = more if found is None else replace(more, rate=found.rate + more.rate)
         if max(tried.below, tried.above) > _MOST:
             return evidence, fit, replace(tried, is_bent=True)
-        along = 1.0 + tried.rate * (ticks.time - tried.middle)
+        along = 1.0 + tried.rate * (_elapsed(ticks) - tried.middle)
         drifting = replace(known, over_time=along, local=along)
         better = refit(ticks, windows, drifting, prior, fit.parameters)
         if better is None:
@@ -91,8 +92,14 @@ def without_drift(
     left = _drift(ticks, windows, evidence, fit)
     if left is not None:
         found = replace(found, error=left.error, is_bent=left.is_bent)
-    unsure = evidence.local * (1.0 + found.error * (ticks.time - found.middle) / evidence.over_time)
+    unsure = evidence.local * (1.0 + found.error * (_elapsed(ticks) - found.middle) / evidence.over_time)
     return evidence, widened_by(ticks, windows, evidence, prior, fit, unsure), found
+
+
+def _elapsed(ticks: Ticks) -> Float64:
+    """Return the time since the first tick (n) in s, in whole ticks: the same bits wherever a log begins."""
+    elapsed: Float64 = np.round((ticks.time - ticks.time[0]) / TICK) * TICK
+    return elapsed
 
 
 def _drift(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> Drift | None:
@@ -101,9 +108,9 @@ def _drift(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit)
     shown = (np.abs(evidence.velocity) < FASTEST) & evidence.counts & clear
     if np.count_nonzero(shown) < _FEWEST:
         return None
-    time, velocity = ticks.time[windows.centre[shown]], evidence.velocity[shown]
+    time, velocity = _elapsed(ticks)[windows.centre[shown]], evidence.velocity[shown]
     level = steady_level(velocity, fit.parameters)
-    speed = np.floor(_TO_AN_OCTAVE * np.log2(np.abs(velocity) / _SLOWEST))
+    speed = np.searchsorted(_SPEEDS, np.abs(velocity))
     springs = (np.sign(velocity) / level)[:, None] * evidence.errors[shown, 1:]
     middle, half = 0.5 * float(time.max() + time.min()), 0.5 * float(time.max() - time.min())
     share = (time - middle) / half
@@ -120,7 +127,7 @@ def _drift(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit)
 
 def _fitted(columns: Float64, values: Float64, stretch: Int64) -> tuple[float, float] | None:
     """Return what the values (m) have of the first column (m, p), with its standard error; None where that is open."""
-    weight = np.full(len(values), 1.0 / max(float(np.var(values)), _LEAST))
+    weight = np.ones(len(values))
     held = _LEAST * np.eye(columns.shape[1])
     matrix, vector = accumulate(columns, values, weight)
     solution = times(inverse(matrix + held), vector)
