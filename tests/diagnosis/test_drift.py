@@ -49,6 +49,20 @@ def test_a_drift_is_no_curve_over_speed(drift, rate):
 
 
 @pytest.mark.parametrize("rate", [1000, 20000])
+@pytest.mark.parametrize("drift", [-0.0004, 0.0004])
+def test_what_a_warm_motor_may_do_leaves_the_curve_as_it_is_with_wider_intervals(drift, rate):
+    unit = Unit(drift=drift)
+    results, begin, end = judge(unit, rate, 21, 22, 23, 24)
+    middle = 1.0 + drift * 0.5 * (begin + end)
+    truths = {"omega_s": unit.stribeck_velocity, "T_c": middle * unit.coulomb, "T_st": middle * unit.stiction}
+    for result in results:
+        assert result.number("friction_drift") is None
+        for name, truth in truths.items():
+            number = result.number(name)
+            assert number is None or number.low < truth < number.high  # omega_s is not given where it is open
+
+
+@pytest.mark.parametrize("rate", [1000, 20000])
 def test_friction_that_stays_drifts_nowhere(rate):
     for result in judge(Unit(), rate, 21, 22, 23, 24)[0]:
         assert result.number("friction_drift") is None
