@@ -57,7 +57,7 @@ def alike(
     margin = decision.class_margin(found)
     names += [r.id for r in found.refined[1:] if np.log(r.fit.cost / winner.fit.cost) < margin]
     if record.is_absorbed:
-        names += [decision.parameter_id(name) for name in record.projector.imitators(record.whole, record.suspected)]
+        names += [decision.parameter_id(name) for name in record.projector.imitators(record.clear, record.suspected)]
     names += unjudged(balances, winner.id)
     return list(dict.fromkeys(name for name in names if name and name != winner.id))
 
@@ -92,9 +92,15 @@ class _Record:
         return replace(self, suspected=suspected, own=self.projector.rest(self.whole, suspected))
 
     @property
+    def clear(self) -> Float64:
+        """What of the winner (n) rows that are skew leave: of a delay they take nearly all, and are no parameter."""
+        others = frozenset(name for name in self.projector.names if not name.endswith("_skew"))
+        return self.projector.rest(self.whole, others)
+
+    @property
     def is_absorbed(self) -> bool:
-        """Tell whether the base parameters imitate the winner but for a fifth."""
-        return float(np.linalg.norm(self.own)) < ABSORBED * float(np.linalg.norm(self.whole))
+        """Tell whether the base parameters imitate the winner, beside skew rows, but for a fifth."""
+        return float(np.linalg.norm(self.own)) < ABSORBED * float(np.linalg.norm(self.clear))
 
     def cosine(self, rival: Candidate) -> float:
         """Return the cosine of the winner with a rival's span, base projected out; 0 where the base is the rival."""

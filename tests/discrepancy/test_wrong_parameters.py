@@ -20,3 +20,8 @@ def test_soft_bristles_look_like_a_current_that_reads_wrong():
 @pytest.mark.slow
 def test_a_viscosity_is_too_small_a_part_of_the_torque_for_a_wrong_current_to_stand_in():
     assert "current_sensor_gain" not in _class("parameter:viscous", 835)
+
+
+@pytest.mark.slow
+def test_a_delay_is_no_wrong_inductance_although_skew_rows_take_nearly_all_of_it():
+    assert _class("measurement_delay", 80345) == []
