@@ -76,10 +76,10 @@ def declared(effects):
     return own | {id_ for id_, effect in CATALOGUE.items() if set(effect.look_alikes) & set(effects)}
 
 
-def searched(hidden, without=()):
+def searched(hidden, without=(), progress=lambda _: None):
     """Return what the tool finds in a hidden case; `without`: ids that are no suspects."""
     balances = [Balances(measured, hidden.model) for measured in measurements_of(hidden.recording, hidden.model)]
-    return search(hidden.model, balances, without)
+    return search(hidden.model, balances, without, progress)
 
 
 def one_case(kind, seed, view="full", rate=2000, with_holdout=False):

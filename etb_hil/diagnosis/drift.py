@@ -76,15 +76,14 @@ def without_drift(
     What drifts by so little that it may be the motor's torque leaves the fit as it is, and makes its errors wider.
     """
     evidence, fit = without_bumps(ticks, windows, known, prior, fit)
-    found: Drift | None = None
-    first = _drift(ticks, windows, evidence, fit)
-    if first is not None and abs(first.whole) < _OF_THE_MOTOR:
-        if abs(first.rate) <= _SURE * first.error:
+    more = _drift(ticks, windows, evidence, fit)
+    if more is not None and abs(more.whole) < _OF_THE_MOTOR:
+        if abs(more.rate) <= _SURE * more.error:
             return evidence, fit, None
-        along = evidence.local * (1.0 + first.rate * (_elapsed(ticks) - first.middle))
+        along = evidence.local * (1.0 + more.rate * (_elapsed(ticks) - more.middle))
         return evidence, widened_by(ticks, windows, evidence, prior, fit, along), None
+    found: Drift | None = None
     for _ in range(_TURNS):
-        more = _drift(ticks, windows, evidence, fit)
         if more is None or abs(more.rate) <= (_SURE if found is None else _SETTLED) * more.error:
             break
         tried = more if found is None else replace(more, rate=found.rate + more.rate)
@@ -97,11 +96,11 @@ def without_drift(
             break
         found = tried
         evidence, fit = without_bumps(ticks, windows, drifting, prior, better)
+        more = _drift(ticks, windows, evidence, fit)
     if found is None:
         return evidence, fit, None
-    left = _drift(ticks, windows, evidence, fit)
-    if left is not None:
-        found = replace(found, error=left.error, is_bent=left.is_bent)
+    if more is not None:
+        found = replace(found, error=more.error, is_bent=more.is_bent)
     unsure = evidence.local * (1.0 + found.error * (_elapsed(ticks) - found.middle) / evidence.over_time)
     return evidence, widened_by(ticks, windows, evidence, prior, fit, unsure), found
 

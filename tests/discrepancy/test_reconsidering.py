@@ -2,10 +2,8 @@
 
 import pytest
 from explain_cases import hidden_case
+from explain_study import searched
 
-from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.measurement import measurements_of
-from etb_hil.discrepancy.naming import search
 from etb_hil.discrepancy.reconsidering import ask_again
 
 HIDDEN = ("friction_load", "friction_temperature")
@@ -17,18 +15,13 @@ def two_hidden():
     return hidden_case(60056, HIDDEN, "strong", pair=True)
 
 
-def _search(hidden, progress=lambda _: None):
-    balances = [Balances(measured, hidden.model) for measured in measurements_of(hidden.recording, hidden.model)]
-    return search(hidden.model, balances, progress=progress)
-
-
 def _causes(findings):
     return {found.winner.id for found in findings.accepted}
 
 
 @pytest.mark.slow
 def test_what_stood_in_for_two_effects_gives_way_to_them(two_hidden):
-    findings = _search(two_hidden)
+    findings = searched(two_hidden)
     assert _causes(findings) == set(HIDDEN)
 
     final, groups = findings.final, findings.final_groups
@@ -47,7 +40,7 @@ def test_interrupted_while_asking_again_the_causes_stay(two_hidden):
             raise KeyboardInterrupt
 
     interrupted = []
-    findings = _search(two_hidden, progress)
+    findings = searched(two_hidden, progress=progress)
     assert findings.is_cut_short
     assert len(findings.accepted) == 2
     assert findings.final.unknowns[-1].name.startswith(findings.accepted[-1].winner.id)

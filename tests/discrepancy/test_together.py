@@ -3,16 +3,9 @@
 import numpy as np
 import pytest
 from explain_cases import hidden_case
+from explain_study import searched
 
 from etb_hil.discrepancy import objections
-from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.measurement import measurements_of
-from etb_hil.discrepancy.naming import search
-
-
-def _searched(hidden, progress=lambda _: None):
-    balances = [Balances(measured, hidden.model) for measured in measurements_of(hidden.recording, hidden.model)]
-    return search(hidden.model, balances, progress=progress)
 
 
 def _causes(findings):
@@ -21,7 +14,7 @@ def _causes(findings):
 
 @pytest.mark.slow
 def test_a_cause_that_harms_a_balance_alone_stands_with_the_one_that_was_missing():
-    findings = _searched(hidden_case(3, pair=True))
+    findings = searched(hidden_case(3, pair=True))
     assert _causes(findings) == {"friction_position_periodic", "supply_sag"}
     first = findings.accepted[0]
     assert objections.harms(first.before_groups, first.after_groups, findings)
@@ -32,21 +25,21 @@ def test_a_cause_that_harms_a_balance_alone_stands_with_the_one_that_was_missing
 
 @pytest.mark.slow
 def test_base_parameters_that_stood_in_for_a_missing_cause_begin_again_before_a_third_is_suspected():
-    findings = _searched(hidden_case(72068, pair=True))
+    findings = searched(hidden_case(72068, pair=True))
     assert _causes(findings) == {"measurement_delay", "magnet_temperature"}
     assert findings.verdict == "explained"
 
 
 @pytest.mark.slow
 def test_a_later_cause_is_certain_by_what_it_takes_over_the_floor():
-    findings = _searched(hidden_case(72224, pair=True))
+    findings = searched(hidden_case(72224, pair=True))
     assert _causes(findings) == {"presliding_hysteresis", "stiction_dwell"}
 
 
 @pytest.mark.slow
 def test_what_harms_alone_is_refused_and_all_is_as_before():
     asked = []
-    findings = _searched(hidden_case(39, ("external_vibration",)), asked.append)
+    findings = searched(hidden_case(39, ("external_vibration",)), progress=asked.append)
     assert any(words.startswith("asking whether presliding_hysteresis stands") for words in asked)
     assert findings.accepted == []
     assert findings.final is findings.calibration
