@@ -260,6 +260,18 @@ def test_a_clock_set_back_does_not_change_the_order(monkeypatch):
     link.close()
 
 
+@pytest.mark.parametrize("set_by_ns", [3_600_000_000_000, -8_000_000, 8_000_000])
+def test_a_clock_that_is_set_does_not_move_the_frames(monkeypatch, set_by_ns):
+    host_ns, clock = time.time_ns, WallClock()
+    monkeypatch.setattr(time, "time_ns", lambda: host_ns() + set_by_ns)
+    begun = clock.now_ns()
+    monkeypatch.setattr(can, "Bus", lambda **_: Stamped([time.time_ns() * 1e-9]))
+    link = open_link(BusSettings(interface="virtual", channel="set"), clock)
+    (stamp,) = link.receive().stamp_ns
+    assert begun - 1_000 <= stamp <= clock.now_ns() + 1_000  # python-can's stamps are floats
+    link.close()
+
+
 class Flooding(can.BusABC):
     """A bus whose frames take longer to decode than to come."""
 

@@ -6,6 +6,7 @@ import os
 import socket
 import struct
 import subprocess
+import time
 
 import pytest
 from bus_tools import frame, rows_of
@@ -108,6 +109,16 @@ def test_frames_come_with_all_that_the_kernel_says_of_them(kernel):
     ]
     health = link.health()
     assert (health.sent, health.received, health.dropped) == (1, 3, 17)
+
+
+def test_a_clock_that_is_set_does_not_move_the_frames(kernel, monkeypatch):
+    link = opened()
+    host_ns = time.time_ns
+    monkeypatch.setattr(time, "time_ns", lambda: host_ns() - 3_600_000_000_000)
+    begun = host_ns()
+    kernel.arrives(0x123, b"abc", stamp=divmod(time.time_ns(), 1_000_000_000))
+    (row,) = rows_of(link.receive())
+    assert abs(row[0] - begun) < 1_000_000_000
 
 
 def test_state_and_counters_follow_the_driver_s_error_frames(kernel):

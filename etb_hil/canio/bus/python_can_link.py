@@ -16,6 +16,7 @@ import numpy as np
 from etb_hil.base.errors import BenchFault, InputError, Place, Problem
 from etb_hil.canio.bus.bus_settings import VIRTUAL
 from etb_hil.canio.bus.health import BusHealth, LoadMeter
+from etb_hil.canio.bus.host_stamps import on_our_clock
 from etb_hil.canio.bus.serial_adapter import ReadAhead
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
 from etb_hil.canio.messages import from_messages, to_message
@@ -136,9 +137,12 @@ class PythonCanLink:
         now = self._clock.now_ns()
         stamped = received.stamp_ns > 0
         if self._offset_ns is None and stamped.any():
-            ahead = now - int(received.stamp_ns[stamped][-1])
-            self._offset_ns = 0 if abs(ahead) < _SAME_EPOCH_NS else ahead
-        return np.where(stamped, received.stamp_ns + (self._offset_ns or 0), now)
+            ahead = now - int(on_our_clock(received.stamp_ns[stamped][-1:], self._clock)[0])
+            self._offset_ns = 0 if abs(ahead) < _SAME_EPOCH_NS else now - int(received.stamp_ns[stamped][-1])
+        stamps = (
+            received.stamp_ns + self._offset_ns if self._offset_ns else on_our_clock(received.stamp_ns, self._clock)
+        )
+        return np.where(stamped, stamps, now)
 
     def _gone(self, what: str, error: Exception) -> BenchFault:
         settings = self._settings

@@ -18,6 +18,7 @@ import numpy as np
 
 from etb_hil.base.errors import BenchFault, InputError, Problem
 from etb_hil.canio.bus.health import BusHealth, BusState, LoadMeter
+from etb_hil.canio.bus.host_stamps import on_our_clock
 from etb_hil.canio.frames import FrameBlock, FrameFlag
 
 if TYPE_CHECKING:
@@ -103,7 +104,7 @@ class SocketCanLink:
             raise self._fault("cannot be read", error) from error
         if not raw:
             return FrameBlock.empty()
-        frames = _columns(raw, stamps, own)
+        frames = _columns(raw, on_our_clock(np.array(stamps, np.int64), self._clock), own)
         self._count(frames)
         return frames
 
@@ -181,7 +182,7 @@ class SocketCanLink:
         return BenchFault(f"socketcan interface '{channel}' {what}: {error.strerror}; {remedy}")
 
 
-def _columns(raw: list[bytes], stamps: list[int], own: list[int]) -> FrameBlock:
+def _columns(raw: list[bytes], stamps: np.ndarray[Any, np.dtype[np.int64]], own: list[int]) -> FrameBlock:
     wire = np.frombuffer(b"".join(frame.ljust(_FD_BYTES, b"\0") for frame in raw), _FRAME)
     is_fd = np.array([len(frame) == _FD_BYTES for frame in raw])
     ident = wire["id"]
@@ -196,7 +197,7 @@ def _columns(raw: list[bytes], stamps: list[int], own: list[int]) -> FrameBlock:
         | np.where(np.array(own) != 0, FrameFlag.SENT, 0)
     )
     return FrameBlock(
-        np.array(stamps, np.int64),
+        stamps,
         ident & np.uint32(0x1FFFFFFF),
         flags.astype(np.uint8),
         wire["length"].copy(),

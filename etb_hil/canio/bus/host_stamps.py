@@ -1,0 +1,25 @@
+"""Stamps that a driver takes from the machine's clock, which somebody may set while a session runs."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from etb_hil.base.clock import Clock
+
+_SET_NS = 1_000_000  # a difference below this is that of two readings, one after the other
+
+
+def on_our_clock(stamp_ns: np.ndarray[Any, np.dtype[np.int64]], clock: Clock) -> np.ndarray[Any, np.dtype[np.int64]]:
+    """Return stamps of the machine's clock (n; ns) on a clock that goes on as if nobody had set the machine's (n; ns).
+
+    A frame that came before the machine's clock was set and is read after it is stamped wrong by as much.
+    """
+    before_ns = clock.now_ns()
+    host_ns = time.time_ns()
+    # A process may be held between two readings: what that explains is no difference.
+    set_by_ns = max(0, host_ns - clock.now_ns()) + min(0, host_ns - before_ns)
+    return stamp_ns - set_by_ns if abs(set_by_ns) >= _SET_NS else stamp_ns
