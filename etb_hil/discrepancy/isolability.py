@@ -13,7 +13,8 @@ from etb_hil.discrepancy.calibration import all_unknowns, calibrate, residual_of
 from etb_hil.discrepancy.candidates import Candidate, suspects
 from etb_hil.discrepancy.fit import columns, fit_of
 from etb_hil.discrepancy.floor import floor_of, weigh
-from etb_hil.discrepancy.similarity import ALIKE
+from etb_hil.discrepancy.similarity import ALIKE, Light, Projector, angle_rows, lights, zeros
+from etb_hil.discrepancy.unknowns import Unknown
 from etb_hil.plant.parameters import Model
 
 Float64 = NDArray[np.float64]
@@ -24,11 +25,24 @@ _NOTHING = 0.03  # share of a column below which what is left of it is the error
 
 
 @dataclass(frozen=True, slots=True)
-class Sensitivities:
-    """Columns along one motion, over the noise: of the base (n, k), and of each effect's shapes (n, strengths)."""
+class Shape:
+    """An effect about one shape, and what each of its strengths' physical steps changes (n, strengths)."""
 
+    candidate: Candidate
+    columns: Float64
+
+
+@dataclass(frozen=True, slots=True)
+class Sensitivities:
+    """Columns along one motion, over the noise: of the base (n, k), and of each effect's shapes.
+
+    `is_angle` (n): rows of the balance of motor and plate.
+    """
+
+    unknowns: list[Unknown]
     base: Float64
-    effects: dict[str, list[Float64]]
+    effects: dict[str, list[Shape]]
+    is_angle: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,14 +64,14 @@ def sensitivities(
     residual = residual_of(stretches)
     at = fit_of(residual, calibration.fit.whole)
     base = columns(residual, at, calibration.unknowns)
-    effects: dict[str, list[Float64]] = {}
+    effects: dict[str, list[Shape]] = {}
     for id_, shapes in suspects(stretches, calibration.unknowns).items():
         if shapes[0].effect is None:
             continue
         progress(id_)
         chosen = shapes[:: max(1, len(shapes) // _MOST_SHAPES)]
-        effects[id_] = [_stepped(residual(at.whole), residual, at.whole, one) for one in chosen]
-    return Sensitivities(base, effects)
+        effects[id_] = [Shape(one, _stepped(residual(at.whole), residual, at.whole, one)) for one in chosen]
+    return Sensitivities(calibration.unknowns, base, effects, angle_rows(stretches))
 
 
 def _stepped(plain: Float64, residual: Callable[[Float64], Float64], whole: Float64, candidate: Candidate) -> Float64:
@@ -79,36 +93,68 @@ def together(parts: Sequence[Sensitivities]) -> Sensitivities:
     """Return the sensitivities of several motions taken as one record; effects that all of them can judge."""
     shared = [id_ for id_ in parts[0].effects if all(id_ in part.effects for part in parts)]
     return Sensitivities(
+        parts[0].unknowns,
         np.concatenate([part.base for part in parts]),
         {
-            id_: [np.concatenate(shapes) for shapes in zip(*(p.effects[id_] for p in parts), strict=True)]
+            id_: [
+                Shape(shapes[0].candidate, np.concatenate([one.columns for one in shapes]))
+                for shapes in zip(*(p.effects[id_] for p in parts), strict=True)
+            ]
             for id_ in shared
         },
+        np.concatenate([part.is_angle for part in parts]),
     )
 
 
 def isolability(found: Sensitivities) -> Isolability:
-    """Return which effects look alike: the largest cosine over both one's shapes, base parameters projected out."""
-    lengths = np.linalg.norm(found.base, axis=0)
-    base = np.linalg.qr(found.base[:, lengths > 1e-9] / lengths[lengths > 1e-9])[0]
-    spans: dict[str, list[Float64]] = {}
-    hidden = []
-    for id_, shapes in found.effects.items():
-        rests = []
-        for raw in shapes:
-            rest = raw - base @ (base.T @ raw)
-            left = np.linalg.norm(rest, axis=0)
-            if left.max() > _SEEN and (left > _NOTHING * np.linalg.norm(raw, axis=0)).all():
-                rests.append(np.linalg.qr(rest / np.maximum(left, 1e-12))[0])
-        if rests:
-            spans[id_] = rests
-        else:
-            hidden.append(id_)
-    names = list(spans)
+    """Return which effects look alike, in the lights that a name is held to, and in any of their shapes."""
+    seen = _Seen(found)
+    shown = [id_ for id_ in found.effects if seen.shows(id_)]
     alike = []
-    for k, first in enumerate(names):
-        for second in names[k + 1 :]:
-            cosine = max(float(np.linalg.norm(a.T @ b, 2)) for a in spans[first] for b in spans[second])
+    for k, first in enumerate(shown):
+        for second in shown[k + 1 :]:
+            cosine = seen.cosine(first, second)
             if cosine >= ALIKE:
                 alike.append((first, second, min(cosine, 1.0)))
-    return Isolability(sorted(alike, key=lambda pair: -pair[2]), hidden, len(names) * (len(names) - 1) // 2)
+    hidden = [id_ for id_ in found.effects if id_ not in shown]
+    return Isolability(sorted(alike, key=lambda pair: -pair[2]), hidden, len(shown) * (len(shown) - 1) // 2)
+
+
+class _Seen:
+    """What the base parameters leave of each effect, in each light."""
+
+    def __init__(self, found: Sensitivities) -> None:
+        self._found = found
+        rows = {light: np.ones(len(found.base)) for light in Light} | {Light.ANGLE: found.is_angle.astype(np.float64)}
+        self._rows = {light: counts[:, None] for light, counts in rows.items()}
+        self._suspected = {light: zeros(found.unknowns) for light in Light} | {Light.WHOLE: frozenset()}
+        self._projector = {
+            light: Projector(found.base * counts, found.unknowns) for light, counts in self._rows.items()
+        }
+        self._spans: dict[tuple[str, Light], list[Float64]] = {}
+
+    def shows(self, id_: str) -> bool:
+        """Tell whether a physical step of an effect stands out of the noise, in one shape at least."""
+        return any(self._is_shown(shape.columns) for shape in self._found.effects[id_])
+
+    def _is_shown(self, raw: Float64) -> bool:
+        rest = np.column_stack([self._projector[Light.WHOLE].rest(column) for column in raw.T])
+        left = np.linalg.norm(rest, axis=0)
+        return bool(left.max() > _SEEN and (left > _NOTHING * np.linalg.norm(raw, axis=0)).all())
+
+    def cosine(self, first: str, second: str) -> float:
+        """Return the largest cosine of two effects over both one's shapes, in any light that they are held to."""
+        one, other = (self._found.effects[id_][0].candidate for id_ in (first, second))
+        return max(
+            float(np.linalg.norm(a.T @ b, 2)) if a.size and b.size else 0.0
+            for light in lights(one, other)
+            for a in self._in(light, first)
+            for b in self._in(light, second)
+        )
+
+    def _in(self, light: Light, id_: str) -> list[Float64]:
+        if (id_, light) not in self._spans:
+            shapes = [shape.columns for shape in self._found.effects[id_] if self._is_shown(shape.columns)]
+            seen, suspected = self._projector[light], self._suspected[light]
+            self._spans[id_, light] = [seen.directions(raw * self._rows[light], suspected) for raw in shapes]
+        return self._spans[id_, light]

@@ -17,7 +17,7 @@ def detection_limits(
     before: Calibration, screened: list[Screened], least_gain: float, *, is_linear: bool
 ) -> dict[str, dict[str, object]]:
     """Return by effect the strength that would stand out by three sigma and by the gain that is asked of a cause."""
-    projector = Projector(before)
+    projector = Projector(before.columns, before.unknowns)
     fit = before.fit
     scale = float(np.sqrt(fit.cost / max(int(np.count_nonzero(fit.residual)), 1)))
     found: dict[str, dict[str, object]] = {}

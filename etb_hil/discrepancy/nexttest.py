@@ -140,7 +140,8 @@ def _compared(plan: Plan, findings: Findings, found: Round) -> Outlook:
     does = residual(whole) - residual(healthy_whole)
     if float(does @ does) < LEAST_GAIN * healthy.fit.cost:
         return Outlook(plan, (), tuple(found.alike), 0.0)
-    shows = Projector(healthy).rest(does, frozenset({found.winner.candidate.frees} - {""}))
+    suspected = frozenset({found.winner.candidate.frees} - {""})
+    shows = Projector(healthy.columns, healthy.unknowns).rest(does, suspected)
     shapes = suspects(record, found.before.unknowns)
     members = [one for one in found.screened if one.candidate.id in {*found.alike} & {*shapes}]
     names = alike(replace(found, screened=members, refined=[found.winner]), record, healthy, shapes)

@@ -16,8 +16,7 @@ from etb_hil.discrepancy.findings import Round
 from etb_hil.discrepancy.fit import Residual, columns, fit_of
 from etb_hil.discrepancy.refining import Refined
 from etb_hil.discrepancy.screening import stepped
-from etb_hil.discrepancy.similarity import ABSORBED, Projector
-from etb_hil.plant.effects.effect import Balance
+from etb_hil.discrepancy.similarity import ABSORBED, Light, Projector, angle_rows, lights, zeros
 
 Float64 = NDArray[np.float64]
 
@@ -25,7 +24,6 @@ _ALIKE = 0.93  # a little below what the data call alike: the grid of shapes may
 _WORTH = 0.5  # a screened rival's cosine from which its other shapes are looked at
 _PURSUED = 0.6  # a grid's best cosine from which its shapes are moved on
 _HALVINGS = 3
-_NOTHING_LEFT = 0.01  # share of a column below which the base parameters are it
 
 
 def alike(
@@ -37,21 +35,20 @@ def alike(
     record the winner's torque is part of the current, and whatever scales a torque would then imitate it.
     """
     winner = found.winner
-    record = _Record.of(winner, healthy, residual_of(balances))
-    plain = record.with_zeros_known()
+    records = _Records(winner, healthy, balances)
+    record = records.under(Light.WHOLE)
     names = []
     for screened in found.screened:
         rival = screened.candidate
         if rival.id == winner.id:
             continue
-        near, is_declared = record.cosine(rival), _declared(winner, rival)
-        if rival.effect is not None and not record.is_absorbed and (near > _WORTH or is_declared):
-            near = max(near, _closest(record, shapes[rival.id]))
-        if rival.effect is not None and not plain.is_absorbed and is_declared:
-            near = max(near, _closest(plain, shapes[rival.id]))
-            # Friction differs too much between devices for the torque to part two that motor and plate show.
-            if near <= _ALIKE and _is_of_the_angle(winner.candidate) and _is_of_the_angle(rival):
-                near = _closest(_of_the_angle(winner, healthy, balances), shapes[rival.id])
+        near = record.cosine(rival)
+        if rival.effect is not None:
+            held_to = lights(winner.candidate, rival)
+            for light in held_to:
+                seen = records.under(light)
+                if near <= _ALIKE and not seen.is_absorbed and (near > _WORTH or len(held_to) > 1):
+                    near = max(near, _closest(seen, shapes[rival.id]))
         if near > _ALIKE:
             names.append(rival.id)
     margin = decision.class_margin(found)
@@ -62,12 +59,36 @@ def alike(
     return list(dict.fromkeys(name for name in names if name and name != winner.id))
 
 
+class _Records:
+    """A winner's record in each light that a rival may ask for."""
+
+    def __init__(self, winner: Refined, healthy: Calibration, balances: Sequence[Balances]) -> None:
+        self._winner, self._healthy, self._balances = winner, healthy, balances
+        self._made: dict[Light, _Record] = {}
+
+    def under(self, light: Light) -> _Record:
+        """Return the record in a light."""
+        if light not in self._made:
+            self._made[light] = self._make(light)
+        return self._made[light]
+
+    def _make(self, light: Light) -> _Record:
+        residual, healthy = residual_of(self._balances), self._healthy
+        if light is Light.WHOLE:
+            return _Record.of(self._winner, healthy, residual)
+        if light is Light.ZEROS_KNOWN:
+            return self.under(Light.WHOLE).with_zeros_known()
+        counts = angle_rows(self._balances)
+        fit = replace(healthy.fit, residual=healthy.fit.residual * counts)
+        alone = replace(healthy, fit=fit, columns=healthy.columns * counts[:, None])
+        return _Record.of(self._winner, alone, lambda whole: residual(whole) * counts).with_zeros_known()
+
+
 @dataclass(frozen=True, slots=True)
 class _Record:
     """A record without the winner; `whole` (n) is what the winner would change in it, `own` what the base leaves of it.
 
-    `suspected`: what is no base: a parameter that is the winner itself, and sensors' zeros where they count as known
-    (a zero takes out of two look-alikes what they have in common).
+    `suspected`: what is no base: a parameter that is the winner itself, and sensors' zeros where they count as known.
     """
 
     residual: Residual
@@ -81,14 +102,15 @@ class _Record:
     def of(winner: Refined, healthy: Calibration, residual: Residual) -> _Record:
         if winner.candidate.effect is None:
             healthy = _moved_to(winner, residual, healthy)
-        projector, suspected = Projector(healthy), frozenset({winner.candidate.frees} - {""})
+        projector = Projector(healthy.columns, healthy.unknowns)
+        suspected = frozenset({winner.candidate.frees} - {""})
         whole = _alone(residual, healthy, winner)
         own = projector.rest(whole, suspected)
         return _Record(residual, healthy, projector, whole, own, suspected)
 
     def with_zeros_known(self) -> _Record:
         """Return the same record where the sensors' zeros are no base."""
-        suspected = self.suspected | {name for name in self.projector.names if name.endswith("_zero")}
+        suspected = self.suspected | zeros(self.healthy.unknowns)
         return replace(self, suspected=suspected, own=self.projector.rest(self.whole, suspected))
 
     @property
@@ -109,13 +131,7 @@ class _Record:
             raw = self.healthy.columns[:, index : index + 1]
         else:
             raw = stepped(self.residual, self.healthy.fit, rival)
-        without = self.suspected | ({rival.frees} - {""})
-        rest = np.column_stack([self.projector.rest(column, without) for column in raw.T])
-        left = np.linalg.norm(rest, axis=0)
-        seen = left > _NOTHING_LEFT * np.maximum(np.linalg.norm(raw, axis=0), 1e-12)
-        if not seen.any():
-            return 0.0
-        directions = np.linalg.qr(rest[:, seen] / left[seen])[0]
+        directions = self.projector.directions(raw, self.suspected | ({rival.frees} - {""}))
         return float(np.linalg.norm(directions.T @ self.own) / max(float(np.linalg.norm(self.own)), 1e-12))
 
 
@@ -139,25 +155,6 @@ def _alone(residual: Residual, healthy: Calibration, winner: Refined) -> Float64
     moved = healthy.fit.whole.copy()
     moved[list(effect.stated_indices)] = winner.fit.whole[list(effect.stated_indices)]
     return np.asarray(residual(moved) - healthy.fit.residual)
-
-
-def _of_the_angle(winner: Refined, healthy: Calibration, balances: Sequence[Balances]) -> _Record:
-    """Return the record in which only the balance of motor and plate counts, the sensors' zeros known."""
-    counts = np.concatenate([np.repeat([0.0, 0.0, 1.0], b.rows) for b in balances])
-    residual = residual_of(balances)
-    fit = replace(healthy.fit, residual=healthy.fit.residual * counts)
-    alone = replace(healthy, fit=fit, columns=healthy.columns * counts[:, None])
-    return _Record.of(winner, alone, lambda whole: residual(whole) * counts).with_zeros_known()
-
-
-def _is_of_the_angle(candidate: Candidate) -> bool:
-    return candidate.effect is not None and candidate.effect.balance is Balance.ANGLE
-
-
-def _declared(winner: Refined, rival: Candidate) -> bool:
-    own = winner.candidate.effect.look_alikes if winner.candidate.effect is not None else ()
-    others = rival.effect.look_alikes if rival.effect is not None else ()
-    return rival.id in own or winner.id in others
 
 
 def _closest(record: _Record, shapes: Sequence[Candidate]) -> float:

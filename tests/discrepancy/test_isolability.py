@@ -5,6 +5,9 @@ from synthetic import MODEL, measurement, swept, textbook
 
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.isolability import isolability, sensitivities, together
+from etb_hil.discrepancy.naming import search
+from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.measured import measured_parameter
 
 
 @pytest.fixture(scope="module")
@@ -34,3 +37,22 @@ def test_another_record_never_hides_what_the_first_one_shows(parts):
 def test_brush_drop_and_dead_time_cannot_be_told_apart_by_motion(parts):
     alike = {frozenset(pair[:2]) for pair in isolability(parts[1]).alike}
     assert frozenset({"brush_drop", "hbridge_dead_time"}) in alike
+
+
+@pytest.mark.slow
+def test_play_and_a_soft_shaft_are_no_more_told_apart_than_a_name_tells_them(parts):
+    both = {"gear_backlash", "shaft_compliance"}
+    cosine = next(one[2] for one in isolability(parts[1]).alike if set(one[:2]) == both)
+    assert cosine > 0.98  # of motor and plate alone: the torque beside them would part the two
+
+    p = MODEL.vector()
+    p[list(CATALOGUE["gear_backlash"].indices)] = 0.004, 0.006
+    (named,) = search(MODEL, [Balances(measurement(p, 1), MODEL)]).accepted
+    assert both <= {named.winner.id, *named.alike}
+
+
+@pytest.mark.slow
+def test_a_number_that_was_measured_hides_no_effect(parts):
+    read = MODEL.knowing([measured_parameter(MODEL.parameters["resistance"], MODEL.values.resistance, 0.002)])
+    hidden = isolability(sensitivities(read, [Balances(measurement(MODEL.vector(), 1, textbook()), read)])).hidden
+    assert {"supply_sag", "current_sensor_gain"} == set(isolability(parts[0]).hidden) - set(hidden)

@@ -81,7 +81,7 @@ def test_a_measured_number_imitates_nothing():
     for its, least in ((MODEL, 0.0), (model, 0.5)):
         found = calibrate(its, [Balances(measured, its)], rounds=1)
         column = found.columns[:, [u.name for u in found.unknowns].index("resistance")]
-        left = np.linalg.norm(Projector(found).rest(column)) / np.linalg.norm(column)
+        left = np.linalg.norm(Projector(found.columns, found.unknowns).rest(column)) / np.linalg.norm(column)
         assert left >= least
         assert (left < 1e-6) == (its is MODEL)
 
