@@ -61,7 +61,7 @@ def calibrate(
     """
     residual = residual_of(balances)
     fitted = all_unknowns(model, balances) if unknowns is None else list(unknowns)
-    whole = _at_the_stops(start(model), fitted, balances) if begin is None else begin
+    whole = at_the_stops(start(model), fitted, balances) if begin is None else begin
     fit, columns = gauss_newton(residual, fit_of(residual, whole), fitted, rounds, first=first)
     return Calibration(fitted, fit, columns)
 
@@ -78,8 +78,8 @@ def all_unknowns(model: Model, balances: Sequence[Balances]) -> list[Unknown]:
     return found
 
 
-def _at_the_stops(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence[Balances]) -> Vector:
-    """Put a stop that the motion may just have missed to where it touches: from outside no slope leads there."""
+def at_the_stops(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence[Balances]) -> Vector:
+    """Put a stop that the motion may just have missed to where it touches (in place): no slope leads there."""
     highest = max(float(b.measured.angle.max()) for b in balances) - _INSIDE
     lowest = min(float(b.measured.angle.min()) for b in balances) + _INSIDE
     for unknown in unknowns:

@@ -22,7 +22,7 @@ DRIFTS = "friction changes along the record otherwise than with the temperature"
 _KNOTS = 9
 # What is held out comes from all over the record: of a tenth in one piece a curve over time would know nothing.
 _STRETCHES = 4 * SEGMENTS
-_TURNS = 0.05  # rad/s about a reversal
+_TURNS = 0.05  # rad/s about a reversal; above it the plate slides
 _LEAST = 0.02  # of the rest
 _LEAST_BESIDE = 0.25  # likewise beside other causes, whose own shapes leave something, too
 _LEAST_T = 1.5  # over the held-out tenths
@@ -52,12 +52,17 @@ def over_time(found: Calibration, balances: Sequence[Balances]) -> tuple[float, 
 
 def _splines(balances: Sequence[Balances], p: Vector) -> Float64:
     """Return the residual's derivatives (n, knots) by a force against the motion about each knot of the time."""
-    begin = balances[0].measured.start_s
-    end = max(b.measured.start_s + len(b.measured) * b.measured.dt for b in balances)
-    knots = np.linspace(begin, end, _KNOTS)
+    times = [b.measured.start_s + np.arange(len(b.measured)) * b.measured.dt for b in balances]
+    velocities = [b.motion(p)[1] for b in balances]
+    knots = _knots(np.concatenate(times), np.abs(np.concatenate(velocities)))
     found = []
-    for b in balances:
-        seconds = b.measured.start_s + np.arange(len(b.measured)) * b.measured.dt
+    for b, seconds, velocity in zip(balances, times, velocities, strict=True):
         hats = np.column_stack([np.interp(seconds, knots, row) for row in np.eye(_KNOTS)])
-        found.append(filtered(b, -hats * np.tanh(b.motion(p)[1] / _TURNS)[:, None], 0))
+        found.append(filtered(b, -hats * np.tanh(velocity / _TURNS)[:, None], 0))
     return np.concatenate(found)
+
+
+def _knots(seconds: Float64, speed: Float64) -> Float64:
+    """Return the knots in s, as much sliding between any two: of one in a rest little would be known."""
+    slides = speed > min(_TURNS, 0.5 * float(speed.max()))
+    return np.asarray(np.quantile(seconds[slides], np.linspace(0.0, 1.0, _KNOTS)))

@@ -7,18 +7,19 @@ from collections.abc import Sequence
 from etb_hil.discrepancy import decision
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.byhand import take_measured
-from etb_hil.discrepancy.calibration import all_unknowns, calibrate
-from etb_hil.discrepancy.findings import Findings, Round, Standing
-from etb_hil.discrepancy.floor import floor_of, group_means, weigh
+from etb_hil.discrepancy.calibration import calibrate
+from etb_hil.discrepancy.findings import Findings, Round
+from etb_hil.discrepancy.floor import group_means
 from etb_hil.discrepancy.objections import objection
 from etb_hil.discrepancy.placeholders import placeholders
 from etb_hil.discrepancy.reconsidering import ask_again, doubt_drifts
-from etb_hil.discrepancy.rounds import Progress, one_round, take_in, taken_by
+from etb_hil.discrepancy.rounds import Progress, one_round, standing_near, take_in, taken_by
 from etb_hil.discrepancy.together import stands_with_another
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
 
 _MOST_CAUSES = 3
+_ROUNDS = 10  # of the calibration, before anything is suspected
 
 
 def search(
@@ -32,12 +33,10 @@ def search(
     progress("calibrating inside the stated tolerances")
     calibration = calibrate(stated, stretches)
     progress("simulating what a true model would leave")
-    floor = floor_of(stated, stretches, calibration.fit.whole, all_unknowns(stated, stretches))
-    weigh(stretches, floor.level)
-    calibration = calibrate(stated, stretches, calibration.fit.whole)
-    groups, rows = group_means(stretches, calibration.fit.whole)
-    standing = Standing(calibration, floor, groups / floor.level)
-    findings = Findings(model, stretches, calibration, floor, [], standing, standing.groups, rows)
+    standing = standing_near(stated, stretches, calibration.fit.whole, calibration.unknowns, _ROUNDS)
+    calibration = standing.calibration
+    rows = group_means(stretches, calibration.fit.whole)[1]
+    findings = Findings(model, stretches, calibration, standing.floor, [], standing, standing.groups, rows)
     try:
         _look(findings, [*without, *(entry.id for entry in model.effects)], progress)
         doubt_drifts(findings)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from etb_hil.discrepancy import decision
-from etb_hil.discrepancy.calibration import Calibration, calibrate, residual_of
+from etb_hil.discrepancy.balances import Balances
+from etb_hil.discrepancy.calibration import Calibration, at_the_stops, calibrate, residual_of
 from etb_hil.discrepancy.candidates import suspects
 from etb_hil.discrepancy.findings import Findings, Round, Standing
 from etb_hil.discrepancy.floor import floor_of, group_means, weigh
@@ -14,6 +15,7 @@ from etb_hil.discrepancy.rivals import alike
 from etb_hil.discrepancy.screening import Linear, screen
 from etb_hil.discrepancy.segments import held_out, segment_of
 from etb_hil.discrepancy.unknowns import SLACK, Unknown
+from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
 
 Progress = Callable[[str], None]
@@ -95,25 +97,36 @@ def take_in(findings: Findings, found: Round) -> None:
 
 def settle(findings: Findings, whole: Vector, unknowns: Sequence[Unknown]) -> None:
     """Let the search go on from a model near `whole` with these unknowns: its floor, its weights, its calibration."""
-    standing = _standing(findings, whole, unknowns)
-    if decision.excess(standing.groups, findings.rows).sum() > 0.0:
-        # Base parameters stood in for what was missing, and may be held there by a hill: they begin again as stated.
+    findings.standing = standing_near(findings.model, findings.balances, whole, unknowns)
+
+
+def standing_near(
+    model: Model, balances: Sequence[Balances], whole: Vector, unknowns: Sequence[Unknown], rounds: int = 4
+) -> Standing:
+    """Return where a model near `whole` stands with these unknowns, or where it does that begins again as stated."""
+    standing, missing = _standing(model, balances, whole, unknowns, rounds)
+    if missing > 0.0:
+        # Base parameters stood in for what was missing, or may be held there by a hill: they begin again as stated.
         begin = standing.calibration.fit.whole.copy()
         for unknown in unknowns:
             if "." not in unknown.name and unknown.high <= SLACK:  # no cause's own
                 unknown.put(begin, 0.0)
-        again = calibrate(findings.model, findings.balances, begin, unknowns)
+        again = calibrate(model, balances, at_the_stops(begin, unknowns, balances), unknowns)
         if again.fit.cost < _CLEARLY * standing.calibration.fit.cost:
-            standing = _standing(findings, again.fit.whole, unknowns)
-    findings.standing = standing
+            standing, _ = _standing(model, balances, again.fit.whole, unknowns, rounds)
+    return standing
 
 
-def _standing(findings: Findings, whole: Vector, unknowns: Sequence[Unknown]) -> Standing:
-    floor = floor_of(findings.model, findings.balances, whole, unknowns)
-    weigh(findings.balances, floor.level)
-    calibration = calibrate(findings.model, findings.balances, whole, unknowns, rounds=4)
-    groups, _ = group_means(findings.balances, calibration.fit.whole)
-    return Standing(calibration, floor, groups / floor.level)
+def _standing(
+    model: Model, balances: Sequence[Balances], whole: Vector, unknowns: Sequence[Unknown], rounds: int
+) -> tuple[Standing, float]:
+    """Return where a model near `whole` stands, and how much is over the bands."""
+    floor = floor_of(model, balances, whole, unknowns)
+    weigh(balances, floor.level)
+    calibration = calibrate(model, balances, whole, unknowns, rounds)
+    means, rows = group_means(balances, calibration.fit.whole)
+    groups = means / floor.level
+    return Standing(calibration, floor, groups), float(decision.excess(groups, rows).sum())
 
 
 def go_back(findings: Findings, standing: Standing) -> None:

@@ -11,7 +11,9 @@ from etb_hil.discrepancy.calibration import all_unknowns, calibrate
 from etb_hil.discrepancy.floor import floor_of, group_means, weigh
 from etb_hil.discrepancy.intervals import estimates
 from etb_hil.discrepancy.measurement import measurements_of
+from etb_hil.discrepancy.naming import search
 from etb_hil.plant.effects.layout import EXTENDED
+from etb_hil.plant.physics import STOP_HIGH
 
 
 @pytest.fixture(scope="module")
@@ -64,3 +66,14 @@ def test_sliding_and_voltage_are_what_its_own_simulation_leaves(calibrated):
     for _, balances, calibration, floor in calibrated:
         groups, _ = group_means(balances, calibration.fit.whole)
         assert (groups / floor.level)[[2, 4, 5, 7, 8]] == pytest.approx(1.0, abs=0.34)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [80541, 84003])
+def test_stops_that_a_calibration_missed_are_no_soft_layer(seed):
+    """From where the first fit ends no slope leads to where the plate meets its stop: it begins again as stated."""
+    hidden = hidden_case(seed)
+    balances = [Balances(m, hidden.model) for m in measurements_of(hidden.recording, hidden.model)]
+    findings = search(hidden.model, balances)
+    assert findings.verdict == "adequate"
+    assert findings.final.fit.whole[STOP_HIGH] == pytest.approx(hidden.case.rig.unit["stop_high"], abs=1e-3)
