@@ -93,6 +93,7 @@ def causes(findings: Findings, in_model: Vector | None = None) -> list[dict[str,
                 "probability": _probabilities(each)[winner.id],
                 "class": each.alike,
                 "parameters": _parameters(each, numbers, whole, is_linear=findings.balances[0].measured.is_linear),
+                "finer_in_model": _finer(each, numbers, whole),
                 "share_of_error": left * each.gain,
                 "held_out_t": each.t,
             }
@@ -115,6 +116,15 @@ def _parameters(each: Round, numbers: dict[int, Estimate], whole: Vector, *, is_
         for parameter, place in zip(effect.stated, effect.stated_indices, strict=True)
         if place in numbers
     }
+
+
+def _finer(each: Round, numbers: dict[int, Estimate], whole: Vector) -> dict[str, float]:
+    """Return the finer shapes in SI that only the last fit has: the balances asked for none of them."""
+    effect = each.winner.candidate.effect
+    if effect is None:
+        return {}
+    stated = zip(effect.stated, effect.stated_indices, strict=True)
+    return {one.name: float(whole[place]) for one, place in stated if place not in numbers and whole[place] != 0.0}
 
 
 def _number(estimate: Estimate, unit: str) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from etb_hil.discrepancy import freerun
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.calibration import Calibration
 from etb_hil.discrepancy.findings import Findings
+from etb_hil.discrepancy.finer import with_finer_shapes
 from etb_hil.discrepancy.floor import floor_of
 from etb_hil.discrepancy.following import Followed, follow, part_of
 from etb_hil.discrepancy.segments import SEGMENTS, held_out, segment_of
@@ -58,7 +59,8 @@ def hold_out(findings: Findings, progress: Callable[[str], None] = lambda _: Non
     free = errors.table["free_run"][freerun.POSITION]
     followed: Followed | None = None
     try:
-        followed = follow(findings.balances, number, final, free["noise_floor"], progress)
+        fine = with_finer_shapes(findings, findings.accepted)
+        followed = follow(findings.balances, number, fine, free["noise_floor"], progress)
         errors.add("followed", b, _by_fold(findings, number, followed.held_out))
     except KeyboardInterrupt:
         followed = None  # what is known without it is worth having

@@ -9,13 +9,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from etb_hil.discrepancy.calibration import Calibration, calibrate, residual_of
+from etb_hil.discrepancy.calibration import residual_of
 from etb_hil.discrepancy.drifting import DRIFTS, drifts
 from etb_hil.discrepancy.findings import Findings, Round
+from etb_hil.discrepancy.finer import with_finer_shapes
 from etb_hil.discrepancy.fit import fit_of
 from etb_hil.discrepancy.objections import objection
 from etb_hil.discrepancy.rounds import Progress, go_back, one_round, settle, take_in, taken_by
-from etb_hil.discrepancy.unknowns import Unknown, finer_unknowns
+from etb_hil.discrepancy.unknowns import Unknown
 from etb_hil.plant.physics import Vector
 
 _NEAR = 2.0  # times what a cause left alone: a rival that left no more may come before it beside a later one
@@ -37,22 +38,12 @@ def doubt_drifts(findings: Findings) -> None:
     for each in causes:
         if each.winner.id != "friction_temperature":
             continue
-        if drifts(_bent(findings, each), findings.balances, is_alone=len(causes) == 1):
+        # What its finer shapes would take is no drift.
+        if drifts(with_finer_shapes(findings, [each]), findings.balances, is_alone=len(causes) == 1):
             each.refused = DRIFTS
             if len(causes) == 1:
                 settle(findings, *_less(findings, each))
                 each.accepted = False
-
-
-def _bent(findings: Findings, found: Round) -> Calibration:
-    """Return the final model with a cause's finer shapes fitted, too: what they would take is no drift."""
-    final, effect = findings.final, found.winner.candidate.effect
-    assert effect is not None  # noqa: S101 (only effects have shapes)
-    known = {unknown.name for unknown in final.unknowns}
-    more = [u for u in finer_unknowns(effect, findings.balances[0].load) if u.name not in known]
-    if not more:
-        return final
-    return calibrate(findings.model, findings.balances, final.fit.whole, [*final.unknowns, *more])
 
 
 def _has_near_rival(old: Round) -> bool:

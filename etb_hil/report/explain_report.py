@@ -142,6 +142,8 @@ def _cause(cause: dict[str, Any], *, is_followed: bool) -> dict[str, Any]:
         + (f"; in the model file {p['in_model']:.3g}" if is_followed else "")
         for name, p in cause["parameters"].items()
     ]
+    finer = cause["finer_in_model"].items()
+    sizes += [f"{name.replace('_', ' ')}: {value:.3g} in the model file alone" for name, value in finer]
     return {
         "name": _words(cause["effect"]),
         "alike": ", ".join(_words(name) for name in cause["class"]) or "-",

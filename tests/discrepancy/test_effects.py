@@ -192,3 +192,19 @@ def test_shared_curves_have_the_forms_that_they_say():
     np.testing.assert_allclose(curve(x, 2.0, 1.1e-4), np.exp(-(x**2)), atol=1e-3)
     np.testing.assert_allclose(np.vectorize(side)(x, 0.0), np.tanh(x))
     np.testing.assert_allclose(np.vectorize(side)(x, 1.0), x / (1.0 + np.abs(x)))
+    np.testing.assert_allclose(np.vectorize(side)(x, -1.0), np.clip(x, -1.0, 1.0))
+    for lag in (-1.0, -0.5, 0.5, 1.0):
+        settled = np.vectorize(side)(np.linspace(-6.0, 6.0, 121), lag)
+        assert np.all(np.diff(settled) >= 0.0)
+        assert np.all(np.abs(settled) <= 1.0)
+
+
+def test_a_shaft_that_gives_way_gives_way_the_more_the_larger_the_load():
+    """Up to what a stop's impact puts on it: a twist without end, or one that turns round, is no shaft's."""
+    effect = CATALOGUE["shaft_compliance"]
+    p = MODEL.vector()
+    for share in (effect.parameters[1].low, -0.2, 0.0, 2.0, effect.parameters[1].high):
+        p[list(effect.indices)] = [0.004, share]
+        twist = np.array([ports.lead(load, p) for load in np.linspace(-8.0, 8.0, 81)])
+        assert np.all(np.diff(twist) > 0.0)
+        np.testing.assert_allclose(twist, -twist[::-1], atol=1e-12)

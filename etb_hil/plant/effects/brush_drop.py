@@ -13,7 +13,7 @@ _K = row("brush_drop")
 
 EFFECT = Effect(
     id="brush_drop",
-    equation="V_b ((1 - c) tanh(x) + c x / (1 + |x|)), x = i / i_0",
+    equation="V_b s; s = tanh(x), at c = 1 x / (1 + |x|), at c = -1 min(1, max(-1, x)); x = i / i_0",
     balance=Balance.VOLTAGE,
     parity=Parity.EVEN,
     parameters=(

@@ -25,9 +25,16 @@ def bell(x: float, steepness: float, tail: float) -> float:
 
 @njit(cache=True, error_model="numpy")
 def side(x: float, lag: float) -> float:
-    """Return an odd curve from -1 to 1: tanh(x) with a lag of 0, x / (1 + abs(x)) with 1, in proportion between."""
+    """Return an odd curve from -1 to 1: tanh(x) with a lag of 0, x / (1 + abs(x)) with 1, a line cut off with -1.
+
+    Cubic in the lag between them, nearly in proportion above 0: without a bend at 0 a fit finds either way from there.
+    """
     settled = math.tanh(x)
-    return settled if lag == 0.0 else settled + lag * (x / (1.0 + abs(x)) - settled)
+    if lag == 0.0:
+        return settled
+    later, sooner = x / (1.0 + abs(x)) - settled, min(max(x, -1.0), 1.0) - settled
+    found = settled + 0.25 * lag * ((3.0 - lag) * (1.0 + lag) * later - (1.0 - lag) ** 2 * sooner)
+    return min(max(found, -1.0), 1.0)
 
 
 @njit(cache=True, error_model="numpy")

@@ -15,7 +15,7 @@ EFFECT = Effect(
     id="friction_asymmetry",
     equation=(
         "(T_c + (1 - d) (g - T_c)) a (s + o) added to g, sigma_2 (1 + b s); "
-        "s = (1 - c) tanh(x) + c x / (1 + |x|), x = omega / (f omega_s)"
+        "s = tanh(x), at c = 1 x / (1 + |x|), at c = -1 min(1, max(-1, x)); x = omega / (f omega_s)"
     ),
     balance=Balance.TORQUE,
     parity=Parity.EVEN,
@@ -39,7 +39,7 @@ EFFECT = Effect(
     separated_by="a sweep through limp-home, and the current's zero with the bridge off",
     source="Janot, Gautier, Brunot 2019 (asymmetric friction of a drive); Armstrong-Helouvry 1991 (sides settle apart)",
     finer=(
-        finer("lag", "1", -0.5, 1.3, "c: 0 the side is settled as tanh, 1 as x / (1 + |x|)", 0.25),
+        finer("lag", "1", -1.0, 1.3, "c: 0 the side is settled as tanh, 1 as x / (1 + |x|), -1 along a line", 0.25),
         finer("evenness", "1", -0.5, 1.5, "d: 1 the break-away's surplus is alike on both sides", 0.25),
     ),
 )

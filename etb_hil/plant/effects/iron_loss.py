@@ -13,7 +13,10 @@ _K = row("iron_loss")
 
 EFFECT = Effect(
     id="iron_loss",
-    equation="T_h ((1 - c) tanh(x) + c x / (1 + |x|)) + T_e omega / (10 rad/s), x = omega / omega_0",
+    equation=(
+        "T_h s + T_e omega / (10 rad/s); s = tanh(x), at c = 1 x / (1 + |x|), at c = -1 min(1, max(-1, x)); "
+        "x = omega / omega_0"
+    ),
     balance=Balance.TORQUE,
     parity=Parity.ODD,
     parameters=(
@@ -26,7 +29,7 @@ EFFECT = Effect(
     look_alikes=("stribeck_shape", "parameter:viscous", "parameter:coulomb"),
     separated_by="coasting with the bridge open at several speeds",
     source="Bertotti 1988 (loss separation)",
-    finer=(finer("lag", "1", -0.5, 1.3, "c: how slowly the drag is all there", 0.25),),
+    finer=(finer("lag", "1", -1.0, 1.3, "c: how slowly the drag is all there; -1: along a line", 0.25),),
 )
 
 

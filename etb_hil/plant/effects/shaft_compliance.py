@@ -12,7 +12,10 @@ _K = row("shaft_compliance")
 
 EFFECT = Effect(
     id="shaft_compliance",
-    equation="theta_plate = theta_motor / N - c tau / (1 + abs(tau) / tau_0)",
+    equation=(
+        "theta_plate = theta_motor / N - c tau / (1 + y), y = s abs(tau); "
+        "where s is below 0: c tau (1 + y / (1 + y)), y = abs(s tau)"
+    ),
     balance=Balance.ANGLE,
     parity=Parity.EVEN,
     parameters=(
@@ -37,4 +40,10 @@ def is_there(p: Vector) -> bool:
 @njit(cache=True, error_model="numpy")
 def lead(load: float, p: Vector) -> float:
     """Return the angle in rad by which the motor leads the plate under a load in N·m."""
-    return p[_K] * load / (1.0 + p[_K + 1] * abs(load)) if p[_K] != 0.0 else 0.0
+    if p[_K] == 0.0:
+        return 0.0
+    stiffened = p[_K + 1] * abs(load)
+    if stiffened >= 0.0:
+        return p[_K] * load / (1.0 + stiffened)
+    # What gives way is half as stiff in the end: 1 / (1 + s tau) would twist without end under a stop's impact.
+    return p[_K] * load * (1.0 - stiffened / (1.0 - stiffened))

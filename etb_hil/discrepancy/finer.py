@@ -1,0 +1,21 @@
+"""Causes' own curves beside the plain ones that named them: a last model has their finer shapes, too."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from etb_hil.discrepancy.calibration import Calibration, calibrate
+from etb_hil.discrepancy.findings import Findings, Round
+from etb_hil.discrepancy.unknowns import finer_unknowns
+
+
+def with_finer_shapes(findings: Findings, causes: Sequence[Round]) -> Calibration:
+    """Return the final model with the finer shapes of some causes fitted, too, where they are not yet."""
+    final, load = findings.final, findings.balances[0].load
+    known = {unknown.name for unknown in final.unknowns}
+    effects = [each.winner.candidate.effect for each in causes]
+    finer = [unknown for effect in effects if effect is not None for unknown in finer_unknowns(effect, load)]
+    more = [unknown for unknown in finer if unknown.name not in known]
+    if not more:
+        return final
+    return calibrate(findings.model, findings.balances, final.fit.whole, [*final.unknowns, *more])

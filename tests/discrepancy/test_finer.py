@@ -1,0 +1,58 @@
+"""What a cause's own curve is: the plain curve names it, the model file has the finer one."""
+
+from types import SimpleNamespace
+
+import pytest
+from explain_cases import hidden_case
+from explain_study import drawn, searched
+from synthetic import MODEL, measurement
+
+from etb_hil.discrepancy.balances import Balances
+from etb_hil.discrepancy.calibration import all_unknowns, calibrate
+from etb_hil.discrepancy.explanation import causes
+from etb_hil.discrepancy.finer import with_finer_shapes
+from etb_hil.discrepancy.holdout import hold_out
+from etb_hil.discrepancy.unknowns import effect_unknowns, start
+from etb_hil.plant.effects.catalogue import CATALOGUE
+
+EFFECT = CATALOGUE["friction_asymmetry"]
+CAUSE = SimpleNamespace(winner=SimpleNamespace(candidate=SimpleNamespace(effect=EFFECT)))
+
+
+@pytest.fixture(scope="module")
+def plain():
+    """The plain curve fitted to a unit whose friction is settled by direction along a cut line."""
+    p = MODEL.vector()
+    p[list(EFFECT.stated_indices)] = [-0.3, 0.0, 0.1, 0.0, -1.0, 0.0]
+    balances = [Balances(measurement(p, seed=4), MODEL)]
+    own = effect_unknowns(EFFECT, [p[place] for place in EFFECT.indices])
+    begin = start(MODEL)
+    begin[list(EFFECT.indices)] = p[list(EFFECT.indices)]
+    final = calibrate(MODEL, balances, begin, all_unknowns(MODEL, balances) + own)
+    return SimpleNamespace(model=MODEL, balances=balances, final=final)
+
+
+def test_a_causes_finer_shapes_are_fitted_beside_its_sizes(plain):
+    found = with_finer_shapes(plain, [CAUSE])
+    more = [unknown.name for unknown in found.unknowns[len(plain.final.unknowns) :]]
+    assert more == [f"{EFFECT.id}.{shape.name}" for shape in EFFECT.finer]
+    assert found.fit.whole[EFFECT.stated_indices[4]] < -0.6
+    assert found.fit.cost < plain.final.fit.cost
+
+
+def test_shapes_that_were_fitted_before_are_not_fitted_again(plain):
+    once = with_finer_shapes(plain, [CAUSE])
+    assert with_finer_shapes(SimpleNamespace(model=MODEL, balances=plain.balances, final=once), [CAUSE]) is once
+    assert with_finer_shapes(plain, []) is plain.final
+
+
+@pytest.mark.slow
+def test_the_model_file_has_the_finer_curve_where_the_plain_one_was_enough_for_a_name():
+    effects, level, form = drawn("strong", 83004)
+    findings = searched(hidden_case(83004, effects, level, form=form))
+    held_out = hold_out(findings)
+    errors = held_out.table["free_run"]["throttle_angle"]
+    assert errors["followed"] < 0.5 * errors["extended"]
+    (cause,) = causes(findings, held_out.best)
+    assert "lag" not in cause["parameters"]
+    assert cause["finer_in_model"]["lag"] > 0.2
