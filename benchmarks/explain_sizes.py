@@ -74,7 +74,8 @@ def _waves(first):
 COMPARED = {
     "friction_position_periodic": [Number(("order",), (0, 1, 2), place=A)],  # over the gear ratio
     "friction_position_local": [
-        Number(("peak",), (0,)), Number(("width",), (0,), place=B), Number(("place",), (0, 1, 2, 3), place=A),
+        Number(("peak",), (0,)), Number(("width",), (0,), np.sqrt(np.log(2.0)), B),  # at half the height
+        Number(("place",), (0, 1, 2, 3), place=A),
     ],
     "friction_temperature": [
         Number(("friction_per_30_kelvin",), (0,), -1.0),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -91,3 +92,9 @@ class Findings:
     def accepted(self) -> list[Round]:
         """The rounds whose winner was taken in."""
         return [r for r in self.rounds if r.accepted]
+
+
+def siblings(accepted: Sequence[Round]) -> frozenset[str]:
+    """Return what causes declare as their look-alikes: another shape of theirs calls for it."""
+    effects = (each.winner.candidate.effect for each in accepted)
+    return frozenset(id_ for effect in effects if effect is not None for id_ in effect.look_alikes)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.decision import BAND, accuses
-from etb_hil.discrepancy.findings import Findings, Round
+from etb_hil.discrepancy.findings import Findings, Round, siblings
 from etb_hil.discrepancy.floor import LEAST_ROWS
 
 Objection = Callable[[Round, Findings], str]
@@ -29,7 +29,7 @@ _CERTAIN_GAIN = 0.5
 _CONCENTRATED = 0.33
 _NEARLY_FLOOR = 1.2
 _LEAST_T = 1.5  # over the held-out segments
-_LOCAL = 0.3  # of the range of the motion: what is wider is not at one place
+_LOCAL = 0.25  # of the range of the motion: what is wider at half its height, on either side, is not at one place
 _LEAST_BEYOND = 1.05  # tolerances off its nominal value that a parameter must be before it is a cause
 
 
@@ -58,6 +58,8 @@ def _stands_for_an_earlier_cause(found: Round, findings: Findings) -> str:
     takes_all = found.gain > _CERTAIN_GAIN and _share_over_floor(found, findings) > _LATER_CERTAIN
     if not takes_all and _is_on_bound(found):
         return "its strength is on a bound: it stands for something else"
+    if not takes_all and found.winner.id in siblings(findings.accepted):
+        return "looks like a cause that was found before, whose own shape may be what is left"
     if any(r.winner.id in found.alike or found.winner.id in r.alike for r in findings.accepted):
         return "cannot be told from a cause that was found before"
     # What base parameters imitate but for a fifth trades with them once something else stands in for them.

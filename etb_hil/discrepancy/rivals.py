@@ -22,6 +22,7 @@ Float64 = NDArray[np.float64]
 
 _ALIKE = 0.93  # a little below what the data call alike: the grid of shapes may miss a rival's best
 _WORTH = 0.5  # a screened rival's cosine from which its other shapes are looked at
+_BOTH = 0.75  # two suspects of a lesser cosine than that cannot both take more than this
 _PURSUED = 0.6  # a grid's best cosine from which its shapes are moved on
 _HALVINGS = 3
 
@@ -37,7 +38,7 @@ def alike(
     winner = found.winner
     records = _Records(winner, healthy, balances)
     record = records.under(Light.WHOLE)
-    names = []
+    names, cosines = [], {}
     for screened in found.screened:
         rival = screened.candidate
         if rival.id == winner.id:
@@ -49,14 +50,24 @@ def alike(
                 seen = records.under(light)
                 if near <= _ALIKE and not seen.is_absorbed and (near > _WORTH or len(held_to) > 1):
                     near = max(near, _closest(seen, shapes[rival.id]))
+        cosines[rival.id] = near
         if near > _ALIKE:
             names.append(rival.id)
     margin = decision.class_margin(found)
-    names += [r.id for r in found.refined[1:] if np.log(r.fit.cost / winner.fit.cost) < margin]
+    names += [
+        r.id
+        for r in found.refined[1:]
+        if np.log(r.fit.cost / winner.fit.cost) < margin and not _takes_another_part(found, cosines[r.id])
+    ]
     if record.is_absorbed:
         names += [decision.parameter_id(name) for name in record.projector.imitators(record.clear, record.suspected)]
     names += unjudged(balances, winner.id)
     return list(dict.fromkeys(name for name in names if name and name != winner.id))
+
+
+def _takes_another_part(found: Round, cosine: float) -> bool:
+    """Tell whether a rival that leaves as little takes something else: of two causes each may take a half."""
+    return cosine < _WORTH and found.gain < _BOTH
 
 
 class _Records:

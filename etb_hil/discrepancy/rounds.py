@@ -8,11 +8,12 @@ from etb_hil.discrepancy import decision
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.calibration import Calibration, at_the_stops, calibrate, residual_of
 from etb_hil.discrepancy.candidates import suspects
-from etb_hil.discrepancy.findings import Findings, Round, Standing
+from etb_hil.discrepancy.findings import Findings, Round, Standing, siblings
+from etb_hil.discrepancy.fit import Residual
 from etb_hil.discrepancy.floor import floor_of, group_means, weigh
-from etb_hil.discrepancy.refining import bent, fully, quickly
+from etb_hil.discrepancy.refining import Refined, bent, fully, quickly
 from etb_hil.discrepancy.rivals import alike
-from etb_hil.discrepancy.screening import Linear, screen
+from etb_hil.discrepancy.screening import Linear, Screened, screen
 from etb_hil.discrepancy.segments import held_out, segment_of
 from etb_hil.discrepancy.unknowns import SLACK, Unknown
 from etb_hil.plant.parameters import Model
@@ -25,6 +26,7 @@ _FULLY = 2
 _BENT = 2
 _CLEARLY = 0.9  # of what a fit left: from another start it has to leave less than that
 _HOPELESS = 3.0  # times what the first leaves, from where the second need not be fitted to the end
+_FAR_BETTER = 0.5  # of what the best other suspect leaves: a look-alike of an earlier cause has to leave less
 
 
 def one_round(findings: Findings, taken: Sequence[str], progress: Progress) -> Round:
@@ -34,10 +36,7 @@ def one_round(findings: Findings, taken: Sequence[str], progress: Progress) -> R
     shapes = suspects(findings.balances, base.unknowns, taken)
     screened = screen(residual, Linear.of(base), shapes, lambda id_: progress(f"trying {id_}"))
     progress("fitting the best suspects")
-    refined = sorted(
-        (quickly(residual, base, s, findings.balances[0].load) for s in screened[:_REFINED]), key=lambda r: r.fit.cost
-    )
-    first, *others = refined
+    first, *others = _best_of(findings, residual, screened)
     refined = [fully(residual, first)]
     refined += [
         fully(residual, r) if k < _FULLY and r.fit.cost < _HOPELESS * refined[0].fit.cost else r
@@ -83,10 +82,32 @@ def _healthy_gain(findings: Findings, healthy: Calibration, id_: str) -> float:
     return 1.0 - found[0].cost / healthy.fit.cost
 
 
+def _best_of(findings: Findings, residual: Residual, screened: Sequence[Screened]) -> list[Refined]:
+    """Return the best suspects, fitted quickly, the best first.
+
+    Look-alikes of earlier causes are none, for another shape of those calls for them, unless one of them leaves far
+    less than any other suspect: then it is a cause of its own.
+    """
+    look_alikes = siblings(findings.accepted)
+    own = [s for s in screened if s.candidate.id in look_alikes]
+    others = [s for s in screened if s.candidate.id not in look_alikes]
+    best = _refined(findings, residual, others)
+    if own and own[0].cost < others[0].cost:
+        near = _refined(findings, residual, own)
+        if near[0].fit.cost < _FAR_BETTER * best[0].fit.cost:
+            return sorted([*near, *best], key=lambda r: r.fit.cost)
+    return best
+
+
+def _refined(findings: Findings, residual: Residual, screened: Sequence[Screened]) -> list[Refined]:
+    load = findings.balances[0].load
+    found = [quickly(residual, findings.final, one, load) for one in screened[:_REFINED]]
+    return sorted(found, key=lambda r: r.fit.cost)
+
+
 def taken_by(accepted: Sequence[Round]) -> list[str]:
-    """Return what causes rule out as others: themselves, and what only another shape of theirs would call for."""
-    siblings = (r.winner.candidate.effect.look_alikes for r in accepted if r.winner.candidate.effect is not None)
-    return [*(r.winner.id for r in accepted), *(id_ for each in siblings for id_ in each)]
+    """Return what is no suspect any more."""
+    return [r.winner.id for r in accepted]
 
 
 def take_in(findings: Findings, found: Round) -> None:

@@ -10,7 +10,7 @@ from etb_hil.discrepancy.fit import fit_of, gauss_newton
 from etb_hil.discrepancy.unknowns import effect_unknowns, finer_unknowns, start
 from etb_hil.plant.effects import ports
 from etb_hil.plant.effects.catalogue import CATALOGUE
-from etb_hil.plant.effects.curves import bell, side
+from etb_hil.plant.effects.curves import bell, halved, side
 from etb_hil.plant.effects.effect import Balance, Parity
 from etb_hil.plant.effects.entries import entry_of, problem_of, whole_vector
 from etb_hil.plant.effects.layout import EXTENDED, IDS, PLATE_INERTIA
@@ -190,6 +190,10 @@ def test_shared_curves_have_the_forms_that_they_say():
     np.testing.assert_allclose(curve(x, 2.0, 1.0), 1.0 / (1.0 + x**2))
     np.testing.assert_allclose(curve(x, 1.0, -1.0), np.maximum(1.0 - np.abs(x), 0.0))
     np.testing.assert_allclose(curve(x, 2.0, 1.1e-4), np.exp(-(x**2)), atol=1e-3)
+    for steepness in (1.0, 2.0, 5.0):
+        for tail in (-1.0, 0.0, 0.4, 1.0):
+            assert halved(0.0, steepness, tail) == 1.0
+            assert halved(-1.0, steepness, tail) == pytest.approx(0.5)
     np.testing.assert_allclose(np.vectorize(side)(x, 0.0), np.tanh(x))
     np.testing.assert_allclose(np.vectorize(side)(x, 1.0), x / (1.0 + np.abs(x)))
     np.testing.assert_allclose(np.vectorize(side)(x, -1.0), np.clip(x, -1.0, 1.0))

@@ -45,3 +45,10 @@ def test_the_torque_alone_does_not_tell_play_from_a_soft_shaft(seed, effect, oth
     (found, *_) = searched(hidden_case(seed, (effect,))).accepted
     assert found.winner.id == effect
     assert other in found.alike
+
+
+@pytest.mark.slow
+def test_a_wave_of_another_curve_is_no_bump():
+    findings = searched(hidden_case(80094, ("friction_position_periodic",), "medium", form=1))
+    assert [(found.winner.id, found.alike) for found in findings.accepted] == [("friction_position_periodic", [])]
+    assert findings.verdict == "explained"

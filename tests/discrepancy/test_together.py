@@ -46,3 +46,17 @@ def test_what_harms_alone_is_refused_and_all_is_as_before():
     np.testing.assert_array_equal(findings.final_groups, findings.first_groups)
     assert "worse off" in findings.rounds[-1].refused
     assert findings.verdict == "unexplained"
+
+
+@pytest.mark.slow
+def test_a_look_alike_of_an_earlier_cause_is_a_cause_of_its_own_where_nothing_else_takes_what_is_left():
+    findings = searched(hidden_case(80180, pair=True))
+    assert _causes(findings) == {"cogging_torque", "friction_position_periodic"}
+    assert findings.verdict == "explained"
+
+
+@pytest.mark.slow
+def test_two_suspects_that_take_a_half_each_are_not_one_class():
+    findings = searched(hidden_case(80402, pair=True))
+    assert _causes(findings) == {"cogging_torque", "friction_position_periodic"}
+    assert findings.verdict == "explained"

@@ -24,6 +24,13 @@ def bell(x: float, steepness: float, tail: float) -> float:
 
 
 @njit(cache=True, error_model="numpy")
+def halved(x: float, steepness: float, tail: float) -> float:
+    """Return the same curve over half its width, so that it is a half at 1 whatever its steepness and its tail."""
+    half = math.log(2.0) if abs(tail) < _EXPONENTIAL else (2.0**tail - 1.0) / tail
+    return bell(x * half ** (1.0 / steepness), steepness, tail)
+
+
+@njit(cache=True, error_model="numpy")
 def side(x: float, lag: float) -> float:
     """Return an odd curve from -1 to 1: tanh(x) with a lag of 0, x / (1 + abs(x)) with 1, a line cut off with -1.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from numba import njit
 
-from etb_hil.plant.effects.curves import bell
+from etb_hil.plant.effects.curves import halved
 from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, shape, strength
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.physics import Vector
@@ -13,13 +13,13 @@ _K = row("friction_position_local")
 
 EFFECT = Effect(
     id="friction_position_local",
-    equation="g + a (1 + t x^m)^(-1/t), x = |theta - theta_0| / s; t = 0: g + a exp(-x^m)",
+    equation="g + a (1 + (2^t - 1) x^m)^(-1/t), x = |theta - theta_0| / w; t = 0: g + a 2^(-x^m)",
     balance=Balance.TORQUE,
     parity=Parity.ODD,
     parameters=(
         strength("peak", "N·m", -0.1, 0.5, (0.03,), "0.03 to 0.15 N·m; varnish near the closed plate"),
         shape("place", "rad", -0.1, 1.7, tuple(0.02 + 0.11 * k for k in range(14)), "anywhere on the travel"),
-        shape("width", "rad", 0.015, 0.4, (0.04, 0.11), "a few degrees"),
+        shape("width", "rad", 0.012, 0.2, (0.033, 0.092), "half of it at half its height: a few degrees"),
         shape("steepness", "1", 0.8, 5.0, (2.0,), "1 pointed, 2 a bell, more a plateau"),
     ),
     looks_like="the plate drags at one place, in both directions",
@@ -36,4 +36,4 @@ def torque(theta: float, p: Vector) -> float:
     """Return the friction level in N·m that is added at an angle."""
     if p[_K] == 0.0:
         return 0.0
-    return p[_K] * bell((theta - p[_K + 1]) / p[_K + 2], p[_K + 3], p[_K + 4])
+    return p[_K] * halved((theta - p[_K + 1]) / p[_K + 2], p[_K + 3], p[_K + 4])
