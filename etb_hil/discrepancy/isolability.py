@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.calibration import all_unknowns, calibrate, residual_of
+from etb_hil.discrepancy.calibration import calibrate
 from etb_hil.discrepancy.candidates import Candidate, suspects
-from etb_hil.discrepancy.fit import columns, fit_of
-from etb_hil.discrepancy.floor import floor_of, weigh
+from etb_hil.discrepancy.evenly import evenly
 from etb_hil.discrepancy.similarity import ALIKE, Light, Projector, angle_rows, lights, zeros
 from etb_hil.discrepancy.unknowns import Unknown
 from etb_hil.plant.parameters import Model
@@ -59,19 +58,16 @@ def sensitivities(
 ) -> Sensitivities:
     """Return what the base parameters and each effect's physical step would change in these records."""
     stretches = list(balances)
-    calibration = calibrate(model, stretches)
-    weigh(stretches, floor_of(model, stretches, calibration.fit.whole, all_unknowns(model, stretches)).level)
-    residual = residual_of(stretches)
-    at = fit_of(residual, calibration.fit.whole)
-    base = columns(residual, at, calibration.unknowns)
+    # A plan's record is the model's own simulation: what it leaves is its noise.
+    residual, at = evenly(stretches, calibrate(model, stretches))
     effects: dict[str, list[Shape]] = {}
-    for id_, shapes in suspects(stretches, calibration.unknowns).items():
+    for id_, shapes in suspects(stretches, at.unknowns).items():
         if shapes[0].effect is None:
             continue
         progress(id_)
         chosen = shapes[:: max(1, len(shapes) // _MOST_SHAPES)]
-        effects[id_] = [Shape(one, _stepped(residual(at.whole), residual, at.whole, one)) for one in chosen]
-    return Sensitivities(calibration.unknowns, base, effects, angle_rows(stretches))
+        effects[id_] = [Shape(one, _stepped(at.fit.residual, residual, at.fit.whole, one)) for one in chosen]
+    return Sensitivities(at.unknowns, at.columns, effects, angle_rows(stretches))
 
 
 def _stepped(plain: Float64, residual: Callable[[Float64], Float64], whole: Float64, candidate: Candidate) -> Float64:

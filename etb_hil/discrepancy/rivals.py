@@ -12,6 +12,7 @@ from etb_hil.discrepancy import decision
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.calibration import Calibration, residual_of
 from etb_hil.discrepancy.candidates import Candidate, unjudged
+from etb_hil.discrepancy.evenly import evenly
 from etb_hil.discrepancy.findings import Round
 from etb_hil.discrepancy.fit import Residual, columns, fit_of
 from etb_hil.discrepancy.refining import Refined
@@ -74,7 +75,10 @@ class _Records:
     """A winner's record in each light that a rival may ask for."""
 
     def __init__(self, winner: Refined, healthy: Calibration, balances: Sequence[Balances]) -> None:
-        self._winner, self._healthy, self._balances = winner, healthy, balances
+        self._winner, self._balances = winner, balances
+        self._residual, self._healthy = residual_of(balances), healthy
+        if winner.candidate.effect is not None:
+            self._residual, self._healthy = evenly(balances, healthy)
         self._made: dict[Light, _Record] = {}
 
     def under(self, light: Light) -> _Record:
@@ -84,7 +88,7 @@ class _Records:
         return self._made[light]
 
     def _make(self, light: Light) -> _Record:
-        residual, healthy = residual_of(self._balances), self._healthy
+        residual, healthy = self._residual, self._healthy
         if light is Light.WHOLE:
             return _Record.of(self._winner, healthy, residual)
         if light is Light.ZEROS_KNOWN:

@@ -16,9 +16,9 @@ from etb_hil.plant.effects.effect import Balance
 Float64 = NDArray[np.float64]
 
 ALIKE = 0.95
-# Share of an effect beside the base parameters below which they are its name, too. A fifth is meant; where that lies
-# depends by a tenth on how the balances are weighed, and a class too wide is the side to err on.
-ABSORBED = 0.22
+# Share of an effect beside the base parameters below which they are its name, too. A fifth is meant, and a class too
+# wide is the side to err on.
+ABSORBED = 0.21
 _GOOD_SHARE = 0.15
 _NOTHING_LEFT = 0.01  # share of a column below which the base parameters are it
 _NOTHING = 1e-9
