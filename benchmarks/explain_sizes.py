@@ -82,7 +82,7 @@ COMPARED = {
         Number(("friction_per_30_kelvin",), (1, 2), -1.0, beside="curve"),
         Number(("viscosity_per_30_kelvin",), (0, 1, 2), -1.0, A, is_product=True),
     ],
-    "friction_asymmetry": [Number(("friction",), (0, 1), beside="evenness")],
+    "friction_asymmetry": [Number(("friction",), (0, 1, 2), beside="evenness")],
     "friction_load": [
         Number(("coefficient",), (0,)),
         Number(("coefficient",), (2,), beside="threshold"), Number(("threshold",), (2,), place=B),
@@ -103,7 +103,8 @@ COMPARED = {
         Number(("upper_layer",), (0,), place=A), Number(("lower_layer",), (0,), place=B),
     ],
     "iron_loss": [
-        Number(("constant",), (0,)), Number(("onset",), (0,), place=A), Number(("constant",), (1,), beside="lag"),
+        Number(("constant",), (0,)), Number(("onset",), (0,), place=A), Number(("constant",), (1, 2), beside="lag"),
+        Number(("onset",), (2,), 1.25, A, beside="lag"),
     ],
     "resistance_temperature": [
         Number(("housing_share",), (0,)), Number(("self_heating",), (0,), 0.1, A, is_product=True),
