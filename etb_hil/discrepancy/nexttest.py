@@ -144,7 +144,7 @@ def _compared(plan: Plan, findings: Findings, found: Round) -> Outlook:
     shows = Projector(healthy.columns, healthy.unknowns).rest(does, suspected)
     shapes = suspects(record, found.before.unknowns)
     members = [one for one in found.screened if one.candidate.id in {*found.alike} & {*shapes}]
-    names = alike(replace(found, screened=members, refined=[found.winner]), record, healthy, shapes)
+    names = alike(replace(found, screened=members, refined=[found.winner]), record, healthy, shapes, is_all=True)
     return _outlook(plan, found, [*names, *unseen(found, shapes)], float(np.linalg.norm(shows)))
 
 

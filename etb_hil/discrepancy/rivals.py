@@ -29,9 +29,16 @@ _HALVINGS = 3
 
 
 def alike(
-    found: Round, balances: Sequence[Balances], healthy: Calibration, shapes: Mapping[str, Sequence[Candidate]]
+    found: Round,
+    balances: Sequence[Balances],
+    healthy: Calibration,
+    shapes: Mapping[str, Sequence[Candidate]],
+    *,
+    is_all: bool,
 ) -> list[str]:
     """Return the ids that these data cannot tell from a round's winner, the winner left out; `shapes` by id.
+
+    `is_all`: nothing is missing beside the winner.
 
     `balances` are the model's own simulation without the winner, `healthy` its calibration there: in the measured
     record the winner's torque is part of the current, and whatever scales a torque would then imitate it.
@@ -58,7 +65,7 @@ def alike(
     names += [
         r.id
         for r in found.refined[1:]
-        if np.log(r.fit.cost / winner.fit.cost) < margin and not _takes_another_part(found, cosines[r.id])
+        if np.log(r.fit.cost / winner.fit.cost) < margin and (is_all or not _takes_another_part(found, cosines[r.id]))
     ]
     if record.is_absorbed:
         names += [decision.parameter_id(name) for name in record.projector.imitators(record.clear, record.suspected)]

@@ -63,7 +63,8 @@ def one_round(findings: Findings, taken: Sequence[str], progress: Progress) -> R
         t,
         _healthy_gain(findings, healthy, refined[0].id),
     )
-    found.alike = alike(found, findings.final_floor.balances, healthy, shapes)
+    is_all = decision.excess(found.after_groups, findings.rows).sum() <= 0.0
+    found.alike = alike(found, findings.final_floor.balances, healthy, shapes, is_all=is_all)
     return found
 
 
