@@ -62,11 +62,12 @@ def alike(
         if near > _ALIKE:
             names.append(rival.id)
     margin = decision.class_margin(found)
-    names += [
-        r.id
+    as_good = [
+        r
         for r in found.refined[1:]
-        if np.log(r.fit.cost / winner.fit.cost) < margin and (is_all or not _takes_another_part(found, cosines[r.id]))
+        if np.log(r.fit.cost / winner.fit.cost) < margin and not record.is_the_winner_again(r)
     ]
+    names += [r.id for r in as_good if is_all or not _takes_another_part(found, cosines[r.id])]
     if record.is_absorbed:
         names += [decision.parameter_id(name) for name in record.projector.imitators(record.clear, record.suspected)]
     names += unjudged(balances, winner.id)
@@ -145,6 +146,13 @@ class _Record:
     def is_absorbed(self) -> bool:
         """Tell whether the base parameters imitate the winner, beside skew rows, but for a fifth."""
         return float(np.linalg.norm(self.own)) < ABSORBED * float(np.linalg.norm(self.clear))
+
+    def is_the_winner_again(self, rival: Refined) -> bool:
+        """Tell whether an effect, as it was fitted, is no more than the wrong number that was found, and the base."""
+        if not self.suspected or rival.candidate.effect is None:
+            return False
+        does = _alone(self.residual, self.healthy, rival)
+        return not self.projector.directions(does[:, None]).size
 
     def cosine(self, rival: Candidate) -> float:
         """Return the cosine of the winner with a rival's span, base projected out; 0 where the base is the rival."""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from etb_hil.discrepancy import decision
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.calibration import Calibration, at_the_stops, calibrate, residual_of
@@ -25,6 +27,7 @@ _REFINED = 6
 _FULLY = 2
 _BENT = 2
 _CLEARLY = 0.9  # of what a fit left: from another start it has to leave less than that
+_AS_MUCH = 1e-3  # of log cost: fits that differ by less leave the same
 _HOPELESS = 3.0  # times what the first leaves, from where the second need not be fitted to the end
 _FAR_BETTER = 0.5  # of what the best other suspect leaves: a look-alike of an earlier cause has to leave less
 
@@ -42,12 +45,12 @@ def one_round(findings: Findings, taken: Sequence[str], progress: Progress) -> R
         fully(residual, r) if k < _FULLY and r.fit.cost < _HOPELESS * refined[0].fit.cost else r
         for k, r in enumerate(others, 1)
     ]
-    refined = sorted(refined, key=lambda r: r.fit.cost)
+    refined = _best_first(refined)
     after, _ = group_means(findings.balances, refined[0].fit.whole)
     if decision.excess(after / findings.final_floor.level, findings.rows).sum() > 0.0:
         # Before anything else is suspected: a cause's own curve may be another than the plain one.
         refined = [bent(residual, r, findings.balances[0].load) if k < _BENT else r for k, r in enumerate(refined)]
-        refined = sorted(refined, key=lambda r: r.fit.cost)
+        refined = _best_first(refined)
         after, _ = group_means(findings.balances, refined[0].fit.whole)
     segment = segment_of(findings.balances)
     t = held_out(refined[0].fit, refined[0].columns, refined[0].unknowns, segment).t_against(
@@ -66,6 +69,14 @@ def one_round(findings: Findings, taken: Sequence[str], progress: Progress) -> R
     is_all = decision.excess(found.after_groups, findings.rows).sum() <= 0.0
     found.alike = alike(found, findings.final_floor.balances, healthy, shapes, is_all=is_all)
     return found
+
+
+def _best_first(refined: Sequence[Refined]) -> list[Refined]:
+    """Return fits by what they leave; of those that leave the same, a wrong number before an effect that became it."""
+    ordered = sorted(refined, key=lambda r: r.fit.cost)
+    tied = [r for r in ordered if np.log(r.fit.cost / ordered[0].fit.cost) < _AS_MUCH]
+    first = next((r for r in tied if r.candidate.effect is None), ordered[0])
+    return [first, *(r for r in ordered if r is not first)]
 
 
 def _own_simulation(findings: Findings) -> Calibration:

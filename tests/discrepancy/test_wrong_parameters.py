@@ -25,3 +25,8 @@ def test_a_viscosity_is_too_small_a_part_of_the_torque_for_a_wrong_current_to_st
 @pytest.mark.slow
 def test_a_delay_is_no_wrong_inductance_although_skew_rows_take_nearly_all_of_it():
     assert _class("measurement_delay", 80345) == []
+
+
+@pytest.mark.slow
+def test_an_iron_loss_that_turned_into_a_viscosity_is_no_name_of_its_own():
+    assert _class("parameter:viscous", 702) == []
