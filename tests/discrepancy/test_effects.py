@@ -10,7 +10,7 @@ from etb_hil.discrepancy.fit import fit_of, gauss_newton
 from etb_hil.discrepancy.unknowns import effect_unknowns, finer_unknowns, start
 from etb_hil.plant.effects import ports
 from etb_hil.plant.effects.catalogue import CATALOGUE
-from etb_hil.plant.effects.curves import bell, halved, side
+from etb_hil.plant.effects.curves import bell, halved, pointed, side
 from etb_hil.plant.effects.effect import Balance, Parity
 from etb_hil.plant.effects.entries import entry_of, problem_of, whole_vector
 from etb_hil.plant.effects.layout import EXTENDED, IDS, PLATE_INERTIA
@@ -197,6 +197,10 @@ def test_shared_curves_have_the_forms_that_they_say():
     np.testing.assert_allclose(np.vectorize(side)(x, 0.0), np.tanh(x))
     np.testing.assert_allclose(np.vectorize(side)(x, 1.0), x / (1.0 + np.abs(x)))
     np.testing.assert_allclose(np.vectorize(side)(x, -1.0), np.clip(x, -1.0, 1.0))
+    wave = np.vectorize(pointed)
+    np.testing.assert_allclose(wave(np.sin(x), 1.0), 2.0 / np.pi * np.arcsin(np.sin(x)))
+    np.testing.assert_allclose(wave(np.sin(x), 1e-5), wave(np.sin(x), -1e-5), atol=1e-5)
+    assert np.all(wave(np.sin(x[x > 0.0]), -4.0) > np.sin(x[x > 0.0]))
     for lag in (-1.0, -0.5, 0.5, 1.0):
         settled = np.vectorize(side)(np.linspace(-6.0, 6.0, 121), lag)
         assert np.all(np.diff(settled) >= 0.0)

@@ -6,7 +6,8 @@ import math
 
 from numba import njit
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
+from etb_hil.plant.effects.curves import pointed
+from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, shape, strength
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.physics import GEAR_RATIO, Vector
 
@@ -15,7 +16,10 @@ _SPAN = "2 to 8 % of the rated torque"
 
 EFFECT = Effect(
     id="cogging_torque",
-    equation="a sin(k N theta) + b cos(k N theta) + c sin(2 k N theta) + d cos(2 k N theta)",
+    equation=(
+        "a sin(k N theta) + b cos(k N theta) + c sin(2 k N theta) + d cos(2 k N theta); "
+        "the first wave w = A sin(x) becomes A asin(sqrt(p) sin(x)) / asin(sqrt(p))"
+    ),
     balance=Balance.TORQUE,
     parity=Parity.EVEN,
     parameters=(
@@ -32,6 +36,7 @@ EFFECT = Effect(
     look_alikes=("torque_ripple", "angle_sensor_eccentricity", "friction_position_periodic"),
     separated_by="order spectrum at constant speed under two loads",
     source="Hanselman, Brushless Motors, 2006",
+    finer=(finer("pointedness", "1", -4.0, 1.0, "p: 1 makes a triangle of the first wave, below 0 it is flat", 0.25),),
 )
 
 
@@ -43,6 +48,9 @@ def torque(theta: float, p: Vector) -> float:
     phase = p[_K + 2] * p[GEAR_RATIO] * theta
     sine, cosine = math.sin(phase), math.cos(phase)
     found = p[_K] * sine + p[_K + 1] * cosine
+    if p[_K + 5] != 0.0:
+        size = math.hypot(p[_K], p[_K + 1])
+        found = size * pointed(found / size, p[_K + 5])
     if p[_K + 3] == 0.0 and p[_K + 4] == 0.0:
         return found
     return found + 2.0 * p[_K + 3] * sine * cosine + p[_K + 4] * (1.0 - 2.0 * sine * sine)

@@ -7,6 +7,7 @@ import math
 from numba import njit
 
 _EXPONENTIAL = 1e-4  # a tail below it is none
+_SINE = 1e-6  # a pointedness below it is none
 
 
 @njit(cache=True, error_model="numpy")
@@ -42,6 +43,17 @@ def side(x: float, lag: float) -> float:
     later, sooner = x / (1.0 + abs(x)) - settled, min(max(x, -1.0), 1.0) - settled
     found = settled + 0.25 * lag * ((3.0 - lag) * (1.0 + lag) * later - (1.0 - lag) ** 2 * sooner)
     return min(max(found, -1.0), 1.0)
+
+
+@njit(cache=True, error_model="numpy")
+def pointed(wave: float, pointedness: float) -> float:
+    """Return a sine from -1 to 1 as another wave: a triangle with a pointedness of 1, below 0 ever flatter on top."""
+    if abs(pointedness) < _SINE:
+        return wave
+    root = math.sqrt(abs(pointedness))
+    if pointedness < 0.0:
+        return math.asinh(root * wave) / math.asinh(root)
+    return math.asin(min(max(root * wave, -1.0), 1.0)) / math.asin(min(root, 1.0))
 
 
 @njit(cache=True, error_model="numpy")

@@ -6,7 +6,8 @@ import math
 
 from numba import njit
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
+from etb_hil.plant.effects.curves import pointed
+from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, shape, strength
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.physics import GEAR_RATIO, Vector
 
@@ -15,7 +16,10 @@ _SPAN = "bearings and teeth: 2 to 10 % of T_c (Armstrong-Helouvry 1991)"
 
 EFFECT = Effect(
     id="friction_position_periodic",
-    equation="g (1 + a sin(n N theta) + b cos(n N theta) + c sin(2 n N theta) + d cos(2 n N theta))",
+    equation=(
+        "g (1 + a sin(n N theta) + b cos(n N theta) + c sin(2 n N theta) + d cos(2 n N theta)); "
+        "the first wave w = A sin(x) becomes A asin(sqrt(p) sin(x)) / asin(sqrt(p))"
+    ),
     balance=Balance.TORQUE,
     parity=Parity.ODD,
     parameters=(
@@ -32,6 +36,7 @@ EFFECT = Effect(
     look_alikes=("cogging_torque", "angle_sensor_eccentricity", "friction_position_local"),
     separated_by="order spectrum of the residual at two speeds, in both directions: friction changes its sign",
     source="Armstrong-Helouvry, Control of Machines with Friction, 1991",
+    finer=(finer("pointedness", "1", -4.0, 1.0, "p: 1 makes a triangle of the first wave, below 0 it is flat", 0.25),),
 )
 
 
@@ -43,6 +48,9 @@ def share(theta: float, p: Vector) -> float:
     phase = p[_K + 2] * p[GEAR_RATIO] * theta
     sine, cosine = math.sin(phase), math.cos(phase)
     found = p[_K] * sine + p[_K + 1] * cosine
+    if p[_K + 5] != 0.0:
+        size = math.hypot(p[_K], p[_K + 1])
+        found = size * pointed(found / size, p[_K + 5])
     if p[_K + 3] == 0.0 and p[_K + 4] == 0.0:
         return found
     return found + 2.0 * p[_K + 3] * sine * cosine + p[_K + 4] * (1.0 - 2.0 * sine * sine)
