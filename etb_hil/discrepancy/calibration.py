@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.fit import Fit, Residual, fit_of, gauss_newton
 from etb_hil.discrepancy.unknowns import (
+    SLACK,
     Unknown,
     base_unknowns,
     effect_unknowns,
@@ -21,12 +22,13 @@ from etb_hil.discrepancy.unknowns import (
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
-from etb_hil.plant.physics import STOP_HIGH, STOP_LOW, Vector
+from etb_hil.plant.physics import LIMP_HOME, STOP_HIGH, STOP_LOW, Vector
 
 Float64 = NDArray[np.float64]
 
 _ROUNDS = 10
 _INSIDE = 1e-3  # rad from the end of the travel
+_RESTS = 0.02  # rad/s
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +63,7 @@ def calibrate(
     """
     residual = residual_of(balances)
     fitted = all_unknowns(model, balances) if unknowns is None else list(unknowns)
-    whole = at_the_stops(start(model), fitted, balances) if begin is None else begin
+    whole = _at_the_stops(start(model), fitted, balances) if begin is None else begin
     fit, columns = gauss_newton(residual, fit_of(residual, whole), fitted, rounds, first=first)
     return Calibration(fitted, fit, columns)
 
@@ -78,7 +80,17 @@ def all_unknowns(model: Model, balances: Sequence[Balances]) -> list[Unknown]:
     return found
 
 
-def at_the_stops(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence[Balances]) -> Vector:
+def beginnings(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence[Balances]) -> list[Vector]:
+    """Return whole vectors with the base parameters as stated, and with limp-home where an open bridge shows it."""
+    stated = whole.copy()
+    for unknown in unknowns:
+        if "." not in unknown.name and unknown.high <= SLACK:  # no cause's own
+            unknown.put(stated, 0.0)
+    stated = _at_the_stops(stated, unknowns, balances)
+    return [stated, _at_limp_home(stated.copy(), unknowns, balances)]
+
+
+def _at_the_stops(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence[Balances]) -> Vector:
     """Put a stop that the motion may just have missed to where it touches (in place): no slope leads there."""
     highest = max(float(b.measured.angle.max()) for b in balances) - _INSIDE
     lowest = min(float(b.measured.angle.min()) for b in balances) + _INSIDE
@@ -87,4 +99,18 @@ def at_the_stops(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence[
             unknown.put(whole, float(np.clip((highest - unknown.centre) / unknown.scale, unknown.low, 0.0)))
         if unknown.place == STOP_LOW and lowest > whole[STOP_LOW]:
             unknown.put(whole, float(np.clip((lowest - unknown.centre) / unknown.scale, 0.0, unknown.high)))
+    return whole
+
+
+def _at_limp_home(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence[Balances]) -> Vector:
+    """Put limp-home to where the plate rested with an open bridge (in place): the springs' jump has hills about it."""
+    rested = []
+    for b in balances:
+        angle, velocity = b.motion(whole[:EXTENDED])
+        rested.append(angle[b.is_open & (np.abs(velocity) < _RESTS)])
+    angles = np.concatenate(rested)
+    for unknown in unknowns:
+        if unknown.place == LIMP_HOME and unknown.high <= SLACK and len(angles):
+            x = (float(np.median(angles)) - unknown.centre) / unknown.scale
+            unknown.put(whole, float(np.clip(x, unknown.low, unknown.high)))
     return whole

@@ -8,7 +8,7 @@ import numpy as np
 
 from etb_hil.discrepancy import decision
 from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.calibration import Calibration, at_the_stops, calibrate, residual_of
+from etb_hil.discrepancy.calibration import Calibration, beginnings, calibrate, residual_of
 from etb_hil.discrepancy.candidates import suspects
 from etb_hil.discrepancy.findings import Findings, Round, Standing, siblings
 from etb_hil.discrepancy.fit import Residual
@@ -17,7 +17,7 @@ from etb_hil.discrepancy.refining import Refined, bent, fully, quickly
 from etb_hil.discrepancy.rivals import alike
 from etb_hil.discrepancy.screening import Linear, Screened, screen
 from etb_hil.discrepancy.segments import held_out, segment_of
-from etb_hil.discrepancy.unknowns import SLACK, Unknown
+from etb_hil.discrepancy.unknowns import Unknown
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
 
@@ -140,11 +140,9 @@ def standing_near(
     standing, missing = _standing(model, balances, whole, unknowns, rounds)
     if missing > 0.0:
         # Base parameters stood in for what was missing, or may be held there by a hill: they begin again as stated.
-        begin = standing.calibration.fit.whole.copy()
-        for unknown in unknowns:
-            if "." not in unknown.name and unknown.high <= SLACK:  # no cause's own
-                unknown.put(begin, 0.0)
-        again = calibrate(model, balances, at_the_stops(begin, unknowns, balances), unknowns)
+        starts = beginnings(standing.calibration.fit.whole, unknowns, balances)
+        begun = [calibrate(model, balances, start, unknowns) for start in starts]
+        again = min(begun, key=lambda found: found.fit.cost)
         if again.fit.cost < _CLEARLY * standing.calibration.fit.cost:
             standing, _ = _standing(model, balances, again.fit.whole, unknowns, rounds)
     return standing

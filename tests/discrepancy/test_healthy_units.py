@@ -5,15 +5,16 @@ import pytest
 from explain_cases import hidden_case
 from explain_sizes import base_numbers
 
-from etb_hil.discrepancy import freerun
+from etb_hil.discrepancy import decision, freerun
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.calibration import all_unknowns, calibrate
-from etb_hil.discrepancy.floor import floor_of, group_means, weigh
+from etb_hil.discrepancy.floor import LEAST_ROWS, floor_of, group_means, weigh
 from etb_hil.discrepancy.intervals import estimates
 from etb_hil.discrepancy.measurement import measurements_of
 from etb_hil.discrepancy.naming import search
+from etb_hil.discrepancy.rounds import standing_near
 from etb_hil.plant.effects.layout import EXTENDED
-from etb_hil.plant.physics import STOP_HIGH
+from etb_hil.plant.physics import LIMP_HOME, STOP_HIGH
 
 
 @pytest.fixture(scope="module")
@@ -77,3 +78,16 @@ def test_stops_that_a_calibration_missed_are_no_soft_layer(seed):
     findings = search(hidden.model, balances)
     assert findings.verdict == "adequate"
     assert findings.final.fit.whole[STOP_HIGH] == pytest.approx(hidden.case.rig.unit["stop_high"], abs=1e-3)
+
+
+@pytest.mark.slow
+def test_a_limp_home_that_a_calibration_missed_is_no_dead_zone():
+    """The springs' jump is felt only next to it, and through a coarse encoder hardly: the open bridge shows it."""
+    hidden = hidden_case(80052, ("parameter:coulomb",), "strong", view="coarse_encoder")
+    balances = [Balances(m, hidden.model) for m in measurements_of(hidden.recording, hidden.model)]
+    first = calibrate(hidden.model, balances)
+    limp_home = hidden.case.rig.unit["limp_home"]
+    assert abs(first.fit.whole[LIMP_HOME] - limp_home) > 8e-3
+    standing = standing_near(hidden.model, balances, first.fit.whole, first.unknowns)
+    assert standing.calibration.fit.whole[LIMP_HOME] == pytest.approx(limp_home, abs=3e-3)
+    assert not decision.accuses(standing.groups, group_means(balances, first.fit.whole)[1] >= LEAST_ROWS)
