@@ -27,6 +27,8 @@ CLASS_MARGIN = 0.05
 CLASS_SHARE = 0.15  # of what the winner gains
 PLACEHOLDER = 0.3  # share of the rest that a nameless spline may take after a true cause
 TRIFLE = 0.005  # of the whole excess: a spline that takes less accuses nobody
+# Springs that are no line are any curve of that kind; the polynomial is a chosen form (a knee, coils that touch).
+_ANY_CURVE = {"spring_nonlinear": ("torque", "angle", "even")}
 
 
 def parameter_id(name: str) -> str:
@@ -67,7 +69,9 @@ def verdict(findings: Findings) -> str:
         return "unexplained" if is_accused else "adequate"
     # What is left of a cause's shape has no shape of its own; a spline that takes it tells of something else.
     left = last / max(first, 1e-12)
-    is_shapeless = all(spline.share <= max(PLACEHOLDER, TRIFLE / max(left, 1e-12)) for spline in findings.rest)
+    own = [_ANY_CURVE.get(r.winner.id) for r in accepted]
+    strangers = [spline for spline in findings.rest if (spline.balance, spline.over, spline.parity) not in own]
+    is_shapeless = all(spline.share <= max(PLACEHOLDER, TRIFLE / max(left, 1e-12)) for spline in strangers)
     share = EXPLAINED_SHARE if any(r.winner.candidate.effect for r in accepted) else PARAMETER_SHARE
     explained = not is_accused or (left <= 1.0 - share and is_shapeless)
     if not explained:

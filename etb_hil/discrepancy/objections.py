@@ -18,6 +18,7 @@ _HEALTHY_TIMES = 2.0
 _LATER_GAIN = 0.25
 _LATER_T = 4.0
 _LATER_CERTAIN = 0.8  # of what is left: what takes as much is a cause, whatever else might take it
+_LATER_CLEAR = 1.5  # times what it leaves: no other suspect may leave less where base parameters do nearly the same
 _LATER_PARAMETER = 0.5  # a parameter that leaves its tolerance after an effect may be no more than the effect's shape
 # What chance brings down, of a group's floor: torque, voltage, angle; each on a stop, slow, sliding.
 _GROUP_GAIN = np.array([4.0, 1.0, 0.25, 1.2, 0.12, 0.35, 0.4, 0.12, 0.2])
@@ -38,10 +39,15 @@ def objection(found: Round, findings: Findings) -> str:
     return next((words for object_to in _OBJECTIONS if (words := object_to(found, findings))), "")
 
 
-def is_only_harmful(found: Round, findings: Findings) -> bool:
-    """Tell whether nothing speaks against a round's winner but a balance that is worse off with it."""
-    reasons = [object_to for object_to in _OBJECTIONS if object_to(found, findings)]
-    return reasons == [_harms_a_balance]
+def is_open(found: Round, findings: Findings) -> bool:
+    """Tell whether nothing speaks against a round's winner but what another cause that is missing may bring about."""
+    reasons = {object_to for object_to in _OBJECTIONS if object_to(found, findings)}
+    return bool(reasons) and reasons <= {_harms_a_balance, fails_on_other_segments}
+
+
+def takes_nearly_all(found: Round, findings: Findings) -> bool:
+    """Tell whether a winner takes nearly all that can be explained."""
+    return found.gain > _CERTAIN_GAIN and _share_over_floor(found, findings) > _LATER_CERTAIN
 
 
 def harms(before: NDArray[np.float64], after: NDArray[np.float64], findings: Findings) -> bool:
@@ -55,16 +61,16 @@ def harms(before: NDArray[np.float64], after: NDArray[np.float64], findings: Fin
 def _stands_for_an_earlier_cause(found: Round, findings: Findings) -> str:
     if not findings.accepted:
         return ""
-    takes_all = found.gain > _CERTAIN_GAIN and _share_over_floor(found, findings) > _LATER_CERTAIN
+    takes_all = takes_nearly_all(found, findings)
     if not takes_all and _is_on_bound(found):
         return "its strength is on a bound: it stands for something else"
     if not takes_all and found.winner.id in siblings(findings.accepted):
         return "looks like a cause that was found before, whose own shape may be what is left"
     if any(r.winner.id in found.alike or found.winner.id in r.alike for r in findings.accepted):
         return "cannot be told from a cause that was found before"
-    # What base parameters imitate but for a fifth trades with them once something else stands in for them.
-    if found.gain < _LATER_CERTAIN and any(name.startswith("parameter:") for name in found.alike):
-        return "base parameters do nearly the same: it would trade with them"
+    # What base parameters imitate but for a fifth, several suspects do: only one that beats them all is the one.
+    if found.gain < _LATER_CERTAIN and not _is_clear(found) and any(n.startswith("parameter:") for n in found.alike):
+        return "base parameters do nearly the same, and other suspects leave little more"
     return ""
 
 
@@ -99,7 +105,8 @@ def _lacks_its_back_emf(found: Round, findings: Findings) -> str:
     return "the back-EMF does not change with it" if after > (1.0 + _MAGNETS_LOSS) * before else ""
 
 
-def _fails_on_other_segments(found: Round, findings: Findings) -> str:
+def fails_on_other_segments(found: Round, findings: Findings) -> str:
+    """Say that what a winner gains does not hold on segments that its fit did not see, nothing where it does."""
     # What sits in few segments scores low over all of them although it is certain: t guards small gains only, and none
     # that bring a group which was over its band back into it, to a fraction or the floor.
     down = np.minimum(np.maximum(_CONCENTRATED * found.before_groups, _NEARLY_FLOOR), BAND)
@@ -146,7 +153,7 @@ _OBJECTIONS: tuple[Objection, ...] = (
     _helps_no_balance,
     _harms_a_balance,
     _lacks_its_back_emf,
-    _fails_on_other_segments,
+    fails_on_other_segments,
     _is_strongest_for_nothing,
     _is_no_wave,
     _is_everywhere,
@@ -163,6 +170,11 @@ def _share_over_floor(found: Round, findings: Findings) -> float:
     rows = np.where(_judged(findings), findings.rows, 0)
     before, after = (float(rows @ np.maximum(g - 1.0, 0.0)) for g in (found.before_groups, found.after_groups))
     return 1.0 - after / max(before, 1e-12)
+
+
+def _is_clear(found: Round) -> bool:
+    """Tell whether every other suspect leaves much more than the winner."""
+    return all(rival.fit.cost > _LATER_CLEAR * found.winner.fit.cost for rival in found.refined[1:])
 
 
 def _is_on_bound(found: Round) -> bool:

@@ -27,31 +27,12 @@ def ask_again(findings: Findings, without: Sequence[str], progress: Progress) ->
     """Replace earlier causes that a near rival beats clearly now; `without`: ids that are no suspects."""
     *earlier, newest = findings.accepted
     doubtful = [old for old in earlier if _has_near_rival(old)]
-    replaced = [old for old in doubtful if _asked(findings, old, without, progress, is_wrong=False)]
+    replaced = [old for old in doubtful if is_replaced(findings, old, without, progress, is_wrong=False)]
     if replaced:  # the newest was found, and its class made, beside a cause that is gone
-        _asked(findings, newest, without, progress, is_wrong=True)
+        is_replaced(findings, newest, without, progress, is_wrong=True)
 
 
-def doubt_drifts(findings: Findings) -> None:
-    """Object to a temperature beside which friction still changes along the record; alone it is no cause any more."""
-    causes = findings.accepted
-    for each in causes:
-        if each.winner.id != "friction_temperature":
-            continue
-        # What its finer shapes would take is no drift.
-        if drifts(with_finer_shapes(findings, [each]), findings.balances, is_alone=len(causes) == 1):
-            each.refused = DRIFTS
-            if len(causes) == 1:
-                settle(findings, *_less(findings, each))
-                each.accepted = False
-
-
-def _has_near_rival(old: Round) -> bool:
-    others = [rival for rival in old.refined[1:] if rival.id not in old.alike]
-    return any(rival.fit.cost < _NEAR * old.winner.fit.cost for rival in others)
-
-
-def _asked(findings: Findings, old: Round, without: Sequence[str], progress: Progress, *, is_wrong: bool) -> bool:
+def is_replaced(findings: Findings, old: Round, without: Sequence[str], progress: Progress, *, is_wrong: bool) -> bool:
     """Search in place of one cause, all others taken in; return whether another round has come in its place.
 
     `is_wrong`: the round as it is has to be replaced, if only by the same cause seen anew.
@@ -73,6 +54,25 @@ def _asked(findings: Findings, old: Round, without: Sequence[str], progress: Pro
             old.accepted = True
             go_back(findings, standing)
     return found.accepted
+
+
+def doubt_drifts(findings: Findings) -> None:
+    """Object to a temperature beside which friction still changes along the record; alone it is no cause any more."""
+    causes = findings.accepted
+    for each in causes:
+        if each.winner.id != "friction_temperature":
+            continue
+        # What its finer shapes would take is no drift.
+        if drifts(with_finer_shapes(findings, [each]), findings.balances, is_alone=len(causes) == 1):
+            each.refused = DRIFTS
+            if len(causes) == 1:
+                settle(findings, *_less(findings, each))
+                each.accepted = False
+
+
+def _has_near_rival(old: Round) -> bool:
+    others = [rival for rival in old.refined[1:] if rival.id not in old.alike]
+    return any(rival.fit.cost < _NEAR * old.winner.fit.cost for rival in others)
 
 
 def _less(findings: Findings, old: Round) -> tuple[Vector, list[Unknown]]:

@@ -1,4 +1,7 @@
-"""A cause that a balance speaks against, tried again with another beside it: what is missing bends balances, too."""
+"""A cause that a balance or held-out segments speak against, tried again with another beside it.
+
+What is missing bends balances, and hides how well a cause holds.
+"""
 
 from __future__ import annotations
 
@@ -6,28 +9,32 @@ from collections.abc import Sequence
 
 from etb_hil.discrepancy import decision
 from etb_hil.discrepancy.findings import Findings, Round
-from etb_hil.discrepancy.objections import harms, is_only_harmful, objection
+from etb_hil.discrepancy.objections import fails_on_other_segments, harms, is_open, objection, takes_nearly_all
+from etb_hil.discrepancy.reconsidering import is_replaced
 from etb_hil.discrepancy.rounds import Progress, go_back, one_round, take_in, taken_by
 
 
 def stands_with_another(found: Round, findings: Findings, without: Sequence[str], progress: Progress) -> bool:
-    """Take in a harmful cause and the next one if together they harm nothing; return whether they do.
+    """Take in a cause that something missing may speak against, and the next one, if together nothing does any more.
 
     Otherwise everything is as it was. `without`: ids that are no suspects.
     """
-    if not is_only_harmful(found, findings):
+    if not is_open(found, findings):
         return False
     progress(f"asking whether {found.winner.id} stands with another cause")
-    standing, stands = findings.standing, False
+    standing, rounds, stands = findings.standing, list(findings.rounds), False
     try:
         take_in(findings, found)
         other = _next(findings, without, progress)
-        stands = other is not None and not harms(found.before_groups, findings.final_groups, findings)
-        if other is not None and stands:
+        if other is not None:
             findings.rounds.append(other)
+            stands = not harms(found.before_groups, findings.final_groups, findings)
+            if stands and fails_on_other_segments(found, findings):
+                stands = takes_nearly_all(other, findings) and _holds_beside(found, findings, without, progress)
     finally:
         if not stands:
             found.accepted = False
+            findings.rounds[:] = rounds
             go_back(findings, standing)
     return stands
 
@@ -41,3 +48,11 @@ def _next(findings: Findings, without: Sequence[str], progress: Progress) -> Rou
         return None
     take_in(findings, other)
     return other
+
+
+def _holds_beside(found: Round, findings: Findings, without: Sequence[str], progress: Progress) -> bool:
+    """Search again in place of a cause beside the other; return whether one by all rules takes nearly all there."""
+    place = findings.rounds.index(found)
+    if not is_replaced(findings, found, without, progress, is_wrong=True):
+        return False
+    return takes_nearly_all(findings.rounds[place], findings)

@@ -5,7 +5,7 @@ import pytest
 from explain_cases import hidden_case
 from explain_study import searched
 
-from etb_hil.discrepancy import objections
+from etb_hil.discrepancy import decision, objections
 
 
 def _causes(findings):
@@ -34,6 +34,58 @@ def test_base_parameters_that_stood_in_for_a_missing_cause_begin_again_before_a_
 def test_a_later_cause_is_certain_by_what_it_takes_over_the_floor():
     findings = searched(hidden_case(72224, pair=True))
     assert _causes(findings) == {"presliding_hysteresis", "stiction_dwell"}
+
+
+@pytest.mark.slow
+def test_a_later_cause_that_base_parameters_imitate_is_named_with_them_where_nothing_else_comes_near():
+    findings = searched(hidden_case(80168, pair=True))
+    assert _causes(findings) == {"friction_temperature", "presliding_hysteresis"}
+    assert findings.accepted[1].gain < 0.8
+    assert "parameter:stiction" in findings.accepted[1].alike
+    assert findings.verdict == "ambiguous"
+
+
+@pytest.mark.slow
+def test_a_later_cause_that_base_parameters_imitate_is_none_where_another_suspect_does_nearly_as_well():
+    findings = searched(hidden_case(80317, ("air_drag",), "medium"))  # to which a viscosity and a memory come near
+    assert _causes(findings) == {"parameter:viscous"}
+    assert findings.rounds[-1].refused.startswith("base parameters do nearly the same")
+    assert findings.verdict == "unexplained"
+
+
+@pytest.mark.slow
+def test_a_rival_of_the_first_cause_that_takes_nearly_all_of_the_rest_is_there_too():
+    findings = searched(hidden_case(80362, pair=True))
+    assert _causes(findings) == {"spring_nonlinear", "resistance_temperature"}
+    assert [found.alike for found in findings.accepted] == [["aerodynamic_torque"], []]
+    assert findings.verdict == "ambiguous"
+
+
+@pytest.mark.slow
+def test_what_is_left_of_a_knee_in_the_springs_is_still_the_springs():
+    findings = searched(hidden_case(80024, pair=True))
+    greediest = findings.rest[0]
+    assert (greediest.balance, greediest.over, greediest.parity) == ("torque", "angle", "even")
+    assert greediest.share > decision.PLACEHOLDER
+    assert _causes(findings) == {"spring_nonlinear", "shaft_compliance"}
+    assert findings.verdict == "ambiguous"  # each has its look-alike
+
+
+@pytest.mark.slow
+def test_a_cause_that_holds_on_other_segments_only_beside_another_is_found_with_it():
+    findings = searched(hidden_case(80298, pair=True))
+    assert _causes(findings) == {"current_sensor_offset", "hbridge_dead_time"}
+    assert not any(objections.fails_on_other_segments(found, findings) for found in findings.accepted)
+
+
+@pytest.mark.slow
+def test_what_holds_on_other_segments_neither_alone_nor_beside_another_is_no_cause():
+    asked = []
+    findings = searched(hidden_case(85021, ("running_in",)), progress=asked.append)
+    assert any("stands with another cause" in words for words in asked)
+    assert findings.accepted == []
+    assert findings.final is findings.calibration
+    assert findings.verdict == "unexplained"
 
 
 @pytest.mark.slow
