@@ -23,10 +23,21 @@ def test_a_cause_that_harms_a_balance_alone_stands_with_the_one_that_was_missing
     assert findings.verdict == "explained"
 
 
+WAVES = {"cogging_torque", "friction_position_periodic"}
+
+
 @pytest.mark.slow
-def test_base_parameters_that_stood_in_for_a_missing_cause_begin_again_before_a_third_is_suspected():
-    findings = searched(hidden_case(72068, pair=True))
-    assert _causes(findings) == {"measurement_delay", "magnet_temperature"}
+@pytest.mark.parametrize(
+    ("seed", "hidden"),
+    [
+        pytest.param(72068, {"measurement_delay", "magnet_temperature"}, id="what stood in begins again"),
+        pytest.param(80180, WAVES, id="a look-alike of an earlier cause is one"),
+        pytest.param(80402, WAVES, id="two that take a half each are no class"),
+    ],
+)
+def test_both_causes_are_found_and_no_third(seed, hidden):
+    findings = searched(hidden_case(seed, pair=True))
+    assert _causes(findings) == hidden
     assert findings.verdict == "explained"
 
 
@@ -98,17 +109,3 @@ def test_what_harms_alone_is_refused_and_all_is_as_before():
     np.testing.assert_array_equal(findings.final_groups, findings.first_groups)
     assert "worse off" in findings.rounds[-1].refused
     assert findings.verdict == "unexplained"
-
-
-@pytest.mark.slow
-def test_a_look_alike_of_an_earlier_cause_is_a_cause_of_its_own_where_nothing_else_takes_what_is_left():
-    findings = searched(hidden_case(80180, pair=True))
-    assert _causes(findings) == {"cogging_torque", "friction_position_periodic"}
-    assert findings.verdict == "explained"
-
-
-@pytest.mark.slow
-def test_two_suspects_that_take_a_half_each_are_not_one_class():
-    findings = searched(hidden_case(80402, pair=True))
-    assert _causes(findings) == {"cogging_torque", "friction_position_periodic"}
-    assert findings.verdict == "explained"

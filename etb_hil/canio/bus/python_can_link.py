@@ -135,14 +135,11 @@ class PythonCanLink:
         if not len(received):
             return received.stamp_ns
         now = self._clock.now_ns()
-        stamped = received.stamp_ns > 0
+        stamped, ours = received.stamp_ns > 0, on_our_clock(received.stamp_ns, self._clock)
         if self._offset_ns is None and stamped.any():
-            ahead = now - int(on_our_clock(received.stamp_ns[stamped][-1:], self._clock)[0])
-            self._offset_ns = 0 if abs(ahead) < _SAME_EPOCH_NS else now - int(received.stamp_ns[stamped][-1])
-        stamps = (
-            received.stamp_ns + self._offset_ns if self._offset_ns else on_our_clock(received.stamp_ns, self._clock)
-        )
-        return np.where(stamped, stamps, now)
+            is_near = abs(now - int(ours[stamped][-1])) < _SAME_EPOCH_NS
+            self._offset_ns = 0 if is_near else now - int(received.stamp_ns[stamped][-1])
+        return np.where(stamped, received.stamp_ns + self._offset_ns if self._offset_ns else ours, now)
 
     def _gone(self, what: str, error: Exception) -> BenchFault:
         settings = self._settings

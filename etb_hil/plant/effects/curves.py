@@ -46,14 +46,27 @@ def side(x: float, lag: float) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def pointed(wave: float, pointedness: float) -> float:
+def pointed(sine: float, pointedness: float) -> float:
     """Return a sine from -1 to 1 as another wave: a triangle with a pointedness of 1, below 0 ever flatter on top."""
     if abs(pointedness) < _SINE:
-        return wave
+        return sine
     root = math.sqrt(abs(pointedness))
     if pointedness < 0.0:
-        return math.asinh(root * wave) / math.asinh(root)
-    return math.asin(min(max(root * wave, -1.0), 1.0)) / math.asin(min(root, 1.0))
+        return math.asinh(root * sine) / math.asinh(root)
+    return math.asin(min(max(root * sine, -1.0), 1.0)) / math.asin(min(root, 1.0))
+
+
+@njit(cache=True, error_model="numpy")
+def wave(phase: float, sine: float, cosine: float, pointedness: float, sine_2: float, cosine_2: float) -> float:
+    """Return a wave at a phase in rad: sizes of sine and cosine (not both 0), form, and sizes of the double order."""
+    s, c = math.sin(phase), math.cos(phase)
+    found = sine * s + cosine * c
+    if pointedness != 0.0:
+        size = math.hypot(sine, cosine)
+        found = size * pointed(found / size, pointedness)
+    if sine_2 == 0.0 and cosine_2 == 0.0:
+        return found
+    return found + 2.0 * sine_2 * s * c + cosine_2 * (1.0 - 2.0 * s * s)
 
 
 @njit(cache=True, error_model="numpy")

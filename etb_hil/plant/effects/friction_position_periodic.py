@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
-
 from numba import njit
 
-from etb_hil.plant.effects.curves import pointed
+from etb_hil.plant.effects.curves import wave
 from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, shape, strength
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.physics import GEAR_RATIO, Vector
@@ -46,11 +44,4 @@ def share(theta: float, p: Vector) -> float:
     if p[_K] == 0.0 and p[_K + 1] == 0.0:
         return 0.0
     phase = p[_K + 2] * p[GEAR_RATIO] * theta
-    sine, cosine = math.sin(phase), math.cos(phase)
-    found = p[_K] * sine + p[_K + 1] * cosine
-    if p[_K + 5] != 0.0:
-        size = math.hypot(p[_K], p[_K + 1])
-        found = size * pointed(found / size, p[_K + 5])
-    if p[_K + 3] == 0.0 and p[_K + 4] == 0.0:
-        return found
-    return found + 2.0 * p[_K + 3] * sine * cosine + p[_K + 4] * (1.0 - 2.0 * sine * sine)
+    return wave(phase, p[_K], p[_K + 1], p[_K + 5], p[_K + 3], p[_K + 4])
