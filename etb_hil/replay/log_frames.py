@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from etb_hil.canio.frames import FrameBlock
-    from etb_hil.canio.logs.reading import LogReader
+    from etb_hil.canio.logs.log_reader import LogReader
     from etb_hil.replay.window import Window
 
 _DATE_STEP_NS = 1_000_000  # dates in headers are rounded down to a millisecond

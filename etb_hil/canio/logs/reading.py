@@ -2,30 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Protocol
 
 from etb_hil.base.errors import InputError, Place, Problem
-from etb_hil.canio.frames import FrameBlock
 from etb_hil.canio.logs.blf import read_blf
+from etb_hil.canio.logs.log_reader import LogReader
 
 _BINARY = {".blf", ".mf4", ".db"}
-
-
-class LogReader(Protocol):
-    """A log file, read anew by each iteration; afterwards `notes` says what could not be read, and where.
-
-    `begin_ns`, known with the first block: what is added to the stamps to make times of them. 0 where they are times
-    already; None where they count from the log's begin and its header does not say when that was.
-    """
-
-    notes: list[str]
-    begin_ns: int | None
-
-    def __iter__(self) -> Iterator[FrameBlock]:
-        """Yield the frames in the file's order; InputError where none can be read."""
-        ...
 
 
 def read_log(path: Path) -> LogReader:

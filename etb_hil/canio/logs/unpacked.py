@@ -12,7 +12,7 @@ from etb_hil.canio.logs.gunzip import BROKEN, Gunzip
 
 if TYPE_CHECKING:
     from etb_hil.canio.frames import FrameBlock
-    from etb_hil.canio.logs.reading import LogReader
+    from etb_hil.canio.logs.log_reader import LogReader
 
 _CHUNK_BYTES = 1 << 20
 
