@@ -1,10 +1,11 @@
 """How often a hidden effect is named: rates over seeds that nothing was tuned on, with exact bounds.
 
-    python benchmarks/explain_study.py KIND FIRST COUNT [--view full] [--rate 2000] [--jobs 1] [--out rows.jsonl]
+    python benchmarks/explain_study.py KIND FIRST COUNT [--each N] [--view full] [--rate 2000] [--jobs 1] [--out rows.jsonl]
 
 KIND: nothing, weak, medium, strong (one effect each), shape (a strong or medium effect whose curve is another than the
 catalogue's), pair, outside, removed (the effect's own term is no suspect), mix (all of them, and fewer sensors). Seeds
-0 to 999 served for development. Rows go to --out as they come, each with the build that made it, so that a study can be
+0 to 999 served for development. With --each, seeds whose effect was drawn N times before are passed over, so that every
+effect is judged as often. Rows go to --out as they come, each with the build that made it, so that a study can be
 cut short; started again with the same --out it goes on behind the rows that this build has made. explain_table.py makes
 tables of them. With --holdout free runs on held-out parts are judged, too: over the noise floor, a simulation of ours,
 and over what the very same unit and motion leave with nothing hidden, for no unit's friction is quite the model's.
@@ -15,6 +16,7 @@ import hashlib
 import json
 import sys
 import time
+from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
@@ -151,6 +153,7 @@ def main():
     parser.add_argument("kind", choices=KINDS)
     parser.add_argument("first", type=int)
     parser.add_argument("count", type=int)
+    parser.add_argument("--each", type=int)
     parser.add_argument("--view", default="full")
     parser.add_argument("--rate", type=int, default=2000)
     parser.add_argument("--jobs", type=int, default=1)
@@ -162,11 +165,13 @@ def main():
         rows = [json.loads(line) for line in options.out.read_text("utf-8").splitlines()]
         rows = [row for row in rows if row.get("build") == mark]
     done = {(row["kind"], row["seed"]) for row in rows}
-    jobs = []
+    jobs, draws = [], Counter()
     for seed in range(options.first, options.first + options.count):
         asked = (options.kind, options.view, options.rate)
         kind, view, rate = MIX[seed % len(MIX)] if options.kind == "mix" else asked
-        if (kind, seed) not in done:
+        draws[drawn(kind, seed)[0]] += 1
+        is_drawn_enough = options.each and draws[drawn(kind, seed)[0]] > options.each
+        if (kind, seed) not in done and not is_drawn_enough:
             jobs.append((kind, seed, view, rate, options.holdout))
     with ProcessPoolExecutor(options.jobs) as pool:
         for found in pool.map(_job, jobs):
