@@ -2,13 +2,14 @@
 
     python benchmarks/explain_study.py KIND FIRST COUNT [--each N] [--view full] [--rate 2000] [--jobs 1] [--out FILE]
 
-KIND: nothing, weak, medium, strong (one effect each), shape (a strong or medium effect whose curve is another than the
-catalogue's), pair, outside, removed (the effect's own term is no suspect), mix (all of them, and fewer sensors). Seeds
-0 to 999 served for development. With --each, seeds whose effect was drawn N times before are passed over, so that every
-effect is judged as often. Rows go to --out (rows.jsonl) as they come, each with the build that made it, so that a study can be
-cut short; started again with the same --out it goes on behind the rows that this build has made. explain_table.py makes
-tables of them. With --holdout free runs on held-out parts are judged, too: over the noise floor, a simulation of ours,
-and over what the very same unit and motion leave with nothing hidden, for no unit's friction is quite the model's.
+KIND: nothing, weak, medium, strong (one effect each), shape (a strong or medium effect whose curve is another than
+the catalogue's), pair, outside, removed (the effect's own term is no suspect), mix (all of them, and fewer sensors).
+Seeds 0 to 999 served for development. With --each, seeds whose effect was drawn N times before are passed over, so
+that every effect is judged as often. Rows go to --out (rows.jsonl) as they come, each with the build that made it, so
+that a study can be cut short; started again with the same --out it goes on behind the rows that this build has made.
+explain_table.py makes tables of them. With --holdout free runs on held-out parts are judged, too: over the noise
+floor, a simulation of ours, and over what the same unit and motion leave with nothing hidden, for no unit's friction
+is quite the model's.
 """
 
 import argparse
