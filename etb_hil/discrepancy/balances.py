@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from etb_hil.discrepancy.along import Motion, Walk
 from etb_hil.discrepancy.driving import with_its_mean, without_noise
 from etb_hil.discrepancy.measurement import Measurement
+from etb_hil.discrepancy.opening import without_diodes
 from etb_hil.discrepancy.regimes import Regimes
 from etb_hil.discrepancy.remembered import Remembered
 from etb_hil.discrepancy.rows import held, jitter, missed_by_rows, open_bridge, trembling, until_next
@@ -76,7 +77,7 @@ class Balances:
     """Whitened residuals of one measurement as a function of the extended parameter vector and of the nuisances."""
 
     def __init__(self, measured: Measurement, model: Model) -> None:
-        self.measured = measured
+        self.measured = measured = without_diodes(measured, model)
         v = model.values
         self.gear = v.gear_ratio
         # Bounds of effects are a throttle's; another drive's forces are larger by as much as its friction is.

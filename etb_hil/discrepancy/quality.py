@@ -33,7 +33,8 @@ def _of(b: Balances, model: Model) -> dict[str, Any]:
     flags = list(m.flags)
     bridged = float(1.0 - np.mean(m.is_good))
     if bridged > 0.0:
-        flags.append(f"{100.0 * bridged:.2f} % of the rows were missing or bad and are not judged")
+        what = "were missing or bad, or the bridge opened in them: they are not judged"
+        flags.append(f"{100.0 * bridged:.2g} % of the rows {what}")
     limit = model.values.voltage_limit
     saturated = float(np.mean(np.abs(m.voltage) > 0.995 * limit))
     if saturated > _AT_LIMIT:
