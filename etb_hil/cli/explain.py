@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from pathlib import Path
 
@@ -49,6 +50,7 @@ def run(options: argparse.Namespace) -> int:
     model, is_drive = load_plant(find("model", options.model))
     recordings = [recording_of(path, options.bench, options.map) for path in options.data]
     limits = load_limits(_limits(options)).content
+    _must_take_an_answer(options.out)
     plans = [] if is_drive else stock_plans(model.values)
     answer = explain(
         recordings,
@@ -67,6 +69,9 @@ def run(options: argparse.Namespace) -> int:
     _progress("")
     found = answer.explanation
     print(f"verdict: {found['verdict']}")
+    for reason in found["data_quality"]:
+        if isinstance(reason, str):
+            print(f"  {reason}")
     for cause in found["causes"]:
         alike = f" (or {', '.join(cause['class'])})" if cause["class"] else ""
         print(f"  {cause['effect']}{alike}: {100.0 * cause['share_of_error']:.0f} % of the error")
@@ -78,7 +83,22 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _numbers(text: str) -> tuple[float, ...]:
-    return tuple(float(one) for one in text.split(","))
+    try:
+        return tuple(float(one) for one in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is no list of numbers; write them as in 10000,15000") from None
+
+
+def _must_take_an_answer(folder: Path) -> None:
+    """Refuse a folder that cannot be made or written to before the long work begins."""
+    from etb_hil.base.errors import InputError, Place, Problem
+
+    there = next(one for one in (folder, *folder.absolute().parents) if one.exists())
+    if not (there.is_dir() and os.access(there, os.W_OK)):
+        remedy = "give a folder that can be written to with --out"
+        raise InputError(
+            Problem("takes no answer: it is a file, or nobody may write to it", Place(there), remedy=remedy)
+        )
 
 
 def _limits(options: argparse.Namespace) -> Path:

@@ -12,6 +12,7 @@ from etb_hil.discrepancy.freefit import FreeFit
 from etb_hil.discrepancy.sweeps import Sweep, breaks_away
 from etb_hil.plant.integrator import TICK
 from etb_hil.plant.parameters import Model
+from etb_hil.plant.value_units import value_unit
 from etb_hil.recording.recording import Recording
 
 Float64 = NDArray[np.float64]
@@ -128,6 +129,7 @@ def _calibrated(model: Model, found: FreeFit) -> dict[str, Any]:
         elif on_bound:
             flags.append("on a bound: these data do not tell it, or the model lacks something there")
         result[unknown.name] = {
+            "unit": value_unit(unknown.name, is_linear=model.is_linear),
             "nominal": float(getattr(model.values, unknown.name)),
             "value": value,
             "interval": [max(value - reach, low), min(value + reach, high)],

@@ -234,8 +234,13 @@ class _Said:
 
 
 def write(answer: Answer, folder: Path) -> list[Path]:
-    """Write `explanation.json` and, where something was fitted, `model.yaml`; return the paths."""
+    """Write `explanation.json` and, where something was fitted, `model.yaml`; return the paths.
+
+    What an earlier answer left in the folder and this one does not have goes: it is not of these data.
+    """
     folder.mkdir(parents=True, exist_ok=True)
+    for name in ("model.yaml", "next_test.yaml"):
+        (folder / name).unlink(missing_ok=True)
     paths = [folder / "explanation.json"]
     paths[0].write_text(json.dumps(answer.explanation, indent=1, ensure_ascii=False), "utf-8")
     if answer.findings is not None:

@@ -22,6 +22,7 @@ from etb_hil.discrepancy.unknowns import FIELDS, simulable
 from etb_hil.plant.drive_effects import unit_for
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import Vector
+from etb_hil.plant.value_units import value_unit
 
 SCHEMA = "etb_hil/explanation/1"
 MOVED = 0.03  # share by which a base parameter that a term moves is flagged: it may have been stolen
@@ -107,7 +108,8 @@ def _parameters(each: Round, numbers: dict[int, Estimate], whole: Vector, *, is_
     if effect is None:
         name = each.winner.candidate.frees
         place = FIELDS.index(name)
-        return {name: {**_number(numbers[place], "SI"), "in_model": float(whole[place])}}
+        unit = value_unit(name, is_linear=is_linear)
+        return {name: {**_number(numbers[place], unit), "in_model": float(whole[place])}}
     return {
         parameter.name: {
             **_number(numbers[place], unit_for(parameter, is_linear=is_linear)),
@@ -201,6 +203,7 @@ def _calibrated(findings: Findings, numbers: Sequence[Estimate], in_model: Vecto
         if findings.accepted and moved > MOVED:
             flags.append(f"moved by {100.0 * moved:.1f} % when a term came in")
         found[name] = {
+            "unit": value_unit(name, is_linear=findings.balances[0].measured.is_linear),
             "nominal": nominal,
             "value": estimate.value,
             "interval": [estimate.low, estimate.high],

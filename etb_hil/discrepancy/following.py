@@ -51,7 +51,7 @@ def follow(
 
     `number`: the stretch; `floor`: the error in SI of a true model there.
     """
-    progress("a last fit in free run")
+    progress("fitting a last time, in free run")
     b, begin = balances[number], calibration.fit.whole
     own = [k for k, u in enumerate(calibration.unknowns) if u.place < EXTENDED]
     unknowns = [calibration.unknowns[k] for k in own]
@@ -63,7 +63,7 @@ def follow(
         return np.concatenate([runs.errors(whole), said.errors(whole)])
 
     fit, found = gauss_newton(together, fit_of(together, begin), unknowns, _ROUNDS, tolerance=_TOLERANCE)
-    progress("a last fit in free run: without each part of the record")
+    progress("fitting a last time, in free run, without each part of the record")
     # The whole fit with the balances' rows for what they say together, so that both can be left out part by part.
     rows = len(runs.shares) * runs.rows
     left = np.concatenate([fit.residual[:rows], said.rows(fit.whole)])

@@ -16,7 +16,10 @@ _CORRELATED = 4.0  # rows of the band-limited, coloured residual that are one in
 def detection_limits(
     before: Calibration, screened: list[Screened], least_gain: float, *, is_linear: bool
 ) -> dict[str, dict[str, object]]:
-    """Return by effect the strength that would stand out by three sigma and by the gain that is asked of a cause."""
+    """Return by effect the strength that would stand out by three sigma and by the gain that is asked of a cause.
+
+    Where that is more than the effect's bounds allow, it is not `within_bounds`: these data cannot show it.
+    """
     projector = Projector(before.columns, before.unknowns)
     fit = before.fit
     scale = float(np.sqrt(fit.cost / max(int(np.count_nonzero(fit.residual)), 1)))
@@ -32,9 +35,11 @@ def detection_limits(
         by_noise = _SIGMAS * scale * np.sqrt(_CORRELATED) / length
         by_gain = float(np.sqrt(least_gain * fit.cost)) / length
         parameter = effect.parameters[effect.searched[0]]
+        least = float(max(by_noise, by_gain))
         found[effect.id] = {
             "parameter": parameter.name,
-            "limit": float(max(by_noise, by_gain)) * unknown.scale,
+            "limit": least * unknown.scale,
             "unit": unit_for(parameter, is_linear=is_linear),
+            "within_bounds": least <= max(-unknown.low, unknown.high),
         }
     return found

@@ -18,6 +18,8 @@ SHORTEST = 2.0  # s; what is shorter shows no cause
 LONGEST_GAP = 0.05  # s that are bridged; beyond it the record falls apart
 ROOM_TEMPERATURE = 25.0
 _ENOUGH = 2000.0  # Hz: what more rows would show is noise
+_STANDS = 12.0  # times the angle's noise: what moves less stands still
+_TOO_FAR = 1.3  # times the way between the model's stops
 _OTHER_ZERO = 0.03  # rad; less is the plate sensor's own zero, which is fitted
 # by motion: what drives it, where it is, and what a test says it adds
 DRIVES = (
@@ -74,13 +76,14 @@ def is_measured_on_drive(recording: Recording) -> bool:
 
 
 def measurements_of(recording: Recording, model: Model) -> list[Measurement]:
-    """Return the stretches of a recording that are long enough, InputError where the roles do not suffice."""
-    roles = recording.roles
+    """Return the stretches of a recording that are long enough and move, InputError where the roles do not suffice."""
+    roles = [role for role in recording.roles if np.isfinite(recording.series(role).values).any()]
     if its := drive_roles(recording, is_linear=model.is_linear):
         rows = recording.joined(list(its))
         return _stretches(recording.origin, rows.time_ns, dict(rows.columns), model)
     if "motor_voltage" not in roles and "motor_duty" not in roles:
-        raise InputError(_lacks(recording, "motor_voltage or motor_duty", "free run is driven by the voltage"))
+        remedy = "free run is driven by it: record one of them, or name its column in a map"
+        raise InputError(_lacks(recording, "motor_voltage or motor_duty", remedy))
     if "motor_angle" not in roles and "throttle_angle" not in roles:
         raise InputError(
             _lacks(recording, "motor_angle or throttle_angle", "give the angle, calibrated, in rad or deg")
@@ -111,7 +114,8 @@ def measurements_of(recording: Recording, model: Model) -> list[Measurement]:
 
 
 def _lacks(recording: Recording, what: str, why: str) -> Problem:
-    return Problem(f"{recording.origin} has no {what}", allowed=", ".join(recording.roles), remedy=why)
+    has = [role for role in recording.roles if np.isfinite(recording.series(role).values).any()]
+    return Problem(f"{recording.origin} has no values of {what}, only of {', '.join(has) or 'nothing'}", remedy=why)
 
 
 def _stretches(origin: str, time_ns: NDArray[np.int64], columns: dict[str, Float64], model: Model) -> list[Measurement]:
@@ -122,11 +126,19 @@ def _stretches(origin: str, time_ns: NDArray[np.int64], columns: dict[str, Float
     if float(steps.max()) < 1.5e9 * step:
         step = float(time_ns[-1] - time_ns[0]) * 1e-9 / len(steps)
     cuts = np.flatnonzero(np.diff(time_ns) * 1e-9 > max(LONGEST_GAP, 3.0 * step)) + 1
-    found = [
-        _even(origin, time_ns[part], {role: values[part] for role, values in columns.items()}, step, model)
-        for part in np.split(np.arange(len(time_ns)), cuts)
-        if len(part) > 1 and (time_ns[part[-1]] - time_ns[part[0]]) * 1e-9 >= SHORTEST
-    ]
+    found: list[Measurement] = []
+    problems: list[Problem] = []
+    for part in np.split(np.arange(len(time_ns)), cuts):
+        if len(part) < 2 or (time_ns[part[-1]] - time_ns[part[0]]) * 1e-9 < SHORTEST:
+            continue
+        try:
+            even = _even(origin, time_ns[part], {role: values[part] for role, values in columns.items()}, step, model)
+            _must_move(even, model)
+            found.append(even)
+        except InputError as error:
+            problems += error.problems
+    if problems and not found:
+        raise InputError(*problems)
     if found and found[0].rate < SLOWEST:
         raise InputError(
             Problem(f"{origin} is sampled too slowly", value=f"{found[0].rate:.0f} Hz", allowed=f"from {SLOWEST:g} Hz")
@@ -138,6 +150,26 @@ def _stretches(origin: str, time_ns: NDArray[np.int64], columns: dict[str, Float
             )
         )
     return found
+
+
+def _must_move(m: Measurement, model: Model) -> None:
+    """Refuse a stretch that stands still, or whose angle goes further than the model's plate can."""
+    way, unit = float(np.ptp(m.angle)), "m" if m.is_linear else "rad"
+    if way <= _STANDS * m.angle_noise:
+        what = f"{m.origin} stands still from {m.start_s:.1f} s on"
+        least = f"more than {_STANDS * m.angle_noise:.2g} {unit}"
+        remedy = "move it over its travel, such as by the scenario isolability"
+        raise InputError(Problem(what, value=f"{way:.2g} {unit}", allowed=least, remedy=remedy))
+    between = model.values.stop_high - model.values.stop_low
+    if not m.is_drive and way > _TOO_FAR * between:
+        raise InputError(
+            Problem(
+                f"{m.origin}: the plate goes further than the model's stops let it",
+                value=f"{way:.3g} rad",
+                allowed=f"up to {_TOO_FAR * between:.3g} rad",
+                remedy="look at the angle's unit (rad or deg), and at the model's gear_ratio and stops",
+            )
+        )
 
 
 def _even(
@@ -182,7 +214,7 @@ def _measurement(
     if is_drive(model):
         return _drive(origin, start, rate, even, good, model)
     gear, sensors = model.values.gear_ratio, model.sensors
-    flags = []
+    flags: list[str] = []
     plate = even.get("throttle_angle")
     plate_noise = float(np.hypot(sensors.plate_noise, sensors.plate_range / 2**sensors.plate_bits / np.sqrt(12.0)))
     if "motor_angle" in even:
@@ -200,6 +232,8 @@ def _measurement(
         raise InputError(Problem(f"{origin} has no angle"))
     if "motor_voltage" in even:
         voltage = even["motor_voltage"]
+    elif "motor_duty" not in even:
+        raise InputError(Problem(f"{origin} has no value of what drives it from {start:.1f} s on"))
     else:
         voltage = even["motor_duty"] * even.get("supply_voltage", np.full(len(angle), model.values.supply_voltage))
         flags.append("motor_voltage is duty times supply")

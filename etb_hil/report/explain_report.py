@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -136,12 +137,7 @@ def _known(one: dict[str, Any]) -> str:
 
 def _cause(cause: dict[str, Any], *, is_followed: bool) -> dict[str, Any]:
     effect = CATALOGUE.get(cause["effect"])
-    sizes = [
-        f"{name.replace('_', ' ')}: {p['value']:.3g} ({p['interval'][0]:.3g} to {p['interval'][1]:.3g}) "
-        f"{'' if p['unit'] == '1' else p['unit']}{' on its bound' if p['on_bound'] else ''}"
-        + (f"; in the model file {p['in_model']:.3g}" if is_followed else "")
-        for name, p in cause["parameters"].items()
-    ]
+    sizes = [_size(name.replace("_", " "), p, is_followed=is_followed) for name, p in cause["parameters"].items()]
     finer = cause["finer_in_model"].items()
     sizes += [f"{name.replace('_', ' ')}: {value:.3g} in the model file alone" for name, value in finer]
     return {
@@ -152,6 +148,25 @@ def _cause(cause: dict[str, Any], *, is_followed: bool) -> dict[str, Any]:
         "looks_like": effect.looks_like if effect else "a number of the model is outside its tolerance",
         "check": effect.check if effect else "the number and its tolerance in the model file",
     }
+
+
+def _size(name: str, p: dict[str, Any], *, is_followed: bool) -> str:
+    """Return a size with its interval, with as many digits as the interval leaves."""
+    low, high = p["interval"]
+    digits = _digits(0.5 * (high - low), p["value"])
+    value, low, high, own = (f"{one:.{digits}g}" for one in (p["value"], low, high, p["in_model"]))
+    unit = "" if p["unit"] == "1" else f" {p['unit']}"
+    bound = ", on its bound" if p["on_bound"] else ""
+    return f"{name}: {value}{unit} ({low} to {high}){bound}" + (
+        f"; in the model file {own}{unit}" if is_followed else ""
+    )
+
+
+def _digits(half: float, value: float) -> int:
+    """Return the significant digits of a value that is known to `half`: two of those that are unsure."""
+    if not half > 0.0 or value == 0.0:
+        return 3
+    return min(max(2 + math.floor(math.log10(abs(value))) - math.floor(math.log10(half)), 2), 6)
 
 
 def _is_followed(found: dict[str, Any]) -> bool:
@@ -214,13 +229,17 @@ def _moved(found: dict[str, Any]) -> list[dict[str, Any]]:
     return [
         {
             "name": _words(name),
-            "nominal": f"{p['nominal']:.4g}",
-            "value": f"{p['value']:.4g}",
+            "nominal": _with_unit(p["nominal"], p["unit"]),
+            "value": _with_unit(p["value"], p["unit"]),
             "flags": "; ".join(p["flags"]),
         }
         for name, p in found.get("calibrated", {}).items()
         if p["flags"]
     ]
+
+
+def _with_unit(value: float, unit: str) -> str:
+    return f"{value:.4g}" if unit == "1" else f"{value:.4g} {unit}"
 
 
 def _runs(found: dict[str, Any]) -> list[dict[str, str]]:
@@ -298,8 +317,13 @@ def _quality(one: dict[str, Any] | str) -> dict[str, Any]:
 
 
 def _limits(found: dict[str, Any]) -> str:
-    limits = found.get("detection_limits", {})
-    return ", ".join(
+    limits = dict(sorted(found.get("detection_limits", {}).items()))
+    seen = ", ".join(
         f"{_words(name)} from {one['limit']:.2g}{'' if one['unit'] == '1' else ' ' + one['unit']} ({one['parameter']})"
-        for name, one in sorted(limits.items())
+        for name, one in limits.items()
+        if one["within_bounds"]
     )
+    unseen = ", ".join(_words(name) for name, one in limits.items() if not one["within_bounds"])
+    sentences = [f"Would have been seen: {seen}." if seen else ""]
+    sentences.append(f"These data cannot show, however large: {unseen}." if unseen else "")
+    return " ".join(filter(None, sentences))

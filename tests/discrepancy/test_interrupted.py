@@ -42,7 +42,9 @@ def test_after_the_search_the_causes_are_kept(cogging_recording):
     assert answer.explanation["interrupted"] == "running the models freely"
 
 
-@pytest.mark.parametrize("moment", ["a last fit in free run", "a last fit in free run: without each part"])
+@pytest.mark.parametrize(
+    "moment", ["fitting a last time, in free run", "fitting a last time, in free run, without each part"]
+)
 def test_in_the_last_fit_the_held_out_errors_are_kept(cogging_recording, tmp_path, moment):
     answer = _interrupted_at(cogging_recording, moment)
     found = answer.explanation
@@ -55,4 +57,6 @@ def test_in_the_last_fit_the_held_out_errors_are_kept(cogging_recording, tmp_pat
     for number in found["causes"][0]["parameters"].values():
         assert number["in_model"] == number["value"]
     assert {path.name for path in write(answer, tmp_path)} == {"explanation.json", "model.yaml"}
-    assert "interrupted while a last fit in free run" in write_explanation(found, None, tmp_path).read_text("utf-8")
+    assert "interrupted while fitting a last time, in free run" in write_explanation(found, None, tmp_path).read_text(
+        "utf-8"
+    )

@@ -8,9 +8,10 @@ import pytest
 from synthetic import MODEL
 
 from etb_hil.base.modes import Mode
+from etb_hil.base.quantity import unit_of
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.limits import load_limits
-from etb_hil.discrepancy.explain import explain, write
+from etb_hil.discrepancy.explain import Answer, explain, write
 from etb_hil.discrepancy.extending import calibrated_parameters, extended_model
 from etb_hil.discrepancy.nexttest import next_test
 from etb_hil.discrepancy.pictures import pictures
@@ -18,6 +19,7 @@ from etb_hil.discrepancy.planned import PERIOD, Plan
 from etb_hil.plant.model_text import model_text
 from etb_hil.plant.parameters import load_model
 from etb_hil.plant.physics import STOP_LOW
+from etb_hil.plant.table_one import KINDS
 from etb_hil.report.explain_report import write_explanation
 from etb_hil.scenario.planning import plan_of
 from etb_hil.scenario.scenario_file import load_scenario
@@ -136,3 +138,26 @@ def test_where_no_plan_tells_the_class_apart_a_hand_has_to(answer):
     test = next_test(open_answer, [still("rest")])
     assert test["scenario"] is None
     assert test["says"]
+
+
+def test_what_an_earlier_answer_left_is_not_taken_for_this_ones(answer, tmp_path):
+    (tmp_path / "next_test.yaml").write_text("of other data", "utf-8")
+    write(Answer(answer.explanation | {"next_test": None}), tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["explanation.json"]
+
+
+def test_every_number_has_a_unit_and_no_more_digits_than_are_known(answer, tmp_path):
+    found = answer.explanation
+    assert {one["unit"] for one in found["calibrated"].values()} <= {unit_of(kind.dimension) for kind in KINDS.values()}
+    cause = found["causes"][0]
+    size = cause["parameters"]["sine"] | {"value": 0.0301234, "interval": [0.0300234, 0.0302234], "in_model": 0.0302}
+    page = write_explanation(found | {"causes": [cause | {"parameters": {"sine": size}}]}, None, tmp_path)
+    assert "sine: 0.03012 N·m (0.03002 to 0.03022)" in page.read_text("utf-8")
+
+
+def test_what_data_cannot_show_is_no_detection_limit(answer, tmp_path):
+    limit = {"parameter": "preload", "limit": 3400.0, "unit": "N·m", "within_bounds": False}
+    found = answer.explanation | {"detection_limits": {"spring_preload_shift": limit}}
+    page = write_explanation(found, None, tmp_path).read_text("utf-8")
+    assert "These data cannot show, however large: spring preload shift." in page
+    assert "3.4e+03" not in page

@@ -1,0 +1,50 @@
+"""Data that cannot be explained: the answer says which, why and what is allowed, and nothing is named."""
+
+import numpy as np
+import pytest
+from synthetic import MODEL
+
+from etb_hil.discrepancy.explain import explain
+from etb_hil.recording.recording import ClockGrade, Recording
+from etb_hil.recording.samples import SampleBlock
+
+
+def _changed(recording, **columns):
+    block = recording.block(recording.sources[0])
+    found = Recording("changed", ClockGrade.TABLE)
+    whole = {**block.columns, **columns}
+    found.append([SampleBlock("table", block.time_ns, block.stamp_ns, whole, block.lost_before)])
+    return found
+
+
+def _values(recording, role):
+    return recording.series(role).values
+
+
+def _still(recording):
+    nothing = np.zeros(len(_values(recording, "motor_voltage")))
+    return {
+        "motor_voltage": nothing,
+        "motor_current": nothing,
+        "motor_angle": nothing,
+        "throttle_angle": nothing + 0.14,
+    }
+
+
+@pytest.mark.parametrize(
+    ("columns", "says"),
+    [
+        (_still, "stands still"),
+        (
+            lambda r: {a: np.degrees(_values(r, a)) for a in ("motor_angle", "throttle_angle")},
+            "further than the model's",
+        ),
+        (lambda r: {"motor_voltage": np.full(len(_values(r, "motor_voltage")), np.nan)}, "no values of motor_voltage"),
+    ],
+    ids=["still", "degrees", "no voltage"],
+)
+def test_nothing_is_named_and_the_reason_is_said(cogging_recording, columns, says):
+    found = explain([_changed(cogging_recording, **columns(cogging_recording))], MODEL).explanation
+    assert found["verdict"] == "insufficient_data"
+    assert not found["causes"]
+    assert says in found["data_quality"][0]
