@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from etb_hil.base.roles import ROLES
 from etb_hil.discrepancy.freefit import FreeFit
 from etb_hil.discrepancy.sweeps import Sweep, breaks_away
 from etb_hil.plant.integrator import TICK
@@ -80,6 +81,7 @@ def _run_of(sweep: Sweep, simulated: Float64, seen: bool) -> dict[str, Any]:
     return {
         "condition": sweep.role,
         "value": sweep.condition if sweep.role else None,
+        "unit": ROLES[sweep.role].unit if sweep.role else "",
         "begins_s": sweep.start_s,
         "seen_by_the_fit": seen,
         "r_squared": 1.0 - float(off @ off) / max(there, 1e-30),
@@ -105,7 +107,7 @@ def _trend(runs: Sequence[dict[str, Any]]) -> str:
     half = [r["r_squared"] for r in (rising[len(runs) // 2 :] if 0 in worst else rising[: len(runs) // 2])]
     name = str(end["condition"]).replace("_", " ")
     text = (
-        f"the error grows towards a {name} of {end['value']:g}: R² {end['r_squared']:.2f} there, "
+        f"the error grows towards a {name} of {end['value']:g} {end['unit']}: R² {end['r_squared']:.2f} there, "
         f"{min(half):.2f} to {max(half):.2f} in the other half"
     )
     at = end["breaks_away_at_V"]

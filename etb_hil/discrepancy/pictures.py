@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from etb_hil.base.roles import ROLES
 from etb_hil.discrepancy import freerun
 from etb_hil.discrepancy.coarse import Coarse
 from etb_hil.discrepancy.findings import Findings
@@ -40,6 +41,7 @@ class Runs:
     """Free runs over what was set (n): R^2, and the voltages in V at which the plate broke away (NaN: it did not)."""
 
     condition: str
+    unit: str
     value: Float64
     is_seen: NDArray[np.bool_]
     r_squared: Float64
@@ -71,7 +73,9 @@ def coarse_pictures(coarse: Coarse) -> Pictures:
     judged = [k for k, run in enumerate(runs) if not run["seen_by_the_fit"]]
     worst = max(judged, key=lambda k: float(runs[k]["rms_rad"]))
     sweep, part = coarse.sweeps[worst], slice(coarse.sweeps[worst].first, None)
-    name = f"{sweep.role.replace('_', ' ')} {sweep.condition:g}" if sweep.role else f"run {worst + 1} of {len(runs)}"
+    unit = ROLES[sweep.role].unit if sweep.role else ""
+    called = sweep.role.replace("_", " ")
+    name = f"{called} {sweep.condition:g} {unit}" if sweep.role else f"run {worst + 1} of {len(runs)}"
 
     def column(of: Callable[[dict[str, Any]], float | None]) -> Float64:
         return np.array([np.nan if (value := of(run)) is None else value for run in runs], np.float64)
@@ -87,7 +91,8 @@ def coarse_pictures(coarse: Coarse) -> Pictures:
         before_is="model as stated",
         after_is="model as fitted to other runs",
         runs=Runs(
-            sweep.role.replace("_", " ") or "run",
+            called or "run",
+            unit,
             column(lambda run: run["value"]) if sweep.role else np.arange(1.0, len(runs) + 1.0),
             np.array(coarse.is_seen),
             column(lambda run: run["r_squared"]),

@@ -33,7 +33,7 @@ def over_runs(runs: Runs) -> Figure:
     unseen = ~runs.is_seen
     upper.plot(runs.value[unseen], runs.r_squared[unseen], "o", color=MEASURED, label="not seen by the fit")
     upper.plot(runs.value[runs.is_seen], runs.r_squared[runs.is_seen], "s", color=MUTED, label="fitted")
-    lower.set(xlabel=runs.condition, ylabel="breaks away at / V")
+    lower.set(xlabel=f"{runs.condition} / {runs.unit}" if runs.unit else runs.condition, ylabel="breaks away at / V")
     lower.plot(runs.value, runs.breaks_away, "o-", color=INK, label="measured")
     lower.plot(runs.value, runs.model_breaks_away, "x--", color=LIMIT, label="model as fitted")
     legend_below(figure, 4)

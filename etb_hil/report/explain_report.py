@@ -248,7 +248,9 @@ def _runs(found: dict[str, Any]) -> list[dict[str, str]]:
 
     return [
         {
-            "name": f"{_words(run['condition'])} {run['value']:g}" if run["condition"] else f"run {number}",
+            "name": f"{_words(run['condition'])} {run['value']:g} {run['unit']}"
+            if run["condition"]
+            else f"run {number}",
             "begins": f"{run['begins_s']:.0f} s",
             "seen": "fitted" if run["seen_by_the_fit"] else "predicted",
             "r_squared": f"{run['r_squared']:.3f}",

@@ -102,7 +102,7 @@ def test_files_and_page_hold_it(answer, tmp_path):
     assert load_model(tmp_path / "model.yaml").values.coulomb > MODEL.values.coulomb
     page = write_explanation(answer.explanation, coarse_pictures(answer.coarse), tmp_path).read_text("utf-8")
     assert "too slow to name causes by" in page
-    assert "pwm frequency 1000" in page
+    assert "pwm frequency 1000 Hz" in page
 
 
 def test_runs_that_are_not_there_are_refused(slow):
