@@ -170,7 +170,7 @@ def closed_loop_errors(data, p):
     added = data["pulses_N"].ravel().astype(float)  # in volts, whatever its name says
     measured, force = data["qm"].ravel(), data["gtau"].item() * data["vir"].ravel()
     out = np.empty((measured.size, 3))
-    state = new_extended_state(float(measured[0]), 25.0)
+    state = new_extended_state(float(measured[0]), 25.0, p)
     kp, kv, gain = (data[name].item() for name in ("kp", "kv", "gtau"))
     closed_loop(state, simulable(p), data["qg"].ravel().copy(), added, kp, kv, gain, out)
     velocity, simulated = np.gradient(low(measured), 1e-3), np.gradient(low(out[:, 0]), 1e-3)

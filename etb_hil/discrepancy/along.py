@@ -14,7 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.remembered import Remembered
-from etb_hil.plant.effects import ports, teeth
+from etb_hil.plant.effects import ports, stiction_dwell, teeth
 from etb_hil.plant.effects.layout import PLATE_INERTIA, WIDTH, row
 from etb_hil.plant.physics import (
     BACK_EMF,
@@ -167,7 +167,7 @@ def _carry(
     friction_acts = ports.acting(p)[0]
     sigma_0, sigma_1 = p[BRISTLE_STIFFNESS], p[BRISTLE_DAMPING]
     settle = int(_SETTLE / dt)
-    bristle, friction, age = 0.0, 0.0, 0.0
+    bristle, friction, age = 0.0, 0.0, stiction_dwell.age_at_start(p)
     for k in range(angle.size):
         theta, omega = angle[k], velocity[k]
         way = theta - angle[k - 1] if k > settle else 0.0
@@ -205,7 +205,7 @@ def _drive(
 ) -> bool:
     """Fill torque and voltage; return whether the voltage is more than the resistance's."""
     friction_acts, _, drag_acts, constant_acts, voltage_acts, slow_acts = ports.acting(p)
-    slow = ports.slow_start(temperature[0])
+    slow = ports.slow_start(temperature[0], p)
     resistance, torque_per_ampere, back_emf = p[RESISTANCE], p[TORQUE_PER_AMPERE], p[BACK_EMF]
     limit = p[VOLTAGE_LIMIT]
     sigma_2, drag, lost = p[VISCOUS], 0.0, 0.0

@@ -99,7 +99,7 @@ def _led(b: Balances, p: Vector, begins: NDArray[np.int64]) -> Float64:
     m = b.measured
     p = simulable(p)
     angle, velocity = b.motion(p)
-    state = new_extended_state(float(angle[0]), float(m.temperature[0]))
+    state = new_extended_state(float(angle[0]), float(m.temperature[0]), p)
     found = np.empty((len(begins), len(state)))
     _lead(
         state, p, b.free_voltage, m.temperature, angle, velocity, _true_current(b, p), round(m.dt / TICK), begins,

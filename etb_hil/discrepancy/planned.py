@@ -56,7 +56,7 @@ def recorded(plan: Plan, model: Model, like: Balances, p: Vector, seed: int = 7)
     rows = np.empty((round(len(plan.mode) * PERIOD * m.rate), 4))
     temperature = float(np.median(m.temperature))
     base = model.vector()
-    state = new_extended_state(float(base[LIMP_HOME]), temperature)
+    state = new_extended_state(float(base[LIMP_HOME]), temperature, p)
     _follow(
         state, plan.mode, plan.position, plan.velocity, plan.voltage, base, simulable(p), temperature,
         round(m.dt / TICK), m.dt / PERIOD, rows,

@@ -75,7 +75,7 @@ def _simulated(balances: Balances, p: Vector) -> Float64:
     m = balances.measured
     angle, velocity = balances.motion(p)
     rows = np.empty((len(m), 4))
-    state = new_extended_state(float(angle[0]), float(m.temperature[0]))
+    state = new_extended_state(float(angle[0]), float(m.temperature[0]), p)
     stiff = p[RESISTANCE] * p[INERTIA] / p[TORQUE_PER_AMPERE]
     _keep_on(
         state, p, angle, velocity, balances.driving, balances.is_open, m.temperature,

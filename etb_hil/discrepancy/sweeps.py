@@ -60,7 +60,7 @@ class Sweep:
         minima. `late`: ticks by which the voltage acts later than its row, or the angle was taken earlier.
         """
         out = np.empty(len(self.angle) - first)
-        state = new_extended_state(float(self.angle[first]), float(self.temperature[first]))
+        state = new_extended_state(float(self.angle[first]), float(self.temperature[first]), p)
         rows, rest = divmod(late, self.step)
         early = np.concatenate([np.full(rows + 1, self.voltage[0]), self.voltage])[: len(self.voltage)]
         now = np.concatenate([np.full(rows, self.voltage[0]), self.voltage])[: len(self.voltage)]

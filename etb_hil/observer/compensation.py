@@ -92,7 +92,7 @@ def _compensate(
         if not math.isfinite(i + theta):
             continue
         if math.isnan(memory[_THETA]):
-            slow[:] = ports.slow_start(warm)
+            slow[:] = ports.slow_start(warm, p)
             memory[_THETA], memory[_PLATE], newest_ns[0] = theta, theta, time_ns[k]
         dt, way = 1e-9 * (time_ns[k] - newest_ns[0]), theta - memory[_THETA]
         omega = way / dt if dt > 0.0 else 0.0

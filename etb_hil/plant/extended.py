@@ -31,17 +31,17 @@ EXTENDED_STATES = SLOW_STATES + ports.SLOW
 SENSED_STATES = EXTENDED_STATES + sensing.SENSING
 
 
-def new_extended_state(theta: float, temperature: float) -> Vector:
+def new_extended_state(theta: float, temperature: float, p: Vector) -> Vector:
     """Return the state (float64, `EXTENDED_STATES`) of a throttle at rest at an angle in rad, long at a temperature."""
     state = np.zeros(EXTENDED_STATES)
     state[THETA] = state[PLATE] = theta
-    state[SLOW_STATES:] = ports.slow_start(temperature)
+    state[SLOW_STATES:] = ports.slow_start(temperature, p)
     return state
 
 
 def new_sensed_state(theta: float, temperature: float, p: Vector) -> Vector:
     """Return an extended state, and behind it the memory of sensors that tell other than what is, if any do."""
-    state = new_extended_state(theta, temperature)
+    state = new_extended_state(theta, temperature, p)
     return np.concatenate([state, sensing.new_sensing(theta)]) if sensing.is_there(p) else state
 
 

@@ -51,7 +51,7 @@ def run_voltage(
     p = model.vector()
     p[:PARAMETERS] = model.values_at(temperature).vector()
     found = np.empty((len(voltage), 3))
-    _run(new_extended_state(start_angle, temperature), p, tick, voltage, temperature, found)
+    _run(new_extended_state(start_angle, temperature, p), p, tick, voltage, temperature, found)
     return VoltageRun(found[:, 0].copy(), found[:, 1].copy(), found[:, 2].copy())
 
 

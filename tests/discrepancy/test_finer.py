@@ -16,20 +16,31 @@ from etb_hil.discrepancy.unknowns import effect_unknowns, start
 from etb_hil.plant.effects.catalogue import CATALOGUE
 
 EFFECT = CATALOGUE["friction_asymmetry"]
-CAUSE = SimpleNamespace(winner=SimpleNamespace(candidate=SimpleNamespace(effect=EFFECT)))
+
+
+def named(effect):
+    return SimpleNamespace(winner=SimpleNamespace(candidate=SimpleNamespace(effect=effect)))
+
+
+CAUSE = named(EFFECT)
+
+
+def plainly_fitted(effect, values):
+    """An effect's plain curve fitted to a unit that has it with stated values, finer shapes included."""
+    p = MODEL.vector()
+    p[list(effect.stated_indices)] = values
+    balances = [Balances(measurement(p, seed=4), MODEL)]
+    own = effect_unknowns(effect, [p[place] for place in effect.indices])
+    begin = start(MODEL)
+    begin[list(effect.indices)] = p[list(effect.indices)]
+    final = calibrate(MODEL, balances, begin, all_unknowns(MODEL, balances) + own)
+    return SimpleNamespace(model=MODEL, balances=balances, final=final)
 
 
 @pytest.fixture(scope="module")
 def plain():
     """The plain curve fitted to a unit whose friction is settled by direction along a cut line."""
-    p = MODEL.vector()
-    p[list(EFFECT.stated_indices)] = [-0.3, 0.0, 0.1, 0.0, -1.0, 0.0]
-    balances = [Balances(measurement(p, seed=4), MODEL)]
-    own = effect_unknowns(EFFECT, [p[place] for place in EFFECT.indices])
-    begin = start(MODEL)
-    begin[list(EFFECT.indices)] = p[list(EFFECT.indices)]
-    final = calibrate(MODEL, balances, begin, all_unknowns(MODEL, balances) + own)
-    return SimpleNamespace(model=MODEL, balances=balances, final=final)
+    return plainly_fitted(EFFECT, [-0.3, 0.0, 0.1, 0.0, -1.0, 0.0])
 
 
 def test_a_causes_finer_shapes_are_fitted_beside_its_sizes(plain):
@@ -44,6 +55,14 @@ def test_shapes_that_were_fitted_before_are_not_fitted_again(plain):
     once = with_finer_shapes(plain, [CAUSE])
     assert with_finer_shapes(SimpleNamespace(model=MODEL, balances=plain.balances, final=once), [CAUSE]) is once
     assert with_finer_shapes(plain, []) is plain.final
+
+
+def test_how_long_a_unit_had_rested_before_the_record_is_found():
+    dwell = CATALOGUE["stiction_dwell"]
+    plain = plainly_fitted(dwell, [0.3, 0.1, 0.003, 0.0, 20.0])
+    found = with_finer_shapes(plain, [named(dwell)])
+    assert found.fit.whole[dwell.stated_indices[4]] == pytest.approx(20.0, rel=0.3)
+    assert found.fit.cost < 0.9 * plain.final.fit.cost
 
 
 @pytest.mark.slow

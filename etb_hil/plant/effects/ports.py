@@ -72,9 +72,10 @@ _SLOW = _strengths(
 
 
 @njit(cache=True, error_model="numpy")
-def slow_start(temperature: float) -> Vector:
+def slow_start(temperature: float, p: Vector) -> Vector:
     """Return the slow states (float64, `SLOW`) of a throttle that has long been at a temperature in degC."""
     slow = np.zeros(SLOW)
+    slow[AGE] = stiction_dwell.age_at_start(p)
     slow[MAGNET] = slow[HOUSING] = temperature
     return slow
 

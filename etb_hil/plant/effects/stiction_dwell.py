@@ -31,7 +31,10 @@ EFFECT = Effect(
     look_alikes=("stribeck_shape",),
     separated_by="dwells of 0.1, 1, 10 and 100 s in shuffled order",
     source="Dieterich 1979 (age of contacts); Ruina 1983; Kato, Sato, Matsubayashi 1972 (it saturates)",
-    finer=(finer("growth", "1", -1.5, 0.5, "q: above 0 a power of the time, below 0 it saturates", 0.1),),
+    finer=(
+        finer("growth", "1", -1.5, 0.5, "q: above 0 a power of the time, below 0 it saturates", 0.1),
+        finer("rested", "s", 0.0, 1000.0, "age of the contacts at the beginning", 1.0),
+    ),
 )
 
 
@@ -39,6 +42,12 @@ EFFECT = Effect(
 def is_there(p: Vector) -> bool:
     """Tell whether the age of the contacts matters."""
     return p[_K] != 0.0
+
+
+@njit(cache=True, error_model="numpy")
+def age_at_start(p: Vector) -> float:
+    """Return the age of the contacts in s at the beginning."""
+    return p[_K + 4]
 
 
 @njit(cache=True, error_model="numpy")
