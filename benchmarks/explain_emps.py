@@ -79,7 +79,8 @@ def variants(model, balances):
                 unknown.put(vector, float(value))
         name = ", ".join(names) or "symmetric"
         found[name] = calibration.fit.whole, held_out_free_run(b, own)
-        followed = follow(balances, 0, calibration, FLOOR)
+        floor = np.full(int(len(b.measured) / b.measured.rate / freerun.SEGMENT_S), FLOOR)
+        followed = follow(balances, 0, calibration, floor)
         found[f"{name}, in free run"] = followed.whole, held_out_free_run(b, followed.held_out)
     return found
 

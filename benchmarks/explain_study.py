@@ -8,8 +8,9 @@ Seeds 0 to 999 served for development. With --each, seeds whose effect was drawn
 that every effect is judged as often. Rows go to --out (rows.jsonl) as they come, each with the build that made it, so
 that a study can be cut short; started again with the same --out it goes on behind the rows that this build has made.
 explain_table.py makes tables of them. With --holdout free runs on held-out parts are judged, too: over the noise
-floor, a simulation of ours, and over what the same unit and motion leave with nothing hidden, for no unit's friction
-is quite the model's.
+floor, the middle one of some simulations of ours, beside the most of them and how many are within 1.2 times the middle
+of the others, which is what a true model comes to; and over what the same unit, motion and noise leave with nothing
+hidden.
 """
 
 import argparse
@@ -85,6 +86,11 @@ def searched(hidden, without=(), progress=lambda _: None):
     return search(hidden.model, balances, without, progress)
 
 
+def true_within(floors, times=1.2):
+    """Share of a true model's draws that are within some times the middle of the others."""
+    return float(np.mean([floors[k] <= times * np.median(np.delete(floors, k)) for k in range(len(floors))]))
+
+
 def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
     """Explain one hidden case; return its score and what is worth keeping of it."""
     effects, level, form = drawn(kind, seed)
@@ -122,6 +128,8 @@ def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
         row["free_run_over_floor"] = table.get("extended", table["calibrated"]) / table["noise_floor"]
         row["followed_over_floor"] = table["followed"] / table["noise_floor"]
         row["model_over_floor"] = min(row["free_run_over_floor"], row["followed_over_floor"])  # as model.yaml has it
+        row["most_over_floor"] = float(errors.floors.max()) / table["noise_floor"]
+        row["true_within"] = true_within(errors.floors)
         row["nrmse"] = min(errors.nrmse["followed"], errors.nrmse.get("extended", errors.nrmse["calibrated"]))
         healthy = hidden_case(seed, view=view, rate=rate)
         if healthy.case.rig.unit == hidden.case.rig.unit:

@@ -51,7 +51,11 @@ def explanation(findings: Findings, holdout: Holdout | None) -> dict[str, Any]:
         "data_quality": data_quality(findings.balances, findings.model),
     }
     if holdout is not None:
-        found["errors"] = {"holdout": holdout.table, "nrmse_free_run": holdout.nrmse}
+        found["errors"] = {
+            "holdout": holdout.table,
+            "nrmse_free_run": holdout.nrmse,
+            "noise_floor_range": [float(holdout.floors.min()), float(holdout.floors.max())],
+        }
         found["gain"] = {
             "of": "free-run error of the throttle angle on held-out segments, calibrated to extended",
             "value": holdout.gain,

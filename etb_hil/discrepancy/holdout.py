@@ -23,20 +23,22 @@ from etb_hil.plant.physics import Vector
 Float64 = NDArray[np.float64]
 
 _DRAWS = 2000
-_SIMULATED = (7, 8)  # seeds beside the floor of the balances: whether a plate just breaks away is luck
+_SIMULATED = range(7, 17)  # seeds beside the floor of the balances: whether a plate just breaks away is luck
 
 
 @dataclass(frozen=True, slots=True)
 class Holdout:
     """Root mean square errors (SI) over segments: `table[kind][signal][model]`, and the gain with its 95 % interval.
 
-    `best`: the whole vector whose kind of fit errs least in free run on segments that it did not see; `is_followed`: it
-    is the last fit's. `is_cut_short`: an interrupt ended that fit, and what was known before stands.
+    `floors`: what true models left of the angle in free run. `best`: the whole vector whose kind of fit errs least in
+    free run on segments that it did not see; `is_followed`: it is the last fit's. `is_cut_short`: an interrupt ended
+    that fit, and what was known before stands.
     """
 
     table: dict[str, dict[str, dict[str, float]]]
     segments: dict[str, dict[str, Float64]]
     nrmse: dict[str, float]
+    floors: Float64
     gain: float
     gain_interval: tuple[float, float]
     best: Vector
@@ -55,12 +57,13 @@ def hold_out(findings: Findings, progress: Callable[[str], None] = lambda _: Non
     errors.add("calibrated", b, _by_fold(findings, number, _folds(findings, findings.calibration)))
     if findings.accepted:
         errors.add("extended", b, _by_fold(findings, number, _folds(findings, final)))
-    errors.take(_floor(findings, number))
+    floor = _floor(findings, number)
+    errors.take(floor.middle)
     free = errors.table["free_run"][freerun.POSITION]
     followed: Followed | None = None
     try:
         fine = with_finer_shapes(findings, findings.accepted)
-        followed = follow(findings.balances, number, fine, free["noise_floor"], progress)
+        followed = follow(findings.balances, number, fine, floor.by_segment, progress)
         errors.add("followed", b, _by_fold(findings, number, followed.held_out))
     except KeyboardInterrupt:
         followed = None  # what is known without it is worth having
@@ -72,6 +75,7 @@ def hold_out(findings: Findings, progress: Callable[[str], None] = lambda _: Non
         errors.table,
         errors.segments,
         {name: value / span for name, value in free.items()},
+        floor.drawn,
         _gain(before, after),
         _interval(before, after),
         followed.whole if followed is not None and is_followed else final.fit.whole,
@@ -105,8 +109,17 @@ class _Errors:
         self.segments.update(others.segments)
 
 
-def _floor(findings: Findings, number: int) -> _Errors:
-    """Return what noise alone leaves: the middle one of the final model's simulated measurements of a stretch.
+@dataclass(frozen=True, slots=True)
+class _Floor:
+    """What noise alone leaves: all errors of the middle draw; in free run, that of each draw and of each segment."""
+
+    middle: _Errors
+    drawn: Float64
+    by_segment: Float64
+
+
+def _floor(findings: Findings, number: int) -> _Floor:
+    """Return what the final model leaves of its own simulated measurements of a stretch.
 
     Noise is in what drives a free run and in the numbers that a fit finds: they are fitted again, without each part.
     """
@@ -114,11 +127,13 @@ def _floor(findings: Findings, number: int) -> _Errors:
     again = (floor_of(model, findings.balances, final.fit.whole, final.unknowns, seed) for seed in _SIMULATED)
     drawn = []
     for floor in (findings.final_floor, *again):
-        one = _Errors()
-        vectors = _folds(findings, floor.calibration)
-        one.add("noise_floor", floor.balances[number], _by_fold(findings, number, vectors))
-        drawn.append(one)
-    return sorted(drawn, key=lambda one: one.table["free_run"][freerun.POSITION]["noise_floor"])[len(drawn) // 2]
+        b, fitted = floor.balances[number], _by_fold(findings, number, _folds(findings, floor.calibration))
+        drawn.append((freerun.errors(b, fitted, freerun.starts(b, fitted(0.0)), one_step=False), b, fitted))
+    squares = np.array([found[freerun.POSITION] ** 2 for found, _, _ in drawn])
+    rms = np.sqrt(squares.mean(axis=1))
+    middle = _Errors()
+    middle.add("noise_floor", *drawn[int(np.argsort(rms)[len(rms) // 2])][1:])
+    return _Floor(middle, rms, np.sqrt(squares.mean(axis=0)))
 
 
 def _folds(findings: Findings, calibration: Calibration) -> list[Vector]:

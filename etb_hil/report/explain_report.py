@@ -89,6 +89,7 @@ def _page(found: dict[str, Any], drawn: list[tuple[str, Markup]], series: Pictur
         models=[_CALLED.get(name, name) for name in _shown(found)],
         errors=_errors(found, unit),
         gain=_gain(found),
+        luck=_luck(found, unit),
         suspects=[_suspect(one) for one in found.get("suspects", [])],
         moved=_moved(found),
         runs=_runs(found),
@@ -212,6 +213,18 @@ def _gain(found: dict[str, Any]) -> str:
     return (
         f"With the causes the free-run error falls by {100.0 * gain['value']:.0f} % "
         f"({100.0 * low:.0f} to {100.0 * high:.0f} %)."
+    )
+
+
+def _luck(found: dict[str, Any], unit: str) -> str:
+    """Return between what the floor's draws lie: an error among them says nothing against a model."""
+    if "noise_floor_range" not in found.get("errors", {}):
+        return ""
+    least, most = found["errors"]["noise_floor_range"]
+    what = "position" if unit == "m" else "angle"
+    return (
+        f"In free run noise alone left {least:.3g} to {most:.3g} {unit} of the {what}, each time with other noise: "
+        "whether something just breaks away is luck."
     )
 
 

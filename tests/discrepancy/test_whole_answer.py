@@ -40,6 +40,14 @@ def test_suspects_that_were_refused_say_why(answer):
         assert one["taken_in"] == (not one["refused"])
 
 
+def test_between_what_noise_leaves_is_said(answer, tmp_path):
+    errors = answer.explanation["errors"]
+    least, most = errors["noise_floor_range"]
+    assert 0.0 < least < errors["holdout"]["free_run"]["throttle_angle"]["noise_floor"] < most
+    page = write_explanation(answer.explanation, None, tmp_path).read_text("utf-8")
+    assert f"noise alone left {least:.3g} to {most:.3g} rad" in page
+
+
 def test_the_diagnosis_is_said_under_both_models(answer):
     diagnosis = answer.explanation["diagnosis"]
     for name in ("stated", "extended"):
