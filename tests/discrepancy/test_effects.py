@@ -7,6 +7,7 @@ from synthetic import MODEL, measurement, swept
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.calibration import residual_of
 from etb_hil.discrepancy.fit import fit_of, gauss_newton
+from etb_hil.discrepancy.naming import search
 from etb_hil.discrepancy.unknowns import effect_unknowns, finer_unknowns, start
 from etb_hil.plant.effects import ports
 from etb_hil.plant.effects.catalogue import CATALOGUE
@@ -158,6 +159,15 @@ def _passive(p, omega):
             + ports.motor_drag(theta, omega, float(np.sign(omega)), p)
         )
     return total
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_it_is_found_when_hidden_alone(effect):
+    share = 0.5 if effect.balance is Balance.ANGLE else 1.0  # four steps of play are more than gears have
+    findings = search(MODEL, [Balances(measurement(_with(effect, share), seed=3), MODEL)])
+    assert findings.verdict in ("explained", "ambiguous")
+    (found,) = findings.accepted
+    assert effect.id == found.winner.id or effect.id in found.alike
 
 
 @pytest.mark.parametrize("effect", EFFECTS)
