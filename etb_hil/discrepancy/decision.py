@@ -21,6 +21,7 @@ BAND = np.array([10.0, 3.0, 1.6, 6.0, 1.25, 2.0, 1.6, 1.25, 1.35])
 # What varies so much between healthy devices that it accuses alone only where it is this many times its band.
 LOOSE = np.array([True, True, False, True, False, False, False, False, False])
 ALONE = 6.0
+ACCUSING = np.where(LOOSE, ALONE * BAND, BAND)
 EXPLAINED_SHARE = 0.93  # of the excess over the floor
 PARAMETER_SHARE = 0.98  # likewise: a wrong number has no other shape that might leave something
 CLASS_MARGIN = 0.05
@@ -81,4 +82,4 @@ def verdict(findings: Findings) -> str:
 
 def accuses(groups: Float64, judged: NDArray[np.bool_]) -> bool:
     """Tell whether a group is over its band that may accuse alone, or so far over it that even a loose one may."""
-    return bool((judged & (groups > np.where(LOOSE, ALONE * BAND, BAND))).any())
+    return bool((judged & (groups > ACCUSING)).any())

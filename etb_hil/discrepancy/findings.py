@@ -73,6 +73,11 @@ class Findings:
     verdict: str = ""
     is_cut_short: bool = False
 
+    def start_here(self) -> None:
+        """Let the model as far as it is known be the one that the search began with."""
+        self.calibration, self.floor = self.standing.calibration, self.standing.floor
+        self.first_groups = self.standing.groups
+
     @property
     def final(self) -> Calibration:
         """The model with all causes."""

@@ -11,8 +11,8 @@ from etb_hil.discrepancy.calibration import calibrate
 from etb_hil.discrepancy.findings import Findings, Round
 from etb_hil.discrepancy.floor import group_means
 from etb_hil.discrepancy.objections import objection
-from etb_hil.discrepancy.placeholders import placeholders
-from etb_hil.discrepancy.reconsidering import ask_again, doubt_drifts
+from etb_hil.discrepancy.placeholders import beyond_tolerances, placeholders
+from etb_hil.discrepancy.reconsidering import ask_again, doubt_drifts, is_given_up
 from etb_hil.discrepancy.rounds import Progress, one_round, standing_near, take_in, taken_by
 from etb_hil.discrepancy.together import stands_with_another
 from etb_hil.plant.effects.layout import EXTENDED
@@ -42,9 +42,10 @@ def search(
         doubt_drifts(findings)
     except KeyboardInterrupt:
         findings.is_cut_short = True  # what is known so far is worth having
-    findings.rest = placeholders(
-        stretches, findings.final.fit.whole[:EXTENDED], findings.final.columns, findings.final.fit.residual
-    )
+    final = findings.final
+    findings.rest = placeholders(stretches, final.fit.whole[:EXTENDED], final.columns, final.fit.residual)
+    findings.rest.append(beyond_tolerances(final.columns, final.fit, final.unknowns))
+    findings.rest.sort(key=lambda nameless: -nameless.share)
     findings.verdict = decision.verdict(findings)
     return findings
 
@@ -53,17 +54,22 @@ def _look(findings: Findings, without: Sequence[str], progress: Progress) -> Non
     """Take in what was found by hand, and then one cause after another."""
     if take_measured(findings) and not decision.is_more_missing(findings):
         return
+    without = list(without)
     while len(findings.accepted) < _MOST_CAUSES:
         found = one_round(findings, [*without, *taken_by(findings.accepted)], progress)
         findings.rounds.append(found)
         found.refused = objection(found, findings)
         if not found.refused:
             take_in(findings, found)
+            if is_given_up(findings, found):
+                without.append(found.winner.id)
         elif len(findings.accepted) + 2 <= _MOST_CAUSES and stands_with_another(found, findings, without, progress):
             found.refused = ""
         else:
             _share_classes(findings, found)
             return
+        if not findings.accepted:
+            continue
         if decision.is_more_missing(findings):
             ask_again(findings, without, progress)
         if not decision.is_more_missing(findings):

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from etb_hil.discrepancy.decision import BAND, accuses
+from etb_hil.discrepancy.decision import ACCUSING, BAND, accuses
 from etb_hil.discrepancy.findings import Findings, Round, siblings
 from etb_hil.discrepancy.floor import LEAST_ROWS
 
@@ -108,12 +108,25 @@ def _lacks_its_back_emf(found: Round, findings: Findings) -> str:
 def fails_on_other_segments(found: Round, findings: Findings) -> str:
     """Say that what a winner gains does not hold on segments that its fit did not see, nothing where it does."""
     # What sits in few segments scores low over all of them although it is certain: t guards small gains only, and none
-    # that bring a group which was over its band back into it, to a fraction or the floor.
-    down = np.minimum(np.maximum(_CONCENTRATED * found.before_groups, _NEARLY_FLOOR), BAND)
+    # that bring a group which was over its band back into it, to a fraction or the floor; what accuses nobody alone, to
+    # the floor.
+    fraction = np.where(found.before_groups > ACCUSING, _CONCENTRATED * found.before_groups, 0.0)
+    down = np.minimum(np.maximum(fraction, _NEARLY_FLOOR), BAND)
     is_concentrated = (found.before_groups > BAND) & (found.after_groups < down)
     if found.t > _LEAST_T or found.gain > _CERTAIN_GAIN or (is_concentrated & _judged(findings)).any():
         return ""
     return f"does not hold on segments that the fit did not see: t is {found.t:.1f}"
+
+
+def is_below_nothing(found: Round, _: Findings) -> str:
+    """Say that a winner would have to have the other sign, nothing where it need not."""
+    # A layer that pulls, a memory that gives back more than it took: the fit is bending something else.
+    winner = found.winner
+    effect = winner.candidate.effect
+    if effect is None or not effect.is_one_way:
+        return ""
+    strengths = [winner.fit.whole[effect.indices[k]] for k in effect.strengths]
+    return "its strength is below nothing, which it cannot be" if sum(strengths) < 0.0 else ""
 
 
 def _is_strongest_for_nothing(found: Round, findings: Findings) -> str:
@@ -154,6 +167,7 @@ _OBJECTIONS: tuple[Objection, ...] = (
     _harms_a_balance,
     _lacks_its_back_emf,
     fails_on_other_segments,
+    is_below_nothing,
     _is_strongest_for_nothing,
     _is_no_wave,
     _is_everywhere,

@@ -9,13 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.balances import Balances
+from etb_hil.discrepancy.boxed import boxed
+from etb_hil.discrepancy.fit import Fit
 from etb_hil.discrepancy.spectrum import Spectrum
+from etb_hil.discrepancy.unknowns import Unknown
 from etb_hil.plant.physics import Vector
 
 Float64 = NDArray[np.float64]
 
 _KNOTS = 9
 _RIDGE = 1e-6
+_ON_EDGE = 1e-3  # tolerances
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +50,26 @@ def placeholders(balances: Sequence[Balances], p: Vector, columns: Float64, resi
         took = float(right @ np.linalg.solve(normal + _RIDGE * np.trace(normal) * np.eye(len(right)), right))
         found.append(Placeholder(*key, share=took / total))
     return sorted(found, key=lambda spline: -spline.share)
+
+
+def beyond_tolerances(columns: Float64, fit: Fit, unknowns: Sequence[Unknown]) -> Placeholder:
+    """Return what base parameters on the edges of their tolerances would take of a fit's rest beyond them."""
+    x = np.array([u.x_of(fit.whole) for u in unknowns])
+    low = np.minimum([u.low for u in unknowns], x) - x
+    high = np.maximum([u.high for u in unknowns], x) - x
+    normal, right = columns.T @ columns + _RIDGE * np.eye(len(x)), -columns.T @ fit.residual
+    inside = _gain(normal, right, low, high)
+    for k, unknown in enumerate(unknowns):
+        if unknown.is_toleranced and (low[k] > -_ON_EDGE or high[k] < _ON_EDGE):
+            free = unknown.free()
+            low[k], high[k] = free.low - x[k], free.high - x[k]
+    share = (_gain(normal, right, low, high) - inside) / max(fit.cost, 1e-12)
+    return Placeholder("all", "base parameters beyond their tolerances", "neither", share)
+
+
+def _gain(normal: Float64, right: Float64, low: Float64, high: Float64) -> float:
+    step = boxed(normal, right, low, high)
+    return float(2.0 * right @ step - step @ normal @ step)
 
 
 def _bank(b: Balances, p: Vector) -> dict[tuple[str, str, str], Float64]:

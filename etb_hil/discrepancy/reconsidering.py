@@ -1,4 +1,6 @@
-"""Earlier causes asked again beside a later one: what stood in for two effects has no rank against either of them.
+"""Causes asked again: beside a later one what stood in for two effects has no rank against either of them.
+
+What only led base parameters over a hill is none.
 
 And a temperature asked, once all causes are in, whether friction still drifts beside it (decision 0337).
 """
@@ -9,17 +11,20 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from etb_hil.discrepancy.boxed import boxed
 from etb_hil.discrepancy.calibration import residual_of
 from etb_hil.discrepancy.drifting import DRIFTS, drifts
 from etb_hil.discrepancy.findings import Findings, Round
 from etb_hil.discrepancy.finer import with_finer_shapes
 from etb_hil.discrepancy.fit import fit_of
-from etb_hil.discrepancy.objections import objection
+from etb_hil.discrepancy.objections import LEAST_GAIN, objection
 from etb_hil.discrepancy.rounds import Progress, go_back, one_round, settle, take_in, taken_by
 from etb_hil.discrepancy.unknowns import Unknown
 from etb_hil.plant.physics import Vector
 
 _NEAR = 2.0  # times what a cause left alone: a rival that left no more may come before it beside a later one
+IDLE = "base parameters leave as little without it, once it has moved them"
+_RIDGE = 1e-3  # of what is measured nowhere
 _CLEARLY = 0.5  # of what an earlier cause leaves: it stays unless another leaves less than that
 
 
@@ -54,6 +59,26 @@ def is_replaced(findings: Findings, old: Round, without: Sequence[str], progress
             old.accepted = True
             go_back(findings, standing)
     return found.accepted
+
+
+def is_given_up(findings: Findings, newest: Round) -> bool:
+    """Take the newest cause out again where base parameters, once it has moved them, leave as little without it."""
+    whole, unknowns = _less(findings, newest)
+    final = findings.final
+    left = fit_of(residual_of(findings.balances), whole)
+    names = [u.name for u in unknowns]
+    columns = final.columns[:, [u.name in names for u in final.unknowns]]
+    x = np.array([u.x_of(whole) for u in unknowns])
+    low, high = (np.array([getattr(u, side) for u in unknowns]) - x for side in ("low", "high"))
+    normal = columns.T @ columns + _RIDGE * np.eye(len(x))
+    moved = left.residual + columns @ boxed(normal, -columns.T @ left.residual, low, high)
+    if float(moved @ moved) * (1.0 - LEAST_GAIN) > final.fit.cost:
+        return False
+    newest.accepted, newest.refused = False, IDLE
+    settle(findings, whole, unknowns)
+    if not findings.accepted:
+        findings.start_here()
+    return True
 
 
 def doubt_drifts(findings: Findings) -> None:

@@ -11,7 +11,7 @@ from etb_hil.discrepancy.balances import NUISANCES
 from etb_hil.plant.effects.effect import Effect
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
-from etb_hil.plant.physics import BACK_EMF, COULOMB, STICTION, TORQUE_PER_AMPERE, Vector
+from etb_hil.plant.physics import BACK_EMF, COULOMB, PARAMETERS, STICTION, TORQUE_PER_AMPERE, Vector
 from etb_hil.plant.values import ThrottleParameters
 
 FIELDS = tuple(field.name for field in fields(ThrottleParameters))
@@ -52,6 +52,11 @@ class Unknown:
     def x_of(self, whole: Vector) -> float:
         """Return x of the value in a whole vector."""
         return float((whole[self.place] - self.centre) / self.scale)
+
+    @property
+    def is_toleranced(self) -> bool:
+        """Tell whether it is a base parameter that stays inside what the model file states of it."""
+        return self.place < PARAMETERS and not self.is_known and self.high <= SLACK
 
     def free(self) -> Unknown:
         """Return it with its box opened."""

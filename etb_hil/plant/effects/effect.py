@@ -48,7 +48,8 @@ class Effect:
     """An effect of the catalogue.
 
     `parameters` are what a search fits. `finer`: shapes behind them, 0 for the plain curve, without which a cause is
-    found all the same; a last fit in free run alone moves them.
+    found all the same; a last fit in free run alone moves them. `is_one_way`: there is none below zero; what its bounds
+    leave there keeps a fit off them.
     """
 
     id: str
@@ -62,6 +63,7 @@ class Effect:
     separated_by: str
     source: str
     limits: str = ""
+    is_one_way: bool = False
     finer: tuple[EffectParameter, ...] = ()
 
     def __post_init__(self) -> None:

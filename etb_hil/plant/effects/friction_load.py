@@ -26,6 +26,7 @@ EFFECT = Effect(
     separated_by="another load at the same angle",
     source="Bittencourt and Gunnarsson 2012; servo gearbox data sheets",
     finer=(finer("threshold", "N·m", 0.0, 0.3, "tau_0: a load that the teeth's film still carries", 0.05),),
+    is_one_way=True,
 )
 
 

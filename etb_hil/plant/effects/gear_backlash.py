@@ -27,6 +27,7 @@ EFFECT = Effect(
     separated_by="dither at limp-home and ramps that press into both stops",
     source="Nordin and Gutman 2002 (mechanical systems with backlash)",
     limits="without the plate's inertia swinging in the play",
+    is_one_way=True,
 )
 
 

@@ -28,6 +28,7 @@ EFFECT = Effect(
     separated_by="small reversals of several sizes: backlash has no stiffness",
     source="Dahl 1968; Maxwell-slip elements (Al-Bender 2005)",
     finer=(finer("exponent", "1", -0.9, 1.5, "i: Dahl's over 1: -1 ends at a place, 1 is long in coming", 0.25),),
+    is_one_way=True,
 )
 
 

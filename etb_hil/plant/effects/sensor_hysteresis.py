@@ -25,6 +25,7 @@ EFFECT = Effect(
     look_alikes=("gear_backlash",),
     separated_by="a second sensor on the same shaft",
     source="sensor data sheets",
+    is_one_way=True,
 )
 
 

@@ -28,6 +28,7 @@ EFFECT = Effect(
     separated_by="chirp of 20 to 150 Hz; ramps that press into both stops",
     source="two-mass drive, its resonance far above the bandwidth looked at",
     limits="quasi-static: the resonance of plate and shaft is left out",
+    is_one_way=True,
 )
 
 

@@ -35,6 +35,7 @@ EFFECT = Effect(
         finer("growth", "1", -1.5, 0.5, "q: above 0 a power of the time, below 0 it saturates", 0.1),
         finer("rested", "s", 0.0, 1000.0, "age of the contacts at the beginning", 1.0),
     ),
+    is_one_way=True,
 )
 
 

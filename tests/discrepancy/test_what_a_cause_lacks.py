@@ -1,0 +1,96 @@
+"""What speaks against an answer that fits: numbers on their edges, impossible signs, causes that nothing needs."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from explain_cases import hidden_case
+from explain_study import searched
+from synthetic import MODEL
+
+from etb_hil.discrepancy import decision, objections
+from etb_hil.discrepancy.fit import Fit
+from etb_hil.discrepancy.placeholders import beyond_tolerances
+from etb_hil.discrepancy.reconsidering import IDLE
+from etb_hil.discrepancy.unknowns import base_unknowns, start
+from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.effects.layout import WIDTH, row
+
+
+def _on_edge(wanted, x):
+    """Made-up columns, and the fit of numbers at `x` of which the record wants `wanted`, beside some noise."""
+    unknowns = base_unknowns(MODEL)[: len(x)]
+    rng = np.random.default_rng(3)
+    columns = rng.normal(size=(400, len(x)))
+    whole = start(MODEL)
+    for unknown, value in zip(unknowns, x, strict=True):
+        unknown.put(whole, value)
+    residual = columns @ (np.asarray(x) - np.asarray(wanted)) + 0.1 * rng.normal(size=400)
+    return columns, Fit(whole, residual, float(residual @ residual)), unknowns
+
+
+@pytest.mark.parametrize(
+    ("wanted", "x", "least", "most"),
+    [
+        pytest.param([0.2, 1.5, -0.3], [0.2, 1.02, -0.3], 0.9, 1.0, id="wants to leave"),
+        pytest.param([0.2, 1.02, -0.3], [0.2, 1.02, -0.3], 0.0, 0.02, id="is there by chance"),
+        pytest.param([0.2, 0.9, -0.3], [0.2, 1.02, -0.3], 0.0, 0.02, id="what goes inwards is inside"),
+        pytest.param([0.2, 0.9, -0.3], [0.2, 0.8, -0.3], 0.0, 0.0, id="inside already"),
+    ],
+)
+def test_the_rest_that_numbers_would_take_beyond_their_tolerances(wanted, x, least, most):
+    share = beyond_tolerances(*_on_edge(wanted, x)).share
+    assert least - 1e-9 <= share <= most
+
+
+def _found(id_, strengths):
+    effect = CATALOGUE[id_]
+    whole = np.zeros(row(id_) + WIDTH)
+    whole[row(id_) : row(id_) + len(strengths)] = strengths
+    winner = SimpleNamespace(candidate=SimpleNamespace(effect=effect), fit=SimpleNamespace(whole=whole), id=id_)
+    return SimpleNamespace(winner=winner)
+
+
+@pytest.mark.parametrize(
+    ("id_", "strengths", "speaks"),
+    [
+        ("presliding_hysteresis", [-0.007], True),
+        ("presliding_hysteresis", [0.007], False),
+        ("end_stop_compliance", [0.01, -2.5], True),
+        ("end_stop_compliance", [30.0, -2.5], False),  # the other stop is hard
+        ("friction_temperature", [-0.2, 0.0], False),
+    ],
+)
+def test_what_cannot_be_below_nothing_is_no_cause_there(id_, strengths, speaks):
+    assert bool(objections.is_below_nothing(_found(id_, strengths), None)) is speaks
+
+
+@pytest.mark.slow
+def test_drag_of_the_air_that_two_effects_and_numbers_on_their_edges_imitate_is_unexplained():
+    findings = searched(hidden_case(96167, ("air_drag",)))
+    first, last = (decision.excess(g, findings.rows).sum() for g in (findings.first_groups, findings.final_groups))
+    assert len(findings.accepted) > 1
+    assert last < (1.0 - decision.EXPLAINED_SHARE) * first  # by what they take they would do
+    assert findings.rest[0].over == "base parameters beyond their tolerances"
+    assert findings.verdict == "unexplained"
+
+
+@pytest.mark.slow
+def test_a_soft_stop_that_only_led_the_calibration_over_a_hill_is_given_up():
+    findings = searched(hidden_case(96113, ("current_sensor_curvature",), "medium"))
+    assert [found.refused for found in findings.rounds if found.winner.id == "end_stop_compliance"] == [IDLE]
+    assert findings.first_groups[0] < decision.BAND[0]  # where the search begins now
+    assert findings.verdict == "unexplained"
+
+
+@pytest.mark.slow
+def test_what_brings_the_stops_to_a_third_of_what_accuses_nobody_is_no_cause():
+    assert searched(hidden_case(95165)).verdict == "adequate"
+
+
+@pytest.mark.slow
+def test_a_soft_stop_that_brings_them_to_the_floor_is():
+    findings = searched(hidden_case(80107, ("end_stop_compliance",), "medium"))
+    assert [found.winner.id for found in findings.accepted] == ["end_stop_compliance"]
+    assert findings.first_groups[0] < decision.ACCUSING[0]
+    assert findings.verdict == "explained"
