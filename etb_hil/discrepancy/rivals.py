@@ -56,7 +56,7 @@ def alike(
             held_to = lights(winner.candidate, rival)
             for light in held_to:
                 seen = records.under(light)
-                if near <= _ALIKE and not seen.is_absorbed and (near > _WORTH or len(held_to) > 1):
+                if near <= _ALIKE and (near > _WORTH or len(held_to) > 1) and seen.imitators is None:
                     near = max(near, _closest(seen, shapes[rival.id]))
         cosines[rival.id] = near
         if near > _ALIKE:
@@ -68,8 +68,7 @@ def alike(
         if np.log(r.fit.cost / winner.fit.cost) < margin and not record.is_the_winner_again(r)
     ]
     names += [r.id for r in as_good if is_all or not _takes_another_part(found, cosines[r.id])]
-    if record.is_absorbed:
-        names += [decision.parameter_id(name) for name in record.projector.imitators(record.clear, record.suspected)]
+    names += [decision.parameter_id(name) for name in record.imitators or ()]
     names += unjudged(balances, winner.id)
     return list(dict.fromkeys(name for name in names if name and name != winner.id))
 
@@ -137,15 +136,16 @@ class _Record:
         return replace(self, suspected=suspected, own=self.projector.rest(self.whole, suspected))
 
     @property
-    def clear(self) -> Float64:
-        """What of the winner (n) rows that are skew leave: of a delay they take nearly all, and are no parameter."""
-        others = frozenset(name for name in self.projector.names if not name.endswith("_skew"))
-        return self.projector.rest(self.whole, others)
-
-    @property
-    def is_absorbed(self) -> bool:
-        """Tell whether the base parameters imitate the winner, beside skew rows, but for a fifth."""
-        return float(np.linalg.norm(self.own)) < ABSORBED * float(np.linalg.norm(self.clear))
+    def imitators(self) -> list[str] | None:
+        """The base parameters that imitate the winner but for a fifth, beside skew rows or without; None: none do."""
+        skews = frozenset(name for name in self.projector.names if name.endswith("_skew"))
+        # Of a delay skew rows take nearly all, and are no parameter.
+        clear = self.projector.rest(self.whole, frozenset(self.projector.names) - skews)
+        for column, without in ((clear, self.suspected), (self.whole, self.suspected | skews)):
+            left = self.projector.rest(column, without)
+            if float(np.linalg.norm(left)) < ABSORBED * float(np.linalg.norm(column)):
+                return self.projector.imitators(column, without)
+        return None
 
     def is_the_winner_again(self, rival: Refined) -> bool:
         """Tell whether an effect, as it was fitted, is no more than the wrong number that was found, and the base."""

@@ -18,7 +18,7 @@ EFFECT = Effect(
     parity=Parity.EVEN,
     parameters=(
         strength("drop", "V", -0.3, 2.5, (0.1,), "0.3 to 1.5 V"),
-        shape("knee", "A", 0.01, 0.3, (0.05, 0.15), "current at which the drop is there"),
+        shape("knee", "A", 0.01, 0.3, (0.05, 0.15, 0.3), "current at which the drop is there"),
     ),
     looks_like="a constant voltage is missing, with the sign of the current",
     check="brushes; stalled current at two levels: the intercept",

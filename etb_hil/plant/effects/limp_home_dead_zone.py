@@ -26,8 +26,8 @@ EFFECT = Effect(
     balance=Balance.TORQUE,
     parity=Parity.EVEN,
     parameters=(
-        strength("above", "rad", -0.001, 0.08, (0.002, 0.008, 0.02), _WEAR),
-        strength("below", "rad", -0.001, 0.08, (0.002, 0.008, 0.02), _WEAR),
+        strength("above", "rad", -0.001, 0.12, (0.002, 0.008, 0.02), _WEAR),
+        strength("below", "rad", -0.001, 0.12, (0.002, 0.008, 0.02), _WEAR),
         shape("softness", "1", 0.0, 1.0, (0.8, 0.0), "0: nothing pulls inside; 1: torque rises over the whole zone"),
     ),
     looks_like="the plate is loose over some degrees about limp-home",

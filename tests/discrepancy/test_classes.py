@@ -1,0 +1,40 @@
+"""A right name is a guess where the data allow another: what has to be in a class."""
+
+import pytest
+from explain_cases import hidden_case
+from explain_study import searched
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("seed", "effects", "options", "others"),
+    [
+        pytest.param(
+            90058,
+            ("measurement_delay",),
+            {"view": "plate_only"},
+            {"parameter:inductance"},
+            id="base parameters where no row is skew",
+        ),
+        pytest.param(
+            90397,
+            ("limp_home_dead_zone",),
+            {},
+            {"parameter:preload_close", "parameter:slope_close"},
+            id="base parameters beside a zone that reaches to the stop",
+        ),
+        pytest.param(
+            90386,
+            ("current_sensor_offset", "hbridge_dead_time"),
+            {"pair": True},
+            {"brush_drop"},
+            id="a rival whose best shape is the end of its range",
+        ),
+    ],
+)
+def test_what_does_nearly_the_same_is_named_beside_it(seed, effects, options, others):
+    findings = searched(hidden_case(seed, () if "pair" in options else effects, **options))
+    classes = {found.winner.id: set(found.alike) for found in findings.accepted}
+    assert set(classes) == set(effects)
+    assert classes[effects[-1]] == others
+    assert findings.verdict == "ambiguous"
