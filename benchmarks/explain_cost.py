@@ -24,7 +24,7 @@ from generator.size import OutOfReachError
 
 NAMED = "running the models freely"  # what the command says once the search is over
 STAGES = (
-    "calibrating inside the stated tolerances", NAMED, "a last fit in free run", "choosing the next test",
+    "calibrating inside the stated tolerances", NAMED, "fitting a last time, in free run", "choosing the next test",
     "judging the unit",
 )  # fmt: skip
 

@@ -79,8 +79,7 @@ def variants(model, balances):
                 unknown.put(vector, float(value))
         name = ", ".join(names) or "symmetric"
         found[name] = calibration.fit.whole, held_out_free_run(b, own)
-        floor = np.full(int(len(b.measured) / b.measured.rate / freerun.SEGMENT_S), FLOOR)
-        followed = follow(balances, 0, calibration, floor)
+        followed = follow(balances, 0, calibration, FLOOR)
         found[f"{name}, in free run"] = followed.whole, held_out_free_run(b, followed.held_out)
     return found
 

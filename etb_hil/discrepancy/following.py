@@ -26,7 +26,6 @@ Float64 = NDArray[np.float64]
 
 _RATE = 100.0  # Hz at which a free run is compared: an angle has nothing faster that integrates
 _NEWS = 50.0  # independent readings a segment of a free run counts for, beside the balances' rows
-_LEAST = 0.3  # of a true model's error in all of the record: what is less in one segment is luck
 _MOST = 2.0  # times a true model's error: what is more is a plate that broke away in one of two, and no number's fault
 _ROUNDS = 2  # of which each may ask for columns anew: beyond them little was gained
 _TOLERANCE = 0.02
@@ -45,12 +44,12 @@ def follow(
     balances: Sequence[Balances],
     number: int,
     calibration: Calibration,
-    floor: Float64,
+    floor: float,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Followed:
     """Fit a calibration's unknowns to free runs of one of the stretches that it was fitted to.
 
-    `number`: the stretch; `floor`: the errors (segments) in SI of a true model there.
+    `number`: the stretch; `floor`: the error in SI of a true model there.
     """
     progress("fitting a last time, in free run")
     b, begin = balances[number], calibration.fit.whole
@@ -92,7 +91,7 @@ def part_of(balances: Sequence[Balances], number: int, share: float) -> int:
 class _Runs:
     """Free runs over all segments of a stretch, from where `begin` starts them, over the error of a true model."""
 
-    def __init__(self, b: Balances, begin: Vector, floor: Float64) -> None:
+    def __init__(self, b: Balances, begin: Vector, floor: float) -> None:
         self._b, self._starts = b, freerun.starts(b, begin[:EXTENDED])
         length = round(freerun.SEGMENT_S * b.measured.rate)
         self._length = length
@@ -100,8 +99,7 @@ class _Runs:
         self._every = max(1, round(b.measured.rate / _RATE))
         self.rows = len(range(0, length, self._every))
         self.shares = [begin / len(b.measured) for begin in self._begins]
-        least = _LEAST * np.sqrt(np.mean(floor**2))
-        self._weights = np.sqrt(_NEWS / self.rows) / np.maximum(floor, least)
+        self._weights = np.full(len(self._begins), np.sqrt(_NEWS / self.rows) / floor)
         over = np.linalg.norm(self.errors(begin).reshape(-1, self.rows), axis=1) / np.sqrt(_NEWS)
         self._weights *= _MOST / np.maximum(over, _MOST)
 

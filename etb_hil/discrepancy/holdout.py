@@ -57,13 +57,13 @@ def hold_out(findings: Findings, progress: Callable[[str], None] = lambda _: Non
     errors.add("calibrated", b, _by_fold(findings, number, _folds(findings, findings.calibration)))
     if findings.accepted:
         errors.add("extended", b, _by_fold(findings, number, _folds(findings, final)))
-    floor = _floor(findings, number)
-    errors.take(floor.middle)
+    middle, floors = _floor(findings, number)
+    errors.take(middle)
     free = errors.table["free_run"][freerun.POSITION]
     followed: Followed | None = None
     try:
         fine = with_finer_shapes(findings, findings.accepted)
-        followed = follow(findings.balances, number, fine, floor.by_segment, progress)
+        followed = follow(findings.balances, number, fine, free["noise_floor"], progress)
         errors.add("followed", b, _by_fold(findings, number, followed.held_out))
     except KeyboardInterrupt:
         followed = None  # what is known without it is worth having
@@ -75,7 +75,7 @@ def hold_out(findings: Findings, progress: Callable[[str], None] = lambda _: Non
         errors.table,
         errors.segments,
         {name: value / span for name, value in free.items()},
-        floor.drawn,
+        floors,
         _gain(before, after),
         _interval(before, after),
         followed.whole if followed is not None and is_followed else final.fit.whole,
@@ -109,17 +109,8 @@ class _Errors:
         self.segments.update(others.segments)
 
 
-@dataclass(frozen=True, slots=True)
-class _Floor:
-    """What noise alone leaves: all errors of the middle draw; in free run, that of each draw and of each segment."""
-
-    middle: _Errors
-    drawn: Float64
-    by_segment: Float64
-
-
-def _floor(findings: Findings, number: int) -> _Floor:
-    """Return what the final model leaves of its own simulated measurements of a stretch.
+def _floor(findings: Findings, number: int) -> tuple[_Errors, Float64]:
+    """Return what the final model leaves of its own simulated measurements of a stretch: the middle one, and all.
 
     Noise is in what drives a free run and in the numbers that a fit finds: they are fitted again, without each part.
     """
@@ -129,11 +120,10 @@ def _floor(findings: Findings, number: int) -> _Floor:
     for floor in (findings.final_floor, *again):
         b, fitted = floor.balances[number], _by_fold(findings, number, _folds(findings, floor.calibration))
         drawn.append((freerun.errors(b, fitted, freerun.starts(b, fitted(0.0)), one_step=False), b, fitted))
-    squares = np.array([found[freerun.POSITION] ** 2 for found, _, _ in drawn])
-    rms = np.sqrt(squares.mean(axis=1))
+    rms = np.array([np.sqrt(np.mean(found[freerun.POSITION] ** 2)) for found, _, _ in drawn])
     middle = _Errors()
     middle.add("noise_floor", *drawn[int(np.argsort(rms)[len(rms) // 2])][1:])
-    return _Floor(middle, rms, np.sqrt(squares.mean(axis=0)))
+    return middle, rms
 
 
 def _folds(findings: Findings, calibration: Calibration) -> list[Vector]:
