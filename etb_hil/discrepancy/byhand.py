@@ -25,6 +25,7 @@ def measured(model: Model) -> list[dict[str, Any]]:
             "value": one.value,
             "uncertainty": one.uncertainty,
             "unit": one.unit,
+            "shaft": None if one.is_of_effect else model.parameters[one.name].shaft,
             "stated": one.stated,
             "tolerance": one.tolerance,
             "is_cause": one.is_off,

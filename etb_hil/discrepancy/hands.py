@@ -13,15 +13,16 @@ from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.measured import Measured, measured_parameter
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
-from etb_hil.plant.table_one import KINDS
+from etb_hil.plant.table_one import KINDS, Shaft
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Instrument:
-    """One thing to do by hand, and the numbers that it gives, each with its uncertainty."""
+    """One thing to do by hand, and the numbers that it gives, each with its uncertainty; rotary ones at a `shaft`."""
 
     how: str
     gives: dict[str, float]
+    shaft: Shaft | None = None
 
     @property
     def ids(self) -> set[str]:
@@ -41,6 +42,7 @@ INSTRUMENTS = (
     Instrument(
         "turn the motor at a known speed, its leads open, and read its voltage",
         {"torque_constant": 0.01},
+        Shaft.MOTOR,
     ),
     Instrument(
         "turn the motor at a known speed, cold and 40 K warmer, its leads open, and compare its voltages",
@@ -57,15 +59,18 @@ INSTRUMENTS = (
             "spring_nonlinear.cubic": 0.005,
             "spring_nonlinear.quartic": 0.005,
         },
+        Shaft.THROTTLE,
     ),
     Instrument(
         "read the plate's angle at both stops and, let go from either side, at limp-home",
         {"stop_low": 0.001, "stop_high": 0.001, "limp_home": 0.001},
+        Shaft.THROTTLE,
     ),
     Instrument(
         "turn the plate slowly with a torque gauge both ways, the motor's leads open: half the difference, and "
         "what it takes to break away",
         {"coulomb": 0.03, "stiction": 0.03},
+        Shaft.THROTTLE,
     ),
     Instrument(
         "hold the motor and load the plate's lever both ways under a dial gauge: what gives at once, and with the load",

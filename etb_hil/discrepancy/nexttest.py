@@ -28,6 +28,7 @@ from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
+from etb_hil.plant.table_one import Shaft
 
 UNIT = "standard deviations of the sensors' noise"
 _TRIED = 2  # plans that are explained before one is asked for
@@ -114,14 +115,17 @@ def _said(found: Round, best: Outlook | None, hand: HandTest | None, model: Mode
 
 
 def _instruments(hand: HandTest, model: Model) -> list[dict[str, Any]]:
-    """Return what to do by hand, and the entries that it gives for a model file's `measured`."""
+    """Return what to do by hand, and the entries that it gives for a model file's `measured`, at the shaft it is at."""
     numbers = {one.name: one for one in hand.numbers}
 
-    def wanted(name: str) -> dict[str, Any]:
-        shaft = model.parameters[name].shaft if name in model.parameters else None
-        return {"name": name, "uncertainty": numbers[name].uncertainty, "unit": numbers[name].unit, "shaft": shaft}
+    def wanted(name: str, shaft: Shaft | None) -> dict[str, Any]:
+        width, its = numbers[name].uncertainty, model.parameters.get(name)
+        if its is not None:
+            width = replace(its, value=width).at_shaft(shaft, model.values.gear_ratio)
+        shaft = shaft if its is not None and its.shaft is not None else None
+        return {"name": name, "uncertainty": width, "unit": numbers[name].unit, "shaft": shaft}
 
-    return [{"do": one.how, "gives": [wanted(name) for name in one.gives]} for one in hand.instruments]
+    return [{"do": one.how, "gives": [wanted(name, one.shaft) for name in one.gives]} for one in hand.instruments]
 
 
 def _by_hand(first: str, others: Sequence[str]) -> str:

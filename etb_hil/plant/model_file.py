@@ -71,6 +71,9 @@ class MeasuredEntry(FileModel):
     """A number of this unit that was measured by hand."""
 
     value: Annotated[str | float, Field(description="as measured, with its unit; of an effect that is not there 0")]
+    shaft: Annotated[
+        Shaft | None, Field(description="the shaft that a rotary value was measured at, whichever it is stated for")
+    ] = None
     uncertainty: Annotated[
         str | float,
         Field(description="how far at most the true value may be off: an amount; of a parameter also a share"),
@@ -210,10 +213,22 @@ def _measured(document: Document[ModelFile], parameters: Mapping[str, Parameter]
 def _one_measured(name: str, entry: MeasuredEntry, parameters: Mapping[str, Parameter]) -> Measured:
     if name in NEVER:
         raise ValueError("no explanation moves it: state the value among the parameters")
+    gear = parameters["gear_ratio"].value
+    is_rotary = name in parameters and KINDS[name].gear_power is not None
+    if is_rotary != (entry.shaft is not None):
+        raise ValueError(
+            f"{name}: add the 'shaft' that it was measured at, motor or throttle"
+            if is_rotary
+            else f"{name} belongs to no shaft"
+        )
     if name in parameters:
         dimension = KINDS[name].dimension
         value = parse_quantity(entry.value, dimension)
         uncertainty = _tolerance(entry.uncertainty, dimension).half_width(value)
+        value, uncertainty = (
+            dataclasses.replace(parameters[name], value=one, shaft=entry.shaft).at_shaft(parameters[name].shaft, gear)
+            for one in (value, uncertainty)
+        )
         if uncertainty == 0.0:
             raise ValueError("an uncertainty is above 0")
         if uncertainty >= abs(value) and not KINDS[name].may_be_zero:

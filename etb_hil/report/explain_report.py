@@ -133,7 +133,7 @@ def _known(one: dict[str, Any]) -> str:
     unit = "" if one["unit"] == "1" else f" {one['unit']}"
     off = f", {one['stated']:.3g} stated within {one['tolerance']:.2g}" if one["is_cause"] else ""
     name = one["name"].replace("_", " ").replace(".", ": ")
-    return f"{name} {one['value']:.4g} +- {one['uncertainty']:.2g}{unit}{off}"
+    return f"{name} {one['value']:.4g} +- {one['uncertainty']:.2g}{unit}{_at(one['shaft'])}{off}"
 
 
 def _cause(cause: dict[str, Any], *, is_followed: bool) -> dict[str, Any]:
@@ -305,8 +305,12 @@ def _next_test(found: dict[str, Any]) -> str:
 
 def _wanted(number: dict[str, Any]) -> str:
     unit = "" if number["unit"] == "1" else f" {number['unit']}"
-    shaft = f" at the {number['shaft']} shaft" if number["shaft"] else ""
-    return f"{number['name']} within {number['uncertainty']:.2g}{unit}{shaft}"
+    return f"{number['name']} within {number['uncertainty']:.2g}{unit}{_at(number['shaft'])}"
+
+
+def _at(shaft: str | None) -> str:
+    """Return where a rotary number holds: a gauge reads at the plate what a motor's data sheet has at the motor."""
+    return f" at the {'plate' if shaft == 'throttle' else 'motor'} (shaft: {shaft})" if shaft else ""
 
 
 def _judged(found: dict[str, Any]) -> list[str]:

@@ -159,11 +159,12 @@ def test_the_next_test_says_what_to_measure_and_how_well(open_class, monkeypatch
     assert test["expected_separation"]["leaves"] == []
     (friction,) = test["by_hand"]
     assert [one["name"] for one in friction["gives"]] == ["coulomb", "stiction"]
-    assert friction["gives"][0]["uncertainty"] == pytest.approx(0.03 * MODEL.parameters["coulomb"].value, rel=0.2)
-    assert friction["gives"][0]["shaft"] == "motor"
+    at_plate = MODEL.values.gear_ratio * MODEL.parameters["coulomb"].value
+    assert friction["gives"][0]["uncertainty"] == pytest.approx(0.03 * at_plate, rel=0.2)
+    assert friction["gives"][0]["shaft"] == "throttle"
     answer = explanation(open_class, None) | {"confounded": [], "next_test": test}
     page = write_explanation(answer, None, tmp_path).read_text("utf-8")
-    assert "coulomb within 0.00025 N·m at the motor shaft" in page
+    assert "coulomb within 0.0045 N·m at the plate (shaft: throttle)" in page
     assert "under &#39;measured&#39;; explain these data again: they tell cogging torque from wrong coulomb." in page
 
 

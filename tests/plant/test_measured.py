@@ -52,9 +52,23 @@ def test_a_number_outside_what_is_stated_whatever_its_own_error_is_a_cause(tmp_p
 
 def test_who_measures_the_torque_constant_has_measured_the_back_emf(tmp_path, stated):
     value = 1.03 * stated.parameters["torque_constant"].value
-    model = loaded(tmp_path, f"  torque_constant: {{value: {value} N·m/A, uncertainty: 1 %, source: spun}}")
+    model = loaded(
+        tmp_path, f"  torque_constant: {{value: {value} N·m/A, shaft: motor, uncertainty: 1 %, source: spun}}"
+    )
     assert model.values.back_emf == pytest.approx(1.03 * stated.values.back_emf)
     assert model.tolerance("back_emf") == pytest.approx(0.01 * model.values.back_emf)
+
+
+def test_what_a_gauge_reads_at_the_plate_is_understood_at_the_plate(tmp_path, stated):
+    """The model file states friction at the motor shaft; a width in N·m counts where it was read, too."""
+    at_plate = 1.02 * stated.values.coulomb
+    text = f"  coulomb: {{value: {at_plate} N·m, shaft: throttle, uncertainty: 4.3 mN·m, source: torque gauge}}"
+    model = loaded(tmp_path, text)
+    assert model.values.coulomb == pytest.approx(at_plate)
+    assert model.tolerance("coulomb") == pytest.approx(4.3e-3)
+    one = model.measured["coulomb"]
+    assert (one.value, one.uncertainty) == pytest.approx((at_plate / 18.0, 4.3e-3 / 18.0))
+    assert not one.is_off
 
 
 def test_a_measured_strength_is_part_of_the_model(tmp_path):
@@ -78,7 +92,9 @@ def test_a_measured_strength_is_part_of_the_model(tmp_path):
         ("  gear_backlash.play: {value: 0 rad, uncertainty: -0.1 rad, source: x}", "above 0"),
         ("  resistance: {value: 2 ohm, uncertainty: 0 ohm, source: x}", "above 0"),
         ("  gear_ratio: {value: 18, uncertainty: 0.1, source: x}", "state the value among the parameters"),
-        ("  coulomb: {value: 1 N·m, uncertainty: 1 %, source: x}", "T_st is below T_c"),
+        ("  coulomb: {value: 1 N·m, shaft: motor, uncertainty: 1 %, source: x}", "T_st is below T_c"),
+        ("  coulomb: {value: 0.01 N·m, uncertainty: 1 %, source: x}", "add the 'shaft'"),
+        ("  resistance: {value: 2 ohm, shaft: motor, uncertainty: 1 %, source: x}", "belongs to no shaft"),
     ],
 )
 def test_what_cannot_have_been_measured_is_refused(tmp_path, line, words):
@@ -91,6 +107,6 @@ def test_one_number_is_not_given_twice(tmp_path, stated):
     with pytest.raises(InputError, match="one number of one motor"):
         loaded(
             tmp_path,
-            f"  torque_constant: {{value: {k_t} N·m/A, uncertainty: 1 %, source: spun}}",
-            f"  back_emf_constant: {{value: {k_e} V·s/rad, uncertainty: 1 %, source: spun}}",
+            f"  torque_constant: {{value: {k_t} N·m/A, shaft: motor, uncertainty: 1 %, source: spun}}",
+            f"  back_emf_constant: {{value: {k_e} V·s/rad, shaft: motor, uncertainty: 1 %, source: spun}}",
         )
