@@ -174,7 +174,7 @@ def _quality(recording: Recording, sweeps: Sequence[Sweep], found: FreeFit) -> d
     if found.late:
         flags.append(f"the voltage acts {1e3 * found.late * TICK:.1f} ms after its row, or the angle was taken earlier")
     seconds = sweeps[-1].start_s + float(sweeps[-1].seconds[-1])
-    return {"origin": recording.origin, "rate_hz": rate, "seconds": seconds, "flags": flags}
+    return {"origin": recording.origin, "rate_hz": rate, "seconds": seconds, "flags": flags + recording.notes}
 
 
 def _rms(values: Float64) -> float:

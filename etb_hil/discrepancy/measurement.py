@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Problem
+from etb_hil.discrepancy.remarks import SLOW, filled_in, left_out
 from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.parameters import Model
 from etb_hil.recording.recording import Recording
@@ -80,7 +81,7 @@ def measurements_of(recording: Recording, model: Model) -> list[Measurement]:
     roles = [role for role in recording.roles if np.isfinite(recording.series(role).values).any()]
     if its := drive_roles(recording, is_linear=model.is_linear):
         rows = recording.joined(list(its))
-        return _stretches(recording.origin, rows.time_ns, dict(rows.columns), model)
+        return _stretches(recording, rows.time_ns, dict(rows.columns), model)
     if "motor_voltage" not in roles and "motor_duty" not in roles:
         remedy = "free run is driven by it: record one of them, or name its column in a map"
         raise InputError(_lacks(recording, "motor_voltage or motor_duty", remedy))
@@ -101,7 +102,7 @@ def measurements_of(recording: Recording, model: Model) -> list[Measurement]:
         )
         if role in roles and not (role == "motor_duty" and "motor_voltage" in roles)
     ]
-    fast = [role for role in wanted if role not in ("temperature", "supply_voltage")]
+    fast = [role for role in wanted if role not in SLOW]
     rows = recording.joined(fast)
     columns = dict(rows.columns)
     for role in wanted:
@@ -110,7 +111,7 @@ def measurements_of(recording: Recording, model: Model) -> list[Measurement]:
             known = np.isfinite(series.values)
             if known.any():
                 columns[role] = np.interp(rows.time_ns, series.time_ns[known], series.values[known])
-    return _stretches(recording.origin, rows.time_ns, columns, model)
+    return _stretches(recording, rows.time_ns, columns, model)
 
 
 def _lacks(recording: Recording, what: str, why: str) -> Problem:
@@ -118,7 +119,10 @@ def _lacks(recording: Recording, what: str, why: str) -> Problem:
     return Problem(f"{recording.origin} has no values of {what}, only of {', '.join(has) or 'nothing'}", remedy=why)
 
 
-def _stretches(origin: str, time_ns: NDArray[np.int64], columns: dict[str, Float64], model: Model) -> list[Measurement]:
+def _stretches(
+    recording: Recording, time_ns: NDArray[np.int64], columns: dict[str, Float64], model: Model
+) -> list[Measurement]:
+    origin = recording.origin
     if len(time_ns) < 2:
         raise InputError(Problem(f"{origin} has fewer than two rows"))
     steps = np.diff(time_ns)
@@ -128,13 +132,16 @@ def _stretches(origin: str, time_ns: NDArray[np.int64], columns: dict[str, Float
     cuts = np.flatnonzero(np.diff(time_ns) * 1e-9 > max(LONGEST_GAP, 3.0 * step)) + 1
     found: list[Measurement] = []
     problems: list[Problem] = []
+    short: list[NDArray[np.int64]] = []
     for part in np.split(np.arange(len(time_ns)), cuts):
         if len(part) < 2 or (time_ns[part[-1]] - time_ns[part[0]]) * 1e-9 < SHORTEST:
+            short.append(part)
             continue
         try:
-            even = _even(origin, time_ns[part], {role: values[part] for role, values in columns.items()}, step, model)
+            own = {role: values[part] for role, values in columns.items()}
+            even = _even(origin, time_ns[part], own, step, model)
             _must_move(even, model)
-            found.append(even)
+            found.append(replace(even, flags=(*even.flags, *filled_in(time_ns[part], own, step))))
         except InputError as error:
             problems += error.problems
     if problems and not found:
@@ -149,7 +156,8 @@ def _stretches(origin: str, time_ns: NDArray[np.int64], columns: dict[str, Float
                 f"{origin} has no stretch of {SHORTEST:g} s without a gap", remedy="measure longer, look for losses"
             )
         )
-    return found
+    said = [*recording.notes, *left_out(time_ns, short, SHORTEST), *(f"left out: {problem}" for problem in problems)]
+    return [replace(found[0], flags=(*found[0].flags, *said)), *found[1:]]
 
 
 def _must_move(m: Measurement, model: Model) -> None:
@@ -191,7 +199,7 @@ def _even(
             continue
         even[role] = np.interp(clock, seconds[known], values[known])
         nearest = np.clip(np.searchsorted(seconds[known], clock), 1, int(known.sum()) - 1)
-        if role not in ("temperature", "supply_voltage"):
+        if role not in SLOW:
             good &= seconds[known][nearest] - seconds[known][nearest - 1] < 2.5 * step
     every = max(1, int(1.0 / step / _ENOUGH + 1e-6))
     if every > 1:

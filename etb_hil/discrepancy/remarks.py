@@ -1,0 +1,48 @@
+"""What a reader has to know of rows that come to a balance in part or not at all: left out, or filled in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float64 = NDArray[np.float64]
+Int64 = NDArray[np.int64]
+
+SLOW = ("temperature", "supply_voltage")  # between their rows a straight line is as good
+_ONE_ROW = (1.5, 2.5)  # steps from one value to the next with one row missing between
+
+
+def filled_in(time_ns: Int64, columns: Mapping[str, Float64], step: float) -> list[str]:
+    """Say which share of the rows of columns (n) has no value, and which of it is judged; `step`: row to row, in s."""
+    rows = round(float(time_ns[-1] - time_ns[0]) * 1e-9 / step) + 1
+    found: dict[tuple[int, int], list[str]] = {}
+    for role, values in columns.items():
+        known = time_ns[np.isfinite(values)]
+        if role in SLOW or not len(known) or len(known) >= rows:
+            continue
+        apart = np.diff(known) * 1e-9 / step
+        filled = int(np.count_nonzero((apart > _ONE_ROW[0]) & (apart < _ONE_ROW[1])))
+        filled += round(float(known[0] - time_ns[0] + time_ns[-1] - known[-1]) * 1e-9 / step)
+        if filled:
+            found.setdefault((rows - len(known), min(filled, rows - len(known))), []).append(role)
+    return [
+        f"{_percent(lacking, rows)} of the rows have no {', '.join(roles)}; {_percent(filled, rows)}, single ones and "
+        "those at the ends, are filled in from the nearest and judged"
+        for (lacking, filled), roles in found.items()
+    ]
+
+
+def left_out(time_ns: Int64, parts: Sequence[Int64], shortest: float) -> list[str]:
+    """Say what parts (row numbers) of a record are shorter than `shortest` in s, and so not looked at."""
+    if not parts:
+        return []
+    stretches = "1 stretch" if len(parts) == 1 else f"{len(parts)} stretches"
+    seconds = sum(float(time_ns[part[-1]] - time_ns[part[0]]) * 1e-9 for part in parts)
+    rows = _percent(sum(map(len, parts)), len(time_ns))
+    return [f"{stretches} of less than {shortest:g} s between gaps left out: {seconds:.2g} s, {rows} of the rows"]
+
+
+def _percent(part: int, whole: int) -> str:
+    return f"{100.0 * part / whole:.2g} %"

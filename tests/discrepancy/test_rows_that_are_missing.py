@@ -1,0 +1,85 @@
+"""Rows that are left out or filled in: the answer's data say how many, and which of them are judged."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from synthetic import MODEL
+
+from etb_hil.discrepancy.balances import Balances
+from etb_hil.discrepancy.measurement import measurements_of
+from etb_hil.discrepancy.quality import data_quality
+from etb_hil.recording.recording import ClockGrade, Recording
+from etb_hil.recording.tables import read_table
+
+RATE = 2000
+
+
+def changed(recording, keep=None, **columns):
+    block = recording.block(recording.sources[0])
+    found = Recording("changed", ClockGrade.TABLE)
+    whole = replace(block, columns={**block.columns, **columns})
+    found.append([whole if keep is None else whole.rows(keep)])
+    return found
+
+
+def flags_of(recording):
+    return [
+        flag
+        for m in measurements_of(recording, MODEL)
+        for flag in data_quality([Balances(m, MODEL)], MODEL)[0]["flags"]
+    ]
+
+
+def test_whole_rows_call_for_no_word(cogging_recording):
+    assert not any("of the rows" in flag or "left out" in flag for flag in flags_of(cogging_recording))
+
+
+def test_values_that_are_missing_one_at_a_time_are_said_to_be_filled_in_and_judged(cogging_recording):
+    current = cogging_recording.series("motor_current").values.copy()
+    current[5::10] = np.nan
+    flags = flags_of(changed(cogging_recording, motor_current=current))
+    (said,) = (flag for flag in flags if "no motor_current" in flag)
+    assert said.startswith("10 % of the rows have no motor_current; 10 %, single ones")
+    assert not any("not judged" in flag for flag in flags)
+
+
+def test_of_values_that_are_missing_alone_and_together_both_shares_are_said(cogging_recording):
+    current = cogging_recording.series("motor_current").values.copy()
+    current[5::20] = np.nan
+    current[10::20] = current[11::20] = current[12::20] = np.nan
+    flags = flags_of(changed(cogging_recording, motor_current=current))
+    assert any(flag.startswith("20 % of the rows have no motor_current; 5 %, single ones") for flag in flags)
+    (bad,) = (flag for flag in flags if "not judged" in flag)
+    assert float(bad.split()[0]) == pytest.approx(20.0, abs=1.0)  # 15 % and the rows that they end at
+
+
+def test_rows_that_are_missing_in_every_column_are_said_once(cogging_recording):
+    keep = np.arange(12 * RATE) % 10 != 5
+    (said,) = (flag for flag in flags_of(changed(cogging_recording, keep)) if "filled in" in flag)
+    assert said.startswith("10 % of the rows have no motor_voltage, motor_current, motor_angle, throttle_angle;")
+
+
+def test_a_column_that_begins_late_is_said_to_be_filled_in(cogging_recording):
+    current = cogging_recording.series("motor_current").values.copy()
+    current[: 3 * RATE] = np.nan
+    flags = flags_of(changed(cogging_recording, motor_current=current))
+    assert any(flag.startswith("25 % of the rows have no motor_current; 25 %,") for flag in flags)
+
+
+def test_stretches_that_are_too_short_are_said_to_be_left_out(cogging_recording):
+    seconds = np.arange(12 * RATE) / RATE
+    keep = ~((seconds > 0.9) & (seconds < 1.0)) & ~((seconds > 2.2) & (seconds < 2.3))
+    flags = flags_of(changed(cogging_recording, keep))
+    assert "2 stretches of less than 2 s between gaps left out: 2.1 s, 18 % of the rows" in flags
+
+
+def test_rows_with_the_time_of_the_row_before_are_said_to_be_left_out(cogging_recording, tmp_path):
+    block = cogging_recording.block("table")
+    lines = ["time_s,motor_voltage_V,motor_angle_rad"]
+    for k in range(0, len(block), 2):
+        row = f"{block.time_ns[k] * 1e-9:.6f},{block.columns['motor_voltage'][k]},{block.columns['motor_angle'][k]}"
+        lines += [row, row] if k in (100, 900) else [row]
+    path = tmp_path / "twice.csv"
+    path.write_text("\n".join([*lines, ""]), "utf-8")
+    assert "2 rows had the time of the row before and were left out" in flags_of(read_table(path))
