@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 
@@ -37,21 +39,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Explain the data, write the answer and print its verdict."""
-    from etb_hil.base.outcome import ExitCode
-    from etb_hil.base.stock import find
-    from etb_hil.cli.recordings import recording_of
-    from etb_hil.diagnosis.limits import load_limits
-    from etb_hil.discrepancy.explain import explain, write
-    from etb_hil.discrepancy.pictures import coarse_pictures, pictures
-    from etb_hil.plant.drive_file import load_plant
-    from etb_hil.report.explain_report import write_explanation
-    from etb_hil.scenario.planning import stock_plans
+    with _saying("the data were being read; nothing was fitted and nothing was written"):
+        from etb_hil.base.outcome import ExitCode
+        from etb_hil.base.stock import find
+        from etb_hil.cli.recordings import recording_of
+        from etb_hil.diagnosis.limits import load_limits
+        from etb_hil.discrepancy.explain import explain, write
+        from etb_hil.discrepancy.pictures import coarse_pictures, pictures
+        from etb_hil.plant.drive_file import load_plant
+        from etb_hil.report.explain_report import write_explanation
+        from etb_hil.scenario.planning import stock_plans
 
-    model, is_drive = load_plant(find("model", options.model))
-    recordings = [recording_of(path, options.bench, options.map) for path in options.data]
-    limits = load_limits(_limits(options)).content
-    _must_take_an_answer(options.out)
-    plans = [] if is_drive else stock_plans(model.values)
+        model, is_drive = load_plant(find("model", options.model))
+        recordings = [recording_of(path, options.bench, options.map) for path in options.data]
+        limits = load_limits(_limits(options)).content
+        _must_take_an_answer(options.out)
+        plans = [] if is_drive else stock_plans(model.values)
     answer = explain(
         recordings,
         model,
@@ -61,11 +64,12 @@ def run(options: argparse.Namespace) -> int:
         fit_on=options.fit_on,
         is_same_unit=options.same_unit,
     )
-    paths = write(answer, options.out)
-    series = coarse_pictures(answer.coarse) if answer.coarse else None
-    if answer.findings and answer.holdout:
-        series = pictures(answer.findings, answer.holdout)
-    paths.append(write_explanation(answer.explanation, series, options.out))
+    with _saying("the report was being written; explanation.json may be there without it"):
+        paths = write(answer, options.out)
+        series = coarse_pictures(answer.coarse) if answer.coarse else None
+        if answer.findings and answer.holdout:
+            series = pictures(answer.findings, answer.holdout)
+        paths.append(write_explanation(answer.explanation, series, options.out))
     _progress("")
     found = answer.explanation
     print(f"verdict: {found['verdict']}")
@@ -77,9 +81,18 @@ def run(options: argparse.Namespace) -> int:
         print(f"  {cause['effect']}{alike}: {100.0 * cause['share_of_error']:.0f} % of the error")
     print("\n".join(f"  {path}" for path in paths))
     if "interrupted" in found:
-        print(f"interrupted while {found['interrupted']}: this is what was known by then", file=sys.stderr)
+        print(f"interrupted while {found['interrupted']}; {found['stages']}", file=sys.stderr)
         return int(ExitCode.ABORTED)
     return int(ExitCode.INCONCLUSIVE if found["verdict"] == "insufficient_data" else ExitCode.DONE)
+
+
+@contextmanager
+def _saying(what: str) -> Iterator[None]:
+    """Let an interrupt say what was being done."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(what) from None
 
 
 def _numbers(text: str) -> tuple[float, ...]:

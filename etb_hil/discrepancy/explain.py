@@ -16,6 +16,7 @@ from etb_hil.discrepancy.beside import narrow
 from etb_hil.discrepancy.coarse import Coarse, explain_coarsely
 from etb_hil.discrepancy.confounding import confounded
 from etb_hil.discrepancy.consequence import consequence
+from etb_hil.discrepancy.cut_short import CutShort, calibrated_so_far, stages
 from etb_hil.discrepancy.explanation import SCHEMA, explanation
 from etb_hil.discrepancy.extending import extended_model
 from etb_hil.discrepancy.findings import Findings
@@ -69,23 +70,23 @@ def explain(
     where a recording of a throttle meets a drive's model or the other way round.
     """
     _must_be_of_one_kind(recordings, model)
-    together = [one for recording in recordings for one in confounded(recording)]
-    stretches, others, missing = _read(recordings, model)
     said = _Said(progress)
-    if not stretches or fit_on:
-        return _coarsely(recordings[0], model, fit_on, said, missing, together)
-    balances = [Balances(measured, model) for measured in stretches]
+    together: list[dict[str, Any]] = []
+    balances: list[Balances] = []
     try:
+        together = [one for recording in recordings for one in confounded(recording)]
+        stretches, others, missing = _read(recordings, model)
+        if not stretches or fit_on:
+            return _coarsely(recordings[0], model, fit_on, said, missing, together)
+        balances = [Balances(measured, model) for measured in stretches]
         findings = search(model, balances, without, said)
-    except KeyboardInterrupt:
-        said.cut_short()
-        nothing = {"verdict": "insufficient_data", "causes": [], "data_quality": data_quality(balances, model)}
-        return Answer({"schema": SCHEMA, **nothing, "confounded": together, "interrupted": said.last})
+    except KeyboardInterrupt as interrupt:
+        return _before_the_search(said, model, balances, together, interrupt)
     if findings.is_cut_short:
         said.cut_short()
     told_apart = _told_apart(findings, others if is_same_unit else (), without, said)
     holdout = None if said.is_cut_short else _held_out(findings, said)
-    answer = explanation(findings, holdout)
+    answer = _put_together(findings, holdout, said)
     if plans and not said.is_cut_short:
         test = said.unless_cut_short("choosing the next test", next_test, findings, plans, said)
         answer["next_test"] = test or answer["next_test"]
@@ -104,7 +105,24 @@ def explain(
         answer["left_out"] = missing
     if said.is_cut_short:
         answer["interrupted"] = said.last
+        answer["stages"] = stages(answer, is_read=True, is_searched=not findings.is_cut_short)
     return Answer(answer, findings, holdout)
+
+
+def _before_the_search(
+    said: _Said,
+    model: Model,
+    balances: Sequence[Balances],
+    together: list[dict[str, Any]],
+    interrupt: KeyboardInterrupt,
+) -> Answer:
+    """Return what is known where an interrupt came before anything was looked for."""
+    answer: dict[str, Any] = {"schema": SCHEMA, "verdict": "insufficient_data", "causes": []}
+    answer["data_quality"] = data_quality(balances, model)
+    if isinstance(interrupt, CutShort):
+        answer["calibrated"] = calibrated_so_far(interrupt.calibration, model)
+    answer |= {"confounded": together, "interrupted": said.last}
+    return Answer(answer | {"stages": stages(answer, is_read=bool(balances), is_searched=False)})
 
 
 def _told_apart(
@@ -130,6 +148,14 @@ def _held_out(findings: Findings, said: _Said) -> Holdout | None:
     if holdout is not None and holdout.is_cut_short:
         said.cut_short()
     return holdout
+
+
+def _put_together(findings: Findings, holdout: Holdout | None, said: _Said) -> dict[str, Any]:
+    """Return the answer so far. It takes a moment: an interrupt then ends what would follow, and not the answer."""
+    found = None
+    if not said.is_cut_short:
+        found = said.unless_cut_short("putting the answer together", explanation, findings, holdout)
+    return explanation(findings, holdout) if found is None else found
 
 
 def _best(findings: Findings, holdout: Holdout | None) -> Vector:
@@ -180,6 +206,7 @@ def _coarsely(
     found = said.unless_cut_short("making free runs", explain_coarsely, recording, sweeps, model, fit_on, said, why)
     if found is None:
         said.cut_short()
+        nothing["stages"] = stages(nothing, is_read=True, is_searched=False)
         return Answer({"schema": SCHEMA, **nothing, "confounded": together, "interrupted": said.last})
     first = together[0] if together else None
     ahead = {"next_test": {"says": first["test"], "pair": first["pair"], "scenario": None}} if first else {}

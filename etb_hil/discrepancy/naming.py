@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 from etb_hil.discrepancy import decision
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.byhand import take_measured
 from etb_hil.discrepancy.calibration import calibrate
+from etb_hil.discrepancy.cut_short import CutShort
 from etb_hil.discrepancy.findings import Findings, Round
 from etb_hil.discrepancy.floor import group_means
 from etb_hil.discrepancy.objections import objection
-from etb_hil.discrepancy.placeholders import beyond_tolerances, placeholders
+from etb_hil.discrepancy.placeholders import Placeholder, beyond_tolerances, placeholders
 from etb_hil.discrepancy.reconsidering import ask_again, doubt_drifts, is_given_up
 from etb_hil.discrepancy.rounds import Progress, one_round, standing_near, take_in, taken_by
 from etb_hil.discrepancy.together import stands_with_another
@@ -27,27 +29,43 @@ def search(
 ) -> Findings:
     """Look for what a model leaves out of its measurements; `without`: ids that are no suspects.
 
-    An interrupt after the calibration ends the search with what it knows.
+    An interrupt after the calibration ends the search with what it knows; right after it, as `CutShort`.
     """
     stretches, stated = list(balances), model.as_stated()
     progress("calibrating inside the stated tolerances")
     calibration = calibrate(stated, stretches)
     progress("simulating what a true model would leave")
-    standing = standing_near(stated, stretches, calibration.fit.whole, calibration.unknowns, _ROUNDS)
+    try:
+        standing = standing_near(stated, stretches, calibration.fit.whole, calibration.unknowns, _ROUNDS)
+    except KeyboardInterrupt:
+        raise CutShort(calibration) from None
     calibration = standing.calibration
     rows = group_means(stretches, calibration.fit.whole)[1]
     findings = Findings(model, stretches, calibration, standing.floor, [], standing, standing.groups, rows)
-    try:
+    with _cut_short(findings):
         _look(findings, [*without, *(entry.id for entry in model.effects)], progress)
         doubt_drifts(findings)
-    except KeyboardInterrupt:
-        findings.is_cut_short = True  # what is known so far is worth having
-    final = findings.final
-    findings.rest = placeholders(stretches, final.fit.whole[:EXTENDED], final.columns, final.fit.residual)
-    findings.rest.append(beyond_tolerances(final.columns, final.fit, final.unknowns))
-    findings.rest.sort(key=lambda nameless: -nameless.share)
+    with _cut_short(findings):
+        findings.rest = _rest(findings)
     findings.verdict = decision.verdict(findings)
     return findings
+
+
+@contextmanager
+def _cut_short(findings: Findings) -> Iterator[None]:
+    """Let an interrupt end a part of the search: what is known so far is worth having."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        findings.is_cut_short = True
+
+
+def _rest(findings: Findings) -> list[Placeholder]:
+    """Return what nameless splines take of what is left, the greediest first."""
+    final = findings.final
+    found = placeholders(findings.balances, final.fit.whole[:EXTENDED], final.columns, final.fit.residual)
+    found.append(beyond_tolerances(final.columns, final.fit, final.unknowns))
+    return sorted(found, key=lambda nameless: -nameless.share)
 
 
 def _look(findings: Findings, without: Sequence[str], progress: Progress) -> None:

@@ -112,6 +112,7 @@ def _further(found: dict[str, Any]) -> list[str]:
     sentences = []
     if "interrupted" in found:
         sentences.append(f"It was interrupted while {_words(found['interrupted'])}; this is what was known by then.")
+        sentences.append(f"{found['stages'][0].upper()}{found['stages'][1:]}.")
     sentences += [
         f"Left: {where['balance']} balance, {where['regime']}: {where['rms_over_floor']:.1f} times its noise."
         for where in found.get("unexplained", {}).get("where", [])[:3]

@@ -3,8 +3,14 @@
 import pytest
 from synthetic import MODEL
 
+from etb_hil.base.outcome import ExitCode
+from etb_hil.cli.main import main
 from etb_hil.discrepancy.explain import explain, write
 from etb_hil.report.explain_report import write_explanation
+
+
+def _interrupts(*_):
+    raise KeyboardInterrupt
 
 
 def _interrupted_at(cogging_recording, word):
@@ -20,6 +26,7 @@ def test_before_the_calibration_nothing_is_known(cogging_recording):
     assert answer.explanation["verdict"] == "insufficient_data"
     assert answer.explanation["interrupted"].startswith("calibrating")
     assert answer.explanation["data_quality"]
+    assert answer.explanation["stages"].startswith("done: reading the data; not done: calibrating, looking for causes")
 
 
 def test_in_the_search_the_calibration_is_kept_and_no_cause_is_named(cogging_recording, tmp_path):
@@ -60,3 +67,50 @@ def test_in_the_last_fit_the_held_out_errors_are_kept(cogging_recording, tmp_pat
     assert "interrupted while fitting a last time, in free run" in write_explanation(found, None, tmp_path).read_text(
         "utf-8"
     )
+
+
+def test_while_suspects_are_compared_with_what_is_left_the_causes_and_the_calibration_are_kept(
+    cogging_recording, monkeypatch
+):
+    monkeypatch.setattr("etb_hil.discrepancy.naming.placeholders", _interrupts)
+    found = explain([cogging_recording], MODEL).explanation
+    assert [cause["effect"] for cause in found["causes"]] == ["cogging_torque"]
+    assert found["calibrated"]["resistance"]["value"] == pytest.approx(MODEL.values.resistance, rel=0.02)
+    assert "done: reading the data, calibrating; not done: looking for causes" in found["stages"]
+
+
+def test_right_after_the_calibration_its_numbers_are_kept_without_intervals(cogging_recording, monkeypatch, tmp_path):
+    monkeypatch.setattr("etb_hil.discrepancy.naming.standing_near", _interrupts)
+    answer = explain([cogging_recording], MODEL)
+    found = answer.explanation
+    assert found["verdict"] == "insufficient_data"
+    resistance = found["calibrated"]["resistance"]
+    assert resistance["value"] == pytest.approx(MODEL.values.resistance, rel=0.02)
+    assert resistance["interval"] is None
+    assert found["interrupted"] == "simulating what a true model would leave"
+    assert [path.name for path in write(answer, tmp_path)] == ["explanation.json"]
+    page = write_explanation(found, None, tmp_path).read_text("utf-8")
+    assert "interrupted before its interval was known" in page
+    assert "Done: reading the data, calibrating; not done: looking for causes" in page
+
+
+def test_an_interrupt_while_the_answer_is_put_together_does_not_lose_it(cogging_recording):
+    answer = _interrupted_at(cogging_recording, "putting the answer together")
+    assert [cause["effect"] for cause in answer.explanation["causes"]] == ["cogging_torque"]
+    assert "errors" in answer.explanation
+    assert answer.explanation["interrupted"] == "putting the answer together"
+
+
+def test_while_the_data_are_made_ready_it_is_said_that_nothing_was_done(cogging_recording, monkeypatch):
+    monkeypatch.setattr("etb_hil.discrepancy.explain.measurements_of", _interrupts)
+    found = explain([cogging_recording], MODEL).explanation
+    assert found["verdict"] == "insufficient_data"
+    assert found["stages"].startswith("not done: reading the data, calibrating, looking for causes")
+
+
+def test_in_the_first_seconds_of_the_command_it_says_that_nothing_was_written(monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr("etb_hil.cli.recordings.recording_of", _interrupts)
+    code = main(["explain", "data.csv", "--model", "default", "--out", str(tmp_path / "there")])
+    assert code == ExitCode.ABORTED
+    assert "the data were being read; nothing was fitted and nothing was written" in capsys.readouterr().err
+    assert not (tmp_path / "there").exists()
