@@ -46,6 +46,7 @@ def run(options: argparse.Namespace) -> int:
         from etb_hil.diagnosis.limits import load_limits
         from etb_hil.discrepancy.explain import explain, write
         from etb_hil.discrepancy.pictures import coarse_pictures, pictures
+        from etb_hil.discrepancy.sweeps import slow_remark
         from etb_hil.plant.drive_file import load_plant
         from etb_hil.report.explain_report import write_explanation
         from etb_hil.scenario.planning import stock_plans
@@ -55,6 +56,8 @@ def run(options: argparse.Namespace) -> int:
         limits = load_limits(_limits(options)).content
         _must_take_an_answer(options.out)
         plans = [] if is_drive else stock_plans(model.values)
+        if remark := slow_remark(recordings[0]):
+            print(remark, file=sys.stderr)
     answer = explain(
         recordings,
         model,

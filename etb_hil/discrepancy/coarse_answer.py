@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from etb_hil.base.roles import ROLES
 from etb_hil.discrepancy.freefit import FreeFit
-from etb_hil.discrepancy.sweeps import Sweep, breaks_away
+from etb_hil.discrepancy.sweeps import Sweep, breaks_away, slow_remark
 from etb_hil.plant.integrator import TICK
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.value_units import value_unit
@@ -160,7 +160,8 @@ def _starts(ends: Sequence[float]) -> str:
 
 def _quality(recording: Recording, sweeps: Sequence[Sweep], found: FreeFit) -> dict[str, Any]:
     rate = 1.0 / float(np.median(np.diff(sweeps[0].seconds)))
-    flags = ["no balances: no cause can be named, and what is fitted takes the place of what is missing"]
+    flags = [slow_remark(recording)]
+    flags += ["no balances: no cause can be named, and what is fitted takes the place of what is missing"]
     roles = recording.roles
     if "motor_current" not in roles:
         flags.append("motor_current is missing: the scale of torques and of inertia is the model file's motor constant")

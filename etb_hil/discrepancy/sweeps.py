@@ -29,6 +29,7 @@ _MOST_CONDITIONS = 100
 _REST_KEPT = 2.0  # s of a rest that a fit looks at
 _MOVES = 0.03  # of the whole travel
 _ON_END = 5  # rows
+_FAR = 10.0  # times slower than balances need: rather another unit of time than another rate
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +81,19 @@ def is_slow(recording: Recording) -> bool:
     if len(time_ns) < _FEWEST_ROWS or float(time_ns[-1] - time_ns[0]) * 1e-9 < _SHORTEST:
         return False
     return float(np.median(np.diff(time_ns))) * 1e-9 > 1.0 / SLOWEST
+
+
+def slow_remark(recording: Recording) -> str:
+    """Say that a recording is too slow to name causes by, and whether its time may be in another unit; else nothing."""
+    if not is_slow(recording):
+        return ""
+    seen = next(role for role in _ANGLES if role in recording.roles)
+    rate = 1e9 / float(np.median(np.diff(recording.series(seen).time_ns)))
+    says = f"{recording.origin} has {rate:.3g} rows a second: causes are named from {SLOWEST:g} a second on"
+    if rate > SLOWEST / _FAR:
+        return f"{says}; of these data free runs alone are made, which takes minutes"
+    asks = "look at the time's unit in the column's header or in the map (ms that are read as s?)"
+    return f"{says}; {asks}. Of these data free runs alone are made, which takes minutes"
 
 
 def sweeps_of(recording: Recording, model: Model) -> list[Sweep]:

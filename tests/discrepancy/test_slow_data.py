@@ -7,9 +7,10 @@ import pytest
 from synthetic import MODEL
 
 from etb_hil.base.errors import InputError
+from etb_hil.cli.main import main
 from etb_hil.discrepancy.explain import explain, write
 from etb_hil.discrepancy.pictures import coarse_pictures
-from etb_hil.discrepancy.sweeps import is_slow, sweeps_of
+from etb_hil.discrepancy.sweeps import is_slow, slow_remark, sweeps_of
 from etb_hil.plant.parameter import Tolerance
 from etb_hil.plant.parameters import load_model
 from etb_hil.plant.physics import COULOMB, PRELOAD_OPEN, STICTION
@@ -63,6 +64,31 @@ def answer(slow):
 def test_slow_data_are_told_from_fast_ones(slow, cogging_recording):
     assert is_slow(slow[0])
     assert not is_slow(cogging_recording)
+
+
+def test_it_is_said_that_they_are_slow_and_when_it_may_be_the_times_unit(slow, cogging_recording):
+    assert "90.9 rows a second: causes are named from 200 a second on" in slow_remark(slow[0])
+    assert "ms that are read as s" not in slow_remark(slow[0])
+    assert slow_remark(cogging_recording) == ""
+    block = cogging_recording.block("table")
+    thousandfold = Recording("ms as s", ClockGrade.TABLE)
+    thousandfold.append([replace(block, time_ns=1000 * block.time_ns, stamp_ns=1000 * block.stamp_ns)])
+    assert "has 2 rows a second" in slow_remark(thousandfold)
+    assert "look at the time's unit" in slow_remark(thousandfold)
+
+
+def test_the_command_says_so_before_the_long_work(tmp_path, monkeypatch, capsys):
+    lines = ["time_s,motor_voltage_V,throttle_angle_deg"]
+    lines += [f"{0.5 * k},{k % 7},{20 + k % 11}" for k in range(200)]
+    (tmp_path / "data.csv").write_text("\n".join([*lines, ""]), "utf-8")
+
+    def begins(*_, **__):
+        assert "look at the time's unit" in capsys.readouterr().err
+        raise InputError("the long work began")
+
+    monkeypatch.setattr("etb_hil.discrepancy.explain.explain", begins)
+    main(["explain", str(tmp_path / "data.csv"), "--model", "default", "--out", str(tmp_path / "there")])
+    assert "the long work began" in capsys.readouterr().err
 
 
 def test_no_cause_is_named(answer):
