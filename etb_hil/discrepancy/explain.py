@@ -13,6 +13,7 @@ from etb_hil.base.stock import find
 from etb_hil.diagnosis.limits import Limits
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.beside import narrow
+from etb_hil.discrepancy.called import as_in_its_file
 from etb_hil.discrepancy.coarse import Coarse, explain_coarsely
 from etb_hil.discrepancy.confounding import confounded
 from etb_hil.discrepancy.consequence import consequence
@@ -106,7 +107,7 @@ def explain(
     if said.is_cut_short:
         answer["interrupted"] = said.last
         answer["stages"] = stages(answer, is_read=True, is_searched=not findings.is_cut_short)
-    return Answer(answer, findings, holdout)
+    return Answer(as_in_its_file(answer, model), findings, holdout)
 
 
 def _before_the_search(
@@ -122,7 +123,8 @@ def _before_the_search(
     if isinstance(interrupt, CutShort):
         answer["calibrated"] = calibrated_so_far(interrupt.calibration, model)
     answer |= {"confounded": together, "interrupted": said.last}
-    return Answer(answer | {"stages": stages(answer, is_read=bool(balances), is_searched=False)})
+    answer["stages"] = stages(answer, is_read=bool(balances), is_searched=False)
+    return Answer(as_in_its_file(answer, model))
 
 
 def _told_apart(

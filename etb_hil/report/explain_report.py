@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +43,16 @@ _ADEQUATE_BY_RUNS = (
 )
 _MODELS = ("nominal", "calibrated", "extended", "followed", "noise_floor")
 _CALLED = {"noise_floor": "noise floor", "followed": "last fit in free run"}
+_SMALL = 0.01  # rad or m: where nothing of a row is as large, it is said in thousandths
+_PICTURES = (
+    "before_and_after",
+    "over_runs",
+    *(
+        f"{balance}_over_{over}"
+        for balance in ("torque", "force", "voltage", "angle")
+        for over in ("position", "motor_turn", "velocity", "time", "temperature", "current")
+    ),
+)
 _KINDS = {"one_step": "10 ms ahead", "free_run": "free run"}
 _UNITS = {"throttle_angle": "rad", "motor_current": "A"}
 
@@ -51,6 +62,8 @@ def write_explanation(found: dict[str, Any], series: Pictures | None, folder: Pa
 
     `found` is what `explanation.json` holds.
     """
+    for name in _PICTURES:  # an earlier answer's are not of these data
+        (folder / f"{name}.png").unlink(missing_ok=True)
     drawn = []
     if series is not None:
         plots = {"before_and_after": explain_plots.before_and_after(series)}
@@ -189,10 +202,17 @@ def _errors(found: dict[str, Any], unit: str) -> list[dict[str, Any]]:
     for kind, signals in found.get("errors", {}).get("holdout", {}).items():
         for signal, models in signals.items():
             its = unit if signal == "throttle_angle" else _UNITS[signal]
-            numbers = [f"{models[name]:.3g} {its}" if name in models else "-" for name in _shown(found)]
+            times, its = _scale(models.values(), its)
+            numbers = [f"{times * models[name]:.3g} {its}" if name in models else "-" for name in _shown(found)]
             name = "position" if its == "m" else signal.replace("_", " ")
             rows.append({"signal": name, "kind": _KINDS[kind], "numbers": numbers})
     return rows
+
+
+def _scale(values: Iterable[float], unit: str) -> tuple[float, str]:
+    """Return what numbers that stand together are multiplied by, and the unit that they then have."""
+    is_small = unit in ("rad", "m") and max(values, default=1.0) < _SMALL
+    return (1e3, f"m{unit}") if is_small else (1.0, unit)
 
 
 def _shown(found: dict[str, Any]) -> list[str]:
@@ -223,9 +243,10 @@ def _luck(found: dict[str, Any], unit: str) -> str:
         return ""
     least, most = found["errors"]["noise_floor_range"]
     what = "position" if unit == "m" else "angle"
+    times, unit = _scale([most], unit)
     return (
-        f"In free run noise alone left {least:.3g} to {most:.3g} {unit} of the {what}, each time with other noise: "
-        "whether something just breaks away is luck."
+        f"In free run noise alone left {times * least:.3g} to {times * most:.3g} {unit} of the {what}, each time with "
+        "other noise: whether something just breaks away is luck."
     )
 
 
@@ -260,6 +281,8 @@ def _runs(found: dict[str, Any]) -> list[dict[str, str]]:
     def volts(value: float | None) -> str:
         return "-" if value is None else f"{value:.2f} V"
 
+    runs = found.get("runs", [])
+    times, unit = _scale([run["rms_rad"] for run in runs], "rad")
     return [
         {
             "name": f"{_words(run['condition'])} {run['value']:g} {run['unit']}"
@@ -268,11 +291,11 @@ def _runs(found: dict[str, Any]) -> list[dict[str, str]]:
             "begins": f"{run['begins_s']:.0f} s",
             "seen": "fitted" if run["seen_by_the_fit"] else "predicted",
             "r_squared": f"{run['r_squared']:.3f}",
-            "rms": f"{run['rms_rad']:.3g} rad",
+            "rms": f"{times * run['rms_rad']:.3g} {unit}",
             "measured": volts(run["breaks_away_at_V"]["measured"]),
             "model": volts(run["breaks_away_at_V"]["model"]),
         }
-        for number, run in enumerate(found.get("runs", []), 1)
+        for number, run in enumerate(runs, 1)
     ]
 
 

@@ -1,6 +1,8 @@
 """The positioning system that others published: its parameters, asymmetry and ripple, and what does not transfer."""
 
+import json
 import os
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -47,6 +49,15 @@ def test_published_parameters_are_found_again_without_skew(answer):
     with_skew = calibrate(findings.model, findings.balances)
     assert with_skew.fit.cost < published.fit.cost
     assert -0.6e-3 < answer.explanation["nuisances"]["current_skew"]["value"] < -0.3e-3
+
+
+def test_parameters_are_called_as_in_the_drives_own_file(answer):
+    found = answer.explanation["calibrated"]
+    assert {"inertia", "viscous", "coulomb", "constant_load"} <= set(found)
+    assert found["constant_load"]["unit"] == "N"
+    assert found["constant_load"]["nominal"] == 0.1
+    suspects = {one["effect"] for one in answer.explanation["suspects"]}
+    assert not re.search("preload|motor_inertia", json.dumps([found, sorted(suspects)]))
 
 
 def test_asymmetry_and_ripple_are_named(answer):

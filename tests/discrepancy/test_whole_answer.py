@@ -11,8 +11,10 @@ from etb_hil.base.modes import Mode
 from etb_hil.base.quantity import unit_of
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.limits import load_limits
+from etb_hil.discrepancy.balances import CHANNELS
 from etb_hil.discrepancy.explain import Answer, explain, write
 from etb_hil.discrepancy.extending import calibrated_parameters, extended_model
+from etb_hil.discrepancy.leftover import _coordinates
 from etb_hil.discrepancy.nexttest import next_test
 from etb_hil.discrepancy.pictures import pictures
 from etb_hil.discrepancy.planned import PERIOD, Plan
@@ -45,7 +47,21 @@ def test_between_what_noise_leaves_is_said(answer, tmp_path):
     least, most = errors["noise_floor_range"]
     assert 0.0 < least < errors["holdout"]["free_run"]["throttle_angle"]["noise_floor"] < most
     page = write_explanation(answer.explanation, None, tmp_path).read_text("utf-8")
-    assert f"noise alone left {least:.3g} to {most:.3g} rad" in page
+    assert f"noise alone left {1e3 * least:.3g} to {1e3 * most:.3g} mrad" in page
+
+
+def test_errors_of_less_than_ten_milliradian_are_said_in_milliradian(answer, tmp_path):
+    def table(extended):
+        rms = {"nominal": 0.0089, "calibrated": 0.004, "extended": extended}
+        errors = {"holdout": {"free_run": {"throttle_angle": rms, "motor_current": rms}}}
+        return write_explanation(answer.explanation | {"errors": errors}, None, tmp_path).read_text("utf-8")
+
+    small, large = table(0.00035), table(0.011)
+    assert ">8.9 mrad<" in small
+    assert ">0.35 mrad<" in small
+    assert ">0.0089 A<" in small
+    assert "mrad<" not in large
+    assert ">0.0089 rad<" in large
 
 
 def test_the_diagnosis_is_said_under_both_models(answer):
@@ -152,6 +168,21 @@ def test_what_an_earlier_answer_left_is_not_taken_for_this_ones(answer, tmp_path
     (tmp_path / "next_test.yaml").write_text("of other data", "utf-8")
     write(Answer(answer.explanation | {"next_test": None}), tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["explanation.json"]
+
+
+def test_an_earlier_answers_pictures_go_and_other_files_stay(answer, tmp_path):
+    series = pictures(answer.findings, answer.holdout)
+    old = {
+        f"{a}_over_{b.replace(' ', '_')}.png"
+        for a in CHANNELS
+        for b in _coordinates(answer.findings.balances[0], answer.findings.final.fit.whole)
+    }
+    for name in (*old, "over_runs.png", "my_own.png"):
+        (tmp_path / name).write_bytes(b"of other data")
+    write_explanation(answer.explanation, series, tmp_path)
+    drawn = {"before_and_after.png", "torque_over_position.png", "torque_over_motor_turn.png"}
+    assert {path.name for path in tmp_path.glob("*.png")} == {*drawn, "my_own.png"}
+    assert all((tmp_path / name).stat().st_size > 10_000 for name in drawn)
 
 
 def test_every_number_has_a_unit_and_no_more_digits_than_are_known(answer, tmp_path):

@@ -14,6 +14,7 @@ from etb_hil.base.stock import find
 from etb_hil.cli.main import main
 from etb_hil.diagnosis.diagnosis import Diagnosis
 from etb_hil.diagnosis.limits import load_limits
+from etb_hil.discrepancy.called import as_in_its_file
 from etb_hil.discrepancy.explain import explain
 from etb_hil.discrepancy.measurement import measurements_of
 from etb_hil.discrepancy.quality import _other_unit
@@ -44,6 +45,21 @@ def changed(folder, key, text):
     path = folder / "changed.drive.yaml"
     path.write_text("\n".join(lines), "utf-8")
     return path, at + 1
+
+
+def test_an_answer_calls_parameters_as_the_drives_file_does():
+    """What a throttle's model file calls a preload is a drive's constant load; a throttle keeps its names."""
+    answer = {
+        "causes": [{"effect": "parameter:motor_inertia", "class": ["parameter:preload_open", "iron_loss"]}],
+        "calibrated": {"preload_open": {"value": 1.0}, "inertia": {"value": 2.0}},
+        "interrupted": "trying parameter:preload_open",
+    }
+    assert as_in_its_file(answer, load_plant(EXAMPLE)[0]) == {
+        "causes": [{"effect": "parameter:inertia", "class": ["parameter:constant_load", "iron_loss"]}],
+        "calibrated": {"constant_load": {"value": 1.0}, "inertia": {"value": 2.0}},
+        "interrupted": "trying parameter:constant_load",
+    }
+    assert as_in_its_file(answer, load_model(find("model", "default"))) == answer
 
 
 def refused(path):

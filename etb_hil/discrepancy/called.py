@@ -1,0 +1,31 @@
+"""Parameters by the names of the user's own model file: a drive has a constant load where a throttle has a preload."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from etb_hil.plant.drive_file import is_drive
+from etb_hil.plant.parameters import Model
+
+_IN_A_DRIVES_FILE = {"preload_open": "constant_load", "motor_inertia": "inertia"}
+
+
+def as_in_its_file(answer: dict[str, Any], model: Model) -> dict[str, Any]:
+    """Return an answer with parameters called as the model's own file calls them."""
+    return {_called(key): _renamed(value) for key, value in answer.items()} if is_drive(model) else answer
+
+
+def _renamed(value: object) -> object:
+    if isinstance(value, dict):
+        return {_called(key): _renamed(one) for key, one in value.items()}
+    if isinstance(value, list):
+        return [_renamed(one) for one in value]
+    return _called(value) if isinstance(value, str) else value
+
+
+def _called(text: str) -> str:
+    if text in _IN_A_DRIVES_FILE:
+        return _IN_A_DRIVES_FILE[text]
+    for ours, its in _IN_A_DRIVES_FILE.items():
+        text = text.replace(f"parameter:{ours}", f"parameter:{its}")
+    return text
