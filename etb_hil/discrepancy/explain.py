@@ -26,7 +26,7 @@ from etb_hil.discrepancy.measurement import DRIVES, Measurement, drive_roles, is
 from etb_hil.discrepancy.naming import search
 from etb_hil.discrepancy.nexttest import next_test
 from etb_hil.discrepancy.planned import Plan
-from etb_hil.discrepancy.quality import data_quality
+from etb_hil.discrepancy.quality import data_quality, nothing_to_judge
 from etb_hil.discrepancy.sweeps import is_slow, sweeps_of
 from etb_hil.discrepancy.transfer import transfer
 from etb_hil.plant.drive_file import is_drive
@@ -80,6 +80,13 @@ def explain(
         if not stretches or fit_on:
             return _coarsely(recordings[0], model, fit_on, said, missing, together)
         balances = [Balances(measured, model) for measured in stretches]
+        if why := nothing_to_judge(balances):
+            nothing = {
+                "verdict": "insufficient_data",
+                "causes": [],
+                "data_quality": why + data_quality(balances, model),
+            }
+            return Answer({"schema": SCHEMA, **nothing, "confounded": together})
         findings = search(model, balances, without, said)
     except KeyboardInterrupt as interrupt:
         return _before_the_search(said, model, balances, together, interrupt)
@@ -96,11 +103,7 @@ def explain(
             "judging the unit", consequence, findings, limits, _best(findings, holdout)
         )
     if others and not said.is_cut_short:
-        tested = [Balances(measured, model) for other in others for measured in other]
-        found = said.unless_cut_short("trying the causes on the other recordings", transfer, findings, tested)
-        if found is not None:
-            answer["transfer"] = found
-        answer["data_quality"] += data_quality(tested, model)
+        answer |= _transferred(answer, findings, others, said)
     answer |= {"told_apart_by_others": told_apart, "confounded": together}
     if missing:
         answer["left_out"] = missing
@@ -136,12 +139,25 @@ def _told_apart(
         if said.is_cut_short or not any(each.alike for each in findings.accepted):
             break
         balances = [Balances(measured, findings.model) for measured in other]
+        if nothing_to_judge(balances):
+            continue
         judged = said.unless_cut_short(f"asking {other[0].origin}", search, findings.model, balances, without)
         if judged is None or judged.is_cut_short:
             said.cut_short()  # what a part of a search leaves open is nobody's class
         else:
             found += narrow(findings, judged)
     return found
+
+
+def _transferred(
+    answer: dict[str, Any], findings: Findings, others: Sequence[Sequence[Measurement]], said: _Said
+) -> dict[str, Any]:
+    """Return what the other recordings say of the causes, and what all of the data are worth."""
+    tested = [Balances(measured, findings.model) for other in others for measured in other]
+    judged = [b for b in tested if not nothing_to_judge([b])]
+    found = said.unless_cut_short("trying the causes on the other recordings", transfer, findings, judged)
+    quality = answer["data_quality"] + data_quality(tested, findings.model)
+    return {"data_quality": quality} if found is None else {"transfer": found, "data_quality": quality}
 
 
 def _held_out(findings: Findings, said: _Said) -> Holdout | None:

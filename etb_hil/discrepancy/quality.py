@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.measurement import Measurement, grid_of
+from etb_hil.discrepancy.regimes import BESIDE
 from etb_hil.plant.parameters import Model
 
 Float64 = NDArray[np.float64]
@@ -31,13 +32,24 @@ def data_quality(balances: Sequence[Balances], model: Model) -> list[dict[str, A
     return [_of(b, model) for b in balances]
 
 
+def nothing_to_judge(balances: Sequence[Balances]) -> list[str]:
+    """Return why no balance of any stretch can be judged; nothing where one can."""
+    if any(b.weights.any() for b in balances):
+        return []
+    what = f"{balances[0].measured.origin} has no row that could be judged"
+    why = f"a value is missing or bad within {BESIDE:g} s of every row"
+    return [f"{what}: {why}; look for losses, or leave a column out that has them"]
+
+
 def _of(b: Balances, model: Model) -> dict[str, Any]:
     m = b.measured
     flags = list(m.flags)
     bridged = float(1.0 - np.mean(m.is_good))
     if bridged > 0.0:
-        what = "were missing or bad, or the bridge opened in them: they are not judged"
-        flags.append(f"{100.0 * bridged:.2g} % of the rows {what}")
+        unjudged = float(1.0 - np.mean(b.regimes.is_good))
+        what = "were missing or bad, or the bridge opened in them"
+        beside = f"with what lies within {BESIDE:g} s of them {100.0 * unjudged:.3g} %"
+        flags.append(f"{100.0 * bridged:.2g} % of the rows {what}: {beside} are not judged")
     limit = model.values.voltage_limit
     saturated = float(np.mean(np.abs(m.voltage) > 0.995 * limit))
     if saturated > _AT_LIMIT:

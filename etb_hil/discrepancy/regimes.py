@@ -22,6 +22,7 @@ _REST = 0.04  # s
 _CREEP = 0.08  # of T_c / sigma_0 in twice that time
 _COUNTS = 8.0  # times the noise of the angle: some two counts of its encoder
 _AROUND = 0.04  # s that the filter smears a stop over
+BESIDE = 0.1  # s about a bad row that are not judged: a filter carries it there
 # What a true model leaves of the torque balance, before the case's own floor is known.
 _START = {STOP: 4.0, SLOW: 3.0, SLIDING: 1.0}
 
@@ -47,7 +48,7 @@ class Regimes:
             np.abs(velocity), np.full(_odd(0.016 * measured.rate), 1.0 / _odd(0.016 * measured.rate)), "same"
         )
         label = np.where(near, STOP, np.where(calm < _SLOW * v.stribeck_velocity, SLOW, SLIDING))
-        good = ~_widened(~measured.is_good, round(0.1 * measured.rate))
+        good = ~_widened(~measured.is_good, round(BESIDE * measured.rate))
         stuck = ~near & _resting(
             angle,
             max(round(_REST * measured.rate), 1),

@@ -1,5 +1,6 @@
 """What data keep silent of: rows that are left out or filled in and judged, and a current in another unit."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from synthetic import MODEL
 
 from etb_hil.discrepancy.balances import Balances
+from etb_hil.discrepancy.explain import explain
 from etb_hil.discrepancy.measurement import measurements_of
 from etb_hil.discrepancy.quality import data_quality
 from etb_hil.recording.recording import ClockGrade, Recording
@@ -52,6 +54,23 @@ def test_of_values_that_are_missing_alone_and_together_both_shares_are_said(cogg
     assert any(flag.startswith("20 % of the rows have no motor_current; 5 %, single ones") for flag in flags)
     (bad,) = (flag for flag in flags if "not judged" in flag)
     assert float(bad.split()[0]) == pytest.approx(20.0, abs=1.0)  # 15 % and the rows that they end at
+    assert bad.endswith("within 0.1 s of them 100 % are not judged")
+
+
+def test_a_bad_moment_costs_what_lies_beside_it_too_and_that_is_said(cogging_recording):
+    current = cogging_recording.series("motor_current").values.copy()
+    current[4000:4400] = np.nan
+    (bad,) = (f for f in flags_of(changed(cogging_recording, motor_current=current)) if "not judged" in f)
+    assert float(bad.split()[0]) == pytest.approx(100.0 * 400 / 24000, abs=0.1)
+    assert float(re.search(r"of them ([0-9.]+) %", bad)[1]) == pytest.approx(100.0 * 800 / 24000, abs=0.3)
+
+
+def test_where_no_row_can_be_judged_the_answer_says_why(cogging_recording):
+    current = cogging_recording.series("motor_current").values.copy()
+    current[::20] = current[1::20] = current[2::20] = np.nan
+    found = explain([changed(cogging_recording, motor_current=current)], MODEL).explanation
+    assert found["verdict"] == "insufficient_data"
+    assert "has no row that could be judged: a value is missing" in found["data_quality"][0]
 
 
 def test_rows_that_are_missing_in_every_column_are_said_once(cogging_recording):
