@@ -36,11 +36,11 @@ def pytest_xdist_auto_num_workers():
     return cores // 2 if cores >= 4 else 0
 
 
+@pytest.hookimpl(tryfirst=True)  # xdist reads the groups in the same hook
 def pytest_collection_modifyitems(items):
     for item in items:
-        folder, *_ = item.path.relative_to(TESTS).parts
-        group = str(item.path) if folder in COMPUTING else "at wall clock"
-        item.add_marker(pytest.mark.xdist_group(group))
+        is_computing = any(TESTS / folder in item.path.parents for folder in COMPUTING)
+        item.add_marker(pytest.mark.xdist_group(str(item.path) if is_computing else "at wall clock"))
 
 
 @pytest.fixture(autouse=True, scope="session")

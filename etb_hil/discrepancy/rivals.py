@@ -16,8 +16,8 @@ from etb_hil.discrepancy.evenly import evenly
 from etb_hil.discrepancy.findings import Round
 from etb_hil.discrepancy.fit import Residual, columns, fit_of
 from etb_hil.discrepancy.refining import Refined
-from etb_hil.discrepancy.screening import stepped
-from etb_hil.discrepancy.similarity import ABSORBED, Light, Projector, angle_rows, lights, zeros
+from etb_hil.discrepancy.screening import Screened, stepped
+from etb_hil.discrepancy.similarity import ABSORBED, ALIKE, Light, Projector, angle_rows, lights, zeros
 
 Float64 = NDArray[np.float64]
 
@@ -65,10 +65,16 @@ def alike(
     as_good = [
         r
         for r in found.refined[1:]
-        if np.log(r.fit.cost / winner.fit.cost) < margin and not record.is_the_winner_again(r)
+        if (_lead(found, r.fit.cost) < margin or _takes_as_much(found, r)) and not record.is_the_winner_again(r)
     ]
     names += [r.id for r in as_good if is_all or not _takes_another_part(found, cosines[r.id])]
-    names += [decision.parameter_id(name) for name in record.imitators or ()]
+    imitators = record.imitators
+    if imitators is None and winner.candidate.effect is not None:
+        # Where little is seen of an effect, another shape of it fits as well, and may be what base parameters do.
+        screened = next(one for one in found.screened if one.candidate.id == winner.id)
+        if _lead(found, screened.cost) < margin:
+            imitators = records.of(screened).imitators
+    names += [decision.parameter_id(name) for name in imitators or ()]
     names += unjudged(balances, winner.id)
     return list(dict.fromkeys(name for name in names if name and name != winner.id))
 
@@ -76,6 +82,17 @@ def alike(
 def _takes_another_part(found: Round, cosine: float) -> bool:
     """Tell whether a rival that leaves as little takes something else: of two causes each may take a half."""
     return cosine < _WORTH and found.gain < _BOTH
+
+
+def _lead(found: Round, cost: float) -> float:
+    """Return how far a winner is ahead of a fit that leaves `cost`, in log cost."""
+    return float(np.log(cost / found.winner.fit.cost))
+
+
+def _takes_as_much(found: Round, rival: Refined) -> bool:
+    """Tell whether a rival, as it was fitted, takes of the rest what one of a cosine that is alike would take."""
+    before = found.before.fit.cost
+    return before - rival.fit.cost > ALIKE**2 * (before - found.winner.fit.cost)
 
 
 class _Records:
@@ -93,6 +110,11 @@ class _Records:
         if light not in self._made:
             self._made[light] = self._make(light)
         return self._made[light]
+
+    def of(self, screened: Screened) -> _Record:
+        """Return the whole record of the winner as it was screened."""
+        fit = replace(self._winner.fit, whole=screened.start)
+        return _Record.of(replace(self._winner, fit=fit), self._healthy, self._residual)
 
     def _make(self, light: Light) -> _Record:
         residual, healthy = self._residual, self._healthy

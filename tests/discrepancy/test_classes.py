@@ -30,6 +30,20 @@ from explain_study import searched
             {"brush_drop"},
             id="a rival whose best shape is the end of its range",
         ),
+        pytest.param(
+            100016,
+            ("parameter:coulomb",),
+            {},
+            {"stribeck_shape", "iron_loss"},
+            id="rivals that take nine tenths as they were fitted",
+        ),
+        pytest.param(
+            100035,
+            ("presliding_hysteresis",),
+            {},
+            {"parameter:coulomb", "parameter:stiction"},
+            id="base parameters beside another shape that fits as well",
+        ),
     ],
 )
 def test_what_does_nearly_the_same_is_named_beside_it(seed, effects, options, others):
