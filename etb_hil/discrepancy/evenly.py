@@ -19,18 +19,18 @@ Float64 = NDArray[np.float64]
 _LEAST_NOISE = 0.2  # of what the sensors promise: a balance is not believed to know better
 
 
-def evenly(balances: Sequence[Balances], healthy: Calibration) -> tuple[Residual, Calibration]:
-    """Return the residual of a record without a cause, weighed evenly, and its calibration linearised there.
+def evenly(balances: Sequence[Balances], healthy: Calibration, whole: Vector) -> tuple[Residual, Calibration]:
+    """Return the residual of a record without a cause, weighed evenly, and its calibration linearised at `whole`.
 
     A row weighs by the noise of its whole balance, the torque on the stops by its own. Rows in which the plate rests
     count, too: they accuse nobody, but what two causes would do there is known of both.
     """
     weights = [_weights(b, healthy.fit.whole) for b in balances]
 
-    def residual(whole: Vector) -> Float64:
-        return np.concatenate([_channels(b, whole) * weight for b, weight in zip(balances, weights, strict=True)])
+    def residual(moved: Vector) -> Float64:
+        return np.concatenate([_channels(b, moved) * weight for b, weight in zip(balances, weights, strict=True)])
 
-    fit = fit_of(residual, healthy.fit.whole)
+    fit = fit_of(residual, whole)
     return residual, Calibration(healthy.unknowns, fit, columns(residual, fit, healthy.unknowns))
 
 

@@ -59,7 +59,8 @@ def sensitivities(
     """Return what the base parameters and each effect's physical step would change in these records."""
     stretches = list(balances)
     # A plan's record is the model's own simulation: what it leaves is its noise.
-    residual, at = evenly(stretches, calibrate(model, stretches))
+    calibration = calibrate(model, stretches)
+    residual, at = evenly(stretches, calibration, calibration.fit.whole)
     effects: dict[str, list[Shape]] = {}
     for id_, shapes in suspects(stretches, at.unknowns).items():
         if shapes[0].effect is None:

@@ -18,6 +18,8 @@ from etb_hil.discrepancy.fit import Residual, columns, fit_of
 from etb_hil.discrepancy.refining import Refined
 from etb_hil.discrepancy.screening import Screened, stepped
 from etb_hil.discrepancy.similarity import ABSORBED, ALIKE, Light, Projector, angle_rows, lights, zeros
+from etb_hil.plant.effects.layout import EXTENDED
+from etb_hil.plant.physics import Vector
 
 Float64 = NDArray[np.float64]
 
@@ -102,7 +104,7 @@ class _Records:
         self._winner, self._balances = winner, balances
         self._residual, self._healthy = residual_of(balances), healthy
         if winner.candidate.effect is not None:
-            self._residual, self._healthy = evenly(balances, healthy)
+            self._residual, self._healthy = evenly(balances, healthy, _base_of(winner, healthy))
         self._made: dict[Light, _Record] = {}
 
     def under(self, light: Light) -> _Record:
@@ -185,6 +187,14 @@ class _Record:
             raw = stepped(self.residual, self.healthy.fit, rival)
         directions = self.projector.directions(raw, self.suspected | ({rival.frees} - {""}))
         return float(np.linalg.norm(directions.T @ self.own) / max(float(np.linalg.norm(self.own)), 1e-12))
+
+
+def _base_of(winner: Refined, healthy: Calibration) -> Vector:
+    """Return a record's whole vector with the base that stands beside the winner: without it, the base stood in."""
+    whole = healthy.fit.whole.copy()
+    places = [u.place for u in healthy.unknowns if u.place < EXTENDED]
+    whole[places] = winner.fit.whole[places]
+    return whole
 
 
 def _moved_to(winner: Refined, residual: Residual, healthy: Calibration) -> Calibration:

@@ -16,7 +16,7 @@ from etb_hil.plant.effects.layout import EXTENDED
 def test_rows_of_a_balance_weigh_alike_at_rest_too():
     balances = Balances(measurement(MODEL.vector(), seed=5), MODEL)
     calibration = calibrate(MODEL, [balances])
-    residual, healthy = evenly([balances], calibration)
+    residual, healthy = evenly([balances], calibration, calibration.fit.whole)
     left = residual(calibration.fit.whole).reshape(3, -1)
     plain = np.stack(balances.channels(calibration.fit.whole[:EXTENDED], calibration.fit.whole[EXTENDED:]))
     on_stop = balances.regimes.label == STOP
