@@ -17,7 +17,7 @@ from etb_hil.discrepancy.findings import Round
 from etb_hil.discrepancy.fit import Residual, columns, fit_of
 from etb_hil.discrepancy.refining import Refined
 from etb_hil.discrepancy.screening import Screened, stepped
-from etb_hil.discrepancy.similarity import ABSORBED, ALIKE, Light, Projector, angle_rows, lights, zeros
+from etb_hil.discrepancy.similarity import ABSORBED, Light, Projector, angle_rows, lights, zeros
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import Vector
 
@@ -28,6 +28,7 @@ _WORTH = 0.5  # a screened rival's cosine from which its other shapes are looked
 _BOTH = 0.75  # two suspects of a lesser cosine than that cannot both take more than this
 _PURSUED = 0.6  # a grid's best cosine from which its shapes are moved on
 _HALVINGS = 3
+_NEARLY_ALL = 0.95  # of what the winner takes
 
 
 def alike(
@@ -92,9 +93,9 @@ def _lead(found: Round, cost: float) -> float:
 
 
 def _takes_as_much(found: Round, rival: Refined) -> bool:
-    """Tell whether a rival, as it was fitted, takes of the rest what one of a cosine that is alike would take."""
+    """Tell whether a rival, as it was fitted, takes nearly all of the rest that the winner takes."""
     before = found.before.fit.cost
-    return before - rival.fit.cost > ALIKE**2 * (before - found.winner.fit.cost)
+    return before - rival.fit.cost > _NEARLY_ALL * (before - found.winner.fit.cost)
 
 
 class _Records:

@@ -34,8 +34,8 @@ from explain_study import searched
             100016,
             ("parameter:coulomb",),
             {},
-            {"stribeck_shape", "iron_loss"},
-            id="rivals that take nine tenths as they were fitted",
+            {"stribeck_shape"},
+            id="a rival that takes nearly all as it was fitted",
         ),
         pytest.param(
             100035,
