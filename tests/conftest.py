@@ -1,12 +1,10 @@
 """What holds for every test: kernels are compiled from the source as it is, no machine's load fails a test.
 
-And each run of a bench ends with a look at its bus. Half of the cores test: what only computes runs beside all other
-tests, which follow each other on one core; the other half is for their controllers and buses, which have to be on time.
+And each run of a bench ends with a look at its bus.
 """
 
 import json
 import os
-from pathlib import Path
 
 import pytest
 from bus_truth import VIRTUAL, assert_bus_truth, assert_bus_was_healthy
@@ -21,26 +19,8 @@ settings.register_profile(
 settings.load_profile("etb_hil")
 
 
-TESTS = Path(__file__).parent
-# Folders whose tests only compute, and take most of the time.
-COMPUTING = {"diagnosis", "discrepancy", "hidden", "observer", "paper", "plant"}
-
-
 def pytest_configure():
     drop_stale()
-
-
-def pytest_xdist_auto_num_workers():
-    """Return how many processes test; on fewer than four cores none but this one."""
-    cores = len(os.sched_getaffinity(0))
-    return cores // 2 if cores >= 4 else 0
-
-
-@pytest.hookimpl(tryfirst=True)  # xdist reads the groups in the same hook
-def pytest_collection_modifyitems(items):
-    for item in items:
-        is_computing = any(TESTS / folder in item.path.parents for folder in COMPUTING)
-        item.add_marker(pytest.mark.xdist_group(str(item.path) if is_computing else "at wall clock"))
 
 
 @pytest.fixture(autouse=True, scope="session")
