@@ -178,8 +178,9 @@ def main():
     for seed in range(options.first, options.first + options.count):
         asked = (options.kind, options.view, options.rate)
         kind, view, rate = MIX[seed % len(MIX)] if options.kind == "mix" else asked
-        draws[drawn(kind, seed)[0]] += 1
-        is_drawn_enough = options.each and draws[drawn(kind, seed)[0]] > options.each
+        effects, *_ = drawn(kind, seed)
+        draws[effects] += 1
+        is_drawn_enough = options.each and draws[effects] > options.each
         if (kind, seed) not in done and not is_drawn_enough:
             jobs.append((kind, seed, view, rate, options.holdout))
     with ProcessPoolExecutor(options.jobs) as pool:
