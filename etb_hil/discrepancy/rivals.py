@@ -73,10 +73,10 @@ def alike(
     names += [r.id for r in as_good if is_all or not _takes_another_part(found, cosines[r.id])]
     imitators = record.imitators
     if imitators is None and winner.candidate.effect is not None:
-        # Where little is seen of an effect, another shape of it fits as well, and may be what base parameters do.
-        screened = next(one for one in found.screened if one.candidate.id == winner.id)
-        if _lead(found, screened.cost) < margin:
-            imitators = records.of(screened).imitators
+        # Where little is seen of an effect, another shape of it fits as well, and may be what base parameters do;
+        # a planned test's record, of which no cause is screened, may show more.
+        again = (one for one in found.screened if one.candidate.id == winner.id and _lead(found, one.cost) < margin)
+        imitators = next((records.of(one).imitators for one in again), None)
     names += [decision.parameter_id(name) for name in imitators or ()]
     names += unjudged(balances, winner.id)
     return list(dict.fromkeys(name for name in names if name and name != winner.id))

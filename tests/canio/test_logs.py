@@ -100,7 +100,8 @@ def test_a_cut_log_gives_the_frames_before_the_cut(tmp_path_factory, suffix, dat
     write(path, frames)
     whole, _ = read(path)
     content = path.read_bytes()
-    path.write_bytes(content[: data.draw(st.integers(0, len(content)))])
+    # A share of it: a log's head has the time of day, not always as long.
+    path.write_bytes(content[: int(data.draw(st.floats(0, 1)) * len(content))])
     try:
         got, _ = read(path)
     except InputError as error:
