@@ -14,7 +14,8 @@ def test_the_readme_has_one_test_command_that_the_gate_finds():
     pattern = re.search(r"grep -m1 -e '([^']+)' README\.md", GATE)
     assert pattern is not None
     found = [line.strip() for line in (CHECKOUT / "README.md").read_text().splitlines() if re.search(pattern[1], line)]
-    assert found == ["python3 -m venv .venv && .venv/bin/pip install -q -e '.[test]' && .venv/bin/python -m pytest"]
+    install = "python3 -m venv .venv && .venv/bin/pip install -q -e '.[test]'"
+    assert found == [f"{install} && .venv/bin/python -m pytest -n 2 --dist loadfile"]
 
 
 def test_the_gate_is_valid_bash_and_executable():
