@@ -81,13 +81,13 @@ def all_unknowns(model: Model, balances: Sequence[Balances]) -> list[Unknown]:
 
 
 def beginnings(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence[Balances]) -> list[Vector]:
-    """Return whole vectors with the base parameters as stated, and with limp-home where an open bridge shows it."""
+    """Return whole vectors as stated, with limp-home where an open bridge shows it, and with stops met early."""
     stated = whole.copy()
     for unknown in unknowns:
         if "." not in unknown.name and unknown.high <= SLACK:  # no cause's own
             unknown.put(stated, 0.0)
     stated = _at_the_stops(stated, unknowns, balances)
-    return [stated, _at_limp_home(stated.copy(), unknowns, balances)]
+    return [stated, _at_limp_home(stated.copy(), unknowns, balances), _met_early(stated.copy(), unknowns)]
 
 
 def _at_the_stops(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence[Balances]) -> Vector:
@@ -99,6 +99,16 @@ def _at_the_stops(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence
             unknown.put(whole, float(np.clip((highest - unknown.centre) / unknown.scale, unknown.low, 0.0)))
         if unknown.place == STOP_LOW and lowest > whole[STOP_LOW]:
             unknown.put(whole, float(np.clip((lowest - unknown.centre) / unknown.scale, 0.0, unknown.high)))
+    return whole
+
+
+def _met_early(whole: Vector, unknowns: Sequence[Unknown]) -> Vector:
+    """Put the stops to the inner edges of their tolerances (in place): a slope leads out from there, but none in."""
+    for unknown in unknowns:
+        if unknown.place == STOP_HIGH and unknown.high <= SLACK:
+            unknown.put(whole, unknown.low)
+        if unknown.place == STOP_LOW and unknown.high <= SLACK:
+            unknown.put(whole, unknown.high)
     return whole
 
 
