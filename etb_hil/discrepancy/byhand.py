@@ -65,4 +65,4 @@ def _round(findings: Findings, known: Model, id_: str) -> Round:
     t = held_out(cause.fit, cause.columns, cause.unknowns, segment).t_against(
         held_out(before.fit, before.columns, before.unknowns, segment)
     )
-    return Round(before, [], [cause], findings.final_groups, groups, t, 0.0)
+    return Round(before, [], [cause], findings.final_groups, groups, t, 0.0, cause)

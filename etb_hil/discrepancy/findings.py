@@ -21,7 +21,10 @@ Float64 = NDArray[np.float64]
 
 @dataclass(slots=True)
 class Round:
-    """One search: the model that it started from, all suspects as screened, the best as fitted."""
+    """One search: the model that it started from, all suspects as screened, the best as fitted.
+
+    `curved`: the winner with the curve of its own that fits best, the plain one among them.
+    """
 
     before: Calibration
     screened: list[Screened]
@@ -30,6 +33,7 @@ class Round:
     after_groups: Float64
     t: float
     healthy_gain: float
+    curved: Refined
     alike: list[str] = field(default_factory=list)
     accepted: bool = False
     refused: str = ""  # why the winner is no cause

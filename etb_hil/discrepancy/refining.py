@@ -65,6 +65,26 @@ def bent(residual: Residual, refined: Refined, load: float) -> Refined:
     return fully(residual, replace(refined, unknowns=[*refined.unknowns, *finer_unknowns(effect, load)]))
 
 
+def curved(residual: Residual, refined: Refined, load: float) -> Refined:
+    """Return a plain effect with the finer shapes that fit it best, begun as it is and at either end of each.
+
+    Between curves that fit as well no slope leads far.
+    """
+    effect = refined.candidate.effect
+    if effect is None or not effect.finer:
+        return refined
+    finer = finer_unknowns(effect, load)
+    unknowns = [*refined.unknowns, *finer]
+    base = refined.columns[:, : len(refined.unknowns) - len(effect.parameters)]
+    begins = [refined.fit.whole.copy() for _ in range(1 + 2 * len(finer))]
+    for k, one in enumerate(finer):
+        one.put(begins[1 + 2 * k], one.low)
+        one.put(begins[2 + 2 * k], one.high)
+    tried = (gauss_newton(residual, fit_of(residual, whole), unknowns, _QUICK_ROUNDS, base) for whole in begins)
+    fit, columns = min(tried, key=lambda found: found[0].cost)
+    return fully(residual, Refined(refined.candidate, fit, unknowns, columns))
+
+
 def unknowns_of(base: Sequence[Unknown], candidate: Candidate, start: Vector, load: float) -> list[Unknown]:
     """Return what a fit of a suspect moves: the base, its own parameter let out of its box, then an effect's own."""
     moved = [u.free() if u.name == candidate.frees else u for u in base]

@@ -16,7 +16,7 @@ from etb_hil.discrepancy.evenly import evenly
 from etb_hil.discrepancy.findings import Round
 from etb_hil.discrepancy.fit import Residual, columns, fit_of
 from etb_hil.discrepancy.refining import Refined
-from etb_hil.discrepancy.screening import Screened, stepped
+from etb_hil.discrepancy.screening import stepped
 from etb_hil.discrepancy.similarity import ABSORBED, Light, Projector, angle_rows, lights, zeros
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import Vector
@@ -25,6 +25,7 @@ Float64 = NDArray[np.float64]
 
 _ALIKE = 0.93  # a little below what the data call alike: the grid of shapes may miss a rival's best
 _WORTH = 0.5  # a screened rival's cosine from which its other shapes are looked at
+_FIRST = 6  # rivals of a wrong number, as they were screened, whose other shapes are looked at in any case
 _BOTH = 0.75  # two suspects of a lesser cosine than that cannot both take more than this
 _PURSUED = 0.6  # a grid's best cosine from which its shapes are moved on
 _HALVINGS = 3
@@ -50,16 +51,19 @@ def alike(
     records = _Records(winner, healthy, balances)
     record = records.under(Light.WHOLE)
     names, cosines = [], {}
-    for screened in found.screened:
+    for rank, screened in enumerate(found.screened):
         rival = screened.candidate
         if rival.id == winner.id:
             continue
         near = record.cosine(rival)
         if rival.effect is not None:
             held_to = lights(winner.candidate, rival)
+            # A wrong number is no small step: of a rival the shape that took most of it may be one that is not alike.
+            is_first = winner.candidate.effect is None and rank < _FIRST
             for light in held_to:
                 seen = records.under(light)
-                if near <= _ALIKE and (near > _WORTH or len(held_to) > 1) and seen.imitators is None:
+                is_worth = near > _WORTH or len(held_to) > 1 or is_first
+                if near <= _ALIKE and is_worth and seen.imitators is None:
                     near = max(near, _closest(seen, shapes[rival.id]))
         cosines[rival.id] = near
         if near > _ALIKE:
@@ -75,8 +79,9 @@ def alike(
     if imitators is None and winner.candidate.effect is not None:
         # Where little is seen of an effect, another shape of it fits as well, and may be what base parameters do;
         # a planned test's record, of which no cause is screened, may show more.
-        again = (one for one in found.screened if one.candidate.id == winner.id and _lead(found, one.cost) < margin)
-        imitators = next((records.of(one).imitators for one in again), None)
+        again = [one for one in found.screened if one.candidate.id == winner.id and _lead(found, one.cost) < margin]
+        others = [*(one.start for one in again), found.curved.fit.whole]
+        imitators = next(filter(None, (records.of(whole).imitators for whole in others)), None)
     names += [decision.parameter_id(name) for name in imitators or ()]
     names += unjudged(balances, winner.id)
     return list(dict.fromkeys(name for name in names if name and name != winner.id))
@@ -114,9 +119,9 @@ class _Records:
             self._made[light] = self._make(light)
         return self._made[light]
 
-    def of(self, screened: Screened) -> _Record:
-        """Return the whole record of the winner as it was screened."""
-        fit = replace(self._winner.fit, whole=screened.start)
+    def of(self, whole: Vector) -> _Record:
+        """Return the whole record of the winner with its numbers in `whole`."""
+        fit = replace(self._winner.fit, whole=whole)
         return _Record.of(replace(self._winner, fit=fit), self._healthy, self._residual)
 
     def _make(self, light: Light) -> _Record:
@@ -136,6 +141,7 @@ class _Record:
     """A record without the winner; `whole` (n) is what the winner would change in it, `own` what the base leaves of it.
 
     `suspected`: what is no base: a parameter that is the winner itself, and sensors' zeros where they count as known.
+    `imitators`: the base parameters that imitate the winner; None: none do.
     """
 
     residual: Residual
@@ -144,6 +150,7 @@ class _Record:
     whole: Float64
     own: Float64
     suspected: frozenset[str]
+    imitators: list[str] | None
 
     @staticmethod
     def of(winner: Refined, healthy: Calibration, residual: Residual) -> _Record:
@@ -153,24 +160,14 @@ class _Record:
         suspected = frozenset({winner.candidate.frees} - {""})
         whole = _alone(residual, healthy, winner)
         own = projector.rest(whole, suspected)
-        return _Record(residual, healthy, projector, whole, own, suspected)
+        return _Record(residual, healthy, projector, whole, own, suspected, _imitators(projector, whole, suspected))
 
     def with_zeros_known(self) -> _Record:
         """Return the same record where the sensors' zeros are no base."""
         suspected = self.suspected | zeros(self.healthy.unknowns)
-        return replace(self, suspected=suspected, own=self.projector.rest(self.whole, suspected))
-
-    @property
-    def imitators(self) -> list[str] | None:
-        """The base parameters that imitate the winner but for a fifth, beside skew rows or without; None: none do."""
-        skews = frozenset(name for name in self.projector.names if name.endswith("_skew"))
-        # Of a delay skew rows take nearly all, and are no parameter.
-        clear = self.projector.rest(self.whole, frozenset(self.projector.names) - skews)
-        for column, without in ((clear, self.suspected), (self.whole, self.suspected | skews)):
-            left = self.projector.rest(column, without)
-            if float(np.linalg.norm(left)) < ABSORBED * float(np.linalg.norm(column)):
-                return self.projector.imitators(column, without)
-        return None
+        own = self.projector.rest(self.whole, suspected)
+        imitators = _imitators(self.projector, self.whole, suspected)
+        return replace(self, own=own, suspected=suspected, imitators=imitators)
 
     def is_the_winner_again(self, rival: Refined) -> bool:
         """Tell whether an effect, as it was fitted, is no more than the wrong number that was found, and the base."""
@@ -188,6 +185,18 @@ class _Record:
             raw = stepped(self.residual, self.healthy.fit, rival)
         directions = self.projector.directions(raw, self.suspected | ({rival.frees} - {""}))
         return float(np.linalg.norm(directions.T @ self.own) / max(float(np.linalg.norm(self.own)), 1e-12))
+
+
+def _imitators(projector: Projector, whole: Float64, suspected: frozenset[str]) -> list[str] | None:
+    """Return the base parameters that imitate a winner but for a fifth, beside skew rows or without; None: none do."""
+    skews = frozenset(name for name in projector.names if name.endswith("_skew"))
+    # Of a delay skew rows take nearly all, and are no parameter.
+    clear = projector.rest(whole, frozenset(projector.names) - skews)
+    for column, without in ((clear, suspected), (whole, suspected | skews)):
+        left = projector.rest(column, without)
+        if float(np.linalg.norm(left)) < ABSORBED * float(np.linalg.norm(column)):
+            return projector.imitators(column, without)
+    return None
 
 
 def _base_of(winner: Refined, healthy: Calibration) -> Vector:

@@ -13,7 +13,7 @@ from etb_hil.discrepancy.candidates import suspects
 from etb_hil.discrepancy.findings import Findings, Round, Standing, siblings
 from etb_hil.discrepancy.fit import Residual
 from etb_hil.discrepancy.floor import floor_of, group_means, weigh
-from etb_hil.discrepancy.refining import Refined, bent, fully, quickly
+from etb_hil.discrepancy.refining import Refined, bent, curved, fully, quickly
 from etb_hil.discrepancy.rivals import alike
 from etb_hil.discrepancy.screening import Linear, Screened, screen
 from etb_hil.discrepancy.segments import held_out, segment_of
@@ -47,7 +47,8 @@ def one_round(findings: Findings, taken: Sequence[str], progress: Progress) -> R
     ]
     refined = _best_first(refined)
     after, _ = group_means(findings.balances, refined[0].fit.whole)
-    if decision.excess(after / findings.final_floor.level, findings.rows).sum() > 0.0:
+    is_bent = decision.excess(after / findings.final_floor.level, findings.rows).sum() > 0.0
+    if is_bent:
         # Before anything else is suspected: a cause's own curve may be another than the plain one.
         refined = [bent(residual, r, findings.balances[0].load) if k < _BENT else r for k, r in enumerate(refined)]
         refined = _best_first(refined)
@@ -65,6 +66,7 @@ def one_round(findings: Findings, taken: Sequence[str], progress: Progress) -> R
         after / findings.final_floor.level,
         t,
         _healthy_gain(findings, healthy, refined[0].id),
+        refined[0] if is_bent else curved(residual, refined[0], findings.balances[0].load),
     )
     is_all = decision.excess(found.after_groups, findings.rows).sum() <= 0.0
     found.alike = alike(found, findings.final_floor.balances, healthy, shapes, is_all=is_all)

@@ -44,6 +44,20 @@ from explain_study import searched
             {"parameter:coulomb", "parameter:stiction"},
             id="base parameters beside another shape that fits as well",
         ),
+        pytest.param(
+            111018,
+            ("presliding_hysteresis",),
+            {"level": "medium"},
+            {"parameter:stiction", "parameter:viscous"},
+            id="base parameters beside another curve that fits better",
+        ),
+        pytest.param(
+            100012,
+            ("parameter:bristle_stiffness",),
+            {},
+            {"presliding_hysteresis"},
+            id="a rival whose shape that takes most is none that looks alike",
+        ),
     ],
 )
 def test_what_does_nearly_the_same_is_named_beside_it(seed, effects, options, others):
