@@ -47,7 +47,8 @@ _TORQUE_FLOOR = 3.0  # times the current's noise
 # Unknown but small: clock skew of current, voltage and plate sensor, and the plate sensor's zero.
 NUISANCES = ("current_skew", "voltage_skew", "plate_skew", "plate_zero")
 _TREMBLES = 0.01  # of T_c / sigma_0 from row to row
-_SENSORS = (row("current_sensor_gain"), row("measurement_delay") + WIDTH)
+_DELAY = row("measurement_delay")
+_SENSORS = (row("current_sensor_gain"), _DELAY + WIDTH)
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +141,8 @@ class Balances:
         """Return what of the current's spectrum its rows miss, inside the band."""
         if self.measured.current is None or self.measured.is_drive:
             return np.zeros(1, np.complex128)
-        return self._rows * missed_by_rows(self.spectrum.s, self.measured.dt, p[RESISTANCE], p[INDUCTANCE])
+        late = p[_DELAY], p[_DELAY + 1]
+        return self._rows * missed_by_rows(self.spectrum.s, self.measured.dt, p[RESISTANCE], p[INDUCTANCE], *late)
 
     def _modelled(self, truth: _Truth, p: Vector) -> _Modelled:
         """Return what is integrated along the motion; only inductance and inertia have no part in it."""

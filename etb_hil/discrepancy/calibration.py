@@ -71,7 +71,8 @@ def calibrate(
 def all_unknowns(model: Model, balances: Sequence[Balances]) -> list[Unknown]:
     """Return nuisances, base parameters, and the parameters of effects that the model has already."""
     # Nuisances first: their columns need no integration, as long as the point that they are taken at is remembered.
-    found = nuisance_unknowns(max(b.measured.dt for b in balances)) + base_unknowns(model)
+    has_current = all(b.has[1] for b in balances)
+    found = nuisance_unknowns(max(b.measured.dt for b in balances), has_current=has_current) + base_unknowns(model)
     vector = model.vector()
     for entry in model.effects:
         effect = CATALOGUE[entry.id]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.measurement import Measurement
+from etb_hil.discrepancy.rows import in_rows, until_next
 from etb_hil.discrepancy.unknowns import simulable
 from etb_hil.plant.effects import (
     angle_sensor_eccentricity,
@@ -21,7 +22,7 @@ from etb_hil.plant.effects import (
 from etb_hil.plant.extended import PLATE, advance_extended, new_extended_state
 from etb_hil.plant.integrator import CURRENT, OMEGA, THETA, TICK
 from etb_hil.plant.parameters import Model
-from etb_hil.plant.physics import BACK_EMF, INERTIA, RESISTANCE, TORQUE_PER_AMPERE, VOLTAGE_LIMIT, Vector
+from etb_hil.plant.physics import BACK_EMF, INDUCTANCE, INERTIA, RESISTANCE, TORQUE_PER_AMPERE, VOLTAGE_LIMIT, Vector
 
 Float64 = NDArray[np.float64]
 
@@ -49,16 +50,24 @@ def rerun(balances: Balances, model: Model, p: Vector, seed: int) -> Measurement
         angle = (np.floor(motor / grid) + 0.5) * grid / gear
     current = None
     if m.current is not None:
-        current = current_sensor_gain.measured_current(_late(balances, rows[:, 1], p), p)
+        current = current_sensor_gain.measured_current(_late(balances, rows, p), p)
         current = current_sensor_offset.measured_current(current, m.temperature, p)
         current = _rounded(current + sensors.current_noise * noise[1], sensors.current_step)
     return replace(m, voltage=voltage, angle=angle, plate=plate, current=current)
 
 
-def _late(balances: Balances, current: Float64, p: Vector) -> Float64:
-    spectrum = balances.spectrum
+def _late(balances: Balances, rows: Float64, p: Vector) -> Float64:
+    """Return the current (n) as it is read late: what bends between rows where it bends, the rest of it as a whole."""
+    spectrum, dt = balances.spectrum, balances.measured.dt
     late = measurement_delay.lateness(spectrum.all_s, p)
-    return current if late is None else spectrum.signal(spectrum.all_of(current) * late)
+    if late is None:
+        return rows[:, 1]
+    driven = spectrum.all_of(until_next(rows[:, 3], balances.is_open))
+    bends, read = (
+        driven * in_rows(spectrum.all_s, dt, p[RESISTANCE], p[INDUCTANCE], *by)
+        for by in ((), p[list(measurement_delay.EFFECT.indices)])
+    )
+    return spectrum.signal(late * (spectrum.all_of(rows[:, 1]) - bends) + read)
 
 
 def _plate(angle: Float64, model: Model, noise: Float64) -> Float64:

@@ -18,6 +18,7 @@ _SHORT = 0.02  # s
 _LIKELY_JITTER = 1e-6  # s
 _TELLING = 0.5  # of the noise that such a jitter makes where it is looked for
 _ENOUGH = 25  # windows
+_SAME = 1e-4  # of a time constant
 
 
 def held(s: Complex128, dt: float) -> Complex128:
@@ -27,14 +28,36 @@ def held(s: Complex128, dt: float) -> Complex128:
     return (1.0 - np.exp(-x)) / x
 
 
-def missed_by_rows(s: Complex128, dt: float, resistance: float, inductance: float) -> Complex128:
+def missed_by_rows(
+    s: Complex128, dt: float, resistance: float, inductance: float, delay: float = 0.0, lag: float = 0.0
+) -> Complex128:
     """Return what rows of a winding's current miss of it, over the spectrum of the rows of its held voltage.
 
     Between two rows the current bends after every step of the voltage. Its rows alone take that for a straight line; at
-    2 kHz and a step of 12 V a throttle's torque balance would see ten times its noise.
+    2 kHz and a step of 12 V a throttle's torque balance would see ten times its noise. Rows that are read late by a
+    `delay` and a `lag` see another part of each bend, and are taken to have been put back in time.
     """
-    keep = np.exp(-dt * resistance / inductance)
-    return held(s, dt) / (resistance + inductance * s) - (1.0 - keep) / (resistance * (np.exp(s * dt) - keep))
+    back = np.exp(s * delay) * (1.0 + s * lag)
+    return held(s, dt) / (resistance + inductance * s) - back * in_rows(s, dt, resistance, inductance, delay, lag)
+
+
+def in_rows(
+    s: Complex128, dt: float, resistance: float, inductance: float, delay: float = 0.0, lag: float = 0.0
+) -> Complex128:
+    """Return the spectrum of a winding's current in its rows, read late, over that of the rows of its held voltage."""
+    winding = inductance / resistance
+    if abs(winding - lag) < _SAME * winding:
+        lag = (1.0 - _SAME) * winding
+    whole = np.floor(delay / dt)
+    since = 1.0 + whole - delay / dt  # rows' times from a step of the voltage to the next reading
+    z = np.exp(s * dt)
+    found = np.ones(len(s), np.complex128)
+    for time, share in ((winding, winding / (winding - lag)), (lag, -lag / (winding - lag))):
+        if time > 0.0:
+            found += share * np.exp(-dt * since / time) * (1.0 - z) / (z - np.exp(-dt / time))
+        elif time < 0.0:  # a lag that is undone
+            found += share * np.exp(dt * (1.0 - since) / time) * (1.0 - z) / (z * np.exp(dt / time) - 1.0)
+    return np.asarray(found * z ** -(whole + 1.0) / resistance)
 
 
 def until_next(voltage: Float64, is_open: NDArray[np.bool_]) -> Float64:

@@ -89,12 +89,13 @@ def base_unknowns(model: Model) -> list[Unknown]:
     return found
 
 
-def nuisance_unknowns(dt: float) -> list[Unknown]:
-    """Return clock skews and the plate sensor's zero."""
+def nuisance_unknowns(dt: float, *, has_current: bool) -> list[Unknown]:
+    """Return clock skews and the plate sensor's zero; a measured current that is late is a delay, which is a cause."""
     scales = [_SKEW * dt] * 3 + [_ZERO]
     return [
         Unknown(name, EXTENDED + k, 0.0, scale, -1.0, 1.0)
         for k, (name, scale) in enumerate(zip(NUISANCES, scales, strict=True))
+        if not (has_current and name == "current_skew")
     ]
 
 
