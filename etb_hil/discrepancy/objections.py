@@ -39,10 +39,13 @@ def objection(found: Round, findings: Findings) -> str:
     return next((words for object_to in _OBJECTIONS if (words := object_to(found, findings))), "")
 
 
-def is_open(found: Round, findings: Findings) -> bool:
-    """Tell whether nothing speaks against a round's winner but what another cause that is missing may bring about."""
+def is_open(found: Round, findings: Findings, *also: Objection) -> bool:
+    """Tell whether nothing speaks against a round's winner but what another cause that is missing may bring about.
+
+    `also`: what else a cause that stands in for the missing one may bring about.
+    """
     reasons = {object_to for object_to in _OBJECTIONS if object_to(found, findings)}
-    return bool(reasons) and reasons <= {_harms_a_balance, fails_on_other_segments}
+    return bool(reasons) and reasons <= {_harms_a_balance, fails_on_other_segments, *also}
 
 
 def takes_nearly_all(found: Round, findings: Findings) -> bool:
@@ -68,8 +71,15 @@ def _stands_for_an_earlier_cause(found: Round, findings: Findings) -> str:
         return "looks like a cause that was found before, whose own shape may be what is left"
     if any(r.winner.id in found.alike or found.winner.id in r.alike for r in findings.accepted):
         return "cannot be told from a cause that was found before"
+    return ""
+
+
+def is_imitated(found: Round, findings: Findings) -> str:
+    """Say that base parameters imitate a later cause that neither takes nearly all nor leaves its rivals behind."""
     # What base parameters imitate but for a fifth, several suspects do: only one that beats them all is the one.
-    if found.gain < _LATER_CERTAIN and not _is_clear(found) and any(n.startswith("parameter:") for n in found.alike):
+    if not findings.accepted or found.gain >= _LATER_CERTAIN or _is_clear(found):
+        return ""
+    if any(name.startswith("parameter:") for name in found.alike):
         return "base parameters do nearly the same, and other suspects leave little more"
     return ""
 
@@ -162,6 +172,7 @@ def _is_inside_its_tolerance(found: Round, _: Findings) -> str:
 
 _OBJECTIONS: tuple[Objection, ...] = (
     _stands_for_an_earlier_cause,
+    is_imitated,
     _takes_too_little,
     _helps_no_balance,
     _harms_a_balance,

@@ -1,6 +1,6 @@
-"""A cause that a balance or held-out segments speak against, tried again with another beside it.
+"""A cause that something speaks against, tried again with another beside it, or in place of an earlier one.
 
-What is missing bends balances, and hides how well a cause holds.
+What is missing bends balances, and hides how well a cause holds; what stands in for two causes hides what either takes.
 """
 
 from __future__ import annotations
@@ -9,7 +9,14 @@ from collections.abc import Sequence
 
 from etb_hil.discrepancy import decision
 from etb_hil.discrepancy.findings import Findings, Round
-from etb_hil.discrepancy.objections import fails_on_other_segments, harms, is_open, objection, takes_nearly_all
+from etb_hil.discrepancy.objections import (
+    fails_on_other_segments,
+    harms,
+    is_imitated,
+    is_open,
+    objection,
+    takes_nearly_all,
+)
 from etb_hil.discrepancy.reconsidering import is_replaced
 from etb_hil.discrepancy.rounds import Progress, go_back, one_round, take_in, taken_by
 
@@ -35,6 +42,30 @@ def stands_with_another(found: Round, findings: Findings, without: Sequence[str]
         if not stands:
             found.accepted = False
             findings.rounds[:] = rounds
+            go_back(findings, standing)
+    return stands
+
+
+def stands_in_place(found: Round, findings: Findings, without: Sequence[str], progress: Progress) -> bool:
+    """Take in a later cause that base parameters imitate where, beside it, another one replaces an earlier cause.
+
+    What an earlier cause that stands in for two leaves, no true one takes nearly all of. Both are searched for again
+    beside each other, and have to be causes by all rules; otherwise everything is as it was. `without`: ids that are no
+    suspects.
+    """
+    if not is_imitated(found, findings) or not is_open(found, findings, is_imitated):
+        return False
+    earlier, standing, rounds, stands = findings.accepted, findings.standing, list(findings.rounds), False
+    try:
+        take_in(findings, found)
+        replaced = [old for old in earlier if is_replaced(findings, old, without, progress, is_wrong=False)]
+        stands = bool(replaced) and is_replaced(findings, found, without, progress, is_wrong=True)
+    finally:
+        if not stands:
+            found.accepted = False
+            findings.rounds[:] = rounds
+            for old in earlier:
+                old.accepted = True
             go_back(findings, standing)
     return stands
 

@@ -65,6 +65,36 @@ def test_a_later_cause_that_base_parameters_imitate_is_none_where_another_suspec
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("seed", "other"),
+    [
+        pytest.param(122003, "presliding_hysteresis", id="a stand-in that left its rivals far behind"),
+        pytest.param(90282, "friction_load", id="beside a stand-in it harms a balance, too"),
+    ],
+)
+def test_what_is_imitated_beside_a_stand_in_is_found_with_what_the_stand_in_hid(seed, other):
+    asked = []
+    findings = searched(hidden_case(seed, pair=True), progress=asked.append)
+    assert "asking again whether it is supply_sag" in asked
+    assert _causes(findings) == {"hbridge_dead_time", other}
+    assert all(objections.takes_nearly_all(found, findings) for found in findings.accepted)
+    assert findings.verdict == "ambiguous"  # each has its look-alike
+
+
+@pytest.mark.slow
+def test_what_is_imitated_is_refused_and_all_is_as_before_where_nothing_replaces_the_first():
+    asked = []
+    findings = searched(hidden_case(103034, ("air_drag",), "medium"), progress=asked.append)
+    assert "asking again whether it is friction_temperature" in asked
+    first, refused = findings.rounds
+    assert (first.winner.id, first.accepted) == ("friction_temperature", True)
+    assert not refused.accepted
+    assert refused.refused.startswith("base parameters do nearly the same")
+    assert findings.final is refused.before
+    assert findings.verdict == "unexplained"
+
+
+@pytest.mark.slow
 def test_a_rival_of_the_first_cause_that_takes_nearly_all_of_the_rest_is_there_too():
     findings = searched(hidden_case(80362, pair=True))
     assert _causes(findings) == {"spring_nonlinear", "resistance_temperature"}
