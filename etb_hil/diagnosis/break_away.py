@@ -131,9 +131,10 @@ def break_away_torque(
     free = len(found) - 2
     reach = TWO_SIDED_95 * (1.0 + 1.2 / free + 1.1 / (free * free)) * math.sqrt(variance)  # Student's factor within 8 %
     rated = [one for one in found if one.rate > 0.0]
-    rates = [one.rate for one in rated] or [math.nan]
+    rates = [one.rate for one in rated]
+    between = (min(rates), max(rates)) if rates else (math.nan, math.nan)
     return BreakAwayTorque(
-        value, value - reach, value + reach, len(found), (min(rates), max(rates)),
+        value, value - reach, value + reach, len(found), between,
         _per_decade(found, [one.rest for one in found], value), _per_decade(rated, rates, value),
     )  # fmt: skip
 
@@ -158,7 +159,7 @@ def at_rates(
 
 def _per_decade(found: Sequence[BreakAway], of: Sequence[float], level: float) -> tuple[float, float, float] | None:
     """Return the slope of torque over the logarithm of rests or rates, each direction about its own mean."""
-    if max(of) < _SPREAD * min(of):
+    if not of or max(of) < _SPREAD * min(of):
         return None
     xs, ys = [], []
     for way in (1, -1):

@@ -344,6 +344,8 @@ def _judged(found: dict[str, Any]) -> list[str]:
         return []
     sentences = []
     for name, model in (("stated", "as stated"), ("extended", "with the causes")):
+        if name not in diagnosis:
+            continue
         one = diagnosis[name]
         numbers = [f"{id_} {one[id_]['value']:.3g} {one[id_]['unit']}" for id_ in ("T_st", "T_c") if id_ in one]
         sentences.append(f"Diagnosis, model {model}: {', '.join(numbers) or 'no friction found'}; {one['verdict']}.")

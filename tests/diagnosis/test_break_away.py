@@ -87,6 +87,15 @@ def test_several_rates_are_told_apart_each_with_both_directions():
     assert break_away_torque(alike).per_rate is None
 
 
+def test_without_a_single_rate_there_is_no_law_of_it():
+    """Friction that stood as high at rest, as where a current of the wrong sign makes it, has none."""
+    found = break_aways(ticks_of([0.3] * 4), THROTTLE)
+    torque = break_away_torque([replace(one, rate=math.nan) for one in found])
+    assert torque.value == break_away_torque(found).value
+    assert torque.per_rate is None
+    assert all(math.isnan(rate) for rate in torque.rates)
+
+
 def test_a_plate_that_stops_within_the_bristles_has_not_broken_away_twice():
     ticks = ticks_of([0.3] * 4)
     begun = int(np.flatnonzero(ticks.angle > 0.6 + 0.012)[0])

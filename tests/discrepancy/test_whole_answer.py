@@ -12,6 +12,7 @@ from etb_hil.base.quantity import unit_of
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.limits import load_limits
 from etb_hil.discrepancy.balances import CHANNELS
+from etb_hil.discrepancy.consequence import consequence
 from etb_hil.discrepancy.explain import Answer, explain, write
 from etb_hil.discrepancy.extending import calibrated_parameters, extended_model
 from etb_hil.discrepancy.leftover import _coordinates
@@ -40,6 +41,18 @@ def test_suspects_that_were_refused_say_why(answer):
     best = {one["search"]: one for one in reversed(answer.explanation["suspects"])}
     for one in best.values():
         assert one["taken_in"] == (not one["refused"])
+
+
+def test_a_judgement_that_fails_is_said_and_takes_nothing_with_it(answer, monkeypatch, tmp_path):
+    def fails(*_):
+        raise ZeroDivisionError("of odd data")
+
+    monkeypatch.setattr("etb_hil.discrepancy.consequence.Diagnosis", fails)
+    limits = load_limits(find("limits", "default")).content
+    found = consequence(answer.findings, limits, answer.findings.final.fit.whole)
+    assert found == {"says": "the unit could not be judged: ZeroDivisionError: of odd data"}
+    page = write_explanation(answer.explanation | {"diagnosis": found}, None, tmp_path).read_text("utf-8")
+    assert "The unit could not be judged" in page
 
 
 def test_between_what_noise_leaves_is_said(answer, tmp_path):
