@@ -29,6 +29,7 @@ from etb_hil.discrepancy.planned import Plan
 from etb_hil.discrepancy.quality import data_quality, nothing_to_judge
 from etb_hil.discrepancy.sweeps import is_slow, sweeps_of
 from etb_hil.discrepancy.transfer import transfer
+from etb_hil.discrepancy.winding import must_be_of_winding
 from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.drive_text import drive_text
 from etb_hil.plant.model_text import model_text
@@ -241,6 +242,7 @@ def _read(
     for number, recording in enumerate(recordings):
         try:
             found = measurements_of(recording, model)
+            must_be_of_winding(found, model)
         except InputError as error:
             missing += [str(problem) for problem in error.problems]
             continue

@@ -21,9 +21,6 @@ _TINY = 1e-12
 _GRID_SLACK = 0.05  # of a step
 _FEWEST_JUMPS = 5
 _SAME_UNIT = 0.2
-_BRAKES = 3.0  # times V/R: a motor that is braked at full speed comes to 2
-_HARDLY = 30.0  # times less than V/R: halfway to a thousand
-_MOST = 0.999  # of the rows: beyond it are spikes
 _OFF_GRID = 0.5  # share of the rows from which it is said
 
 
@@ -66,7 +63,7 @@ def _of(b: Balances, model: Model) -> dict[str, Any]:
     travel = (float(m.angle.min()), float(m.angle.max()))
     if not m.is_drive and (travel[0] > model.values.limp_home or travel[1] < model.values.limp_home):
         flags.append("limp-home is never crossed: preload, offset and asymmetry cannot be told apart")
-    flags += _off_grid(m) + _other_unit(m) + _other_current(m, model)
+    flags += _off_grid(m) + _other_unit(m)
     found: dict[str, Any] = {
         "origin": m.origin,
         "rate_hz": m.rate,
@@ -110,20 +107,6 @@ def _other_unit(m: Measurement) -> list[str]:
     what, unit = ("force", "N") if m.is_linear else ("torque", "N·m")
     come = f"{times:.2g} {unit} of the drive's {what}"
     return [f"command_{what} is not in the unit that it says: with one of it come {come}, as with a volt of the drive"]
-
-
-def _other_current(m: Measurement, model: Model) -> list[str]:
-    """Flag a current that is far from what the greatest voltage drives through the winding: mA are no A."""
-    if m.current is None or m.is_drive:
-        return []
-    volts, amperes = (float(np.quantile(np.abs(values), _MOST)) for values in (m.voltage, m.current))
-    allowed = volts / model.values.resistance
-    if allowed <= 0.0 or allowed / _HARDLY <= amperes <= _BRAKES * allowed:
-        return []
-    what = "is far above" if amperes > allowed else "is far below"
-    by = f"the model's R of {model.values.resistance:.3g} ohm allows at the greatest voltage, {volts:.3g} V"
-    unit = "look at its unit (A or mA) in the column's header or in the map"
-    return [f"motor_current goes up to {amperes:.3g} A, which {what} what {by}: {allowed:.3g} A; {unit}"]
 
 
 def _at_rest(m: Measurement) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""What data keep silent of: rows that are left out or filled in and judged, and a current in another unit."""
+"""What data keep silent of: rows that are left out, or filled in and judged."""
 
 import re
 from dataclasses import replace
@@ -102,20 +102,3 @@ def test_rows_with_the_time_of_the_row_before_are_said_to_be_left_out(cogging_re
     path = tmp_path / "twice.csv"
     path.write_text("\n".join([*lines, ""]), "utf-8")
     assert "2 rows had the time of the row before and were left out" in flags_of(read_table(path))
-
-
-@pytest.mark.parametrize(("times", "says"), [(1000.0, "far above"), (1e-3, "far below")], ids=["mA as A", "A as mA"])
-def test_a_current_in_another_unit_is_flagged_with_what_the_winding_allows(cogging_recording, times, says):
-    current = cogging_recording.series("motor_current").values
-    (flag,) = (f for f in flags_of(changed(cogging_recording, motor_current=times * current)) if "R of" in f)
-    assert says in flag
-    assert f"up to {times * np.quantile(np.abs(current), 0.999):.3g} A" in flag
-    volts = np.quantile(np.abs(cogging_recording.series("motor_voltage").values), 0.999)
-    assert f"{volts:.3g} V: {volts / MODEL.values.resistance:.3g} A" in flag
-    assert "look at its unit (A or mA)" in flag
-
-
-@pytest.mark.parametrize("times", [1.0, 0.5, 1.5])
-def test_a_current_that_a_winding_may_have_is_not_flagged(cogging_recording, times):
-    current = times * cogging_recording.series("motor_current").values
-    assert not any("R of" in flag for flag in flags_of(changed(cogging_recording, motor_current=current)))
