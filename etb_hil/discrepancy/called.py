@@ -1,4 +1,4 @@
-"""Parameters by the names of the user's own model file: a drive has a constant load where a throttle has a preload."""
+"""Names as in the user's own model file: a drive has a constant load where a throttle has a preload, and no plate."""
 
 from __future__ import annotations
 
@@ -7,11 +7,15 @@ from typing import Any
 from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.parameters import Model
 
-_IN_A_DRIVES_FILE = {"preload_open": "constant_load", "motor_inertia": "inertia"}
+_IN_A_DRIVES_FILE = {
+    "preload_open": "constant_load",
+    "motor_inertia": "inertia",
+    "throttle_angle": "position",
+}
 
 
 def as_in_its_file(answer: dict[str, Any], model: Model) -> dict[str, Any]:
-    """Return an answer with parameters called as the model's own file calls them."""
+    """Return an answer with parameters and the angle called as a drive's own file has them, where it is a drive's."""
     return {_called(key): _renamed(value) for key, value in answer.items()} if is_drive(model) else answer
 
 
@@ -28,4 +32,4 @@ def _called(text: str) -> str:
         return _IN_A_DRIVES_FILE[text]
     for ours, its in _IN_A_DRIVES_FILE.items():
         text = text.replace(f"parameter:{ours}", f"parameter:{its}")
-    return text
+    return text.replace("throttle angle", "position")

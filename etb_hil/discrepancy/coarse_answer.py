@@ -61,7 +61,7 @@ def answer_of(
         "nuisances": {"voltage_late": {"value": found.late * TICK, "unit": "s"}},
         "runs": runs,
         "errors": {
-            "holdout": {"free_run": {"throttle_angle": rms}},
+            "holdout": {"free_run": {"throttle_angle": {"unit": "rad", **rms}}},
             "nrmse_free_run": {name: value / span for name, value in rms.items()},
         },
         "gain": {

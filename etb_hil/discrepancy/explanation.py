@@ -11,6 +11,7 @@ from etb_hil.discrepancy import decision
 from etb_hil.discrepancy.byhand import measured
 from etb_hil.discrepancy.findings import Findings, Round
 from etb_hil.discrepancy.floor import LEAST_ROWS
+from etb_hil.discrepancy.freerun import CURRENT_ROLE, POSITION
 from etb_hil.discrepancy.holdout import Holdout
 from etb_hil.discrepancy.intervals import Estimate, estimates
 from etb_hil.discrepancy.limits import detection_limits
@@ -51,17 +52,36 @@ def explanation(findings: Findings, holdout: Holdout | None) -> dict[str, Any]:
         "data_quality": data_quality(findings.balances, findings.model),
     }
     if holdout is not None:
-        found["errors"] = {
-            "holdout": holdout.table,
-            "nrmse_free_run": holdout.nrmse,
-            "noise_floor_range": [float(holdout.floors.min()), float(holdout.floors.max())],
-        }
+        found["errors"] = _errors(findings, holdout)
         found["gain"] = {
             "of": "free-run error of the throttle angle on held-out segments, calibrated to extended",
             "value": holdout.gain,
             "interval": list(holdout.gain_interval),
         }
     return found
+
+
+def _errors(findings: Findings, holdout: Holdout) -> dict[str, Any]:
+    """Return errors with units, and what has to be said of a free run that errs where the balances lack nothing."""
+    units = {POSITION: "m" if findings.balances[0].measured.is_linear else "rad", CURRENT_ROLE: "A"}
+    least, most = float(holdout.floors.min()), float(holdout.floors.max())
+    left = holdout.table["free_run"][POSITION]["calibrated"]
+    says = ""
+    if findings.verdict == "adequate" and left > most:
+        its = f"m{units[POSITION]}"
+        says = (
+            f"the balances lack nothing, but in free run the calibrated model errs by {1e3 * left:.3g} {its}, more "
+            f"than noise alone left ({1e3 * least:.3g} to {1e3 * most:.3g} {its}); these data do not tell why"
+        )
+    return {
+        "holdout": {
+            kind: {signal: {"unit": units[signal], **models} for signal, models in signals.items()}
+            for kind, signals in holdout.table.items()
+        },
+        "nrmse_free_run": holdout.nrmse,
+        "noise_floor_range": [least, most],
+        "says": says,
+    }
 
 
 def _limits(findings: Findings) -> dict[str, dict[str, object]]:
@@ -113,15 +133,17 @@ def _parameters(each: Round, numbers: dict[int, Estimate], whole: Vector, *, is_
         name = each.winner.candidate.frees
         place = FIELDS.index(name)
         unit = value_unit(name, is_linear=is_linear)
-        return {name: {**_number(numbers[place], unit), "in_model": float(whole[place])}}
+        return {name: _size(numbers[place], unit, whole)}
     return {
-        parameter.name: {
-            **_number(numbers[place], unit_for(parameter, is_linear=is_linear)),
-            "in_model": float(whole[place]),
-        }
+        parameter.name: _size(numbers[place], unit_for(parameter, is_linear=is_linear), whole)
         for parameter, place in zip(effect.stated, effect.stated_indices, strict=True)
         if place in numbers
     }
+
+
+def _size(estimate: Estimate, unit: str, whole: Vector) -> dict[str, Any]:
+    flags = [] if estimate.is_told else ["these data do not tell it"]
+    return {**_number(estimate, unit), "in_model": float(whole[estimate.place]), "flags": flags}
 
 
 def _finer(each: Round, numbers: dict[int, Estimate], whole: Vector) -> dict[str, float]:

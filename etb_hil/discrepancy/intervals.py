@@ -3,7 +3,7 @@
 Blocks say how a number scatters; what the same bristles and encoder do in every block they do not see. The model's own
 simulation, of which the truth is known, does: the error made there is added. What no block shows is known as well as
 the model file states it. A parameter on the bound of its tolerance may also be somewhat inside, and what moves with it
-then moves, too.
+then moves, too. An effect's parameter is no further than its bounds, whatever the blocks say.
 """
 
 from __future__ import annotations
@@ -31,12 +31,13 @@ _STUDENT = (2.021, 2.086, 2.179, 2.306, 2.447, 2.571, 2.776, 3.182, 3.558, 4.303
 _RIDGE = 1e-3
 _STATED = 3.0  # one over the variance of what may be anywhere within a tolerance
 _ALONE = 0.99  # of what is known in a direction; a block that has more of it leaves the others nothing to say
+_TELLS = 0.95  # of an effect's bounds: what an interval has to be narrower than, before they cut it, to tell anything
 _PLACES = (LIMP_HOME, STOP_LOW, STOP_HIGH)  # known to no less than an encoder's count: who says where in it zero is
 
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A fitted number with its 95 % interval, SI."""
+    """A fitted number with its 95 % interval, SI; where it is not told, the interval is about what its bounds allow."""
 
     name: str
     place: int
@@ -44,6 +45,7 @@ class Estimate:
     low: float
     high: float
     on_bound: bool
+    is_told: bool = True
 
 
 def estimates(calibration: Calibration, balances: Sequence[Balances], floor: Floor) -> list[Estimate]:
@@ -73,7 +75,12 @@ def estimates(calibration: Calibration, balances: Sequence[Balances], floor: Flo
             half = max(half, count)
         low = min(value, value + drawn[k] * scale - half) + below[k] * scale
         high = max(value, value + drawn[k] * scale + half) + above[k] * scale
-        found.append(Estimate(unknown.name, unknown.place, value, low, high, bool(bound[k])))
+        is_told = True
+        if _is_of_effect(unknown):
+            bottom, top = (unknown.centre + scale * end for end in (unknown.low, unknown.high))
+            is_told = bool(unknown.is_known or high - low < _TELLS * (top - bottom))
+            low, high = max(low, min(bottom, value)), min(high, max(top, value))
+        found.append(Estimate(unknown.name, unknown.place, value, low, high, bool(bound[k]), is_told))
     return found
 
 
@@ -168,7 +175,11 @@ def _slopes(residual: Residual, whole: Vector, unknowns: Sequence[Unknown]) -> F
 
 def _is_stated(unknown: Unknown) -> bool:
     """Tell whether an unknown's box is what somebody states of it, and no effect's range or one that was opened."""
-    return (unknown.is_known or "." not in unknown.name) and unknown.low >= -SLACK and unknown.high <= SLACK
+    return (unknown.is_known or not _is_of_effect(unknown)) and unknown.low >= -SLACK and unknown.high <= SLACK
+
+
+def _is_of_effect(unknown: Unknown) -> bool:
+    return "." in unknown.name
 
 
 def _inverse(normal: Float64) -> Float64:

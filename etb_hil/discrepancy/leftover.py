@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,19 +25,26 @@ _UNITS = {"torque": "N·m", "voltage": "V", "angle": "rad"}
 
 @dataclass(frozen=True, slots=True)
 class Leftover:
-    """Means of a balance over a coordinate by direction, before and with the causes; SI, NaN where too few rows are."""
+    """Means of a balance over a coordinate by direction, before and with the causes; SI, NaN where too few rows are.
+
+    Without causes there is the first alone.
+    """
 
     balance: str
     unit: str
     over: str
     over_unit: str
     place: Float64
-    forward: tuple[Float64, Float64]
-    back: tuple[Float64, Float64]
+    forward: list[Float64]
+    back: list[Float64]
 
 
-def leftovers(b: Balances, before: Vector, after: Vector) -> list[Leftover]:
-    """Return the torque left over the angle and, where it shows more, another balance or coordinate."""
+def leftovers(b: Balances, before: Vector, after: Vector | None) -> list[Leftover]:
+    """Return the torque left over the angle and, where it shows more, another balance or coordinate.
+
+    `after`: with the causes, None where there are none.
+    """
+    models = [before] if after is None else [before, after]
     means, rows = group_means([b], before)
     over = [float(np.sum((rows * np.maximum(means - 1.0, 0.0))[3 * k : 3 * k + 3])) for k in range(3)]
     worst = int(np.argmax(over))
@@ -46,9 +53,9 @@ def leftovers(b: Balances, before: Vector, after: Vector) -> list[Leftover]:
     best = max(shares, key=lambda name: shares[name])
     if shares[best] < _BETTER * shares[ANGLE]:
         best = ANGLE
-    found = [_leftover(b, before, after, 0, ANGLE, along)]
+    found = [_leftover(b, models, 0, ANGLE, along)]
     if worst != 0 or best != ANGLE:
-        found.append(_leftover(b, before, after, worst, best, along))
+        found.append(_leftover(b, models, worst, best, along))
     return found
 
 
@@ -84,13 +91,13 @@ def _share(b: Balances, whole: Vector, channel: int, values: Float64) -> float:
 
 
 def _leftover(
-    b: Balances, before: Vector, after: Vector, channel: int, name: str, along: Mapping[str, tuple[Float64, str]]
+    b: Balances, models: Sequence[Vector], channel: int, name: str, along: Mapping[str, tuple[Float64, str]]
 ) -> Leftover:
     values, unit = along[name]
     edges = _edges(values)
     place = _place(values)
     means: list[list[Float64]] = []
-    for whole in (before, after):
+    for whole in models:
         left = b.channels(whole[:EXTENDED], whole[EXTENDED:])[channel] / float(b.whitening(channel)[0])
         found = []
         for moving in _directions(b, whole):
@@ -103,7 +110,7 @@ def _leftover(
     its = "N" if b.measured.is_linear and balance == "torque" else _UNITS[balance]
     shown = "force" if its == "N" else balance
     centres = 0.5 * (edges[1:] + edges[:-1])
-    return Leftover(shown, its, name, unit, centres, (means[0][0], means[1][0]), (means[0][1], means[1][1]))
+    return Leftover(shown, its, name, unit, centres, [one[0] for one in means], [one[1] for one in means])
 
 
 def _directions(b: Balances, whole: Vector) -> list[NDArray[np.bool_]]:

@@ -18,7 +18,7 @@ def detection_limits(
 ) -> dict[str, dict[str, object]]:
     """Return by effect the strength that would stand out by three sigma and by the gain that is asked of a cause.
 
-    Where that is more than the effect's bounds allow, it is not `within_bounds`: these data cannot show it.
+    Where that is more than the effect's bounds allow, it is not `within_bounds`: there is no limit, and it says why.
     """
     projector = Projector(before.columns, before.unknowns)
     fit = before.fit
@@ -35,11 +35,18 @@ def detection_limits(
         by_noise = _SIGMAS * scale * np.sqrt(_CORRELATED) / length
         by_gain = float(np.sqrt(least_gain * fit.cost)) / length
         parameter = effect.parameters[effect.searched[0]]
-        least = float(max(by_noise, by_gain))
+        least, most = float(max(by_noise, by_gain)), max(-unknown.low, unknown.high)
+        unit = unit_for(parameter, is_linear=is_linear)
         found[effect.id] = {
             "parameter": parameter.name,
-            "limit": least * unknown.scale,
-            "unit": unit_for(parameter, is_linear=is_linear),
-            "within_bounds": least <= max(-unknown.low, unknown.high),
+            "limit": least * unknown.scale if least <= most else None,
+            "unit": unit,
+            "within_bounds": least <= most,
+            "says": "" if least <= most else _unseen(most * unknown.scale, unit),
         }
     return found
+
+
+def _unseen(most: float, unit: str) -> str:
+    its = "" if unit == "1" else f" {unit}"
+    return f"these data cannot show it, however large: {most:.3g}{its}, the most that it may be, would not stand out"

@@ -22,12 +22,15 @@ Float64 = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Pictures:
-    """Columns for the plots, SI: one free-run segment, and what balances have left."""
+    """Columns for the plots, SI: one free-run segment, and what balances have left.
+
+    `after` is None, and nothing is left "with the causes", where there are none.
+    """
 
     time: Float64
     measured: Float64
     before: Float64
-    after: Float64
+    after: Float64 | None
     position_unit: str
     left: list[Leftover]
     title: str = "Free run on the worst segment"
@@ -61,9 +64,9 @@ def pictures(findings: Findings, holdout: Holdout) -> Pictures:
         time=np.arange(begin, begin + rows) / m.rate,
         measured=m.angle[begin : begin + rows],
         before=freerun.trace(b, first[:EXTENDED], begin),
-        after=freerun.trace(b, holdout.best[:EXTENDED], begin),
+        after=freerun.trace(b, holdout.best[:EXTENDED], begin) if findings.accepted else None,
         position_unit="m" if m.is_linear else "rad",
-        left=leftovers(b, first, last),
+        left=leftovers(b, first, last if findings.accepted else None),
     )
 
 

@@ -17,10 +17,11 @@ def before_and_after(series: Pictures) -> Figure:
     upper.set(title=series.title, ylabel=f"position / {series.position_unit}")
     upper.plot(series.time, series.measured, color=INK, label="measured")
     upper.plot(series.time, series.before, "--", color=LIMIT, label=series.before_is)
-    upper.plot(series.time, series.after, ":", color=MEASURED, linewidth=1.8, label=series.after_is)
     lower.set(xlabel="time / s", ylabel=f"error / {series.position_unit}")
     lower.plot(series.time, series.before - series.measured, "--", color=LIMIT)
-    lower.plot(series.time, series.after - series.measured, color=MEASURED)
+    if series.after is not None:
+        upper.plot(series.time, series.after, ":", color=MEASURED, linewidth=1.8, label=series.after_is)
+        lower.plot(series.time, series.after - series.measured, color=MEASURED)
     legend_below(figure, 3)
     return figure
 
@@ -42,15 +43,16 @@ def over_runs(runs: Runs) -> Figure:
 
 @mpl.rc_context(STYLE)
 def left_over(left: Leftover) -> Figure:
-    """Draw what a balance has left over a coordinate, by direction, before and after."""
-    figure, (upper, lower) = new_figure(9.0, 4.6, 2)
-    names = ("before", "with the causes")
-    for axes, name, number in ((upper, names[0], 0), (lower, names[1], 1)):
-        axes.set(title=f"{left.balance.capitalize()} that the model lacks, {name}", ylabel=f"left / {left.unit}")
+    """Draw what a balance has left over a coordinate, by direction, before and, where there are causes, with them."""
+    count = len(left.forward)
+    figure, plots = new_figure(9.0, 2.3 * count, count)
+    names = (", before", ", with the causes") if count > 1 else ("",)
+    for number, (axes, name) in enumerate(zip(plots, names, strict=True)):
+        axes.set(title=f"{left.balance.capitalize()} that the model lacks{name}", ylabel=f"left / {left.unit}")
         axes.axhline(0.0, color=MUTED, linewidth=0.8)
         axes.plot(left.place, left.forward[number], "-", color=OPENING, label="forward" if number == 0 else None)
         axes.plot(left.place, left.back[number], "--", color=CLOSING, label="back" if number == 0 else None)
-    lower.set_ylim(*upper.get_ylim())
-    lower.set_xlabel(f"{left.over} / {left.over_unit}")
+    plots[-1].set_ylim(*plots[0].get_ylim())
+    plots[-1].set_xlabel(f"{left.over} / {left.over_unit}")
     legend_below(figure, 2)
     return figure

@@ -54,7 +54,6 @@ _PICTURES = (
     ),
 )
 _KINDS = {"one_step": "10 ms ahead", "free_run": "free run"}
-_UNITS = {"throttle_angle": "rad", "motor_current": "A"}
 
 
 def write_explanation(found: dict[str, Any], series: Pictures | None, folder: Path) -> Path:
@@ -75,18 +74,17 @@ def write_explanation(found: dict[str, Any], series: Pictures | None, folder: Pa
             save_png(figure, folder / f"{name}.png")
             drawn.append((name, Markup(inline_svg(figure, name))))  # noqa: S704 (our own drawing)
     page = folder / REPORT_NAME
-    page.write_text(_page(found, drawn, series), "utf-8")
+    page.write_text(_page(found, drawn), "utf-8")
     return page
 
 
-def _page(found: dict[str, Any], drawn: list[tuple[str, Markup]], series: Pictures | None) -> str:
+def _page(found: dict[str, Any], drawn: list[tuple[str, Markup]]) -> str:
     here = Path(__file__).parent
     environment = Environment(
         loader=FileSystemLoader(here), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
     zoom, zoom_hash = script("zoom.js")
     verdict = str(found["verdict"])
-    unit = series.position_unit if series is not None else "rad"
     return environment.get_template("explain.html.jinja").render(
         headline=verdict.replace("_", " ").upper(),
         tone=_TONES[verdict],
@@ -100,9 +98,9 @@ def _page(found: dict[str, Any], drawn: list[tuple[str, Markup]], series: Pictur
         model_file=_model_file(found),
         drawn=drawn,
         models=[_CALLED.get(name, name) for name in _shown(found)],
-        errors=_errors(found, unit),
+        errors=_errors(found),
         gain=_gain(found),
-        luck=_luck(found, unit),
+        luck=_luck(found),
         suspects=[_suspect(one) for one in found.get("suspects", [])],
         moved=_moved(found),
         runs=_runs(found),
@@ -130,8 +128,9 @@ def _further(found: dict[str, Any]) -> list[str]:
         f"Left: {where['balance']} balance, {where['regime']}: {where['rms_over_floor']:.1f} times its noise."
         for where in found.get("unexplained", {}).get("where", [])[:3]
     ]
-    if says := found.get("unexplained", {}).get("says"):
-        sentences.append(f"{says[0].upper()}{says[1:]}.")
+    for part in ("unexplained", "errors"):
+        if says := found.get(part, {}).get("says"):
+            sentences.append(f"{says[0].upper()}{says[1:]}.")
     if known := [_known(one) for one in found.get("measured", [])]:
         sentences.append(f"Measured by hand, and so no suspect: {'; '.join(known)}.")
     sentences += [
@@ -171,7 +170,7 @@ def _size(name: str, p: dict[str, Any], *, is_followed: bool) -> str:
     digits = _digits(0.5 * (high - low), p["value"])
     value, low, high, own = (f"{one:.{digits}g}" for one in (p["value"], low, high, p["in_model"]))
     unit = "" if p["unit"] == "1" else f" {p['unit']}"
-    bound = ", on its bound" if p["on_bound"] else ""
+    bound = "".join(f", {one}" for one in (["on its bound"] if p["on_bound"] else []) + p["flags"])
     return f"{name}: {value}{unit} ({low} to {high}){bound}" + (
         f"; in the model file {own}{unit}" if is_followed else ""
     )
@@ -197,15 +196,13 @@ def _words(id_: str) -> str:
     return id_.replace("parameter:", "wrong ").replace("_", " ")
 
 
-def _errors(found: dict[str, Any], unit: str) -> list[dict[str, Any]]:
+def _errors(found: dict[str, Any]) -> list[dict[str, Any]]:
     rows = []
     for kind, signals in found.get("errors", {}).get("holdout", {}).items():
         for signal, models in signals.items():
-            its = unit if signal == "throttle_angle" else _UNITS[signal]
-            times, its = _scale(models.values(), its)
-            numbers = [f"{times * models[name]:.3g} {its}" if name in models else "-" for name in _shown(found)]
-            name = "position" if its == "m" else signal.replace("_", " ")
-            rows.append({"signal": name, "kind": _KINDS[kind], "numbers": numbers})
+            times, unit = _scale([models[name] for name in _MODELS if name in models], models["unit"])
+            numbers = [f"{times * models[name]:.3g} {unit}" if name in models else "-" for name in _shown(found)]
+            rows.append({"signal": signal.replace("_", " "), "kind": _KINDS[kind], "numbers": numbers})
     return rows
 
 
@@ -237,16 +234,16 @@ def _gain(found: dict[str, Any]) -> str:
     )
 
 
-def _luck(found: dict[str, Any], unit: str) -> str:
+def _luck(found: dict[str, Any]) -> str:
     """Return between what the floor's draws lie: an error among them says nothing against a model."""
     if "noise_floor_range" not in found.get("errors", {}):
         return ""
     least, most = found["errors"]["noise_floor_range"]
-    what = "position" if unit == "m" else "angle"
-    times, unit = _scale([most], unit)
+    signal, models = next(iter(found["errors"]["holdout"]["free_run"].items()))
+    times, unit = _scale([most], models["unit"])
     return (
-        f"In free run noise alone left {times * least:.3g} to {times * most:.3g} {unit} of the {what}, each time with "
-        "other noise: whether something just breaks away is luck."
+        f"In free run noise alone left {times * least:.3g} to {times * most:.3g} {unit} of the {_words(signal)}, each "
+        "time with other noise: whether something just breaks away is luck."
     )
 
 
@@ -299,10 +296,11 @@ def _runs(found: dict[str, Any]) -> list[dict[str, str]]:
     ]
 
 
-def _friction(found: dict[str, Any]) -> list[dict[str, str]]:
+def _friction(found: dict[str, Any]) -> list[dict[str, Any]]:
     names = {"stiction": "break-away", "coulomb": "sliding"}
+    models = ("nominal", "calibrated", "extended") if found["causes"] else ("nominal", "calibrated")
     return [
-        {"name": names[name]} | {key: f"{p[key]:.4g} {p['unit']}" for key in ("nominal", "calibrated", "extended")}
+        {"name": names[name], "numbers": [f"{p[key]:.4g} {p['unit']}" for key in models]}
         for name, p in found.get("friction", {}).items()
     ]
 
@@ -343,7 +341,7 @@ def _judged(found: dict[str, Any]) -> list[str]:
     if not diagnosis:
         return []
     sentences = []
-    for name, model in (("stated", "as stated"), ("extended", "with the causes")):
+    for name, model in (("stated", "as stated"), ("extended", "with the causes" if found["causes"] else "as found")):
         if name not in diagnosis:
             continue
         one = diagnosis[name]

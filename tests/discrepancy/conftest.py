@@ -5,6 +5,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parent.parent / "hidden"))
+sys.path.insert(0, str(Path(__file__).parent.parent / "report"))
 
 import numpy as np
 import pytest

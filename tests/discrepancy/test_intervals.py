@@ -73,6 +73,33 @@ def test_what_data_show_is_not_drawn_to_what_is_stated():
     assert found.high - found.low == pytest.approx(4.0 / np.sqrt(3 * ROWS), rel=0.3)
 
 
+def of_effect(scatter, ended=12.0, **more):
+    """Return the estimate of an effect's parameter between 1 and 200 that the rows tell to about half of `scatter`."""
+    rng = np.random.default_rng(3)
+    noise = rng.standard_normal(3 * ROWS)
+    slope = 2.0 / (scatter * np.sqrt(3 * ROWS))
+    noise -= noise.mean()  # so that the fit ended where it is
+    unknown = Unknown("effect.time_constant", FIRST, 0.0, 20.0, 0.05, 10.0, **more)
+    return told(lambda first, _: noise + slope * (first - ended), [unknown], ended)["effect.time_constant"]
+
+
+def test_an_effects_interval_ends_at_its_bounds():
+    few, some, all_ = (of_effect(scatter) for scatter in (5.0, 30.0, 135.0))
+    assert 1.0 < few.low < few.high < 20.0
+    assert few.is_told
+    assert some.low == 1.0
+    assert 30.0 < some.high < 60.0
+    assert some.is_told  # that it is no more than that
+    assert all_.low == 1.0
+    assert 100.0 < all_.high <= 200.0
+    assert not all_.is_told
+
+
+def test_an_effects_number_that_was_measured_by_hand_is_told_whatever_the_data_say():
+    assert of_effect(1e4, is_known=True).is_told
+    assert not of_effect(1e4).is_told
+
+
 @pytest.mark.parametrize("blocks", [2, 3, 6, 40])
 def test_a_number_that_few_blocks_tell_is_held_as_often(blocks):
     """Noise that lasts as long as a block: each of them is one reading, and two readings are two."""

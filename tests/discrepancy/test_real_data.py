@@ -60,6 +60,13 @@ def test_parameters_are_called_as_in_the_drives_own_file(answer):
     assert not re.search("preload|motor_inertia", json.dumps([found, sorted(suspects)]))
 
 
+def test_errors_are_those_of_a_position_in_metres(answer):
+    for signals in answer.explanation["errors"]["holdout"].values():
+        assert {name: one["unit"] for name, one in signals.items()} == {"position": "m"}
+    assert "free-run error of the position" in answer.explanation["gain"]["of"]
+    assert "throttle" not in json.dumps([answer.explanation["errors"], answer.explanation["gain"]])
+
+
 def test_asymmetry_and_ripple_are_named(answer):
     causes = {cause["effect"]: cause for cause in answer.explanation["causes"]}
     assert set(causes) == {"friction_asymmetry", "cogging_torque"}

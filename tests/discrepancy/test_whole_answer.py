@@ -1,8 +1,11 @@
 """The whole answer of one explanation: the picture that shows the cause, what it changes, the files that hold it."""
 
 import json
+import re
 from dataclasses import replace
+from html import escape
 
+import browser
 import numpy as np
 import pytest
 from synthetic import MODEL
@@ -14,9 +17,13 @@ from etb_hil.diagnosis.limits import load_limits
 from etb_hil.discrepancy.balances import CHANNELS
 from etb_hil.discrepancy.consequence import consequence
 from etb_hil.discrepancy.explain import Answer, explain, write
+from etb_hil.discrepancy.explanation import _size, explanation
 from etb_hil.discrepancy.extending import calibrated_parameters, extended_model
+from etb_hil.discrepancy.intervals import Estimate
 from etb_hil.discrepancy.leftover import _coordinates
+from etb_hil.discrepancy.limits import detection_limits
 from etb_hil.discrepancy.nexttest import next_test
+from etb_hil.discrepancy.objections import LEAST_GAIN
 from etb_hil.discrepancy.pictures import pictures
 from etb_hil.discrepancy.planned import PERIOD, Plan
 from etb_hil.plant.model_text import model_text
@@ -63,10 +70,20 @@ def test_between_what_noise_leaves_is_said(answer, tmp_path):
     assert f"noise alone left {1e3 * least:.3g} to {1e3 * most:.3g} mrad" in page
 
 
+def test_errors_say_their_unit(answer):
+    holdout = answer.explanation["errors"]["holdout"]
+    for kind in ("one_step", "free_run"):
+        assert {name: one["unit"] for name, one in holdout[kind].items()} == {
+            "throttle_angle": "rad",
+            "motor_current": "A",
+        }
+
+
 def test_errors_of_less_than_ten_milliradian_are_said_in_milliradian(answer, tmp_path):
     def table(extended):
         rms = {"nominal": 0.0089, "calibrated": 0.004, "extended": extended}
-        errors = {"holdout": {"free_run": {"throttle_angle": rms, "motor_current": rms}}}
+        signals = {"throttle_angle": {"unit": "rad", **rms}, "motor_current": {"unit": "A", **rms}}
+        errors = {"holdout": {"free_run": signals}}
         return write_explanation(answer.explanation | {"errors": errors}, None, tmp_path).read_text("utf-8")
 
     small, large = table(0.00035), table(0.011)
@@ -122,11 +139,43 @@ def test_the_numbers_of_the_model_file_stand_beside_those_with_intervals(answer,
     assert is_followed == answer.holdout.is_followed
 
 
-def test_with_what_was_found_nothing_more_is_missing(answer, cogging_recording):
-    again = explain([cogging_recording], extended_model(answer.findings))
+@pytest.fixture(scope="module")
+def again(answer, cogging_recording):
+    """Return the answer with the model as it was extended: nothing more is missing."""
+    return explain([cogging_recording], extended_model(answer.findings))
+
+
+def test_with_what_was_found_nothing_more_is_missing(again):
     assert again.explanation["verdict"] == "adequate"
     assert "cogging_torque" not in {one["effect"] for one in again.explanation["suspects"]}
     assert [entry.id for entry in extended_model(again.findings).effects] == ["cogging_torque"]
+
+
+def test_where_there_are_no_causes_nothing_is_shown_with_them(answer, again, tmp_path):
+    for one, count in ((answer, 2), (again, 1)):
+        series = pictures(one.findings, one.holdout)
+        assert (series.after is not None) == (count == 2)
+        assert {len(left.forward) for left in series.left} == {len(left.back) for left in series.left} == {count}
+        page = write_explanation(one.explanation, series, tmp_path).read_text("utf-8")
+        assert ("with the causes" in page) == (count == 2)
+        assert "model as calibrated" in page
+        assert "Friction that the models have" in page
+
+
+def test_an_adequate_model_that_errs_in_free_run_beyond_what_noise_leaves_says_so(again, answer, tmp_path):
+    calibrated = again.explanation["errors"]["holdout"]["free_run"]["throttle_angle"]["calibrated"]
+
+    def errors(of, most):
+        holdout = replace(of.holdout, floors=np.array([0.3 * most, most]))
+        return explanation(of.findings, holdout)["errors"]
+
+    assert errors(again, 1.01 * calibrated)["says"] == ""
+    assert errors(answer, 1e-9)["says"] == ""  # it is not adequate, and says what is missing
+    found = errors(again, 0.5 * calibrated)
+    assert f"in free run the calibrated model errs by {1e3 * calibrated:.3g} mrad, more than noise" in found["says"]
+    assert f"({150.0 * calibrated:.3g} to {500.0 * calibrated:.3g} mrad)" in found["says"]
+    page = write_explanation(again.explanation | {"errors": found}, None, tmp_path).read_text("utf-8")
+    assert "The balances lack nothing, but in free run" in page
 
 
 def test_a_stop_just_below_the_sensors_zero_is_a_model_all_the_same(tmp_path):
@@ -208,8 +257,47 @@ def test_every_number_has_a_unit_and_no_more_digits_than_are_known(answer, tmp_p
 
 
 def test_what_data_cannot_show_is_no_detection_limit(answer, tmp_path):
-    limit = {"parameter": "preload", "limit": 3400.0, "unit": "N·m", "within_bounds": False}
+    limit = {"parameter": "preload", "limit": None, "unit": "N·m", "within_bounds": False, "says": "too weak"}
     found = answer.explanation | {"detection_limits": {"spring_preload_shift": limit}}
     page = write_explanation(found, None, tmp_path).read_text("utf-8")
     assert "These data cannot show, however large: spring preload shift." in page
-    assert "3.4e+03" not in page
+    assert "None" not in page
+
+
+def test_a_limit_beyond_what_an_effect_may_be_is_none_and_says_why(answer):
+    last = answer.findings.rounds[-1]
+    for least_gain, is_seen in ((LEAST_GAIN, True), (1e12, False)):
+        found = detection_limits(last.before, last.screened, least_gain, is_linear=False)["friction_load"]
+        assert found["within_bounds"] == is_seen
+        assert (found["limit"] is not None) == is_seen
+        assert ("these data cannot show it, however large" in found["says"]) != is_seen
+    for one in answer.explanation["detection_limits"].values():
+        assert (one["limit"] is None) == (not one["within_bounds"])
+
+
+def test_what_data_do_not_tell_of_a_cause_is_said(answer, tmp_path):
+    cause = answer.explanation["causes"][0]
+    assert all(size["flags"] == [] for size in cause["parameters"].values())
+    estimate = Estimate("cogging_torque.sine", 3, 0.03, -0.5, 0.5, on_bound=False, is_told=False)
+    size = _size(estimate, "N·m", np.zeros(9))
+    assert size["flags"] == ["these data do not tell it"]
+    found = answer.explanation | {"causes": [cause | {"parameters": {"sine": size}}]}
+    page = write_explanation(found, None, tmp_path).read_text("utf-8")
+    assert "sine: 0.03 N·m (-0.5 to 0.5), these data do not tell it" in page
+
+
+PHONE = """<iframe srcdoc="{page}" style="width: 420px; height: 3000px"></iframe><script>
+addEventListener("load", () => {{
+  const tables = [...document.querySelector("iframe").contentDocument.querySelectorAll("section")]
+  document.body.textContent = tables.map(one => one.scrollWidth - one.clientWidth).join(" ")
+}})</script>"""
+
+
+@pytest.mark.skipif(browser.EXECUTABLE is None, reason="no Chromium on this machine")
+def test_on_a_telephone_no_table_is_cut(answer, tmp_path):
+    page = write_explanation(answer.explanation, None, tmp_path).read_text("utf-8")
+    phone = tmp_path / "phone.html"
+    phone.write_text(f"<!DOCTYPE html><body>{PHONE.format(page=escape(page))}</body>", "utf-8")
+    over = re.search(r"<body[^>]*>([-\d ]*)</body>", browser.dom(phone, tmp_path))[1]
+    assert len(over.split()) >= 5
+    assert set(over.split()) == {"0"}
