@@ -1,16 +1,22 @@
-"""A session of the bench opens its bridge under current: what the diodes give for a tenth of a row is no blow."""
+"""A bridge that opens under current: what its diodes give for a tenth of a row is no blow."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from synthetic import MODEL
+from synthetic import MODEL, RATE
 
 from etb_hil.base.stock import find
 from etb_hil.bench.job import JobFiles, execute, prepare
+from etb_hil.bench.simulation import Simulation
 from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.measurement import measurements_of
+from etb_hil.discrepancy.measurement import Measurement, measurements_of
+from etb_hil.discrepancy.naming import search
 from etb_hil.discrepancy.opening import without_diodes
+from etb_hil.plant.voltage_run import run_voltage
+from etb_hil.recording.recording import ClockGrade, Recording
+from etb_hil.recording.samples import SampleBlock
+from etb_hil.scenario.scenario_file import load_scenario
 
 
 @pytest.fixture(scope="module")
@@ -22,6 +28,21 @@ def session(tmp_path_factory):
     finished = execute(prepare(files), tmp_path_factory.mktemp("session"), "", 1)
     (measured,) = measurements_of(finished.analysis.recording, MODEL)
     return measured
+
+
+@pytest.fixture(scope="module")
+def scenario():
+    """The rows of a healthy unit on the scenario for explanations: the bridge opens three times under current."""
+    steps = load_scenario(find("scenario", "isolability")).content.steps
+    return Simulation(MODEL, MODEL, law="pd", seed=1, rate=RATE).run(steps)
+
+
+def _recording(rows, roles):
+    time_ns, columns = rows
+    found = Recording("isolability", ClockGrade.TABLE)
+    columns = {role: columns[role] for role in roles}
+    found.append([SampleBlock("table", time_ns, time_ns, columns, np.zeros(len(time_ns), np.int64))])
+    return found
 
 
 def _openings(measured):
@@ -55,3 +76,54 @@ def test_nothing_is_changed_where_a_voltmeter_sees_no_diodes(session):
     voltage[rows] = voltage[rows + 1]
     quiet = replace(session, voltage=voltage)
     assert without_diodes(quiet, MODEL) is quiet
+
+
+@pytest.mark.parametrize("angles", [("motor_angle", "throttle_angle"), ("throttle_angle",)])
+def test_without_a_current_the_same_rows_are_found(scenario, angles):
+    (full,) = measurements_of(_recording(scenario, ("motor_voltage", "motor_current", "motor_angle")), MODEL)
+    (blind,) = measurements_of(_recording(scenario, ("motor_voltage", *angles)), MODEL)
+    asked, found = without_diodes(full, MODEL), without_diodes(blind, MODEL)
+    rows = np.flatnonzero(~found.is_good)
+    np.testing.assert_array_equal(rows, _openings(full))
+    np.testing.assert_array_equal(rows, np.flatnonzero(~asked.is_good))
+    np.testing.assert_allclose(found.voltage[rows], asked.voltage[rows], atol=0.2)  # of 13.5 V
+
+
+def test_a_healthy_unit_is_adequate_without_a_current(scenario):
+    recording = _recording(scenario, ("motor_voltage", "motor_angle", "throttle_angle"))
+    found = search(MODEL, [Balances(measured, MODEL) for measured in measurements_of(recording, MODEL)])
+    assert found.verdict == "adequate"
+
+
+@pytest.mark.parametrize("rate", [2000.0, 500.0])
+@pytest.mark.parametrize("sees_motor", [True, False])
+@pytest.mark.parametrize("after", [0.0, 0.25, 1.0])
+def test_a_row_at_full_duty_that_was_driven_stays(rate, sees_motor, after):
+    """Against the current, for one row alone; from then on the bridge gives a share of what it gave before, or none."""
+    rng = np.random.default_rng(4)
+    count, pulse = round(0.6 * rate), round(0.3 * rate)
+    v, sensors = MODEL.values, MODEL.sensors
+    for before in np.arange(-6.0, 6.1, 0.5):
+        voltage = np.where(np.arange(count) < pulse, before, after * before)
+        voltage[pulse] = -np.copysign(v.voltage_limit, before)
+        time_ns = np.round(np.arange(count) / rate * 1e9).astype(np.int64)
+        angle = run_voltage(MODEL, time_ns, voltage, v.limp_home, 20.0).angle
+        step = 2.0 * np.pi / sensors.motor_counts_per_turn / v.gear_ratio
+        grid = step if sees_motor else sensors.plate_range / 2**sensors.plate_bits
+        noise = np.hypot(0.0 if sees_motor else sensors.plate_noise, grid / np.sqrt(12.0))
+        angle = angle + noise * rng.standard_normal(count)
+        driven = Measurement(
+            origin="driven",
+            rate=rate,
+            start_s=0.0,
+            voltage=voltage + sensors.voltage_noise * rng.standard_normal(count),
+            angle=angle,
+            angle_noise=noise,
+            current=None,
+            plate=None,
+            temperature=np.full(count, 20.0),
+            has_temperature=False,
+            supply=None,
+            is_good=np.ones(count, np.bool_),
+        )
+        assert without_diodes(driven, MODEL) is driven
