@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
+import numpy as np
+
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.limits import Limits
@@ -32,6 +34,7 @@ from etb_hil.discrepancy.transfer import transfer
 from etb_hil.discrepancy.winding import must_be_of_winding
 from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.drive_text import drive_text
+from etb_hil.plant.effects.laws import laws
 from etb_hil.plant.model_text import model_text
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
@@ -72,6 +75,7 @@ def explain(
     where a recording of a throttle meets a drive's model or the other way round.
     """
     _must_be_of_one_kind(recordings, model)
+    model = _obeying_its_laws(model, recordings)
     said = _Said(progress)
     together: list[dict[str, Any]] = []
     balances: list[Balances] = []
@@ -230,6 +234,12 @@ def _coarsely(
     first = together[0] if together else None
     ahead = {"next_test": {"says": first["test"], "pair": first["pair"], "scenario": None}} if first else {}
     return Answer({"schema": SCHEMA, **found.explanation, **ahead, "confounded": together}, coarse=found)
+
+
+def _obeying_its_laws(model: Model, recordings: Sequence[Recording]) -> Model:
+    """Return a model that obeys its laws over the temperature, where that was recorded."""
+    is_known = all("temperature" in r.roles and np.isfinite(r.series("temperature").values).any() for r in recordings)
+    return model.with_laws_as_terms() if is_known and laws(model.parameters) else model
 
 
 def _read(

@@ -9,6 +9,7 @@ from etb_hil.discrepancy.findings import Findings
 from etb_hil.discrepancy.unknowns import FIELDS
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.entries import entry_of
+from etb_hil.plant.effects.laws import OF_TERM
 from etb_hil.plant.model_file import EffectEntry
 from etb_hil.plant.parameter import Parameter
 from etb_hil.plant.parameters import Model
@@ -32,13 +33,17 @@ def extended_model(findings: Findings, whole: Vector | None = None) -> Model:
     p = findings.final.fit.whole if whole is None else whole
     there = {r.winner.id for r in findings.accepted} | {entry.id for entry in findings.model.effects}
     effects = tuple(EffectEntry(id=id_, strengths=entry_of(CATALOGUE[id_], p)) for id_ in CATALOGUE if id_ in there)
-    return replace(calibrated_model(findings.model, p), effects=effects, measured={})
+    extended = calibrated_model(findings.model, p)
+    # What a term says of heat, no law says again.
+    said = {name for id_ in there for name in OF_TERM.get(id_, ())}
+    parameters = {n: replace(its, temperature=None) if n in said else its for n, its in extended.parameters.items()}
+    return replace(extended, parameters=parameters, effects=effects, measured={})
 
 
 def calibrated_model(model: Model, p: Vector) -> Model:
     """Return a model with the base parameters of a vector, its effects as they were."""
     name = model.name.removesuffix(_SAID) + _SAID
-    return replace(model, name=name, parameters=calibrated_parameters(model, p))
+    return replace(model, name=name, parameters=calibrated_parameters(model, p), has_laws_as_terms=False)
 
 
 def calibrated_parameters(model: Model, p: Vector) -> Mapping[str, Parameter]:

@@ -159,12 +159,13 @@ def _outlook(plan: Plan, found: Round, left: Iterable[str], shows: float) -> Out
 
 
 def _without(found: Round) -> Vector:
-    """Return a round's fit with its winner taken out again: no strength, or its parameter back in its box."""
+    """Return a round's fit with its winner taken out again: as it was before it, or its parameter back in its box."""
     winner = found.winner
     whole = winner.fit.whole.copy()
     whole[EXTENDED:] = 0.0
     if winner.candidate.effect is not None:
-        whole[list(winner.candidate.effect.stated_indices)] = 0.0
+        places = list(winner.candidate.effect.stated_indices)
+        whole[places] = found.before.fit.whole[places]
     for unknown in found.before.unknowns:
         if unknown.name == winner.candidate.frees:
             unknown.put(whole, float(np.clip(unknown.x_of(whole), unknown.low, unknown.high)))

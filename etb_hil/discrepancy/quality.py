@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.measurement import Measurement, grid_of
 from etb_hil.discrepancy.regimes import BESIDE
+from etb_hil.plant.effects.laws import REFERENCE, laws
 from etb_hil.plant.parameters import Model
 
 Float64 = NDArray[np.float64]
@@ -60,6 +61,7 @@ def _of(b: Balances, model: Model) -> dict[str, Any]:
         flags.append("no second angle: what lies between motor and plate cannot be judged")
     if not m.has_temperature:
         flags.append("no temperature, or a constant one: heat cannot be told from time")
+    flags += _laws(model)
     travel = (float(m.angle.min()), float(m.angle.max()))
     if not m.is_drive and (travel[0] > model.values.limp_home or travel[1] < model.values.limp_home):
         flags.append("limp-home is never crossed: preload, offset and asymmetry cannot be told apart")
@@ -126,3 +128,15 @@ def _at_rest(m: Measurement) -> dict[str, float]:
             blocks = values[: count * _BURST].reshape(count, _BURST)[rest]
             found[name] = float(np.sqrt(np.mean(np.diff(blocks, 2, axis=1) ** 2) / 6.0))
     return found
+
+
+def _laws(model: Model) -> list[str]:
+    """Say what became of the model file's laws over the temperature."""
+    stated = laws(model.parameters)
+    if not stated:
+        return []
+    if model.has_laws_as_terms:
+        names = ", ".join(stated)
+        return [f"{names} change with the temperature as the model file states, and are said at {REFERENCE:g} degC"]
+    more = ", ".join(f"{name} {1000.0 * law.coefficient:+.2g} %" for name, law in stated.items())
+    return [f"no temperature: a unit 10 K above what the model file refers to has {more}, and is taken for another one"]

@@ -71,7 +71,7 @@ def screen(
 
 
 def shaped(fit: Fit, candidate: Candidate) -> Vector:
-    """Return a fit's whole vector with the shapes of a candidate, and still none of its strengths."""
+    """Return a fit's whole vector with the shapes of a candidate, and no more of its strengths than there was."""
     effect = candidate.effect
     assert effect is not None  # noqa: S101 (parameters have no shape)
     base = fit.whole.copy()
@@ -87,7 +87,7 @@ def stepped(residual: Residual, fit: Fit, candidate: Candidate) -> Float64:
     found = []
     for unknown, step in zip(candidate.strengths, candidate.steps, strict=True):
         moved = base.copy()
-        moved[unknown.place] = step
+        moved[unknown.place] += step
         found.append((residual(moved) - fit.residual) * (unknown.scale / step))
     return np.column_stack(found)
 
@@ -104,14 +104,15 @@ def _tried(residual: Residual, linear: Linear, candidate: Candidate) -> Screened
     own = columns.T @ columns
     normal = np.block([[linear.normal, cross], [cross.T, own + (_RIDGE + 1e-9 * np.trace(own)) * np.eye(count)]])
     right = np.concatenate([linear.right, -columns.T @ fit.residual])
-    low = np.concatenate([linear.low - linear.x, [u.low for u in candidate.strengths]])
-    high = np.concatenate([linear.high - linear.x, [u.high for u in candidate.strengths]])
+    there = np.array([unknown.x_of(base) for unknown in candidate.strengths])  # what the model file states of heat
+    low = np.concatenate([linear.low - linear.x, [u.low for u in candidate.strengths] - there])
+    high = np.concatenate([linear.high - linear.x, [u.high for u in candidate.strengths] - there])
     x = boxed(normal, right, low, high)
     cost = fit.cost + float(x @ normal @ x) - 2.0 * float(right @ x)
     start = base.copy()
     for unknown, value in zip(calibration.unknowns, linear.x + x[:-count], strict=True):
         unknown.put(start, value)
-    for unknown, value in zip(candidate.strengths, x[-count:], strict=True):
+    for unknown, value in zip(candidate.strengths, there + x[-count:], strict=True):
         unknown.put(start, value)
     return Screened(candidate, cost, start, columns @ x[-count:], columns[:, 0])
 

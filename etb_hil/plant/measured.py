@@ -38,6 +38,13 @@ class Measured:
             return self.name.partition(".")[0]
         return f"parameter:{_CALLED.get(self.name, self.name)}"
 
+    def times(self, factor: float) -> Measured:
+        """Return the number as it is where its parameter is a factor of what it was."""
+        value, stated = self.value * factor, self.stated * factor
+        return replace(
+            self, value=value, uncertainty=self.uncertainty * factor, stated=stated, tolerance=self.tolerance * factor
+        )
+
     @property
     def is_of_effect(self) -> bool:
         """Whether it is a strength of an effect, and not a base parameter."""

@@ -30,6 +30,7 @@ class Model:
     """A throttle as a model file states it, or as drawn from one; a linear drive has N for N·m, and m for rad.
 
     What was measured of it is in its parameters and effects already; `measured` says what that was.
+    `has_laws_as_terms`: `vector` obeys the parameters' laws over the temperature, too.
     """
 
     name: str
@@ -38,6 +39,14 @@ class Model:
     effects: tuple[EffectEntry, ...] = ()
     is_linear: bool = False
     measured: Mapping[str, Measured] = field(default_factory=dict)
+    has_laws_as_terms: bool = False
+
+    def with_laws_as_terms(self) -> Model:
+        """Return the model for data whose temperature is known: what has a law is stated at the terms' reference."""
+        from etb_hil.plant.effects.laws import at_reference  # noqa: PLC0415 (numba)
+
+        parameters, measured = at_reference(self.parameters, self.measured)
+        return replace(self, parameters=parameters, measured=measured, has_laws_as_terms=True)
 
     def knowing(self, numbers: Iterable[Measured]) -> Model:
         """Return the model of one unit of which these numbers were measured, too."""
@@ -64,9 +73,13 @@ class Model:
     def vector(self) -> Vector:
         """Return the extended parameter vector: base values and effects (`etb_hil.plant.effects.layout`)."""
         from etb_hil.plant.effects.entries import whole_vector  # noqa: PLC0415 (numba)
+        from etb_hil.plant.effects.laws import put_laws  # noqa: PLC0415 (numba)
 
         inertia = self.parameters["throttle_inertia"].value
-        return whole_vector(self.values.vector(), inertia, [(entry.id, entry.strengths) for entry in self.effects])
+        vector = whole_vector(self.values.vector(), inertia, [(entry.id, entry.strengths) for entry in self.effects])
+        if self.has_laws_as_terms:
+            put_laws(vector, self.parameters)
+        return vector
 
     def values_at(self, temperature: float) -> ThrottleParameters:
         """Return the values of the equations at a temperature in degC, where parameters have a law for it."""

@@ -98,7 +98,8 @@ def test_what_is_imitated_is_refused_and_all_is_as_before_where_nothing_replaces
 def test_a_rival_of_the_first_cause_that_takes_nearly_all_of_the_rest_is_there_too():
     findings = searched(hidden_case(80362, pair=True))
     assert _causes(findings) == {"spring_nonlinear", "resistance_temperature"}
-    assert [found.alike for found in findings.accepted] == [["aerodynamic_torque"], []]
+    classes = {found.winner.id: found.alike for found in findings.accepted}
+    assert classes == {"spring_nonlinear": ["aerodynamic_torque"], "resistance_temperature": []}
     assert findings.verdict == "ambiguous"
 
 

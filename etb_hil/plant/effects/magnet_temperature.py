@@ -10,6 +10,7 @@ from etb_hil.plant.effects.layout import row
 from etb_hil.plant.physics import Vector
 
 REFERENCE = 25.0  # degC
+FERRITE = -0.002  # 1/K
 
 _K = row("magnet_temperature")
 
@@ -34,7 +35,7 @@ EFFECT = Effect(
 @njit(cache=True, error_model="numpy")
 def share(magnet: float, p: Vector) -> float:
     """Return what is added to the motor constant at a magnet temperature in degC, a share of it."""
-    return -0.002 * p[_K] * (magnet - REFERENCE)
+    return FERRITE * p[_K] * (magnet - REFERENCE)
 
 
 @njit(cache=True, error_model="numpy")

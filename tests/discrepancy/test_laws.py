@@ -1,0 +1,78 @@
+"""What a model file states of heat is no cause: neither in data that warm up nor in data from a warm room."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from synthetic import MODEL, measurement
+
+from etb_hil.discrepancy.balances import Balances
+from etb_hil.discrepancy.extending import extended_model
+from etb_hil.discrepancy.naming import search
+from etb_hil.discrepancy.quality import data_quality
+from etb_hil.plant.effects.layout import row
+from etb_hil.plant.model_file import EffectEntry
+from etb_hil.plant.parameters import Model
+from etb_hil.plant.voltage_run import run_voltage
+
+OBEYING = MODEL.with_laws_as_terms()
+TIME_NS = np.arange(0, 3_000_000_000, 500_000)
+VOLTAGE = np.round(6.0 * np.sin(2.0 * np.pi * 0.7 * TIME_NS * 1e-9) ** 3, 2)
+
+
+def _explained(truth: Model):
+    """The findings of a record, 20 to 70 degC, of a unit that obeys its laws."""
+    return search(OBEYING, [Balances(measurement(truth.vector(), 5), OBEYING)])
+
+
+@pytest.mark.parametrize("temperature", [-20.0, 20.0, 70.0])
+def test_the_terms_are_what_the_file_states_at_every_temperature(temperature):
+    # As terms of the vector, and in the numbers themselves: two ways to the same motion.
+    vector = OBEYING.vector()
+    strengths = {"resistance_temperature": "housing_share", "magnet_temperature": "coefficient"}
+    terms = tuple(
+        EffectEntry(id=id_, strengths={name: float(vector[row(id_)]), "time_constant": "0.001 s"})
+        for id_, name in strengths.items()
+    )
+    without = {name: replace(p, temperature=None) for name, p in OBEYING.parameters.items()}
+    by_terms = run_voltage(Model("terms", without, MODEL.sensors, terms), TIME_NS, VOLTAGE, 0.3, temperature)
+    by_numbers = run_voltage(MODEL, TIME_NS, VOLTAGE, 0.3, temperature)
+    assert np.ptp(by_numbers.angle) > 0.5
+    np.testing.assert_allclose(by_terms.angle, by_numbers.angle, atol=1e-6)
+    np.testing.assert_allclose(by_terms.current, by_numbers.current, atol=1e-5)
+    if temperature != 20.0:
+        cold = run_voltage(MODEL, TIME_NS, VOLTAGE, 0.3, 20.0)
+        assert np.abs(cold.current - by_numbers.current).max() > 0.1
+
+
+def test_a_healthy_unit_that_warms_is_adequate_and_its_file_keeps_its_laws():
+    findings = _explained(OBEYING)
+    assert findings.verdict == "adequate"
+    written = extended_model(findings)
+    assert not written.effects
+    for name in ("resistance", "torque_constant", "back_emf_constant"):
+        assert written.parameters[name].temperature == OBEYING.parameters[name].temperature
+    assert written.values_at(20.0).resistance == pytest.approx(MODEL.values.resistance, rel=1e-3)
+    np.testing.assert_array_equal(written.vector()[row("resistance_temperature") :][:3], 0.0)
+
+
+def test_magnets_that_weaken_by_more_are_named_by_all_that_they_weaken_and_no_law_says_it_again():
+    weak = OBEYING.vector()
+    stated = float(weak[row("magnet_temperature")])
+    weak[row("magnet_temperature")] = 4.0
+    findings = search(OBEYING, [Balances(measurement(weak, 6), OBEYING)])
+    (found,) = findings.accepted
+    assert found.winner.id == "magnet_temperature"
+    written = extended_model(findings)
+    (entry,) = written.effects
+    assert stated == pytest.approx(1.01, abs=0.01)
+    assert float(entry.strengths["coefficient"]) == pytest.approx(4.0, rel=0.1)
+    assert written.parameters["torque_constant"].temperature is None
+    assert written.parameters["resistance"].temperature is not None
+
+
+def test_what_became_of_the_laws_is_said():
+    record = measurement(MODEL.vector(), 7)
+    for model, says in ((OBEYING, "are said at 25 degC"), (MODEL, "a unit 10 K above")):
+        (quality,) = [one for one in data_quality([Balances(record, model)], model) if not isinstance(one, str)]
+        assert [flag for flag in quality["flags"] if says in flag]
