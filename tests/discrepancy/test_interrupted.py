@@ -35,7 +35,7 @@ def test_in_the_search_the_calibration_is_kept_and_no_cause_is_named(cogging_rec
     assert found["verdict"] == "unexplained"
     assert found["causes"] == []
     assert found["interrupted"] == "trying stribeck_shape"
-    assert found["calibrated"]["resistance"]["value"] == pytest.approx(MODEL.values.resistance, rel=0.02)
+    assert found["calibrated"]["resistance"]["value"] == pytest.approx(MODEL.values_at(25.0).resistance, rel=0.02)
     assert found["unexplained"]["where"]
     assert {path.name for path in write(answer, tmp_path)} == {"explanation.json", "model.yaml"}
     assert "interrupted while trying stribeck shape" in write_explanation(found, None, tmp_path).read_text("utf-8")
@@ -75,7 +75,7 @@ def test_while_suspects_are_compared_with_what_is_left_the_causes_and_the_calibr
     monkeypatch.setattr("etb_hil.discrepancy.naming.placeholders", _interrupts)
     found = explain([cogging_recording], MODEL).explanation
     assert [cause["effect"] for cause in found["causes"]] == ["cogging_torque"]
-    assert found["calibrated"]["resistance"]["value"] == pytest.approx(MODEL.values.resistance, rel=0.02)
+    assert found["calibrated"]["resistance"]["value"] == pytest.approx(MODEL.values_at(25.0).resistance, rel=0.02)
     assert "done: reading the data, calibrating; not done: looking for causes" in found["stages"]
 
 
@@ -85,7 +85,7 @@ def test_right_after_the_calibration_its_numbers_are_kept_without_intervals(cogg
     found = answer.explanation
     assert found["verdict"] == "insufficient_data"
     resistance = found["calibrated"]["resistance"]
-    assert resistance["value"] == pytest.approx(MODEL.values.resistance, rel=0.02)
+    assert resistance["value"] == pytest.approx(MODEL.values_at(25.0).resistance, rel=0.02)
     assert resistance["interval"] is None
     assert found["interrupted"] == "simulating what a true model would leave"
     assert [path.name for path in write(answer, tmp_path)] == ["explanation.json"]
