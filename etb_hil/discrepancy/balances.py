@@ -19,6 +19,7 @@ from etb_hil.discrepancy.regimes import Regimes
 from etb_hil.discrepancy.remembered import Remembered
 from etb_hil.discrepancy.rows import held, jitter, missed_by_rows, open_bridge, trembling, until_next
 from etb_hil.discrepancy.spectrum import Spectrum
+from etb_hil.discrepancy.thinning import thinned
 from etb_hil.plant.drive_effects import THROTTLE_FRICTION
 from etb_hil.plant.effects import (
     angle_sensor_eccentricity,
@@ -78,7 +79,7 @@ class Balances:
     """Whitened residuals of one measurement as a function of the extended parameter vector and of the nuisances."""
 
     def __init__(self, measured: Measurement, model: Model) -> None:
-        self.measured = measured = without_diodes(measured, model)
+        self.measured = measured = thinned(without_diodes(measured, model))
         v = model.values
         self.gear = v.gear_ratio
         # Bounds of effects are a throttle's; another drive's forces are larger by as much as its friction is.

@@ -18,7 +18,6 @@ Float64 = NDArray[np.float64]
 SHORTEST = 2.0  # s; what is shorter shows no cause
 LONGEST_GAP = 0.05  # s that are bridged; beyond it the record falls apart
 ROOM_TEMPERATURE = 25.0
-_ENOUGH = 2000.0  # Hz: what more rows would show is noise
 _STANDS = 12.0  # times the angle's noise: what moves less stands still
 _TOO_FAR = 1.3  # times the way between the model's stops
 _OTHER_ZERO = 0.03  # rad; less is the plate sensor's own zero, which is fitted
@@ -27,7 +26,6 @@ DRIVES = (
     ("linear", ("drive_force", "linear_position", "command_force")),
     ("rotary", ("drive_torque", "drive_angle", "command_torque")),
 )
-_HELD = ("motor_voltage", "motor_duty", "drive_force", "drive_torque")
 SLOWEST = 200.0  # Hz of sampling; below it the balances see too little of friction
 
 
@@ -201,19 +199,7 @@ def _even(
         nearest = np.clip(np.searchsorted(seconds[known], clock), 1, int(known.sum()) - 1)
         if role not in SLOW:
             good &= seconds[known][nearest] - seconds[known][nearest - 1] < 2.5 * step
-    every = max(1, int(1.0 / step / _ENOUGH + 1e-6))
-    if every > 1:
-        even, good, step = _thinned(even, good, every), good[: len(good) // every * every : every], step * every
     return _measurement(origin, start * 1e-9, 1.0 / step, even, good, model)
-
-
-def _thinned(even: dict[str, Float64], good: NDArray[np.bool_], every: int) -> dict[str, Float64]:
-    """Return every so many rows; a voltage is its mean until the next row that is kept."""
-    whole = len(good) // every * every
-    return {
-        role: values[:whole].reshape(-1, every).mean(1) if role in _HELD else values[:whole:every]
-        for role, values in even.items()
-    }
 
 
 def _measurement(
@@ -290,8 +276,8 @@ def _drive(
 
 def grid_of(values: Float64) -> float:
     """Return the step of a quantised signal as it shows itself, 0 where every value is another."""
-    steps = np.abs(np.diff(values[: 1 << 16]))
-    steps = steps[steps > 1e-9]
+    steps = np.abs(np.diff(values))
+    steps = steps[steps > 1e-9][: 1 << 16]
     if not len(steps) or np.unique(np.round(steps, 9)).size > 0.2 * len(steps):
         return 0.0
     return float(steps.min())

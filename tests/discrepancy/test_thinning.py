@@ -1,0 +1,60 @@
+"""Rows that come faster than they tell anything are thinned, and nothing of the voltage is lost."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from etb_hil.discrepancy.measurement import Measurement, grid_of
+from etb_hil.discrepancy.thinning import thinned
+
+COUNT = 11
+
+
+@pytest.fixture
+def fast():
+    rows = np.arange(COUNT, dtype=float)
+    return Measurement(
+        origin="fast",
+        rate=5000.0,
+        start_s=0.0,
+        voltage=rows,
+        angle=10.0 * rows,
+        angle_noise=0.0,
+        current=-rows,
+        plate=None,
+        temperature=rows + 20.0,
+        has_temperature=True,
+        supply=rows + 12.0,
+        is_good=rows != 3.0,
+    )
+
+
+def test_a_voltage_is_its_mean_and_what_is_read_stays_as_it_was_read(fast):
+    found = thinned(fast)
+    assert found.rate == 2500.0
+    np.testing.assert_array_equal(found.voltage, [0.5, 2.5, 4.5, 6.5, 8.5])
+    np.testing.assert_array_equal(found.angle, [0.0, 20.0, 40.0, 60.0, 80.0])
+    np.testing.assert_array_equal(found.current, [0.0, -2.0, -4.0, -6.0, -8.0])
+    np.testing.assert_array_equal(found.supply, [12.0, 14.0, 16.0, 18.0, 20.0])
+    np.testing.assert_array_equal(found.temperature, [20.0, 22.0, 24.0, 26.0, 28.0])
+    assert found.plate is None
+
+
+def test_a_mean_over_a_bad_row_is_bad(fast):
+    np.testing.assert_array_equal(thinned(fast).is_good, [True, False, True, True, True])
+
+
+def test_a_drives_force_is_what_drives_it(fast):
+    found = thinned(replace(fast, is_drive=True))
+    assert found.current is found.voltage
+
+
+def test_slow_rows_stay(fast):
+    slow = replace(fast, rate=3999.0)
+    assert thinned(slow) is slow
+
+
+def test_an_encoder_that_rests_for_long_shows_its_step_later():
+    moves = np.round(np.linspace(0.0, 40.0, 2000)) * 0.25
+    assert grid_of(np.concatenate([np.zeros(1 << 17), moves])) == 0.25
