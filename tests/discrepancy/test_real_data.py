@@ -80,6 +80,19 @@ def test_the_ripple_is_not_carried_over(answer):
     assert carried == {"friction_asymmetry": True, "cogging_torque": False}
 
 
+def test_of_the_asymmetry_no_more_is_said_than_the_test_file_carries(answer):
+    """Its balance has it as strongly; a free run of 24 s, to which every number's error adds, is worse with it."""
+    asymmetry, ripple = answer.explanation["transfer"]
+    assert 0.3 < asymmetry["gain"] < 0.5
+    errors = asymmetry["free_run"]
+    assert errors["unit"] == "m"
+    assert 0.005 < errors["without"] < errors["with"] < 0.015
+    without, with_it = (f"{1e3 * errors[kind]:.3g} mm" for kind in ("without", "with"))
+    assert asymmetry["says"].startswith(f"takes {100 * asymmetry['gain']:.0f} % of what the balances leave there")
+    assert asymmetry["says"].endswith(f"errs by {with_it} with it and by {without} without it")
+    assert ripple["says"].endswith("less than 2 % of what the balances leave there: it is not carried over")
+
+
 def test_only_the_test_files_position_was_filtered(answer):
     estimation, test = (" ".join(one["flags"]) for one in answer.explanation["data_quality"])
     assert "filtered" not in estimation
