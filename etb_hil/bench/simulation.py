@@ -52,6 +52,7 @@ class Simulation:
         self._supply = None if supply is None else SupplyGuard(supply)
         self._asked: list[float] | None = [REQUEST, BOTH, rate, 0.0, 0.0, 0.0]
         self._blocks: list[SampleBlock] = []
+        self._temperatures: list[Float64] = []  # degC of the housing, for each block's rows
 
     def run(self, steps: Sequence[Step]) -> tuple[Int64, dict[str, Float64]]:
         """Run the steps; return the samples' times (n) in ns and columns (n) by role.
@@ -69,7 +70,7 @@ class Simulation:
         if not self._blocks:
             raise InputError(Problem("the scenario has nothing to simulate", remedy="give one with a phase of motion"))
         whole = concatenate(self._blocks)
-        return whole.time_ns, dict(whole.columns)
+        return whole.time_ns, {**whole.columns, "temperature": np.concatenate(self._temperatures)}
 
     def _refuse_longer(self, seconds: float) -> None:
         if seconds > self._longest_s:
@@ -113,6 +114,7 @@ class Simulation:
         for output in outputs:
             if len(output.samples):
                 self._blocks.append(_samples(output, point))
+                self._temperatures.append(np.full(len(output.samples), self._machine.temperature))
                 blocks.append(self._blocks[-1])
                 self._angle = float(output.samples["track"][-1])
             if len(output.statuses):

@@ -72,6 +72,8 @@ def _scenario(options: argparse.Namespace, unit: Model) -> tuple[Int64, dict[str
 
 
 def _voltage(options: argparse.Namespace, unit: Model) -> tuple[Int64, dict[str, Float64]]:
+    import numpy as np
+
     from etb_hil.base.errors import InputError, Problem
     from etb_hil.plant.voltage_run import run_voltage
     from etb_hil.recording.tables import read_table
@@ -94,4 +96,5 @@ def _voltage(options: argparse.Namespace, unit: Model) -> tuple[Int64, dict[str,
         "motor_current": found.current,
         "motor_angle": (found.angle - start) * gear,
         "throttle_angle": found.angle,
+        "temperature": np.full(len(voltage.values), AMBIENT_C),
     }

@@ -126,6 +126,11 @@ class Machine:
         """The plate's true angle in rad, for tests and benchmarks."""
         return float(self._plant[THETA])
 
+    @property
+    def temperature(self) -> float:
+        """The housing's temperature in degC."""
+        return float(self._state["temperature"][0])
+
     def run(
         self,
         until_ns: int,

@@ -38,6 +38,14 @@ def test_a_scenario_becomes_a_table_with_roles_as_columns(tmp_path):
     assert 0.1 < np.max(np.abs(current.values)) < 8.0
 
 
+def test_the_housings_temperature_is_told(tmp_path):
+    """By it `explain` obeys what a model file states of the resistance over the temperature."""
+    temperature = read_table(simulated(tmp_path, "friction_check")).series("temperature").values
+    assert temperature[0] == pytest.approx(20.0, abs=0.01)
+    assert np.all(np.diff(temperature) > -1e-3)
+    assert 20.01 < temperature[-1] < 25.0
+
+
 def test_conditions_end_phases_and_prompts_are_passed_over(tmp_path):
     scenario = tmp_path / "s.yaml"
     scenario.write_text(
@@ -64,6 +72,7 @@ def test_a_recorded_voltage_drives_the_plant_alone(tmp_path):
     assert found.series("throttle_angle").values[1:] == pytest.approx(record[at, THETA], rel=1e-8)
     assert found.series("motor_current").values[1:] == pytest.approx(record[at, CURRENT], rel=1e-8, abs=1e-12)
     assert np.degrees(found.series("throttle_angle").values[-1]) > 30
+    assert np.all(found.series("temperature").values == 20.0)
 
 
 def test_parquet_holds_the_same(tmp_path):
