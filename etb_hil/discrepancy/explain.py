@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -35,6 +35,7 @@ from etb_hil.discrepancy.winding import must_be_of_winding
 from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.drive_text import drive_text
 from etb_hil.plant.effects.laws import laws
+from etb_hil.plant.model_check import impossible
 from etb_hil.plant.model_text import model_text
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
@@ -239,7 +240,15 @@ def _coarsely(
 def _obeying_its_laws(model: Model, recordings: Sequence[Recording]) -> Model:
     """Return a model that obeys its laws over the temperature, where that was recorded."""
     is_known = all("temperature" in r.roles and np.isfinite(r.series("temperature").values).any() for r in recordings)
-    return model.with_laws_as_terms() if is_known and laws(model.parameters) else model
+    if not is_known or not laws(model.parameters):
+        return model
+    middle = float(np.nanmedian(recordings[0].series("temperature").values))
+    obeying = model.with_laws_as_terms(middle)
+    if found := impossible(obeying.parameters):
+        remedy = "look at the model file's laws over the temperature, and at the temperature that was recorded"
+        what = f"at {middle:.3g} degC the model file states no throttle"
+        raise InputError(*(replace(one, what=f"{what}: {one.what}", remedy=remedy) for one in found.values()))
+    return obeying
 
 
 def _read(

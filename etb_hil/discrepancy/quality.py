@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.measurement import Measurement, grid_of
 from etb_hil.discrepancy.regimes import BESIDE
-from etb_hil.plant.effects.laws import REFERENCE, laws
+from etb_hil.plant.effects.laws import REFERENCE, laws, terms
 from etb_hil.plant.parameters import Model
 
 Float64 = NDArray[np.float64]
@@ -136,7 +136,13 @@ def _laws(model: Model) -> list[str]:
     if not stated:
         return []
     if model.has_laws_as_terms:
-        names = ", ".join(stated)
-        return [f"{names} change with the temperature as the model file states, and are said at {REFERENCE:g} degC"]
+        obeyed = terms(model.parameters)
+        rest = {name: law.reference for name, law in stated.items() if name not in obeyed}
+        what = "change with the temperature as the model file states, and are said at"
+        found = [f"{', '.join(obeyed)} {what} {REFERENCE:g} degC"] if obeyed else []
+        for at in set(rest.values()):
+            what = f"are taken as the model file states them at {at:.3g} degC, the middle of the explained recording"
+            found.append(f"{', '.join(rest)} {what}: how they change within it is not obeyed")
+        return found
     more = ", ".join(f"{name} {1000.0 * law.coefficient:+.2g} %" for name, law in stated.items())
     return [f"no temperature: a unit 10 K above what the model file refers to has {more}, and is taken for another one"]

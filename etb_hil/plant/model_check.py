@@ -79,6 +79,21 @@ def motor_constants_differ(parameters: Mapping[str, Parameter]) -> Problem | Non
     )
 
 
+def motor_laws_differ(parameters: Mapping[str, Parameter]) -> Problem | None:
+    """Return a problem where K_e and K_t, one number in SI, have different laws over the temperature."""
+    torque, back_emf = (parameters[name].temperature for name in ("torque_constant", "back_emf_constant"))
+    if torque == back_emf:
+        return None
+    said = "none" if back_emf is None else f"{100.0 * back_emf.coefficient:g} %/K about {back_emf.reference:g} degC"
+    its = "none" if torque is None else f"{100.0 * torque.coefficient:g} %/K about {torque.reference:g} degC"
+    return Problem(
+        "K_e's law over the temperature is not K_t's: in SI they are one number for one motor",
+        value=said,
+        allowed=its,
+        remedy="state the same 'temperature' for both",
+    )
+
+
 def outside_table_one(parameter: Parameter, gear_ratio: float) -> str | None:
     """Return a sentence that names the row of table I where the parameter lies outside it."""
     kind = KINDS[parameter.name]

@@ -19,6 +19,7 @@ from etb_hil.plant.model_check import (
     ParameterRangeWarning,
     impossible,
     motor_constants_differ,
+    motor_laws_differ,
     outside_table_one,
 )
 from etb_hil.plant.parameter import Parameter, TemperatureLaw, Tolerance
@@ -138,6 +139,8 @@ def read_model_file(path: Path) -> ModelContent:
     ]
     if not problems and (problem := motor_constants_differ(parameters)):
         problems.append(dataclasses.replace(problem, place=document.place("parameters", "back_emf_constant", "value")))
+    if problem := motor_laws_differ(parameters):
+        problems.append(dataclasses.replace(problem, place=document.place("parameters", "back_emf_constant")))
     problems += _wrong_effects(document)
     if problems:
         raise InputError(*problems)

@@ -41,11 +41,14 @@ class Model:
     measured: Mapping[str, Measured] = field(default_factory=dict)
     has_laws_as_terms: bool = False
 
-    def with_laws_as_terms(self) -> Model:
-        """Return the model for data whose temperature is known: what has a law is stated at the terms' reference."""
+    def with_laws_as_terms(self, temperature: float) -> Model:
+        """Return the model for data whose temperature is known: what has a law is stated at the terms' reference.
+
+        What has a law that no term obeys is stated at a `temperature` in degC.
+        """
         from etb_hil.plant.effects.laws import at_reference  # noqa: PLC0415 (numba)
 
-        parameters, measured = at_reference(self.parameters, self.measured)
+        parameters, measured = at_reference(self.parameters, self.measured, temperature)
         return replace(self, parameters=parameters, measured=measured, has_laws_as_terms=True)
 
     def knowing(self, numbers: Iterable[Measured]) -> Model:

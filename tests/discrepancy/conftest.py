@@ -19,7 +19,7 @@ from etb_hil.recording.samples import SampleBlock
 @pytest.fixture(scope="session")
 def cogging_recording():
     """Twelve seconds of a unit that warms as its model file states, with cogging that it leaves out."""
-    p = MODEL.with_laws_as_terms().vector()
+    p = MODEL.with_laws_as_terms(25.0).vector()
     p[CATALOGUE["cogging_torque"].indices[0]] = 0.03
     p[CATALOGUE["cogging_torque"].indices[2]] = 7.0
     m = measurement(p, seed=5)

@@ -156,6 +156,12 @@ def test_stiction_below_coulomb_is_refused_with_the_reason(tmp_path):
         ("value: 0.14 rad", "value: 2 rad", "stop_high.value", "upper stop"),
         ("value: 12 V", "value: 15 V", "voltage_limit.value", "supply"),
         ("value: 0.020 N·m/A", "value: 0.023 N·m/A", "back_emf_constant.value", "K_e differs from K_t"),
+        (
+            "20 degC}\n    source: seed paper, table I; chosen",
+            "0 degC}\n    source: chosen",
+            "back_emf_constant",
+            "K_e's law",
+        ),
         ("tolerance: 0.3 deg", "tolerance: 0.3 N", "limp_home.tolerance", "no unit of angle"),
         ("tolerance: 0.3 deg", "tolerance: -1 %", "limp_home.tolerance", "not negative"),
         ("    tolerance: 0.5 V\n", "    tolerance: 100 %\n", "supply_voltage.tolerance", "reaches zero"),

@@ -11,6 +11,7 @@ from etb_hil.plant.effects.layout import row
 from etb_hil.plant.physics import Vector
 
 REFERENCE = 25.0  # degC
+PER = 30.0  # K
 
 _K = row("friction_temperature")
 _EXPONENTIAL = 1e-4  # a power below it is none
@@ -37,7 +38,7 @@ EFFECT = Effect(
 @njit(cache=True, error_model="numpy")
 def share(temperature: float, p: Vector) -> float:
     """Return what of the friction is added at a temperature in degC, a share of it."""
-    along = p[_K] * (temperature - REFERENCE) / 30.0
+    along = p[_K] * (temperature - REFERENCE) / PER
     power = 1.0 + p[_K + 2]
     if power == 1.0:
         return along
@@ -50,4 +51,4 @@ def share(temperature: float, p: Vector) -> float:
 @njit(cache=True, error_model="numpy")
 def viscous_share(temperature: float, p: Vector) -> float:
     """Return what of the viscosity is added at a temperature in degC, a share of it."""
-    return math.exp(p[_K + 1] * (temperature - REFERENCE) / 30.0) - 1.0 if p[_K + 1] != 0.0 else 0.0
+    return math.exp(p[_K + 1] * (temperature - REFERENCE) / PER) - 1.0 if p[_K + 1] != 0.0 else 0.0

@@ -1,58 +1,80 @@
-"""A model file's laws over the temperature as terms of the vector: copper's, and the magnets'."""
+"""A model file's laws over the temperature as terms of the vector: copper's, the magnets', and friction's.
+
+What no term can obey is stated at one temperature.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
 
-from etb_hil.plant.effects import magnet_temperature, resistance_temperature
+from etb_hil.plant.effects import friction_temperature, magnet_temperature, resistance_temperature
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.measured import Measured
 from etb_hil.plant.parameter import Parameter, TemperatureLaw
 from etb_hil.plant.physics import Vector
 
-REFERENCE = resistance_temperature.REFERENCE  # degC, the magnets' too
+REFERENCE = resistance_temperature.REFERENCE  # degC, the others' too
 # A law follows the temperature at once, as far as a simulation's steps can tell.
 _AT_ONCE = 1e-3  # s
+_LAGS = {"resistance": row("resistance_temperature") + 2, "torque_constant": row("magnet_temperature") + 1}
 # What of a law is one of a term's strength, in 1/K.
 _ONE = {
-    "resistance": (row("resistance_temperature"), 2, resistance_temperature.COPPER),
-    "torque_constant": (row("magnet_temperature"), 1, magnet_temperature.FERRITE),
+    "resistance": (row("resistance_temperature"), resistance_temperature.COPPER),
+    "torque_constant": (row("magnet_temperature"), magnet_temperature.FERRITE),
+    "coulomb": (row("friction_temperature"), 1.0 / friction_temperature.PER),
 }
-OF_TERM = {"resistance_temperature": ("resistance",), "magnet_temperature": ("torque_constant", "back_emf_constant")}
-_ARE_TERMS = {name for names in OF_TERM.values() for name in names}
+OF_TERM = {
+    "resistance_temperature": ("resistance",),
+    "magnet_temperature": ("torque_constant", "back_emf_constant"),
+    "friction_temperature": ("coulomb", "stiction", "viscous"),
+}
 
 
 def laws(parameters: Mapping[str, Parameter]) -> dict[str, TemperatureLaw]:
-    """Return the laws that can be terms, by the name of their parameter."""
-    return {name: p.temperature for name, p in parameters.items() if p.temperature and name in _ARE_TERMS}
+    """Return what a model file states over the temperature, by the name of the parameter."""
+    return {name: p.temperature for name, p in parameters.items() if p.temperature}
+
+
+def terms(parameters: Mapping[str, Parameter]) -> tuple[str, ...]:
+    """Return whose laws are terms. Friction's is one where T_c and T_st have it alike: there is one for their curve."""
+    alike = parameters["coulomb"].temperature == parameters["stiction"].temperature
+    can = {"resistance", "torque_constant", "back_emf_constant", *(("coulomb", "stiction") if alike else ())}
+    return tuple(name for name in laws(parameters) if name in can)
 
 
 def at_reference(
-    parameters: Mapping[str, Parameter], measured: Mapping[str, Measured]
+    parameters: Mapping[str, Parameter], measured: Mapping[str, Measured], temperature: float
 ) -> tuple[dict[str, Parameter], dict[str, Measured]]:
-    """Return parameters whose laws can be terms, and what was measured of them, as they are at the terms' reference."""
-    factors = {name: law.factor(REFERENCE) for name, law in laws(parameters).items()}
-    moved = {name: _times(p, factors[name]) if name in factors else p for name, p in parameters.items()}
+    """Return parameters whose laws are terms, and what was measured of them, as they are at the terms' reference.
+
+    Those whose laws are none are as they are at a `temperature` in degC.
+    """
+    its = terms(parameters)
+    at = {name: REFERENCE if name in its else temperature for name in laws(parameters)}
+    factors = {name: law.factor(at[name]) for name, law in laws(parameters).items()}
+    moved = {name: _times(p, factors[name], at[name]) if name in at else p for name, p in parameters.items()}
     known = {name: one.times(factors[name]) if name in factors else one for name, one in measured.items()}
     return moved, known
 
 
 def put_laws(vector: Vector, parameters: Mapping[str, Parameter]) -> None:
     """Set the terms' strengths to what the laws state (in place); K_e's law is K_t's, for they are one number."""
-    for name, (first, time, one) in _ONE.items():
+    its = terms(parameters)
+    for name, (strength, one) in _ONE.items():
         law = parameters[name].temperature
-        if law is not None:
-            vector[first] += law.coefficient / one
-            vector[first + time] = _AT_ONCE if vector[first + time] == 0.0 else vector[first + time]
+        if law is not None and name in its:
+            vector[strength] += law.coefficient / one
+            if name in _LAGS and vector[_LAGS[name]] == 0.0:
+                vector[_LAGS[name]] = _AT_ONCE
 
 
-def _times(parameter: Parameter, factor: float) -> Parameter:
+def _times(parameter: Parameter, factor: float, reference: float) -> Parameter:
     law, width = parameter.temperature, parameter.tolerance
     assert law is not None  # noqa: S101 (what has none is not moved)
     return replace(
         parameter,
         value=parameter.value * factor,
         tolerance=width if width.is_relative else replace(width, amount=width.amount * factor),
-        temperature=TemperatureLaw(law.coefficient / factor, REFERENCE),
+        temperature=TemperatureLaw(law.coefficient / factor, reference),
     )
