@@ -77,7 +77,7 @@ def _stands_for_an_earlier_cause(found: Round, findings: Findings) -> str:
 def is_imitated(found: Round, findings: Findings) -> str:
     """Say that base parameters imitate a later cause that neither takes nearly all nor leaves its rivals behind."""
     # What base parameters imitate but for a fifth, several suspects do: only one that beats them all is the one.
-    if not findings.accepted or found.gain >= _LATER_CERTAIN or _is_clear(found):
+    if not findings.accepted or takes_nearly_all(found, findings) or _is_clear(found):
         return ""
     if any(name.startswith("parameter:") for name in found.alike):
         return "base parameters do nearly the same, and other suspects leave little more"
@@ -146,7 +146,8 @@ def _is_strongest_for_nothing(found: Round, findings: Findings) -> str:
     return ""
 
 
-def _is_no_wave(found: Round, _: Findings) -> str:
+def is_no_wave(found: Round, _: Findings) -> str:
+    """Say that a winner's period is the longest that it may have, nothing where it is shorter."""
     # A part of a wave is any curve.
     orders = [u for u in found.winner.unknowns if u.name == f"{found.winner.id}.order"]
     if any(u.x_of(found.winner.fit.whole) <= u.low + 1e-6 for u in orders):
@@ -180,7 +181,7 @@ _OBJECTIONS: tuple[Objection, ...] = (
     fails_on_other_segments,
     is_below_nothing,
     _is_strongest_for_nothing,
-    _is_no_wave,
+    is_no_wave,
     _is_everywhere,
     _is_inside_its_tolerance,
 )

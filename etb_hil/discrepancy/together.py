@@ -13,6 +13,7 @@ from etb_hil.discrepancy.objections import (
     fails_on_other_segments,
     harms,
     is_imitated,
+    is_no_wave,
     is_open,
     objection,
     takes_nearly_all,
@@ -26,7 +27,7 @@ def stands_with_another(found: Round, findings: Findings, without: Sequence[str]
 
     Otherwise everything is as it was. `without`: ids that are no suspects.
     """
-    if not is_open(found, findings):
+    if not is_open(found, findings, is_no_wave):
         return False
     progress(f"asking whether {found.winner.id} stands with another cause")
     standing, rounds, stands = findings.standing, list(findings.rounds), False
@@ -36,7 +37,7 @@ def stands_with_another(found: Round, findings: Findings, without: Sequence[str]
         if other is not None:
             findings.rounds.append(other)
             stands = not harms(found.before_groups, findings.final_groups, findings)
-            if stands and fails_on_other_segments(found, findings):
+            if stands and (fails_on_other_segments(found, findings) or is_no_wave(found, findings)):
                 stands = takes_nearly_all(other, findings) and _holds_beside(found, findings, without, progress)
     finally:
         if not stands:

@@ -226,3 +226,21 @@ def test_a_shaft_that_gives_way_gives_way_the_more_the_larger_the_load():
         twist = np.array([ports.lead(load, p) for load in np.linspace(-8.0, 8.0, 81)])
         assert np.all(np.diff(twist) > 0.0)
         np.testing.assert_allclose(twist, -twist[::-1], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "id_", ["friction_position_periodic", "friction_position_local", "friction_asymmetry", "friction_load"]
+)
+def test_heat_is_a_factor_of_all_friction_whatever_presses_the_contact(id_):
+    def warmed(p):
+        cold, warm = (ports.friction_level(0.79, 2.0, 0.3, degrees, 0.0, 0.02, p) for degrees in (25.0, 45.0))
+        return warm / cold, ports.viscosity(2.0, 45.0, p) / ports.viscosity(2.0, 25.0, p)
+
+    alone = _with(CATALOGUE["friction_temperature"])
+    both = _with(CATALOGUE[id_])
+    places = list(CATALOGUE["friction_temperature"].stated_indices)
+    assert ports.friction_level(0.79, 2.0, 0.3, 25.0, 0.0, 0.02, both) != pytest.approx(
+        ports.friction_level(0.79, 2.0, 0.3, 25.0, 0.0, 0.02, alone), rel=0.01
+    )
+    both[places] = alone[places]
+    assert warmed(both) == pytest.approx(warmed(alone), rel=1e-12)

@@ -57,6 +57,19 @@ def test_a_later_cause_that_base_parameters_imitate_is_named_with_them_where_not
 
 
 @pytest.mark.slow
+def test_a_later_cause_that_is_imitated_is_judged_by_what_it_takes_over_the_floor():
+    findings = searched(hidden_case(145035, pair=True))
+    assert _causes(findings) == {"friction_temperature", "presliding_hysteresis"}
+    later = findings.accepted[1]
+    nearest = min(rival.fit.cost for rival in later.refined[1:])
+    assert later.gain < 0.8  # of the floor, too
+    assert nearest < 1.5 * later.winner.fit.cost
+    assert objections.takes_nearly_all(later, findings)
+    assert "parameter:stiction" in later.alike
+    assert findings.verdict == "ambiguous"
+
+
+@pytest.mark.slow
 def test_a_later_cause_that_base_parameters_imitate_is_none_where_another_suspect_does_nearly_as_well():
     findings = searched(hidden_case(80317, ("air_drag",), "medium"))  # to which a viscosity and a memory come near
     assert _causes(findings) == {"parameter:viscous"}
@@ -139,4 +152,30 @@ def test_what_harms_alone_is_refused_and_all_is_as_before():
     assert findings.final is findings.calibration
     np.testing.assert_array_equal(findings.final_groups, findings.first_groups)
     assert "worse off" in findings.rounds[-1].refused
+    assert findings.verdict == "unexplained"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("seed", "other"),
+    [
+        pytest.param(145013, "friction_asymmetry", id="bent to its longest period by a direction"),
+        pytest.param(145016, "friction_temperature", id="by a temperature, which is a factor of the wave, too"),
+    ],
+)
+def test_a_wave_without_a_period_stands_with_the_cause_that_bent_it(seed, other):
+    asked = []
+    findings = searched(hidden_case(seed, pair=True), progress=asked.append)
+    assert "asking whether friction_position_periodic stands with another cause" in asked
+    assert _causes(findings) == {"friction_position_periodic", other}
+    assert not any(objections.is_no_wave(found, findings) for found in findings.accepted)
+    assert findings.verdict == "explained"
+
+
+@pytest.mark.slow
+def test_a_wave_that_has_no_period_beside_the_next_cause_either_is_none():
+    findings = searched(hidden_case(72287, ("friction_position_local",)), ("friction_position_local",))
+    assert findings.accepted == []
+    assert findings.final is findings.calibration
+    assert findings.rounds[-1].refused.startswith("its period is longer")
     assert findings.verdict == "unexplained"

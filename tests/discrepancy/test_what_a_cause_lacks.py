@@ -64,6 +64,29 @@ def test_what_cannot_be_below_nothing_is_no_cause_there(id_, strengths, speaks):
     assert bool(objections.is_below_nothing(_found(id_, strengths), None)) is speaks
 
 
+@pytest.mark.parametrize(
+    ("before", "after", "rival", "speaks"),
+    [
+        pytest.param(2.5, 1.03, 1.2, False, id="nearly all that is over the floor"),
+        pytest.param(2.5, 1.4, 1.6, True, id="three quarters of it, and another comes near"),
+        pytest.param(2.5, 1.4, 2.2, False, id="three quarters of it, and no other comes near"),
+        pytest.param(1.3, 1.03, 1.1, True, id="next to nothing beside the floor"),
+    ],
+)
+def test_of_what_is_over_the_floor_a_later_cause_that_is_imitated_takes_nearly_all(before, after, rival, speaks):
+    winner, other = (SimpleNamespace(fit=SimpleNamespace(cost=9000.0 * level)) for level in (after, rival))
+    found = SimpleNamespace(
+        alike=["parameter:stiction"],
+        winner=winner,
+        refined=[winner, other],
+        before_groups=np.full(9, before),
+        after_groups=np.full(9, after),
+        gain=1.0 - after / before,
+    )
+    findings = SimpleNamespace(accepted=[None], rows=np.full(9, 1000))
+    assert bool(objections.is_imitated(found, findings)) is speaks
+
+
 @pytest.mark.slow
 def test_drag_of_the_air_that_two_effects_and_numbers_on_their_edges_imitate_is_unexplained():
     findings = searched(hidden_case(96018, ("air_drag",)))

@@ -18,7 +18,9 @@ _EXPONENTIAL = 1e-4  # a power below it is none
 
 EFFECT = Effect(
     id="friction_temperature",
-    equation="g (1 + (1 + c) a x)^(1 / (1 + c)), sigma_2 exp(b x), x = (T - 25 degC) / 30 K",
+    equation=(
+        "g, with all else that changes it, (1 + (1 + c) a x)^(1 / (1 + c)); sigma_2 exp(b x); x = (T - 25 degC) / 30 K"
+    ),
     balance=Balance.TORQUE,
     parity=Parity.ODD,
     parameters=(

@@ -145,13 +145,11 @@ def friction_level(
     """Return g in N·m: friction of steady sliding without viscosity (seed paper, eq. 2), with what changes it."""
     surplus = max(p[STICTION] - p[COULOMB], 0.0) * stribeck_shape.peak(omega, p)
     g = p[COULOMB] + surplus
-    share = 1.0 + (
-        friction_position_periodic.share(theta, p)
-        + friction_asymmetry.share(omega, surplus / g, p)
-        + friction_temperature.share(temperature, p)
-    )
+    share = 1.0 + (friction_position_periodic.share(theta, p) + friction_asymmetry.share(omega, surplus / g, p))
     added = friction_position_local.torque(theta, p) + friction_load.torque(load, friction, p)
-    return max(g * share + added + stiction_dwell.torque(age, p), 0.02 * p[COULOMB])
+    cold = g * share + added + stiction_dwell.torque(age, p)
+    # Heat changes how slippery a contact is, whatever presses it: the place, the direction and the load.
+    return max(cold * (1.0 + friction_temperature.share(temperature, p)), 0.02 * p[COULOMB])
 
 
 @njit(cache=True, error_model="numpy")
@@ -164,9 +162,8 @@ def plain_friction_level(omega: float, p: Vector) -> float:
 @njit(cache=True, error_model="numpy")
 def viscosity(omega: float, temperature: float, p: Vector) -> float:
     """Return sigma_2 in N·m·s/rad with what changes it."""
-    return p[VISCOUS] * (
-        1.0 + friction_asymmetry.viscous_share(omega, p) + friction_temperature.viscous_share(temperature, p)
-    )
+    by_heat = 1.0 + friction_temperature.viscous_share(temperature, p)
+    return p[VISCOUS] * (1.0 + friction_asymmetry.viscous_share(omega, p)) * by_heat
 
 
 @njit(cache=True, error_model="numpy")
