@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.fit import Fit, Residual, fit_of, gauss_newton
+from etb_hil.discrepancy.fit import TOLERANCE, Fit, Residual, fit_of, gauss_newton
 from etb_hil.discrepancy.unknowns import (
     SLACK,
     Unknown,
@@ -56,6 +56,7 @@ def calibrate(
     unknowns: Sequence[Unknown] | None = None,
     rounds: int = _ROUNDS,
     first: Float64 | None = None,
+    tolerance: float = TOLERANCE,
 ) -> Calibration:
     """Fit the base parameters in the box of their tolerances, and the nuisances; starting at `begin` where given.
 
@@ -64,7 +65,7 @@ def calibrate(
     residual = residual_of(balances)
     fitted = all_unknowns(model, balances) if unknowns is None else list(unknowns)
     whole = _at_the_stops(start(model), fitted, balances) if begin is None else begin
-    fit, columns = gauss_newton(residual, fit_of(residual, whole), fitted, rounds, first=first)
+    fit, columns = gauss_newton(residual, fit_of(residual, whole), fitted, rounds, tolerance=tolerance, first=first)
     return Calibration(fitted, fit, columns)
 
 

@@ -11,7 +11,7 @@ from etb_hil.discrepancy import decision
 from etb_hil.discrepancy.byhand import measured
 from etb_hil.discrepancy.findings import Findings, Round
 from etb_hil.discrepancy.floor import LEAST_ROWS
-from etb_hil.discrepancy.freerun import CURRENT_ROLE, POSITION
+from etb_hil.discrepancy.freerun import CURRENT_ROLE, POSITION, SEGMENT_S
 from etb_hil.discrepancy.holdout import Holdout
 from etb_hil.discrepancy.intervals import Estimate, estimates
 from etb_hil.discrepancy.limits import detection_limits
@@ -19,6 +19,7 @@ from etb_hil.discrepancy.nexttest import next_test
 from etb_hil.discrepancy.objections import LEAST_GAIN
 from etb_hil.discrepancy.quality import data_quality
 from etb_hil.discrepancy.regimes import REGIMES
+from etb_hil.discrepancy.running_away import runs_away
 from etb_hil.discrepancy.unknowns import FIELDS, simulable
 from etb_hil.plant.drive_effects import unit_for
 from etb_hil.plant.effects.layout import EXTENDED
@@ -66,12 +67,17 @@ def _errors(findings: Findings, holdout: Holdout) -> dict[str, Any]:
     units = {POSITION: "m" if findings.balances[0].measured.is_linear else "rad", CURRENT_ROLE: "A"}
     least, most = float(holdout.floors.min()), float(holdout.floors.max())
     left = holdout.table["free_run"][POSITION]["calibrated"]
-    says = ""
+    says = []
     if findings.verdict == "adequate" and left > most:
         its = f"m{units[POSITION]}"
-        says = (
+        says.append(
             f"the balances lack nothing, but in free run the calibrated model errs by {1e3 * left:.3g} {its}, more "
             f"than noise alone left ({1e3 * least:.3g} to {1e3 * most:.3g} {its}); these data do not tell why"
+        )
+    if away := runs_away(simulable(holdout.best)):
+        says.append(
+            f"from {away[0]:.2f} to {away[1]:.2f} rad springs and flow hold the plate less the further it is open: a "
+            "voltage alone lets it run away there, and what noise leaves of a free run grows by itself"
         )
     return {
         "holdout": {
@@ -80,7 +86,24 @@ def _errors(findings: Findings, holdout: Holdout) -> dict[str, Any]:
         },
         "nrmse_free_run": holdout.nrmse,
         "noise_floor_range": [least, most],
-        "says": says,
+        "free_run_worst": _worst(findings, holdout),
+        "says": "; ".join(says),
+    }
+
+
+def _worst(findings: Findings, holdout: Holdout) -> dict[str, Any]:
+    """Return the segment that the model file's model errs most in, beside all others and true models in that one."""
+    errors = holdout.segments[holdout.in_file][POSITION]
+    k = int(np.argmax(errors))
+    longest = max(findings.balances, key=lambda b: b.rows).measured
+    there = holdout.drawn[:, k]
+    return {
+        "from_s": longest.start_s + k * SEGMENT_S,
+        "to_s": longest.start_s + (k + 1) * SEGMENT_S,
+        "error": float(errors[k]),
+        "share": float(errors[k] ** 2 / max(float(np.sum(errors**2)), 1e-30)),
+        "others": float(np.sqrt(np.sum(np.delete(errors, k) ** 2) / max(len(errors) - 1, 1))),
+        "noise_floor_range": [float(there.min()), float(there.max())],
     }
 
 

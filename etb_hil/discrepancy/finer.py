@@ -8,6 +8,9 @@ from etb_hil.discrepancy.calibration import Calibration, calibrate
 from etb_hil.discrepancy.findings import Findings, Round
 from etb_hil.discrepancy.unknowns import finer_unknowns
 
+_ROUNDS = 20
+_TOLERANCE = 2e-4  # of the cost: what is left to a shape is little to the rows, and much to a free run
+
 
 def with_finer_shapes(findings: Findings, causes: Sequence[Round]) -> Calibration:
     """Return the final model with the finer shapes of some causes fitted, too, where they are not yet."""
@@ -18,4 +21,5 @@ def with_finer_shapes(findings: Findings, causes: Sequence[Round]) -> Calibratio
     more = [unknown for unknown in finer if unknown.name not in known]
     if not more:
         return final
-    return calibrate(findings.model, findings.balances, final.fit.whole, [*final.unknowns, *more])
+    unknowns = [*final.unknowns, *more]
+    return calibrate(findings.model, findings.balances, final.fit.whole, unknowns, _ROUNDS, tolerance=_TOLERANCE)

@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from etb_hil.discrepancy.boxed import boxed
 from etb_hil.discrepancy.unknowns import Unknown
-from etb_hil.plant.physics import Vector
+from etb_hil.plant.physics import COULOMB, STICTION, Vector
 
 Float64 = NDArray[np.float64]
 Residual = Callable[[Vector], Float64]
 
 _RIDGE = 1e-3  # of what is measured nowhere; in squared residuals a scaled unit
+TOLERANCE = 2e-3  # of the cost: a round that gains less is the last
 _TRIES = 6
 _TRUST = 0.2  # of what a step was to gain: within it the columns that promised it still hold
 
@@ -54,7 +55,7 @@ def gauss_newton(
     unknowns: Sequence[Unknown],
     rounds: int,
     kept: Float64 | None = None,
-    tolerance: float = 2e-3,
+    tolerance: float = TOLERANCE,
     first: Float64 | None = None,
 ) -> tuple[Fit, Float64]:
     """Return the fit after some rounds, and the last columns (n, unknowns).
@@ -63,7 +64,7 @@ def gauss_newton(
     differenced. `first`: columns to begin with, from somewhere near. Columns serve until a step gains other than they
     promised. It stops where a round with fresh ones gains less than a share `tolerance`.
     """
-    at, damping = begin, 1e-4
+    at, damping = _with_slopes(residual, begin, unknowns), 1e-4
     known = 0 if kept is None else kept.shape[1]
     found = np.empty((len(at.residual), len(unknowns)))
     if not np.isfinite(begin.cost):
@@ -91,6 +92,24 @@ def gauss_newton(
     return at, found
 
 
+def _with_slopes(residual: Residual, begin: Fit, unknowns: Sequence[Unknown]) -> Fit:
+    """Return where a fit begins, with break-away friction raised as `_raise_stiction` does."""
+    raised = begin.whole.copy()
+    _raise_stiction(raised, unknowns)
+    return begin if np.array_equal(raised, begin.whole) else fit_of(residual, raised)
+
+
+def _raise_stiction(whole: Vector, unknowns: Sequence[Unknown]) -> None:
+    """Put a break-away friction below sliding friction to it, as far as its box goes (in place).
+
+    There is no peak there to give it a slope, nor one to the Stribeck velocity: a fit that came there would stay.
+    """
+    for unknown in unknowns:
+        if unknown.place == STICTION and whole[STICTION] < whole[COULOMB]:
+            level = (whole[COULOMB] - unknown.centre) / unknown.scale
+            unknown.put(whole, float(min(max(level, unknown.low), unknown.high)))
+
+
 def _step(
     residual: Residual, at: Fit, unknowns: Sequence[Unknown], normal: Float64, right: Float64, damping: float
 ) -> tuple[Fit, float, bool]:
@@ -103,6 +122,7 @@ def _step(
         moved = at.whole.copy()
         for unknown, value in zip(unknowns, x + step, strict=True):
             unknown.put(moved, value)
+        _raise_stiction(moved, unknowns)
         tried = fit_of(residual, moved)
         if tried.cost < at.cost:
             promised = 2.0 * float(right @ step) - float(step @ normal @ step)

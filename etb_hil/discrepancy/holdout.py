@@ -30,20 +30,30 @@ _SIMULATED = range(7, 17)  # seeds beside the floor of the balances: whether a p
 class Holdout:
     """Root mean square errors (SI) over segments: `table[kind][signal][model]`, and the gain with its 95 % interval.
 
-    `floors`: what true models left of the angle in free run. `best`: the whole vector whose kind of fit errs least in
-    free run on segments that it did not see; `is_followed`: it is the last fit's. `is_cut_short`: an interrupt ended
-    that fit, and what was known before stands.
+    `drawn` (draws, segments): what true models left of the angle in free run. `best`: the whole vector whose kind of
+    fit errs least in free run on segments that it did not see; `is_followed`: it is the last fit's. `is_cut_short`: an
+    interrupt ended that fit, and what was known before stands.
     """
 
     table: dict[str, dict[str, dict[str, float]]]
     segments: dict[str, dict[str, Float64]]
     nrmse: dict[str, float]
-    floors: Float64
+    drawn: Float64
     gain: float
     gain_interval: tuple[float, float]
     best: Vector
     is_followed: bool
     is_cut_short: bool
+
+    @property
+    def floors(self) -> Float64:
+        """What each draw (draws) of a true model left of the angle in free run, over all segments."""
+        return np.asarray(np.sqrt(np.mean(self.drawn**2, axis=1)))
+
+    @property
+    def in_file(self) -> str:
+        """The name of the model that the model file holds."""
+        return "followed" if self.is_followed else "extended" if "extended" in self.segments else "calibrated"
 
 
 def hold_out(findings: Findings, progress: Callable[[str], None] = lambda _: None) -> Holdout:
@@ -57,7 +67,7 @@ def hold_out(findings: Findings, progress: Callable[[str], None] = lambda _: Non
     errors.add("calibrated", b, _by_fold(findings, number, _folds(findings, findings.calibration)))
     if findings.accepted:
         errors.add("extended", b, _by_fold(findings, number, _folds(findings, final)))
-    middle, floors = _floor(findings, number)
+    middle, drawn_floors = _floor(findings, number)
     errors.take(middle)
     free = errors.table["free_run"][freerun.POSITION]
     followed: Followed | None = None
@@ -75,7 +85,7 @@ def hold_out(findings: Findings, progress: Callable[[str], None] = lambda _: Non
         errors.table,
         errors.segments,
         {name: value / span for name, value in free.items()},
-        floors,
+        drawn_floors,
         _gain(before, after),
         _interval(before, after),
         followed.whole if followed is not None and is_followed else final.fit.whole,
@@ -110,7 +120,7 @@ class _Errors:
 
 
 def _floor(findings: Findings, number: int) -> tuple[_Errors, Float64]:
-    """Return what the final model leaves of its own simulated measurements of a stretch: the middle one, and all.
+    """Return what the final model leaves of its own simulated measurements: the middle one, and all by segment.
 
     Noise is in what drives a free run and in the numbers that a fit finds: they are fitted again, without each part.
     """
@@ -120,10 +130,10 @@ def _floor(findings: Findings, number: int) -> tuple[_Errors, Float64]:
     for floor in (findings.final_floor, *again):
         b, fitted = floor.balances[number], _by_fold(findings, number, _folds(findings, floor.calibration))
         drawn.append((freerun.errors(b, fitted, freerun.starts(b, fitted(0.0)), one_step=False), b, fitted))
-    rms = np.array([np.sqrt(np.mean(found[freerun.POSITION] ** 2)) for found, _, _ in drawn])
+    by_segment = np.array([found[freerun.POSITION] for found, _, _ in drawn])
     middle = _Errors()
-    middle.add("noise_floor", *drawn[int(np.argsort(rms)[len(rms) // 2])][1:])
-    return middle, rms
+    middle.add("noise_floor", *drawn[int(np.argsort(np.sum(by_segment**2, axis=1))[len(drawn) // 2])][1:])
+    return middle, by_segment
 
 
 def _folds(findings: Findings, calibration: Calibration) -> list[Vector]:

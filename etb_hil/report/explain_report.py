@@ -41,6 +41,7 @@ _BY_RUNS = (
 _ADEQUATE_BY_RUNS = (
     "Driven by the voltage alone, the model follows runs that the fit did not see to its sensor's noise."
 )
+_MOST = 0.5  # of the squared error
 _MODELS = ("nominal", "calibrated", "extended", "followed", "noise_floor")
 _CALLED = {"noise_floor": "noise floor", "followed": "last fit in free run"}
 _SMALL = 0.01  # rad or m: where nothing of a row is as large, it is said in thousandths
@@ -244,6 +245,22 @@ def _luck(found: dict[str, Any]) -> str:
     return (
         f"In free run noise alone left {times * least:.3g} to {times * most:.3g} {unit} of the {_words(signal)}, each "
         "time with other noise: whether something just breaks away is luck."
+        f"{_in_one_part(found['errors'])}"
+    )
+
+
+def _in_one_part(errors: dict[str, Any]) -> str:
+    """Return where most of a free run's error stands, if that is one segment, beside what noise alone left there."""
+    worst = errors["free_run_worst"]
+    if worst["share"] < _MOST:
+        return ""
+    least, most = worst["noise_floor_range"]
+    _, models = next(iter(errors["holdout"]["free_run"].items()))
+    times, unit = _scale([worst["error"], most], models["unit"])
+    return (
+        f" Most of what the model in the file errs stands between {worst['from_s']:.4g} and {worst['to_s']:.4g} s: "
+        f"{times * worst['error']:.3g} {unit}, {times * worst['others']:.3g} {unit} in all the rest; noise alone left "
+        f"{times * least:.3g} to {times * most:.3g} {unit} there."
     )
 
 

@@ -65,6 +65,22 @@ def test_how_long_a_unit_had_rested_before_the_record_is_found():
     assert found.fit.cost < 0.9 * plain.final.fit.cost
 
 
+def test_a_spring_that_bends_at_once_is_found_with_the_place_where_it_does():
+    spring = CATALOGUE["spring_nonlinear"]
+    plain = plainly_fitted(spring, [0.0, 0.0, 0.0, -0.3, 0.1])
+    found = with_finer_shapes(plain, [named(spring)])
+    assert found.fit.whole[list(spring.stated_indices[3:])] == pytest.approx([-0.3, 0.1], rel=0.1)
+    assert found.fit.cost < 0.5 * plain.final.fit.cost
+
+
+@pytest.mark.parametrize("evenness", [0.0, 1.0])
+def test_whether_a_wave_in_the_friction_takes_the_break_away_with_it_is_found(evenness):
+    wave = CATALOGUE["friction_position_periodic"]
+    plain = plainly_fitted(wave, [0.25, 0.1, 1.0, 0.0, 0.0, 0.0, evenness])
+    found = with_finer_shapes(plain, [named(wave)])
+    assert found.fit.whole[wave.stated_indices[6]] == pytest.approx(evenness, abs=0.25)
+
+
 @pytest.mark.slow
 def test_the_model_file_has_the_finer_curve_where_the_plain_one_was_enough_for_a_name():
     effects, level, form = drawn("strong", 83004)

@@ -19,6 +19,7 @@ from etb_hil.discrepancy.consequence import consequence
 from etb_hil.discrepancy.explain import Answer, explain, write
 from etb_hil.discrepancy.explanation import _size, explanation
 from etb_hil.discrepancy.extending import calibrated_parameters, extended_model
+from etb_hil.discrepancy.freerun import SEGMENT_S
 from etb_hil.discrepancy.intervals import Estimate
 from etb_hil.discrepancy.leftover import _coordinates
 from etb_hil.discrepancy.limits import detection_limits
@@ -68,6 +69,20 @@ def test_between_what_noise_leaves_is_said(answer, tmp_path):
     assert 0.0 < least < errors["holdout"]["free_run"]["throttle_angle"]["noise_floor"] < most
     page = write_explanation(answer.explanation, None, tmp_path).read_text("utf-8")
     assert f"noise alone left {1e3 * least:.3g} to {1e3 * most:.3g} mrad" in page
+
+
+def test_where_most_of_an_error_stands_is_said_beside_what_noise_left_there(answer, tmp_path):
+    worst = answer.explanation["errors"]["free_run_worst"]
+    held_out = answer.holdout
+    errors = held_out.segments[held_out.in_file]["throttle_angle"]
+    k = int(np.argmax(errors))
+    assert worst["error"] == errors[k] > worst["others"]
+    assert worst["to_s"] - worst["from_s"] == SEGMENT_S
+    assert worst["noise_floor_range"] == [held_out.drawn[:, k].min(), held_out.drawn[:, k].max()]
+    for share, is_said in ((0.9, True), (0.1, False)):
+        errors = answer.explanation["errors"] | {"free_run_worst": worst | {"share": share}}
+        page = write_explanation(answer.explanation | {"errors": errors}, None, tmp_path).read_text("utf-8")
+        assert (f"{1e3 * worst['others']:.3g} mrad in all the rest" in page) == is_said
 
 
 def test_errors_say_their_unit(answer):
@@ -166,7 +181,7 @@ def test_an_adequate_model_that_errs_in_free_run_beyond_what_noise_leaves_says_s
     calibrated = again.explanation["errors"]["holdout"]["free_run"]["throttle_angle"]["calibrated"]
 
     def errors(of, most):
-        holdout = replace(of.holdout, floors=np.array([0.3 * most, most]))
+        holdout = replace(of.holdout, drawn=np.outer([0.3 * most, most], np.ones(of.holdout.drawn.shape[1])))
         return explanation(of.findings, holdout)["errors"]
 
     assert errors(again, 1.01 * calibrated)["says"] == ""

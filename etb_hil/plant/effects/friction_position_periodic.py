@@ -15,8 +15,8 @@ _SPAN = "bearings and teeth: 2 to 10 % of T_c (Armstrong-Helouvry 1991)"
 EFFECT = Effect(
     id="friction_position_periodic",
     equation=(
-        "g (1 + a sin(n N theta) + b cos(n N theta) + c sin(2 n N theta) + d cos(2 n N theta)); "
-        "the first wave w = A sin(x) becomes A asin(sqrt(p) sin(x)) / asin(sqrt(p))"
+        "g + (T_c + (1 - e) (g - T_c)) (a sin(n N theta) + b cos(n N theta) + c sin(2 n N theta) + d cos(2 n N theta));"
+        " the first wave w = A sin(x) becomes A asin(sqrt(p) sin(x)) / asin(sqrt(p))"
     ),
     balance=Balance.TORQUE,
     parity=Parity.ODD,
@@ -34,14 +34,17 @@ EFFECT = Effect(
     look_alikes=("cogging_torque", "angle_sensor_eccentricity", "friction_position_local"),
     separated_by="order spectrum of the residual at two speeds, in both directions: friction changes its sign",
     source="Armstrong-Helouvry, Control of Machines with Friction, 1991",
-    finer=(finer("pointedness", "1", -4.0, 1.0, "p: 1 makes a triangle of the first wave, below 0 it is flat", 0.25),),
+    finer=(
+        finer("pointedness", "1", -4.0, 1.0, "p: 1 makes a triangle of the first wave, below 0 it is flat", 0.25),
+        finer("evenness", "1", -0.5, 1.5, "e: 1 the break-away's surplus is alike all over the turn", 0.25),
+    ),
 )
 
 
 @njit(cache=True, error_model="numpy")
-def share(theta: float, p: Vector) -> float:
-    """Return what of the friction is added at an angle, a share of it."""
+def share(theta: float, surplus: float, p: Vector) -> float:
+    """Return what of the friction is added at an angle, a share of it; `surplus`: the share beyond Coulomb's."""
     if p[_K] == 0.0 and p[_K + 1] == 0.0:
         return 0.0
     phase = p[_K + 2] * p[GEAR_RATIO] * theta
-    return wave(phase, p[_K], p[_K + 1], p[_K + 5], p[_K + 3], p[_K + 4])
+    return wave(phase, p[_K], p[_K + 1], p[_K + 5], p[_K + 3], p[_K + 4]) * (1.0 - p[_K + 6] * surplus)

@@ -36,7 +36,7 @@ IDS = (
     "sensor_hysteresis",
     "measurement_delay",
 )
-WIDTH = 6
+WIDTH = 7
 PLATE_INERTIA = PARAMETERS + WIDTH * len(IDS)  # of the plate alone, for what lies between motor and plate
 EXTENDED = PLATE_INERTIA + 1
 

@@ -145,7 +145,10 @@ def friction_level(
     """Return g in N·m: friction of steady sliding without viscosity (seed paper, eq. 2), with what changes it."""
     surplus = max(p[STICTION] - p[COULOMB], 0.0) * stribeck_shape.peak(omega, p)
     g = p[COULOMB] + surplus
-    share = 1.0 + (friction_position_periodic.share(theta, p) + friction_asymmetry.share(omega, surplus / g, p))
+    surplus_share = surplus / g
+    share = 1.0 + (
+        friction_position_periodic.share(theta, surplus_share, p) + friction_asymmetry.share(omega, surplus_share, p)
+    )
     added = friction_position_local.torque(theta, p) + friction_load.torque(load, friction, p)
     cold = g * share + added + stiction_dwell.torque(age, p)
     # Heat changes how slippery a contact is, whatever presses it: the place, the direction and the load.

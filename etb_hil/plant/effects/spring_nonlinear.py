@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from numba import njit
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, strength
+from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, strength
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.physics import LIMP_HOME, STOP_HIGH, Vector
 
 _K = row("spring_nonlinear")
+_MIDDLE = 0.5  # of the travel
 _SPAN = "chosen: slopes of 0.05 to 0.09 N·m/rad are found over the travel"
 
 EFFECT = Effect(
     id="spring_nonlinear",
-    equation="x = (theta - lh) / (theta_high - lh): a x^2 + b x^3 + c x^4 above limp-home",
+    equation="x = (theta - lh) / (theta_high - lh): a x^2 + b x^3 + c x^4 + k max(0, x - 0.5 - m) above limp-home",
     balance=Balance.TORQUE,
     parity=Parity.EVEN,
     parameters=(
@@ -26,6 +27,10 @@ EFFECT = Effect(
     look_alikes=("aerodynamic_torque", "spring_preload_shift"),
     separated_by="sweeps in both directions, with no air flow",
     source="chosen form: what a straight line leaves",
+    finer=(
+        finer("kink", "N·m", -1.0, 1.0, "k: the slope changes at once, as where coils meet", 0.05),
+        finer("knee", "1", -0.4, 0.4, "m: where it does, from the middle of the travel", 0.05),
+    ),
 )
 
 
@@ -35,4 +40,5 @@ def torque(theta: float, p: Vector) -> float:
     if theta <= p[LIMP_HOME]:
         return 0.0
     x = (theta - p[LIMP_HOME]) / (p[STOP_HIGH] - p[LIMP_HOME])
-    return x * x * (p[_K] + x * (p[_K + 1] + x * p[_K + 2]))
+    kink = p[_K + 3] * max(0.0, x - _MIDDLE - p[_K + 4])
+    return x * x * (p[_K] + x * (p[_K + 1] + x * p[_K + 2])) + kink
