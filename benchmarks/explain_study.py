@@ -8,9 +8,9 @@ Seeds 0 to 999 served for development. With --each, seeds whose effect was drawn
 that every effect is judged as often. Rows go to --out (rows.jsonl) as they come, each with the build that made it, so
 that a study can be cut short; started again with the same --out it goes on behind the rows that this build has made.
 explain_table.py makes tables of them. With --holdout free runs on held-out parts are judged, too: over the noise
-floor, the middle one of some simulations of ours, beside the most of them and how many are within 1.2 times the middle
-of the others, which is what a true model comes to; and over what the same unit, motion and noise leave with nothing
-hidden.
+floor, the middle one of some simulations of ours, beside the most of them, how many are within 1.2 times the middle
+of the others, and what the generator's own plant and numbers leave under the measured voltage, which are what a true
+model comes to; and over what the same unit, motion and noise leave with nothing hidden.
 """
 
 import argparse
@@ -26,6 +26,7 @@ import numpy as np
 from explain_cases import hidden_case
 from explain_sizes import covered
 from explain_table import print_rates
+from explain_truth import truth_errors
 from generator import layout
 from generator.case import SINGLES
 from generator.size import OutOfReachError
@@ -130,6 +131,9 @@ def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
         row["model_over_floor"] = min(row["free_run_over_floor"], row["followed_over_floor"])  # as model.yaml has it
         row["most_over_floor"] = float(errors.floors.max()) / table["noise_floor"]
         row["true_within"] = true_within(errors.floors)
+        driven = max(findings.balances, key=lambda b: b.rows)
+        truth = truth_errors(hidden.case, driven.free_voltage, driven.measured.rate)
+        row["truth_over_floor"] = float(np.sqrt(np.mean(truth**2))) / table["noise_floor"]
         row["nrmse"] = min(errors.nrmse["followed"], errors.nrmse.get("extended", errors.nrmse["calibrated"]))
         healthy = hidden_case(seed, view=view, rate=rate)
         if healthy.case.rig.unit == hidden.case.rig.unit:

@@ -60,6 +60,7 @@ def _print_spread(indent, rows):
         "free_run_over_floor",
         "followed_over_floor",
         "model_over_floor",
+        "truth_over_floor",
         "model_over_healthy",
         "nrmse",
         "seconds",
@@ -71,6 +72,7 @@ def _print_spread(indent, rows):
 
     for key, words in (
         ("model_over_floor", "the floor"),
+        ("truth_over_floor", "the floor, by the generator's own plant and numbers"),
         ("model_over_healthy", "what the same unit leaves with nothing hidden"),
     ):
         errors = [row[key] for row in rows if key in row]
