@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.candidates import MODEL_FILE_NAME
-from etb_hil.discrepancy.drifting import DRIFTS
+from etb_hil.discrepancy.drifting import DRIFTS, WEARS
 from etb_hil.discrepancy.findings import Findings, Round
 from etb_hil.discrepancy.floor import LEAST_ROWS
 
@@ -27,6 +27,7 @@ PARAMETER_SHARE = 0.98  # likewise: a wrong number has no other shape that might
 CLASS_MARGIN = 0.05
 CLASS_SHARE = 0.15  # of what the winner gains
 PLACEHOLDER = 0.3  # share of the rest that a nameless spline may take after a true cause
+UNTOUCHED = 0.5  # of what a group has over its band: where as much stays, it is no cause's to leave
 TRIFLE = 0.005  # of the whole excess: a spline that takes less accuses nobody
 # Springs that are no line are any curve of that kind; the polynomial is a chosen form (a knee, coils that touch).
 _ANY_CURVE = {"spring_nonlinear": ("torque", "angle", "even")}
@@ -64,20 +65,32 @@ def verdict(findings: Findings) -> str:
     is_accused = accuses(findings.final_groups, findings.rows >= LEAST_ROWS)
     if findings.is_cut_short:
         return "unexplained" if first > 0.0 else "insufficient_data"
-    if any(r.refused == DRIFTS for r in findings.rounds):
+    if any(r.refused in (DRIFTS, WEARS) for r in findings.rounds):
         return "unexplained"  # it is there, or it would not have been a cause, whatever band it is in
     if not accepted:
         return "unexplained" if is_accused else "adequate"
+    has_effects = any(r.winner.candidate.effect for r in accepted)
     # What is left of a cause's shape has no shape of its own; a spline that takes it tells of something else.
     left = last / max(first, 1e-12)
     own = [_ANY_CURVE.get(r.winner.id) for r in accepted]
     strangers = [spline for spline in findings.rest if (spline.balance, spline.over, spline.parity) not in own]
     is_shapeless = all(spline.share <= max(PLACEHOLDER, TRIFLE / max(left, 1e-12)) for spline in strangers)
-    share = EXPLAINED_SHARE if any(r.winner.candidate.effect for r in accepted) else PARAMETER_SHARE
-    explained = not is_accused or (left <= 1.0 - share and is_shapeless)
+    share = EXPLAINED_SHARE if has_effects else PARAMETER_SHARE
+    is_their_shape = left <= 1.0 - share and is_shapeless and not _is_untouched(findings)
+    explained = not is_accused or is_their_shape
     if not explained:
         return "unexplained"
-    return "ambiguous" if any(r.alike for r in accepted) else "explained"
+    if any(r.alike for r in accepted):
+        return "ambiguous"
+    # What numbers stand for has a curve, which shows inside the bands, too.
+    return "explained" if has_effects or findings.curve <= 1.0 - PARAMETER_SHARE else "unexplained"
+
+
+def _is_untouched(findings: Findings) -> bool:
+    """Tell whether a group accuses still that the causes have hardly touched: what their shapes leave is less."""
+    judged = findings.rows >= LEAST_ROWS
+    first, last = (np.maximum(groups - BAND, 0.0) for groups in (findings.first_groups, findings.final_groups))
+    return bool((judged & (findings.final_groups > ACCUSING) & (last > UNTOUCHED * first)).any())
 
 
 def accuses(groups: Float64, judged: NDArray[np.bool_]) -> bool:

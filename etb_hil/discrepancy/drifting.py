@@ -1,4 +1,4 @@
-"""Whether friction still changes along the record beside a temperature that is said to change it."""
+"""Whether friction changes along the record beside a temperature that is said to change it, or by use as well."""
 
 from __future__ import annotations
 
@@ -12,12 +12,14 @@ from etb_hil.discrepancy.calibration import Calibration
 from etb_hil.discrepancy.placeholders import filtered
 from etb_hil.discrepancy.segments import SEGMENTS, held_out, segment_of
 from etb_hil.discrepancy.unknowns import Unknown
+from etb_hil.plant.effects import friction_temperature
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import COULOMB, Vector
 
 Float64 = NDArray[np.float64]
 
 DRIFTS = "friction changes along the record otherwise than with the temperature"
+WEARS = "friction falls while it cools, as use wears it in: a record in which the temperature comes back would tell"
 
 _KNOTS = 9
 # What is held out comes from all over the record: of a tenth in one piece a curve over time would know nothing.
@@ -26,12 +28,31 @@ _TURNS = 0.05  # rad/s about a reversal; above it the plate slides
 _LEAST = 0.02  # of the rest
 _LEAST_BESIDE = 0.25  # likewise beside other causes, whose own shapes leave something, too
 _LEAST_T = 1.5  # over the held-out tenths
+_COMES_BACK = 0.5  # of what friction fell by: use gives nothing back
 
 
 def drifts(found: Calibration, balances: Sequence[Balances], *, is_alone: bool) -> bool:
     """Tell whether friction over time takes something of what is left; `is_alone`: beside one cause, not several."""
     taken, t = over_time(found, balances)
     return taken > (_LEAST if is_alone else _LEAST_BESIDE) and t > _LEAST_T
+
+
+def wears(whole: Vector, stated: Vector, balances: Sequence[Balances]) -> bool:
+    """Tell whether a law of `whole`, beside the `stated` one, lets friction fall as it cools, and fall only.
+
+    Use does that, too. What heat does to a lubricant is the other way round; where friction falls as it warms that
+    comes first.
+    """
+    along = np.concatenate([b.spectrum.picked(b.measured.temperature) for b in balances])
+    warm = np.array([friction_temperature.REFERENCE - 1.0, friction_temperature.REFERENCE + 1.0])
+    shares, ways = (_shares(at, whole[:EXTENDED]) - _shares(at, stated[:EXTENDED]) for at in (along, warm))
+    risen = float((shares - np.minimum.accumulate(shares)).max())
+    fallen = float((np.maximum.accumulate(shares) - shares).max())
+    return bool(ways[1] > ways[0]) and risen < _COMES_BACK * fallen
+
+
+def _shares(temperatures: Float64, p: Vector) -> Float64:
+    return np.array([friction_temperature.share(float(one), p) for one in temperatures])
 
 
 def over_time(found: Calibration, balances: Sequence[Balances]) -> tuple[float, float]:

@@ -63,6 +63,7 @@ class Findings:
     """What the search found: `rounds` in order, the last one of them not accepted unless no more was looked for.
 
     `first_groups`: each group's mean square over its floor before any cause; `standing`: the model with all of them.
+    `rest`: what nameless splines take of what is left; `curve`: the most that one takes beside wrong numbers alone.
     """
 
     model: Model
@@ -74,6 +75,7 @@ class Findings:
     first_groups: Float64
     rows: NDArray[np.int64]
     rest: list[Placeholder] = field(default_factory=list)
+    curve: float = 0.0
     verdict: str = ""
     is_cut_short: bool = False
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
+import numpy as np
+
 from etb_hil.discrepancy import decision
 from etb_hil.discrepancy.balances import Balances
 from etb_hil.discrepancy.byhand import take_measured
@@ -47,6 +49,7 @@ def search(
         doubt_drifts(findings)
     with _cut_short(findings):
         findings.rest = _rest(findings)
+        findings.curve = _curve(findings)
     findings.verdict = decision.verdict(findings)
     return findings
 
@@ -66,6 +69,17 @@ def _rest(findings: Findings) -> list[Placeholder]:
     found = placeholders(findings.balances, final.fit.whole[:EXTENDED], final.columns, final.fit.residual)
     found.append(beyond_tolerances(final.columns, final.fit, final.unknowns))
     return sorted(found, key=lambda nameless: -nameless.share)
+
+
+def _curve(findings: Findings) -> float:
+    """Return the share that the greediest nameless spline takes beside wrong numbers, where what is left may accuse."""
+    if not findings.accepted or any(found.winner.candidate.effect for found in findings.accepted):
+        return 0.0
+    final = findings.final
+    groups = np.concatenate([b.judged_groups() for b in findings.balances])
+    counts = (groups >= 0) & ~decision.LOOSE[np.maximum(groups, 0)]
+    found = placeholders(findings.balances, final.fit.whole[:EXTENDED], final.columns, final.fit.residual, counts)
+    return max((spline.share for spline in found), default=0.0)
 
 
 def _look(findings: Findings, without: Sequence[str], progress: Progress) -> None:

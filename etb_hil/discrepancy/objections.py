@@ -19,13 +19,13 @@ _LATER_GAIN = 0.25
 _LATER_T = 4.0
 _LATER_CERTAIN = 0.8  # of what is left: what takes as much is a cause, whatever else might take it
 _LATER_CLEAR = 1.5  # times what it leaves: no other suspect may leave less where base parameters do nearly the same
+_LATER_MOST = 0.5  # of what is over the floor: a later cause that takes less has to be clear
 _LATER_PARAMETER = 0.5  # a parameter that leaves its tolerance after an effect may be no more than the effect's shape
 # What chance brings down, of a group's floor: torque, voltage, angle; each on a stop, slow, sliding.
 _GROUP_GAIN = np.array([4.0, 1.0, 0.25, 1.2, 0.12, 0.35, 0.4, 0.12, 0.2])
 # Share that a cause may raise a group by; the torque balance is left out: its groups share one friction.
 _GROUP_LOSS = np.array([np.inf, np.inf, np.inf, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2])
 _VOLTAGE = slice(3, 6)
-_MAGNETS_LOSS = 0.02  # of the voltage balance as a whole
 _CERTAIN_GAIN = 0.5
 _CONCENTRATED = 0.33
 _NEARLY_FLOOR = 1.2
@@ -96,6 +96,15 @@ def _takes_too_little(found: Round, findings: Findings) -> str:
     return f"takes {100.0 * found.gain:.1f} % of what is left; a cause takes {100.0 * least:.1f} %"
 
 
+def is_one_of_several(found: Round, findings: Findings) -> str:
+    """Say that a later cause takes a part of what is left that another would take as well, nothing where it is more."""
+    # Of what one unknown effect does each stranger bends a part to itself, and the next one the rest: together they do
+    # all of it. A cause that is there takes most of what is left, or nobody else does as well.
+    if not findings.accepted or _share_over_floor(found, findings) > _LATER_MOST or _is_clear(found):
+        return ""
+    return "takes less than half of what is left, and other suspects leave little more"
+
+
 def _helps_no_balance(found: Round, findings: Findings) -> str:
     is_helped = found.before_groups - found.after_groups > _GROUP_GAIN
     return "" if (is_helped & _judged(findings)).any() else "brings no balance down by more than chance does"
@@ -112,7 +121,7 @@ def _lacks_its_back_emf(found: Round, findings: Findings) -> str:
         return ""
     rows = np.where(_judged(findings), findings.rows, 0)[_VOLTAGE]
     before, after = rows @ found.before_groups[_VOLTAGE], rows @ found.after_groups[_VOLTAGE]
-    return "the back-EMF does not change with it" if after > (1.0 + _MAGNETS_LOSS) * before else ""
+    return "the back-EMF does not change with it" if after > before else ""
 
 
 def fails_on_other_segments(found: Round, findings: Findings) -> str:
@@ -175,6 +184,7 @@ _OBJECTIONS: tuple[Objection, ...] = (
     _stands_for_an_earlier_cause,
     is_imitated,
     _takes_too_little,
+    is_one_of_several,
     _helps_no_balance,
     _harms_a_balance,
     _lacks_its_back_emf,

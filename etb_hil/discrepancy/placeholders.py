@@ -32,8 +32,19 @@ class Placeholder:
     share: float
 
 
-def placeholders(balances: Sequence[Balances], p: Vector, columns: Float64, residual: Float64) -> list[Placeholder]:
-    """Return what splines take of a residual (n) beside the model's own columns (n, unknowns), the greediest first."""
+def placeholders(
+    balances: Sequence[Balances],
+    p: Vector,
+    columns: Float64,
+    residual: Float64,
+    counts: NDArray[np.bool_] | None = None,
+) -> list[Placeholder]:
+    """Return what splines take of a residual (n) beside the model's own columns (n, unknowns), the greediest first.
+
+    `counts`: the rows (n) that are looked at, where not all are.
+    """
+    rows = np.ones(len(residual)) if counts is None else counts.astype(np.float64)
+    columns, residual = columns * rows[:, None], residual * rows
     lengths = np.linalg.norm(columns, axis=0)
     basis = np.linalg.qr(columns[:, lengths > 1e-9] / lengths[lengths > 1e-9])[0]
     left = residual - basis @ (basis.T @ residual)
@@ -41,7 +52,7 @@ def placeholders(balances: Sequence[Balances], p: Vector, columns: Float64, resi
     banks = [_bank(b, p) for b in balances]
     found = []
     for key in banks[0]:
-        splines = np.concatenate([bank[key] for bank in banks])
+        splines = np.concatenate([bank[key] for bank in banks]) * rows[:, None]
         splines = splines - basis @ (basis.T @ splines)
         normal = splines.T @ splines
         if not normal.any():

@@ -13,7 +13,7 @@ import numpy as np
 
 from etb_hil.discrepancy.boxed import boxed
 from etb_hil.discrepancy.calibration import residual_of
-from etb_hil.discrepancy.drifting import DRIFTS, drifts
+from etb_hil.discrepancy.drifting import DRIFTS, WEARS, drifts, wears
 from etb_hil.discrepancy.findings import Findings, Round
 from etb_hil.discrepancy.finer import with_finer_shapes
 from etb_hil.discrepancy.fit import fit_of
@@ -82,7 +82,7 @@ def is_given_up(findings: Findings, newest: Round) -> bool:
 
 
 def doubt_drifts(findings: Findings) -> None:
-    """Object to a temperature beside which friction still changes along the record; alone it is no cause any more."""
+    """Object to a temperature beside which friction drifts, or that use does as well; alone it is no cause then."""
     causes = findings.accepted
     for each in causes:
         if each.winner.id != "friction_temperature":
@@ -90,9 +90,11 @@ def doubt_drifts(findings: Findings) -> None:
         # What its finer shapes would take is no drift.
         if drifts(with_finer_shapes(findings, [each]), findings.balances, is_alone=len(causes) == 1):
             each.refused = DRIFTS
-            if len(causes) == 1:
-                settle(findings, *_less(findings, each))
-                each.accepted = False
+        elif wears(findings.final.fit.whole, findings.calibration.fit.whole, findings.balances):
+            each.refused = WEARS
+        if each.refused and len(causes) == 1:
+            settle(findings, *_less(findings, each))
+            each.accepted = False
 
 
 def _has_near_rival(old: Round) -> bool:

@@ -14,6 +14,7 @@ from etb_hil.discrepancy.objections import (
     harms,
     is_imitated,
     is_no_wave,
+    is_one_of_several,
     is_open,
     objection,
     takes_nearly_all,
@@ -48,13 +49,15 @@ def stands_with_another(found: Round, findings: Findings, without: Sequence[str]
 
 
 def stands_in_place(found: Round, findings: Findings, without: Sequence[str], progress: Progress) -> bool:
-    """Take in a later cause that base parameters imitate where, beside it, another one replaces an earlier cause.
+    """Take in a later cause that others do nearly as well as where, beside it, another one replaces an earlier cause.
 
     What an earlier cause that stands in for two leaves, no true one takes nearly all of. Both are searched for again
     beside each other, and have to be causes by all rules; otherwise everything is as it was. `without`: ids that are no
     suspects.
     """
-    if not is_imitated(found, findings) or not is_open(found, findings, is_imitated):
+    shared = (is_imitated, is_one_of_several)
+    is_shared = any(object_to(found, findings) for object_to in shared)
+    if not is_shared or not is_open(found, findings, *shared):
         return False
     earlier, standing, rounds, stands = findings.accepted, findings.standing, list(findings.rounds), False
     try:
