@@ -18,7 +18,7 @@ from etb_hil.discrepancy.objections import objection
 from etb_hil.discrepancy.placeholders import Placeholder, beyond_tolerances, placeholders
 from etb_hil.discrepancy.reconsidering import ask_again, doubt_drifts, is_given_up
 from etb_hil.discrepancy.rounds import Progress, one_round, standing_near, take_in, taken_by
-from etb_hil.discrepancy.together import stands_in_place, stands_with_another
+from etb_hil.discrepancy.together import stands_beside_its_rival, stands_in_place, stands_with_another
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
 
@@ -95,8 +95,10 @@ def _look(findings: Findings, without: Sequence[str], progress: Progress) -> Non
             take_in(findings, found)
             if is_given_up(findings, found):
                 without.append(found.winner.id)
-        elif stands_in_place(found, findings, without, progress) or (
-            len(findings.accepted) + 2 <= _MOST_CAUSES and stands_with_another(found, findings, without, progress)
+        elif (
+            stands_in_place(found, findings, without, progress)
+            or stands_beside_its_rival(found, findings, without, progress)
+            or (len(findings.accepted) + 2 <= _MOST_CAUSES and stands_with_another(found, findings, without, progress))
         ):
             found.refused = ""
         else:

@@ -69,6 +69,11 @@ def _stands_for_an_earlier_cause(found: Round, findings: Findings) -> str:
         return "its strength is on a bound: it stands for something else"
     if not takes_all and found.winner.id in siblings(findings.accepted):
         return "looks like a cause that was found before, whose own shape may be what is left"
+    return ""
+
+
+def is_in_a_class(found: Round, findings: Findings) -> str:
+    """Say that a winner is in the class of an earlier cause, or one of these in its own, nothing where none is."""
     if any(r.winner.id in found.alike or found.winner.id in r.alike for r in findings.accepted):
         return "cannot be told from a cause that was found before"
     return ""
@@ -182,6 +187,7 @@ def _is_inside_its_tolerance(found: Round, _: Findings) -> str:
 
 _OBJECTIONS: tuple[Objection, ...] = (
     _stands_for_an_earlier_cause,
+    is_in_a_class,
     is_imitated,
     _takes_too_little,
     is_one_of_several,

@@ -13,6 +13,7 @@ from etb_hil.discrepancy.objections import (
     fails_on_other_segments,
     harms,
     is_imitated,
+    is_in_a_class,
     is_no_wave,
     is_one_of_several,
     is_open,
@@ -64,6 +65,33 @@ def stands_in_place(found: Round, findings: Findings, without: Sequence[str], pr
         take_in(findings, found)
         replaced = [old for old in earlier if is_replaced(findings, old, without, progress, is_wrong=False)]
         stands = bool(replaced) and is_replaced(findings, found, without, progress, is_wrong=True)
+    finally:
+        if not stands:
+            found.accepted = False
+            findings.rounds[:] = rounds
+            for old in earlier:
+                old.accepted = True
+            go_back(findings, standing)
+    return stands
+
+
+def stands_beside_its_rival(found: Round, findings: Findings, without: Sequence[str], progress: Progress) -> bool:
+    """Take in a later cause in whose class an earlier one is, or it in that one's, if each takes nearly all beside it.
+
+    What cannot be told apart leaves each other nothing to take; a wrong number takes its part beside anything, and is
+    not asked. Otherwise everything is as it was. `without`: ids that are no suspects.
+    """
+    if not takes_nearly_all(found, findings) or not is_open(found, findings, is_in_a_class):
+        return False
+    earlier = findings.accepted
+    rivals = [old for old in earlier if old.winner.id in found.alike or found.winner.id in old.alike]
+    if not rivals or any(each.winner.candidate.effect is None for each in (found, *rivals)):
+        return False
+    progress(f"asking whether {found.winner.id} stands beside its rival")
+    standing, rounds, stands = findings.standing, list(findings.rounds), False
+    try:
+        take_in(findings, found)
+        stands = all(_holds_beside(old, findings, without, progress) for old in rivals)
     finally:
         if not stands:
             found.accepted = False

@@ -1,11 +1,13 @@
 """Two causes at once: what is missing bends balances, holds base parameters, and hides how much another takes."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from explain_cases import hidden_case
 from explain_study import searched
 
-from etb_hil.discrepancy import decision, objections
+from etb_hil.discrepancy import decision, objections, together
 
 
 def _causes(findings):
@@ -179,3 +181,28 @@ def test_a_wave_that_has_no_period_beside_the_next_cause_either_is_none():
     assert findings.final is findings.calibration
     assert findings.rounds[-1].refused.startswith("its period is longer")
     assert findings.verdict == "unexplained"
+
+
+@pytest.mark.slow
+def test_two_that_each_take_nearly_all_beside_the_other_are_both_there():
+    asked = []
+    findings = searched(hidden_case(150020, pair=True), progress=asked.append)
+    assert "asking whether friction_asymmetry stands beside its rival" in asked
+    assert _causes(findings) == {"presliding_hysteresis", "friction_asymmetry"}
+    assert [found.alike for found in findings.accepted] == [[], []]
+    assert findings.verdict == "explained"
+
+
+@pytest.mark.parametrize("later", ["friction_temperature", None])
+def test_a_wrong_number_is_not_asked_whether_it_stands_beside_its_rival(monkeypatch, later):
+    def made_up(id_, effect, alike):
+        winner = SimpleNamespace(id=id_, candidate=SimpleNamespace(effect=effect))
+        groups = {"before_groups": np.full(9, 5.0), "after_groups": np.full(9, 1.0), "gain": 0.8}
+        return SimpleNamespace(winner=winner, alike=alike, **groups)
+
+    monkeypatch.setattr(together, "is_open", lambda *_: True)
+    earlier = made_up("parameter:viscous", None if later else "an effect", ["friction_temperature"])
+    found = made_up("friction_temperature", later, [])
+    findings = SimpleNamespace(accepted=[earlier], rows=np.full(9, 1000))
+    assert objections.is_in_a_class(found, findings)
+    assert not together.stands_beside_its_rival(found, findings, (), pytest.fail)
