@@ -51,7 +51,7 @@ class CsvTable:
         for line, cells in self._rows():
             if len(cells) != len(self.names):
                 wrong = f"a row of {len(cells)} cells under {len(self.names)} names"
-                problems.append(Problem(wrong, Place(self._path, line), remedy="complete the row or remove it"))
+                problems.append(Problem(wrong, Place(self._path, line), remedy=self._remedy(len(cells))))
             else:
                 try:
                     now = self._time(cells[time_at], unit_ns, last)
@@ -69,6 +69,11 @@ class CsvTable:
         if problems:
             raise InputError(*problems)
         return np.array(time_ns, np.int64), {name: np.array(values, np.float64) for _, name, values in wanted}
+
+    def _remedy(self, cells: int) -> str:
+        if self._delimiter == "," and cells > len(self.names):
+            return "complete the row or remove it; of decimal commas, write semicolons between the cells"
+        return "complete the row or remove it"
 
     def _number(self, cell: str) -> float:
         text = cell.strip()

@@ -129,7 +129,11 @@ def test_a_header_that_cannot_be_read_says_why(tmp_path, header, says):
 @pytest.mark.parametrize(
     ("rows", "line", "says"),
     [
-        ("0,1\n1,2,3", 3, "a row of 3 cells under 2 names"),
+        (
+            "0,1\n1,2,3",
+            3,
+            "a row of 3 cells under 2 names; complete the row or remove it; of decimal commas",
+        ),
         ("0,1\n1", 3, "a row of 1 cells under 2 names"),
         ("0,1\n2,1\n1,1", 4, "lies before the time of the row above"),
         ("0,1\nnan,1", 3, "is no number"),
