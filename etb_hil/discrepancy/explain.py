@@ -28,6 +28,7 @@ from etb_hil.discrepancy.measurement import DRIVES, Measurement, drive_roles, is
 from etb_hil.discrepancy.naming import search
 from etb_hil.discrepancy.nexttest import next_test
 from etb_hil.discrepancy.planned import Plan
+from etb_hil.discrepancy.plausible import must_be_of_throttle
 from etb_hil.discrepancy.quality import data_quality, nothing_to_judge
 from etb_hil.discrepancy.sweeps import is_slow, sweeps_of
 from etb_hil.discrepancy.transfer import transfer
@@ -261,6 +262,7 @@ def _read(
     for number, recording in enumerate(recordings):
         try:
             found = measurements_of(recording, model)
+            must_be_of_throttle(found, model)
             must_be_of_winding(found, model)
         except InputError as error:
             missing += [str(problem) for problem in error.problems]

@@ -26,6 +26,8 @@ DRIVES = (
     ("linear", ("drive_force", "linear_position", "command_force")),
     ("rotary", ("drive_torque", "drive_angle", "command_torque")),
 )
+_DRIVEN_BY = ("motor_voltage", "motor_duty", "drive_force", "drive_torque")
+_MOVES = ("motor_angle", "throttle_angle", "linear_position", "drive_angle")
 SLOWEST = 200.0  # Hz of sampling; below it the balances see too little of friction
 
 
@@ -123,6 +125,10 @@ def _stretches(
     origin = recording.origin
     if len(time_ns) < 2:
         raise InputError(Problem(f"{origin} has fewer than two rows"))
+    rows = _without_long_gaps(time_ns, columns)
+    time_ns, columns = time_ns[rows], {role: values[rows] for role, values in columns.items()}
+    if len(time_ns) < 2:
+        raise InputError(Problem(f"{origin} has fewer than two rows with a value of what drives it and of its angle"))
     steps = np.diff(time_ns)
     step = float(np.median(steps)) * 1e-9
     if float(steps.max()) < 1.5e9 * step:
@@ -156,6 +162,20 @@ def _stretches(
         )
     said = [*recording.notes, *left_out(time_ns, short, SHORTEST), *(f"left out: {problem}" for problem in problems)]
     return [replace(found[0], flags=(*found[0].flags, *said)), *found[1:]]
+
+
+def _without_long_gaps(time_ns: NDArray[np.int64], columns: dict[str, Float64]) -> NDArray[np.bool_]:
+    """Return the rows (n) that do not lie in a gap of the drive or of the angle that is too long to be bridged."""
+    kept = np.ones(len(time_ns), np.bool_)
+    drive = next(role for role in _DRIVEN_BY if role in columns)
+    angle = next(role for role in _MOVES if role in columns)
+    for role in (drive, angle):
+        known = np.isfinite(columns[role])
+        times = np.concatenate([time_ns[:1] - 1, time_ns[known], time_ns[-1:] + 1])
+        after = np.searchsorted(times, time_ns, "right")
+        gap = times[np.minimum(after, len(times) - 1)] - times[after - 1]
+        kept &= known | (gap * 1e-9 <= LONGEST_GAP)
+    return kept
 
 
 def _must_move(m: Measurement, model: Model) -> None:

@@ -1,4 +1,4 @@
-"""Whether a measured current can be that of the model's winding: in its unit, and the way that the voltage has it."""
+"""Whether a measured current can be that of the model's winding: in its unit and range, the way the voltage has it."""
 
 from __future__ import annotations
 
@@ -22,10 +22,13 @@ _NEAR_REST = 0.25  # of the voltage that the back-EMF may take
 _FEWEST = 25  # blocks near rest: half a second
 _BACKWARDS = 1.0 / 3.0  # of V/R: R may be far off the model's, and a current that is its sensor's zero alone is less
 _NEARLY_ALL = 0.9  # of those blocks
+_STAYS = 5  # rows: within its range noise brings a sensor off a value sooner, and L/R is past
+_MORE = 1.1  # times the value that the voltage drives: R may be off
+_NOISE = 3.0  # times the sensor's, by which it does at least
 
 
 def must_be_of_winding(stretches: Sequence[Measurement], model: Model) -> None:
-    """Refuse a recording whose current is in another unit than it says, or runs against the voltage."""
+    """Refuse a recording whose current is in another unit than it says, cut off, or runs against the voltage."""
     pairs = [(m, m.current) for m in stretches if m.current is not None and not m.is_drive]
     if not pairs:
         return
@@ -34,6 +37,8 @@ def must_be_of_winding(stretches: Sequence[Measurement], model: Model) -> None:
     if volts <= _POWERED * model.values.voltage_limit:
         return
     _must_be_in_its_unit(origin, volts, _greatest([current for _, current in pairs]), resistance)
+    for m, current in pairs:
+        _must_be_within_its_range(m, current, model)
     _must_follow_the_voltage(origin, np.concatenate([_shares_near_rest(m, current, model) for m, current in pairs]))
 
 
@@ -48,6 +53,23 @@ def _must_be_in_its_unit(origin: str, volts: float, amperes: float, resistance: 
     raise InputError(
         Problem(f"{origin}: motor_current goes up to {amperes:.3g} A, which {what} what {by}", remedy=remedy)
     )
+
+
+def _must_be_within_its_range(m: Measurement, current: Float64, model: Model) -> None:
+    """Refuse a current that stays at its greatest or least value while the voltage drives more through the winding."""
+    v, sensors = model.values, model.sensors
+    driven = (m.voltage - v.back_emf * np.gradient(m.angle) * m.rate) / v.resistance
+    least = _NOISE * float(np.hypot(sensors.current_noise, sensors.current_step))
+    for sign in (1.0, -1.0):
+        end = float((sign * current).max())
+        is_cut = (sign * current == end) & (sign * driven > _MORE * max(end, 0.0) + least) & m.is_good
+        edges = np.flatnonzero(np.diff(is_cut, prepend=False, append=False)).reshape(-1, 2)
+        if (edges[:, 1] - edges[:, 0] >= _STAYS).any():
+            much = f"in {100.0 * float(np.mean(sign * current == end)):.3g} % of the rows"
+            more = f"{sign * float((sign * driven[is_cut]).max()):.3g} A"
+            what = f"{m.origin}: motor_current stays at {sign * end:.3g} A {much} while the voltage drives up to {more}"
+            remedy = "its sensor's range ends there: use one that reads further, or leave the column out"
+            raise InputError(Problem(what, remedy=remedy))
 
 
 def _must_follow_the_voltage(origin: str, shares: Float64) -> None:

@@ -41,9 +41,11 @@ def _still(recording):
         ),
         (lambda r: {"motor_current": -_values(r, "motor_current")}, "motor_current runs against motor_voltage"),
         (lambda r: {"motor_current": 1000.0 * _values(r, "motor_current")}, "look at its unit (A or mA)"),
+        (lambda r: {"motor_current": np.clip(_values(r, "motor_current"), -1.5, 1.5)}, "motor_current stays at 1.5 A"),
+        (lambda r: {"motor_current": np.maximum(_values(r, "motor_current"), 0.0)}, "motor_current stays at 0 A"),
         (lambda r: {"motor_voltage": np.full(len(_values(r, "motor_voltage")), np.nan)}, "no values of motor_voltage"),
     ],
-    ids=["still", "degrees", "backwards", "mA as A", "no voltage"],
+    ids=["still", "degrees", "backwards", "mA as A", "cut off", "one way", "no voltage"],
 )
 def test_nothing_is_named_and_the_reason_is_said(cogging_recording, columns, says):
     found = explain([_changed(cogging_recording, **columns(cogging_recording))], MODEL).explanation
