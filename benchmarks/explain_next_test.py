@@ -24,12 +24,12 @@ from generator.surroundings import surround
 from scoring import canonical, rate, score
 
 from etb_hil.base.modes import Mode
-from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.beside import narrow
-from etb_hil.discrepancy.explanation import causes
-from etb_hil.discrepancy.measurement import measurements_of
-from etb_hil.discrepancy.naming import search
-from etb_hil.discrepancy.nexttest import next_test
+from etb_hil.discrepancy.answer.explanation import causes
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.measured.measurement import measurements_of
+from etb_hil.discrepancy.plan.beside import narrow
+from etb_hil.discrepancy.plan.nexttest import next_test
+from etb_hil.discrepancy.search.naming import search
 from etb_hil.plant.effects.entries import measured_strength
 from etb_hil.plant.measured import measured_parameter
 from etb_hil.scenario.planning import stock_plans

@@ -19,10 +19,10 @@ from explain_cases import hidden_case
 from generator.size import OutOfReachError
 from scoring import rate
 
-from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.intervals import estimates
-from etb_hil.discrepancy.measurement import measurements_of
-from etb_hil.discrepancy.naming import search
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.intervals import estimates
+from etb_hil.discrepancy.measured.measurement import measurements_of
+from etb_hil.discrepancy.search.naming import search
 from etb_hil.plant.effects.catalogue import CATALOGUE
 
 A, B, C = range(3)  # the generator's shape parameters

@@ -32,11 +32,11 @@ from generator.case import SINGLES
 from generator.size import OutOfReachError
 from scoring import score
 
-from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.explanation import causes
-from etb_hil.discrepancy.holdout import hold_out
-from etb_hil.discrepancy.measurement import measurements_of
-from etb_hil.discrepancy.naming import search
+from etb_hil.discrepancy.answer.explanation import causes
+from etb_hil.discrepancy.answer.holdout import hold_out
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.measured.measurement import measurements_of
+from etb_hil.discrepancy.search.naming import search
 from etb_hil.plant.effects.catalogue import CATALOGUE
 
 KINDS = ("nothing", "weak", "medium", "strong", "shape", "pair", "outside", "removed", "mix")

@@ -44,9 +44,9 @@ def run(options: argparse.Namespace) -> int:
         from etb_hil.base.stock import find
         from etb_hil.cli.recordings import recording_of
         from etb_hil.diagnosis.limits import load_limits
+        from etb_hil.discrepancy.answer.pictures import coarse_pictures, pictures
         from etb_hil.discrepancy.explain import explain, write
-        from etb_hil.discrepancy.pictures import coarse_pictures, pictures
-        from etb_hil.discrepancy.sweeps import slow_remark
+        from etb_hil.discrepancy.slow.sweeps import slow_remark
         from etb_hil.plant.drive_file import load_plant
         from etb_hil.report.explain_report import write_explanation
         from etb_hil.scenario.planning import stock_plans

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from etb_hil.discrepancy.isolability import Sensitivities
+    from etb_hil.discrepancy.plan.isolability import Sensitivities
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,7 +24,7 @@ def run(options: argparse.Namespace) -> int:
     """Run the scenarios on the virtual unit and print the pairs that look alike."""
     from etb_hil.base.outcome import ExitCode
     from etb_hil.base.stock import stock_names
-    from etb_hil.discrepancy.isolability import isolability, together
+    from etb_hil.discrepancy.plan.isolability import isolability, together
 
     parts = [_along(options, name) for name in options.scenarios]
     found = isolability(together(parts))
@@ -46,9 +46,9 @@ def run(options: argparse.Namespace) -> int:
 def _along(options: argparse.Namespace, scenario: str) -> Sensitivities:
     from etb_hil.base.stock import find
     from etb_hil.bench.job import JobFiles, execute, prepare
-    from etb_hil.discrepancy.balances import Balances
-    from etb_hil.discrepancy.isolability import sensitivities
-    from etb_hil.discrepancy.measurement import measurements_of
+    from etb_hil.discrepancy.fitting.balances import Balances
+    from etb_hil.discrepancy.measured.measurement import measurements_of
+    from etb_hil.discrepancy.plan.isolability import sensitivities
 
     model = find("model", options.model)
     files = JobFiles(

@@ -13,26 +13,32 @@ import numpy as np
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.limits import Limits
-from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.beside import narrow
-from etb_hil.discrepancy.called import as_in_its_file
-from etb_hil.discrepancy.coarse import Coarse, explain_coarsely
-from etb_hil.discrepancy.confounding import confounded
-from etb_hil.discrepancy.consequence import consequence
-from etb_hil.discrepancy.cut_short import CutShort, calibrated_so_far, stages
-from etb_hil.discrepancy.explanation import SCHEMA, explanation
-from etb_hil.discrepancy.extending import extended_model
-from etb_hil.discrepancy.findings import Findings
-from etb_hil.discrepancy.holdout import Holdout, hold_out
-from etb_hil.discrepancy.measurement import DRIVES, Measurement, drive_roles, is_measured_on_drive, measurements_of
-from etb_hil.discrepancy.naming import search
-from etb_hil.discrepancy.nexttest import next_test
-from etb_hil.discrepancy.planned import Plan
-from etb_hil.discrepancy.plausible import must_be_of_throttle
-from etb_hil.discrepancy.quality import data_quality, nothing_to_judge
-from etb_hil.discrepancy.sweeps import is_slow, sweeps_of
-from etb_hil.discrepancy.transfer import transfer
-from etb_hil.discrepancy.winding import must_be_of_winding
+from etb_hil.discrepancy.answer.called import as_in_its_file
+from etb_hil.discrepancy.answer.consequence import consequence
+from etb_hil.discrepancy.answer.explanation import SCHEMA, explanation
+from etb_hil.discrepancy.answer.holdout import Holdout, hold_out
+from etb_hil.discrepancy.answer.quality import data_quality, nothing_to_judge
+from etb_hil.discrepancy.answer.transfer import transfer
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.measured.confounding import confounded
+from etb_hil.discrepancy.measured.measurement import (
+    DRIVES,
+    Measurement,
+    drive_roles,
+    is_measured_on_drive,
+    measurements_of,
+)
+from etb_hil.discrepancy.measured.plausible import must_be_of_throttle
+from etb_hil.discrepancy.measured.winding import must_be_of_winding
+from etb_hil.discrepancy.plan.beside import narrow
+from etb_hil.discrepancy.plan.nexttest import next_test
+from etb_hil.discrepancy.plan.planned import Plan
+from etb_hil.discrepancy.search.cut_short import CutShort, calibrated_so_far, stages
+from etb_hil.discrepancy.search.extending import extended_model
+from etb_hil.discrepancy.search.findings import Findings
+from etb_hil.discrepancy.search.naming import search
+from etb_hil.discrepancy.slow.coarse import Coarse, explain_coarsely
+from etb_hil.discrepancy.slow.sweeps import is_slow, sweeps_of
 from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.drive_text import drive_text
 from etb_hil.plant.effects.laws import laws

@@ -5,8 +5,8 @@ from __future__ import annotations
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from etb_hil.discrepancy.leftover import Leftover
-from etb_hil.discrepancy.pictures import Pictures, Runs
+from etb_hil.discrepancy.answer.leftover import Leftover
+from etb_hil.discrepancy.answer.pictures import Pictures, Runs
 from etb_hil.report.drawing import CLOSING, INK, LIMIT, MEASURED, MUTED, OPENING, STYLE, legend_below, new_figure
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from etb_hil.discrepancy.pictures import Pictures
+from etb_hil.discrepancy.answer.pictures import Pictures
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.report import explain_plots
 from etb_hil.report.drawing import inline_svg, save_png

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from etb_hil.base.stock import find, stock_names
-from etb_hil.discrepancy.planned import PERIOD, Plan
+from etb_hil.discrepancy.plan.planned import PERIOD, Plan
 from etb_hil.plant.values import ThrottleParameters
 from etb_hil.scenario.scenario_file import Scenario, load_scenario
 

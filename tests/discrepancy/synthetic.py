@@ -5,9 +5,9 @@ import warnings
 import numpy as np
 
 from etb_hil.base.stock import find
-from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.measurement import Measurement
-from etb_hil.discrepancy.rerun import rerun
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.rerun import rerun
+from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.plant.parameters import load_model
 
 RATE = 2000.0

@@ -6,11 +6,11 @@ import pytest
 from synthetic import MODEL, measurement
 
 from etb_hil.base.stock import find
-from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.beside import left_open, narrow
 from etb_hil.discrepancy.explain import explain
-from etb_hil.discrepancy.naming import search
-from etb_hil.discrepancy.nexttest import next_test
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.plan.beside import left_open, narrow
+from etb_hil.discrepancy.plan.nexttest import next_test
+from etb_hil.discrepancy.search.naming import search
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.report.explain_report import write_explanation
 from etb_hil.scenario.planning import plan_of
@@ -126,19 +126,19 @@ def test_a_likely_rival_is_promised_to_be_parted_only_if_it_would_be_were_it_the
         with_class(found, []),
         with_class(found, ["cogging_torque"], refined=answer.rounds[0].refined[1:]),
     )
-    answers_in_turn(monkeypatch, "nexttest", [as_found, as_rival])
+    answers_in_turn(monkeypatch, "plan.nexttest", [as_found, as_rival])
     assert next_test(answer, [plan])["scenario"] is None
     as_rival = with_class(found, [], refined=answer.rounds[0].refined[1:])
-    answers_in_turn(monkeypatch, "nexttest", [as_found, as_rival])
+    answers_in_turn(monkeypatch, "plan.nexttest", [as_found, as_rival])
     assert next_test(answer, [plan])["expected_separation"]["leaves"] == []
 
 
 def test_what_these_data_tell_apart_is_not_open_after_a_test_that_does_not(monkeypatch, found, plan):
-    answers_in_turn(monkeypatch, "nexttest", [with_class(found, OTHERS[1:])])
+    answers_in_turn(monkeypatch, "plan.nexttest", [with_class(found, OTHERS[1:])])
     expected = next_test(with_class(found, OTHERS[:1]), [plan])["expected_separation"]
     assert (expected["parts"], expected["leaves"]) == (OTHERS[:1], [])
 
 
 def test_a_test_whose_record_would_not_be_explained_promises_nothing(monkeypatch, found, plan):
-    answers_in_turn(monkeypatch, "nexttest", [with_class(found, [], "unexplained")])
+    answers_in_turn(monkeypatch, "plan.nexttest", [with_class(found, [], "unexplained")])
     assert next_test(with_class(found, OTHERS[:1]), [plan])["scenario"] is None

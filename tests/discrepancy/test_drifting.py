@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from explain_cases import hidden_case
 
-from etb_hil.discrepancy import drifting
-from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.drifting import DRIFTS, drifts
-from etb_hil.discrepancy.explanation import explanation
-from etb_hil.discrepancy.measurement import measurements_of
-from etb_hil.discrepancy.naming import search
+from etb_hil.discrepancy.answer.explanation import explanation
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.measured.measurement import measurements_of
+from etb_hil.discrepancy.search import drifting
+from etb_hil.discrepancy.search.drifting import DRIFTS, drifts
+from etb_hil.discrepancy.search.naming import search
 from etb_hil.plant.effects.catalogue import CATALOGUE
 
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from synthetic import MODEL, measurement, swept
 
-from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.calibration import residual_of
-from etb_hil.discrepancy.fit import fit_of, gauss_newton
-from etb_hil.discrepancy.naming import search
-from etb_hil.discrepancy.unknowns import effect_unknowns, finer_unknowns, start
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.calibration import residual_of
+from etb_hil.discrepancy.fitting.fit import fit_of, gauss_newton
+from etb_hil.discrepancy.fitting.unknowns import effect_unknowns, finer_unknowns, start
+from etb_hil.discrepancy.search.naming import search
 from etb_hil.plant.effects import ports
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.curves import bell, halved, pointed, side

@@ -6,10 +6,10 @@ from explain_cases import hidden_case
 from explain_study import searched
 from synthetic import MODEL, measurement
 
-from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.calibration import calibrate
-from etb_hil.discrepancy.evenly import evenly
-from etb_hil.discrepancy.regimes import STOP
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.calibration import calibrate
+from etb_hil.discrepancy.measured.regimes import STOP
+from etb_hil.discrepancy.suspects.evenly import evenly
 from etb_hil.plant.effects.layout import EXTENDED
 
 

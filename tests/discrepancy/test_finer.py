@@ -7,12 +7,12 @@ from explain_cases import hidden_case
 from explain_study import drawn, searched
 from synthetic import MODEL, measurement
 
-from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.calibration import all_unknowns, calibrate
-from etb_hil.discrepancy.explanation import causes
-from etb_hil.discrepancy.finer import with_finer_shapes
-from etb_hil.discrepancy.holdout import hold_out
-from etb_hil.discrepancy.unknowns import effect_unknowns, start
+from etb_hil.discrepancy.answer.explanation import causes
+from etb_hil.discrepancy.answer.holdout import hold_out
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.calibration import all_unknowns, calibrate
+from etb_hil.discrepancy.fitting.unknowns import effect_unknowns, start
+from etb_hil.discrepancy.search.finer import with_finer_shapes
 from etb_hil.plant.effects.catalogue import CATALOGUE
 
 EFFECT = CATALOGUE["friction_asymmetry"]

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from synthetic import MODEL, measurement
 
-from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.calibration import all_unknowns, calibrate
-from etb_hil.discrepancy.unknowns import start
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.calibration import all_unknowns, calibrate
+from etb_hil.discrepancy.fitting.unknowns import start
 from etb_hil.plant.physics import COULOMB, STICTION, STRIBECK_VELOCITY
 
 

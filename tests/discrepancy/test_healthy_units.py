@@ -5,14 +5,15 @@ import pytest
 from explain_cases import hidden_case
 from explain_sizes import base_numbers
 
-from etb_hil.discrepancy import decision, freerun
-from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.calibration import all_unknowns, calibrate
-from etb_hil.discrepancy.floor import LEAST_ROWS, floor_of, group_means, weigh
-from etb_hil.discrepancy.intervals import estimates
-from etb_hil.discrepancy.measurement import measurements_of
-from etb_hil.discrepancy.naming import search
-from etb_hil.discrepancy.rounds import standing_near
+from etb_hil.discrepancy.fitting import freerun
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.calibration import all_unknowns, calibrate
+from etb_hil.discrepancy.fitting.floor import LEAST_ROWS, floor_of, group_means, weigh
+from etb_hil.discrepancy.fitting.intervals import estimates
+from etb_hil.discrepancy.measured.measurement import measurements_of
+from etb_hil.discrepancy.search import decision
+from etb_hil.discrepancy.search.naming import search
+from etb_hil.discrepancy.search.rounds import standing_near
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import LIMP_HOME, STOP_HIGH
 

@@ -72,7 +72,7 @@ def test_in_the_last_fit_the_held_out_errors_are_kept(cogging_recording, tmp_pat
 def test_while_suspects_are_compared_with_what_is_left_the_causes_and_the_calibration_are_kept(
     cogging_recording, monkeypatch
 ):
-    monkeypatch.setattr("etb_hil.discrepancy.naming.placeholders", _interrupts)
+    monkeypatch.setattr("etb_hil.discrepancy.search.naming.placeholders", _interrupts)
     found = explain([cogging_recording], MODEL).explanation
     assert [cause["effect"] for cause in found["causes"]] == ["cogging_torque"]
     assert found["calibrated"]["resistance"]["value"] == pytest.approx(MODEL.values_at(25.0).resistance, rel=0.02)
@@ -80,7 +80,7 @@ def test_while_suspects_are_compared_with_what_is_left_the_causes_and_the_calibr
 
 
 def test_right_after_the_calibration_its_numbers_are_kept_without_intervals(cogging_recording, monkeypatch, tmp_path):
-    monkeypatch.setattr("etb_hil.discrepancy.naming.standing_near", _interrupts)
+    monkeypatch.setattr("etb_hil.discrepancy.search.naming.standing_near", _interrupts)
     answer = explain([cogging_recording], MODEL)
     found = answer.explanation
     assert found["verdict"] == "insufficient_data"

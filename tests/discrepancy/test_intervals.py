@@ -5,10 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from etb_hil.discrepancy.calibration import Calibration
-from etb_hil.discrepancy.fit import fit_of
-from etb_hil.discrepancy.intervals import estimates
-from etb_hil.discrepancy.unknowns import SLACK, Unknown
+from etb_hil.discrepancy.fitting.calibration import Calibration
+from etb_hil.discrepancy.fitting.fit import fit_of
+from etb_hil.discrepancy.fitting.intervals import estimates
+from etb_hil.discrepancy.fitting.unknowns import SLACK, Unknown
 from etb_hil.plant.effects.layout import EXTENDED
 
 ROWS = 4000

@@ -3,9 +3,9 @@
 import pytest
 from synthetic import MODEL, measurement, swept, textbook
 
-from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.isolability import isolability, sensitivities, together
-from etb_hil.discrepancy.naming import search
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.plan.isolability import isolability, sensitivities, together
+from etb_hil.discrepancy.search.naming import search
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.measured import measured_parameter
 

@@ -5,7 +5,7 @@ import pytest
 from explain_study import one_case
 from synthetic import MODEL, measurement
 
-from etb_hil.discrepancy.balances import NUISANCES, Balances
+from etb_hil.discrepancy.fitting.balances import NUISANCES, Balances
 from etb_hil.plant.effects.catalogue import CATALOGUE
 
 

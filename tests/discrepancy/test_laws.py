@@ -7,11 +7,11 @@ import pytest
 from synthetic import MODEL, measurement
 
 from etb_hil.base.errors import InputError
-from etb_hil.discrepancy.balances import Balances
+from etb_hil.discrepancy.answer.quality import data_quality
 from etb_hil.discrepancy.explain import explain
-from etb_hil.discrepancy.extending import extended_model
-from etb_hil.discrepancy.naming import search
-from etb_hil.discrepancy.quality import data_quality
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.search.extending import extended_model
+from etb_hil.discrepancy.search.naming import search
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.model_file import EffectEntry
 from etb_hil.plant.parameter import TemperatureLaw

@@ -7,16 +7,16 @@ import pytest
 from synthetic import MODEL, measurement
 
 from etb_hil.base.modes import Mode
-from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.calibration import all_unknowns, calibrate
-from etb_hil.discrepancy.candidates import suspects
-from etb_hil.discrepancy.explanation import explanation
-from etb_hil.discrepancy.hands import INSTRUMENTS
-from etb_hil.discrepancy.handtest import hand_test
-from etb_hil.discrepancy.naming import search
-from etb_hil.discrepancy.nexttest import next_test
-from etb_hil.discrepancy.planned import Plan
-from etb_hil.discrepancy.similarity import Projector
+from etb_hil.discrepancy.answer.explanation import explanation
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.calibration import all_unknowns, calibrate
+from etb_hil.discrepancy.plan.hands import INSTRUMENTS
+from etb_hil.discrepancy.plan.handtest import hand_test
+from etb_hil.discrepancy.plan.nexttest import next_test
+from etb_hil.discrepancy.plan.planned import Plan
+from etb_hil.discrepancy.search.naming import search
+from etb_hil.discrepancy.suspects.candidates import suspects
+from etb_hil.discrepancy.suspects.similarity import Projector
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.entries import measured_strength
 from etb_hil.plant.measured import measured_parameter
@@ -117,7 +117,7 @@ def test_a_hand_measures_what_is_open_and_is_promised_to_settle_it_if_the_answer
     hand = hand_test(open_class, open_class.accepted[0], None, ["parameter:coulomb"], lambda *_: None)
     assert {one.name for one in hand.numbers} == {"coulomb", "stiction"}
     assert hand.left == ()
-    monkeypatch.setattr("etb_hil.discrepancy.handtest.search", lambda *_, **__: replace(open_class))
+    monkeypatch.setattr("etb_hil.discrepancy.plan.handtest.search", lambda *_, **__: replace(open_class))
     assert hand_test(open_class, open_class.accepted[0], None, ["parameter:coulomb"], lambda *_: None) is None
 
 
@@ -130,7 +130,7 @@ def rest():
 
 def told_in_turn(monkeypatch, open_class, *classes):
     answers = iter([replace(open_class, rounds=[replace(open_class.accepted[0], alike=one)]) for one in classes])
-    monkeypatch.setattr("etb_hil.discrepancy.handtest.search", lambda *_, **__: next(answers))
+    monkeypatch.setattr("etb_hil.discrepancy.plan.handtest.search", lambda *_, **__: next(answers))
 
 
 def test_what_comes_in_once_numbers_are_known_is_left_to_a_plan_that_parts_it(open_class, monkeypatch, rest):
@@ -153,7 +153,7 @@ def test_a_plan_that_tells_nothing_more_is_not_asked_for(open_class, monkeypatch
 def test_the_next_test_says_what_to_measure_and_how_well(open_class, monkeypatch, rest, tmp_path):
     answered = replace(open_class.accepted[0], alike=[])
     settled = replace(open_class, rounds=[answered], verdict="explained")
-    monkeypatch.setattr("etb_hil.discrepancy.handtest.search", lambda *_, **__: settled)
+    monkeypatch.setattr("etb_hil.discrepancy.plan.handtest.search", lambda *_, **__: settled)
     test = next_test(open_class, [rest])
     assert test["scenario"] is None
     assert test["expected_separation"]["leaves"] == []

@@ -9,10 +9,10 @@ from synthetic import MODEL, RATE
 from etb_hil.base.stock import find
 from etb_hil.bench.job import JobFiles, execute, prepare
 from etb_hil.bench.simulation import Simulation
-from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.measurement import Measurement, measurements_of
-from etb_hil.discrepancy.naming import search
-from etb_hil.discrepancy.opening import without_diodes
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.measured.measurement import Measurement, measurements_of
+from etb_hil.discrepancy.measured.opening import without_diodes
+from etb_hil.discrepancy.search.naming import search
 from etb_hil.plant.voltage_run import run_voltage
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock

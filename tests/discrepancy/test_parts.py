@@ -11,15 +11,15 @@ from scipy.optimize import lsq_linear
 from synthetic import MODEL, RATE, measurement
 
 from etb_hil.base.errors import InputError
-from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.boxed import boxed
-from etb_hil.discrepancy.calibration import calibrate
-from etb_hil.discrepancy.confounding import confounded
 from etb_hil.discrepancy.explain import explain
-from etb_hil.discrepancy.floor import floor_of
-from etb_hil.discrepancy.intervals import estimates
-from etb_hil.discrepancy.measurement import measurements_of
-from etb_hil.discrepancy.spectrum import Spectrum
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.boxed import boxed
+from etb_hil.discrepancy.fitting.calibration import calibrate
+from etb_hil.discrepancy.fitting.floor import floor_of
+from etb_hil.discrepancy.fitting.intervals import estimates
+from etb_hil.discrepancy.measured.confounding import confounded
+from etb_hil.discrepancy.measured.measurement import measurements_of
+from etb_hil.discrepancy.measured.spectrum import Spectrum
 from etb_hil.plant.drive_file import load_plant
 from etb_hil.plant.model_file import EffectEntry
 from etb_hil.plant.model_text import model_text

@@ -7,7 +7,7 @@ import pytest
 from synthetic import MODEL, measurement
 
 from etb_hil.base.errors import InputError
-from etb_hil.discrepancy.plausible import must_be_of_throttle
+from etb_hil.discrepancy.measured.plausible import must_be_of_throttle
 from etb_hil.plant.effects.layout import row
 
 GEAR = MODEL.values.gear_ratio

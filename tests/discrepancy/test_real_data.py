@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from etb_hil.discrepancy.calibration import calibrate
 from etb_hil.discrepancy.explain import explain, write
-from etb_hil.discrepancy.unknowns import base_unknowns
+from etb_hil.discrepancy.fitting.calibration import calibrate
+from etb_hil.discrepancy.fitting.unknowns import base_unknowns
 from etb_hil.plant.drive_file import load_plant
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.parameter import Tolerance

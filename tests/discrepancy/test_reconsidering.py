@@ -4,7 +4,7 @@ import pytest
 from explain_cases import hidden_case
 from explain_study import searched
 
-from etb_hil.discrepancy.reconsidering import ask_again
+from etb_hil.discrepancy.search.reconsidering import ask_again
 
 HIDDEN = ("friction_load", "friction_temperature")
 

@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from synthetic import MODEL, RATE, measurement
 
-from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.calibration import calibrate
-from etb_hil.discrepancy.driving import with_its_mean, without_noise
-from etb_hil.discrepancy.rows import held, jitter, missed_by_rows, trembling, until_next
-from etb_hil.discrepancy.spectrum import Spectrum
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.calibration import calibrate
+from etb_hil.discrepancy.measured.driving import with_its_mean, without_noise
+from etb_hil.discrepancy.measured.rows import held, jitter, missed_by_rows, trembling, until_next
+from etb_hil.discrepancy.measured.spectrum import Spectrum
 
 FINE = 64
 

@@ -3,7 +3,7 @@
 import pytest
 from synthetic import MODEL
 
-from etb_hil.discrepancy.running_away import runs_away
+from etb_hil.discrepancy.answer.running_away import runs_away
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.physics import LIMP_HOME, STOP_HIGH
 

@@ -8,9 +8,9 @@ from synthetic import MODEL
 
 from etb_hil.base.errors import InputError
 from etb_hil.cli.main import main
+from etb_hil.discrepancy.answer.pictures import coarse_pictures
 from etb_hil.discrepancy.explain import explain, write
-from etb_hil.discrepancy.pictures import coarse_pictures
-from etb_hil.discrepancy.sweeps import is_slow, slow_remark, sweeps_of
+from etb_hil.discrepancy.slow.sweeps import is_slow, slow_remark, sweeps_of
 from etb_hil.plant.parameter import Tolerance
 from etb_hil.plant.parameters import load_model
 from etb_hil.plant.physics import COULOMB, PRELOAD_OPEN, STICTION

@@ -8,11 +8,11 @@ from explain_cases import hidden_case
 from explain_study import searched
 from synthetic import MODEL, measurement
 
-from etb_hil.discrepancy import decision, objections
-from etb_hil.discrepancy.balances import Balances
-from etb_hil.discrepancy.calibration import calibrate
-from etb_hil.discrepancy.drifting import wears
-from etb_hil.discrepancy.placeholders import placeholders
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.calibration import calibrate
+from etb_hil.discrepancy.search import decision, objections
+from etb_hil.discrepancy.search.drifting import wears
+from etb_hil.discrepancy.suspects.placeholders import placeholders
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED, row
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from etb_hil.discrepancy.measurement import Measurement, grid_of
-from etb_hil.discrepancy.thinning import thinned
+from etb_hil.discrepancy.measured.measurement import Measurement, grid_of
+from etb_hil.discrepancy.measured.thinning import thinned
 
 COUNT = 11
 

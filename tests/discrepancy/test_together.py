@@ -7,7 +7,7 @@ import pytest
 from explain_cases import hidden_case
 from explain_study import searched
 
-from etb_hil.discrepancy import decision, objections, together
+from etb_hil.discrepancy.search import decision, objections, together
 
 
 def _causes(findings):

@@ -8,10 +8,10 @@ from explain_cases import hidden_case
 from explain_study import searched
 from synthetic import MODEL
 
-from etb_hil.discrepancy import decision, objections
-from etb_hil.discrepancy.fit import Fit
-from etb_hil.discrepancy.placeholders import beyond_tolerances
-from etb_hil.discrepancy.unknowns import base_unknowns, start
+from etb_hil.discrepancy.fitting.fit import Fit
+from etb_hil.discrepancy.fitting.unknowns import base_unknowns, start
+from etb_hil.discrepancy.search import decision, objections
+from etb_hil.discrepancy.suspects.placeholders import beyond_tolerances
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import WIDTH, row
 

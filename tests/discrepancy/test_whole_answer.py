@@ -14,19 +14,19 @@ from etb_hil.base.modes import Mode
 from etb_hil.base.quantity import unit_of
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.limits import load_limits
-from etb_hil.discrepancy.balances import CHANNELS
-from etb_hil.discrepancy.consequence import consequence
+from etb_hil.discrepancy.answer.consequence import consequence
+from etb_hil.discrepancy.answer.explanation import _size, explanation
+from etb_hil.discrepancy.answer.leftover import _coordinates
+from etb_hil.discrepancy.answer.limits import detection_limits
+from etb_hil.discrepancy.answer.pictures import pictures
 from etb_hil.discrepancy.explain import Answer, explain, write
-from etb_hil.discrepancy.explanation import _size, explanation
-from etb_hil.discrepancy.extending import calibrated_parameters, extended_model
-from etb_hil.discrepancy.freerun import SEGMENT_S
-from etb_hil.discrepancy.intervals import Estimate
-from etb_hil.discrepancy.leftover import _coordinates
-from etb_hil.discrepancy.limits import detection_limits
-from etb_hil.discrepancy.nexttest import next_test
-from etb_hil.discrepancy.objections import LEAST_GAIN
-from etb_hil.discrepancy.pictures import pictures
-from etb_hil.discrepancy.planned import PERIOD, Plan
+from etb_hil.discrepancy.fitting.balances import CHANNELS
+from etb_hil.discrepancy.fitting.freerun import SEGMENT_S
+from etb_hil.discrepancy.fitting.intervals import Estimate
+from etb_hil.discrepancy.plan.nexttest import next_test
+from etb_hil.discrepancy.plan.planned import PERIOD, Plan
+from etb_hil.discrepancy.search.extending import calibrated_parameters, extended_model
+from etb_hil.discrepancy.search.objections import LEAST_GAIN
 from etb_hil.plant.model_text import model_text
 from etb_hil.plant.parameters import load_model
 from etb_hil.plant.physics import STOP_LOW
@@ -55,7 +55,7 @@ def test_a_judgement_that_fails_is_said_and_takes_nothing_with_it(answer, monkey
     def fails(*_):
         raise ZeroDivisionError("of odd data")
 
-    monkeypatch.setattr("etb_hil.discrepancy.consequence.Diagnosis", fails)
+    monkeypatch.setattr("etb_hil.discrepancy.answer.consequence.Diagnosis", fails)
     limits = load_limits(find("limits", "default")).content
     found = consequence(answer.findings, limits, answer.findings.final.fit.whole)
     assert found == {"says": "the unit could not be judged: ZeroDivisionError: of odd data"}

@@ -5,7 +5,7 @@ import pytest
 
 from etb_hil.base.modes import Mode
 from etb_hil.base.stock import find
-from etb_hil.discrepancy.planned import PERIOD
+from etb_hil.discrepancy.plan.planned import PERIOD
 from etb_hil.plant.parameters import load_model
 from etb_hil.scenario.planning import plan_of, stock_plans
 from etb_hil.scenario.scenario_file import load_scenario

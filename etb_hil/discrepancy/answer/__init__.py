@@ -1,0 +1,1 @@
+"""What is said of a search: errors, gains, limits, pictures, plain values."""

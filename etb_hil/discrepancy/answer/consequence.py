@@ -1,0 +1,64 @@
+"""What an extended model changes in the diagnosis of the very same measurement: T_st, T_c and the verdict."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from etb_hil.diagnosis.diagnosis import Diagnosis
+from etb_hil.diagnosis.limits import Limits
+from etb_hil.diagnosis.result import DiagnosisResult
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.search.extending import extended_model
+from etb_hil.discrepancy.search.findings import Findings
+from etb_hil.plant.parameters import Model
+from etb_hil.plant.physics import Vector
+from etb_hil.recording.samples import SampleBlock
+
+_MOTION = "log"  # the kind of phase of a record that says nothing of its phases
+
+
+def consequence(findings: Findings, limits: Limits, whole: Vector) -> dict[str, Any] | None:
+    """Return the diagnosis under the model as stated and as extended; None where the current was not measured.
+
+    `whole`: the vector of the extended one. A judgement that fails is said: what was searched for minutes stays.
+    """
+    if any(b.measured.current is None or b.measured.is_drive for b in findings.balances):
+        return None
+    models = {"stated": findings.model, "extended": extended_model(findings, whole)}
+    found: dict[str, Any]
+    try:
+        found = {name: _said(_judged(findings.balances, model, limits)) for name, model in models.items()}
+    except Exception as error:  # noqa: BLE001 (whatever odd data do to a judgement, the causes are found and hold)
+        return {"says": f"the unit could not be judged: {type(error).__name__}: {error}"}
+    before, after = (found[name]["verdict"] for name in models)
+    found["says"] = (
+        f"the verdict stays: {after}"
+        if before == after
+        else f"the verdict was {before} with the model as stated, and is {after} with what was found"
+    )
+    return found
+
+
+def _judged(balances: list[Balances], model: Model, limits: Limits) -> DiagnosisResult:
+    diagnosis = Diagnosis(model, limits)
+    for b in balances:
+        m = b.measured
+        time_ns = np.round((m.start_s + np.arange(len(m)) * m.dt) * 1e9).astype(np.int64)
+        columns = {"motor_voltage": m.voltage, "motor_angle": m.angle * b.gear, "temperature": m.temperature}
+        if m.current is not None:
+            columns["motor_current"] = m.current
+        if m.plate is not None:
+            columns["throttle_angle"] = m.plate
+        diagnosis.push(SampleBlock(m.origin, time_ns, time_ns, columns, np.zeros(len(m), np.int64)), _MOTION)
+    return diagnosis.finish()
+
+
+def _said(result: DiagnosisResult) -> dict[str, Any]:
+    numbers = {id_: result.number(id_) for id_ in ("T_st", "T_c")}
+    found: dict[str, Any] = {"verdict": str(result.verdict), "reasons": [reason.text for reason in result.reasons]}
+    for id_, number in numbers.items():
+        if number is not None and number.value is not None:
+            found[id_] = {"value": number.value, "interval": [number.low, number.high], "unit": number.unit}
+    return found

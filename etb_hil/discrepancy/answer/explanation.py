@@ -1,0 +1,301 @@
+"""The answer as plain values: what `explanation.json` holds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from etb_hil.discrepancy.answer.holdout import Holdout
+from etb_hil.discrepancy.answer.limits import detection_limits
+from etb_hil.discrepancy.answer.quality import data_quality
+from etb_hil.discrepancy.answer.running_away import runs_away
+from etb_hil.discrepancy.fitting.floor import LEAST_ROWS
+from etb_hil.discrepancy.fitting.freerun import CURRENT_ROLE, POSITION, SEGMENT_S
+from etb_hil.discrepancy.fitting.intervals import Estimate, estimates
+from etb_hil.discrepancy.fitting.unknowns import FIELDS, simulable
+from etb_hil.discrepancy.measured.regimes import REGIMES
+from etb_hil.discrepancy.plan.nexttest import next_test
+from etb_hil.discrepancy.search import decision
+from etb_hil.discrepancy.search.byhand import measured
+from etb_hil.discrepancy.search.findings import Findings, Round
+from etb_hil.discrepancy.search.objections import LEAST_GAIN
+from etb_hil.plant.drive_effects import unit_for
+from etb_hil.plant.effects.layout import EXTENDED
+from etb_hil.plant.physics import Vector
+from etb_hil.plant.value_units import value_unit
+
+SCHEMA = "etb_hil/explanation/1"
+MOVED = 0.03  # share by which a base parameter that a term moves is flagged: it may have been stolen
+_BALANCES = ("torque", "voltage", "angle")
+_SHARPNESS = 3.0  # a rival at the class margin is e^-3 as probable
+
+
+def explanation(findings: Findings, holdout: Holdout | None) -> dict[str, Any]:
+    """Return the whole answer; `holdout` is None where there is no simulation that could be run."""
+    in_model = findings.final.fit.whole if holdout is None else holdout.best
+    numbers = estimates(findings.final, findings.balances, findings.final_floor)
+    found = {
+        "schema": SCHEMA,
+        "verdict": findings.verdict,
+        "causes": causes(findings, in_model),
+        "measured": measured(findings.model),
+        "suspects": _suspects(findings),
+        "unexplained": _unexplained(findings),
+        "calibrated": _calibrated(findings, numbers, in_model),
+        "model_file": _model_file(holdout),
+        "nuisances": _nuisances(numbers),
+        "friction": _friction(findings, in_model),
+        "balances": _balances(findings),
+        "detection_limits": _limits(findings),
+        "next_test": next_test(findings),
+        "data_quality": data_quality(findings.balances, findings.model),
+    }
+    if holdout is not None:
+        found["errors"] = _errors(findings, holdout)
+        found["gain"] = {
+            "of": "free-run error of the throttle angle on held-out segments, calibrated to extended",
+            "value": holdout.gain,
+            "interval": list(holdout.gain_interval),
+        }
+    return found
+
+
+def _errors(findings: Findings, holdout: Holdout) -> dict[str, Any]:
+    """Return errors with units, and what has to be said of a free run that errs where the balances lack nothing."""
+    units = {POSITION: "m" if findings.balances[0].measured.is_linear else "rad", CURRENT_ROLE: "A"}
+    least, most = float(holdout.floors.min()), float(holdout.floors.max())
+    left = holdout.table["free_run"][POSITION]["calibrated"]
+    says = []
+    if findings.verdict == "adequate" and left > most:
+        its = f"m{units[POSITION]}"
+        says.append(
+            f"the balances lack nothing, but in free run the calibrated model errs by {1e3 * left:.3g} {its}, more "
+            f"than noise alone left ({1e3 * least:.3g} to {1e3 * most:.3g} {its}); these data do not tell why"
+        )
+    if away := runs_away(simulable(holdout.best)):
+        says.append(
+            f"from {away[0]:.2f} to {away[1]:.2f} rad springs and flow hold the plate less the further it is open: a "
+            "voltage alone lets it run away there, and what noise leaves of a free run grows by itself"
+        )
+    return {
+        "holdout": {
+            kind: {signal: {"unit": units[signal], **models} for signal, models in signals.items()}
+            for kind, signals in holdout.table.items()
+        },
+        "nrmse_free_run": holdout.nrmse,
+        "noise_floor_range": [least, most],
+        "free_run_worst": _worst(findings, holdout),
+        "says": "; ".join(says),
+    }
+
+
+def _worst(findings: Findings, holdout: Holdout) -> dict[str, Any]:
+    """Return the segment that the model file's model errs most in, beside all others and true models in that one."""
+    errors = holdout.segments[holdout.in_file][POSITION]
+    k = int(np.argmax(errors))
+    longest = max(findings.balances, key=lambda b: b.rows).measured
+    there = holdout.drawn[:, k]
+    return {
+        "from_s": longest.start_s + k * SEGMENT_S,
+        "to_s": longest.start_s + (k + 1) * SEGMENT_S,
+        "error": float(errors[k]),
+        "share": float(errors[k] ** 2 / max(float(np.sum(errors**2)), 1e-30)),
+        "others": float(np.sqrt(np.sum(np.delete(errors, k) ** 2) / max(len(errors) - 1, 1))),
+        "noise_floor_range": [float(there.min()), float(there.max())],
+    }
+
+
+def _limits(findings: Findings) -> dict[str, dict[str, object]]:
+    if not findings.rounds:
+        return {}
+    last = findings.rounds[-1]
+    return detection_limits(last.before, last.screened, LEAST_GAIN, is_linear=findings.balances[0].measured.is_linear)
+
+
+def _model_file(holdout: Holdout | None) -> dict[str, str]:
+    """Return which of the two fits the numbers in the model file are from."""
+    if holdout is not None and holdout.is_followed:
+        says = (
+            "the model file holds the numbers of the last fit in free run (in_model), which errs less on parts that it "
+            "did not see; values with intervals are the balances'"
+        )
+        return {"numbers_of": "last fit in free run", "says": says}
+    return {"numbers_of": "balances", "says": "the model file holds the values that are given with intervals"}
+
+
+def causes(findings: Findings, in_model: Vector | None = None) -> list[dict[str, Any]]:
+    """Return the causes that were taken in, most probable first; where none was, nothing.
+
+    `in_model`: the whole vector that the model file holds, where it is not the one that the balances gave.
+    """
+    whole = findings.final.fit.whole if in_model is None else in_model
+    numbers = {e.place: e for e in estimates(findings.final, findings.balances, findings.final_floor)}
+    found, left = [], 1.0
+    for each in findings.accepted:
+        winner = each.winner
+        found.append(
+            {
+                "effect": winner.id,
+                "probability": _probabilities(each)[winner.id],
+                "class": each.alike,
+                "parameters": _parameters(each, numbers, whole, is_linear=findings.balances[0].measured.is_linear),
+                "finer_in_model": _finer(each, numbers, whole),
+                "share_of_error": left * each.gain,
+                "held_out_t": each.t,
+            }
+        )
+        left *= 1.0 - each.gain
+    return found
+
+
+def _parameters(each: Round, numbers: dict[int, Estimate], whole: Vector, *, is_linear: bool) -> dict[str, Any]:
+    effect = each.winner.candidate.effect
+    if effect is None:
+        name = each.winner.candidate.frees
+        place = FIELDS.index(name)
+        unit = value_unit(name, is_linear=is_linear)
+        return {name: _size(numbers[place], unit, whole)}
+    return {
+        parameter.name: _size(numbers[place], unit_for(parameter, is_linear=is_linear), whole)
+        for parameter, place in zip(effect.stated, effect.stated_indices, strict=True)
+        if place in numbers
+    }
+
+
+def _size(estimate: Estimate, unit: str, whole: Vector) -> dict[str, Any]:
+    flags = [] if estimate.is_told else ["these data do not tell it"]
+    return {**_number(estimate, unit), "in_model": float(whole[estimate.place]), "flags": flags}
+
+
+def _finer(each: Round, numbers: dict[int, Estimate], whole: Vector) -> dict[str, float]:
+    """Return the finer shapes in SI that only the last fit has: the balances asked for none of them."""
+    effect = each.winner.candidate.effect
+    if effect is None:
+        return {}
+    stated = zip(effect.stated, effect.stated_indices, strict=True)
+    return {one.name: float(whole[place]) for one, place in stated if place not in numbers and whole[place] != 0.0}
+
+
+def _number(estimate: Estimate, unit: str) -> dict[str, Any]:
+    return {
+        "value": estimate.value,
+        "unit": unit,
+        "interval": [estimate.low, estimate.high],
+        "on_bound": estimate.on_bound,
+    }
+
+
+def _probabilities(each: Round) -> dict[str, float]:
+    """Return how probable each fitted suspect is beside the others, by what it leaves."""
+    margin = max(decision.class_margin(each), 1e-6)
+    worse = np.array([np.log(r.fit.cost / each.winner.fit.cost) for r in each.refined])
+    weights = np.exp(-_SHARPNESS * worse / margin)
+    return {r.id: float(w / weights.sum()) for r, w in zip(each.refined, weights, strict=True)}
+
+
+def _suspects(findings: Findings) -> list[dict[str, Any]]:
+    """Return every search's best suspects with the evidence for and against them."""
+    found = []
+    for number, each in enumerate(findings.rounds, 1):
+        probable = _probabilities(each)
+        for one in each.refined:
+            effect = one.candidate.effect
+            found.append(
+                {
+                    "search": number,
+                    "effect": one.id,
+                    "taken_in": each.accepted and one is each.winner,
+                    "refused": each.refused if one is each.winner else "",
+                    "probability": probable[one.id] if each.accepted else 0.0,
+                    "leaves": one.fit.cost / each.before.fit.cost,
+                    "looks_like": effect.looks_like if effect else "a base parameter outside its tolerance",
+                    "check": effect.check if effect else "the number in the model file, and its tolerance",
+                }
+            )
+    return found
+
+
+def _unexplained(findings: Findings) -> dict[str, Any]:
+    over = decision.excess(findings.final_groups, findings.rows)
+    where = [
+        {
+            "balance": _BALANCES[k // 3],
+            "regime": REGIMES[k % 3],
+            "rms_over_floor": float(np.sqrt(findings.final_groups[k])),
+        }
+        for k in np.argsort(-over)
+        if over[k] > 0.0
+    ]
+    splines = [
+        {"balance": p.balance, "over": p.over, "parity": p.parity, "share_of_rest": p.share} for p in findings.rest[:3]
+    ]
+    return {"where": where, "placeholders": splines}
+
+
+def _calibrated(findings: Findings, numbers: Sequence[Estimate], in_model: Vector) -> dict[str, Any]:
+    found = {}
+    for estimate in numbers:
+        name = estimate.name
+        if estimate.place >= EXTENDED or name not in FIELDS:
+            continue
+        first = float(findings.calibration.fit.whole[estimate.place])
+        nominal = float(getattr(findings.model.values, name))
+        half = findings.model.tolerance(name)
+        moved = abs(estimate.value - first) / max(abs(first), half)
+        flags = []
+        if abs(estimate.value - nominal) > half * 1.03:
+            flags.append("left its tolerance")
+        if estimate.on_bound:
+            flags.append("on a bound")
+        if findings.accepted and moved > MOVED:
+            flags.append(f"moved by {100.0 * moved:.1f} % when a term came in")
+        found[name] = {
+            "unit": value_unit(name, is_linear=findings.balances[0].measured.is_linear),
+            "nominal": nominal,
+            "value": estimate.value,
+            "interval": [estimate.low, estimate.high],
+            "in_model": float(in_model[estimate.place]),
+            "tolerance": half,
+            "flags": flags,
+        }
+    return found
+
+
+def _nuisances(numbers: Sequence[Estimate]) -> dict[str, Any]:
+    """Return what is no part of the unit but was fitted: clock skews of the signals, and the plate sensor's zero."""
+    return {
+        e.name: _number(e, "rad" if e.name.endswith("_zero") else "s")
+        for e in numbers
+        if e.place >= EXTENDED and e.low < e.high
+    }
+
+
+def _friction(findings: Findings, in_model: Vector) -> dict[str, Any]:
+    """Return break-away and sliding friction at the throttle shaft as each model has them: what a verdict rests on."""
+    first, last = simulable(findings.calibration.fit.whole), simulable(in_model)
+    return {
+        name: {
+            "unit": "N" if findings.balances[0].measured.is_linear else "N·m",
+            "nominal": float(getattr(findings.model.values, name)),
+            "calibrated": float(first[FIELDS.index(name)]),
+            "extended": float(last[FIELDS.index(name)]),
+        }
+        for name in ("stiction", "coulomb")
+    }
+
+
+def _balances(findings: Findings) -> dict[str, Any]:
+    """Return each balance's residual over the floor, before any cause and with all of them, by regime."""
+    first = findings.first_groups
+    found: dict[str, Any] = {}
+    for k in range(9):
+        if findings.rows[k] < LEAST_ROWS:
+            continue
+        found.setdefault(_BALANCES[k // 3], {})[REGIMES[k % 3]] = {
+            "calibrated_over_floor": float(np.sqrt(first[k])),
+            "extended_over_floor": float(np.sqrt(findings.final_groups[k])),
+            "rows": int(findings.rows[k]),
+        }
+    return found

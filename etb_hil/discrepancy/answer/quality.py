@@ -1,0 +1,148 @@
+"""What the data are worth: gaps, saturation, encoder steps, noise at rest, and what they cannot show."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.measured.measurement import Measurement, grid_of
+from etb_hil.discrepancy.measured.regimes import BESIDE
+from etb_hil.plant.effects.laws import REFERENCE, laws, terms
+from etb_hil.plant.parameters import Model
+
+Float64 = NDArray[np.float64]
+
+_BURST = 64
+_AT_LIMIT = 0.02  # of the time at the voltage's limit that is worth a word
+_TINY = 1e-12
+_GRID_SLACK = 0.05  # of a step
+_FEWEST_JUMPS = 5
+_SAME_UNIT = 0.2
+_OFF_GRID = 0.5  # share of the rows from which it is said
+
+
+def data_quality(balances: Sequence[Balances], model: Model) -> list[dict[str, Any]]:
+    """Return what was found of each stretch, and in words what it cannot show."""
+    return [_of(b, model) for b in balances]
+
+
+def nothing_to_judge(balances: Sequence[Balances]) -> list[str]:
+    """Return why no balance of any stretch can be judged; nothing where one can."""
+    if any(b.weights.any() for b in balances):
+        return []
+    what = f"{balances[0].measured.origin} has no row that could be judged"
+    why = f"a value is missing or bad within {BESIDE:g} s of every row"
+    return [f"{what}: {why}; look for losses, or leave a column out that has them"]
+
+
+def _of(b: Balances, model: Model) -> dict[str, Any]:
+    m = b.measured
+    flags = list(m.flags)
+    bridged = float(1.0 - np.mean(m.is_good))
+    if bridged > 0.0:
+        unjudged = float(1.0 - np.mean(b.regimes.is_good))
+        what = "were missing or bad, or the bridge opened in them"
+        beside = f"with what lies within {BESIDE:g} s of them {100.0 * unjudged:.3g} %"
+        flags.append(f"{100.0 * bridged:.2g} % of the rows {what}: {beside} are not judged")
+    limit = model.values.voltage_limit
+    saturated = float(np.mean(np.abs(m.voltage) > 0.995 * limit))
+    if saturated > _AT_LIMIT:
+        flags.append(f"the voltage is at its limit {100.0 * saturated:.0f} % of the time")
+    if m.is_drive:
+        driven = "force" if m.is_linear else "torque"
+        flags.append(f"driven in {driven}: electrical causes cannot be judged")
+    elif m.current is None:
+        flags.append("motor_current is missing: one balance only, from the voltage; electrical causes cannot be judged")
+    if m.plate is None:
+        flags.append("no second angle: what lies between motor and plate cannot be judged")
+    if not m.has_temperature:
+        flags.append("no temperature, or a constant one: heat cannot be told from time")
+    flags += _laws(model)
+    travel = (float(m.angle.min()), float(m.angle.max()))
+    if not m.is_drive and (travel[0] > model.values.limp_home or travel[1] < model.values.limp_home):
+        flags.append("limp-home is never crossed: preload, offset and asymmetry cannot be told apart")
+    flags += _off_grid(m) + _other_unit(m)
+    found: dict[str, Any] = {
+        "origin": m.origin,
+        "rate_hz": m.rate,
+        "seconds": len(m) / m.rate,
+        "travel_rad": list(travel),
+        "encoder_noise_rad": m.angle_noise,
+        "flags": flags,
+    }
+    at_rest = _at_rest(m)
+    if at_rest:
+        found["noise_at_rest"] = at_rest
+    return found
+
+
+def _off_grid(m: Measurement) -> list[str]:
+    """Flag an angle that is not on the steps of its encoder: somebody filtered it, and noise is no longer noise."""
+    step = m.angle_noise * np.sqrt(12.0)
+    if step <= 0.0 or grid_of(m.angle) > 0.0 or "motor_angle is missing" in " ".join(m.flags):
+        return []
+    away = m.angle / step - np.round(m.angle / step)
+    away -= np.median(away)
+    off = float(np.mean(np.abs(away - np.round(away)) > _GRID_SLACK))
+    if off < _OFF_GRID:
+        return []
+    return [
+        f"{100.0 * off:.1f} % of the angles lie off the encoder's steps: the signal was filtered or resampled before"
+    ]
+
+
+def _other_unit(m: Measurement) -> list[str]:
+    """Flag a force that a test adds, where the drive's own jumps with it by another amount than it says."""
+    if m.added is None:
+        return []
+    jumps = np.diff(m.added)
+    edges = np.flatnonzero(np.abs(jumps) > 0.5 * np.abs(jumps).max(initial=0.0))
+    if len(edges) < _FEWEST_JUMPS:
+        return []
+    times = float(np.median(np.diff(m.voltage)[edges] / jumps[edges]))
+    if abs(times - 1.0) < _SAME_UNIT:
+        return []
+    what, unit = ("force", "N") if m.is_linear else ("torque", "N·m")
+    come = f"{times:.2g} {unit} of the drive's {what}"
+    return [f"command_{what} is not in the unit that it says: with one of it come {come}, as with a volt of the drive"]
+
+
+def _at_rest(m: Measurement) -> dict[str, float]:
+    """Return the noise (rms of second differences, as white noise) where the angle rests."""
+    count = len(m) // _BURST
+    angle = m.angle[: count * _BURST].reshape(count, _BURST)
+    rest = np.ptp(angle, axis=1) < 4.0 * max(m.angle_noise, _TINY) * np.sqrt(12.0)
+    if not rest.any():
+        return {}
+    found = {}
+    for name, values in (
+        ("motor_current_A", m.current),
+        ("motor_voltage_V", m.voltage),
+        ("throttle_angle_rad", m.plate),
+    ):
+        if values is not None:
+            blocks = values[: count * _BURST].reshape(count, _BURST)[rest]
+            found[name] = float(np.sqrt(np.mean(np.diff(blocks, 2, axis=1) ** 2) / 6.0))
+    return found
+
+
+def _laws(model: Model) -> list[str]:
+    """Say what became of the model file's laws over the temperature."""
+    stated = laws(model.parameters)
+    if not stated:
+        return []
+    if model.has_laws_as_terms:
+        obeyed = terms(model.parameters)
+        rest = {name: law.reference for name, law in stated.items() if name not in obeyed}
+        what = "change with the temperature as the model file states, and are said at"
+        found = [f"{', '.join(obeyed)} {what} {REFERENCE:g} degC"] if obeyed else []
+        for at in set(rest.values()):
+            what = f"are taken as the model file states them at {at:.3g} degC, the middle of the explained recording"
+            found.append(f"{', '.join(rest)} {what}: how they change within it is not obeyed")
+        return found
+    more = ", ".join(f"{name} {1000.0 * law.coefficient:+.2g} %" for name, law in stated.items())
+    return [f"no temperature: a unit 10 K above what the model file refers to has {more}, and is taken for another one"]

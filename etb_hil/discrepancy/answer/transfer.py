@@ -1,0 +1,72 @@
+"""Whether a cause that was found in one recording is in another: fitted parameters need not transfer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from etb_hil.discrepancy.fitting import freerun
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.calibration import all_unknowns, calibrate
+from etb_hil.discrepancy.fitting.floor import floor_of, weigh
+from etb_hil.discrepancy.search.findings import Findings
+from etb_hil.plant.effects.layout import EXTENDED
+from etb_hil.plant.physics import Vector
+
+CARRIES = 0.02  # of the squared residual: what a cause must take of another recording to be carried over
+
+
+def transfer(findings: Findings, others: Sequence[Balances]) -> list[dict[str, Any]]:
+    """Return for each cause and other recording what the cause, as it was found, takes of its residual.
+
+    The base parameters are calibrated anew for the other recording, with and without the cause. In `free_run` they are
+    not: all numbers are those of the search before the cause was found, and with it.
+    """
+    found = []
+    for other in others:
+        stretches = [other]
+        unknowns = all_unknowns(findings.model, stretches)
+        plain = calibrate(findings.model, stretches)
+        weigh(stretches, floor_of(findings.model, stretches, plain.fit.whole, unknowns).level)
+        plain = calibrate(findings.model, stretches, plain.fit.whole)
+        before = plain
+        for each in findings.accepted:
+            effect = each.winner.candidate.effect
+            if effect is None:
+                continue
+            begin = before.fit.whole.copy()
+            for place in effect.indices:
+                begin[place] = findings.final.fit.whole[place]
+            with_it = calibrate(findings.model, stretches, begin, unknowns)
+            gain = 1.0 - with_it.fit.cost / before.fit.cost
+            carried = gain > CARRIES
+            without, with_its = (_free_run(other, whole) for whole in (each.before.fit.whole, each.winner.fit.whole))
+            unit = "m" if other.measured.is_linear else "rad"
+            found.append(
+                {
+                    "effect": effect.id,
+                    "recording": other.measured.origin,
+                    "gain": gain,
+                    "carried_over": carried,
+                    "free_run": {"without": without, "with": with_its, "unit": unit},
+                    "says": _said(gain, without, with_its, unit),
+                }
+            )
+            before = with_it if carried else before
+    return found
+
+
+def _free_run(other: Balances, whole: Vector) -> float:
+    """Return the rms error of the angle in rad, or of a way in m, of one free run over all of a recording."""
+    angle = other.measured.angle
+    return float(np.sqrt(np.mean((freerun.trace(other, whole[:EXTENDED], 0, len(angle)) - angle) ** 2)))
+
+
+def _said(gain: float, without: float, with_its: float, unit: str) -> str:
+    if gain <= CARRIES:
+        return f"takes less than {100.0 * CARRIES:g} % of what the balances leave there: it is not carried over"
+    taken = f"takes {100.0 * gain:.0f} % of what the balances leave there, the base parameters fitted to that recording"
+    freely = "by the first recording's numbers alone one free run over all of it errs by"
+    return f"{taken}; {freely} {1e3 * with_its:.3g} m{unit} with it and by {1e3 * without:.3g} m{unit} without it"

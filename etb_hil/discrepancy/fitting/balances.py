@@ -1,0 +1,246 @@
+"""Torque, voltage and angle balance of a measurement under given parameters: what is left is not in the model.
+
+Nothing raw is differentiated: every signal passes one filter in the frequency domain and is divided there by the noise
+that the data sheet promises, so that a true model leaves about 1 in every balance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy.fitting.along import Motion, Walk
+from etb_hil.discrepancy.fitting.remembered import Remembered
+from etb_hil.discrepancy.measured.driving import with_its_mean, without_noise
+from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.measured.opening import without_diodes
+from etb_hil.discrepancy.measured.regimes import Regimes
+from etb_hil.discrepancy.measured.rows import held, jitter, missed_by_rows, open_bridge, trembling, until_next
+from etb_hil.discrepancy.measured.spectrum import Spectrum
+from etb_hil.discrepancy.measured.thinning import thinned
+from etb_hil.plant.drive_effects import THROTTLE_FRICTION
+from etb_hil.plant.effects import (
+    angle_sensor_eccentricity,
+    current_sensor_gain,
+    current_sensor_offset,
+    measurement_delay,
+    sensor_hysteresis,
+)
+from etb_hil.plant.effects.layout import WIDTH, row
+from etb_hil.plant.parameters import Model
+from etb_hil.plant.physics import (
+    BACK_EMF,
+    INDUCTANCE,
+    INERTIA,
+    RESISTANCE,
+    TORQUE_PER_AMPERE,
+    Vector,
+)
+
+Float64 = NDArray[np.float64]
+Complex128 = NDArray[np.complex128]
+
+CHANNELS = ("torque", "voltage", "angle")
+# Low frequencies would else weigh more than bristles, seen through an encoder, can be trusted.
+_TORQUE_FLOOR = 3.0  # times the current's noise
+# Unknown but small: clock skew of current, voltage and plate sensor, and the plate sensor's zero.
+NUISANCES = ("current_skew", "voltage_skew", "plate_skew", "plate_zero")
+_TREMBLES = 0.01  # of T_c / sigma_0 from row to row
+_DELAY = row("measurement_delay")
+_SENSORS = (row("current_sensor_gain"), _DELAY + WIDTH)
+
+
+@dataclass(frozen=True, slots=True)
+class _Truth:
+    """Measured signals as they were before the sensors."""
+
+    current: Float64
+    current_spectrum: Complex128
+    angle_spectrum: Complex128
+    smooth_spectrum: Complex128
+    angle: Float64
+    velocity: Float64
+    walk: Walk
+
+
+@dataclass(frozen=True, slots=True)
+class _Modelled:
+    """Spectra inside the band: torque but for the inertia's, voltage of the resistance and losses, plate, current."""
+
+    torque: Complex128
+    drop: Complex128
+    place: Complex128
+    current: Complex128
+
+
+class Balances:
+    """Whitened residuals of one measurement as a function of the extended parameter vector and of the nuisances."""
+
+    def __init__(self, measured: Measurement, model: Model) -> None:
+        self.measured = measured = thinned(without_diodes(measured, model))
+        v = model.values
+        self.gear = v.gear_ratio
+        # Bounds of effects are a throttle's; another drive's forces are larger by as much as its friction is.
+        self.load = v.coulomb / THROTTLE_FRICTION if measured.is_drive else 1.0
+        self.spectrum = spectrum = Spectrum(len(measured), measured.rate)
+        self.is_open = open_bridge(measured, model)
+        self._rows = spectrum.of(until_next(measured.voltage, self.is_open))
+        self._voltage = self._rows * held(spectrum.s, measured.dt)
+        self._plate = None if measured.plate is None else spectrum.of(measured.plate)
+        noise = float(np.hypot(model.sensors.voltage_noise, model.sensors.voltage_step / np.sqrt(12.0)))
+        self.driving = without_noise(measured.voltage, noise, measured.rate)
+        self.free_voltage = with_its_mean(self.driving, measured.voltage, measured.rate)
+        self._is_calm = trembling(measured.angle, measured.rate) < _TREMBLES * v.coulomb / v.bristle_stiffness
+        self.jitter = jitter(measured.angle, measured.rate, measured.angle_noise)
+        self._known: Remembered[_Truth] = Remembered()
+        self._integrated: Remembered[_Modelled] = Remembered()
+        self._places: Remembered[Complex128] = Remembered()
+        base = v.vector()
+        self._whiten = _whitening(measured, model, spectrum)
+        truth = self._truth(_no_sensors(base))
+        self.regimes = Regimes.of(measured, model, spectrum, truth.angle, truth.velocity)
+        self.has = (True, measured.current is not None and not measured.is_drive, measured.plate is not None)
+        self.rows = len(self.regimes.label)
+        self.weights = self.regimes.start_weights(self.has)
+
+    def residual(self, p: Vector, nuisance: Float64) -> Float64:
+        """Return all balances (3 m) over their noise, weighted; zero where a balance cannot be judged."""
+        return np.concatenate(self.channels(p, nuisance)) * self.weights
+
+    def channels(self, p: Vector, nuisance: Float64) -> list[Float64]:
+        """Return torque, voltage and angle balance (m each) over their noise."""
+        spectrum = self.spectrum
+        truth = self._truth(p)
+        s = spectrum.s
+        modelled = self._modelled(truth, p)
+        missed = self._missed(p)
+        current_spectrum = modelled.current + missed
+        skew_i, skew_u, skew_plate, zero = nuisance
+        torque = modelled.torque + p[TORQUE_PER_AMPERE] * missed - p[INERTIA] * s * s * truth.angle_spectrum
+        torque += skew_i * p[TORQUE_PER_AMPERE] * s * current_spectrum
+        # In units of the measured current: a gain that shrinks all torques would shrink the noise with them.
+        torque *= 1.0 + p[row("current_sensor_gain")]
+        found = [spectrum.back(torque * self._whiten[0])]
+        if not self.has[1]:
+            found.append(np.zeros(self.rows))
+        else:
+            voltage = self._voltage * (1.0 + skew_u * s) - modelled.drop - p[RESISTANCE] * missed
+            voltage -= p[INDUCTANCE] * s * current_spectrum + p[BACK_EMF] * s * truth.angle_spectrum
+            voltage -= skew_i * (p[RESISTANCE] + p[INDUCTANCE] * s) * s * current_spectrum
+            found.append(spectrum.back(voltage * self._whiten[1]))
+        if self._plate is None:
+            found.append(np.zeros(self.rows))
+        else:
+            angle = self._plate * (1.0 + skew_plate * s) - modelled.place
+            angle[0] -= zero * spectrum.padded
+            found.append(spectrum.back(angle * self._whiten[2]))
+        return found
+
+    def _missed(self, p: Vector) -> Complex128:
+        """Return what of the current's spectrum its rows miss, inside the band."""
+        if self.measured.current is None or self.measured.is_drive:
+            return np.zeros(1, np.complex128)
+        late = p[_DELAY], p[_DELAY + 1]
+        return self._rows * missed_by_rows(self.spectrum.s, self.measured.dt, p[RESISTANCE], p[INDUCTANCE], *late)
+
+    def _modelled(self, truth: _Truth, p: Vector) -> _Modelled:
+        """Return what is integrated along the motion; only inductance and inertia have no part in it."""
+        asked = p.copy()
+        asked[INERTIA] = 0.0
+        if self.measured.current is not None:
+            asked[INDUCTANCE] = 0.0
+        return self._integrated.of(asked.tobytes(), lambda: self._integrate(truth, p))
+
+    def _integrate(self, truth: _Truth, p: Vector) -> _Modelled:
+        current, current_spectrum = truth.current, truth.current_spectrum
+        if self.measured.current is None:
+            current, current_spectrum = self._current_from_voltage(truth, p)
+        found = truth.walk(current, p)
+        return _Modelled(
+            self.spectrum.of(found.torque),
+            self.spectrum.of(found.voltage) if found.is_lossy else p[RESISTANCE] * current_spectrum,
+            self._place(truth, p),
+            current_spectrum,
+        )
+
+    def _place(self, truth: _Truth, p: Vector) -> Complex128:
+        """Return the spectrum of the plate's angle as its sensor tells it, inside the band."""
+        place, _ = truth.walk.plate(p)
+        if place is truth.angle and p[row("sensor_hysteresis")] == 0.0:
+            return truth.smooth_spectrum
+        key = p[_SENSORS[0] :].tobytes() + truth.walk.plate_key(p)
+        return self._places.of(key, lambda: self.spectrum.of(sensor_hysteresis.measured_plate(place, p)))
+
+    def judged_groups(self) -> NDArray[np.int64]:
+        """Return the group (3 m) of each row, -1 where it cannot be judged."""
+        there = np.repeat(np.array(self.has), self.rows)
+        return np.where(there, self.regimes.groups(), -1)
+
+    def whitening(self, channel: int) -> Float64:
+        """Return one over the noise of a balance, by frequency inside the band."""
+        return self._whiten[channel]
+
+    def motion(self, p: Vector) -> tuple[Float64, Float64]:
+        """Return angle and velocity (n) at the throttle shaft, lightly smoothed, as the sensors' effects have them."""
+        truth = self._truth(p)
+        return truth.angle, truth.velocity
+
+    def _current_from_voltage(self, truth: _Truth, p: Vector) -> tuple[Float64, Complex128]:
+        s = self.spectrum.s
+        inside = (self._voltage - p[BACK_EMF] * s * truth.angle_spectrum) / (p[RESISTANCE] + p[INDUCTANCE] * s)
+        whole = np.zeros(self.spectrum.padded // 2 + 1, np.complex128)
+        whole[: self.spectrum.bins] = inside
+        return self.spectrum.signal(whole), inside
+
+    def _truth(self, p: Vector) -> _Truth:
+        return self._known.of(p[_SENSORS[0] : _SENSORS[1]].tobytes(), lambda: self._before_sensors(p))
+
+    def _before_sensors(self, p: Vector) -> _Truth:
+        m, spectrum = self.measured, self.spectrum
+        angle = angle_sensor_eccentricity.true_angle(m.angle * self.gear, p) / self.gear
+        whole = spectrum.all_of(angle)
+        smooth, velocity, acceleration = spectrum.motion(angle, whole, is_calm=self._is_calm)
+        inside = whole[: spectrum.bins]
+        smooth_spectrum = spectrum.of(smooth)
+        walk = Walk(Motion(smooth, velocity, acceleration, m.temperature, self.is_open, m.dt))
+        if m.current is None:
+            nothing = np.zeros(0)
+            return _Truth(nothing, nothing.astype(complex), inside, smooth_spectrum, smooth, velocity, walk)
+        current = current_sensor_offset.true_current(m.current, m.temperature, p)
+        current = current_sensor_gain.true_current(current, p)
+        current_spectrum = spectrum.all_of(current)
+        late = measurement_delay.lateness(spectrum.all_s, p)
+        if late is not None:
+            # Beyond the band the inverse of a lag would only raise noise.
+            late[spectrum.bins :] = 1.0
+            current_spectrum = current_spectrum / late
+            current = spectrum.signal(current_spectrum)
+        return _Truth(current, current_spectrum[: spectrum.bins], inside, smooth_spectrum, smooth, velocity, walk)
+
+
+def _no_sensors(base: Vector) -> Vector:
+    return np.concatenate([base, np.zeros(_SENSORS[1] - len(base))])
+
+
+def _whitening(measured: Measurement, model: Model, spectrum: Spectrum) -> list[Float64]:
+    """Return one over the noise in each balance, by frequency; the band then holds a variance of one."""
+    v, sensors = model.values, model.sensors
+    s = spectrum.s
+    step = 1.0 / np.sqrt(12.0)
+    voltage_noise = np.hypot(sensors.voltage_noise, sensors.voltage_step * step) / np.sqrt(2.0)
+    winding = np.abs(v.resistance + v.inductance * s)
+    if measured.current is None:
+        current_noise = voltage_noise / winding
+    else:
+        current_noise = np.full(len(s), np.hypot(sensors.current_noise, sensors.current_step * step))
+    motion = np.abs(v.inertia * s * s + (v.bristle_damping + v.viscous) * s + v.bristle_stiffness)
+    floor = _TORQUE_FLOOR * v.torque_per_ampere * current_noise
+    torque = np.sqrt(floor**2 + (v.torque_per_ampere * current_noise) ** 2 + (motion * measured.angle_noise) ** 2)
+    voltage = np.sqrt(
+        voltage_noise**2 + (winding * current_noise) ** 2 + (np.abs(v.back_emf * s) * measured.angle_noise) ** 2
+    )
+    plate = np.hypot(sensors.plate_noise, sensors.plate_range / 2**sensors.plate_bits * step)
+    share = np.sqrt(np.sum(spectrum.low**2) / (0.5 * spectrum.padded))
+    return [1.0 / (share * noise) for noise in (torque, voltage, np.full(len(s), plate))]

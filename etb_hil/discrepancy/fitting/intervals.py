@@ -1,0 +1,197 @@
+"""Intervals of fitted numbers: from blocks of the record, since neighbouring residuals are no news, and from a rerun.
+
+Blocks say how a number scatters; what the same bristles and encoder do in every block they do not see. The model's own
+simulation, of which the truth is known, does: the error made there is added. What no block shows is known as well as
+the model file states it. A parameter on the bound of its tolerance may also be somewhat inside, and what moves with it
+then moves, too. An effect's parameter is no further than its bounds, whatever the blocks say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.calibration import Calibration, residual_of
+from etb_hil.discrepancy.fitting.fit import Residual
+from etb_hil.discrepancy.fitting.floor import Floor
+from etb_hil.discrepancy.fitting.segments import segment_of
+from etb_hil.discrepancy.fitting.unknowns import SLACK, Unknown
+from etb_hil.plant.physics import LIMP_HOME, STOP_HIGH, STOP_LOW, Vector
+
+Float64 = NDArray[np.float64]
+
+_BLOCKS = 40
+# Student's 97.5 % over one by the degrees of freedom.
+_ONE_OVER = (1 / 40, 1 / 20, 1 / 12, 1 / 8, 1 / 6, 1 / 5, 1 / 4, 1 / 3, 1 / 2.5, 1 / 2, 1 / 1.5, 1.0)
+_STUDENT = (2.021, 2.086, 2.179, 2.306, 2.447, 2.571, 2.776, 3.182, 3.558, 4.303, 6.125, 12.706)
+_RIDGE = 1e-3
+_STATED = 3.0  # one over the variance of what may be anywhere within a tolerance
+_ALONE = 0.99  # of what is known in a direction; a block that has more of it leaves the others nothing to say
+_TELLS = 0.95  # of an effect's bounds: what an interval has to be narrower than, before they cut it, to tell anything
+_PLACES = (LIMP_HOME, STOP_LOW, STOP_HIGH)  # known to no less than an encoder's count: who says where in it zero is
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A fitted number with its 95 % interval, SI; where it is not told, the interval is about what its bounds allow."""
+
+    name: str
+    place: int
+    value: float
+    low: float
+    high: float
+    on_bound: bool
+    is_told: bool = True
+
+
+def estimates(calibration: Calibration, balances: Sequence[Balances], floor: Floor) -> list[Estimate]:
+    """Return every unknown of a fit with its interval: a sandwich over blocks, widened by what bounds hold back."""
+    missed = _missed(floor)
+    count = max(b.measured.angle_noise for b in balances) * np.sqrt(12.0)
+    unknowns, whole = calibration.unknowns, calibration.fit.whole
+    said = _Said.of(residual_of(balances), whole, unknowns, segment_of(balances, _BLOCKS))
+    at_low = said.x <= np.array([u.low for u in unknowns]) + 1e-6
+    at_high = said.x >= np.array([u.high for u in unknowns]) - 1e-6
+    bound = at_low | at_high
+    drawn, reach = np.zeros((2, len(unknowns)))
+    drawn[~bound], reach[~bound] = said.drawn(~bound), said.reach(~bound)
+    below, above = np.zeros((2, len(unknowns)))
+    if bound.any() and not bound.all():
+        width = np.array([u.high - u.low for u in unknowns])
+        inward = np.where(bound, np.minimum(said.inward(np.where(at_high, 1.0, -1.0)), width), 0.0)
+        inward = np.where(at_high, -inward, inward)
+        moved = said.following(bound) * inward[bound]
+        below[~bound], above[~bound] = np.minimum(moved, 0.0).sum(1), np.maximum(moved, 0.0).sum(1)
+        below[bound], above[bound] = np.minimum(inward, 0.0)[bound], np.maximum(inward, 0.0)[bound]
+    found = []
+    for k, unknown in enumerate(unknowns):
+        value, scale = float(whole[unknown.place]), unknown.scale
+        half = 0.0 if bound[k] else float(np.hypot(reach[k] * scale, _student(_BLOCKS) * missed.get(unknown.name, 0.0)))
+        if unknown.place in _PLACES:
+            half = max(half, count)
+        low = min(value, value + drawn[k] * scale - half) + below[k] * scale
+        high = max(value, value + drawn[k] * scale + half) + above[k] * scale
+        is_told = True
+        if _is_of_effect(unknown):
+            bottom, top = (unknown.centre + scale * end for end in (unknown.low, unknown.high))
+            is_told = bool(unknown.is_known or high - low < _TELLS * (top - bottom))
+            low, high = max(low, min(bottom, value)), min(high, max(top, value))
+        found.append(Estimate(unknown.name, unknown.place, value, low, high, bool(bound[k]), is_told))
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class _Said:
+    """What blocks of the record and the model file say of the unknowns where their fit ended, each in its scale.
+
+    `normals` (blocks, unknowns, unknowns) and `scores` (blocks, unknowns) of the residual; `stated` (unknowns): one
+    over the variance that a tolerance leaves, 0 where none is stated.
+    """
+
+    x: Float64
+    normals: Float64
+    scores: Float64
+    stated: Float64
+
+    @classmethod
+    def of(cls, residual: Residual, whole: Vector, unknowns: Sequence[Unknown], block: NDArray[np.int64]) -> _Said:
+        """Return it from derivatives taken anew: what two numbers do alike cancels only in derivatives without bend."""
+        left, slopes = residual(whole), _slopes(residual, whole, unknowns)
+        rows = [np.flatnonzero(block == k) for k in range(_BLOCKS)]
+        return cls(
+            np.array([u.x_of(whole) for u in unknowns]),
+            np.stack([slopes[r].T @ slopes[r] for r in rows]),
+            np.stack([slopes[r].T @ left[r] for r in rows]),
+            np.array([_STATED if _is_stated(u) else 0.0 for u in unknowns]),
+        )
+
+    def drawn(self, free: NDArray[np.bool_]) -> Float64:
+        """Return how far (free) the model file draws the unknowns that are `free`: far where no data show them."""
+        return np.asarray(-_inverse(self._normal(free)) @ (self.stated * self.x)[free])
+
+    def reach(self, free: NDArray[np.bool_]) -> Float64:
+        """Return the half width (free) of the interval of each of the unknowns that are `free`.
+
+        Scores are freed of what their own block took of them in the fit (CR2, Bell and McCaffrey 2002). Student's
+        quantile is that of as many blocks as share the news of a number evenly (Carter et al. 2017).
+        """
+        normal, stated = self._normal(free), self.stated[free]
+        inverse = _inverse(normal)
+        root = np.linalg.cholesky(normal)
+        half, news = np.empty((2, _BLOCKS, len(normal)))
+        for k in range(_BLOCKS):
+            own = self.normals[k][np.ix_(free, free)]
+            share, way = np.linalg.eigh(np.linalg.solve(root, np.linalg.solve(root, own).T))
+            lifted = way.T @ np.linalg.solve(root, self.scores[k][free])
+            lifted /= np.sqrt(1.0 - np.clip(share, 0.0, _ALONE))
+            half[k] = np.linalg.solve(root.T, way @ lifted)
+            news[k] = np.einsum("ij,jk,ik->i", inverse, own, inverse)
+        blocks = news.sum(0) ** 2 / np.maximum((news**2).sum(0), 1e-300)
+        from_file = _student(_BLOCKS) ** 2 * (inverse**2 @ stated)
+        return np.asarray(np.sqrt(_student(blocks) ** 2 * (half**2).sum(0) + from_file))
+
+    def inward(self, side: Float64) -> Float64:
+        """Return how far inside its bound each unknown may be, if held there; `side`: 1 for the upper one, else -1.
+
+        That far the likelihood has fallen from the bound by as much as from its peak to the end of an interval.
+        """
+        every = np.ones(len(self.x), np.bool_)
+        beyond = -side * (_inverse(self._normal(every)) @ (self.scores.sum(0) + self.stated * self.x))
+        return np.asarray(np.hypot(beyond, self.reach(every)) - beyond)
+
+    def following(self, bound: NDArray[np.bool_]) -> Float64:
+        """Return by how much each free unknown (free, bound) moves with one that is held on its bound."""
+        across = self.normals.sum(0)[np.ix_(~bound, bound)]
+        return np.asarray(-_inverse(self._normal(~bound)) @ across)
+
+    def _normal(self, free: NDArray[np.bool_]) -> Float64:
+        normal = self.normals.sum(0)[np.ix_(free, free)]
+        return np.asarray(normal + np.diag(self.stated[free] + _RIDGE + 1e-12 * np.diag(normal)))
+
+
+def _slopes(residual: Residual, whole: Vector, unknowns: Sequence[Unknown]) -> Float64:
+    """Return the residual's derivatives (n, unknowns), of second order in the step and inside the box."""
+
+    def at(unknown: Unknown, x: float) -> Float64:
+        moved = whole.copy()
+        unknown.put(moved, x)
+        return residual(moved)
+
+    left = residual(whole)
+    found = np.empty((len(left), len(unknowns)))
+    for k, unknown in enumerate(unknowns):
+        x, step = unknown.x_of(whole), unknown.step
+        if unknown.low <= x - step and x + step <= unknown.high:
+            found[:, k] = (at(unknown, x + step) - at(unknown, x - step)) / (2.0 * step)
+        else:
+            step = step if x + 2.0 * step <= unknown.high else -step
+            found[:, k] = (4.0 * at(unknown, x + step) - at(unknown, x + 2.0 * step) - 3.0 * left) / (2.0 * step)
+    return found
+
+
+def _is_stated(unknown: Unknown) -> bool:
+    """Tell whether an unknown's box is what somebody states of it, and no effect's range or one that was opened."""
+    return (unknown.is_known or not _is_of_effect(unknown)) and unknown.low >= -SLACK and unknown.high <= SLACK
+
+
+def _is_of_effect(unknown: Unknown) -> bool:
+    return "." in unknown.name
+
+
+def _inverse(normal: Float64) -> Float64:
+    return np.asarray(np.linalg.pinv(normal, rcond=1e-13, hermitian=True))
+
+
+def _student(blocks: float | Float64) -> Float64:
+    """Return Student's 97.5 % for numbers that so many blocks tell."""
+    return np.interp(1.0 / np.maximum(np.asarray(blocks) - 1.0, 1.0), _ONE_OVER, _STUDENT)
+
+
+def _missed(floor: Floor) -> dict[str, float]:
+    """Return by name how far a rerun's calibration ended from what was simulated."""
+    found = floor.calibration.fit.whole
+    return {u.name: abs(float(found[u.place] - floor.truth[u.place])) for u in floor.calibration.unknowns}

@@ -1,0 +1,121 @@
+"""The model run along a measured motion and measured by the data sheet's sensors: what a true model would leave."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.unknowns import simulable
+from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.measured.rows import in_rows, until_next
+from etb_hil.plant.effects import (
+    angle_sensor_eccentricity,
+    current_sensor_gain,
+    current_sensor_offset,
+    measurement_delay,
+    sensor_hysteresis,
+)
+from etb_hil.plant.extended import PLATE, advance_extended, new_extended_state
+from etb_hil.plant.integrator import CURRENT, OMEGA, THETA, TICK
+from etb_hil.plant.parameters import Model
+from etb_hil.plant.physics import BACK_EMF, INDUCTANCE, INERTIA, RESISTANCE, TORQUE_PER_AMPERE, VOLTAGE_LIMIT, Vector
+
+Float64 = NDArray[np.float64]
+
+_BANDWIDTH = 120.0  # rad/s of the weak controller that keeps the model on the measured motion
+
+
+def rerun(balances: Balances, model: Model, p: Vector, seed: int) -> Measurement:
+    """Return what the sensors would have measured, had the extended parameters `p` been the truth."""
+    m = balances.measured
+    p = simulable(p)
+    rows = _simulated(balances, p)
+    rng = np.random.default_rng(seed)
+    sensors = model.sensors
+    count = len(m)
+    noise = rng.standard_normal((4, count))
+    rows[:, 0] += np.gradient(rows[:, 0]) * m.rate * balances.jitter * noise[3]
+    voltage = _rounded(rows[:, 3] + sensors.voltage_noise * noise[0], sensors.voltage_step)
+    gear = balances.gear
+    motor = angle_sensor_eccentricity.measured_angle(rows[:, 0] * gear, p)
+    plate = None if m.plate is None else _plate(sensor_hysteresis.measured_plate(rows[:, 2], p), model, noise[2])
+    if m.angle_noise > 0.0 and plate is None and "motor_angle is missing" in " ".join(m.flags):
+        angle = _plate(rows[:, 0], model, noise[2])
+    else:
+        grid = m.angle_noise * np.sqrt(12.0) * gear
+        angle = (np.floor(motor / grid) + 0.5) * grid / gear
+    current = None
+    if m.current is not None:
+        current = current_sensor_gain.measured_current(_late(balances, rows, p), p)
+        current = current_sensor_offset.measured_current(current, m.temperature, p)
+        current = _rounded(current + sensors.current_noise * noise[1], sensors.current_step)
+    return replace(m, voltage=voltage, angle=angle, plate=plate, current=current)
+
+
+def _late(balances: Balances, rows: Float64, p: Vector) -> Float64:
+    """Return the current (n) as it is read late: what bends between rows where it bends, the rest of it as a whole."""
+    spectrum, dt = balances.spectrum, balances.measured.dt
+    late = measurement_delay.lateness(spectrum.all_s, p)
+    if late is None:
+        return rows[:, 1]
+    driven = spectrum.all_of(until_next(rows[:, 3], balances.is_open))
+    bends, read = (
+        driven * in_rows(spectrum.all_s, dt, p[RESISTANCE], p[INDUCTANCE], *by)
+        for by in ((), p[list(measurement_delay.EFFECT.indices)])
+    )
+    return spectrum.signal(late * (spectrum.all_of(rows[:, 1]) - bends) + read)
+
+
+def _plate(angle: Float64, model: Model, noise: Float64) -> Float64:
+    step = model.sensors.plate_range / 2**model.sensors.plate_bits
+    return _rounded(angle + model.sensors.plate_noise * noise, step)
+
+
+def _rounded(values: Float64, step: float) -> Float64:
+    return np.round(values / step) * step if step > 0.0 else values
+
+
+def _simulated(balances: Balances, p: Vector) -> Float64:
+    """Return angle, current, plate angle and voltage (n, 4) of the model kept on the measured motion."""
+    m = balances.measured
+    angle, velocity = balances.motion(p)
+    rows = np.empty((len(m), 4))
+    state = new_extended_state(float(angle[0]), float(m.temperature[0]), p)
+    stiff = p[RESISTANCE] * p[INERTIA] / p[TORQUE_PER_AMPERE]
+    _keep_on(
+        state, p, angle, velocity, balances.driving, balances.is_open, m.temperature,
+        max(1, round(m.dt / TICK)), _BANDWIDTH**2 * stiff, _BANDWIDTH * stiff, rows,
+    )  # fmt: skip
+    return rows
+
+
+@njit(cache=True, error_model="numpy")
+def _keep_on(
+    state: Vector,
+    p: Vector,
+    angle: Vector,
+    velocity: Vector,
+    voltage: Vector,
+    is_open: NDArray[np.bool_],
+    temperature: Vector,
+    ticks: int,
+    gain_p: float,
+    gain_d: float,
+    rows: Float64,
+) -> None:
+    limit = p[VOLTAGE_LIMIT]
+    for k in range(angle.size):
+        u = voltage[k] + gain_p * (angle[k] - state[THETA]) + gain_d * (velocity[k] - state[OMEGA])
+        u = min(max(u, -limit), limit)
+        rows[k, 0] = state[THETA]
+        rows[k, 1] = state[CURRENT]
+        rows[k, 2] = state[PLATE]
+        rows[k, 3] = u
+        if is_open[k]:
+            rows[k, 3] = p[BACK_EMF] * state[OMEGA]  # the voltmeter sees the motor
+            u = np.nan
+        advance_extended(state, p, u, ticks, temperature[k])

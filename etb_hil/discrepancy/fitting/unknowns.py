@@ -1,0 +1,148 @@
+"""What a fit may move: base parameters in the box of their tolerances, nuisances, and an effect's parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from etb_hil.discrepancy.fitting.balances import NUISANCES
+from etb_hil.plant.effects.effect import Effect
+from etb_hil.plant.effects.layout import EXTENDED
+from etb_hil.plant.parameters import Model
+from etb_hil.plant.physics import BACK_EMF, COULOMB, PARAMETERS, STICTION, TORQUE_PER_AMPERE, Vector
+from etb_hil.plant.values import ThrottleParameters
+
+FIELDS = tuple(field.name for field in fields(ThrottleParameters))
+SLACK = 1.02  # of a tolerance: the noise is so low that a hair outside it would count
+WIDEST = 8.0  # tolerances that a parameter may leave its box by, when it is suspected itself
+_NEVER = ("gear_ratio", "supply_voltage", "voltage_limit", "back_emf")
+_MEASURED_AS = {"torque_per_ampere": ("torque_constant", "back_emf_constant"), "inertia": ("motor_inertia",)}
+_SKEW = 0.6  # of a sample period: what rows of one line are apart
+_ZERO = 0.01  # rad of the plate sensor
+
+
+@dataclass(frozen=True, slots=True)
+class Unknown:
+    """A number that is fitted: `value = centre + scale * x` with `low <= x <= high`.
+
+    It stands at `place` of the whole vector (extended parameters, then nuisances); what stands at `tied` moves with it
+    in proportion. `step` is x's step for a difference. `is_known`: it was measured by hand, so that it imitates nothing
+    and is no suspect; its box is that measurement's uncertainty.
+    """
+
+    name: str
+    place: int
+    centre: float
+    scale: float
+    low: float
+    high: float
+    step: float = 0.05
+    tied: int = -1
+    is_known: bool = False
+
+    def put(self, whole: Vector, x: float) -> None:
+        """Set the value in a whole vector, in place."""
+        value = self.centre + self.scale * x
+        if self.tied >= 0:
+            whole[self.tied] *= value / whole[self.place]
+        whole[self.place] = value
+
+    def x_of(self, whole: Vector) -> float:
+        """Return x of the value in a whole vector."""
+        return float((whole[self.place] - self.centre) / self.scale)
+
+    @property
+    def is_toleranced(self) -> bool:
+        """Tell whether it is a base parameter that stays inside what the model file states of it."""
+        return self.place < PARAMETERS and not self.is_known and self.high <= SLACK
+
+    def free(self) -> Unknown:
+        """Return it with its box opened."""
+        lowest = (0.15 * self.centre - self.centre) / self.scale if self.centre > 0.0 else -WIDEST
+        return replace(self, low=max(lowest, -6.0 * WIDEST), high=5.0 * WIDEST)
+
+
+def start(model: Model) -> Vector:
+    """Return the whole vector as the model states it, with its own effects and no nuisance."""
+    return np.concatenate([model.vector(), np.zeros(len(NUISANCES))])
+
+
+def simulable(p: Vector) -> Vector:
+    """Return a vector for a simulation: break-away friction no less than sliding friction, as the balances have it."""
+    found = p.copy()
+    found[STICTION] = max(float(p[STICTION]), float(p[COULOMB]))
+    return found
+
+
+def base_unknowns(model: Model) -> list[Unknown]:
+    """Return the base parameters that have a tolerance; K_e moves with K_t, for they are one number."""
+    found = []
+    for index, name in enumerate(FIELDS):
+        half = model.tolerance(name) if name not in _NEVER else 0.0
+        if half > 0.0:
+            tied = BACK_EMF if index == TORQUE_PER_AMPERE else -1
+            is_known = any(one in model.measured for one in _MEASURED_AS.get(name, (name,)))
+            centre = getattr(model.values, name)
+            found.append(Unknown(name, index, centre, half, -SLACK, SLACK, tied=tied, is_known=is_known))
+    return found
+
+
+def nuisance_unknowns(dt: float, *, has_current: bool) -> list[Unknown]:
+    """Return clock skews and the plate sensor's zero; a measured current that is late is a delay, which is a cause."""
+    scales = [_SKEW * dt] * 3 + [_ZERO]
+    return [
+        Unknown(name, EXTENDED + k, 0.0, scale, -1.0, 1.0)
+        for k, (name, scale) in enumerate(zip(NUISANCES, scales, strict=True))
+        if not (has_current and name == "current_skew")
+    ]
+
+
+def effect_unknowns(effect: Effect, values: Iterable[float], load: float = 1.0) -> list[Unknown]:
+    """Return an effect's parameters, its strengths scaled by their physical step, about given shapes.
+
+    `load`: how many times a throttle's torques are those of this drive.
+    """
+    found, first = [], 1.0
+    for parameter, place, value in zip(effect.parameters, effect.indices, values, strict=True):
+        size = load if parameter.unit == "N·m" else 1.0
+        if parameter.is_strength:
+            first = abs(parameter.starts[0]) if parameter.starts else first
+            scale = first * size
+        else:
+            scale = parameter.scale or max(0.25 * abs(value), 0.02 * (parameter.high - parameter.low))
+        name = f"{effect.id}.{parameter.name}"
+        found.append(Unknown(name, place, 0.0, scale, size * parameter.low / scale, size * parameter.high / scale, 0.1))
+    return found
+
+
+def measured_unknowns(unknowns: Iterable[Unknown], effect: Effect, model: Model) -> list[Unknown]:
+    """Return an effect's unknowns beside what was measured of it: a measured strength stays in its uncertainty.
+
+    A strength that was not measured stays as it is, and so do the shapes of what is not there.
+    """
+    own = {name: one for name, one in model.measured.items() if one.is_of_effect and one.id == effect.id}
+    if not own:
+        return list(unknowns)
+    is_there = any(one.is_off for one in own.values())
+    strengths = {effect.indices[k] for k in effect.strengths}
+    found = []
+    for unknown in unknowns:
+        if unknown.name in own and own[unknown.name].uncertainty > 0.0:  # as stated, an effect is not there at all
+            one = own[unknown.name]
+            found.append(Unknown(one.name, unknown.place, one.value, one.uncertainty, -SLACK, SLACK, is_known=True))
+        elif is_there and unknown.place not in strengths:
+            found.append(unknown)
+    return found
+
+
+def finer_unknowns(effect: Effect, load: float = 1.0) -> list[Unknown]:
+    """Return an effect's finer shapes; `load`: how many times a throttle's torques are those of this drive."""
+    found = []
+    for parameter, place in zip(effect.finer, effect.stated_indices[len(effect.parameters) :], strict=True):
+        size = load if parameter.unit == "N·m" else 1.0
+        scale = size * parameter.scale
+        name = f"{effect.id}.{parameter.name}"
+        found.append(Unknown(name, place, 0.0, scale, size * parameter.low / scale, size * parameter.high / scale, 0.1))
+    return found

@@ -1,0 +1,91 @@
+"""Whether voltage, angles and temperature can be those of one throttle: in their units, columns and signs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from etb_hil.base.errors import InputError, Problem
+from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.plant.parameters import Model
+
+_SUPPLIES = 2.0  # times the supply's voltage: a charged battery and diodes come to 1.3
+_MOST = 0.999  # of the rows: beyond it are spikes
+_COLDEST, _HOTTEST = -60.0, 200.0  # degC of a housing
+_TELLING = 0.1  # rad of standard deviation, of either; below it play and the plate's sensor may show anything
+_STANDS = 1e-3  # of the other
+_AS_FAR = 1.25  # times: what is off by more is no sensor's error
+_TOGETHER = 0.9  # of a correlation
+_AGAINST = 1.0 / 3.0  # of what the back-EMF takes: K_e may be off
+
+
+def must_be_of_throttle(stretches: Sequence[Measurement], model: Model) -> None:
+    """Refuse a voltage of no supply, a temperature of no housing, and angles of no motion through the gear."""
+    for m in stretches:
+        if not m.is_drive:
+            _must_be_of_supply(m, model)
+            _must_be_of_housing(m)
+            _must_go_together(m, model)
+            _must_go_with_the_voltage(m, model)
+
+
+def _must_be_of_supply(m: Measurement, model: Model) -> None:
+    """Refuse a voltage that the model's supply is far from: mV, or a duty in per cent, are no V."""
+    volts, supply = float(np.quantile(np.abs(m.voltage), _MOST)), model.values.supply_voltage
+    if volts > _SUPPLIES * supply:
+        what = f"{m.origin}: the motor's voltage goes up to {volts:.3g} V, where the model's supply has {supply:.3g} V"
+        remedy = "look at its unit (V or mV), at a duty that is in per cent, and at the model's supply_voltage"
+        raise InputError(Problem(what, remedy=remedy))
+
+
+def _must_be_of_housing(m: Measurement) -> None:
+    """Refuse a temperature in K."""
+    middle = float(np.median(m.temperature))
+    if not _COLDEST < middle < _HOTTEST:
+        what = f"{m.origin}: the temperature is {middle:.3g} degC, which no housing has"
+        remedy = "look at its unit (degC or K), or leave the column out"
+        raise InputError(Problem(what, remedy=remedy))
+
+
+def _must_go_together(m: Measurement, model: Model) -> None:
+    """Refuse a motor's and a plate's angle that are not one motion through the gear."""
+    if m.plate is None:
+        return
+    motor, plate = m.angle[m.is_good], m.plate[m.is_good]
+    far = float(np.std(motor)), float(np.std(plate))
+    if max(far) < _TELLING:
+        return
+    gear = f"over the gear ratio of {model.values.gear_ratio:.4g}"
+    if min(far) < _STANDS * max(far):
+        still, moves = ("throttle_angle", "motor_angle") if far[1] < far[0] else ("motor_angle", "throttle_angle")
+        what, remedy = f"{still} stands still while {moves} moves", "look at its sensor, or leave the column out"
+    elif not 1.0 / _AS_FAR < far[1] / far[0] < _AS_FAR:
+        what = f"throttle_angle goes {far[1] / far[0]:.3g} times as far as motor_angle {gear}"
+        remedy = "look at their units (rad or deg), whether the columns are swapped, and at the model's gear_ratio"
+    elif (together := float(np.corrcoef(motor, plate)[0, 1])) < -_TOGETHER:
+        what, remedy = "throttle_angle goes against motor_angle", "turn the sign of the one that falls when it opens"
+    elif together < _TOGETHER:
+        what = f"throttle_angle does not go with motor_angle {gear} (their correlation is {together:.2g})"
+        remedy = "look at both columns: an encoder that starts anew each turn, a sensor that stands still for a time"
+    else:
+        return
+    raise InputError(Problem(f"{m.origin}: {what}", remedy=remedy))
+
+
+def _must_go_with_the_voltage(m: Measurement, model: Model) -> None:
+    """Refuse an angle by which the motor would give what it is given: friction and back-EMF take, springs keep little.
+
+    The integral of the voltage over the way: of a true record Ke times that of the velocity's square, R / Kt times what
+    friction takes, and at most R / Kt times what the springs hold from one end of the way to the other.
+    """
+    v = model.values
+    velocity = np.gradient(m.angle) * m.rate
+    travel = float(np.ptp(m.angle))
+    spring = max(v.preload_open + v.slope_open * travel, v.preload_close + v.slope_close * travel)
+    kept = v.resistance / v.torque_per_ampere * spring * travel
+    taken = v.back_emf * float(velocity @ velocity) * m.dt
+    if float(m.voltage @ velocity) * m.dt > -kept - _AGAINST * taken:
+        return
+    remedy = "turn the angle's sign if it falls when the plate opens, else the voltage's and the current's"
+    raise InputError(Problem(f"{m.origin}: the angle goes against motor_voltage", remedy=remedy))

@@ -1,0 +1,88 @@
+"""Rows that belong together: on a stop, nearly at rest, sliding; a small error in one must not drown in another."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.measured.spectrum import Spectrum
+from etb_hil.plant.parameters import Model
+
+Float64 = NDArray[np.float64]
+
+STOP, SLOW, SLIDING = 0, 1, 2
+REGIMES = ("stop", "slow", "sliding")
+_SLOW = 0.04  # of omega_s
+_NEAR = 0.012  # rad from where the model has the stop
+_REST = 0.04  # s
+# Bristles give way under a dither that no encoder shows: a plate that creeps like this is held by unknown friction.
+_CREEP = 0.08  # of T_c / sigma_0 in twice that time
+_COUNTS = 8.0  # times the noise of the angle: some two counts of its encoder
+_AROUND = 0.04  # s that the filter smears a stop over
+BESIDE = 0.1  # s about a bad row that are not judged: a filter carries it there
+# What a true model leaves of the torque balance, before the case's own floor is known.
+_START = {STOP: 4.0, SLOW: 3.0, SLIDING: 1.0}
+
+
+@dataclass(frozen=True, slots=True)
+class Regimes:
+    """`label` (m) by row at the output rate; `is_good` (m) False where samples were bridged.
+
+    `is_stuck` (m): the plate rests off the stops, and friction is whatever holds it: the torque balance says nothing.
+    """
+
+    label: NDArray[np.int64]
+    is_good: NDArray[np.bool_]
+    is_stuck: NDArray[np.bool_]
+
+    @staticmethod
+    def of(measured: Measurement, model: Model, spectrum: Spectrum, angle: Float64, velocity: Float64) -> Regimes:
+        """Return the regimes of a measured motion (n) at the throttle shaft."""
+        v = model.values
+        near = (angle > v.stop_high - _NEAR) | (angle < v.stop_low + _NEAR)
+        near = _widened(near, round(_AROUND * measured.rate))
+        calm = np.convolve(
+            np.abs(velocity), np.full(_odd(0.016 * measured.rate), 1.0 / _odd(0.016 * measured.rate)), "same"
+        )
+        label = np.where(near, STOP, np.where(calm < _SLOW * v.stribeck_velocity, SLOW, SLIDING))
+        good = ~_widened(~measured.is_good, round(BESIDE * measured.rate))
+        stuck = ~near & _resting(
+            angle,
+            max(round(_REST * measured.rate), 1),
+            max(_COUNTS * measured.angle_noise, _CREEP * v.coulomb / v.bristle_stiffness),
+        )
+        return Regimes(spectrum.picked(label), spectrum.picked(good), spectrum.picked(stuck))
+
+    def start_weights(self, has: tuple[bool, bool, bool]) -> Float64:
+        """Return weights (3 m) of the balances before the floor of the case is known."""
+        torque = 1.0 / np.array([_START[k] for k in range(3)])[self.label]
+        torque = np.where(self.is_stuck, 0.0, torque)
+        parts = [torque, np.ones(len(self.label)), np.ones(len(self.label))]
+        return np.concatenate([w * self.is_good * there for w, there in zip(parts, has, strict=True)])
+
+    def groups(self) -> NDArray[np.int64]:
+        """Return the group (3 m) of each row: 3 times the channel plus the regime; -1 where it does not count."""
+        each = np.where(self.is_good, self.label, -10)
+        groups = [np.where(each >= 0, 3 * channel + each, -1) for channel in range(3)]
+        groups[0] = np.where(self.is_stuck, -1, groups[0])
+        return np.concatenate(groups)
+
+
+def _resting(angle: Float64, half: int, most: float) -> NDArray[np.bool_]:
+    """Return where (n) the angle has stayed and stays within `most` rad for `half` rows before and after."""
+    padded = np.pad(angle, half, mode="edge")
+    blocks = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1)[:, :: max(1, half // 8)]
+    return np.asarray(blocks.max(1) - blocks.min(1) < most)
+
+
+def _odd(samples: float) -> int:
+    return 2 * max(round(samples / 2), 0) + 1
+
+
+def _widened(flags: NDArray[np.bool_], width: int) -> NDArray[np.bool_]:
+    if not flags.any():
+        return flags
+    return np.convolve(flags, np.ones(2 * width + 1), "same") > 0.5

@@ -1,0 +1,1 @@
+"""What would tell apart what is open: planned scenarios, other records, numbers measured by hand."""

@@ -1,0 +1,113 @@
+"""A scenario that has not been run: what a model's sensors would record in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from etb_hil.base.modes import Mode
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.rerun import rerun
+from etb_hil.discrepancy.fitting.unknowns import simulable
+from etb_hil.plant.extended import PLATE, advance_extended, new_extended_state
+from etb_hil.plant.integrator import CURRENT, OMEGA, THETA, TICK
+from etb_hil.plant.parameters import Model
+from etb_hil.plant.physics import (
+    BACK_EMF,
+    COULOMB,
+    INERTIA,
+    LIMP_HOME,
+    RESISTANCE,
+    TORQUE_PER_AMPERE,
+    VISCOUS,
+    VOLTAGE_LIMIT,
+    Vector,
+    spring_torque,
+)
+
+Float64 = NDArray[np.float64]
+
+_OFF, _VOLTAGE = int(Mode.OFF), int(Mode.VOLTAGE)
+PERIOD = 1e-3  # s between two set-points
+_BANDWIDTH = 120.0  # rad/s of the PD law
+_TURNS = 0.05  # rad/s over which the friction that is fed forward turns its sign
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """A scenario's set-points (n each), one a millisecond; `mode` holds the numbers of `base.modes`."""
+
+    name: str
+    mode: NDArray[np.int64]
+    position: Float64
+    velocity: Float64
+    voltage: Float64
+
+
+def recorded(plan: Plan, model: Model, like: Balances, p: Vector, seed: int = 7) -> Balances:
+    """Return the balances of a plan's record, had the extended parameters `p` been the truth.
+
+    It has the sensors and the rate of `like`; a PD law with static feed-forward of the model follows the plan.
+    """
+    m = like.measured
+    rows = np.empty((round(len(plan.mode) * PERIOD * m.rate), 4))
+    temperature = float(np.median(m.temperature))
+    base = model.vector()
+    state = new_extended_state(float(base[LIMP_HOME]), temperature, p)
+    _follow(
+        state, plan.mode, plan.position, plan.velocity, plan.voltage, base, simulable(p), temperature,
+        round(m.dt / TICK), m.dt / PERIOD, rows,
+    )  # fmt: skip
+    ideal = replace(
+        m,
+        origin=plan.name,
+        start_s=0.0,
+        voltage=rows[:, 3].copy(),
+        angle=rows[:, 0].copy(),
+        current=None if m.current is None else rows[:, 1].copy(),
+        plate=None if m.plate is None else rows[:, 2].copy(),
+        temperature=np.full(len(rows), temperature),
+        has_temperature=False,  # a scenario does not change it
+        supply=None,
+        is_good=np.ones(len(rows), np.bool_),
+    )
+    return Balances(rerun(Balances(ideal, model), model, p, seed), model)
+
+
+@njit(cache=True, error_model="numpy")
+def _follow(
+    state: Vector,
+    mode: NDArray[np.int64],
+    position: Vector,
+    velocity: Vector,
+    voltage: Vector,
+    base: Vector,
+    p: Vector,
+    temperature: float,
+    ticks: int,
+    set_points: float,
+    rows: Float64,
+) -> None:
+    """Fill angle, current, plate angle and voltage; `set_points`: how many of them pass from row to row."""
+    volts = base[RESISTANCE] / base[TORQUE_PER_AMPERE]
+    stiff = volts * base[INERTIA] * _BANDWIDTH
+    limit = base[VOLTAGE_LIMIT]
+    for k in range(rows.shape[0]):
+        now = min(int(k * set_points + 1e-6), mode.size - 1)
+        theta, omega = state[THETA], state[OMEGA]
+        if mode[now] == _OFF:
+            u = np.nan
+        elif mode[now] == _VOLTAGE:
+            u = voltage[now]
+        else:
+            goal, speed = position[now], velocity[now]
+            friction = base[COULOMB] * min(max(speed / _TURNS, -1.0), 1.0) + base[VISCOUS] * speed
+            u = volts * (spring_torque(goal, base) + friction) + base[BACK_EMF] * speed
+            u += _BANDWIDTH * stiff * (goal - theta) + 1.6 * stiff * (speed - omega)
+        u = min(max(u, -limit), limit) if not np.isnan(u) else u
+        rows[k, 0], rows[k, 1], rows[k, 2] = theta, state[CURRENT], state[PLATE]
+        rows[k, 3] = p[BACK_EMF] * omega if np.isnan(u) else u
+        advance_extended(state, p, u, ticks, temperature)

@@ -1,0 +1,50 @@
+"""What an interrupt leaves of an answer: a calibration without its intervals, and which work was done by then."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from etb_hil.discrepancy.fitting.calibration import Calibration
+from etb_hil.discrepancy.fitting.unknowns import FIELDS
+from etb_hil.plant.parameters import Model
+from etb_hil.plant.physics import PARAMETERS
+from etb_hil.plant.value_units import value_unit
+
+
+class CutShort(KeyboardInterrupt):
+    """An interrupt before the search began, with the calibration that was known by then."""
+
+    def __init__(self, calibration: Calibration) -> None:
+        super().__init__()
+        self.calibration = calibration
+
+
+def calibrated_so_far(calibration: Calibration, model: Model) -> dict[str, Any]:
+    """Return the base parameters as fitted inside their tolerances; how well they are known was not found any more."""
+    return {
+        unknown.name: {
+            "unit": value_unit(unknown.name, is_linear=model.is_linear),
+            "nominal": float(getattr(model.values, unknown.name)),
+            "value": float(calibration.fit.whole[unknown.place]),
+            "interval": None,
+            "in_model": None,
+            "tolerance": model.tolerance(unknown.name),
+            "flags": ["interrupted before its interval was known"],
+        }
+        for unknown in calibration.unknowns
+        if unknown.place < PARAMETERS and unknown.name in FIELDS
+    }
+
+
+def stages(answer: dict[str, Any], *, is_read: bool, is_searched: bool) -> str:
+    """Say in words what of the work was done and what was not."""
+    works = {
+        "reading the data": is_read,
+        "calibrating": bool(answer.get("calibrated")),
+        "looking for causes": is_searched,
+        "errors on held-out segments": "errors" in answer,
+    }
+    done, not_done = ([name for name, is_done in works.items() if is_done == wanted] for wanted in (True, False))
+    said = [f"done: {', '.join(done)}"] if done else []
+    said += [f"not done: {', '.join(not_done)}, and what follows from it"] if not_done else ["not done: what follows"]
+    return "; ".join(said)

@@ -1,0 +1,98 @@
+"""What is said of a search: adequate, explained, ambiguous, unexplained.
+
+Balances that know their own noise well (angle, voltage) accuse; the torque nearly at rest and on the stops varies so
+much between devices that it never accuses alone.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy.fitting.floor import LEAST_ROWS
+from etb_hil.discrepancy.search.drifting import DRIFTS, WEARS
+from etb_hil.discrepancy.search.findings import Findings, Round
+from etb_hil.discrepancy.suspects.candidates import MODEL_FILE_NAME
+
+Float64 = NDArray[np.float64]
+
+# Mean square over the floor that a healthy case may show: torque, voltage, angle; each on a stop, slow, sliding.
+BAND = np.array([10.0, 3.0, 1.6, 6.0, 1.25, 2.0, 1.6, 1.25, 1.35])
+# What varies so much between healthy devices that it accuses alone only where it is this many times its band.
+LOOSE = np.array([True, True, False, True, False, False, False, False, False])
+ALONE = 6.0
+ACCUSING = np.where(LOOSE, ALONE * BAND, BAND)
+EXPLAINED_SHARE = 0.93  # of the excess over the floor
+PARAMETER_SHARE = 0.98  # likewise: a wrong number has no other shape that might leave something
+CLASS_MARGIN = 0.05
+CLASS_SHARE = 0.15  # of what the winner gains
+PLACEHOLDER = 0.3  # share of the rest that a nameless spline may take after a true cause
+UNTOUCHED = 0.5  # of what a group has over its band: where as much stays, it is no cause's to leave
+TRIFLE = 0.005  # of the whole excess: a spline that takes less accuses nobody
+# Springs that are no line are any curve of that kind; the polynomial is a chosen form (a knee, coils that touch).
+_ANY_CURVE = {"spring_nonlinear": ("torque", "angle", "even")}
+
+
+def parameter_id(name: str) -> str:
+    """Return the id under which a base parameter is a cause; nothing for nuisances and effects' own."""
+    if name.endswith(("_skew", "_zero")) or "." in name:
+        return ""
+    return f"parameter:{MODEL_FILE_NAME.get(name, name)}"
+
+
+def class_margin(found: Round) -> float:
+    """Return how close in log cost a rival has to come to be in the winner's class."""
+    gained = float(np.log(found.before.fit.cost / found.winner.fit.cost))
+    return min(CLASS_MARGIN, CLASS_SHARE * max(gained, 0.0))
+
+
+def excess(groups: Float64, rows: NDArray[np.int64]) -> Float64:
+    """Return what each group has over its band, in rows of the floor."""
+    judged = rows >= LEAST_ROWS
+    return np.where(judged, rows * np.maximum(groups - BAND, 0.0), 0.0)
+
+
+def is_more_missing(findings: Findings) -> bool:
+    """Tell whether the last cause left more than its floor."""
+    return bool(excess(findings.final_groups, findings.rows).sum() > 0.0)
+
+
+def verdict(findings: Findings) -> str:
+    """Return the verdict of a search."""
+    first = excess(findings.first_groups, findings.rows).sum()
+    last = excess(findings.final_groups, findings.rows).sum()
+    accepted = findings.accepted
+    is_accused = accuses(findings.final_groups, findings.rows >= LEAST_ROWS)
+    if findings.is_cut_short:
+        return "unexplained" if first > 0.0 else "insufficient_data"
+    if any(r.refused in (DRIFTS, WEARS) for r in findings.rounds):
+        return "unexplained"  # it is there, or it would not have been a cause, whatever band it is in
+    if not accepted:
+        return "unexplained" if is_accused else "adequate"
+    has_effects = any(r.winner.candidate.effect for r in accepted)
+    # What is left of a cause's shape has no shape of its own; a spline that takes it tells of something else.
+    left = last / max(first, 1e-12)
+    own = [_ANY_CURVE.get(r.winner.id) for r in accepted]
+    strangers = [spline for spline in findings.rest if (spline.balance, spline.over, spline.parity) not in own]
+    is_shapeless = all(spline.share <= max(PLACEHOLDER, TRIFLE / max(left, 1e-12)) for spline in strangers)
+    share = EXPLAINED_SHARE if has_effects else PARAMETER_SHARE
+    is_their_shape = left <= 1.0 - share and is_shapeless and not _is_untouched(findings)
+    explained = not is_accused or is_their_shape
+    if not explained:
+        return "unexplained"
+    if any(r.alike for r in accepted):
+        return "ambiguous"
+    # What numbers stand for has a curve, which shows inside the bands, too.
+    return "explained" if has_effects or findings.curve <= 1.0 - PARAMETER_SHARE else "unexplained"
+
+
+def _is_untouched(findings: Findings) -> bool:
+    """Tell whether a group accuses still that the causes have hardly touched: what their shapes leave is less."""
+    judged = findings.rows >= LEAST_ROWS
+    first, last = (np.maximum(groups - BAND, 0.0) for groups in (findings.first_groups, findings.final_groups))
+    return bool((judged & (findings.final_groups > ACCUSING) & (last > UNTOUCHED * first)).any())
+
+
+def accuses(groups: Float64, judged: NDArray[np.bool_]) -> bool:
+    """Tell whether a group is over its band that may accuse alone, or so far over it that even a loose one may."""
+    return bool((judged & (groups > ACCUSING)).any())

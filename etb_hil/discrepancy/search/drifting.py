@@ -1,0 +1,89 @@
+"""Whether friction changes along the record beside a temperature that is said to change it, or by use as well."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.calibration import Calibration
+from etb_hil.discrepancy.fitting.segments import SEGMENTS, held_out, segment_of
+from etb_hil.discrepancy.fitting.unknowns import Unknown
+from etb_hil.discrepancy.suspects.placeholders import filtered
+from etb_hil.plant.effects import friction_temperature
+from etb_hil.plant.effects.layout import EXTENDED
+from etb_hil.plant.physics import COULOMB, Vector
+
+Float64 = NDArray[np.float64]
+
+DRIFTS = "friction changes along the record otherwise than with the temperature"
+WEARS = "friction falls while it cools, as use wears it in: a record in which the temperature comes back would tell"
+
+_KNOTS = 9
+# What is held out comes from all over the record: of a tenth in one piece a curve over time would know nothing.
+_STRETCHES = 4 * SEGMENTS
+_TURNS = 0.05  # rad/s about a reversal; above it the plate slides
+_LEAST = 0.02  # of the rest
+_LEAST_BESIDE = 0.25  # likewise beside other causes, whose own shapes leave something, too
+_LEAST_T = 1.5  # over the held-out tenths
+_COMES_BACK = 0.5  # of what friction fell by: use gives nothing back
+
+
+def drifts(found: Calibration, balances: Sequence[Balances], *, is_alone: bool) -> bool:
+    """Tell whether friction over time takes something of what is left; `is_alone`: beside one cause, not several."""
+    taken, t = over_time(found, balances)
+    return taken > (_LEAST if is_alone else _LEAST_BESIDE) and t > _LEAST_T
+
+
+def wears(whole: Vector, stated: Vector, balances: Sequence[Balances]) -> bool:
+    """Tell whether a law of `whole`, beside the `stated` one, lets friction fall as it cools, and fall only.
+
+    Use does that, too. What heat does to a lubricant is the other way round; where friction falls as it warms that
+    comes first.
+    """
+    along = np.concatenate([b.spectrum.picked(b.measured.temperature) for b in balances])
+    warm = np.array([friction_temperature.REFERENCE - 1.0, friction_temperature.REFERENCE + 1.0])
+    shares, ways = (_shares(at, whole[:EXTENDED]) - _shares(at, stated[:EXTENDED]) for at in (along, warm))
+    risen = float((shares - np.minimum.accumulate(shares)).max())
+    fallen = float((np.maximum.accumulate(shares) - shares).max())
+    return bool(ways[1] > ways[0]) and risen < _COMES_BACK * fallen
+
+
+def _shares(temperatures: Float64, p: Vector) -> Float64:
+    return np.array([friction_temperature.share(float(one), p) for one in temperatures])
+
+
+def over_time(found: Calibration, balances: Sequence[Balances]) -> tuple[float, float]:
+    """Return the share of the rest that friction over time takes on stretches that no fit saw, and Student's t of it.
+
+    The base parameters stay in their boxes meanwhile: outside of them a wrong friction would hide what is left.
+    """
+    fit = found.fit
+    friction = float(fit.whole[COULOMB])
+    splines = _splines(balances, fit.whole[:EXTENDED]) * friction
+    # Each stands for the Coulomb friction at its knot, which is not negative.
+    knots = [Unknown(f"coulomb.{k}", COULOMB, friction, friction, low=-1.0, high=1.0) for k in range(_KNOTS)]
+    segment = segment_of(balances, _STRETCHES) % SEGMENTS
+    without = held_out(fit, found.columns, found.unknowns, segment)
+    beside = held_out(fit, np.column_stack([found.columns, splines]), [*found.unknowns, *knots], segment)
+    return float(np.sum(without.cost - beside.cost)) / fit.cost, beside.t_against(without)
+
+
+def _splines(balances: Sequence[Balances], p: Vector) -> Float64:
+    """Return the residual's derivatives (n, knots) by a force against the motion about each knot of the time."""
+    times = [b.measured.start_s + np.arange(len(b.measured)) * b.measured.dt for b in balances]
+    velocities = [b.motion(p)[1] for b in balances]
+    knots = _knots(np.concatenate(times), np.abs(np.concatenate(velocities)))
+    found = []
+    for b, seconds, velocity in zip(balances, times, velocities, strict=True):
+        hats = np.column_stack([np.interp(seconds, knots, row) for row in np.eye(_KNOTS)])
+        found.append(filtered(b, -hats * np.tanh(velocity / _TURNS)[:, None], 0))
+    return np.concatenate(found)
+
+
+def _knots(seconds: Float64, speed: Float64) -> Float64:
+    """Return the knots in s, as much sliding between any two: of one in a rest little would be known."""
+    slides = speed > min(_TURNS, 0.5 * float(speed.max()))
+    return np.asarray(np.quantile(seconds[slides], np.linspace(0.0, 1.0, _KNOTS)))

@@ -1,0 +1,230 @@
+"""Why the best suspect of a round is no cause: suspects gain where nothing is missing, too."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy.fitting.floor import LEAST_ROWS
+from etb_hil.discrepancy.search.decision import ACCUSING, BAND, accuses
+from etb_hil.discrepancy.search.findings import Findings, Round, siblings
+
+Objection = Callable[[Round, Findings], str]
+
+LEAST_GAIN = 0.04  # of the squared residual, beyond what the suspect takes of the model's own simulation
+_HEALTHY_TIMES = 2.0
+_LATER_GAIN = 0.25
+_LATER_T = 4.0
+_LATER_CERTAIN = 0.8  # of what is left: what takes as much is a cause, whatever else might take it
+_LATER_CLEAR = 1.5  # times what it leaves: no other suspect may leave less where base parameters do nearly the same
+_LATER_MOST = 0.5  # of what is over the floor: a later cause that takes less has to be clear
+_LATER_PARAMETER = 0.5  # a parameter that leaves its tolerance after an effect may be no more than the effect's shape
+# What chance brings down, of a group's floor: torque, voltage, angle; each on a stop, slow, sliding.
+_GROUP_GAIN = np.array([4.0, 1.0, 0.25, 1.2, 0.12, 0.35, 0.4, 0.12, 0.2])
+# Share that a cause may raise a group by; the torque balance is left out: its groups share one friction.
+_GROUP_LOSS = np.array([np.inf, np.inf, np.inf, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2])
+_VOLTAGE = slice(3, 6)
+_CERTAIN_GAIN = 0.5
+_CONCENTRATED = 0.33
+_NEARLY_FLOOR = 1.2
+_LEAST_T = 1.5  # over the held-out segments
+_LOCAL = 0.25  # of the range of the motion: what is wider at half its height, on either side, is not at one place
+_LEAST_BEYOND = 1.05  # tolerances off its nominal value that a parameter must be before it is a cause
+
+
+def objection(found: Round, findings: Findings) -> str:
+    """Return the first reason why a round's winner is no cause, nothing where it is one."""
+    return next((words for object_to in _OBJECTIONS if (words := object_to(found, findings))), "")
+
+
+def is_open(found: Round, findings: Findings, *also: Objection) -> bool:
+    """Tell whether nothing speaks against a round's winner but what another cause that is missing may bring about.
+
+    `also`: what else a cause that stands in for the missing one may bring about.
+    """
+    reasons = {object_to for object_to in _OBJECTIONS if object_to(found, findings)}
+    return bool(reasons) and reasons <= {_harms_a_balance, fails_on_other_segments, *also}
+
+
+def takes_nearly_all(found: Round, findings: Findings) -> bool:
+    """Tell whether a winner takes nearly all that can be explained."""
+    return found.gain > _CERTAIN_GAIN and _share_over_floor(found, findings) > _LATER_CERTAIN
+
+
+def harms(before: NDArray[np.float64], after: NDArray[np.float64], findings: Findings) -> bool:
+    """Tell whether a balance is worse off with a cause, or with several; mean squares over the floor by group."""
+    # A true cause leaves no balance worse than it was: magnets that weaken show in the back-EMF, too, and a torque that
+    # they might explain is not theirs where the voltage has to be bent for it.
+    is_harmed = after - before > _GROUP_LOSS * np.maximum(before, 1.0)
+    return bool((is_harmed & _judged(findings)).any())
+
+
+def _stands_for_an_earlier_cause(found: Round, findings: Findings) -> str:
+    if not findings.accepted:
+        return ""
+    takes_all = takes_nearly_all(found, findings)
+    if not takes_all and _is_on_bound(found):
+        return "its strength is on a bound: it stands for something else"
+    if not takes_all and found.winner.id in siblings(findings.accepted):
+        return "looks like a cause that was found before, whose own shape may be what is left"
+    return ""
+
+
+def is_in_a_class(found: Round, findings: Findings) -> str:
+    """Say that a winner is in the class of an earlier cause, or one of these in its own, nothing where none is."""
+    if any(r.winner.id in found.alike or found.winner.id in r.alike for r in findings.accepted):
+        return "cannot be told from a cause that was found before"
+    return ""
+
+
+def is_imitated(found: Round, findings: Findings) -> str:
+    """Say that base parameters imitate a later cause that neither takes nearly all nor leaves its rivals behind."""
+    # What base parameters imitate but for a fifth, several suspects do: only one that beats them all is the one.
+    if not findings.accepted or takes_nearly_all(found, findings) or _is_clear(found):
+        return ""
+    if any(name.startswith("parameter:") for name in found.alike):
+        return "base parameters do nearly the same, and other suspects leave little more"
+    return ""
+
+
+def _takes_too_little(found: Round, findings: Findings) -> str:
+    least = LEAST_GAIN + _HEALTHY_TIMES * found.healthy_gain
+    if findings.accepted:
+        # After one cause, what another takes may be no more than that the first one's shape is not quite ours.
+        least = max(least, _LATER_GAIN if found.t < _LATER_T else 2.0 * LEAST_GAIN)
+        if found.winner.candidate.frees:
+            least = max(least, _LATER_PARAMETER)
+    if found.gain > least:
+        return ""
+    return f"takes {100.0 * found.gain:.1f} % of what is left; a cause takes {100.0 * least:.1f} %"
+
+
+def is_one_of_several(found: Round, findings: Findings) -> str:
+    """Say that a later cause takes a part of what is left that another would take as well, nothing where it is more."""
+    # Of what one unknown effect does each stranger bends a part to itself, and the next one the rest: together they do
+    # all of it. A cause that is there takes most of what is left, or nobody else does as well.
+    if not findings.accepted or _share_over_floor(found, findings) > _LATER_MOST or _is_clear(found):
+        return ""
+    return "takes less than half of what is left, and other suspects leave little more"
+
+
+def _helps_no_balance(found: Round, findings: Findings) -> str:
+    is_helped = found.before_groups - found.after_groups > _GROUP_GAIN
+    return "" if (is_helped & _judged(findings)).any() else "brings no balance down by more than chance does"
+
+
+def _harms_a_balance(found: Round, findings: Findings) -> str:
+    is_harmed = harms(found.before_groups, found.after_groups, findings)
+    return "another balance speaks against it: it is worse off with it" if is_harmed else ""
+
+
+def _lacks_its_back_emf(found: Round, findings: Findings) -> str:
+    # Torque constant and back-EMF are one number: where magnets weaken the voltage comes down, however little they do.
+    if found.winner.id != "magnet_temperature":
+        return ""
+    rows = np.where(_judged(findings), findings.rows, 0)[_VOLTAGE]
+    before, after = rows @ found.before_groups[_VOLTAGE], rows @ found.after_groups[_VOLTAGE]
+    return "the back-EMF does not change with it" if after > before else ""
+
+
+def fails_on_other_segments(found: Round, findings: Findings) -> str:
+    """Say that what a winner gains does not hold on segments that its fit did not see, nothing where it does."""
+    # What sits in few segments scores low over all of them although it is certain: t guards small gains only, and none
+    # that bring a group which was over its band back into it, to a fraction or the floor; what accuses nobody alone, to
+    # the floor.
+    fraction = np.where(found.before_groups > ACCUSING, _CONCENTRATED * found.before_groups, 0.0)
+    down = np.minimum(np.maximum(fraction, _NEARLY_FLOOR), BAND)
+    is_concentrated = (found.before_groups > BAND) & (found.after_groups < down)
+    if found.t > _LEAST_T or found.gain > _CERTAIN_GAIN or (is_concentrated & _judged(findings)).any():
+        return ""
+    return f"does not hold on segments that the fit did not see: t is {found.t:.1f}"
+
+
+def is_below_nothing(found: Round, _: Findings) -> str:
+    """Say that a winner would have to have the other sign, nothing where it need not."""
+    # A layer that pulls, a memory that gives back more than it took: the fit is bending something else.
+    winner = found.winner
+    effect = winner.candidate.effect
+    if effect is None or not effect.is_one_way:
+        return ""
+    strengths = [winner.fit.whole[effect.indices[k]] for k in effect.strengths]
+    return "its strength is below nothing, which it cannot be" if sum(strengths) < 0.0 else ""
+
+
+def _is_strongest_for_nothing(found: Round, findings: Findings) -> str:
+    # Nothing calls for a cause, and this one would be as strong as can be: it fits what differs between devices.
+    if _is_on_bound(found) and not accuses(found.before_groups, _judged(findings)):
+        return "its strength is on a bound where nothing was over its band"
+    return ""
+
+
+def is_no_wave(found: Round, _: Findings) -> str:
+    """Say that a winner's period is the longest that it may have, nothing where it is shorter."""
+    # A part of a wave is any curve.
+    orders = [u for u in found.winner.unknowns if u.name == f"{found.winner.id}.order"]
+    if any(u.x_of(found.winner.fit.whole) <= u.low + 1e-6 for u in orders):
+        return "its period is longer than the range it was seen in: it stands for something else"
+    return ""
+
+
+def _is_everywhere(found: Round, findings: Findings) -> str:
+    # So wide a bump is any curve, too.
+    winner = found.winner
+    range_seen = max(float(np.ptp(b.measured.angle)) for b in findings.balances)
+    widths = [float(winner.fit.whole[u.place]) for u in winner.unknowns if u.name == f"{winner.id}.width"]
+    if any(width > _LOCAL * range_seen for width in widths):
+        return "its width is a good part of the range it was seen in: it stands for something else"
+    return ""
+
+
+def _is_inside_its_tolerance(found: Round, _: Findings) -> str:
+    winner = found.winner
+    moved = [abs(u.x_of(winner.fit.whole)) for u in winner.unknowns if u.name == winner.candidate.frees]
+    return "inside its tolerance, or next to it" if moved and max(moved) <= _LEAST_BEYOND else ""
+
+
+_OBJECTIONS: tuple[Objection, ...] = (
+    _stands_for_an_earlier_cause,
+    is_in_a_class,
+    is_imitated,
+    _takes_too_little,
+    is_one_of_several,
+    _helps_no_balance,
+    _harms_a_balance,
+    _lacks_its_back_emf,
+    fails_on_other_segments,
+    is_below_nothing,
+    _is_strongest_for_nothing,
+    is_no_wave,
+    _is_everywhere,
+    _is_inside_its_tolerance,
+)
+
+
+def _judged(findings: Findings) -> NDArray[np.bool_]:
+    return findings.rows >= LEAST_ROWS
+
+
+def _share_over_floor(found: Round, findings: Findings) -> float:
+    """Return the share that a winner takes of what is over the floor: the floor itself is nobody's to take."""
+    rows = np.where(_judged(findings), findings.rows, 0)
+    before, after = (float(rows @ np.maximum(g - 1.0, 0.0)) for g in (found.before_groups, found.after_groups))
+    return 1.0 - after / max(before, 1e-12)
+
+
+def _is_clear(found: Round) -> bool:
+    """Tell whether every other suspect leaves much more than the winner."""
+    return all(rival.fit.cost > _LATER_CLEAR * found.winner.fit.cost for rival in found.refined[1:])
+
+
+def _is_on_bound(found: Round) -> bool:
+    """Tell whether a strength of the winner lies on its bound."""
+    winner = found.winner
+    effect = winner.candidate.effect
+    if effect is None:
+        return False
+    strengths = {effect.indices[k] for k in effect.strengths}
+    own = [(u, u.x_of(winner.fit.whole)) for u in winner.unknowns if u.place in strengths]
+    return any(x <= u.low + 1e-6 or x >= u.high - 1e-6 for u, x in own)

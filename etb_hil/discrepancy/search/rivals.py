@@ -1,0 +1,259 @@
+"""Which suspects these data cannot tell from a found one: alike in what they explain, whatever a rival's shape."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.calibration import Calibration, residual_of
+from etb_hil.discrepancy.fitting.fit import Residual, columns, fit_of
+from etb_hil.discrepancy.search import decision
+from etb_hil.discrepancy.search.findings import Round
+from etb_hil.discrepancy.suspects.candidates import Candidate, unjudged
+from etb_hil.discrepancy.suspects.evenly import evenly
+from etb_hil.discrepancy.suspects.refining import Refined
+from etb_hil.discrepancy.suspects.screening import stepped
+from etb_hil.discrepancy.suspects.similarity import ABSORBED, Light, Projector, angle_rows, lights, zeros
+from etb_hil.plant.effects.layout import EXTENDED
+from etb_hil.plant.physics import Vector
+
+Float64 = NDArray[np.float64]
+
+_ALIKE = 0.93  # a little below what the data call alike: the grid of shapes may miss a rival's best
+_WORTH = 0.5  # a screened rival's cosine from which its other shapes are looked at
+_FIRST = 6  # rivals of a wrong number, as they were screened, whose other shapes are looked at in any case
+_BOTH = 0.75  # two suspects of a lesser cosine than that cannot both take more than this
+_PURSUED = 0.6  # a grid's best cosine from which its shapes are moved on
+_HALVINGS = 3
+_NEARLY_ALL = 0.95  # of what the winner takes
+
+
+def alike(
+    found: Round,
+    balances: Sequence[Balances],
+    healthy: Calibration,
+    shapes: Mapping[str, Sequence[Candidate]],
+    *,
+    is_all: bool,
+) -> list[str]:
+    """Return the ids that these data cannot tell from a round's winner, the winner left out; `shapes` by id.
+
+    `is_all`: nothing is missing beside the winner.
+
+    `balances` are the model's own simulation without the winner, `healthy` its calibration there: in the measured
+    record the winner's torque is part of the current, and whatever scales a torque would then imitate it.
+    """
+    winner = found.winner
+    records = _Records(winner, healthy, balances)
+    record = records.under(Light.WHOLE)
+    names, cosines = [], {}
+    for rank, screened in enumerate(found.screened):
+        rival = screened.candidate
+        if rival.id == winner.id:
+            continue
+        near = record.cosine(rival)
+        if rival.effect is not None:
+            held_to = lights(winner.candidate, rival)
+            # A wrong number is no small step: of a rival the shape that took most of it may be one that is not alike.
+            is_first = winner.candidate.effect is None and rank < _FIRST
+            for light in held_to:
+                seen = records.under(light)
+                is_worth = near > _WORTH or len(held_to) > 1 or is_first
+                if near <= _ALIKE and is_worth and seen.imitators is None:
+                    near = max(near, _closest(seen, shapes[rival.id]))
+        cosines[rival.id] = near
+        if near > _ALIKE:
+            names.append(rival.id)
+    margin = decision.class_margin(found)
+    as_good = [
+        r
+        for r in found.refined[1:]
+        if (_lead(found, r.fit.cost) < margin or _takes_as_much(found, r)) and not record.is_the_winner_again(r)
+    ]
+    names += [r.id for r in as_good if is_all or not _takes_another_part(found, cosines[r.id])]
+    imitators = record.imitators
+    if imitators is None and winner.candidate.effect is not None:
+        # Where little is seen of an effect, another shape of it fits as well, and may be what base parameters do;
+        # a planned test's record, of which no cause is screened, may show more.
+        again = [one for one in found.screened if one.candidate.id == winner.id and _lead(found, one.cost) < margin]
+        others = [*(one.start for one in again), found.curved.fit.whole]
+        imitators = next(filter(None, (records.of(whole).imitators for whole in others)), None)
+    names += [decision.parameter_id(name) for name in imitators or ()]
+    names += unjudged(balances, winner.id)
+    return list(dict.fromkeys(name for name in names if name and name != winner.id))
+
+
+def _takes_another_part(found: Round, cosine: float) -> bool:
+    """Tell whether a rival that leaves as little takes something else: of two causes each may take a half."""
+    return cosine < _WORTH and found.gain < _BOTH
+
+
+def _lead(found: Round, cost: float) -> float:
+    """Return how far a winner is ahead of a fit that leaves `cost`, in log cost."""
+    return float(np.log(cost / found.winner.fit.cost))
+
+
+def _takes_as_much(found: Round, rival: Refined) -> bool:
+    """Tell whether a rival, as it was fitted, takes nearly all of the rest that the winner takes."""
+    before = found.before.fit.cost
+    return before - rival.fit.cost > _NEARLY_ALL * (before - found.winner.fit.cost)
+
+
+class _Records:
+    """A winner's record in each light that a rival may ask for."""
+
+    def __init__(self, winner: Refined, healthy: Calibration, balances: Sequence[Balances]) -> None:
+        self._winner, self._balances = winner, balances
+        self._residual, self._healthy = residual_of(balances), healthy
+        if winner.candidate.effect is not None:
+            self._residual, self._healthy = evenly(balances, healthy, _base_of(winner, healthy))
+        self._made: dict[Light, _Record] = {}
+
+    def under(self, light: Light) -> _Record:
+        """Return the record in a light."""
+        if light not in self._made:
+            self._made[light] = self._make(light)
+        return self._made[light]
+
+    def of(self, whole: Vector) -> _Record:
+        """Return the whole record of the winner with its numbers in `whole`."""
+        fit = replace(self._winner.fit, whole=whole)
+        return _Record.of(replace(self._winner, fit=fit), self._healthy, self._residual)
+
+    def _make(self, light: Light) -> _Record:
+        residual, healthy = self._residual, self._healthy
+        if light is Light.WHOLE:
+            return _Record.of(self._winner, healthy, residual)
+        if light is Light.ZEROS_KNOWN:
+            return self.under(Light.WHOLE).with_zeros_known()
+        counts = angle_rows(self._balances)
+        fit = replace(healthy.fit, residual=healthy.fit.residual * counts)
+        alone = replace(healthy, fit=fit, columns=healthy.columns * counts[:, None])
+        return _Record.of(self._winner, alone, lambda whole: residual(whole) * counts).with_zeros_known()
+
+
+@dataclass(frozen=True, slots=True)
+class _Record:
+    """A record without the winner; `whole` (n) is what the winner would change in it, `own` what the base leaves of it.
+
+    `suspected`: what is no base: a parameter that is the winner itself, and sensors' zeros where they count as known.
+    `imitators`: the base parameters that imitate the winner; None: none do.
+    """
+
+    residual: Residual
+    healthy: Calibration
+    projector: Projector
+    whole: Float64
+    own: Float64
+    suspected: frozenset[str]
+    imitators: list[str] | None
+
+    @staticmethod
+    def of(winner: Refined, healthy: Calibration, residual: Residual) -> _Record:
+        if winner.candidate.effect is None:
+            healthy = _moved_to(winner, residual, healthy)
+        projector = Projector(healthy.columns, healthy.unknowns)
+        suspected = frozenset({winner.candidate.frees} - {""})
+        whole = _alone(residual, healthy, winner)
+        own = projector.rest(whole, suspected)
+        return _Record(residual, healthy, projector, whole, own, suspected, _imitators(projector, whole, suspected))
+
+    def with_zeros_known(self) -> _Record:
+        """Return the same record where the sensors' zeros are no base."""
+        suspected = self.suspected | zeros(self.healthy.unknowns)
+        own = self.projector.rest(self.whole, suspected)
+        imitators = _imitators(self.projector, self.whole, suspected)
+        return replace(self, own=own, suspected=suspected, imitators=imitators)
+
+    def is_the_winner_again(self, rival: Refined) -> bool:
+        """Tell whether an effect, as it was fitted, is no more than the wrong number that was found, and the base."""
+        if not self.suspected or rival.candidate.effect is None:
+            return False
+        does = _alone(self.residual, self.healthy, rival)
+        return not self.projector.directions(does[:, None]).size
+
+    def cosine(self, rival: Candidate) -> float:
+        """Return the cosine of the winner with a rival's span, base projected out; 0 where the base is the rival."""
+        if rival.effect is None:
+            index = next(k for k, u in enumerate(self.healthy.unknowns) if u.name == rival.frees)
+            raw = self.healthy.columns[:, index : index + 1]
+        else:
+            raw = stepped(self.residual, self.healthy.fit, rival)
+        directions = self.projector.directions(raw, self.suspected | ({rival.frees} - {""}))
+        return float(np.linalg.norm(directions.T @ self.own) / max(float(np.linalg.norm(self.own)), 1e-12))
+
+
+def _imitators(projector: Projector, whole: Float64, suspected: frozenset[str]) -> list[str] | None:
+    """Return the base parameters that imitate a winner but for a fifth, beside skew rows or without; None: none do."""
+    skews = frozenset(name for name in projector.names if name.endswith("_skew"))
+    # Of a delay skew rows take nearly all, and are no parameter.
+    clear = projector.rest(whole, frozenset(projector.names) - skews)
+    for column, without in ((clear, suspected), (whole, suspected | skews)):
+        left = projector.rest(column, without)
+        if float(np.linalg.norm(left)) < ABSORBED * float(np.linalg.norm(column)):
+            return projector.imitators(column, without)
+    return None
+
+
+def _base_of(winner: Refined, healthy: Calibration) -> Vector:
+    """Return a record's whole vector with the base that stands beside the winner: without it, the base stood in."""
+    whole = healthy.fit.whole.copy()
+    places = [u.place for u in healthy.unknowns if u.place < EXTENDED]
+    whole[places] = winner.fit.whole[places]
+    return whole
+
+
+def _moved_to(winner: Refined, residual: Residual, healthy: Calibration) -> Calibration:
+    """Return the calibration linearised where a wrong parameter was found, for bristles' torque is not linear in it."""
+    whole = healthy.fit.whole.copy()
+    unknown = next(u for u in healthy.unknowns if u.name == winner.candidate.frees)
+    unknown.put(whole, unknown.x_of(winner.fit.whole))
+    fit = fit_of(residual, whole)
+    return Calibration(healthy.unknowns, fit, columns(residual, fit, healthy.unknowns))
+
+
+def _alone(residual: Residual, healthy: Calibration, winner: Refined) -> Float64:
+    """Return what a winner of its size changes in a record without it (n); a parameter: linearly, beyond its box."""
+    effect = winner.candidate.effect
+    if effect is None:
+        index = next(k for k, u in enumerate(healthy.unknowns) if u.name == winner.candidate.frees)
+        unknown = healthy.unknowns[index]
+        x = unknown.x_of(winner.fit.whole)
+        return np.asarray(healthy.columns[:, index] * (x - float(np.clip(x, unknown.low, unknown.high))))
+    moved = healthy.fit.whole.copy()
+    moved[list(effect.stated_indices)] = winner.fit.whole[list(effect.stated_indices)]
+    return np.asarray(residual(moved) - healthy.fit.residual)
+
+
+def _closest(record: _Record, shapes: Sequence[Candidate]) -> float:
+    """Return the largest cosine of a found effect with any shape of a rival."""
+    best, shape = max(((record.cosine(one), one) for one in shapes), key=lambda one: one[0])
+    if best < _PURSUED:
+        return best
+    reach = 1.0
+    for _ in range(_HALVINGS):
+        if best > _ALIKE:
+            break
+        moved = [_moved(shape, k, sign * reach) for k in _bent(shape) for sign in (-1.0, 1.0)]
+        better, other = max(((record.cosine(one), one) for one in moved), key=lambda one: one[0], default=(0.0, shape))
+        if better > best:
+            best, shape = better, other
+        else:
+            reach *= 0.5
+    return best
+
+
+def _bent(candidate: Candidate) -> list[int]:
+    assert candidate.effect is not None  # noqa: S101 (parameters have no shape)
+    return [k for k, parameter in enumerate(candidate.effect.parameters) if not parameter.is_strength]
+
+
+def _moved(candidate: Candidate, index: int, steps: float) -> Candidate:
+    unknown = candidate.unknowns[index]
+    shape = list(candidate.shape)
+    shape[index] = float(np.clip(shape[index] / unknown.scale + steps, unknown.low, unknown.high)) * unknown.scale
+    return replace(candidate, shape=tuple(shape))

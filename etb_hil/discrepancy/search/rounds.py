@@ -1,0 +1,168 @@
+"""One round of the search: every suspect tried beside the model as far as it is known, the best fitted for good."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.calibration import Calibration, beginnings, calibrate, residual_of
+from etb_hil.discrepancy.fitting.fit import Residual
+from etb_hil.discrepancy.fitting.floor import floor_of, group_means, weigh
+from etb_hil.discrepancy.fitting.segments import held_out, segment_of
+from etb_hil.discrepancy.fitting.unknowns import Unknown
+from etb_hil.discrepancy.search import decision
+from etb_hil.discrepancy.search.findings import Findings, Round, Standing, siblings
+from etb_hil.discrepancy.search.rivals import alike
+from etb_hil.discrepancy.suspects.candidates import suspects
+from etb_hil.discrepancy.suspects.refining import Refined, bent, curved, fully, quickly
+from etb_hil.discrepancy.suspects.screening import Linear, Screened, screen
+from etb_hil.plant.parameters import Model
+from etb_hil.plant.physics import Vector
+
+Progress = Callable[[str], None]
+
+_REFINED = 6
+_FULLY = 2
+_BENT = 2
+_CLEARLY = 0.9  # of what a fit left: from another start it has to leave less than that
+_AS_MUCH = 1e-3  # of log cost: fits that differ by less leave the same
+_HOPELESS = 3.0  # times what the first leaves, from where the second need not be fitted to the end
+_FAR_BETTER = 0.5  # of what the best other suspect leaves: a look-alike of an earlier cause has to leave less
+
+
+def one_round(findings: Findings, taken: Sequence[str], progress: Progress) -> Round:
+    """Return the round that starts from what was found so far; `taken`: ids that are no suspects any more."""
+    base = findings.final
+    residual = residual_of(findings.balances)
+    shapes = suspects(findings.balances, base.unknowns, taken)
+    screened = screen(residual, Linear.of(base), shapes, lambda id_: progress(f"trying {id_}"))
+    progress("fitting the best suspects")
+    first, *others = _best_of(findings, residual, screened)
+    refined = [fully(residual, first)]
+    refined += [
+        fully(residual, r) if k < _FULLY and r.fit.cost < _HOPELESS * refined[0].fit.cost else r
+        for k, r in enumerate(others, 1)
+    ]
+    refined = _best_first(refined)
+    after, _ = group_means(findings.balances, refined[0].fit.whole)
+    is_bent = decision.excess(after / findings.final_floor.level, findings.rows).sum() > 0.0
+    if is_bent:
+        # Before anything else is suspected: a cause's own curve may be another than the plain one.
+        refined = [bent(residual, r, findings.balances[0].load) if k < _BENT else r for k, r in enumerate(refined)]
+        refined = _best_first(refined)
+        after, _ = group_means(findings.balances, refined[0].fit.whole)
+    segment = segment_of(findings.balances)
+    t = held_out(refined[0].fit, refined[0].columns, refined[0].unknowns, segment).t_against(
+        held_out(base.fit, base.columns, base.unknowns, segment)
+    )
+    healthy = _own_simulation(findings)
+    found = Round(
+        base,
+        screened,
+        refined,
+        findings.final_groups,
+        after / findings.final_floor.level,
+        t,
+        _healthy_gain(findings, healthy, refined[0].id),
+        refined[0] if is_bent else curved(residual, refined[0], findings.balances[0].load),
+    )
+    is_all = decision.excess(found.after_groups, findings.rows).sum() <= 0.0
+    found.alike = alike(found, findings.final_floor.balances, healthy, shapes, is_all=is_all)
+    return found
+
+
+def _best_first(refined: Sequence[Refined]) -> list[Refined]:
+    """Return fits by what they leave; of those that leave the same, a wrong number before an effect that became it."""
+    ordered = sorted(refined, key=lambda r: r.fit.cost)
+    tied = [r for r in ordered if np.log(r.fit.cost / ordered[0].fit.cost) < _AS_MUCH]
+    first = next((r for r in tied if r.candidate.effect is None), ordered[0])
+    return [first, *(r for r in ordered if r is not first)]
+
+
+def _own_simulation(findings: Findings) -> Calibration:
+    """Return the calibration of the model's own simulation, in which no suspect is."""
+    floor = findings.final_floor
+    weigh(floor.balances, floor.level)
+    return calibrate(findings.model, floor.balances, floor.calibration.fit.whole, floor.calibration.unknowns, rounds=2)
+
+
+def _healthy_gain(findings: Findings, healthy: Calibration, id_: str) -> float:
+    """Return what a suspect gains on the model's own simulation."""
+    balances = findings.final_floor.balances
+    shapes = {id_: suspects(balances, healthy.unknowns)[id_]}
+    found = screen(residual_of(balances), Linear.of(healthy), shapes)
+    return 1.0 - found[0].cost / healthy.fit.cost
+
+
+def _best_of(findings: Findings, residual: Residual, screened: Sequence[Screened]) -> list[Refined]:
+    """Return the best suspects, fitted quickly, the best first.
+
+    Look-alikes of earlier causes are none, for another shape of those calls for them, unless one of them leaves far
+    less than any other suspect: then it is a cause of its own.
+    """
+    look_alikes = siblings(findings.accepted)
+    own = [s for s in screened if s.candidate.id in look_alikes]
+    others = [s for s in screened if s.candidate.id not in look_alikes]
+    best = _refined(findings, residual, others)
+    if own and own[0].cost < others[0].cost:
+        near = _refined(findings, residual, own)
+        if near[0].fit.cost < _FAR_BETTER * best[0].fit.cost:
+            return sorted([*near, *best], key=lambda r: r.fit.cost)
+    return best
+
+
+def _refined(findings: Findings, residual: Residual, screened: Sequence[Screened]) -> list[Refined]:
+    load = findings.balances[0].load
+    found = [quickly(residual, findings.final, one, load) for one in screened[:_REFINED]]
+    return sorted(found, key=lambda r: r.fit.cost)
+
+
+def taken_by(accepted: Sequence[Round]) -> list[str]:
+    """Return what is no suspect any more."""
+    return [r.winner.id for r in accepted]
+
+
+def take_in(findings: Findings, found: Round) -> None:
+    """Make a round's winner a part of the model that the next round starts from."""
+    settle(findings, found.winner.fit.whole, found.winner.unknowns)
+    found.accepted = True
+
+
+def settle(findings: Findings, whole: Vector, unknowns: Sequence[Unknown]) -> None:
+    """Let the search go on from a model near `whole` with these unknowns: its floor, its weights, its calibration."""
+    findings.standing = standing_near(findings.model, findings.balances, whole, unknowns)
+
+
+def standing_near(
+    model: Model, balances: Sequence[Balances], whole: Vector, unknowns: Sequence[Unknown], rounds: int = 4
+) -> Standing:
+    """Return where a model near `whole` stands with these unknowns, or where it does that begins again as stated."""
+    standing, missing = _standing(model, balances, whole, unknowns, rounds)
+    if missing > 0.0:
+        # Base parameters stood in for what was missing, or may be held there by a hill: they begin again as stated.
+        starts = beginnings(standing.calibration.fit.whole, unknowns, balances)
+        begun = [calibrate(model, balances, start, unknowns) for start in starts]
+        again = min(begun, key=lambda found: found.fit.cost)
+        if again.fit.cost < _CLEARLY * standing.calibration.fit.cost:
+            standing, _ = _standing(model, balances, again.fit.whole, unknowns, rounds)
+    return standing
+
+
+def _standing(
+    model: Model, balances: Sequence[Balances], whole: Vector, unknowns: Sequence[Unknown], rounds: int
+) -> tuple[Standing, float]:
+    """Return where a model near `whole` stands, and how much is over the bands."""
+    floor = floor_of(model, balances, whole, unknowns)
+    weigh(balances, floor.level)
+    calibration = calibrate(model, balances, whole, unknowns, rounds)
+    means, rows = group_means(balances, calibration.fit.whole)
+    groups = means / floor.level
+    return Standing(calibration, floor, groups), float(decision.excess(groups, rows).sum())
+
+
+def go_back(findings: Findings, standing: Standing) -> None:
+    """Let the search go on from where it stood before."""
+    findings.standing = standing
+    weigh(findings.balances, standing.floor.level)

@@ -1,0 +1,121 @@
+"""A cause that something speaks against, tried again with another beside it, or in place of an earlier one.
+
+What is missing bends balances, and hides how well a cause holds; what stands in for two causes hides what either takes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from etb_hil.discrepancy.search import decision
+from etb_hil.discrepancy.search.findings import Findings, Round
+from etb_hil.discrepancy.search.objections import (
+    fails_on_other_segments,
+    harms,
+    is_imitated,
+    is_in_a_class,
+    is_no_wave,
+    is_one_of_several,
+    is_open,
+    objection,
+    takes_nearly_all,
+)
+from etb_hil.discrepancy.search.reconsidering import is_replaced
+from etb_hil.discrepancy.search.rounds import Progress, go_back, one_round, take_in, taken_by
+
+
+def stands_with_another(found: Round, findings: Findings, without: Sequence[str], progress: Progress) -> bool:
+    """Take in a cause that something missing may speak against, and the next one, if together nothing does any more.
+
+    Otherwise everything is as it was. `without`: ids that are no suspects.
+    """
+    if not is_open(found, findings, is_no_wave):
+        return False
+    progress(f"asking whether {found.winner.id} stands with another cause")
+    standing, rounds, stands = findings.standing, list(findings.rounds), False
+    try:
+        take_in(findings, found)
+        other = _next(findings, without, progress)
+        if other is not None:
+            findings.rounds.append(other)
+            stands = not harms(found.before_groups, findings.final_groups, findings)
+            if stands and (fails_on_other_segments(found, findings) or is_no_wave(found, findings)):
+                stands = takes_nearly_all(other, findings) and _holds_beside(found, findings, without, progress)
+    finally:
+        if not stands:
+            found.accepted = False
+            findings.rounds[:] = rounds
+            go_back(findings, standing)
+    return stands
+
+
+def stands_in_place(found: Round, findings: Findings, without: Sequence[str], progress: Progress) -> bool:
+    """Take in a later cause that others do nearly as well as where, beside it, another one replaces an earlier cause.
+
+    What an earlier cause that stands in for two leaves, no true one takes nearly all of. Both are searched for again
+    beside each other, and have to be causes by all rules; otherwise everything is as it was. `without`: ids that are no
+    suspects.
+    """
+    shared = (is_imitated, is_one_of_several)
+    is_shared = any(object_to(found, findings) for object_to in shared)
+    if not is_shared or not is_open(found, findings, *shared):
+        return False
+    earlier, standing, rounds, stands = findings.accepted, findings.standing, list(findings.rounds), False
+    try:
+        take_in(findings, found)
+        replaced = [old for old in earlier if is_replaced(findings, old, without, progress, is_wrong=False)]
+        stands = bool(replaced) and is_replaced(findings, found, without, progress, is_wrong=True)
+    finally:
+        if not stands:
+            found.accepted = False
+            findings.rounds[:] = rounds
+            for old in earlier:
+                old.accepted = True
+            go_back(findings, standing)
+    return stands
+
+
+def stands_beside_its_rival(found: Round, findings: Findings, without: Sequence[str], progress: Progress) -> bool:
+    """Take in a later cause in whose class an earlier one is, or it in that one's, if each takes nearly all beside it.
+
+    What cannot be told apart leaves each other nothing to take; a wrong number takes its part beside anything, and is
+    not asked. Otherwise everything is as it was. `without`: ids that are no suspects.
+    """
+    if not takes_nearly_all(found, findings) or not is_open(found, findings, is_in_a_class):
+        return False
+    earlier = findings.accepted
+    rivals = [old for old in earlier if old.winner.id in found.alike or found.winner.id in old.alike]
+    if not rivals or any(each.winner.candidate.effect is None for each in (found, *rivals)):
+        return False
+    progress(f"asking whether {found.winner.id} stands beside its rival")
+    standing, rounds, stands = findings.standing, list(findings.rounds), False
+    try:
+        take_in(findings, found)
+        stands = all(_holds_beside(old, findings, without, progress) for old in rivals)
+    finally:
+        if not stands:
+            found.accepted = False
+            findings.rounds[:] = rounds
+            for old in earlier:
+                old.accepted = True
+            go_back(findings, standing)
+    return stands
+
+
+def _next(findings: Findings, without: Sequence[str], progress: Progress) -> Round | None:
+    """Return the next cause, taken in; none where nothing more is missing or the best suspect is none."""
+    if not decision.is_more_missing(findings):
+        return None
+    other = one_round(findings, [*without, *taken_by(findings.accepted)], progress)
+    if objection(other, findings):
+        return None
+    take_in(findings, other)
+    return other
+
+
+def _holds_beside(found: Round, findings: Findings, without: Sequence[str], progress: Progress) -> bool:
+    """Search again in place of a cause beside the other; return whether one by all rules takes nearly all there."""
+    place = findings.rounds.index(found)
+    if not is_replaced(findings, found, without, progress, is_wrong=True):
+        return False
+    return takes_nearly_all(findings.rounds[place], findings)

@@ -1,0 +1,196 @@
+"""The words and numbers of an answer that free runs alone gave: what slow data say of a model, as plain values."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.base.roles import ROLES
+from etb_hil.discrepancy.slow.freefit import FreeFit
+from etb_hil.discrepancy.slow.sweeps import Sweep, breaks_away, slow_remark
+from etb_hil.plant.integrator import TICK
+from etb_hil.plant.parameters import Model
+from etb_hil.plant.value_units import value_unit
+from etb_hil.recording.recording import Recording
+
+Float64 = NDArray[np.float64]
+
+_BLOCKS = 40
+_Z = 2.02  # Student's 97.5 % of 40 blocks
+_DRAWS = 2000
+_AT_FLOOR = 2.0  # times the sensor's noise: what is as near as that lacks nothing that could be seen
+_FEWEST_RUNS = 5  # in which a trend is looked for
+_SEEN = 1e-4  # of the squared residual: what a whole tolerance must change for the data to say anything of a number
+
+
+def answer_of(
+    recording: Recording,
+    model: Model,
+    sweeps: Sequence[Sweep],
+    is_seen: Sequence[bool],
+    found: FreeFit,
+    nominal: Sequence[Float64],
+    after: Sequence[Float64],
+    why: Sequence[str],
+) -> dict[str, Any]:
+    """Return what `explanation.json` holds of a fit to some runs; `why`: why no balances could be judged.
+
+    `nominal` and `after` are the runs' angles (rad) of the model as stated and as fitted, `is_seen` those fitted to.
+    """
+    sensors = model.sensors
+    noise = float(np.hypot(sensors.plate_noise, sensors.plate_range / 2**sensors.plate_bits / np.sqrt(12.0)))
+    judged = [k for k, seen in enumerate(is_seen) if not seen]
+    angles = [s.angle for s in sweeps]
+    before_rms = np.array([_rms(nominal[k] - angles[k]) for k in judged])
+    after_rms = np.array([_rms(after[k] - angles[k]) for k in judged])
+    rms = {"nominal": _all(before_rms), "calibrated": _all(after_rms), "noise_floor": noise}
+    span = float(np.ptp(np.concatenate(angles)))
+    runs = [_run_of(*one) for one in zip(sweeps, after, is_seen, strict=True)]
+    is_adequate = rms["calibrated"] < _AT_FLOOR * noise
+    return {
+        "verdict": "adequate" if is_adequate else "unexplained",
+        "causes": [],
+        "suspects": [],
+        "detection_limits": {},
+        "judged_by": "free runs only: " + "; ".join(why),
+        "unexplained": {"where": [], "runs": [] if is_adequate else _worst(runs), "says": _trend(runs)},
+        "calibrated": _calibrated(model, found),
+        "nuisances": {"voltage_late": {"value": found.late * TICK, "unit": "s"}},
+        "runs": runs,
+        "errors": {
+            "holdout": {"free_run": {"throttle_angle": {"unit": "rad", **rms}}},
+            "nrmse_free_run": {name: value / span for name, value in rms.items()},
+        },
+        "gain": {
+            "of": "free-run error of the throttle angle on runs that the fit did not see, nominal to calibrated",
+            "value": _gain(before_rms, after_rms),
+            "interval": _interval(before_rms, after_rms),
+        },
+        "starts": {"rms_rad": list(found.ends), "says": _starts(found.ends)},
+        "data_quality": [_quality(recording, sweeps, found)],
+    }
+
+
+def _run_of(sweep: Sweep, simulated: Float64, seen: bool) -> dict[str, Any]:
+    off = simulated - sweep.angle
+    there = float(np.sum((sweep.angle - sweep.angle.mean()) ** 2))
+    measured, modelled = breaks_away(sweep, sweep.angle), breaks_away(sweep, simulated)
+    return {
+        "condition": sweep.role,
+        "value": sweep.condition if sweep.role else None,
+        "unit": ROLES[sweep.role].unit if sweep.role else "",
+        "begins_s": sweep.start_s,
+        "seen_by_the_fit": seen,
+        "r_squared": 1.0 - float(off @ off) / max(there, 1e-30),
+        "rms_rad": _rms(off),
+        "breaks_away_at_V": {"measured": measured, "model": modelled},
+    }
+
+
+def _worst(runs: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    return sorted((r for r in runs if not r["seen_by_the_fit"]), key=lambda r: float(r["r_squared"]))[:3]
+
+
+def _trend(runs: Sequence[dict[str, Any]]) -> str:
+    """Say towards which end of a condition the error grows, where it does: the last two runs are the worst of all."""
+    if not runs[0]["condition"] or len(runs) < _FEWEST_RUNS:
+        return ""
+    rising = sorted(runs, key=lambda r: float(r["value"]))
+    errors = np.array([r["rms_rad"] for r in rising])
+    worst = set(np.argsort(errors)[-2:].tolist())
+    if worst not in ({0, 1}, {len(runs) - 1, len(runs) - 2}):
+        return ""
+    end = rising[0] if 0 in worst else rising[-1]
+    half = [r["r_squared"] for r in (rising[len(runs) // 2 :] if 0 in worst else rising[: len(runs) // 2])]
+    name = str(end["condition"]).replace("_", " ")
+    text = (
+        f"the error grows towards a {name} of {end['value']:g} {end['unit']}: R² {end['r_squared']:.2f} there, "
+        f"{min(half):.2f} to {max(half):.2f} in the other half"
+    )
+    at = end["breaks_away_at_V"]
+    if at["measured"] is not None and at["model"] is not None:
+        text += f"; there the plate breaks away at {at['measured']:.2f} V, the model at {at['model']:.2f} V"
+    return text
+
+
+def _calibrated(model: Model, found: FreeFit) -> dict[str, Any]:
+    spread = _spread(found)
+    shown = np.sum(found.columns**2, axis=0) > _SEEN * np.sum(found.residual**2)
+    result = {}
+    for k, unknown in enumerate(found.unknowns):
+        x, value = unknown.x_of(found.whole), float(found.whole[unknown.place])
+        low, high = (unknown.centre + unknown.scale * end for end in (unknown.low, unknown.high))
+        on_bound = x <= unknown.low + 1e-6 or x >= unknown.high - 1e-6
+        reach = _Z * float(spread[k]) * unknown.scale if shown[k] and not on_bound else high - low
+        flags = []
+        if not shown[k]:
+            flags.append("these data say nothing of it")
+        elif on_bound:
+            flags.append("on a bound: these data do not tell it, or the model lacks something there")
+        result[unknown.name] = {
+            "unit": value_unit(unknown.name, is_linear=model.is_linear),
+            "nominal": float(getattr(model.values, unknown.name)),
+            "value": value,
+            "interval": [max(value - reach, low), min(value + reach, high)],
+            "tolerance": unknown.scale,
+            "flags": flags,
+        }
+    return result
+
+
+def _spread(found: FreeFit) -> Float64:
+    """Return the standard deviation of each unknown in its own scale, from blocks of the runs that were fitted."""
+    block = np.arange(len(found.residual)) * _BLOCKS // len(found.residual)
+    scores = np.stack([found.columns[block == k].T @ found.residual[block == k] for k in range(_BLOCKS)])
+    scores -= scores.mean(0)
+    normal = found.columns.T @ found.columns
+    half = scores @ np.linalg.pinv(normal + 1e-9 * np.eye(len(normal)), rcond=1e-12, hermitian=True)
+    return np.asarray(np.sqrt((half**2).sum(0) * _BLOCKS / (_BLOCKS - 1.0)))
+
+
+def _starts(ends: Sequence[float]) -> str:
+    best, worst = min(ends), max(ends)
+    if worst < 1.05 * best:
+        return f"all {len(ends)} starts ended at the same error within 5 %"
+    return f"{len(ends)} starts ended at {best:.3g} to {worst:.3g} rad: the best was taken, there may be better ones"
+
+
+def _quality(recording: Recording, sweeps: Sequence[Sweep], found: FreeFit) -> dict[str, Any]:
+    rate = 1.0 / float(np.median(np.diff(sweeps[0].seconds)))
+    flags = [slow_remark(recording)]
+    flags += ["no balances: no cause can be named, and what is fitted takes the place of what is missing"]
+    roles = recording.roles
+    if "motor_current" not in roles:
+        flags.append("motor_current is missing: the scale of torques and of inertia is the model file's motor constant")
+    if "motor_duty" in roles and "motor_voltage" not in roles:
+        flags.append(
+            "motor_voltage is duty times supply"
+            + ("" if "supply_voltage" in roles else ", which the model file states: nobody measured it")
+        )
+    if "temperature" not in roles:
+        flags.append("no temperature: heat cannot be told from time")
+    if found.late:
+        flags.append(f"the voltage acts {1e3 * found.late * TICK:.1f} ms after its row, or the angle was taken earlier")
+    seconds = sweeps[-1].start_s + float(sweeps[-1].seconds[-1])
+    return {"origin": recording.origin, "rate_hz": rate, "seconds": seconds, "flags": flags + recording.notes}
+
+
+def _rms(values: Float64) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _all(rms: Float64) -> float:
+    return float(np.sqrt(np.mean(rms**2)))
+
+
+def _gain(before: Float64, after: Float64) -> float:
+    return 1.0 - _all(after) / max(_all(before), 1e-30)
+
+
+def _interval(before: Float64, after: Float64) -> list[float]:
+    rng = np.random.default_rng(0)
+    picks = rng.integers(len(before), size=(_DRAWS, len(before)))
+    return [float(v) for v in np.percentile([_gain(before[p], after[p]) for p in picks], [2.5, 97.5])]

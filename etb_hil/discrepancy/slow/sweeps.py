@@ -1,0 +1,216 @@
+"""A recording as runs of the drive alone: one a condition, at whatever rate it was sampled."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from etb_hil.base.errors import InputError, Problem
+from etb_hil.discrepancy.measured.measurement import SLOWEST
+from etb_hil.plant.extended import advance_extended, new_extended_state
+from etb_hil.plant.integrator import THETA, TICK_NS
+from etb_hil.plant.parameters import Model
+from etb_hil.plant.physics import Vector
+from etb_hil.recording.recording import Recording
+
+Float64 = NDArray[np.float64]
+
+CONDITIONS = ("pwm_frequency", "supply_voltage")  # what a test sets in steps
+SPLIT = 10  # runs of equal length where no condition was set
+_ANGLES = ("motor_angle", "throttle_angle")
+_SHORTEST = 10.0  # s
+_FEWEST_ROWS = 100
+_LONGEST_GAP = 10.0  # median steps
+_MOST_CONDITIONS = 100
+_REST_KEPT = 2.0  # s of a rest that a fit looks at
+_MOVES = 0.03  # of the whole travel
+_ON_END = 5  # rows
+_FAR = 10.0  # times slower than balances need: rather another unit of time than another rate
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """One run: columns (n) in SI, angle at the throttle shaft; a voltage is held for its `ticks` of the plant's clock.
+
+    `condition` is what was set (`role`, "" where nothing was), `start_s` when it began; motion begins after `first`.
+    """
+
+    role: str
+    condition: float
+    start_s: float
+    seconds: Float64
+    ticks: NDArray[np.int64]
+    voltage: Float64
+    angle: Float64
+    temperature: Float64
+    first: int
+
+    @property
+    def step(self) -> int:
+        """Ticks from one row to the next, most of the time."""
+        return int(np.median(self.ticks))
+
+    def simulated(self, p: Vector, *, first: int = 0, pull: float = 0.0, late: int = 0) -> Float64:
+        """Return the angle (from row `first` on) of the extended parameters `p`, driven by the voltage alone.
+
+        `pull`: by what share of the error each row draws the model to the measured angle; it keeps a fit out of false
+        minima. `late`: ticks by which the voltage acts later than its row, or the angle was taken earlier.
+        """
+        out = np.empty(len(self.angle) - first)
+        state = new_extended_state(float(self.angle[first]), float(self.temperature[first]), p)
+        rows, rest = divmod(late, self.step)
+        early = np.concatenate([np.full(rows + 1, self.voltage[0]), self.voltage])[: len(self.voltage)]
+        now = np.concatenate([np.full(rows, self.voltage[0]), self.voltage])[: len(self.voltage)]
+        _run(
+            state, p, self.ticks[first:], rest, early[first:], now[first:], self.temperature[first:],
+            self.angle[first:], pull, out,
+        )  # fmt: skip
+        return out
+
+
+def is_slow(recording: Recording) -> bool:
+    """Tell whether a recording's angle is sampled too slowly for balances, but over some time."""
+    seen = next((role for role in _ANGLES if role in recording.roles), None)
+    if seen is None:
+        return False
+    time_ns = recording.series(seen).time_ns
+    if len(time_ns) < _FEWEST_ROWS or float(time_ns[-1] - time_ns[0]) * 1e-9 < _SHORTEST:
+        return False
+    return float(np.median(np.diff(time_ns))) * 1e-9 > 1.0 / SLOWEST
+
+
+def slow_remark(recording: Recording) -> str:
+    """Say that a recording is too slow to name causes by, and whether its time may be in another unit; else nothing."""
+    if not is_slow(recording):
+        return ""
+    seen = next(role for role in _ANGLES if role in recording.roles)
+    rate = 1e9 / float(np.median(np.diff(recording.series(seen).time_ns)))
+    says = f"{recording.origin} has {rate:.3g} rows a second: causes are named from {SLOWEST:g} a second on"
+    if rate > SLOWEST / _FAR:
+        return f"{says}; of these data free runs alone are made, which takes minutes"
+    asks = "look at the time's unit in the column's header or in the map (ms that are read as s?)"
+    return f"{says}; {asks}. Of these data free runs alone are made, which takes minutes"
+
+
+def sweeps_of(recording: Recording, model: Model) -> list[Sweep]:
+    """Return the runs of a recording; InputError where the roles do not suffice or too little was recorded."""
+    roles = recording.roles
+    drive = next((role for role in ("motor_voltage", "motor_duty") if role in roles), None)
+    seen = next((role for role in _ANGLES if role in roles), None)
+    if drive is None or seen is None:
+        what = "motor_voltage or motor_duty" if drive is None else "motor_angle or throttle_angle"
+        raise InputError(Problem(f"{recording.origin} has no {what}", allowed=", ".join(roles)))
+    rows = recording.joined([drive, seen])
+    time_ns, driven, angle = rows.time_ns, rows.columns[drive], rows.columns[seen]
+    good = np.isfinite(driven) & np.isfinite(angle)
+    time_ns, driven, angle = time_ns[good], driven[good], angle[good]
+    if len(time_ns) < _FEWEST_ROWS:
+        raise InputError(Problem(f"{recording.origin} has too few rows", value=len(time_ns), allowed=f"{_FEWEST_ROWS}"))
+    at = _reader(recording, time_ns)
+    supply = at("supply_voltage", model.values.supply_voltage)
+    voltage = driven * supply if drive == "motor_duty" else driven
+    if seen == "motor_angle":
+        angle = angle / model.values.gear_ratio
+    temperature = at("temperature", 25.0)
+    role, condition = _condition(recording, at, len(time_ns))
+    found = []
+    for part in np.split(np.arange(len(time_ns)), _cuts(time_ns, condition, split=not role)):
+        if len(part) < _FEWEST_ROWS:
+            continue
+        own = time_ns[part]
+        steps = np.diff(np.round((own - own[0]) / TICK_NS).astype(np.int64))
+        ticks = np.append(steps, int(np.median(steps)))
+        place = angle[part]
+        moves = _first_motion(place, float(np.ptp(angle)))
+        begin = 0 if moves is None else int(np.searchsorted(own, own[moves] - _REST_KEPT * 1e9))
+        found.append(
+            Sweep(
+                role,
+                float(np.median(condition[part])) if role else float("nan"),
+                float(own[0] - time_ns[0]) * 1e-9,
+                (own - own[0]) * 1e-9,
+                ticks,
+                voltage[part],
+                place,
+                temperature[part],
+                begin,
+            )
+        )
+    if not found:
+        raise InputError(Problem(f"{recording.origin} falls apart into runs of less than {_FEWEST_ROWS} rows"))
+    return found
+
+
+def breaks_away(sweep: Sweep, angle: Float64) -> float | None:
+    """Return the voltage in V at which an angle (n) of a run leaves its rest; None where it never rests or moves."""
+    first = _first_motion(angle, float(np.ptp(sweep.angle)))
+    return None if first is None or sweep.seconds[first] < _REST_KEPT else float(sweep.voltage[first])
+
+
+def _first_motion(angle: Float64, span: float) -> int | None:
+    """Return the row from which an angle (n) is away from its rest for some rows on end: one alone is a spike."""
+    away = np.abs(angle - np.median(angle[:10])) > _MOVES * span
+    counts = np.convolve(away, np.ones(_ON_END), "full")[_ON_END - 1 :]
+    found = np.flatnonzero(counts > _ON_END - 0.5)
+    return int(found[0]) if len(found) else None
+
+
+def _reader(recording: Recording, time_ns: NDArray[np.int64]) -> Callable[[str, float], Float64]:
+    """Return what gives a role's values (n) at some instants, or a constant where the role is not there."""
+
+    def at(role: str, otherwise: float) -> Float64:
+        if role not in recording.roles:
+            return np.full(len(time_ns), otherwise)
+        series = recording.series(role)
+        known = np.isfinite(series.values)
+        if not known.any():
+            return np.full(len(time_ns), otherwise)
+        return np.interp(time_ns, series.time_ns[known], series.values[known])
+
+    return at
+
+
+def _condition(recording: Recording, at: Callable[[str, float], Float64], count: int) -> tuple[str, Float64]:
+    """Return the role that was set in steps, with its values (n); "" where none was."""
+    for role in CONDITIONS:
+        if role in recording.roles:
+            values = at(role, 0.0)
+            levels = len(np.unique(values))
+            if 2 < levels <= min(_MOST_CONDITIONS, count // _FEWEST_ROWS):
+                return role, values
+    return "", np.zeros(count)
+
+
+def _cuts(time_ns: NDArray[np.int64], condition: Float64, *, split: bool) -> NDArray[np.int64]:
+    """Return the rows at which a new run begins."""
+    if split:
+        return (np.arange(1, SPLIT) * len(time_ns)) // SPLIT
+    steps = np.diff(time_ns)
+    return np.flatnonzero((steps > _LONGEST_GAP * np.median(steps)) | (np.diff(condition) != 0.0)) + 1
+
+
+@njit(cache=True, error_model="numpy")
+def _run(
+    state: Vector,
+    p: Vector,
+    ticks: NDArray[np.int64],
+    rest: int,
+    early: Vector,
+    now: Vector,
+    temperature: Vector,
+    angle: Vector,
+    pull: float,
+    out: Float64,
+) -> None:
+    for k in range(now.size):
+        state[THETA] += pull * (angle[k] - state[THETA])
+        out[k] = state[THETA]
+        first = min(rest, ticks[k])
+        if first > 0:
+            advance_extended(state, p, early[k], first, temperature[k])
+        if ticks[k] > first:
+            advance_extended(state, p, now[k], ticks[k] - first, temperature[k])

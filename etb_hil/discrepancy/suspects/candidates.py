@@ -1,0 +1,100 @@
+"""Suspects: effects of the catalogue about a shape, and base parameters outside their tolerance."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.unknowns import Unknown, effect_unknowns
+from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.effects.effect import Effect
+from etb_hil.plant.physics import PARAMETERS
+
+# In a model file K_t, J and the like are the motor's: that is what a technician would correct.
+MODEL_FILE_NAME = {"torque_per_ampere": "torque_constant", "inertia": "motor_inertia"}
+_NEEDS_TEMPERATURE = ("friction_temperature", "magnet_temperature")
+_NEEDS_CURRENT = (
+    "current_sensor_gain", "current_sensor_offset", "measurement_delay", "resistance_temperature", "brush_drop",
+    "hbridge_dead_time", "supply_sag",
+)  # fmt: skip
+# Between command and winding: without a current none of them can be told from the resistance, nor be excluded.
+_ELECTRICAL = ("supply_sag", "resistance_temperature", "hbridge_dead_time", "brush_drop")
+_OF_ELECTRICAL = ("parameter:resistance", "parameter:torque_constant")
+_OF_A_THROTTLE = (
+    "friction_load", "gear_backlash", "shaft_compliance", "spring_nonlinear", "spring_preload_shift",
+    "limp_home_dead_zone", "aerodynamic_torque", "end_stop_compliance", "angle_sensor_eccentricity",
+)  # fmt: skip
+# Only coasting with the bridge open parts them from friction: a drive that is given its force never coasts.
+_NEEDS_BRIDGE = ("iron_loss",)
+_NEEDS_PLATE = ("sensor_hysteresis",)
+# Too small in any balance to be a cause.
+_TOO_SMALL = ("stop_damping", "bristle_damping", "dead_zone")
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A suspect at one shape: its `unknowns` are fitted beside the base; `frees`: a parameter let out of its box."""
+
+    id: str
+    effect: Effect | None
+    shape: tuple[float, ...]
+    unknowns: tuple[Unknown, ...]
+    frees: str = ""
+    steps: tuple[float, ...] = ()
+
+    @property
+    def strengths(self) -> tuple[Unknown, ...]:
+        """The unknowns that a search moves."""
+        if self.effect is None:
+            return ()
+        return tuple(self.unknowns[k] for k in self.effect.searched)
+
+
+def suspects(
+    balances: Sequence[Balances], base: Sequence[Unknown], without: Iterable[str] = ()
+) -> dict[str, list[Candidate]]:
+    """Return all that these data can show, by id; `without`: ids that are left out."""
+    out = set(without)
+    has_current = all(b.has[1] for b in balances)
+    has_plate = all(b.has[2] for b in balances)
+    has_temperature = any(b.measured.has_temperature for b in balances)
+    if not has_temperature:
+        out.update(_NEEDS_TEMPERATURE)
+    if not has_current:
+        out.update(_NEEDS_CURRENT)
+    if not has_plate:
+        out.update(_NEEDS_PLATE)
+    if any(b.measured.is_drive for b in balances):
+        out.update((*_OF_A_THROTTLE, *_NEEDS_BRIDGE))
+    load = balances[0].load
+    found = {id_: _shapes(effect, load) for id_, effect in CATALOGUE.items() if id_ not in out}
+    for unknown in base:
+        id_ = f"parameter:{MODEL_FILE_NAME.get(unknown.name, unknown.name)}"
+        is_suspect = id_ not in out and unknown.name not in _TOO_SMALL and not unknown.is_known
+        if is_suspect and unknown.place < PARAMETERS:
+            found[id_] = [Candidate(id_, None, (), (), unknown.name)]
+    return found
+
+
+def unjudged(balances: Sequence[Balances], id_: str) -> list[str]:
+    """Return the effects that look like a found one and that no suspect stands for, for want of a current."""
+    if id_ not in _OF_ELECTRICAL or any(b.measured.is_drive or b.has[1] for b in balances):
+        return []
+    return list(_ELECTRICAL)
+
+
+def _shapes(effect: Effect, load: float) -> list[Candidate]:
+    grids = [(0.0,) if p.is_strength else p.starts for p in effect.parameters]
+    searched = [effect.parameters[k] for k in effect.searched]
+    found = []
+    for values in itertools.product(*grids):
+        unknowns = tuple(effect_unknowns(effect, values, load))
+        for turn in range(max(len(parameter.starts) for parameter in searched)):
+            steps = tuple(
+                parameter.starts[min(turn, len(parameter.starts) - 1)] * (load if parameter.unit == "N·m" else 1.0)
+                for parameter in searched
+            )
+            found.append(Candidate(effect.id, effect, values, unknowns, steps=steps))
+    return found

@@ -1,0 +1,105 @@
+"""Suspects fitted for good: strengths and shapes beside the base parameters, from more than one start."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy.fitting.calibration import Calibration
+from etb_hil.discrepancy.fitting.fit import Fit, Residual, fit_of, gauss_newton
+from etb_hil.discrepancy.fitting.unknowns import Unknown, effect_unknowns, finer_unknowns
+from etb_hil.discrepancy.suspects.candidates import Candidate
+from etb_hil.discrepancy.suspects.screening import Screened
+from etb_hil.plant.physics import Vector
+
+Float64 = NDArray[np.float64]
+
+_QUICK_ROUNDS = 3
+_FULL_ROUNDS = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Refined:
+    """A suspect fitted: `unknowns` (base first, then its own) with the columns at the end of the fit."""
+
+    candidate: Candidate
+    fit: Fit
+    unknowns: list[Unknown]
+    columns: Float64
+
+    @property
+    def id(self) -> str:
+        """The suspect's id."""
+        return self.candidate.id
+
+
+def quickly(residual: Residual, calibration: Calibration, screened: Screened, load: float = 1.0) -> Refined:
+    """Return a suspect fitted with the base model's columns as they are, the suspect's own differenced anew."""
+    unknowns = unknowns_of(calibration.unknowns, screened.candidate, screened.start, load)
+    best: tuple[Fit, Float64] | None = None
+    for share in (1.0, 0.3):
+        begin = fit_of(residual, _between(calibration.fit.whole, screened, share))
+        found = gauss_newton(residual, begin, unknowns, _QUICK_ROUNDS, calibration.columns)
+        if best is None or found[0].cost < best[0].cost:
+            best = found
+        if screened.candidate.effect is None or best[0].cost < 1.1 * screened.cost:
+            break  # it went where the linear model promised: another start is not needed
+    assert best is not None  # noqa: S101 (two rounds at least)
+    return Refined(screened.candidate, best[0], unknowns, best[1])
+
+
+def fully(residual: Residual, refined: Refined, rounds: int = _FULL_ROUNDS) -> Refined:
+    """Return a suspect fitted to the end, every column differenced anew."""
+    fit, columns = gauss_newton(residual, refined.fit, refined.unknowns, rounds, tolerance=1e-3)
+    return replace(refined, fit=fit, columns=columns)
+
+
+def bent(residual: Residual, refined: Refined, load: float) -> Refined:
+    """Return a suspect fitted with its effect's finer shapes, too, which a search leaves plain."""
+    effect = refined.candidate.effect
+    if effect is None or not effect.finer:
+        return refined
+    return fully(residual, replace(refined, unknowns=[*refined.unknowns, *finer_unknowns(effect, load)]))
+
+
+def curved(residual: Residual, refined: Refined, load: float) -> Refined:
+    """Return a plain effect with the finer shapes that fit it best, begun as it is and at either end of each.
+
+    Between curves that fit as well no slope leads far.
+    """
+    effect = refined.candidate.effect
+    if effect is None or not effect.finer:
+        return refined
+    finer = finer_unknowns(effect, load)
+    unknowns = [*refined.unknowns, *finer]
+    base = refined.columns[:, : len(refined.unknowns) - len(effect.parameters)]
+    begins = [refined.fit.whole.copy() for _ in range(1 + 2 * len(finer))]
+    for k, one in enumerate(finer):
+        one.put(begins[1 + 2 * k], one.low)
+        one.put(begins[2 + 2 * k], one.high)
+    tried = (gauss_newton(residual, fit_of(residual, whole), unknowns, _QUICK_ROUNDS, base) for whole in begins)
+    fit, columns = min(tried, key=lambda found: found[0].cost)
+    return fully(residual, Refined(refined.candidate, fit, unknowns, columns))
+
+
+def unknowns_of(base: Sequence[Unknown], candidate: Candidate, start: Vector, load: float) -> list[Unknown]:
+    """Return what a fit of a suspect moves: the base, its own parameter let out of its box, then an effect's own."""
+    moved = [u.free() if u.name == candidate.frees else u for u in base]
+    if candidate.effect is None:
+        return moved
+    shapes = [float(start[place]) for place in candidate.effect.indices]
+    return moved + effect_unknowns(candidate.effect, shapes, load)
+
+
+def _between(whole: Vector, screened: Screened, share: float) -> Vector:
+    """Return the screened start with its strengths and base steps scaled by a share, its shapes whole."""
+    start = whole + share * (screened.start - whole)
+    effect = screened.candidate.effect
+    if effect is not None:
+        for place, parameter in zip(effect.indices, effect.parameters, strict=True):
+            if not parameter.is_strength:
+                start[place] = screened.start[place]
+    return start

@@ -1,0 +1,132 @@
+"""Every suspect tried at physical steps, linearly, beside the base parameters in their boxes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy.fitting.boxed import boxed
+from etb_hil.discrepancy.fitting.calibration import Calibration
+from etb_hil.discrepancy.fitting.fit import Fit, Residual
+from etb_hil.discrepancy.suspects.candidates import Candidate
+from etb_hil.plant.physics import Vector
+
+Float64 = NDArray[np.float64]
+
+_RIDGE = 1e-3
+
+
+@dataclass(frozen=True, slots=True)
+class Screened:
+    """A suspect's best shape: what the linear model promises to leave, and the whole vector to start from.
+
+    `sensitivity` (n): what it explains; `unit` (n): its first strength's column.
+    """
+
+    candidate: Candidate
+    cost: float
+    start: Vector
+    sensitivity: Float64
+    unit: Float64
+
+
+@dataclass(frozen=True, slots=True)
+class Linear:
+    """The calibrated base model linearised: normal equations and boxes of its unknowns."""
+
+    calibration: Calibration
+    normal: Float64
+    right: Float64
+    low: Float64
+    high: Float64
+    x: Float64
+
+    @staticmethod
+    def of(calibration: Calibration) -> Linear:
+        """Return the normal equations of a calibration."""
+        columns, fit = calibration.columns, calibration.fit
+        x = np.array([u.x_of(fit.whole) for u in calibration.unknowns])
+        low = np.array([u.low for u in calibration.unknowns])
+        high = np.array([u.high for u in calibration.unknowns])
+        normal = columns.T @ columns + _RIDGE * np.eye(len(x))
+        return Linear(calibration, normal, -columns.T @ fit.residual, low, high, np.clip(x, low, high))
+
+
+def screen(
+    residual: Residual,
+    linear: Linear,
+    suspects: Mapping[str, Sequence[Candidate]],
+    progress: Callable[[str], None] = lambda _: None,
+) -> list[Screened]:
+    """Return each suspect's best shape, the most promising first."""
+    found = []
+    for id_, shapes in suspects.items():
+        progress(id_)
+        tried = [_tried(residual, linear, candidate) for candidate in shapes]
+        found.append(min(tried, key=lambda s: s.cost))
+    return sorted(found, key=lambda s: s.cost)
+
+
+def shaped(fit: Fit, candidate: Candidate) -> Vector:
+    """Return a fit's whole vector with the shapes of a candidate, and no more of its strengths than there was."""
+    effect = candidate.effect
+    assert effect is not None  # noqa: S101 (parameters have no shape)
+    base = fit.whole.copy()
+    for unknown, value, parameter in zip(candidate.unknowns, candidate.shape, effect.parameters, strict=True):
+        if not parameter.is_strength:
+            base[unknown.place] = value
+    return base
+
+
+def stepped(residual: Residual, fit: Fit, candidate: Candidate) -> Float64:
+    """Return what each strength that is searched changes in a fit's residual (n, strengths), a scaled unit of it."""
+    base = shaped(fit, candidate)
+    found = []
+    for unknown, step in zip(candidate.strengths, candidate.steps, strict=True):
+        moved = base.copy()
+        moved[unknown.place] += step
+        found.append((residual(moved) - fit.residual) * (unknown.scale / step))
+    return np.column_stack(found)
+
+
+def _tried(residual: Residual, linear: Linear, candidate: Candidate) -> Screened:
+    if candidate.frees:
+        return _freed(linear, candidate)
+    calibration = linear.calibration
+    fit = calibration.fit
+    base = shaped(fit, candidate)
+    columns = stepped(residual, fit, candidate)
+    count = columns.shape[1]
+    cross = calibration.columns.T @ columns
+    own = columns.T @ columns
+    normal = np.block([[linear.normal, cross], [cross.T, own + (_RIDGE + 1e-9 * np.trace(own)) * np.eye(count)]])
+    right = np.concatenate([linear.right, -columns.T @ fit.residual])
+    there = np.array([unknown.x_of(base) for unknown in candidate.strengths])  # what the model file states of heat
+    low = np.concatenate([linear.low - linear.x, [u.low for u in candidate.strengths] - there])
+    high = np.concatenate([linear.high - linear.x, [u.high for u in candidate.strengths] - there])
+    x = boxed(normal, right, low, high)
+    cost = fit.cost + float(x @ normal @ x) - 2.0 * float(right @ x)
+    start = base.copy()
+    for unknown, value in zip(calibration.unknowns, linear.x + x[:-count], strict=True):
+        unknown.put(start, value)
+    for unknown, value in zip(candidate.strengths, there + x[-count:], strict=True):
+        unknown.put(start, value)
+    return Screened(candidate, cost, start, columns @ x[-count:], columns[:, 0])
+
+
+def _freed(linear: Linear, candidate: Candidate) -> Screened:
+    calibration = linear.calibration
+    index = next(k for k, u in enumerate(calibration.unknowns) if u.name == candidate.frees)
+    free = calibration.unknowns[index].free()
+    low, high = linear.low - linear.x, linear.high - linear.x
+    low[index], high[index] = free.low - linear.x[index], free.high - linear.x[index]
+    x = boxed(linear.normal, linear.right, low, high)
+    cost = calibration.fit.cost + float(x @ linear.normal @ x) - 2.0 * float(linear.right @ x)
+    start = calibration.fit.whole.copy()
+    for unknown, value in zip(calibration.unknowns, linear.x + x, strict=True):
+        unknown.put(start, value)
+    column = calibration.columns[:, index]
+    return Screened(candidate, cost, start, column * x[index], column)

@@ -1,0 +1,105 @@
+"""How alike two suspects look in these data: the angle between what they explain, base parameters projected out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import Enum, auto
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.unknowns import Unknown
+from etb_hil.discrepancy.suspects.candidates import Candidate
+from etb_hil.plant.effects.effect import Balance
+
+Float64 = NDArray[np.float64]
+
+ALIKE = 0.95
+# Share of an effect beside the base parameters below which they are its name, too. A fifth is meant, and a class too
+# wide is the side to err on.
+ABSORBED = 0.21
+_GOOD_SHARE = 0.15
+_NOTHING_LEFT = 0.01  # share of a column below which the base parameters are it
+_NOTHING = 1e-9
+
+
+class Light(Enum):
+    """What two suspects are compared in: alike in any light that they are held to is alike."""
+
+    WHOLE = auto()  # all balances, beside all of the base
+    ZEROS_KNOWN = auto()  # a sensor's zero takes out of two look-alikes what they have in common
+    ANGLE = auto()  # likewise, and only the balance of motor and plate
+
+
+def lights(first: Candidate, second: Candidate) -> tuple[Light, ...]:
+    """Return the lights that two suspects are held to: look-alikes by the catalogue to more than one."""
+    if not (_declares(first, second) or _declares(second, first)):
+        return (Light.WHOLE,)
+    # Friction differs too much between devices for the torque to part two that motor and plate show.
+    angle = (Light.ANGLE,) if _is_of_the_angle(first) and _is_of_the_angle(second) else ()
+    return (Light.WHOLE, Light.ZEROS_KNOWN, *angle)
+
+
+def _declares(one: Candidate, other: Candidate) -> bool:
+    return one.effect is not None and other.id in one.effect.look_alikes
+
+
+def _is_of_the_angle(candidate: Candidate) -> bool:
+    return candidate.effect is not None and candidate.effect.balance is Balance.ANGLE
+
+
+def zeros(unknowns: Sequence[Unknown]) -> frozenset[str]:
+    """Return the names of the sensors' zeros."""
+    return frozenset(u.name for u in unknowns if u.name.endswith("_zero"))
+
+
+def angle_rows(balances: Sequence[Balances]) -> NDArray[np.bool_]:
+    """Return which rows (n) of the residual are the balance of motor and plate."""
+    return np.concatenate([np.repeat([False, False, True], b.rows) for b in balances])
+
+
+class Projector:
+    """Takes out of a sensitivity (n) what the base parameters imitate; one that was measured imitates nothing."""
+
+    def __init__(self, columns: Float64, unknowns: Sequence[Unknown]) -> None:
+        self.names = [u.name for u in unknowns]
+        lengths = np.linalg.norm(columns, axis=0)
+        self._seen = lengths > 1e-6 * max(float(lengths.max(initial=0.0)), 1e-12)
+        self._seen &= np.array([not u.is_known for u in unknowns])
+        self._columns = columns[:, self._seen]
+        self._lengths = lengths[self._seen]
+        self._basis, self._triangle = np.linalg.qr(self._columns / self._lengths)
+        self._freed: dict[frozenset[str], Float64] = {}
+
+    def rest(self, column: Float64, without: frozenset[str] = frozenset()) -> Float64:
+        """Return what of a column is left; the parameters `without` are not used."""
+        inside = self._basis.T @ column
+        if without:
+            freed = self._freed_by(without)
+            inside = inside - freed @ (freed.T @ inside)
+        return np.asarray(column - self._basis @ inside)
+
+    def directions(self, raw: Float64, without: frozenset[str] = frozenset()) -> Float64:
+        """Return an orthonormal basis (n, d) of what of some columns is left; nothing of those that the base is."""
+        rest = np.column_stack([self.rest(column, without) for column in raw.T])
+        left = np.linalg.norm(rest, axis=0)
+        seen = left > _NOTHING_LEFT * np.maximum(np.linalg.norm(raw, axis=0), _NOTHING)
+        return np.linalg.qr(rest[:, seen] / left[seen])[0]
+
+    def _freed_by(self, without: frozenset[str]) -> Float64:
+        """Return the directions (k, d), in the basis, that only the parameters `without` reach."""
+        if without not in self._freed:
+            names = np.array(self.names)[self._seen]
+            left_out = np.eye(len(names))[:, [name in without for name in names]]
+            self._freed[without] = np.linalg.qr(np.linalg.solve(self._triangle.T, left_out))[0]
+        return self._freed[without]
+
+    def imitators(self, column: Float64, without: frozenset[str] = frozenset()) -> list[str]:
+        """Return the base parameters that do the imitating of a column; those `without` are not used."""
+        names = np.array(self.names)[self._seen]
+        used = np.array([name not in without for name in names])
+        names = names[used]
+        solved = np.linalg.lstsq(self._triangle[:, used], self._basis.T @ column, rcond=None)[0]
+        shares = np.abs(solved) / max(float(np.linalg.norm(column)), _NOTHING)
+        return [str(name) for name, share in zip(names, shares, strict=True) if share > _GOOD_SHARE]
