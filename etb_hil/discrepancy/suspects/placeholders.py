@@ -131,9 +131,12 @@ def filtered(b: Balances, splines: Float64, channel: int) -> Float64:
 
 
 def _hats(x: Float64) -> Float64:
-    """Return linear splines (n, knots) over a coordinate, as many rows about each knot."""
+    """Return linear splines (n, knots) over a coordinate, as many rows about each knot; nothing in those that coincide.
+
+    Every stretch of a record has as many, wherever it rests for long.
+    """
     knots = np.unique(np.quantile(x, np.linspace(0.0, 1.0, _KNOTS)))
     if len(knots) < 3:
         knots = np.linspace(float(x.min()) - 1e-9, float(x.max()) + 1e-9, 3)
-    identity = np.eye(len(knots))
-    return np.column_stack([np.interp(x, knots, row) for row in identity])
+    apart = [np.interp(x, knots, row) for row in np.eye(len(knots))]
+    return np.column_stack(apart + [np.zeros(len(x))] * (_KNOTS - len(knots)))
