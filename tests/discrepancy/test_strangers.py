@@ -61,6 +61,14 @@ def test_a_later_cause_is_not_one_of_several_that_take_a_part(is_later, after, r
     assert bool(objections.is_one_of_several(found, findings)) is speaks
 
 
+@pytest.mark.parametrize(("doubt", "expected"), [("", "explained"), ("another takes nearly as much", "unexplained")])
+def test_what_was_taken_in_with_a_doubt_is_named_without_confidence(doubt, expected):
+    before, after = _groups(12.0), _groups(1.2)
+    causes = [_round("friction_asymmetry", before, _groups(6.0)), _round("cogging_torque", _groups(6.0), after)]
+    causes[1].refused = doubt
+    assert decision.verdict(_findings(causes, before, after)) == expected
+
+
 @pytest.mark.parametrize(
     ("voltage", "speaks"),
     [

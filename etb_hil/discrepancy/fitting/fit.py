@@ -64,17 +64,37 @@ def gauss_newton(
     differenced. `first`: columns to begin with, from somewhere near. Columns serve until a step gains other than they
     promised. It stops where a round with fresh ones gains less than a share `tolerance`.
     """
-    at, damping = _with_slopes(residual, begin, unknowns), 1e-4
-    known = 0 if kept is None else kept.shape[1]
-    found = np.empty((len(at.residual), len(unknowns)))
+    found = np.zeros((len(begin.residual), len(unknowns)))
     if not np.isfinite(begin.cost):
-        found[:] = 0.0
         return begin, found
     if kept is not None:
-        found[:, :known] = kept
+        found[:, : kept.shape[1]] = kept
     if first is not None:
         found[:] = first
-    is_fresh, is_trusted = False, first is not None
+    known = 0 if kept is None else kept.shape[1]
+    at = _descended(residual, begin, unknowns, rounds, found, known, tolerance, is_trusted=first is not None)
+    raised = _with_peak(residual, at, unknowns) if kept is None else at
+    if raised is not at:
+        columns_there = np.empty_like(found)
+        again = _descended(residual, raised, unknowns, rounds, columns_there, 0, tolerance, is_trusted=False)
+        if again.cost < at.cost:
+            return again, columns_there
+    return at, found
+
+
+def _descended(
+    residual: Residual,
+    begin: Fit,
+    unknowns: Sequence[Unknown],
+    rounds: int,
+    found: Float64,
+    known: int,
+    tolerance: float,
+    *,
+    is_trusted: bool,
+) -> Fit:
+    """Return the fit after some rounds; `found` (n, unknowns) has the last columns, the first `known` as they came."""
+    at, damping, is_fresh = begin, 1e-4, False
     normal = found.T @ found if is_trusted else np.empty((0, 0))
     for _ in range(rounds):
         if not is_trusted:
@@ -89,25 +109,21 @@ def gauss_newton(
             break  # the last columns are from next to where it ended
         else:
             is_trusted = False
-    return at, found
+    return at
 
 
-def _with_slopes(residual: Residual, begin: Fit, unknowns: Sequence[Unknown]) -> Fit:
-    """Return where a fit begins, with break-away friction raised as `_raise_stiction` does."""
-    raised = begin.whole.copy()
-    _raise_stiction(raised, unknowns)
-    return begin if np.array_equal(raised, begin.whole) else fit_of(residual, raised)
+def _with_peak(residual: Residual, at: Fit, unknowns: Sequence[Unknown]) -> Fit:
+    """Return a fit whose break-away friction is put above sliding friction where it was not, or the fit itself.
 
-
-def _raise_stiction(whole: Vector, unknowns: Sequence[Unknown]) -> None:
-    """Put a break-away friction below sliding friction to it, as far as its box goes (in place).
-
-    There is no peak there to give it a slope, nor one to the Stribeck velocity: a fit that came there would stay.
+    Below it there is no peak, which would give it a slope, and the Stribeck velocity one: a fit that came there stays.
     """
+    whole = at.whole.copy()
     for unknown in unknowns:
-        if unknown.place == STICTION and whole[STICTION] < whole[COULOMB]:
-            level = (whole[COULOMB] - unknown.centre) / unknown.scale
+        if unknown.place == STICTION and whole[STICTION] <= whole[COULOMB]:
+            # Beyond what differences step over: on the edge itself they would see one side of it only.
+            level = (whole[COULOMB] - unknown.centre) / unknown.scale + 2.0 * unknown.step
             unknown.put(whole, float(min(max(level, unknown.low), unknown.high)))
+    return at if np.array_equal(whole, at.whole) else fit_of(residual, whole)
 
 
 def _step(
@@ -122,7 +138,6 @@ def _step(
         moved = at.whole.copy()
         for unknown, value in zip(unknowns, x + step, strict=True):
             unknown.put(moved, value)
-        _raise_stiction(moved, unknowns)
         tried = fit_of(residual, moved)
         if tried.cost < at.cost:
             promised = 2.0 * float(right @ step) - float(step @ normal @ step)

@@ -65,7 +65,7 @@ def verdict(findings: Findings) -> str:
     is_accused = accuses(findings.final_groups, findings.rows >= LEAST_ROWS)
     if findings.is_cut_short:
         return "unexplained" if first > 0.0 else "insufficient_data"
-    if any(r.refused in (DRIFTS, WEARS) for r in findings.rounds):
+    if any(r.refused in (DRIFTS, WEARS) for r in findings.rounds) or any(r.refused for r in accepted):
         return "unexplained"  # it is there, or it would not have been a cause, whatever band it is in
     if not accepted:
         return "unexplained" if is_accused else "adequate"

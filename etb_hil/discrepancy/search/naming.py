@@ -14,7 +14,7 @@ from etb_hil.discrepancy.search import decision
 from etb_hil.discrepancy.search.byhand import take_measured
 from etb_hil.discrepancy.search.cut_short import CutShort
 from etb_hil.discrepancy.search.findings import Findings, Round
-from etb_hil.discrepancy.search.objections import objection
+from etb_hil.discrepancy.search.objections import is_doubted, objection
 from etb_hil.discrepancy.search.reconsidering import ask_again, doubt_drifts, is_given_up
 from etb_hil.discrepancy.search.rounds import Progress, one_round, standing_near, take_in, taken_by
 from etb_hil.discrepancy.search.together import stands_beside_its_rival, stands_in_place, stands_with_another
@@ -101,6 +101,8 @@ def _look(findings: Findings, without: Sequence[str], progress: Progress) -> Non
             or (len(findings.accepted) + 2 <= _MOST_CAUSES and stands_with_another(found, findings, without, progress))
         ):
             found.refused = ""
+        elif is_doubted(found, findings):
+            take_in(findings, found)  # the doubt stays: what is named beside it is named without confidence
         else:
             _share_classes(findings, found)
             return

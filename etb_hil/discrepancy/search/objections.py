@@ -48,6 +48,11 @@ def is_open(found: Round, findings: Findings, *also: Objection) -> bool:
     return bool(reasons) and reasons <= {_harms_a_balance, fails_on_other_segments, *also}
 
 
+def is_doubted(found: Round, findings: Findings) -> bool:
+    """Tell whether nothing speaks against a winner but that another might take the same part."""
+    return {object_to for object_to in _OBJECTIONS if object_to(found, findings)} == {is_one_of_several}
+
+
 def takes_nearly_all(found: Round, findings: Findings) -> bool:
     """Tell whether a winner takes nearly all that can be explained."""
     return found.gain > _CERTAIN_GAIN and _share_over_floor(found, findings) > _LATER_CERTAIN
