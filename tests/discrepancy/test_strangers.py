@@ -12,7 +12,7 @@ from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import calibrate
 from etb_hil.discrepancy.search import decision, objections
 from etb_hil.discrepancy.search.drifting import wears
-from etb_hil.discrepancy.suspects.placeholders import placeholders
+from etb_hil.discrepancy.suspects.placeholders import Placeholder, placeholders
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED, row
 
@@ -93,6 +93,16 @@ def test_magnets_that_weaken_bring_the_voltage_down(voltage, speaks):
 def test_a_group_that_the_causes_hardly_touch_is_not_left_by_their_shapes(torque, expected):
     before, after = ([1.0, 1.0, one, 1.0, u, u, 1.0, 1.0, 1.0] for one, u in zip(torque, (50.0, 1.1), strict=True))
     assert decision.verdict(_findings([_round("supply_sag", before, after)], before, after)) == expected
+
+
+@pytest.mark.parametrize(
+    ("over", "parity", "expected"), [("angle", "even", "explained"), ("velocity", "odd", "unexplained")]
+)
+def test_what_is_left_over_the_angle_is_still_the_springs(over, parity, expected):
+    before, after = _groups(60.0), _groups(3.5)
+    findings = _findings([_round("spring_nonlinear", before, after)], before, after)
+    findings.rest = [Placeholder("torque", over, parity, 0.9)]
+    assert decision.verdict(findings) == expected
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import pytest
 from explain_cases import hidden_case
 from explain_study import searched
 
-from etb_hil.discrepancy.search import decision, objections, together
+from etb_hil.discrepancy.search import objections, together
 
 
 def _causes(findings):
@@ -119,13 +119,11 @@ def test_a_rival_of_the_first_cause_that_takes_nearly_all_of_the_rest_is_there_t
 
 
 @pytest.mark.slow
-def test_what_is_left_of_a_knee_in_the_springs_is_still_the_springs():
+def test_a_knee_in_the_springs_is_taken_with_them_and_leaves_no_spline_anything():
     findings = searched(hidden_case(80024, pair=True))
-    greediest = findings.rest[0]
-    assert (greediest.balance, greediest.over, greediest.parity) == ("torque", "angle", "even")
-    assert greediest.share > decision.PLACEHOLDER
+    assert findings.rest[0].share < 0.02  # a polynomial in its place had left more than PLACEHOLDER
     assert _causes(findings) == {"spring_nonlinear", "shaft_compliance"}
-    assert findings.verdict == "ambiguous"  # each has its look-alike
+    assert findings.verdict == "ambiguous"  # a flow may bend as well
 
 
 @pytest.mark.slow
