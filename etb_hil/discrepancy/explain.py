@@ -17,7 +17,7 @@ from etb_hil.discrepancy.answer.called import as_in_its_file
 from etb_hil.discrepancy.answer.consequence import consequence
 from etb_hil.discrepancy.answer.explanation import SCHEMA, explanation
 from etb_hil.discrepancy.answer.holdout import Holdout, hold_out
-from etb_hil.discrepancy.answer.quality import data_quality, nothing_to_judge
+from etb_hil.discrepancy.answer.quality import data_quality, nothing_to_judge, too_short
 from etb_hil.discrepancy.answer.transfer import transfer
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.confounding import confounded
@@ -93,14 +93,9 @@ def explain(
         if not stretches or fit_on:
             return _coarsely(recordings[0], model, fit_on, said, missing, together)
         balances = [Balances(measured, model) for measured in stretches]
-        if why := nothing_to_judge(balances):
-            nothing = {
-                "verdict": "insufficient_data",
-                "causes": [],
-                "data_quality": why + data_quality(balances, model),
-            }
-            return Answer({"schema": SCHEMA, **nothing, "confounded": together})
-        findings = search(model, balances, without, said)
+        findings, why = _searched(balances, model, without, said)
+        if findings is None:
+            return _insufficient(why, balances, model, together)
     except KeyboardInterrupt as interrupt:
         return _before_the_search(said, model, balances, together, interrupt)
     if findings.is_cut_short:
@@ -124,6 +119,24 @@ def explain(
         answer["interrupted"] = said.last
         answer["stages"] = stages(answer, is_read=True, is_searched=not findings.is_cut_short)
     return Answer(as_in_its_file(answer, model), findings, holdout)
+
+
+def _searched(
+    balances: list[Balances], model: Model, without: Sequence[str], said: _Said
+) -> tuple[Findings | None, list[str]]:
+    """Return what a search finds, or why these data tell nothing."""
+    if why := nothing_to_judge(balances):
+        return None, why
+    findings = search(model, balances, without, said)
+    if findings.verdict != "adequate" and not findings.is_cut_short and (why := too_short(balances)):
+        return None, why
+    return findings, []
+
+
+def _insufficient(why: list[str], balances: Sequence[Balances], model: Model, together: list[dict[str, Any]]) -> Answer:
+    """Return the answer to data that tell nothing, with the reasons."""
+    nothing = {"verdict": "insufficient_data", "causes": [], "data_quality": why + data_quality(balances, model)}
+    return Answer(as_in_its_file({"schema": SCHEMA, **nothing, "confounded": together}, model))
 
 
 def _before_the_search(

@@ -2,13 +2,16 @@
 
 import numpy as np
 import pytest
-from synthetic import MODEL, RATE
+from synthetic import MODEL, RATE, measurement
 
 from etb_hil.base.stock import find
 from etb_hil.bench.simulation import Simulation
+from etb_hil.discrepancy.explain import explain
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.measurement import measurements_of
+from etb_hil.discrepancy.search.naming import search
 from etb_hil.discrepancy.suspects.placeholders import placeholders
+from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock
 from etb_hil.scenario.scenario_file import load_scenario
@@ -32,6 +35,47 @@ def _piece(whole, begin, seconds, **changed):
     lost = np.zeros(len(time_ns[rows]), np.int64)
     found.append([SampleBlock("table", time_ns[rows], time_ns[rows], columns, lost)])
     return found
+
+
+@pytest.mark.parametrize(
+    ("begin", "seconds"), [(46.66, 12.0), (46.72, 3.0), (30.0, 3.0), (5.25, 3.0), (2.88, 8.0), (3.98, 12.0)]
+)
+def test_what_held_the_plate_before_a_record_is_no_cause(whole, begin, seconds):
+    """On a stop, at rest and with few rows in a group: a soft stop, cogging and a dead zone had been seen there."""
+    (measured,) = measurements_of(_piece(whole, begin, seconds), MODEL)
+    found = search(MODEL, [Balances(measured, MODEL)])
+    assert found.verdict == "adequate"
+    assert not found.accepted
+
+
+def test_the_beginning_is_judged_where_it_speaks_against_nobody(whole):
+    """From rest at limp-home, as a bench begins, nothing is over its band."""
+    (measured,) = measurements_of(_piece(whole, 0.0, 12.0), MODEL)
+    balances = Balances(measured, MODEL)
+    before = balances.regimes
+    assert search(MODEL, [balances]).verdict == "adequate"
+    assert balances.regimes is before
+    assert (before.since_it_slid().is_stuck & ~before.is_stuck).any()
+
+
+def test_a_cause_that_the_beginning_shows_too_is_looked_for_in_all_rows():
+    """A break-away that grows with rest shows in the first slide and in the later ones."""
+    p = MODEL.vector()
+    p[list(CATALOGUE["stiction_dwell"].indices)] = [0.3, 0.1, 0.003]
+    balances = Balances(measurement(p, seed=4), MODEL)
+    before = balances.regimes
+    (found,) = search(MODEL, [balances]).accepted
+    assert found.winner.id == "stiction_dwell"
+    assert balances.regimes is before
+
+
+def test_what_happens_once_in_some_seconds_is_no_cause(whole):
+    """A wrong resistance in all of the voltage, and still too short to be told from another cause."""
+    recording = _piece(whole, 30.0, 4.0, motor_voltage=lambda volts: 1.3 * volts)
+    found = explain([recording], MODEL).explanation
+    assert found["verdict"] == "insufficient_data"
+    assert not found["causes"]
+    assert "in less than 10 s a cause is not told from what happened once" in found["data_quality"][0]
 
 
 def test_an_angle_that_is_missing_for_long_parts_the_record(whole):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +20,9 @@ _NEAR = 0.012  # rad from where the model has the stop
 _REST = 0.04  # s
 # Bristles give way under a dither that no encoder shows: a plate that creeps like this is held by unknown friction.
 _CREEP = 0.08  # of T_c / sigma_0 in twice that time
+_SETTLES = 5.0  # times T_st / sigma_0 that a plate goes until nothing is left of what held it when the record began
 _COUNTS = 8.0  # times the noise of the angle: some two counts of its encoder
-_AROUND = 0.04  # s that the filter smears a stop over
+_AROUND = 0.04  # s that the filter smears a stop over, or what held the plate
 BESIDE = 0.1  # s about a bad row that are not judged: a filter carries it there
 # What a true model leaves of the torque balance, before the case's own floor is known.
 _START = {STOP: 4.0, SLOW: 3.0, SLIDING: 1.0}
@@ -32,11 +33,13 @@ class Regimes:
     """`label` (m) by row at the output rate; `is_good` (m) False where samples were bridged.
 
     `is_stuck` (m): the plate rests off the stops, and friction is whatever holds it: the torque balance says nothing.
+    `has_slid` (m): the plate has gone so far that nothing is left of what held it when the record began.
     """
 
     label: NDArray[np.int64]
     is_good: NDArray[np.bool_]
     is_stuck: NDArray[np.bool_]
+    has_slid: NDArray[np.bool_]
 
     @staticmethod
     def of(measured: Measurement, model: Model, spectrum: Spectrum, angle: Float64, velocity: Float64) -> Regimes:
@@ -54,7 +57,13 @@ class Regimes:
             max(round(_REST * measured.rate), 1),
             max(_COUNTS * measured.angle_noise, _CREEP * v.coulomb / v.bristle_stiffness),
         )
-        return Regimes(spectrum.picked(label), spectrum.picked(good), spectrum.picked(stuck))
+        held = np.maximum.accumulate(np.abs(angle - angle[0])) < _SETTLES * v.stiction / v.bristle_stiffness
+        slid = ~_widened(held, round(_AROUND * measured.rate))
+        return Regimes(spectrum.picked(label), spectrum.picked(good), spectrum.picked(stuck), spectrum.picked(slid))
+
+    def since_it_slid(self) -> Regimes:
+        """Return them with no torque to judge from before the plate first slid."""
+        return replace(self, is_stuck=self.is_stuck | ~self.has_slid)
 
     def start_weights(self, has: tuple[bool, bool, bool]) -> Float64:
         """Return weights (3 m) of the balances before the floor of the case is known."""

@@ -22,6 +22,8 @@ BAND = np.array([10.0, 3.0, 1.6, 6.0, 1.25, 2.0, 1.6, 1.25, 1.35])
 LOOSE = np.array([True, True, False, True, False, False, False, False, False])
 ALONE = 6.0
 ACCUSING = np.where(LOOSE, ALONE * BAND, BAND)
+_OWN = 0.6  # of the rows are independent readings: 60 to 90 Hz pass, at 250 Hz
+_SURE = 3.0  # standard deviations; from 1200 rows on every band is wider
 EXPLAINED_SHARE = 0.93  # of the excess over the floor
 PARAMETER_SHARE = 0.98  # likewise: a wrong number has no other shape that might leave something
 CLASS_MARGIN = 0.05
@@ -62,7 +64,7 @@ def verdict(findings: Findings) -> str:
     first = excess(findings.first_groups, findings.rows).sum()
     last = excess(findings.final_groups, findings.rows).sum()
     accepted = findings.accepted
-    is_accused = accuses(findings.final_groups, findings.rows >= LEAST_ROWS)
+    is_accused = accuses(findings.final_groups, beyond_chance(findings.final_groups, findings.rows))
     if findings.is_cut_short:
         return "unexplained" if first > 0.0 else "insufficient_data"
     if any(r.refused in (DRIFTS, WEARS) for r in findings.rounds) or any(r.refused for r in accepted):
@@ -91,6 +93,12 @@ def _is_untouched(findings: Findings) -> bool:
     judged = findings.rows >= LEAST_ROWS
     first, last = (np.maximum(groups - BAND, 0.0) for groups in (findings.first_groups, findings.final_groups))
     return bool((judged & (findings.final_groups > ACCUSING) & (last > UNTOUCHED * first)).any())
+
+
+def beyond_chance(groups: Float64, rows: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return which groups are farther over the floor than two mean squares of as few rows are apart by chance."""
+    apart = np.sqrt(4.0 / (_OWN * np.maximum(rows, LEAST_ROWS)))
+    return np.asarray((rows >= LEAST_ROWS) & (groups > 1.0 + _SURE * apart))
 
 
 def accuses(groups: Float64, judged: NDArray[np.bool_]) -> bool:

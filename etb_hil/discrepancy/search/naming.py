@@ -11,6 +11,7 @@ from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import calibrate
 from etb_hil.discrepancy.fitting.floor import group_means
 from etb_hil.discrepancy.search import decision
+from etb_hil.discrepancy.search.beginning import since_it_slid
 from etb_hil.discrepancy.search.byhand import take_measured
 from etb_hil.discrepancy.search.cut_short import CutShort
 from etb_hil.discrepancy.search.findings import Findings, Round
@@ -39,6 +40,7 @@ def search(
     progress("simulating what a true model would leave")
     try:
         standing = standing_near(stated, stretches, calibration.fit.whole, calibration.unknowns, _ROUNDS)
+        standing = since_it_slid(stated, stretches, standing, _ROUNDS)
     except KeyboardInterrupt:
         raise CutShort(calibration) from None
     calibration = standing.calibration
