@@ -5,7 +5,9 @@ What is missing bends balances, and hides how well a cause holds; what stands in
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 
 from etb_hil.discrepancy.search import decision
 from etb_hil.discrepancy.search.findings import Findings, Round
@@ -32,21 +34,15 @@ def stands_with_another(found: Round, findings: Findings, without: Sequence[str]
     if not is_open(found, findings, is_no_wave):
         return False
     progress(f"asking whether {found.winner.id} stands with another cause")
-    standing, rounds, stands = findings.standing, list(findings.rounds), False
-    try:
-        take_in(findings, found)
+    with _on_trial(found, findings) as trial:
         other = _next(findings, without, progress)
         if other is not None:
             findings.rounds.append(other)
             stands = not harms(found.before_groups, findings.final_groups, findings)
             if stands and (fails_on_other_segments(found, findings) or is_no_wave(found, findings)):
                 stands = takes_nearly_all(other, findings) and _holds_beside(found, findings, without, progress)
-    finally:
-        if not stands:
-            found.accepted = False
-            findings.rounds[:] = rounds
-            go_back(findings, standing)
-    return stands
+            trial.stands = stands
+    return trial.stands
 
 
 def stands_in_place(found: Round, findings: Findings, without: Sequence[str], progress: Progress) -> bool:
@@ -60,19 +56,11 @@ def stands_in_place(found: Round, findings: Findings, without: Sequence[str], pr
     is_shared = any(object_to(found, findings) for object_to in shared)
     if not is_shared or not is_open(found, findings, *shared):
         return False
-    earlier, standing, rounds, stands = findings.accepted, findings.standing, list(findings.rounds), False
-    try:
-        take_in(findings, found)
+    earlier = findings.accepted
+    with _on_trial(found, findings) as trial:
         replaced = [old for old in earlier if is_replaced(findings, old, without, progress, is_wrong=False)]
-        stands = bool(replaced) and is_replaced(findings, found, without, progress, is_wrong=True)
-    finally:
-        if not stands:
-            found.accepted = False
-            findings.rounds[:] = rounds
-            for old in earlier:
-                old.accepted = True
-            go_back(findings, standing)
-    return stands
+        trial.stands = bool(replaced) and is_replaced(findings, found, without, progress, is_wrong=True)
+    return trial.stands
 
 
 def stands_beside_its_rival(found: Round, findings: Findings, without: Sequence[str], progress: Progress) -> bool:
@@ -83,23 +71,36 @@ def stands_beside_its_rival(found: Round, findings: Findings, without: Sequence[
     """
     if not takes_nearly_all(found, findings) or not is_open(found, findings, is_in_a_class):
         return False
-    earlier = findings.accepted
-    rivals = [old for old in earlier if old.winner.id in found.alike or found.winner.id in old.alike]
+    rivals = [old for old in findings.accepted if old.winner.id in found.alike or found.winner.id in old.alike]
     if not rivals or any(each.winner.candidate.effect is None for each in (found, *rivals)):
         return False
     progress(f"asking whether {found.winner.id} stands beside its rival")
-    standing, rounds, stands = findings.standing, list(findings.rounds), False
+    with _on_trial(found, findings) as trial:
+        trial.stands = all(_holds_beside(old, findings, without, progress) for old in rivals)
+    return trial.stands
+
+
+@dataclass
+class _Trial:
+    """Whether what was taken in on trial stands."""
+
+    stands: bool = False
+
+
+@contextmanager
+def _on_trial(found: Round, findings: Findings) -> Iterator[_Trial]:
+    """Take in a cause for a while; unless it stands in the end, an interrupt included, all is as it was."""
+    earlier, standing, rounds, trial = findings.accepted, findings.standing, list(findings.rounds), _Trial()
     try:
         take_in(findings, found)
-        stands = all(_holds_beside(old, findings, without, progress) for old in rivals)
+        yield trial
     finally:
-        if not stands:
+        if not trial.stands:
             found.accepted = False
             findings.rounds[:] = rounds
             for old in earlier:
                 old.accepted = True
             go_back(findings, standing)
-    return stands
 
 
 def _next(findings: Findings, without: Sequence[str], progress: Progress) -> Round | None:
