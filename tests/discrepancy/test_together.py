@@ -35,6 +35,7 @@ WAVES = {"cogging_torque", "friction_position_periodic"}
         pytest.param(72068, {"measurement_delay", "magnet_temperature"}, id="what stood in begins again"),
         pytest.param(80180, WAVES, id="a look-alike of an earlier cause is one"),
         pytest.param(80402, WAVES, id="two that take a half each are no class"),
+        pytest.param(160026, {"magnet_temperature", "supply_sag"}, id="what their shapes leave is no third"),
     ],
 )
 def test_both_causes_are_found_and_no_third(seed, hidden):

@@ -87,6 +87,12 @@ def test_of_what_is_over_the_floor_a_later_cause_that_is_imitated_takes_nearly_a
     assert bool(objections.is_imitated(found, findings)) is speaks
 
 
+@pytest.mark.parametrize(("earlier", "t", "speaks"), [(1, 1.6, False), (2, 1.6, True), (2, 4.1, False)])
+def test_a_third_cause_holds_on_segments_that_its_fit_did_not_see(earlier, t, speaks):
+    findings = SimpleNamespace(accepted=[None] * earlier)
+    assert bool(objections.is_third(SimpleNamespace(t=t), findings)) is speaks
+
+
 @pytest.mark.slow
 def test_drag_of_the_air_that_two_effects_and_numbers_on_their_edges_imitate_is_unexplained():
     findings = searched(hidden_case(96018, ("air_drag",)))

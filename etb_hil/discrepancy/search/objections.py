@@ -115,6 +115,14 @@ def is_one_of_several(found: Round, findings: Findings) -> str:
     return "takes less than half of what is left, and other suspects leave little more"
 
 
+def is_third(found: Round, findings: Findings) -> str:
+    """Say that a third cause does not hold by itself on segments that its fit did not see, nothing where it does."""
+    # What two causes leave whose shapes are not quite ours is small beside what they took, and some third bends to it.
+    if len(findings.accepted) < 2 or found.t > _LATER_T:
+        return ""
+    return f"two causes may leave as much; a third holds on segments that the fit did not see: t is {found.t:.1f}"
+
+
 def _helps_no_balance(found: Round, findings: Findings) -> str:
     is_helped = found.before_groups - found.after_groups > _GROUP_GAIN
     return "" if (is_helped & _judged(findings)).any() else "brings no balance down by more than chance does"
@@ -196,6 +204,7 @@ _OBJECTIONS: tuple[Objection, ...] = (
     is_imitated,
     _takes_too_little,
     is_one_of_several,
+    is_third,
     _helps_no_balance,
     _harms_a_balance,
     _lacks_its_back_emf,

@@ -19,6 +19,7 @@ from etb_hil.discrepancy.search.objections import (
     is_no_wave,
     is_one_of_several,
     is_open,
+    is_third,
     objection,
     takes_nearly_all,
 )
@@ -54,7 +55,7 @@ def stands_in_place(found: Round, findings: Findings, without: Sequence[str], pr
     """
     shared = (is_imitated, is_one_of_several)
     is_shared = any(object_to(found, findings) for object_to in shared)
-    if not is_shared or not is_open(found, findings, *shared):
+    if not is_shared or not is_open(found, findings, *shared, is_third):
         return False
     earlier = findings.accepted
     with _on_trial(found, findings) as trial:
