@@ -161,7 +161,9 @@ def test_friction_that_falls_as_it_cools_may_be_wear(course, per_30_kelvin, is_w
 @pytest.mark.parametrize(
     ("seed", "hidden", "level", "without"),
     [
-        pytest.param(147012, "stribeck_shape", "strong", ("stribeck_shape",), id="three strangers"),
+        pytest.param(
+            147012, "stribeck_shape", "strong", ("stribeck_shape",), id="three strangers", marks=pytest.mark.study
+        ),
         pytest.param(131110, "air_drag", "medium", (), id="a number beside a curve"),
         pytest.param(132050, "current_sensor_curvature", "medium", (), id="one who touched only half"),
         pytest.param(131086, "spring_thermal_drift", "medium", (), id="a spring and no magnets"),

@@ -32,8 +32,10 @@ WAVES = {"cogging_torque", "friction_position_periodic"}
 @pytest.mark.parametrize(
     ("seed", "hidden"),
     [
-        pytest.param(72068, {"measurement_delay", "magnet_temperature"}, id="what stood in begins again"),
-        pytest.param(80180, WAVES, id="a look-alike of an earlier cause is one"),
+        pytest.param(
+            72068, {"measurement_delay", "magnet_temperature"}, id="what stood in begins again", marks=pytest.mark.study
+        ),
+        pytest.param(80180, WAVES, id="a look-alike of an earlier cause is one", marks=pytest.mark.study),
         pytest.param(80402, WAVES, id="two that take a half each are no class"),
         pytest.param(160026, {"magnet_temperature", "supply_sag"}, id="what their shapes leave is no third"),
     ],
@@ -84,7 +86,9 @@ def test_a_later_cause_that_base_parameters_imitate_is_none_where_another_suspec
 @pytest.mark.parametrize(
     ("seed", "other"),
     [
-        pytest.param(122003, "presliding_hysteresis", id="a stand-in that left its rivals far behind"),
+        pytest.param(
+            122003, "presliding_hysteresis", id="a stand-in that left its rivals far behind", marks=pytest.mark.study
+        ),
         pytest.param(90282, "friction_load", id="beside a stand-in it harms a balance, too"),
     ],
 )
@@ -160,7 +164,9 @@ def test_what_harms_alone_is_refused_and_all_is_as_before():
 @pytest.mark.parametrize(
     ("seed", "other"),
     [
-        pytest.param(145013, "friction_asymmetry", id="bent to its longest period by a direction"),
+        pytest.param(
+            145013, "friction_asymmetry", id="bent to its longest period by a direction", marks=pytest.mark.study
+        ),
         pytest.param(145016, "friction_temperature", id="by a temperature, which is a factor of the wave, too"),
     ],
 )

@@ -93,7 +93,7 @@ def test_a_third_cause_holds_on_segments_that_its_fit_did_not_see(earlier, t, sp
     assert bool(objections.is_third(SimpleNamespace(t=t), findings)) is speaks
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_drag_of_the_air_that_two_effects_and_numbers_on_their_edges_imitate_is_unexplained():
     findings = searched(hidden_case(96018, ("air_drag",)))
     first, last = (decision.excess(g, findings.rows).sum() for g in (findings.first_groups, findings.final_groups))
