@@ -2,7 +2,7 @@
 
 import numpy as np
 from generator import layout as at
-from generator.bench import CONTROL_PERIOD, near_stop, steps_per_tick
+from generator.bench import CONTROL_PERIOD, parts_of_step, steps_per_tick
 from generator.compiled import compiled
 from generator.driveline import is_two_mass
 from generator.friction import move_contact
@@ -49,7 +49,7 @@ def _run(rows, voltage, inputs, begins, length, steps, row_s, led, slow, found, 
             found[k] = state[0]
             for step in range(steps):
                 terminal, _ = terminal_voltage(voltage[k], state[3], k * row_s + step * dt, e)
-                parts = 8 if near_stop(state[4], p) else 1
+                parts = parts_of_step(state, slow, dt, now, p, e)
                 for _ in range(parts):
                     state = advance(state, slow, terminal, opened, two_mass, dt / parts, now, p, e)
             way = rows[min(k + 1, len(rows) - 1), at.LOG_ANGLE] - rows[k, at.LOG_ANGLE]

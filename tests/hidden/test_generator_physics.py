@@ -137,6 +137,19 @@ def test_half_the_step_gives_the_same_motion(effect, into_stops, seed):
     assert apart[at.LOG_FRICTION] < (1e-4 if knocks else 1e-6)
 
 
+@pytest.mark.parametrize("strength", [0.45, 0.6])
+def test_friction_that_one_side_nearly_loses_stays_a_friction_at_speed(strength):
+    effects = _with("friction_asymmetry", strength)
+    effects[at.FRICTION_ASYMMETRY, at.B] = -1.0
+    unit = {**draw_unit(np.random.default_rng(0)), "bristle_stiffness": 120.0}
+    volts = np.tile(np.repeat([11.0, -11.0], 150), 3)
+    coarse, fine = (_open_loop(unit, volts, finer=finer, effects=effects) for finer in (1, 2))
+    assert coarse[:, at.LOG_VELOCITY].min() < -20.0
+    most = unit["bristle_stiffness"] * np.abs(coarse[:, at.LOG_BRISTLE]).max()
+    assert most <= unit["stiction"] + 1e-9
+    assert np.sqrt(np.mean((coarse - fine)[:, at.LOG_ANGLE] ** 2)) < 1e-5  # it goes from stop to stop
+
+
 @pytest.mark.parametrize("name", at.EFFECTS)
 def test_zero_strength_changes_nothing(name):
     rig = set_up(3, "ramps_and_steps", 2.0, 2000)
