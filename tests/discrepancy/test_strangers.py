@@ -61,6 +61,27 @@ def test_a_later_cause_is_not_one_of_several_that_take_a_part(is_later, after, r
     assert bool(objections.is_one_of_several(found, findings)) is speaks
 
 
+@pytest.mark.parametrize(
+    ("touched", "after", "speaks"),
+    [
+        pytest.param(26.0, 0.9, False, id="where no cause was before it"),
+        pytest.param(12.0, 0.9, True, id="where an earlier one took most"),
+        pytest.param(60.0, 0.9, True, id="where an earlier one bent it"),
+        pytest.param(26.0, 6.0, True, id="and it leaves more than the floor"),
+    ],
+)
+def test_a_later_cause_takes_little_only_where_an_earlier_one_may_have_left_it(touched, after, speaks):
+    def on_a_stop(torque, elsewhere=1.0):
+        return np.array([torque, elsewhere, elsewhere, *[1.0] * 6])
+
+    earlier = _round("spring_nonlinear", on_a_stop(27.0, 90.0), on_a_stop(touched))
+    later = _round("end_stop_compliance", on_a_stop(11.0), on_a_stop(after))
+    later.gain, later.healthy_gain, later.t = 0.15, 0.01, 1.1
+    later.winner.candidate.frees = ""
+    findings = SimpleNamespace(accepted=[earlier], rows=ROWS)
+    assert bool(objections._takes_too_little(later, findings)) is speaks
+
+
 @pytest.mark.parametrize(("doubt", "expected"), [("", "explained"), ("another takes nearly as much", "unexplained")])
 def test_what_was_taken_in_with_a_doubt_is_named_without_confidence(doubt, expected):
     before, after = _groups(12.0), _groups(1.2)

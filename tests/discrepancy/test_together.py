@@ -115,6 +115,18 @@ def test_what_is_imitated_is_refused_and_all_is_as_before_where_nothing_replaces
 
 
 @pytest.mark.slow
+def test_what_base_parameters_imitate_from_their_edges_is_found_begun_as_they_are_stated():
+    findings = searched(hidden_case(160014, pair=True))
+    assert _causes(findings) == {"spring_nonlinear", "end_stop_compliance"}
+    layer = findings.accepted[1]
+    [stop] = [u for u in layer.before.unknowns if u.name == "stop_high"]
+    assert stop.x_of(layer.before.fit.whole) <= -1.0
+    assert stop.x_of(findings.final.fit.whole) == pytest.approx(0.62, abs=0.1)
+    assert layer.gain < 0.25  # of the floor of all other balances, too
+    assert findings.verdict == "ambiguous"  # the springs' class
+
+
+@pytest.mark.slow
 def test_a_rival_of_the_first_cause_that_takes_nearly_all_of_the_rest_is_there_too():
     findings = searched(hidden_case(80362, pair=True))
     assert _causes(findings) == {"spring_nonlinear", "resistance_temperature"}

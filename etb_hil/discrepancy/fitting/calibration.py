@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.fitting.fit import TOLERANCE, Fit, Residual, fit_of, gauss_newton
+from etb_hil.discrepancy.fitting.fit import TOLERANCE, Fit, Residual, columns, fit_of, gauss_newton
 from etb_hil.discrepancy.fitting.unknowns import (
     SLACK,
     Unknown,
@@ -29,6 +29,7 @@ Float64 = NDArray[np.float64]
 _ROUNDS = 10
 _INSIDE = 1e-3  # rad from the end of the travel
 _RESTS = 0.02  # rad/s
+_ON = 1e-6  # of a tolerance: what is as near to an edge lies on it
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +91,21 @@ def beginnings(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence[Ba
             unknown.put(stated, 0.0)
     stated = _at_the_stops(stated, unknowns, balances)
     return [stated, _at_limp_home(stated.copy(), unknowns, balances), _met_early(stated.copy(), unknowns)]
+
+
+def off_edges(residual: Residual, found: Calibration) -> Calibration | None:
+    """Return a calibration with the base parameters that lie on an edge of their tolerances put back as stated.
+
+    None where none does. What lies there stands in for something that is missing.
+    """
+    whole = found.fit.whole.copy()
+    for unknown in found.unknowns:
+        if unknown.is_toleranced and not unknown.low + _ON < unknown.x_of(whole) < unknown.high - _ON:
+            unknown.put(whole, 0.0)
+    if np.array_equal(whole, found.fit.whole):
+        return None
+    fit = fit_of(residual, whole)
+    return Calibration(found.unknowns, fit, columns(residual, fit, found.unknowns))
 
 
 def _at_the_stops(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence[Balances]) -> Vector:

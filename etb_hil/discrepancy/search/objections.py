@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.fitting.floor import LEAST_ROWS
-from etb_hil.discrepancy.search.decision import ACCUSING, BAND, accuses
+from etb_hil.discrepancy.search.decision import ACCUSING, BAND, UNTOUCHED, accuses
 from etb_hil.discrepancy.search.findings import Findings, Round, siblings
 
 Objection = Callable[[Round, Findings], str]
@@ -98,7 +98,8 @@ def _takes_too_little(found: Round, findings: Findings) -> str:
     least = LEAST_GAIN + _HEALTHY_TIMES * found.healthy_gain
     if findings.accepted:
         # After one cause, what another takes may be no more than that the first one's shape is not quite ours.
-        least = max(least, _LATER_GAIN if found.t < _LATER_T else 2.0 * LEAST_GAIN)
+        is_its_own = found.t >= _LATER_T or (_brought_down(found) & _untouched(findings)).any()
+        least = max(least, 2.0 * LEAST_GAIN if is_its_own else _LATER_GAIN)
         if found.winner.candidate.frees:
             least = max(least, _LATER_PARAMETER)
     if found.gain > least:
@@ -145,12 +146,8 @@ def _lacks_its_back_emf(found: Round, findings: Findings) -> str:
 def fails_on_other_segments(found: Round, findings: Findings) -> str:
     """Say that what a winner gains does not hold on segments that its fit did not see, nothing where it does."""
     # What sits in few segments scores low over all of them although it is certain: t guards small gains only, and none
-    # that bring a group which was over its band back into it, to a fraction or the floor; what accuses nobody alone, to
-    # the floor.
-    fraction = np.where(found.before_groups > ACCUSING, _CONCENTRATED * found.before_groups, 0.0)
-    down = np.minimum(np.maximum(fraction, _NEARLY_FLOOR), BAND)
-    is_concentrated = (found.before_groups > BAND) & (found.after_groups < down)
-    if found.t > _LEAST_T or found.gain > _CERTAIN_GAIN or (is_concentrated & _judged(findings)).any():
+    # that bring a group which was over its band down.
+    if found.t > _LEAST_T or found.gain > _CERTAIN_GAIN or (_brought_down(found) & _judged(findings)).any():
         return ""
     return f"does not hold on segments that the fit did not see: t is {found.t:.1f}"
 
@@ -219,6 +216,23 @@ _OBJECTIONS: tuple[Objection, ...] = (
 
 def _judged(findings: Findings) -> NDArray[np.bool_]:
     return findings.rows >= LEAST_ROWS
+
+
+def _brought_down(found: Round) -> NDArray[np.bool_]:
+    """Return which groups (9) a winner brings from over their bands back into them, to a fraction or the floor."""
+    # What accuses nobody alone, to the floor.
+    fraction = np.where(found.before_groups > ACCUSING, _CONCENTRATED * found.before_groups, 0.0)
+    down = np.minimum(np.maximum(fraction, _NEARLY_FLOOR), BAND)
+    return np.asarray((found.before_groups > BAND) & (found.after_groups < down))
+
+
+def _untouched(findings: Findings) -> NDArray[np.bool_]:
+    """Return which judged groups (9) no cause has brought down or bent: what is there is not its rest."""
+    found = _judged(findings)
+    for each in findings.accepted:
+        before, after = (np.maximum(groups - BAND, 0.0) for groups in (each.before_groups, each.after_groups))
+        found = found & (after > UNTOUCHED * before) & (UNTOUCHED * after < before)
+    return found
 
 
 def _share_over_floor(found: Round, findings: Findings) -> float:

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.fitting.calibration import Calibration, beginnings, calibrate, residual_of
+from etb_hil.discrepancy.fitting.calibration import Calibration, beginnings, calibrate, off_edges, residual_of
 from etb_hil.discrepancy.fitting.fit import Residual
-from etb_hil.discrepancy.fitting.floor import floor_of, group_means, weigh
+from etb_hil.discrepancy.fitting.floor import LEAST_ROWS, floor_of, group_means, weigh
 from etb_hil.discrepancy.fitting.segments import held_out, segment_of
 from etb_hil.discrepancy.fitting.unknowns import Unknown
 from etb_hil.discrepancy.search import decision
 from etb_hil.discrepancy.search.findings import Findings, Round, Standing, siblings
 from etb_hil.discrepancy.search.rivals import alike
-from etb_hil.discrepancy.suspects.candidates import suspects
+from etb_hil.discrepancy.suspects.candidates import Candidate, suspects
 from etb_hil.discrepancy.suspects.refining import Refined, bent, curved, fully, quickly
 from etb_hil.discrepancy.suspects.screening import Linear, Screened, screen
 from etb_hil.plant.parameters import Model
@@ -29,6 +29,7 @@ _BENT = 2
 _CLEARLY = 0.9  # of what a fit left: from another start it has to leave less than that
 _AS_MUCH = 1e-3  # of log cost: fits that differ by less leave the same
 _HOPELESS = 3.0  # times what the first leaves, from where the second need not be fitted to the end
+_MUCH = 0.5  # of a group's mean square over its floor
 _FAR_BETTER = 0.5  # of what the best other suspect leaves: a look-alike of an earlier cause has to leave less
 
 
@@ -46,13 +47,15 @@ def one_round(findings: Findings, taken: Sequence[str], progress: Progress) -> R
         for k, r in enumerate(others, 1)
     ]
     refined = _best_first(refined)
-    after, _ = group_means(findings.balances, refined[0].fit.whole)
-    is_bent = decision.excess(after / findings.final_floor.level, findings.rows).sum() > 0.0
+    if _leaves_much(findings, refined[0]):
+        # What lies on the edge of its tolerance stands in for what is missing, and may hide it from its own fit.
+        refined = _best_first(_begun_off_edges(findings, residual, shapes, refined))
+    is_bent = _is_missing(findings, refined[0])
     if is_bent:
         # Before anything else is suspected: a cause's own curve may be another than the plain one.
         refined = [bent(residual, r, findings.balances[0].load) if k < _BENT else r for k, r in enumerate(refined)]
         refined = _best_first(refined)
-        after, _ = group_means(findings.balances, refined[0].fit.whole)
+    after, _ = group_means(findings.balances, refined[0].fit.whole)
     segment = segment_of(findings.balances)
     t = held_out(refined[0].fit, refined[0].columns, refined[0].unknowns, segment).t_against(
         held_out(base.fit, base.columns, base.unknowns, segment)
@@ -71,6 +74,41 @@ def one_round(findings: Findings, taken: Sequence[str], progress: Progress) -> R
     is_all = decision.excess(found.after_groups, findings.rows).sum() <= 0.0
     found.alike = alike(found, findings.final_floor.balances, healthy, shapes, is_all=is_all)
     return found
+
+
+def _is_missing(findings: Findings, refined: Refined) -> bool:
+    """Tell whether a suspect's fit leaves something over the bands."""
+    after, _ = group_means(findings.balances, refined.fit.whole)
+    return bool(decision.excess(after / findings.final_floor.level, findings.rows).sum() > 0.0)
+
+
+def _leaves_much(findings: Findings, refined: Refined) -> bool:
+    """Tell whether a group that was over its band stays there, or keeps a good part of what it had."""
+    after, _ = group_means(findings.balances, refined.fit.whole)
+    before, after = findings.final_groups, after / findings.final_floor.level
+    is_left = (before > decision.BAND) & (after > np.minimum(_MUCH * before, decision.BAND))
+    return bool((is_left & (findings.rows >= LEAST_ROWS)).any())
+
+
+def _begun_off_edges(
+    findings: Findings, residual: Residual, shapes: Mapping[str, Sequence[Candidate]], refined: Sequence[Refined]
+) -> list[Refined]:
+    """Return fits, the first of them also begun with what lies on the edge of its tolerance as stated, if it is better.
+
+    Screened there again, a suspect begins as strong as what had been bent for it makes it.
+    """
+    eased = off_edges(residual, findings.final)
+    if eased is None:
+        return list(refined)
+    linear, load = Linear.of(eased), findings.balances[0].load
+    found: list[Refined] = []
+    for one in refined[:_FULLY]:
+        if one.fit.cost > _HOPELESS * refined[0].fit.cost:
+            break
+        screened = screen(residual, linear, {one.id: shapes[one.id]})[0]
+        again = quickly(residual, eased, screened, load)
+        found.append(fully(residual, again) if again.fit.cost < one.fit.cost else one)
+    return [*found, *refined[len(found) :]]
 
 
 def _best_first(refined: Sequence[Refined]) -> list[Refined]:
