@@ -5,7 +5,7 @@ from __future__ import annotations
 from numba import njit
 
 from etb_hil.plant.effects.curves import wave
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
+from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, shape, strength
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.physics import GEAR_RATIO, Vector
 
@@ -32,6 +32,7 @@ EFFECT = Effect(
     look_alikes=("cogging_torque", "angle_sensor_eccentricity"),
     separated_by="order spectrum at constant speed under two loads: it scales with the current",
     source="Hanselman, Brushless Motors, 2006",
+    finer=(finer("pointedness", "1", -4.0, 1.0, "p: 1 makes a triangle of the first wave, below 0 it is flat", 0.25),),
 )
 
 
@@ -41,7 +42,7 @@ def share(theta: float, p: Vector) -> float:
     if p[_K] == 0.0 and p[_K + 1] == 0.0:
         return 0.0
     phase = p[_K + 2] * p[GEAR_RATIO] * theta
-    return wave(phase, p[_K], p[_K + 1], 0.0, p[_K + 4], p[_K + 5])
+    return wave(phase, p[_K], p[_K + 1], p[_K + 6], p[_K + 4], p[_K + 5])
 
 
 @njit(cache=True, error_model="numpy")
