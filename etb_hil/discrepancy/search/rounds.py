@@ -30,6 +30,7 @@ _CLEARLY = 0.9  # of what a fit left: from another start it has to leave less th
 _AS_MUCH = 1e-3  # of log cost: fits that differ by less leave the same
 _HOPELESS = 3.0  # times what the first leaves, from where the second need not be fitted to the end
 _MUCH = 0.5  # of a group's mean square over its floor
+_NEAR = 2.0  # times what the best fit leaves: its own curve may bring a suspect before it that leaves less
 _FAR_BETTER = 0.5  # of what the best other suspect leaves: a look-alike of an earlier cause has to leave less
 
 
@@ -53,8 +54,7 @@ def one_round(findings: Findings, taken: Sequence[str], progress: Progress) -> R
     is_bent = _is_missing(findings, refined[0])
     if is_bent:
         # Before anything else is suspected: a cause's own curve may be another than the plain one.
-        refined = [bent(residual, r, findings.balances[0].load) if k < _BENT else r for k, r in enumerate(refined)]
-        refined = _best_first(refined)
+        refined = _best_first(_with_their_curves(findings, residual, refined))
     after, _ = group_means(findings.balances, refined[0].fit.whole)
     segment = segment_of(findings.balances)
     t = held_out(refined[0].fit, refined[0].columns, refined[0].unknowns, segment).t_against(
@@ -73,6 +73,16 @@ def one_round(findings: Findings, taken: Sequence[str], progress: Progress) -> R
     )
     is_all = decision.excess(found.after_groups, findings.rows).sum() <= 0.0
     found.alike = alike(found, findings.final_floor.balances, healthy, shapes, is_all=is_all)
+    return found
+
+
+def _with_their_curves(findings: Findings, residual: Residual, refined: Sequence[Refined]) -> list[Refined]:
+    """Return fits, the best ones and what comes near to these with their own curves, fitted to the end."""
+    load, least = findings.balances[0].load, refined[0].fit.cost
+    found = [bent(residual, one, load) for one in refined[:_BENT]]
+    for one in refined[_BENT:]:
+        is_near = one.fit.cost < _NEAR * least
+        found.append(bent(residual, fully(residual, one), load) if is_near else one)
     return found
 
 
@@ -138,7 +148,7 @@ def _best_of(findings: Findings, residual: Residual, screened: Sequence[Screened
     """Return the best suspects, fitted quickly, the best first.
 
     Look-alikes of earlier causes are none, for another shape of those calls for them, unless one of them leaves far
-    less than any other suspect: then it is a cause of its own.
+    less over the floor than any other suspect: then it is a cause of its own.
     """
     look_alikes = siblings(findings.accepted)
     own = [s for s in screened if s.candidate.id in look_alikes]
@@ -146,9 +156,15 @@ def _best_of(findings: Findings, residual: Residual, screened: Sequence[Screened
     best = _refined(findings, residual, others)
     if own and own[0].cost < others[0].cost:
         near = _refined(findings, residual, own)
-        if near[0].fit.cost < _FAR_BETTER * best[0].fit.cost:
+        if _over_floor(findings, near[0]) < _FAR_BETTER * _over_floor(findings, best[0]):
             return sorted([*near, *best], key=lambda r: r.fit.cost)
     return best
+
+
+def _over_floor(findings: Findings, refined: Refined) -> float:
+    """Return what a suspect's fit leaves over the floor, which is nobody's to take."""
+    after, rows = group_means(findings.balances, refined.fit.whole)
+    return float(rows @ np.maximum(after / findings.final_floor.level - 1.0, 0.0))
 
 
 def _refined(findings: Findings, residual: Residual, screened: Sequence[Screened]) -> list[Refined]:
