@@ -47,6 +47,21 @@ def test_both_causes_are_found_and_no_third(seed, hidden):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("seed", "first"),
+    [
+        pytest.param(162023, "stiction_dwell", id="two others were fitted to the end", marks=pytest.mark.study),
+        pytest.param(162006, "friction_position_local", id="it is a look-alike of the first cause"),
+    ],
+)
+def test_a_load_that_comes_near_the_best_suspect_is_fitted_as_far_and_named(seed, first):
+    findings = searched(hidden_case(seed, pair=True))
+    assert [found.winner.id for found in findings.accepted] == [first, "friction_load"]
+    assert "parameter:stiction" in findings.accepted[1].alike
+    assert findings.verdict == "ambiguous"
+
+
+@pytest.mark.slow
 def test_a_later_cause_is_certain_by_what_it_takes_over_the_floor():
     findings = searched(hidden_case(72224, pair=True))
     assert _causes(findings) == {"presliding_hysteresis", "stiction_dwell"}
