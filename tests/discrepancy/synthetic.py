@@ -40,11 +40,14 @@ def textbook(seconds=12.0):
     return np.interp(t, [0.0, 0.5, 6.0, 11.5, seconds], [low, low, high, low, low])
 
 
-def measurement(p, seed, angle=None):
-    """What the sensors of the model make of a unit with the extended parameters `p` on the sweep, or on another."""
+def measurement(p, seed, angle=None, degrees=(20.0, 70.0)):
+    """What the sensors of the model make of a unit with the extended parameters `p` on the sweep, or on another.
+
+    `degrees`: of the housing at the beginning and at the end.
+    """
     angle = swept() if angle is None else angle
     count = len(angle)
-    warm = np.linspace(20.0, 70.0, count)
+    warm = np.linspace(*degrees, count)
     nothing = np.zeros(count)
     asked = Measurement(
         origin="synthetic",

@@ -98,11 +98,13 @@ def test_injected_strength_is_recovered(effect):
 @pytest.mark.parametrize("effect", [p for p in EFFECTS if p.values[0].finer])
 def test_injected_finer_shapes_are_recovered(effect):
     true = _refined(effect, _with(effect))
-    b = Balances(measurement(true, seed=3), MODEL)
+    b = Balances(measurement(true, seed=3, degrees=(-40.0, 70.0)), MODEL)
     residual = residual_of([b])
     begin = start(MODEL)
     for place in effect.indices:
         begin[place] = true[place]
+    for parameter, place in zip(effect.finer, effect.stated_indices[len(effect.parameters) :], strict=True):
+        begin[place] = parameter.starts[min(1, len(parameter.starts) - 1)]  # from 0 no slope may lead
     fit, _ = gauss_newton(residual, fit_of(residual, begin), finer_unknowns(effect), 8, tolerance=1e-4)
     for parameter, place in zip(effect.finer, effect.stated_indices[len(effect.parameters) :], strict=True):
         assert fit.whole[place] == pytest.approx(true[place], abs=0.2 * (parameter.high - parameter.low)), (

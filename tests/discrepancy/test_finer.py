@@ -13,7 +13,9 @@ from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import all_unknowns, calibrate
 from etb_hil.discrepancy.fitting.unknowns import effect_unknowns, start
 from etb_hil.discrepancy.search.finer import with_finer_shapes
+from etb_hil.discrepancy.search.naming import search
 from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.effects.friction_temperature import COLDEST
 
 EFFECT = CATALOGUE["friction_asymmetry"]
 
@@ -25,11 +27,11 @@ def named(effect):
 CAUSE = named(EFFECT)
 
 
-def plainly_fitted(effect, values):
+def plainly_fitted(effect, values, **options):
     """An effect's plain curve fitted to a unit that has it with stated values, finer shapes included."""
     p = MODEL.vector()
     p[list(effect.stated_indices)] = values
-    balances = [Balances(measurement(p, seed=4), MODEL)]
+    balances = [Balances(measurement(p, seed=4, **options), MODEL)]
     own = effect_unknowns(effect, [p[place] for place in effect.indices])
     begin = start(MODEL)
     begin[list(effect.indices)] = p[list(effect.indices)]
@@ -79,6 +81,29 @@ def test_whether_a_wave_in_the_friction_takes_the_break_away_with_it_is_found(ev
     plain = plainly_fitted(wave, [0.25, 0.1, 1.0, 0.0, 0.0, 0.0, evenness])
     found = with_finer_shapes(plain, [named(wave)])
     assert found.fit.whole[wave.stated_indices[6]] == pytest.approx(evenness, abs=0.25)
+
+
+COLD = CATALOGUE["friction_temperature"]
+
+
+@pytest.mark.parametrize(("limit", "degrees"), [(66.0, (-20.0, 25.0)), (78.0, (30.0, -5.0)), (50.0, (-40.0, 10.0))])
+def test_where_friction_levels_off_in_the_cold_is_found(limit, degrees):
+    plain = plainly_fitted(COLD, [-0.5, -0.5, -2.0, limit], degrees=degrees)
+    found = with_finer_shapes(plain, [named(COLD)])
+    assert found.fit.whole[COLD.stated_indices[3]] == pytest.approx(limit, abs=2.0)
+    assert found.fit.cost < 0.5 * plain.final.fit.cost
+
+
+@pytest.mark.parametrize("limit", [0.0, 54.0])
+def test_a_search_bends_a_law_of_the_temperature_to_its_limit_in_the_cold(limit):
+    p = MODEL.vector()
+    p[list(COLD.stated_indices)] = [-0.5, -0.5, -2.0, limit]
+    findings = search(MODEL, [Balances(measurement(p, seed=4, degrees=(-20.0, 25.0)), MODEL)])
+    assert [each.winner.id for each in findings.accepted] == [COLD.id]
+    assert findings.verdict == "explained"
+    coldest = max(-20.0, COLDEST + limit)
+    found = COLDEST + findings.final.fit.whole[COLD.stated_indices[3]]
+    assert max(-20.0, found) == pytest.approx(coldest, abs=2.0)
 
 
 @pytest.mark.slow

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from etb_hil.discrepancy.fitting.calibration import Calibration, calibrate
-from etb_hil.discrepancy.fitting.unknowns import finer_unknowns
+from etb_hil.discrepancy.fitting.calibration import Calibration, calibrate, residual_of
+from etb_hil.discrepancy.fitting.fit import Fit
+from etb_hil.discrepancy.fitting.unknowns import Unknown, finer_unknowns
 from etb_hil.discrepancy.search.findings import Findings, Round
+from etb_hil.discrepancy.suspects.refining import elsewhere
 
 _ROUNDS = 20
 _TOLERANCE = 2e-4  # of the cost: what is left to a shape is little to the rows, and much to a free run
@@ -16,10 +18,18 @@ def with_finer_shapes(findings: Findings, causes: Sequence[Round]) -> Calibratio
     """Return the final model with the finer shapes of some causes fitted, too, where they are not yet."""
     final, load = findings.final, findings.balances[0].load
     known = {unknown.name for unknown in final.unknowns}
-    effects = [each.winner.candidate.effect for each in causes]
-    finer = [unknown for effect in effects if effect is not None for unknown in finer_unknowns(effect, load)]
+    effects = [effect for each in causes if (effect := each.winner.candidate.effect) is not None]
+    finer = [unknown for effect in effects for unknown in finer_unknowns(effect, load)]
     more = [unknown for unknown in finer if unknown.name not in known]
     if not more:
         return final
-    unknowns = [*final.unknowns, *more]
-    return calibrate(findings.model, findings.balances, final.fit.whole, unknowns, _ROUNDS, tolerance=_TOLERANCE)
+    found = _fitted(findings, final.fit, [*final.unknowns, *more])
+    for effect in effects:
+        fit = elsewhere(residual_of(findings.balances), found.fit, found.columns, found.unknowns, effect)
+        if fit is not found.fit:
+            found = _fitted(findings, fit, found.unknowns)
+    return found
+
+
+def _fitted(findings: Findings, begin: Fit, unknowns: Sequence[Unknown]) -> Calibration:
+    return calibrate(findings.model, findings.balances, begin.whole, unknowns, _ROUNDS, tolerance=_TOLERANCE)

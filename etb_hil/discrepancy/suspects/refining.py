@@ -13,6 +13,7 @@ from etb_hil.discrepancy.fitting.fit import Fit, Residual, fit_of, gauss_newton
 from etb_hil.discrepancy.fitting.unknowns import Unknown, effect_unknowns, finer_unknowns
 from etb_hil.discrepancy.suspects.candidates import Candidate
 from etb_hil.discrepancy.suspects.screening import Screened
+from etb_hil.plant.effects.effect import Effect
 from etb_hil.plant.physics import Vector
 
 Float64 = NDArray[np.float64]
@@ -62,7 +63,8 @@ def bent(residual: Residual, refined: Refined, load: float) -> Refined:
     effect = refined.candidate.effect
     if effect is None or not effect.finer:
         return refined
-    return fully(residual, replace(refined, unknowns=[*refined.unknowns, *finer_unknowns(effect, load)]))
+    found = fully(residual, replace(refined, unknowns=[*refined.unknowns, *finer_unknowns(effect, load)]))
+    return _farther(residual, found, effect)
 
 
 def curved(residual: Residual, refined: Refined, load: float) -> Refined:
@@ -76,13 +78,40 @@ def curved(residual: Residual, refined: Refined, load: float) -> Refined:
     finer = finer_unknowns(effect, load)
     unknowns = [*refined.unknowns, *finer]
     base = refined.columns[:, : len(refined.unknowns) - len(effect.parameters)]
-    begins = [refined.fit.whole.copy() for _ in range(1 + 2 * len(finer))]
-    for k, one in enumerate(finer):
+    ended = [one for one, parameter in zip(finer, effect.finer, strict=True) if len(parameter.starts) == 1]
+    begins = [refined.fit.whole.copy() for _ in range(1 + 2 * len(ended))]
+    for k, one in enumerate(ended):
         one.put(begins[1 + 2 * k], one.low)
         one.put(begins[2 + 2 * k], one.high)
     tried = (gauss_newton(residual, fit_of(residual, whole), unknowns, _QUICK_ROUNDS, base) for whole in begins)
     fit, columns = min(tried, key=lambda found: found[0].cost)
-    return fully(residual, Refined(refined.candidate, fit, unknowns, columns))
+    return _farther(residual, fully(residual, Refined(refined.candidate, fit, unknowns, columns)), effect)
+
+
+def _farther(residual: Residual, refined: Refined, effect: Effect) -> Refined:
+    fit = elsewhere(residual, refined.fit, refined.columns, refined.unknowns, effect)
+    return refined if fit is refined.fit else fully(residual, replace(refined, fit=fit))
+
+
+def elsewhere(residual: Residual, at: Fit, columns: Float64, unknowns: Sequence[Unknown], effect: Effect) -> Fit:
+    """Return a fit with an effect's finer shapes, or a better one begun at their other starts, where no slope leads.
+
+    `columns` (n, unknowns): those of the fit. What is not the effect's own keeps them.
+    """
+    finer = {f"{effect.id}.{parameter.name}": parameter for parameter in effect.finer}
+    is_own = np.array([unknown.name.startswith(f"{effect.id}.") for unknown in unknowns])
+    ordered = [unknowns[k] for k in np.argsort(is_own, kind="stable")]
+    best = at
+    for unknown in (each for each in unknowns if each.name in finer):
+        parameter = finer[unknown.name]
+        for value in parameter.starts[1:]:
+            whole = at.whole.copy()
+            unknown.put(whole, value / parameter.scale)
+            begin = fit_of(residual, whole)
+            if begin.cost != at.cost:  # the record goes there
+                found, _ = gauss_newton(residual, begin, ordered, _QUICK_ROUNDS, columns[:, ~is_own])
+                best = min(best, found, key=lambda fit: fit.cost)
+    return best
 
 
 def unknowns_of(base: Sequence[Unknown], candidate: Candidate, start: Vector, load: float) -> list[Unknown]:

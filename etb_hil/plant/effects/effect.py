@@ -29,8 +29,9 @@ class EffectParameter:
     """A number of an effect, SI at the throttle shaft unless its unit says otherwise.
 
     `starts`: for a strength the physical steps that a search tries, for a shape the grid of its values. A strength at
-    zero is no effect, whatever the shapes; one without steps is only fitted, never searched by itself. `scale`: how
-    far a shape moves at a time, where a quarter of it is too far.
+    zero is no effect, whatever the shapes; one without steps is only fitted, never searched by itself. A finer shape's
+    are 0, and where else a fit has to begin because no slope leads there. `scale`: how far a shape moves at a time,
+    where a quarter of it is too far.
     """
 
     name: str
@@ -108,6 +109,8 @@ def shape(
     return EffectParameter(name, unit, low, high, grid, source, scale=scale)
 
 
-def finer(name: str, unit: str, low: float, high: float, source: str, scale: float) -> EffectParameter:
-    """Return a shape that is 0 for the plain curve; `scale`: how far it moves at a time."""
-    return EffectParameter(name, unit, low, high, (0.0,), source, scale=scale)
+def finer(
+    name: str, unit: str, low: float, high: float, source: str, scale: float, others: tuple[float, ...] = ()
+) -> EffectParameter:
+    """Return a shape that is 0 for the plain curve; `scale`: how far it moves at a time; `others`: starts beside 0."""
+    return EffectParameter(name, unit, low, high, (0.0, *others), source, scale=scale)

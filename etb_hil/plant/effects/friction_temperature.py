@@ -12,6 +12,7 @@ from etb_hil.plant.physics import Vector
 
 REFERENCE = 25.0  # degC
 PER = 30.0  # K
+COLDEST = -65.0  # degC, which no throttle sees
 
 _K = row("friction_temperature")
 _EXPONENTIAL = 1e-4  # a power below it is none
@@ -19,7 +20,8 @@ _EXPONENTIAL = 1e-4  # a power below it is none
 EFFECT = Effect(
     id="friction_temperature",
     equation=(
-        "g, with all else that changes it, (1 + (1 + c) a x)^(1 / (1 + c)); sigma_2 exp(b x); x = (T - 25 degC) / 30 K"
+        "g, with all else that changes it, (1 + (1 + c) a x)^(1 / (1 + c)), in which T, where a < 0, is no less than "
+        "-65 degC + e; sigma_2 exp(b x); x = (T - 25 degC) / 30 K"
     ),
     balance=Balance.TORQUE,
     parity=Parity.ODD,
@@ -33,14 +35,27 @@ EFFECT = Effect(
     separated_by="a logged temperature and a repeat at the first one",
     source="Bittencourt and Gunnarsson 2012 (friction over temperature)",
     limits="needs the temperature logged, and changing",
-    finer=(finer("curve", "1", -2.2, 0.2, "c: 0 falls in proportion, -1 exponentially, -2 as 1 / (1 + x)", 0.5),),
+    finer=(
+        finer("curve", "1", -2.2, 0.2, "c: 0 falls in proportion, -1 exponentially, -2 as 1 / (1 + x)", 0.5),
+        finer(
+            "cold_limit",
+            "K",
+            0.0,
+            90.0,
+            "e: no film bears more than its limiting shear stress, however stiff the cold makes it (Bair, Winer 1979)",
+            10.0,
+            (80.0, 70.0, 60.0, 50.0, 40.0),
+        ),
+    ),
 )
 
 
 @njit(cache=True, error_model="numpy")
 def share(temperature: float, p: Vector) -> float:
     """Return what of the friction is added at a temperature in degC, a share of it."""
-    along = p[_K] * (temperature - REFERENCE) / PER
+    # What falls in the cold and levels off there is no film: use does that.
+    felt = max(temperature, COLDEST + p[_K + 3]) if p[_K] < 0.0 else temperature
+    along = p[_K] * (felt - REFERENCE) / PER
     power = 1.0 + p[_K + 2]
     if power == 1.0:
         return along
