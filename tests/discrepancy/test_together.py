@@ -116,7 +116,7 @@ def test_what_is_imitated_beside_a_stand_in_is_found_with_what_the_stand_in_hid(
     assert findings.verdict == "ambiguous"  # each has its look-alike
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_what_is_imitated_is_refused_and_all_is_as_before_where_nothing_replaces_the_first():
     asked = []
     findings = searched(hidden_case(103034, ("air_drag",), "medium"), progress=asked.append)
@@ -158,7 +158,7 @@ def test_a_knee_in_the_springs_is_taken_with_them_and_leaves_no_spline_anything(
     assert findings.verdict == "ambiguous"  # a flow may bend as well
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_cause_that_holds_on_other_segments_only_beside_another_is_found_with_it():
     findings = searched(hidden_case(80298, pair=True))
     assert _causes(findings) == {"current_sensor_offset", "hbridge_dead_time"}
