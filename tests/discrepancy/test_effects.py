@@ -62,7 +62,7 @@ def test_it_says_what_people_need(effect):
     assert all(name in known or name.startswith("parameter:") for name in effect.look_alikes)
     for parameter in effect.stated:
         assert parameter.low < parameter.high
-        assert all(parameter.low <= value <= parameter.high for value in parameter.starts)
+        assert all(parameter.low <= value <= parameter.high for value in (*parameter.starts, *parameter.elsewhere))
         assert parameter.source
     assert any(parameter.is_strength and parameter.starts for parameter in effect.parameters)
 
@@ -104,7 +104,7 @@ def test_injected_finer_shapes_are_recovered(effect):
     for place in effect.indices:
         begin[place] = true[place]
     for parameter, place in zip(effect.finer, effect.stated_indices[len(effect.parameters) :], strict=True):
-        begin[place] = parameter.starts[min(1, len(parameter.starts) - 1)]  # from 0 no slope may lead
+        begin[place] = (*parameter.elsewhere, 0.0)[0]  # from 0 no slope may lead
     fit, _ = gauss_newton(residual, fit_of(residual, begin), finer_unknowns(effect), 8, tolerance=1e-4)
     for parameter, place in zip(effect.finer, effect.stated_indices[len(effect.parameters) :], strict=True):
         assert fit.whole[place] == pytest.approx(true[place], abs=0.2 * (parameter.high - parameter.low)), (

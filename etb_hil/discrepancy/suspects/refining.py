@@ -78,7 +78,7 @@ def curved(residual: Residual, refined: Refined, load: float) -> Refined:
     finer = finer_unknowns(effect, load)
     unknowns = [*refined.unknowns, *finer]
     base = refined.columns[:, : len(refined.unknowns) - len(effect.parameters)]
-    ended = [one for one, parameter in zip(finer, effect.finer, strict=True) if len(parameter.starts) == 1]
+    ended = [one for one, parameter in zip(finer, effect.finer, strict=True) if not parameter.elsewhere]
     begins = [refined.fit.whole.copy() for _ in range(1 + 2 * len(ended))]
     for k, one in enumerate(ended):
         one.put(begins[1 + 2 * k], one.low)
@@ -104,7 +104,7 @@ def elsewhere(residual: Residual, at: Fit, columns: Float64, unknowns: Sequence[
     best = at
     for unknown in (each for each in unknowns if each.name in finer):
         parameter = finer[unknown.name]
-        for value in parameter.starts[1:]:
+        for value in parameter.elsewhere:
             whole = at.whole.copy()
             unknown.put(whole, value / parameter.scale)
             begin = fit_of(residual, whole)

@@ -29,9 +29,9 @@ class EffectParameter:
     """A number of an effect, SI at the throttle shaft unless its unit says otherwise.
 
     `starts`: for a strength the physical steps that a search tries, for a shape the grid of its values. A strength at
-    zero is no effect, whatever the shapes; one without steps is only fitted, never searched by itself. A finer shape's
-    are 0, and where else a fit has to begin because no slope leads there. `scale`: how far a shape moves at a time,
-    where a quarter of it is too far.
+    zero is no effect, whatever the shapes; one without steps is only fitted, never searched by itself. `scale`: how
+    far a shape moves at a time, where a quarter of it is too far. `elsewhere`: where a fit of a finer shape has to
+    begin, too, because no slope leads there.
     """
 
     name: str
@@ -42,6 +42,7 @@ class EffectParameter:
     source: str
     is_strength: bool = False
     scale: float = 0.0
+    elsewhere: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +111,7 @@ def shape(
 
 
 def finer(
-    name: str, unit: str, low: float, high: float, source: str, scale: float, others: tuple[float, ...] = ()
+    name: str, unit: str, low: float, high: float, source: str, scale: float, elsewhere: tuple[float, ...] = ()
 ) -> EffectParameter:
-    """Return a shape that is 0 for the plain curve; `scale`: how far it moves at a time; `others`: starts beside 0."""
-    return EffectParameter(name, unit, low, high, (0.0, *others), source, scale=scale)
+    """Return a shape that is 0 for the plain curve; `scale`: how far it moves at a time; `elsewhere`: other starts."""
+    return EffectParameter(name, unit, low, high, (0.0,), source, scale=scale, elsewhere=elsewhere)
