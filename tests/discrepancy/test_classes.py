@@ -22,6 +22,7 @@ from explain_study import searched
             {},
             {"parameter:preload_close", "parameter:slope_close"},
             id="base parameters beside a zone that reaches to the stop",
+            marks=pytest.mark.study,
         ),
         pytest.param(
             90386,
@@ -29,6 +30,7 @@ from explain_study import searched
             {"pair": True},
             {"brush_drop"},
             id="a rival whose best shape is the end of its range",
+            marks=pytest.mark.study,
         ),
         pytest.param(
             100016,

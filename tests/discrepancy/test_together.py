@@ -36,7 +36,7 @@ WAVES = {"cogging_torque", "friction_position_periodic"}
             72068, {"measurement_delay", "magnet_temperature"}, id="what stood in begins again", marks=pytest.mark.study
         ),
         pytest.param(80180, WAVES, id="a look-alike of an earlier cause is one", marks=pytest.mark.study),
-        pytest.param(80402, WAVES, id="two that take a half each are no class"),
+        pytest.param(80402, WAVES, id="two that take a half each are no class", marks=pytest.mark.study),
         pytest.param(160026, {"magnet_temperature", "supply_sag"}, id="what their shapes leave is no third"),
     ],
 )

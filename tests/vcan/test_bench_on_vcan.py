@@ -15,7 +15,7 @@ from etb_hil.base.stock import find
 from etb_hil.plant.parameters import load_model
 
 PAIR = Path(__file__).with_name("bench_on_vcan.py")
-STALLS = 3  # of all tests together, after which they end: on a host that stalls they would take the whole time
+STALLS = 2  # of all tests together, after which they end: on a host that stalls they would take the whole time
 # Half a wrap of 4-bit counters at 10 ms: who stands still for longer cannot tell late frames from lost ones.
 HALF_A_WRAP_MS = 80.0
 STALLED = {ExitCode.BENCH_FAULT, ExitCode.INCONCLUSIVE}  # what a host that stalls may cost; any other code is an answer
