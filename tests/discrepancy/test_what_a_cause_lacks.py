@@ -103,7 +103,7 @@ def test_drag_of_the_air_that_two_effects_and_numbers_on_their_edges_imitate_is_
     assert findings.verdict == "unexplained"
 
 
-@pytest.mark.study
+@pytest.mark.slow
 def test_no_soft_stop_leads_the_calibration_over_a_hill():
     findings = searched(hidden_case(96113, ("current_sensor_curvature",), "medium"))
     assert "end_stop_compliance" not in [found.winner.id for found in findings.accepted]

@@ -29,7 +29,6 @@ Float64 = NDArray[np.float64]
 _ROUNDS = 10
 _INSIDE = 1e-3  # rad from the end of the travel
 _RESTS = 0.02  # rad/s
-_ON = 1e-6  # of a tolerance: what is as near to an edge lies on it
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +99,7 @@ def off_edges(residual: Residual, found: Calibration) -> Calibration | None:
     """
     whole = found.fit.whole.copy()
     for unknown in found.unknowns:
-        if unknown.is_toleranced and not unknown.low + _ON < unknown.x_of(whole) < unknown.high - _ON:
+        if unknown.is_toleranced and unknown.is_on_edge(whole):
             unknown.put(whole, 0.0)
     if np.array_equal(whole, found.fit.whole):
         return None

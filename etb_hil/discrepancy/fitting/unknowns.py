@@ -20,6 +20,7 @@ WIDEST = 8.0  # tolerances that a parameter may leave its box by, when it is sus
 _NEVER = ("gear_ratio", "supply_voltage", "voltage_limit", "back_emf")
 _MEASURED_AS = {"torque_per_ampere": ("torque_constant", "back_emf_constant"), "inertia": ("motor_inertia",)}
 _SKEW = 0.6  # of a sample period: what rows of one line are apart
+_ON = 1e-6  # of a scaled unit: what is as near to an edge lies on it
 _ZERO = 0.01  # rad of the plate sensor
 
 
@@ -52,6 +53,11 @@ class Unknown:
     def x_of(self, whole: Vector) -> float:
         """Return x of the value in a whole vector."""
         return float((whole[self.place] - self.centre) / self.scale)
+
+    def is_on_edge(self, whole: Vector) -> bool:
+        """Tell whether the value in a whole vector lies on an edge of the box."""
+        x = self.x_of(whole)
+        return x <= self.low + _ON or x >= self.high - _ON
 
     @property
     def is_toleranced(self) -> bool:

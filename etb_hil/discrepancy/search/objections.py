@@ -254,5 +254,4 @@ def _is_on_bound(found: Round) -> bool:
     if effect is None:
         return False
     strengths = {effect.indices[k] for k in effect.strengths}
-    own = [(u, u.x_of(winner.fit.whole)) for u in winner.unknowns if u.place in strengths]
-    return any(x <= u.low + 1e-6 or x >= u.high - 1e-6 for u, x in own)
+    return any(u.is_on_edge(winner.fit.whole) for u in winner.unknowns if u.place in strengths)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import Calibration, beginnings, calibrate, off_edges, residual_of
@@ -21,6 +22,7 @@ from etb_hil.discrepancy.suspects.screening import Linear, Screened, screen
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
 
+Float64 = NDArray[np.float64]
 Progress = Callable[[str], None]
 
 _REFINED = 6
@@ -55,7 +57,6 @@ def one_round(findings: Findings, taken: Sequence[str], progress: Progress) -> R
     if is_bent:
         # Before anything else is suspected: a cause's own curve may be another than the plain one.
         refined = _best_first(_with_their_curves(findings, residual, refined))
-    after, _ = group_means(findings.balances, refined[0].fit.whole)
     segment = segment_of(findings.balances)
     t = held_out(refined[0].fit, refined[0].columns, refined[0].unknowns, segment).t_against(
         held_out(base.fit, base.columns, base.unknowns, segment)
@@ -66,7 +67,7 @@ def one_round(findings: Findings, taken: Sequence[str], progress: Progress) -> R
         screened,
         refined,
         findings.final_groups,
-        after / findings.final_floor.level,
+        _groups(findings, refined[0]),
         t,
         _healthy_gain(findings, healthy, refined[0].id),
         refined[0] if is_bent else curved(residual, refined[0], findings.balances[0].load),
@@ -86,16 +87,20 @@ def _with_their_curves(findings: Findings, residual: Residual, refined: Sequence
     return found
 
 
+def _groups(findings: Findings, refined: Refined) -> Float64:
+    """Return each group's mean square (9) over the floor where a suspect's fit ended."""
+    means, _ = group_means(findings.balances, refined.fit.whole)
+    return np.asarray(means / findings.final_floor.level)
+
+
 def _is_missing(findings: Findings, refined: Refined) -> bool:
     """Tell whether a suspect's fit leaves something over the bands."""
-    after, _ = group_means(findings.balances, refined.fit.whole)
-    return bool(decision.excess(after / findings.final_floor.level, findings.rows).sum() > 0.0)
+    return bool(decision.excess(_groups(findings, refined), findings.rows).sum() > 0.0)
 
 
 def _leaves_much(findings: Findings, refined: Refined) -> bool:
     """Tell whether a group that was over its band stays there, or keeps a good part of what it had."""
-    after, _ = group_means(findings.balances, refined.fit.whole)
-    before, after = findings.final_groups, after / findings.final_floor.level
+    before, after = findings.final_groups, _groups(findings, refined)
     is_left = (before > decision.BAND) & (after > np.minimum(_MUCH * before, decision.BAND))
     return bool((is_left & (findings.rows >= LEAST_ROWS)).any())
 
@@ -163,8 +168,7 @@ def _best_of(findings: Findings, residual: Residual, screened: Sequence[Screened
 
 def _over_floor(findings: Findings, refined: Refined) -> float:
     """Return what a suspect's fit leaves over the floor, which is nobody's to take."""
-    after, rows = group_means(findings.balances, refined.fit.whole)
-    return float(rows @ np.maximum(after / findings.final_floor.level - 1.0, 0.0))
+    return float(findings.rows @ np.maximum(_groups(findings, refined) - 1.0, 0.0))
 
 
 def _refined(findings: Findings, residual: Residual, screened: Sequence[Screened]) -> list[Refined]:

@@ -121,9 +121,9 @@ def _calibrated(model: Model, found: FreeFit) -> dict[str, Any]:
     shown = np.sum(found.columns**2, axis=0) > _SEEN * np.sum(found.residual**2)
     result = {}
     for k, unknown in enumerate(found.unknowns):
-        x, value = unknown.x_of(found.whole), float(found.whole[unknown.place])
+        value = float(found.whole[unknown.place])
         low, high = (unknown.centre + unknown.scale * end for end in (unknown.low, unknown.high))
-        on_bound = x <= unknown.low + 1e-6 or x >= unknown.high - 1e-6
+        on_bound = unknown.is_on_edge(found.whole)
         reach = _Z * float(spread[k]) * unknown.scale if shown[k] and not on_bound else high - low
         flags = []
         if not shown[k]:
