@@ -13,7 +13,7 @@ from etb_hil.discrepancy.fitting.intervals import estimates
 from etb_hil.discrepancy.measured.measurement import measurements_of
 from etb_hil.discrepancy.search import decision
 from etb_hil.discrepancy.search.naming import search
-from etb_hil.discrepancy.search.rounds import standing_near
+from etb_hil.discrepancy.search.standing import standing_near
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import LIMP_HOME, STOP_HIGH
 

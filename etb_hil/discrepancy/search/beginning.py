@@ -11,7 +11,7 @@ from etb_hil.discrepancy.fitting.calibration import calibrate
 from etb_hil.discrepancy.fitting.floor import group_means, weigh
 from etb_hil.discrepancy.search import decision
 from etb_hil.discrepancy.search.findings import Standing
-from etb_hil.discrepancy.search.rounds import standing_near
+from etb_hil.discrepancy.search.standing import standing_near
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
 

@@ -9,7 +9,7 @@ from etb_hil.discrepancy.fitting.floor import group_means
 from etb_hil.discrepancy.fitting.segments import held_out, segment_of
 from etb_hil.discrepancy.search import decision
 from etb_hil.discrepancy.search.findings import Findings, Round
-from etb_hil.discrepancy.search.rounds import take_in
+from etb_hil.discrepancy.search.standing import take_in
 from etb_hil.discrepancy.suspects.candidates import Candidate
 from etb_hil.discrepancy.suspects.refining import Refined, bent
 from etb_hil.plant.effects.catalogue import CATALOGUE

@@ -17,7 +17,8 @@ from etb_hil.discrepancy.search.cut_short import CutShort
 from etb_hil.discrepancy.search.findings import Findings, Round
 from etb_hil.discrepancy.search.objections import is_doubted, objection
 from etb_hil.discrepancy.search.reconsidering import ask_again, doubt_drifts, is_given_up
-from etb_hil.discrepancy.search.rounds import Progress, one_round, standing_near, take_in, taken_by
+from etb_hil.discrepancy.search.rounds import Progress, one_round, taken_by
+from etb_hil.discrepancy.search.standing import standing_near, take_in
 from etb_hil.discrepancy.search.together import stands_beside_its_rival, stands_in_place, stands_with_another
 from etb_hil.discrepancy.suspects.placeholders import Placeholder, beyond_tolerances, placeholders
 from etb_hil.plant.effects.layout import EXTENDED

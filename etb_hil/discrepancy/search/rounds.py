@@ -7,20 +7,16 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.fitting.calibration import Calibration, beginnings, calibrate, off_edges, residual_of
+from etb_hil.discrepancy.fitting.calibration import Calibration, calibrate, off_edges, residual_of
 from etb_hil.discrepancy.fitting.fit import Residual
-from etb_hil.discrepancy.fitting.floor import LEAST_ROWS, floor_of, group_means, weigh
+from etb_hil.discrepancy.fitting.floor import LEAST_ROWS, group_means, weigh
 from etb_hil.discrepancy.fitting.segments import held_out, segment_of
-from etb_hil.discrepancy.fitting.unknowns import Unknown
 from etb_hil.discrepancy.search import decision
-from etb_hil.discrepancy.search.findings import Findings, Round, Standing, siblings
+from etb_hil.discrepancy.search.findings import Findings, Round, siblings
 from etb_hil.discrepancy.search.rivals import alike
 from etb_hil.discrepancy.suspects.candidates import Candidate, suspects
 from etb_hil.discrepancy.suspects.refining import Refined, bent, curved, fully, quickly
 from etb_hil.discrepancy.suspects.screening import Linear, Screened, screen
-from etb_hil.plant.parameters import Model
-from etb_hil.plant.physics import Vector
 
 Float64 = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -28,7 +24,6 @@ Progress = Callable[[str], None]
 _REFINED = 6
 _FULLY = 2
 _BENT = 2
-_CLEARLY = 0.9  # of what a fit left: from another start it has to leave less than that
 _AS_MUCH = 1e-3  # of log cost: fits that differ by less leave the same
 _HOPELESS = 3.0  # times what the first leaves, from where the second need not be fitted to the end
 _MUCH = 0.5  # of a group's mean square over its floor
@@ -180,47 +175,3 @@ def _refined(findings: Findings, residual: Residual, screened: Sequence[Screened
 def taken_by(accepted: Sequence[Round]) -> list[str]:
     """Return what is no suspect any more."""
     return [r.winner.id for r in accepted]
-
-
-def take_in(findings: Findings, found: Round) -> None:
-    """Make a round's winner a part of the model that the next round starts from."""
-    settle(findings, found.winner.fit.whole, found.winner.unknowns)
-    found.accepted = True
-
-
-def settle(findings: Findings, whole: Vector, unknowns: Sequence[Unknown]) -> None:
-    """Let the search go on from a model near `whole` with these unknowns: its floor, its weights, its calibration."""
-    findings.standing = standing_near(findings.model, findings.balances, whole, unknowns)
-
-
-def standing_near(
-    model: Model, balances: Sequence[Balances], whole: Vector, unknowns: Sequence[Unknown], rounds: int = 4
-) -> Standing:
-    """Return where a model near `whole` stands with these unknowns, or where it does that begins again as stated."""
-    standing, missing = _standing(model, balances, whole, unknowns, rounds)
-    if missing > 0.0:
-        # Base parameters stood in for what was missing, or may be held there by a hill: they begin again as stated.
-        starts = beginnings(standing.calibration.fit.whole, unknowns, balances)
-        begun = [calibrate(model, balances, start, unknowns) for start in starts]
-        again = min(begun, key=lambda found: found.fit.cost)
-        if again.fit.cost < _CLEARLY * standing.calibration.fit.cost:
-            standing, _ = _standing(model, balances, again.fit.whole, unknowns, rounds)
-    return standing
-
-
-def _standing(
-    model: Model, balances: Sequence[Balances], whole: Vector, unknowns: Sequence[Unknown], rounds: int
-) -> tuple[Standing, float]:
-    """Return where a model near `whole` stands, and how much is over the bands."""
-    floor = floor_of(model, balances, whole, unknowns)
-    weigh(balances, floor.level)
-    calibration = calibrate(model, balances, whole, unknowns, rounds)
-    means, rows = group_means(balances, calibration.fit.whole)
-    groups = means / floor.level
-    return Standing(calibration, floor, groups), float(decision.excess(groups, rows).sum())
-
-
-def go_back(findings: Findings, standing: Standing) -> None:
-    """Let the search go on from where it stood before."""
-    findings.standing = standing
-    weigh(findings.balances, standing.floor.level)

@@ -24,7 +24,8 @@ from etb_hil.discrepancy.search.objections import (
     takes_nearly_all,
 )
 from etb_hil.discrepancy.search.reconsidering import is_replaced
-from etb_hil.discrepancy.search.rounds import Progress, go_back, one_round, take_in, taken_by
+from etb_hil.discrepancy.search.rounds import Progress, one_round, taken_by
+from etb_hil.discrepancy.search.standing import go_back, take_in
 
 
 def stands_with_another(found: Round, findings: Findings, without: Sequence[str], progress: Progress) -> bool:
