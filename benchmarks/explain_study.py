@@ -117,6 +117,7 @@ def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
         "outcome": scored.outcome,
         "best_in_class": scored.best_in_class,
         "visible": scored.visible,
+        "left": max((entry["visible"] for entry in truth["separability"]), default=0.0),
         "separable": scored.separable,
         "seconds": seconds,
         "covered": covered(findings, truth),

@@ -5,6 +5,9 @@
 `right`: the truth alone where nothing looks alike, with its class elsewhere. `honest`: nothing wrong said, less than
 could be. `wrong_confident`: one name, and not the truth or not the only one that these data allow. `best in class`: the
 best suspect, whatever the verdict, is the truth or looks like it. Rows of several builds are told apart.
+
+`all`: every file; `left`: those in which base parameters inside their stated tolerances leave at least the size of a
+weak effect, for of the others `adequate` is true; `visible`: those in which they leave 1.5 times the noise.
 """
 
 import json
@@ -16,6 +19,7 @@ import explain_cases  # noqa: F401 (lets the generator's room be found)
 from scoring import rate
 
 NAMED = ("right", "honest")
+WEAK = 1.2  # times its noise-only value: the least residual that a hidden effect is given
 AT_FLOOR = 1.2  # times the floor of a held-out free run
 
 
@@ -40,9 +44,12 @@ def _print_group(key, members):
     kind, view, hertz = key
     print(f"{kind}, {view}, {hertz} Hz: {len(members)} files")
     _print_spread("  ", members)
-    visible = [row for row in members if row["visible"]]
-    for part, chosen in (("all", members), ("visible", visible)):
-        if not chosen or (part == "visible" and (kind == "nothing" or len(chosen) == len(members))):
+    parts = {"all": members}
+    if kind not in ("nothing", "outside"):
+        parts["left"] = [row for row in members if row["left"] >= WEAK]
+        parts["visible"] = [row for row in members if row["visible"]]
+    for part, chosen in parts.items():
+        if not chosen:
             continue
         outcomes = Counter(row["outcome"] for row in chosen)
         for name, hits in sorted(outcomes.items()):

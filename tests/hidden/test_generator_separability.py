@@ -98,3 +98,8 @@ def test_the_plate_stands_where_two_masses_have_it(name):
 def test_play_and_a_soft_shaft_look_alike_where_springs_load_the_teeth(name, other):
     (verdict,) = separability(make_case(38, (name,), "strong", seconds=20.0))
     assert verdict.look_alikes == (other,)
+
+
+def test_a_rival_is_looked_for_beyond_its_first_draws():
+    (verdict,) = separability(make_case(175000, ("parameter:bristle_stiffness",), "medium"))
+    assert "presliding_hysteresis" in verdict.look_alikes  # a way of 1.3 mrad, which the first four draws do not have

@@ -19,8 +19,10 @@ _NOTHING_LEFT = 0.03  # share below which what is left is the error of the finit
 _GOOD_SHARE = 0.15
 _SEEN = 1e-3  # of a column over the noise: what is less are these sensors blind to
 _DRAWS = 4
-_NEAR = 0.6  # a cosine from which a rival's shape is looked for further: the nearest of a few draws is seldom the best
+_WORTH = 0.2  # a cosine from which a rival's shape is looked for further: the nearest of a few draws is seldom the best
 _MORE = 28
+_NEAR = 0.8  # a cosine from which the nearest draw is moved on, towards the others of its form
+_STEPS = 24
 _LEAST_OWN = 1e-3  # ohm: with it the motor's own current lowers the supply by no more than millivolts
 
 
@@ -98,13 +100,41 @@ def _cosine(case, name, rival, own_row, columns, base, unit_rest):
     def drawn(count):
         return [_shape(recipe, rival, rng, case.rig.unit) for _ in range(count)]
 
-    def nearest(rows):
-        return max((_of_shape(rival, row, columns, base, unit_rest) for row in rows), default=0.0)
+    def cosine(row):
+        return _of_shape(rival, row, columns, base, unit_rest)
 
     first = drawn(_DRAWS if recipe.has_shape else 1)
     at_orders = [_at_order(first[0], order) for order in _orders(case.rig, name, rival, own_row)]
-    largest = nearest([*first, *at_orders, *([_low_battery(first[0])] if rival == "supply_sag" else [])])
-    return max(largest, nearest(drawn(_MORE))) if recipe.has_shape and _NEAR < largest < ALIKE else largest
+    also = [_low_battery(first[0])] if rival == "supply_sag" else []
+    tried = [(cosine(row), row) for row in (*first, *at_orders, *also)]
+    if recipe.has_shape and _largest(tried) > _WORTH:
+        for row in drawn(_MORE):
+            if _largest(tried) >= ALIKE:
+                break
+            tried.append((cosine(row), row))
+    is_continuous = recipe.has_shape and rival not in _BY_ORDER  # a motor has whole numbers of slots
+    return _moved_on(tried, cosine, rng) if is_continuous and _NEAR < _largest(tried) < ALIKE else _largest(tried)
+
+
+def _largest(tried):
+    return max(found for found, _ in tried)
+
+
+def _moved_on(tried, cosine, rng):
+    """Largest cosine on the way from the nearest row towards others of its form, as far as these reach."""
+    largest, best = max(tried, key=lambda one: one[0])
+    others = [row for _, row in tried if row[at.FORM] == best[at.FORM] and row is not best]
+    for _ in range(_STEPS if others else 0):
+        towards = others[rng.integers(len(others))]
+        # Some of its numbers, a part of the way: what both draws allow lies between them.
+        row = best.copy()
+        row[at.A :] += rng.uniform() * rng.integers(0, 2, best.size - at.A) * (towards - best)[at.A :]
+        found = cosine(row)
+        if found > largest:
+            largest, best = found, row
+        if largest >= ALIKE:
+            break
+    return largest
 
 
 def _of_shape(rival, row, columns, base, unit_rest):
