@@ -68,3 +68,27 @@ def test_what_does_nearly_the_same_is_named_beside_it(seed, effects, options, ot
     assert set(classes) == set(effects)
     assert classes[effects[-1]] == others
     assert findings.verdict == "ambiguous"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("seed", "effect", "strangers"),
+    [
+        pytest.param(
+            175000,
+            "parameter:bristle_stiffness",
+            {"current_sensor_gain"},
+            id="a gain that is the number that was found, and the base",
+        ),
+        pytest.param(
+            175105,
+            "parameter:viscous",
+            {"parameter:coulomb", "parameter:stiction"},
+            id="friction's levels, which do it at no speed",
+        ),
+    ],
+)
+def test_what_is_no_class_of_a_wrong_number_is_not_named(seed, effect, strangers):
+    findings = searched(hidden_case(seed, (effect,), "medium"))
+    assert [found.winner.id for found in findings.accepted] == [effect]
+    assert not strangers & set(findings.accepted[0].alike)

@@ -127,13 +127,19 @@ class _Records:
     def _make(self, light: Light) -> _Record:
         residual, healthy = self._residual, self._healthy
         if light is Light.WHOLE:
-            return _Record.of(self._winner, healthy, residual)
+            whole = _Record.of(self._winner, healthy, residual)
+            return whole if self._winner.candidate.effect is not None else replace(whole, imitators=self._imitators())
         if light is Light.ZEROS_KNOWN:
             return self.under(Light.WHOLE).with_zeros_known()
         counts = angle_rows(self._balances)
         fit = replace(healthy.fit, residual=healthy.fit.residual * counts)
         alone = replace(healthy, fit=fit, columns=healthy.columns * counts[:, None])
         return _Record.of(self._winner, alone, lambda whole: residual(whole) * counts).with_zeros_known()
+
+    def _imitators(self) -> list[str] | None:
+        """Return the base parameters that imitate a wrong number, which is asked with all rows alike."""
+        residual, healthy = evenly(self._balances, self._healthy, _base_of(self._winner, self._healthy))
+        return _Record.of(self._winner, healthy, residual).imitators
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,7 @@ ALIKE = 0.95
 # wide is the side to err on.
 ABSORBED = 0.21
 _GOOD_SHARE = 0.15
-_NOTHING_LEFT = 0.01  # share of a column below which the base parameters are it
+_NOTHING_LEFT = 0.02  # share of a column below which the base parameters are it
 _NOTHING = 1e-9
 
 
