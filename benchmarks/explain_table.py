@@ -25,7 +25,7 @@ AT_FLOOR = 1.2  # times the floor of a held-out free run
 
 def print_rates(rows):
     """Print every rate over the rows (dicts) of a study, sorted by what was drawn."""
-    drawn = [row for row in rows if "verdict" in row]
+    drawn = [_beside_truth(row) for row in rows if "verdict" in row]
     if len(drawn) < len(rows):
         print(f"{len(rows) - len(drawn)} could not be drawn at the size that was asked for")
     groups = {}
@@ -38,6 +38,13 @@ def print_rates(rows):
         print(f"confident wrong names over everything: {_share(confident, len(drawn))}")
     _print_intervals(drawn)
     _print_spread("", drawn)
+
+
+def _beside_truth(row):
+    """A row with what its model leaves over what the generator's own plant leaves, in free run over the same record."""
+    if "truth_over_floor" not in row:
+        return row
+    return {**row, "model_over_truth": row["model_over_floor"] / row["truth_over_floor"]}
 
 
 def _print_group(key, members):
@@ -68,6 +75,7 @@ def _print_spread(indent, rows):
         "followed_over_floor",
         "model_over_floor",
         "truth_over_floor",
+        "model_over_truth",
         "model_over_healthy",
         "nrmse",
         "seconds",
@@ -80,6 +88,7 @@ def _print_spread(indent, rows):
     for key, words in (
         ("model_over_floor", "the floor"),
         ("truth_over_floor", "the floor, by the generator's own plant and numbers"),
+        ("model_over_truth", "what the generator's own plant and numbers leave of the same record"),
         ("model_over_healthy", "what the same unit leaves with nothing hidden"),
     ):
         errors = [row[key] for row in rows if key in row]
