@@ -1,16 +1,19 @@
 """How often a hidden effect is named: rates over seeds that nothing was tuned on, with exact bounds.
 
-    python benchmarks/explain_study.py KIND FIRST COUNT [--each N] [--view full] [--rate 2000] [--jobs 1] [--out FILE]
+    python benchmarks/explain_study.py KIND FIRST COUNT [--each N] [--effects ID...] [--view full] [--rate 2000]
+        [--jobs 1] [--out FILE]
 
 KIND: nothing, weak, medium, strong (one effect each), shape (a strong or medium effect whose curve is another than
 the catalogue's), pair, outside, removed (the effect's own term is no suspect), mix (all of them, and fewer sensors).
 Seeds 0 to 999 served for development. With --each, seeds whose effect was drawn N times before are passed over, so
-that every effect is judged as often. Rows go to --out (rows.jsonl) as they come, each with the build that made it, so
-that a study can be cut short; started again with the same --out it goes on behind the rows that this build has made.
-explain_table.py makes tables of them. With --holdout free runs on held-out parts are judged, too: over the noise
-floor, the middle one of some simulations of ours, beside the most of them, how many are within 1.2 times the middle
-of the others, and what the generator's own plant and numbers leave under the measured voltage, which are what a true
-model comes to; and over what the same unit, motion and noise leave with nothing hidden.
+that every effect is judged as often; with --effects, those that draw none of these. Rows go to --out (rows.jsonl) as
+they come, each with the build that made it, so that a study can be cut short; started again with the same --out it goes
+on behind the rows that this build has made. explain_table.py makes tables of them.
+
+With --holdout free runs on held-out parts are judged, too: over the noise floor, the middle one of some simulations of
+ours, beside the most of them, how many are within 1.2 times the middle of the others, and what the generator's own
+plant and numbers leave under the measured voltage, which are what a true model comes to; and over what the same unit,
+motion and noise leave with nothing hidden.
 """
 
 import argparse
@@ -168,6 +171,7 @@ def main():
     parser.add_argument("first", type=int)
     parser.add_argument("count", type=int)
     parser.add_argument("--each", type=int)
+    parser.add_argument("--effects", nargs="+", choices=SINGLES, metavar="ID")
     parser.add_argument("--view", default="full")
     parser.add_argument("--rate", type=int, default=2000)
     parser.add_argument("--jobs", type=int, default=1)
@@ -186,7 +190,8 @@ def main():
         effects, *_ = drawn(kind, seed)
         draws[effects] += 1
         is_drawn_enough = options.each and draws[effects] > options.each
-        if (kind, seed) not in done and not is_drawn_enough:
+        is_asked = not options.effects or set(effects) & set(options.effects)
+        if is_asked and not is_drawn_enough and (kind, seed) not in done:
             jobs.append((kind, seed, view, rate, options.holdout))
     with ProcessPoolExecutor(options.jobs) as pool:
         for found in pool.map(_job, jobs):
