@@ -11,6 +11,7 @@ weak effect, for of the others `adequate` is true; `visible`: those in which the
 """
 
 import json
+import math
 import sys
 from collections import Counter
 from pathlib import Path
@@ -94,6 +95,8 @@ def _print_spread(indent, rows):
         errors = [row[key] for row in rows if key in row]
         if errors:
             near = sum(error <= AT_FLOOR for error in errors)
+            together = math.sqrt(sum(error**2 for error in errors) / len(errors))
+            print(f"{indent}free run over {words}: {together:.3g} together, root mean square")
             print(f"{indent}free run within {AT_FLOOR} times {words}: {_share(near, len(errors))}")
 
 
