@@ -4,7 +4,8 @@
 
 `right`: the truth alone where nothing looks alike, with its class elsewhere. `honest`: nothing wrong said, less than
 could be. `wrong_confident`: one name, and not the truth or not the only one that these data allow. `best in class`: the
-best suspect, whatever the verdict, is the truth or looks like it. Rows of several builds are told apart.
+best suspect, whatever the verdict, is the truth or looks like it. Rows of several builds are counted at the top, and
+taken together.
 
 `all`: every file; `left`: those in which base parameters inside their stated tolerances leave at least the size of a
 weak effect, for of the others `adequate` is true; `visible`: those in which they leave 1.5 times the noise.
