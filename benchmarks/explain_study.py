@@ -152,7 +152,8 @@ def _job(arguments):
     try:
         return one_case(*arguments)[1]
     except OutOfReachError as error:
-        return {"kind": arguments[0], "seed": arguments[1], "outcome": f"not drawn: {error}"}
+        kind, seed, view, rate, _ = arguments
+        return {"kind": kind, "seed": seed, "view": view, "rate": rate, "outcome": f"not drawn: {error}"}
 
 
 def build():
@@ -178,11 +179,13 @@ def main():
     parser.add_argument("--holdout", action="store_true")
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()
+    if options.effects and options.kind not in ("weak", "medium", "strong"):
+        parser.error("--effects goes with weak, medium or strong, which hide one effect each")
     mark, rows = build(), []
     if options.out and options.out.exists():
         rows = [json.loads(line) for line in options.out.read_text("utf-8").splitlines()]
         rows = [row for row in rows if row.get("build") == mark]
-    done = {(row["kind"], row["seed"]) for row in rows}
+    done = {(row["kind"], row["seed"], row["view"], row["rate"]) for row in rows}
     jobs, draws = [], Counter()
     for seed in range(options.first, options.first + options.count):
         asked = (options.kind, options.view, options.rate)
@@ -191,7 +194,7 @@ def main():
         draws[effects] += 1
         is_drawn_enough = options.each and draws[effects] > options.each
         is_asked = not options.effects or set(effects) & set(options.effects)
-        if is_asked and not is_drawn_enough and (kind, seed) not in done:
+        if is_asked and not is_drawn_enough and (kind, seed, view, rate) not in done:
             jobs.append((kind, seed, view, rate, options.holdout))
     with ProcessPoolExecutor(options.jobs) as pool:
         for found in pool.map(_job, jobs):

@@ -55,7 +55,7 @@ def _print_group(key, members):
     _print_spread("  ", members)
     parts = {"all": members}
     if kind not in ("nothing", "outside"):
-        parts["left"] = [row for row in members if row["left"] >= WEAK]
+        parts["left"] = [row for row in members if row.get("left", 0.0) >= WEAK]
         parts["visible"] = [row for row in members if row["visible"]]
     for part, chosen in parts.items():
         if not chosen:
