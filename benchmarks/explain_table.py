@@ -8,7 +8,7 @@ best suspect, whatever the verdict, is the truth or looks like it. Rows of sever
 taken together.
 
 `all`: every file; `left`: those in which base parameters inside their stated tolerances leave at least the size of a
-weak effect, for of the others `adequate` is true; `visible`: those in which they leave 1.5 times the noise.
+weak effect, for the others come near a healthy unit's; `visible`: those in which they leave 1.5 times the noise.
 """
 
 import json

@@ -126,7 +126,7 @@ def _moved_on(tried, cosine, rng):
     others = [row for _, row in tried if row[at.FORM] == best[at.FORM] and row is not best]
     for _ in range(_STEPS if others else 0):
         towards = others[rng.integers(len(others))]
-        # Some of its numbers, a part of the way: what both draws allow lies between them.
+        # Some of its numbers, a part of the way: what both draws allow mostly lies between them.
         row = best.copy()
         row[at.A :] += rng.uniform() * rng.integers(0, 2, best.size - at.A) * (towards - best)[at.A :]
         found = cosine(row)
