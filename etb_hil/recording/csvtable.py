@@ -7,6 +7,7 @@ import re
 from array import array
 from collections.abc import Iterator, Sequence
 from decimal import Decimal
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -17,9 +18,26 @@ from etb_hil.recording.samples import Float64, Int64
 
 MAX_PROBLEMS = 20
 MAX_CELL = 1 << 16
-_NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,3})?", re.ASCII)
+_DIGITS = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,3})?"
+_NUMBER = re.compile(_DIGITS, re.ASCII)
+_NUMBERS = re.compile(rf"(?>{_DIGITS}\n)*+", re.ASCII)
 _NO_VALUE = {"", "nan", "NaN", "NAN"}
 _TIME_LIMIT = 2**62
+BLOCK = 4096  # rows that are taken together
+
+
+class _Read:
+    """What was read so far: times and the wanted columns by their places in a row, and what was broken."""
+
+    def __init__(self, time_at: int, unit_ns: int, wanted: Sequence[int]) -> None:
+        self.time_at, self.unit_ns, self.wanted = time_at, unit_ns, wanted
+        self.time_ns, self.columns = array("q"), [array("d") for _ in wanted]
+        self.problems: list[Problem] = []
+
+    @property
+    def last(self) -> int:
+        """The latest time in ns."""
+        return self.time_ns[-1] if self.time_ns else -_TIME_LIMIT
 
 
 class CsvTable:
@@ -45,35 +63,66 @@ class CsvTable:
 
         InputError lists up to 20 broken cells with line, column and value.
         """
-        time_at, unit_ns = self.names.index(time.column), NS_PER_UNIT[time.unit]
-        wanted = [(self.names.index(name), name, array("d")) for name in dict.fromkeys(names)]
-        time_ns, problems, last = array("q"), [], -_TIME_LIMIT
-        for line, cells in self._rows():
+        wanted = {name: self.names.index(name) for name in names}
+        read = _Read(self.names.index(time.column), NS_PER_UNIT[time.unit], [*wanted.values()])
+        rows = self._rows()
+        while block := list(islice(rows, BLOCK)):
+            try:
+                self._take_together(block, read)
+            except ValueError:
+                self._take_row_by_row(block, read)
+            if len(read.problems) >= MAX_PROBLEMS:
+                break
+        if read.problems:
+            raise InputError(*read.problems[:MAX_PROBLEMS])
+        found = dict(zip(wanted, read.columns, strict=True))
+        return np.array(read.time_ns, np.int64), {name: np.array(one, np.float64) for name, one in found.items()}
+
+    def _take_together(self, block: list[tuple[int, list[str]]], read: _Read) -> None:
+        """Take rows column by column, which is fast; ValueError, and nothing is taken, where a cell is broken."""
+        if any(len(cells) != len(self.names) for _, cells in block):
+            raise ValueError
+        by_column = list(zip(*(cells for _, cells in block), strict=True))
+        last, times = read.last, []
+        for cell in by_column[read.time_at]:
+            last = self._time(cell, read.unit_ns, last)
+            times.append(last)
+        columns = [self._numbers(by_column[at]) for at in read.wanted]
+        read.time_ns.extend(times)
+        for column, more in zip(read.columns, columns, strict=True):
+            column.extend(more)
+
+    def _take_row_by_row(self, block: list[tuple[int, list[str]]], read: _Read) -> None:
+        """Take rows cell by cell, and say what is wrong with each that is broken."""
+        for line, cells in block:
             if len(cells) != len(self.names):
                 wrong = f"a row of {len(cells)} cells under {len(self.names)} names"
-                problems.append(Problem(wrong, Place(self._path, line), remedy=self._remedy(len(cells))))
-            else:
+                read.problems.append(Problem(wrong, Place(self._path, line), remedy=self._remedy(len(cells))))
+                continue
+            try:
+                read.time_ns.append(self._time(cells[read.time_at], read.unit_ns, read.last))
+            except ValueError as error:
+                read.problems.append(self._bad_cell(line, read.time_at, cells, error))
+            for at, column in zip(read.wanted, read.columns, strict=True):
                 try:
-                    now = self._time(cells[time_at], unit_ns, last)
-                    time_ns.append(now)
-                    last = now
+                    column.append(self._number(cells[at]))
                 except ValueError as error:
-                    problems.append(self._bad_cell(line, time.column, cells[time_at], str(error)))
-                for at, name, values in wanted:
-                    try:
-                        values.append(self._number(cells[at]))
-                    except ValueError as error:
-                        problems.append(self._bad_cell(line, name, cells[at], str(error)))
-            if len(problems) >= MAX_PROBLEMS:
-                break
-        if problems:
-            raise InputError(*problems)
-        return np.array(time_ns, np.int64), {name: np.array(values, np.float64) for _, name, values in wanted}
+                    read.problems.append(self._bad_cell(line, at, cells, error))
 
     def _remedy(self, cells: int) -> str:
         if self._delimiter == "," and cells > len(self.names):
             return "complete the row or remove it; of decimal commas, write semicolons between the cells"
         return "complete the row or remove it"
+
+    def _numbers(self, cells: Sequence[str]) -> Sequence[float]:
+        text = "\n".join(cells) + "\n"
+        written = text.replace(",", ".") if self._delimiter != "," else text
+        if _NUMBERS.fullmatch(written) is None:  # blanks, or no value here and there
+            return [self._number(cell) for cell in cells]
+        values = [*map(float, written.split())]
+        if not np.isfinite(values).all():
+            raise ValueError
+        return values
 
     def _number(self, cell: str) -> float:
         text = cell.strip()
@@ -98,8 +147,9 @@ class CsvTable:
             raise ValueError("is no number")
         return written
 
-    def _bad_cell(self, line: int, name: str, cell: str, wrong: str) -> Problem:
-        return Problem(wrong, Place(self._path, line, name), cell, remedy="correct the cell or remove the row")
+    def _bad_cell(self, line: int, at: int, cells: Sequence[str], wrong: ValueError) -> Problem:
+        place = Place(self._path, line, self.names[at])
+        return Problem(str(wrong), place, cells[at], remedy="correct the cell or remove the row")
 
     def _header(self) -> tuple[int, list[str], str]:
         for line, text in self._lines():

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from etb_hil.base.errors import InputError
 from etb_hil.base.roles import ROLES
+from etb_hil.recording import csvtable
 from etb_hil.recording.recording import ClockGrade
 from etb_hil.recording.tables import read_table
 
@@ -89,6 +90,43 @@ def test_a_broken_cell_is_named_with_line_column_and_value(tmp_path_factory, row
     assert problem.startswith(f"{path}:{3 + at % rows}: motor_current_A: ")
     assert repr(broken) in problem
     assert "correct the cell" in problem
+
+
+NUMBERS = ["1", "-2.5", " 3", "4 ", "+.5e-3", "6.", "1,5", '"7"', "7\t"]
+CELLS = st.sampled_from([*NUMBERS, "", "nan", "1e999", "1\n5", "--1", "0x1", "\N{ARABIC-INDIC DIGIT ONE}"])
+
+
+@given(cells=st.lists(st.tuples(CELLS, CELLS), min_size=1, max_size=8), delimiter=st.sampled_from(",;"))
+def test_rows_taken_together_are_read_as_rows_one_by_one(tmp_path_factory, cells, delimiter):
+    lines = [delimiter.join((f"{k}", *row)) for k, row in enumerate(cells)]
+    header = delimiter.join(["time_s", "motor_current_A", "motor_voltage_V"])
+    path = table(tmp_path_factory.mktemp("t"), "\n".join([header, *lines]))
+
+    def read():
+        try:
+            found = read_table(path)
+        except InputError as error:
+            return [str(problem) for problem in error.problems]
+        return [found.series(role).values.tolist() for role in found.roles]
+
+    def never(*_):
+        raise ValueError
+
+    together = read()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(csvtable.CsvTable, "_take_together", never)
+        assert repr(together) == repr(read())
+
+
+def test_a_broken_cell_far_down_is_named_and_the_order_of_times_holds_across_blocks(tmp_path):
+    rows = [f"{k},{k / 8}" for k in range(3 * csvtable.BLOCK)]
+    whole = read_table(table(tmp_path, "time_s,motor_current_A\n" + "\n".join(rows)))
+    assert whole.series("motor_current").values.tolist() == [k / 8 for k in range(len(rows))]
+    rows[csvtable.BLOCK + 5] = f"{csvtable.BLOCK + 5},x"
+    rows[2 * csvtable.BLOCK] = "0,1"
+    first, second = problems(table(tmp_path, "time_s,motor_current_A\n" + "\n".join(rows)))
+    assert f"table.csv:{csvtable.BLOCK + 7}: motor_current_A: is no number" in first
+    assert f"table.csv:{2 * csvtable.BLOCK + 2}: time_s: lies before the time of the row above" in second
 
 
 def test_units_come_from_the_names(tmp_path):
