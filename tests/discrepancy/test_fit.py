@@ -1,12 +1,15 @@
 """A fit that comes to where no slope leads on."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from synthetic import MODEL, measurement
 
+from etb_hil.base import side_by_side
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import Calibration, all_unknowns, calibrate, off_edges, residual_of
-from etb_hil.discrepancy.fitting.fit import fit_of
+from etb_hil.discrepancy.fitting.fit import columns, fit_of
 from etb_hil.discrepancy.fitting.unknowns import start
 from etb_hil.plant.physics import COULOMB, STICTION, STRIBECK_VELOCITY
 
@@ -42,3 +45,19 @@ def test_numbers_on_the_edges_of_their_tolerances_are_put_back_as_stated_and_no_
     assert eased is not None
     np.testing.assert_array_equal(eased.fit.whole, whole)
     assert eased.columns.shape == (len(eased.fit.residual), len(unknowns))
+
+
+@pytest.mark.parametrize("is_current_known", [True, False])
+def test_as_many_cores_as_there_are_find_the_same_columns(is_current_known, monkeypatch):
+    measured = measurement(MODEL.vector(), seed=4)
+    measured = measured if is_current_known else replace(measured, current=None)
+    found = []
+    for count in (1, 2, 7):
+        monkeypatch.setattr(side_by_side, "cores", lambda count=count: count)
+        balances = [Balances(measured, MODEL)]
+        unknowns = all_unknowns(MODEL, balances)
+        residual = residual_of(balances)
+        found.append(columns(residual, fit_of(residual, start(MODEL)), unknowns))
+    assert np.any(found[0] != 0.0)
+    np.testing.assert_array_equal(found[1], found[0])
+    np.testing.assert_array_equal(found[2], found[0])

@@ -133,7 +133,7 @@ class Walk:
         return Along(torque, voltage, lossy)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _hold(angle: Vector, velocity: Vector, acceleration: Vector, p: Vector, plate: Vector, holds: Vector) -> None:
     """Fill the plate's angle, where it is not the motor's, and the torque of springs and stops."""
     elastic_acts, loose = ports.acting(p)[1], ports.is_loose(p)
@@ -152,7 +152,7 @@ def _hold(angle: Vector, velocity: Vector, acceleration: Vector, p: Vector, plat
             holds[k] = spring_torque(where, p) + stop_torque(where, omega, p)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _carry(
     angle: Vector,
     velocity: Vector,
@@ -189,7 +189,7 @@ def _carry(
         carried[k] = friction + rate
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _drive(
     angle: Vector,
     velocity: Vector,

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from etb_hil.base.side_by_side import side_by_side
 from etb_hil.discrepancy.fitting.boxed import boxed
 from etb_hil.discrepancy.fitting.unknowns import Unknown
 from etb_hil.plant.physics import COULOMB, STICTION, Vector
@@ -33,12 +35,16 @@ class Fit:
 def columns(residual: Residual, at: Fit, unknowns: Sequence[Unknown]) -> Float64:
     """Return the residual's derivatives (n, unknowns) by differences, each into the box."""
     found = np.empty((len(at.residual), len(unknowns)))
-    for k, unknown in enumerate(unknowns):
+
+    def fill(k: int) -> None:
+        unknown = unknowns[k]
         x = unknown.x_of(at.whole)
         step = unknown.step if x + unknown.step <= unknown.high else -unknown.step
         moved = at.whole.copy()
         unknown.put(moved, x + step)
         found[:, k] = (residual(moved) - at.residual) / step
+
+    deque(side_by_side(fill, range(len(unknowns))), maxlen=0)
     return found
 
 

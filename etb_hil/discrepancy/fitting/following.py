@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from etb_hil.base.side_by_side import side_by_side
 from etb_hil.discrepancy.fitting import freerun
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import Calibration
@@ -105,12 +106,14 @@ class _Runs:
 
     def errors(self, whole: Vector) -> Float64:
         """Return the weighted errors (n) of all segments."""
-        found = []
-        for number, begin in enumerate(self._begins):
+
+        def run(number: int) -> Float64:
+            begin = self._begins[number]
             part = slice(begin, begin + self._length, self._every)
             angle = freerun.segment(self._b, whole[:EXTENDED], begin, self._starts[number], self._length)
-            found.append((angle[:: self._every] - self._b.measured.angle[part]) * self._weights[number])
-        return np.concatenate(found)
+            return (angle[:: self._every] - self._b.measured.angle[part]) * self._weights[number]
+
+        return np.concatenate([*side_by_side(run, range(len(self._begins)))])
 
 
 class _Said:

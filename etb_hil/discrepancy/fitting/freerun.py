@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from etb_hil.base.side_by_side import side_by_side
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.unknowns import simulable
 from etb_hil.plant.effects import (
@@ -49,8 +50,13 @@ def errors(
     has_current = m.current is not None and not m.is_drive
     found: dict[str, list[float]] = {name: [] for name in ((POSITION, CURRENT_ROLE) if has_current else (POSITION,))}
     every = max(1, round(STEP_S * m.rate)) if one_step else 0
-    for number, begin in enumerate(range(0, len(m) - rows + 1, rows)):
-        angle, current = _segment(b, parameters(begin / len(m)), begin, begin_at[number], rows, every)
+    begins = range(0, len(m) - rows + 1, rows)
+
+    def run(number: int) -> tuple[Float64, Float64]:
+        begin = begins[number]
+        return _segment(b, parameters(begin / len(m)), begin, begin_at[number], rows, every)
+
+    for begin, (angle, current) in zip(begins, side_by_side(run, range(len(begins))), strict=True):
         part = slice(begin, begin + rows)
         found[POSITION].append(_rms(angle - m.angle[part]))
         if has_current and m.current is not None:
@@ -112,14 +118,14 @@ def _rms(values: Float64) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _set(state: Vector, angle: float, velocity: float, current: float) -> None:
     state[THETA], state[OMEGA] = angle, velocity
     if not np.isnan(current):
         state[CURRENT] = current
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _lead(
     state: Vector,
     p: Vector,
@@ -142,7 +148,7 @@ def _lead(
         found[number] = state
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _run(
     state: Vector,
     p: Vector,

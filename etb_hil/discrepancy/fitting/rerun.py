@@ -93,7 +93,7 @@ def _simulated(balances: Balances, p: Vector) -> Float64:
     return rows
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _keep_on(
     state: Vector,
     p: Vector,

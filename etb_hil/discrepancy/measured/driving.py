@@ -41,7 +41,7 @@ def with_its_mean(smooth: Float64, voltage: Float64, rate: float) -> Float64:
     return smooth + (lost[at + reach + 1] - lost[at - reach]) / (2 * reach + 1)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _averaged(values: Float64, reach: float, half: int) -> Float64:
     """Return the mean (n) of a value's neighbours that are within `reach` of it, as many on either side."""
     found = np.empty_like(values)

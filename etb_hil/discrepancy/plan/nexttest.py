@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from etb_hil.base.side_by_side import side_by_side
 from etb_hil.discrepancy.fitting.calibration import calibrate, residual_of
 from etb_hil.discrepancy.fitting.floor import group_means, weigh
 from etb_hil.discrepancy.plan.beside import TELLING, left_open
@@ -71,7 +72,7 @@ def next_test(
         return None
     best: Outlook | None = None
     if plans and not any(b.measured.is_drive for b in findings.balances):
-        compared = [_compared(plan, findings, found) for plan in plans]
+        compared = side_by_side(lambda plan: _compared(plan, findings, found), plans)
         for outlook in sorted(compared, key=lambda one: one.worth, reverse=True)[:_TRIED]:
             if best is not None and best.worth >= outlook.worth:
                 break  # what was explained leaves no more open than what was only compared

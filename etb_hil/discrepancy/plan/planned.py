@@ -77,7 +77,7 @@ def recorded(plan: Plan, model: Model, like: Balances, p: Vector, seed: int = 7)
     return Balances(rerun(Balances(ideal, model), model, p, seed), model)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _follow(
     state: Vector,
     mode: NDArray[np.int64],

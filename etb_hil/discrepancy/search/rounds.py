@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from etb_hil.base.side_by_side import side_by_side
 from etb_hil.discrepancy.fitting.calibration import Calibration, calibrate, off_edges, residual_of
 from etb_hil.discrepancy.fitting.fit import Residual
 from etb_hil.discrepancy.fitting.floor import LEAST_ROWS, group_means, weigh
@@ -168,7 +169,7 @@ def _over_floor(findings: Findings, refined: Refined) -> float:
 
 def _refined(findings: Findings, residual: Residual, screened: Sequence[Screened]) -> list[Refined]:
     load = findings.balances[0].load
-    found = [quickly(residual, findings.final, one, load) for one in screened[:_REFINED]]
+    found = side_by_side(lambda one: quickly(residual, findings.final, one, load), screened[:_REFINED])
     return sorted(found, key=lambda r: r.fit.cost)
 
 

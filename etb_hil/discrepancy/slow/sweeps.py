@@ -193,7 +193,7 @@ def _cuts(time_ns: NDArray[np.int64], condition: Float64, *, split: bool) -> NDA
     return np.flatnonzero((steps > _LONGEST_GAP * np.median(steps)) | (np.diff(condition) != 0.0)) + 1
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _run(
     state: Vector,
     p: Vector,

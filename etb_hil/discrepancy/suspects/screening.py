@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from etb_hil.base.side_by_side import side_by_side
 from etb_hil.discrepancy.fitting.boxed import boxed
 from etb_hil.discrepancy.fitting.calibration import Calibration
 from etb_hil.discrepancy.fitting.fit import Fit, Residual
@@ -62,11 +63,14 @@ def screen(
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[Screened]:
     """Return each suspect's best shape, the most promising first."""
+
+    def best(shapes: Sequence[Candidate]) -> Screened:
+        return min((_tried(residual, linear, candidate) for candidate in shapes), key=lambda s: s.cost)
+
     found = []
-    for id_, shapes in suspects.items():
+    for id_, one in zip(suspects, side_by_side(best, suspects.values()), strict=True):
         progress(id_)
-        tried = [_tried(residual, linear, candidate) for candidate in shapes]
-        found.append(min(tried, key=lambda s: s.cost))
+        found.append(one)
     return sorted(found, key=lambda s: s.cost)
 
 
