@@ -17,9 +17,9 @@ import tempfile
 import time
 from pathlib import Path
 
-from explain_study import drawn
-from generator.case import make_case
-from generator.files import write_case
+from explain_study import KINDS, drawn
+from generator.case import make_case, make_pair
+from generator.files import sealed, write_case
 from generator.size import OutOfReachError
 
 NAMED = "running the models freely"  # what the command says once the search is over
@@ -64,7 +64,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("first", type=int)
     parser.add_argument("count", type=int)
-    parser.add_argument("--kind", default="strong")
+    parser.add_argument("--kind", choices=[kind for kind in KINDS if kind != "mix"], default="strong")
     options = parser.parse_args()
     is_warm = False
     print("seed effect: s to the name (processor time), s to the end (processor time), memory at most")
@@ -73,7 +73,8 @@ def main():
         with tempfile.TemporaryDirectory() as folder:
             at = Path(folder)
             try:
-                case = make_case(seed, effects, level, form=form)
+                is_pair = options.kind == "pair"
+                case = make_pair(seed, level) if is_pair else make_case(seed, effects, level, form=form)
             except OutOfReachError:
                 continue
             write_case(case, at / "open", at / "sealed.json")
@@ -83,8 +84,9 @@ def main():
             said, (whole, processor), memory = measured(at / "open")
         name, its = said[NAMED]
         stages = [f"{what} at {its:.1f}" for what, (_, its) in said.items() if what in STAGES]
+        hidden = ", ".join(each["effect"] for each in sealed(case)["effects"]) or "nothing"
         print(
-            f"{seed} {', '.join(effects) or 'nothing'}: {name:.1f} ({its:.1f}) {whole:.1f} ({processor:.1f})",
+            f"{seed} {hidden}: {name:.1f} ({its:.1f}) {whole:.1f} ({processor:.1f})",
             f"{memory:.0f} MiB; processor time:", ", ".join(stages), flush=True,
         )  # fmt: skip
 

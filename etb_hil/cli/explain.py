@@ -44,18 +44,15 @@ def run(options: argparse.Namespace) -> int:
         from etb_hil.base.stock import find
         from etb_hil.cli.recordings import recording_of
         from etb_hil.diagnosis.limits import load_limits
-        from etb_hil.discrepancy.answer.pictures import coarse_pictures, pictures
         from etb_hil.discrepancy.explain import explain, write
         from etb_hil.discrepancy.slow.sweeps import slow_remark
         from etb_hil.plant.drive_file import load_plant
-        from etb_hil.report.explain_report import write_explanation
         from etb_hil.scenario.planning import stock_plans
 
         model, is_drive = load_plant(find("model", options.model))
         recordings = [recording_of(path, options.bench, options.map) for path in options.data]
         limits = load_limits(_limits(options)).content
         _must_take_an_answer(options.out)
-        plans = [] if is_drive else stock_plans(model.values)
         if remark := slow_remark(recordings[0]):
             print(remark, file=sys.stderr)
     answer = explain(
@@ -63,11 +60,14 @@ def run(options: argparse.Namespace) -> int:
         model,
         progress=_progress,
         limits=limits,
-        plans=plans,
+        plans=None if is_drive else lambda: stock_plans(model.values),
         fit_on=options.fit_on,
         is_same_unit=options.same_unit,
     )
     with _saying("the report was being written; explanation.json may be there without it"):
+        from etb_hil.discrepancy.answer.pictures import coarse_pictures, pictures
+        from etb_hil.report.explain_report import write_explanation
+
         paths = write(answer, options.out)
         series = coarse_pictures(answer.coarse) if answer.coarse else None
         if answer.findings and answer.holdout:

@@ -68,7 +68,7 @@ def explain(
     without: Sequence[str] = (),
     progress: Callable[[str], None] = lambda _: None,
     limits: Limits | None = None,
-    plans: Sequence[Plan] = (),
+    plans: Callable[[], Sequence[Plan]] | None = None,
     fit_on: Sequence[float] = (),
     *,
     is_same_unit: bool = False,
@@ -77,10 +77,10 @@ def explain(
 
     `without`: effects that are not looked for; with `limits` it says what the causes change in the diagnosis.
     `is_same_unit`: all recordings are of one unit, so that what one of them tells apart is told apart in the answer.
-    `plans`: scenarios of which the next test is one. An interrupt ends it with what is known by then, and the answer
-    says so. Data that are too slow to name causes by are
-    fitted in free run where a condition has the values `fit_on`, and judged elsewhere; InputError where none has, and
-    where a recording of a throttle meets a drive's model or the other way round.
+    `plans` makes the scenarios of which the next test is one, where one is wanted. An interrupt ends it with what is
+    known by then, and the answer says so. Data that are too slow to name causes by are fitted in free run where a
+    condition has the values `fit_on`, and judged elsewhere; InputError where none has, and where a recording of a
+    throttle meets a drive's model or the other way round.
     """
     _must_be_of_one_kind(recordings, model)
     model = _obeying_its_laws(model, recordings)
@@ -103,8 +103,8 @@ def explain(
     told_apart = _told_apart(findings, others if is_same_unit else (), without, said)
     holdout = None if said.is_cut_short else _held_out(findings, said)
     answer = _put_together(findings, holdout, said)
-    if plans and not said.is_cut_short:
-        test = said.unless_cut_short("choosing the next test", next_test, findings, plans, said)
+    if plans and answer["next_test"] and not said.is_cut_short:
+        test = said.unless_cut_short("choosing the next test", lambda: next_test(findings, plans(), said))
         answer["next_test"] = test or answer["next_test"]
     if limits is not None and not said.is_cut_short:
         answer["diagnosis"] = said.unless_cut_short(
