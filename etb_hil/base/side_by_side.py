@@ -24,10 +24,10 @@ def cores() -> int:
 
 
 def side_by_side(work: Callable[[T], R], items: Iterable[T]) -> Iterator[R]:
-    """Yield what some work makes of each item, in their order; what comes first raises, and the rest is not begun.
+    """Yield what some work makes of each item, in their order; after one that raises no more are begun.
 
-    Work inside such work goes on one after another, so that there are never more threads than cores. `work` must not
-    change what another item reads.
+    Those that were begun by then are waited for. Work inside such work goes on one after another, so that there are
+    never more threads than cores. `work` must not change what another item reads.
     """
     waiting = list(items)
     count = min(cores(), len(waiting))

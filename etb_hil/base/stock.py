@@ -22,8 +22,13 @@ _FOLDERS = {
 
 def stock_names(kind: str) -> list[str]:
     """Return the names of the stock files of a kind (model, bench, limits, scenario, dbc)."""
+    return [*stock_files(kind)]
+
+
+def stock_files(kind: str) -> dict[str, Path]:
+    """Return the stock files of a kind by their names, sorted; what else has such a name where one stands is none."""
     folder, suffix = _FOLDERS[kind]
-    return sorted(path.stem for path in folder.glob(f"*{suffix}"))
+    return {path.stem: path for path in sorted(folder.glob(f"*{suffix}"))}
 
 
 def find(kind: str, name: str, beside: Path | None = None) -> Path:

@@ -65,10 +65,10 @@ def run(options: argparse.Namespace) -> int:
         is_same_unit=options.same_unit,
     )
     with _saying("the report was being written; explanation.json may be there without it"):
+        paths = write(answer, options.out)
         from etb_hil.discrepancy.answer.pictures import coarse_pictures, pictures
         from etb_hil.report.explain_report import write_explanation
 
-        paths = write(answer, options.out)
         series = coarse_pictures(answer.coarse) if answer.coarse else None
         if answer.findings and answer.holdout:
             series = pictures(answer.findings, answer.holdout)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import csv
 import re
+import sys
 from array import array
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from decimal import Decimal
-from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +31,7 @@ class _Read:
     """What was read so far: times and the wanted columns by their places in a row, and what was broken."""
 
     def __init__(self, time_at: int, unit_ns: int, wanted: Sequence[int]) -> None:
-        self.time_at, self.unit_ns, self.wanted = time_at, unit_ns, wanted
+        self.unit_ns, self.places = unit_ns, (time_at, *wanted)
         self.time_ns, self.columns = array("q"), [array("d") for _ in wanted]
         self.problems: list[Problem] = []
 
@@ -38,6 +39,14 @@ class _Read:
     def last(self) -> int:
         """The latest time in ns."""
         return self.time_ns[-1] if self.time_ns else -_TIME_LIMIT
+
+
+@dataclass(slots=True)
+class _Rows:
+    """Rows that are taken together: their lines, and of each the time and the wanted cells."""
+
+    lines: list[int] = field(default_factory=list)
+    cells: list[list[str]] = field(default_factory=list)
 
 
 class CsvTable:
@@ -65,49 +74,61 @@ class CsvTable:
         """
         wanted = {name: self.names.index(name) for name in names}
         read = _Read(self.names.index(time.column), NS_PER_UNIT[time.unit], [*wanted.values()])
-        rows = self._rows()
-        while block := list(islice(rows, BLOCK)):
+        for rows in self._blocks(read):
             try:
-                self._take_together(block, read)
+                self._take_together(rows, read)
             except ValueError:
-                self._take_row_by_row(block, read)
+                self._take_row_by_row(rows, read)
             if len(read.problems) >= MAX_PROBLEMS:
                 break
         if read.problems:
-            raise InputError(*read.problems[:MAX_PROBLEMS])
+            raise InputError(*sorted(read.problems, key=_line)[:MAX_PROBLEMS])
         found = dict(zip(wanted, read.columns, strict=True))
         return np.array(read.time_ns, np.int64), {name: np.array(one, np.float64) for name, one in found.items()}
 
-    def _take_together(self, block: list[tuple[int, list[str]]], read: _Read) -> None:
+    def _blocks(self, read: _Read) -> Iterator[_Rows]:
+        """Yield what is wanted of the rows, thousands at a time; what is no row goes to the problems."""
+        rows = _Rows()
+        try:
+            for line, cells in self._rows():
+                if len(cells) == len(self.names):
+                    rows.lines.append(line)
+                    rows.cells.append([cells[at] for at in read.places])
+                else:
+                    wrong = f"a row of {len(cells)} cells under {len(self.names)} names"
+                    read.problems.append(Problem(wrong, Place(self._path, line), remedy=self._remedy(len(cells))))
+                if len(rows.lines) == BLOCK or len(read.problems) >= MAX_PROBLEMS:
+                    yield rows
+                    rows = _Rows()
+        except InputError as error:
+            read.problems += error.problems
+        if rows.lines:
+            yield rows
+
+    def _take_together(self, rows: _Rows, read: _Read) -> None:
         """Take rows column by column, which is fast; ValueError, and nothing is taken, where a cell is broken."""
-        if any(len(cells) != len(self.names) for _, cells in block):
-            raise ValueError
-        by_column = list(zip(*(cells for _, cells in block), strict=True))
+        in_time, *by_column = zip(*rows.cells, strict=True)
         last, times = read.last, []
-        for cell in by_column[read.time_at]:
+        for cell in in_time:
             last = self._time(cell, read.unit_ns, last)
             times.append(last)
-        columns = [self._numbers(by_column[at]) for at in read.wanted]
+        columns = [self._numbers(cells) for cells in by_column]
         read.time_ns.extend(times)
         for column, more in zip(read.columns, columns, strict=True):
             column.extend(more)
 
-    def _take_row_by_row(self, block: list[tuple[int, list[str]]], read: _Read) -> None:
+    def _take_row_by_row(self, rows: _Rows, read: _Read) -> None:
         """Take rows cell by cell, and say what is wrong with each that is broken."""
-        for line, cells in block:
-            if len(cells) != len(self.names):
-                wrong = f"a row of {len(cells)} cells under {len(self.names)} names"
-                read.problems.append(Problem(wrong, Place(self._path, line), remedy=self._remedy(len(cells))))
-                continue
+        for line, (now, *values) in zip(rows.lines, rows.cells, strict=True):
             try:
-                read.time_ns.append(self._time(cells[read.time_at], read.unit_ns, read.last))
+                read.time_ns.append(self._time(now, read.unit_ns, read.last))
             except ValueError as error:
-                read.problems.append(self._bad_cell(line, read.time_at, cells, error))
-            for at, column in zip(read.wanted, read.columns, strict=True):
+                read.problems.append(self._bad_cell(line, read.places[0], now, error))
+            for at, column, cell in zip(read.places[1:], read.columns, values, strict=True):
                 try:
-                    column.append(self._number(cells[at]))
+                    column.append(self._number(cell))
                 except ValueError as error:
-                    read.problems.append(self._bad_cell(line, at, cells, error))
+                    read.problems.append(self._bad_cell(line, at, cell, error))
 
     def _remedy(self, cells: int) -> str:
         if self._delimiter == "," and cells > len(self.names):
@@ -147,9 +168,9 @@ class CsvTable:
             raise ValueError("is no number")
         return written
 
-    def _bad_cell(self, line: int, at: int, cells: Sequence[str], wrong: ValueError) -> Problem:
+    def _bad_cell(self, line: int, at: int, cell: str, wrong: ValueError) -> Problem:
         place = Place(self._path, line, self.names[at])
-        return Problem(str(wrong), place, cells[at], remedy="correct the cell or remove the row")
+        return Problem(str(wrong), place, cell, remedy="correct the cell or remove the row")
 
     def _header(self) -> tuple[int, list[str], str]:
         for line, text in self._lines():
@@ -191,3 +212,8 @@ class CsvTable:
 
     def _unreadable(self, wrong: str, line: int | None, remedy: str) -> InputError:
         return InputError(Problem(wrong, Place(self._path, line), remedy=remedy))
+
+
+def _line(problem: Problem) -> int:
+    """Return the line that a problem is in; what ended the reading anywhere else comes last."""
+    return sys.maxsize if problem.place is None or problem.place.line is None else problem.place.line

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from etb_hil.base.stock import find, stock_names
+from etb_hil.base.stock import stock_files
 from etb_hil.discrepancy.plan.planned import PERIOD, Plan
 from etb_hil.plant.values import ThrottleParameters
 from etb_hil.scenario.scenario_file import Scenario, load_scenario
@@ -33,8 +33,8 @@ def plan_of(name: str, scenario: Scenario, throttle: ThrottleParameters) -> Plan
 def stock_plans(throttle: ThrottleParameters) -> list[Plan]:
     """Return the plans of the stock scenarios that a bench runs by itself in a minute and a half."""
     found = []
-    for name in stock_names("scenario"):
-        scenario = load_scenario(find("scenario", name)).content
+    for name, path in stock_files("scenario").items():
+        scenario = load_scenario(path).content
         if all(step.phase.kind not in ("prompt", "wait") for step in scenario.steps):
             plan = plan_of(name, scenario, throttle)
             if len(plan.mode) * PERIOD <= _LONGEST:

@@ -129,6 +129,28 @@ def test_a_broken_cell_far_down_is_named_and_the_order_of_times_holds_across_blo
     assert f"table.csv:{2 * csvtable.BLOCK + 2}: time_s: lies before the time of the row above" in second
 
 
+def test_rows_without_a_broken_cell_are_taken_together(tmp_path, monkeypatch):
+    def never(*_):
+        pytest.fail("rows were taken one by one")
+
+    monkeypatch.setattr(csvtable.CsvTable, "_take_row_by_row", never)
+    rows = [f"{k},{k / 8}" for k in range(csvtable.BLOCK)]
+    rows[7] = "7,"
+    found = read_table(table(tmp_path, "time_s,motor_current_A\n" + "\n".join(rows))).series("motor_current").values
+    assert np.isnan(found[7])
+    assert found[[0, 6, 8, -1]].tolist() == [0.0, 0.75, 1.0, (csvtable.BLOCK - 1) / 8]
+
+
+def test_what_is_broken_before_the_reading_ends_is_said_too(tmp_path):
+    text = "time_s,motor_voltage_V\n0,1\n1,x\n2,3,4\n3,y\n" + '4,"5\n5,6\n'
+    found = problems(table(tmp_path, text))
+    says = ["is no number", "a row of 3 cells", "is no number", "a quote that does not close"]
+    assert len(found) == 4
+    for problem, line, why in zip(found, (3, 4, 5, 6), says, strict=True):
+        assert f"table.csv:{line}: " in problem
+        assert why in problem
+
+
 def test_units_come_from_the_names(tmp_path):
     text = "t_ms,throttle_angle_deg,throttle_angle_2 [mrad],motor_duty_pct,engine_speed_rpm,temperature_K,note\n"
     recording = read_table(table(tmp_path, text + "0.5,90,1500,-50,60,273.15,1\n"))

@@ -33,3 +33,9 @@ def test_stock_plans_are_those_that_run_by_themselves():
         commanded = plan.position[plan.mode == int(Mode.POSITION)]
         assert np.isfinite(commanded).all()
         assert commanded.max() > commanded.min()
+
+
+def test_a_file_that_is_called_like_a_stock_scenario_is_none(tmp_path, monkeypatch):
+    (tmp_path / "break_away").write_text("nothing of ours")
+    monkeypatch.chdir(tmp_path)
+    assert "break_away" in {plan.name for plan in stock_plans(THROTTLE)}

@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from etb_hil.base.side_by_side import cores
 from etb_hil.discrepancy.fitting.remembered import Remembered
 from etb_hil.plant.effects import ports, stiction_dwell, teeth
 from etb_hil.plant.effects.layout import PLATE_INERTIA, WIDTH, row
@@ -96,8 +97,8 @@ class Walk:
 
     def __init__(self, motion: Motion) -> None:
         self._motion = motion
-        self._plates: Remembered[tuple[Vector, Vector]] = Remembered()
-        self._bristles: Remembered[Vector] = Remembered()
+        self._plates: Remembered[tuple[Vector, Vector]] = Remembered(cores())
+        self._bristles: Remembered[Vector] = Remembered(cores())
 
     @staticmethod
     def plate_key(p: Vector) -> bytes:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from etb_hil.base.side_by_side import cores
 from etb_hil.discrepancy.fitting.along import Motion, Walk
 from etb_hil.discrepancy.fitting.remembered import Remembered
 from etb_hil.discrepancy.measured.driving import with_its_mean, without_noise
@@ -94,9 +95,9 @@ class Balances:
         self.free_voltage = with_its_mean(self.driving, measured.voltage, measured.rate)
         self._is_calm = trembling(measured.angle, measured.rate) < _TREMBLES * v.coulomb / v.bristle_stiffness
         self.jitter = jitter(measured.angle, measured.rate, measured.angle_noise)
-        self._known: Remembered[_Truth] = Remembered()
-        self._integrated: Remembered[_Modelled] = Remembered()
-        self._places: Remembered[Complex128] = Remembered()
+        self._known: Remembered[_Truth] = Remembered()  # each is large, and few parameters are a sensor's
+        self._integrated: Remembered[_Modelled] = Remembered(cores())
+        self._places: Remembered[Complex128] = Remembered(cores())
         base = v.vector()
         self._whiten = _whitening(measured, model, spectrum)
         truth = self._truth(_no_sensors(base))

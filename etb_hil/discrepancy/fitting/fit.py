@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -44,7 +43,8 @@ def columns(residual: Residual, at: Fit, unknowns: Sequence[Unknown]) -> Float64
         unknown.put(moved, x + step)
         found[:, k] = (residual(moved) - at.residual) / step
 
-    deque(side_by_side(fill, range(len(unknowns))), maxlen=0)
+    for _ in side_by_side(fill, range(len(unknowns))):
+        pass
     return found
 
 

@@ -118,7 +118,7 @@ def _rms(values: Float64) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@njit(cache=True, error_model="numpy")
 def _set(state: Vector, angle: float, velocity: float, current: float) -> None:
     state[THETA], state[OMEGA] = angle, velocity
     if not np.isnan(current):

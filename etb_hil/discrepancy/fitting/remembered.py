@@ -6,18 +6,16 @@ from collections.abc import Callable
 from threading import Lock
 from typing import Generic, TypeVar
 
-from etb_hil.base.side_by_side import cores
-
 T = TypeVar("T")
 
-_FEW = 3
+_FEW = 4
 
 
 class Remembered(Generic[T]):
-    """The latest results by key, a few of them and one for each core: threads may ask for other keys meanwhile."""
+    """The latest results by key: a few of them, and one for each of `threads` that ask for others meanwhile."""
 
-    def __init__(self) -> None:
-        self._most = _FEW + cores()
+    def __init__(self, threads: int = 0) -> None:
+        self._most = _FEW + threads
         self._known: dict[bytes, T] = {}
         self._lock = Lock()
 

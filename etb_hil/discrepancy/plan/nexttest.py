@@ -85,7 +85,7 @@ def next_test(
     if plans and left and not any(b.measured.is_drive for b in findings.balances):
 
         def find_plan(known: Findings, judged: Round) -> Plan | None:
-            told = max((_compared(plan, known, judged) for plan in plans), key=lambda one: one.worth)
+            told = max(side_by_side(lambda plan: _compared(plan, known, judged), plans), key=lambda one: one.worth)
             return told.plan if told.parted else None
 
         hand = hand_test(findings, found, None if best is None else best.plan, left, find_plan, progress)

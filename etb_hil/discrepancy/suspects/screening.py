@@ -67,6 +67,7 @@ def screen(
     def best(shapes: Sequence[Candidate]) -> Screened:
         return min((_tried(residual, linear, candidate) for candidate in shapes), key=lambda s: s.cost)
 
+    progress("the suspects")
     found = []
     for id_, one in zip(suspects, side_by_side(best, suspects.values()), strict=True):
         progress(id_)

@@ -46,7 +46,7 @@ def lagged(behind: float, way: float, half: float, sharpness: float) -> float:
     return min(max(behind + way, -half), half)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _lag(plate: Vector, half: float, sharpness: float, out: Vector) -> None:
     behind = 0.0
     out[0] = plate[0]
