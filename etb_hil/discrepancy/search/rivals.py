@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from etb_hil.base.side_by_side import side_by_side
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import Calibration, residual_of
 from etb_hil.discrepancy.fitting.fit import Residual, columns, fit_of
@@ -50,24 +51,12 @@ def alike(
     winner = found.winner
     records = _Records(winner, healthy, balances)
     record = records.under(Light.WHOLE)
-    names, cosines = [], {}
-    for rank, screened in enumerate(found.screened):
-        rival = screened.candidate
-        if rival.id == winner.id:
-            continue
-        near = record.cosine(rival)
-        if rival.effect is not None:
-            held_to = lights(winner.candidate, rival)
-            # A wrong number is no small step: of a rival the shape that took most of it may be one that is not alike.
-            is_first = winner.candidate.effect is None and rank < _FIRST
-            for light in held_to:
-                seen = records.under(light)
-                is_worth = near > _WORTH or len(held_to) > 1 or is_first
-                if near <= _ALIKE and is_worth and seen.imitators is None:
-                    near = max(near, _closest(seen, shapes[rival.id]))
-        cosines[rival.id] = near
-        if near > _ALIKE:
-            names.append(rival.id)
+    # A wrong number is no small step: of a rival the shape that took most of it may be one that is not alike.
+    first = _FIRST if winner.candidate.effect is None else 0
+    rivals = [(one.candidate, k < first) for k, one in enumerate(found.screened) if one.candidate.id != winner.id]
+    near = side_by_side(lambda one: _nearest(records, one[0], shapes, is_first=one[1]), rivals)
+    cosines = {rival.id: cosine for (rival, _), cosine in zip(rivals, near, strict=True)}
+    names = [id_ for id_, cosine in cosines.items() if cosine > _ALIKE]
     margin = decision.class_margin(found)
     as_good = [
         r
@@ -85,6 +74,20 @@ def alike(
     names += [decision.parameter_id(name) for name in imitators or ()]
     names += unjudged(balances, winner.id)
     return list(dict.fromkeys(name for name in names if name and name != winner.id))
+
+
+def _nearest(
+    records: _Records, rival: Candidate, shapes: Mapping[str, Sequence[Candidate]], *, is_first: bool
+) -> float:
+    """Return the largest cosine of a winner with a rival, in any light that both are held to."""
+    near = records.under(Light.WHOLE).cosine(rival)
+    held_to = lights(records.winner.candidate, rival) if rival.effect is not None else ()
+    for light in held_to:
+        seen = records.under(light)
+        is_worth = near > _WORTH or len(held_to) > 1 or is_first
+        if near <= _ALIKE and is_worth and seen.imitators is None:
+            near = max(near, _closest(seen, shapes[rival.id]))
+    return near
 
 
 def _takes_another_part(found: Round, cosine: float) -> bool:
@@ -107,39 +110,39 @@ class _Records:
     """A winner's record in each light that a rival may ask for."""
 
     def __init__(self, winner: Refined, healthy: Calibration, balances: Sequence[Balances]) -> None:
-        self._winner, self._balances = winner, balances
+        self.winner, self._balances = winner, balances
         self._residual, self._healthy = residual_of(balances), healthy
         if winner.candidate.effect is not None:
             self._residual, self._healthy = evenly(balances, healthy, _base_of(winner, healthy))
         self._made: dict[Light, _Record] = {}
 
     def under(self, light: Light) -> _Record:
-        """Return the record in a light."""
+        """Return the record in a light; two threads may make the same one."""
         if light not in self._made:
             self._made[light] = self._make(light)
         return self._made[light]
 
     def of(self, whole: Vector) -> _Record:
         """Return the whole record of the winner with its numbers in `whole`."""
-        fit = replace(self._winner.fit, whole=whole)
-        return _Record.of(replace(self._winner, fit=fit), self._healthy, self._residual)
+        fit = replace(self.winner.fit, whole=whole)
+        return _Record.of(replace(self.winner, fit=fit), self._healthy, self._residual)
 
     def _make(self, light: Light) -> _Record:
         residual, healthy = self._residual, self._healthy
         if light is Light.WHOLE:
-            whole = _Record.of(self._winner, healthy, residual)
-            return whole if self._winner.candidate.effect is not None else replace(whole, imitators=self._imitators())
+            whole = _Record.of(self.winner, healthy, residual)
+            return whole if self.winner.candidate.effect is not None else replace(whole, imitators=self._imitators())
         if light is Light.ZEROS_KNOWN:
             return self.under(Light.WHOLE).with_zeros_known()
         counts = angle_rows(self._balances)
         fit = replace(healthy.fit, residual=healthy.fit.residual * counts)
         alone = replace(healthy, fit=fit, columns=healthy.columns * counts[:, None])
-        return _Record.of(self._winner, alone, lambda whole: residual(whole) * counts).with_zeros_known()
+        return _Record.of(self.winner, alone, lambda whole: residual(whole) * counts).with_zeros_known()
 
     def _imitators(self) -> list[str] | None:
         """Return the base parameters that imitate a wrong number, which is asked with all rows alike."""
-        residual, healthy = evenly(self._balances, self._healthy, _base_of(self._winner, self._healthy))
-        return _Record.of(self._winner, healthy, residual).imitators
+        residual, healthy = evenly(self._balances, self._healthy, _base_of(self.winner, self._healthy))
+        return _Record.of(self.winner, healthy, residual).imitators
 
 
 @dataclass(frozen=True, slots=True)

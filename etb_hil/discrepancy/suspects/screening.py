@@ -65,7 +65,7 @@ def screen(
     """Return each suspect's best shape, the most promising first."""
 
     def best(shapes: Sequence[Candidate]) -> Screened:
-        return min((_tried(residual, linear, candidate) for candidate in shapes), key=lambda s: s.cost)
+        return min(side_by_side(lambda one: _tried(residual, linear, one), shapes), key=lambda s: s.cost)
 
     progress("the suspects")
     found = []
