@@ -61,6 +61,18 @@ def test_any_signal_equals_the_codec(described, seed):
     assert_as_the_codec(message, payloads)
 
 
+@pytest.mark.parametrize("scaled", ["(2,0)", "(1,1e308)", "(-4,-1e308)"])
+def test_a_double_that_is_scaled_beyond_its_end_is_infinite(scaled):
+    text = f'BU_: A\nBO_ 1 M: 8 A\n SG_ S : 0|64@1+ {scaled} [0|0] "" A\nSIG_VALTYPE_ 1 S : 2;\n'
+    message = cantools.database.load_string(text, "dbc", strict=False).messages[0]
+    values = np.array([1.7e308, -1.7e308, 1.0, 0.0])
+    payloads = values.astype("<f8").view(np.uint8).reshape(-1, 8)
+    assert_as_the_codec(message, payloads)
+    found = ColumnDecoder([message]).push(frames_of(message, payloads))[0].columns["S"]
+    assert np.isinf(found[:2]).any()
+    assert np.isfinite(found[2:]).all()
+
+
 SIGNAL = ' SG_ S : 0|16@1+ (1,0) [0|0] "" A\n'
 
 

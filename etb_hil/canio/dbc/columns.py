@@ -222,12 +222,13 @@ class _SignalReader:
             if not self._offset.is_integer():
                 out += self._offset
             return
-        if self._scale == 1.0:
-            out[:] = raw
-        else:
-            np.multiply(raw, self._scale, out=out)
-        if self._offset:
-            out += self._offset
+        with np.errstate(over="ignore"):  # bits that are a double near its end: infinite, as the codec says
+            if self._scale == 1.0:
+                out[:] = raw
+            else:
+                np.multiply(raw, self._scale, out=out)
+            if self._offset:
+                out += self._offset
 
 
 def _exact_factors(signal: Signal) -> tuple[int, int] | None:
