@@ -26,7 +26,7 @@ def stock_names(kind: str) -> list[str]:
 
 
 def stock_files(kind: str) -> dict[str, Path]:
-    """Return the stock files of a kind by their names, sorted; what else has such a name where one stands is none."""
+    """Return the paths of a kind's stock files by name, sorted; unlike `find`, whatever lies in the current folder."""
     folder, suffix = _FOLDERS[kind]
     return {path.stem: path for path in sorted(folder.glob(f"*{suffix}"))}
 

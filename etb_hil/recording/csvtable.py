@@ -100,7 +100,7 @@ class CsvTable:
                 if len(rows.lines) == BLOCK or len(read.problems) >= MAX_PROBLEMS:
                     yield rows
                     rows = _Rows()
-        except InputError as error:
+        except InputError as error:  # the reading ends here; what was broken before is said, too
             read.problems += error.problems
         if rows.lines:
             yield rows

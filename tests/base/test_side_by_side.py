@@ -31,7 +31,8 @@ def test_nothing_makes_nothing():
 
 def test_as_many_items_as_there_are_cores_are_worked_on_at_a_time(on_cores):
     together = threading.Barrier(on_cores, timeout=120.0)  # raises where they do not meet
-    list(side_by_side(lambda _: together.wait(), range(2 * on_cores)))
+    places = list(side_by_side(lambda _: together.wait(), range(2 * on_cores)))
+    assert sorted(places) == sorted([*range(on_cores)] * 2)
 
 
 @pytest.mark.usefixtures("on_cores")
