@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from etb_hil.discrepancy.measured.measurement import Measurement, grid_of
+from etb_hil.discrepancy.measured.angles import grid_of
+from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.thinning import thinned
 
 COUNT = 11

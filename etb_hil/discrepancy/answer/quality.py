@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.measured.measurement import Measurement, grid_of
+from etb_hil.discrepancy.measured.angles import grid_of
+from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.regimes import BESIDE
 from etb_hil.plant.effects.laws import REFERENCE, laws, terms
 from etb_hil.plant.parameters import Model
@@ -93,7 +94,7 @@ def _of(b: Balances, model: Model) -> dict[str, Any]:
 def _off_grid(m: Measurement) -> list[str]:
     """Flag an angle that is not on the steps of its encoder: somebody filtered it, and noise is no longer noise."""
     step = m.angle_noise * np.sqrt(12.0)
-    if step <= 0.0 or grid_of(m.angle) > 0.0 or "motor_angle is missing" in " ".join(m.flags):
+    if step <= 0.0 or grid_of(m.angle) > 0.0 or m.is_plates:
         return []
     away = m.angle / step - np.round(m.angle / step)
     away -= np.median(away)

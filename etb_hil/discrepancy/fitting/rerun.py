@@ -43,7 +43,7 @@ def rerun(balances: Balances, model: Model, p: Vector, seed: int) -> Measurement
     gear = balances.gear
     motor = angle_sensor_eccentricity.measured_angle(rows[:, 0] * gear, p)
     plate = None if m.plate is None else _plate(sensor_hysteresis.measured_plate(rows[:, 2], p), model, noise[2])
-    if m.angle_noise > 0.0 and plate is None and "motor_angle is missing" in " ".join(m.flags):
+    if m.is_plates:
         angle = _plate(rows[:, 0], model, noise[2])
     else:
         grid = m.angle_noise * np.sqrt(12.0) * gear

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Problem
+from etb_hil.discrepancy.measured.angles import Angles
 from etb_hil.discrepancy.measured.remarks import SLOW, filled_in, left_out
 from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.parameters import Model
@@ -20,7 +21,6 @@ LONGEST_GAP = 0.05  # s that are bridged; beyond it the record falls apart
 ROOM_TEMPERATURE = 25.0
 _STANDS = 12.0  # times the angle's noise: what moves less stands still
 _TOO_FAR = 1.3  # times the way between the model's stops
-_OTHER_ZERO = 0.03  # rad; less is the plate sensor's own zero, which is fitted
 # by motion: what drives it, where it is, and what a test says it adds
 DRIVES = (
     ("linear", ("drive_force", "linear_position", "command_force")),
@@ -54,6 +54,8 @@ class Measurement:
     flags: tuple[str, ...] = field(default=())
     is_drive: bool = False  # driven in force or torque: `current` is that, and there is no winding
     is_linear: bool = False  # a drive in N and m; others are in N·m and rad
+    is_plates: bool = False  # the angle is the plate sensor's: no encoder is as fine
+    encoder: Float64 | None = None  # of one that is not
     added: Float64 | None = None  # force or torque that a test says it adds to a drive's
 
     def __len__(self) -> int:
@@ -227,29 +229,16 @@ def _measurement(
 ) -> Measurement:
     if is_drive(model):
         return _drive(origin, start, rate, even, good, model)
-    gear, sensors = model.values.gear_ratio, model.sensors
-    flags: list[str] = []
-    plate = even.get("throttle_angle")
-    plate_noise = float(np.hypot(sensors.plate_noise, sensors.plate_range / 2**sensors.plate_bits / np.sqrt(12.0)))
-    if "motor_angle" in even:
-        angle = even["motor_angle"] / gear
-        lsb = max(2.0 * np.pi / sensors.motor_counts_per_turn, grid_of(even["motor_angle"])) / gear
-        noise = lsb / np.sqrt(12.0)
-        if plate is not None and abs(away := float(np.median(plate - angle))) > _OTHER_ZERO:
-            # An encoder counts from where it was switched on; the plate's sensor knows where that was.
-            angle = angle + float(np.median(plate - angle))
-            flags.append(f"the encoder's zero was {away:.3f} rad off the plate sensor's: it was set to that")
-    elif plate is not None:
-        angle, noise, plate = plate, plate_noise, None
-        flags.append("motor_angle is missing: the plate sensor stands for it, and what lies between them is not seen")
-    else:
+    angles = Angles.of(even, model)
+    if angles is None:
         raise InputError(Problem(f"{origin} has no angle"))
+    flags = list(angles.flags)
     if "motor_voltage" in even:
         voltage = even["motor_voltage"]
     elif "motor_duty" not in even:
         raise InputError(Problem(f"{origin} has no value of what drives it from {start:.1f} s on"))
     else:
-        voltage = even["motor_duty"] * even.get("supply_voltage", np.full(len(angle), model.values.supply_voltage))
+        voltage = even["motor_duty"] * even.get("supply_voltage", np.full(len(angles.angle), model.values.supply_voltage))
         flags.append("motor_voltage is duty times supply")
     temperature = even.get("temperature")
     return Measurement(
@@ -257,15 +246,17 @@ def _measurement(
         rate=rate,
         start_s=start,
         voltage=voltage,
-        angle=angle,
-        angle_noise=noise,
+        angle=angles.angle,
+        angle_noise=angles.noise,
         current=even.get("motor_current"),
-        plate=plate,
-        temperature=np.full(len(angle), ROOM_TEMPERATURE) if temperature is None else temperature,
+        plate=angles.plate,
+        temperature=np.full(len(angles.angle), ROOM_TEMPERATURE) if temperature is None else temperature,
         has_temperature=temperature is not None and float(np.ptp(temperature)) > 1.0,
         supply=even.get("supply_voltage"),
         is_good=good,
         flags=tuple(flags),
+        is_plates=angles.is_plates,
+        encoder=angles.encoder,
     )
 
 
@@ -292,12 +283,3 @@ def _drive(
         is_linear=model.is_linear,
         added=even.get(adds),
     )
-
-
-def grid_of(values: Float64) -> float:
-    """Return the step of a quantised signal as it shows itself, 0 where every value is another."""
-    steps = np.abs(np.diff(values))
-    steps = steps[steps > 1e-9][: 1 << 16]
-    if not len(steps) or np.unique(np.round(steps, 9)).size > 0.2 * len(steps):
-        return 0.0
-    return float(steps.min())

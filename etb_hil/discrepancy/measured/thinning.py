@@ -35,5 +35,6 @@ def thinned(measured: Measurement) -> Measurement:
         temperature=measured.temperature[:whole:every],
         supply=kept(measured.supply),
         is_good=np.all(measured.is_good[:whole].reshape(-1, every), axis=1),
+        encoder=kept(measured.encoder),
         added=kept(measured.added),
     )

@@ -69,6 +69,7 @@ def recorded(plan: Plan, model: Model, like: Balances, p: Vector, seed: int = 7)
         angle=rows[:, 0].copy(),
         current=None if m.current is None else rows[:, 1].copy(),
         plate=None if m.plate is None else rows[:, 2].copy(),
+        encoder=None,
         temperature=np.full(len(rows), temperature),
         has_temperature=False,  # a scenario does not change it
         supply=None,

@@ -1,7 +1,7 @@
 """What an effect does to the balances along one and the same motion: columns for the separability of effects.
 
 Seen through the sensors that a tool gets: without a current, torque and voltage are one balance; with the plate's
-sensor alone, its angle stands for the motor's.
+sensor alone, or beside an encoder that is coarser, its angle stands for the motor's.
 """
 
 from dataclasses import replace
@@ -24,6 +24,8 @@ _IN_TABLE = {
     "angle_sensor_eccentricity",
     *(name for name, recipe in RECIPES.items() if recipe.reads_only),
 }
+
+_BY_THE_PLATE = ("plate_only", "coarse_encoder")
 
 
 class Sensitivities:
@@ -82,9 +84,10 @@ class Sensitivities:
         return columns
 
     def _balances(self, table, p):
-        if self._view == "plate_only":
-            table = {**table, "motor_angle": table["throttle_angle"] * p[at.N]}
-        found = balances(table, p, self._rig.rate)
+        plates = {**table, "motor_angle": table["throttle_angle"] * p[at.N]}
+        found = balances(plates if self._view in _BY_THE_PLATE else table, p, self._rig.rate)
+        if self._view == "coarse_encoder":
+            found["angle"] = balances(table, p, self._rig.rate)["angle"]  # the encoder's steps are its noise
         return self._as_seen(found, found["torque_at_stops"] != 0.0)
 
     def _as_seen(self, found, at_stops):

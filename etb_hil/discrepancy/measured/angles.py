@@ -1,0 +1,74 @@
+"""Which sensor the motion is read from, where motor and plate have one each: the finer one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.plant.parameters import Model
+
+Float64 = NDArray[np.float64]
+
+_OTHER_ZERO = 0.03  # rad; less is the plate sensor's own zero, which is fitted
+_FEW, _WHOLE = 3.5, 0.05  # steps at a time that have to be whole ones, but for the digits of a file
+_STANDS_FOR_IT = "the plate sensor stands for it, and what lies between them is not seen"
+
+
+@dataclass(frozen=True, slots=True)
+class Angles:
+    """The angle (n) of a motion with its noise (rms), and a second one (n) behind what lies between motor and plate.
+
+    All in rad at the throttle shaft. `is_plates`: the first is the plate sensor's, and there is no second one; `encoder`
+    (n) is then the motor's, where it has one that is too coarse for a motion.
+    """
+
+    angle: Float64
+    noise: float
+    plate: Float64 | None
+    flags: tuple[str, ...] = ()
+    is_plates: bool = False
+    encoder: Float64 | None = None
+
+    @staticmethod
+    def of(columns: Mapping[str, Float64], model: Model) -> Angles | None:
+        """Return the angles of columns (n) by role; None where no sensor has told any."""
+        gear, sensors = model.values.gear_ratio, model.sensors
+        plate = columns.get("throttle_angle")
+        plate_noise = float(np.hypot(sensors.plate_noise, sensors.plate_range / 2**sensors.plate_bits / np.sqrt(12.0)))
+        if "motor_angle" not in columns:
+            return None if plate is None else _plates(plate, plate_noise, "motor_angle is missing")
+        angle = columns["motor_angle"] / gear
+        step = max(2.0 * np.pi / sensors.motor_counts_per_turn, grid_of(columns["motor_angle"])) / gear
+        noise = step / np.sqrt(12.0)
+        if plate is None:
+            return Angles(angle, noise, None)
+        if noise > plate_noise:
+            # A bristle that moves with the steps of a coarse encoder is no friction.
+            why = f"motor_angle has steps of {step:.2g} rad at the plate, the plate sensor a noise of {plate_noise:.2g}"
+            return _plates(plate, plate_noise, why, angle)
+        if abs(away := float(np.median(plate - angle))) <= _OTHER_ZERO:
+            return Angles(angle, noise, plate)
+        # An encoder counts from where it was switched on; the plate's sensor knows where that was.
+        said = f"the encoder's zero was {away:.3f} rad off the plate sensor's: it was set to that"
+        return Angles(angle + away, noise, plate, (said,))
+
+
+def grid_of(values: Float64) -> float:
+    """Return the step of a quantised signal as it shows itself, 0 where every value is another.
+
+    It does not show itself in a signal that always moves by several steps at a time, of which the least is none.
+    """
+    steps = np.abs(np.diff(values))
+    steps = steps[steps > 1e-9][: 1 << 16]
+    if not len(steps) or np.unique(np.round(steps, 9)).size > 0.2 * len(steps):
+        return 0.0
+    least = float(steps.min())
+    few = steps[steps < _FEW * least] / least
+    return least if float(np.abs(few - np.round(few)).max()) < _WHOLE else 0.0
+
+
+def _plates(plate: Float64, noise: float, why: str, encoder: Float64 | None = None) -> Angles:
+    return Angles(plate, noise, None, (f"{why}: {_STANDS_FOR_IT}",), is_plates=True, encoder=encoder)
