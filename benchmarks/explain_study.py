@@ -31,7 +31,7 @@ from explain_sizes import covered
 from explain_table import print_rates
 from explain_truth import truth_errors
 from generator import layout
-from generator.case import SINGLES
+from generator.case import SINGLES, VIEWS
 from generator.size import OutOfReachError
 from scoring import score
 
@@ -173,7 +173,7 @@ def main():
     parser.add_argument("count", type=int)
     parser.add_argument("--each", type=int)
     parser.add_argument("--effects", nargs="+", choices=SINGLES, metavar="ID")
-    parser.add_argument("--view", default="full")
+    parser.add_argument("--view", default="full", choices=VIEWS)
     parser.add_argument("--rate", type=int, default=2000)
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--holdout", action="store_true")

@@ -73,14 +73,22 @@ def test_rows_come_at_the_asked_rate(rate, rows):
 
 
 @pytest.mark.parametrize(
-    ("view", "missing"), [("plate_only", "motor_angle"), ("no_current", "motor_current"), ("coarse_encoder", None)]
+    ("view", "missing", "counts"),
+    [
+        ("plate_only", {"motor_angle"}, 16384),
+        ("no_current", {"motor_current"}, 16384),
+        ("coarse_encoder", set(), 64),
+        ("fair_encoder", set(), 1024),
+        ("encoder_only", {"throttle_angle"}, 256),
+    ],
 )
-def test_views_take_a_sensor_away(view, missing):
+def test_views_take_a_sensor_away_or_make_it_coarse(view, missing, counts):
     case = make_case(6, seconds=5.0, view=view)
-    assert missing not in case.table
-    assert case.sensors.motor_counts == (64 if view == "coarse_encoder" else 16384)
-    if view == "coarse_encoder":
-        assert np.unique(np.round(np.diff(case.table["motor_angle"]) * 64 / (2.0 * np.pi), 6) % 1.0).size == 1
+    assert set(make_case(6, seconds=5.0).table) - set(case.table) == missing
+    assert case.sensors.motor_counts == counts
+    if "motor_angle" in case.table:
+        steps = np.diff(case.table["motor_angle"]) * counts / (2.0 * np.pi)
+        assert np.abs(steps - np.round(steps)).max() < 1e-6
 
 
 @pytest.mark.parametrize("form", [0.0, 1.0, 2.0])

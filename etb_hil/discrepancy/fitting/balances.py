@@ -99,7 +99,7 @@ class Balances:
         self._integrated: Remembered[_Modelled] = Remembered(cores())
         self._places: Remembered[Complex128] = Remembered(cores())
         base = v.vector()
-        self._whiten = _whitening(measured, model, spectrum)
+        self._whiten, self.steps = _whitening(measured, model, spectrum)
         truth = self._truth(_no_sensors(base))
         self.regimes = Regimes.of(measured, model, spectrum, truth.angle, truth.velocity)
         self.has = (True, measured.current is not None and not measured.is_drive, measured.plate is not None)
@@ -225,8 +225,11 @@ def _no_sensors(base: Vector) -> Vector:
     return np.concatenate([base, np.zeros(_SENSORS[1] - len(base))])
 
 
-def _whitening(measured: Measurement, model: Model, spectrum: Spectrum) -> list[Float64]:
-    """Return one over the noise in each balance, by frequency; the band then holds a variance of one."""
+def _whitening(measured: Measurement, model: Model, spectrum: Spectrum) -> tuple[list[Float64], Float64]:
+    """Return one over the noise in each balance, by frequency, and the part (3) of it that an encoder's steps are.
+
+    The band then holds a variance of one, in the angle balance beside the steps.
+    """
     v, sensors = model.values, model.sensors
     s = spectrum.s
     step = 1.0 / np.sqrt(12.0)
@@ -238,10 +241,18 @@ def _whitening(measured: Measurement, model: Model, spectrum: Spectrum) -> list[
         current_noise = np.full(len(s), np.hypot(sensors.current_noise, sensors.current_step * step))
     motion = np.abs(v.inertia * s * s + (v.bristle_damping + v.viscous) * s + v.bristle_stiffness)
     floor = _TORQUE_FLOOR * v.torque_per_ampere * current_noise
-    torque = np.sqrt(floor**2 + (v.torque_per_ampere * current_noise) ** 2 + (motion * measured.angle_noise) ** 2)
-    voltage = np.sqrt(
-        voltage_noise**2 + (winding * current_noise) ** 2 + (np.abs(v.back_emf * s) * measured.angle_noise) ** 2
-    )
+    by_steps = motion * measured.angle_noise, np.abs(v.back_emf * s) * measured.angle_noise
+    torque = np.sqrt(floor**2 + (v.torque_per_ampere * current_noise) ** 2 + by_steps[0] ** 2)
+    voltage = np.sqrt(voltage_noise**2 + (winding * current_noise) ** 2 + by_steps[1] ** 2)
     plate = np.hypot(sensors.plate_noise, sensors.plate_range / 2**sensors.plate_bits * step)
     share = np.sqrt(np.sum(spectrum.low**2) / (0.5 * spectrum.padded))
-    return [1.0 / (share * noise) for noise in (torque, voltage, np.full(len(s), plate))]
+    whiten = [1.0 / (share * noise) for noise in (torque, voltage, np.full(len(s), plate))]
+    if measured.is_plates:
+        return whiten, np.zeros(3)
+    # At rest an angle is off by as much all the time: no band makes that less.
+    steps = [
+        float(np.average((of / n) ** 2, weights=spectrum.low**2))
+        for of, n in zip(by_steps, (torque, voltage), strict=True)
+    ]
+    beside = (measured.angle_noise / (share * plate)) ** 2
+    return whiten, np.array([*steps, beside / (1.0 + beside)])

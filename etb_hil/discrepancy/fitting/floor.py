@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import Calibration, calibrate
+from etb_hil.discrepancy.fitting.luck import luck
 from etb_hil.discrepancy.fitting.rerun import rerun
 from etb_hil.discrepancy.fitting.unknowns import Unknown
 from etb_hil.plant.effects.layout import EXTENDED
@@ -63,7 +64,7 @@ def floor_of(
     begin[EXTENDED:] = 0.0
     calibration = calibrate(model, again, begin, unknowns)
     level, _ = group_means(again, calibration.fit.whole)
-    level = np.maximum(level, _LOWEST)
+    level = np.maximum(level, _LOWEST) * luck(balances)
     return Floor(level, again, calibration, begin)
 
 

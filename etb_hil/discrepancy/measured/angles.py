@@ -21,7 +21,7 @@ _STANDS_FOR_IT = "the plate sensor stands for it, and what lies between them is 
 class Angles:
     """The angle (n) of a motion with its noise (rms), and a second one (n) behind what lies between motor and plate.
 
-    All in rad at the throttle shaft. `is_plates`: the first is the plate sensor's, and there is no second one; `encoder`
+    All in rad at the throttle shaft. `is_plates`: the first is the plate sensor's, and there is no second; `encoder`
     (n) is then the motor's, where it has one that is too coarse for a motion.
     """
 

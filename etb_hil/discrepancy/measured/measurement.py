@@ -238,7 +238,9 @@ def _measurement(
     elif "motor_duty" not in even:
         raise InputError(Problem(f"{origin} has no value of what drives it from {start:.1f} s on"))
     else:
-        voltage = even["motor_duty"] * even.get("supply_voltage", np.full(len(angles.angle), model.values.supply_voltage))
+        voltage = even["motor_duty"] * even.get(
+            "supply_voltage", np.full(len(angles.angle), model.values.supply_voltage)
+        )
         flags.append("motor_voltage is duty times supply")
     temperature = even.get("temperature")
     return Measurement(

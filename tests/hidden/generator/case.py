@@ -11,8 +11,10 @@ from generator.sensors import Sensors
 from generator.size import OutOfReachError, bring_to_size, ratios
 from generator.wrong_parameter import PARAMETERS, misjudge
 
-COARSE_COUNTS = 64
-VIEWS = ("full", "coarse_encoder", "plate_only", "no_current")
+# By view, what is not measured, and the counts of an encoder that has fewer than the rig's.
+MISSING = {"plate_only": "motor_angle", "no_current": "motor_current", "encoder_only": "throttle_angle"}
+COUNTS = {"coarse_encoder": 64, "fair_encoder": 1024, "encoder_only": 256}
+VIEWS = ("full", *sorted({*MISSING, *COUNTS}))
 _DRAWS = 12
 
 
@@ -74,11 +76,10 @@ def _drawn(number, seed, names, level, excitation, seconds, rate, view, form):
         effects[at.ROW[name]] = row
         hidden.append(_entry(name, row, level, sizes))
     residuals = rig.residuals(effects)
-    sensors = replace(rig.sensors, motor_counts=COARSE_COUNTS) if view == "coarse_encoder" else rig.sensors
+    sensors = replace(rig.sensors, motor_counts=COUNTS.get(view, rig.sensors.motor_counts))
     table = rig.record(effects, sensors)
-    dropped = {"plate_only": "motor_angle", "no_current": "motor_current"}.get(view)
-    if dropped:
-        del table[dropped]
+    if view in MISSING:
+        del table[MISSING[view]]
     about = {
         "excitation": excitation,
         "seconds": seconds,

@@ -1,7 +1,7 @@
 """What an effect does to the balances along one and the same motion: columns for the separability of effects.
 
 Seen through the sensors that a tool gets: without a current, torque and voltage are one balance; with the plate's
-sensor alone, or beside an encoder that is coarser, its angle stands for the motor's.
+sensor alone, or beside an encoder that is coarser, its angle stands for the motor's; without it the motor's for its.
 """
 
 from dataclasses import replace
@@ -84,6 +84,8 @@ class Sensitivities:
         return columns
 
     def _balances(self, table, p):
+        if self._view == "encoder_only":
+            table = {**table, "throttle_angle": table["motor_angle"] / p[at.N]}
         plates = {**table, "motor_angle": table["throttle_angle"] * p[at.N]}
         found = balances(plates if self._view in _BY_THE_PLATE else table, p, self._rig.rate)
         if self._view == "coarse_encoder":
