@@ -31,6 +31,7 @@ _BOTH = 0.75  # two suspects of a lesser cosine than that cannot both take more 
 _PURSUED = 0.6  # a grid's best cosine from which its shapes are moved on
 _HALVINGS = 3
 _NEARLY_ALL = 0.95  # of what the winner takes
+_THE_SAME = 0.9  # an effect's cosine, as it was fitted, with the number that it may be
 
 
 def alike(
@@ -179,11 +180,15 @@ class _Record:
         return replace(self, own=own, suspected=suspected, imitators=imitators)
 
     def is_the_winner_again(self, rival: Refined) -> bool:
-        """Tell whether an effect, as it was fitted, is no more than the wrong number that was found, and the base."""
+        """Tell whether an effect, as it was fitted, is no more than the wrong number that was found, and some base.
+
+        What many numbers do together, as a current's gain, is a cause of its own: it says that none of them is wrong.
+        """
         if not self.suspected or rival.candidate.effect is None:
             return False
         does = _alone(self.residual, self.healthy, rival)
-        return not self.projector.directions(does[:, None]).size
+        is_mostly = self.projector.cosine(does, self.suspected) > _THE_SAME
+        return is_mostly and not self.projector.directions(does[:, None]).size
 
     def cosine(self, rival: Candidate) -> float:
         """Return the cosine of the winner with a rival's span, base projected out; 0 where the base is the rival."""

@@ -80,6 +80,11 @@ class Projector:
             inside = inside - freed @ (freed.T @ inside)
         return np.asarray(column - self._basis @ inside)
 
+    def cosine(self, column: Float64, of: frozenset[str]) -> float:
+        """Return the cosine of a column with what some of the parameters do, nothing projected out."""
+        span = np.linalg.qr(self._columns[:, [name in of for name in np.array(self.names)[self._seen]]])[0]
+        return float(np.linalg.norm(span.T @ column) / max(float(np.linalg.norm(column)), _NOTHING))
+
     def directions(self, raw: Float64, without: frozenset[str] = frozenset()) -> Float64:
         """Return an orthonormal basis (n, d) of what of some columns is left; nothing of those that the base is."""
         rest = np.column_stack([self.rest(column, without) for column in raw.T])
