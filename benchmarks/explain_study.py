@@ -37,6 +37,7 @@ from scoring import score
 
 from etb_hil.discrepancy.answer.explanation import causes
 from etb_hil.discrepancy.answer.holdout import hold_out
+from etb_hil.discrepancy.answer.too_little import too_little_to_accuse
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.measurement import measurements_of
 from etb_hil.discrepancy.search.naming import search
@@ -102,7 +103,8 @@ def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
     begin = time.process_time()
     findings = searched(hidden, effects if kind == "removed" else ())
     seconds = time.process_time() - begin
-    found = {"verdict": findings.verdict, "causes": causes(findings)}
+    verdict = "insufficient_data" if too_little_to_accuse(findings) else findings.verdict
+    found = {"verdict": verdict, "causes": causes(findings)}
     if not found["causes"]:  # the best suspect all the same, for the rate of right first guesses
         first = findings.rounds[0]
         found["causes"] = [{"effect": first.winner.id, "class": first.alike}]
@@ -115,7 +117,7 @@ def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
         "rate": rate,
         "level": truth["effects"][0]["level"] if truth["effects"] else "none",
         "truth": [entry["effect"] for entry in truth["effects"]],
-        "verdict": findings.verdict,
+        "verdict": verdict,
         "causes": [(cause["effect"], list(cause["class"])) for cause in found["causes"]],
         "outcome": scored.outcome,
         "best_in_class": scored.best_in_class,

@@ -17,7 +17,8 @@ from etb_hil.discrepancy.answer.called import as_in_its_file
 from etb_hil.discrepancy.answer.consequence import consequence
 from etb_hil.discrepancy.answer.explanation import SCHEMA, explanation
 from etb_hil.discrepancy.answer.holdout import Holdout, hold_out
-from etb_hil.discrepancy.answer.quality import data_quality, nothing_to_judge, too_short
+from etb_hil.discrepancy.answer.quality import data_quality
+from etb_hil.discrepancy.answer.too_little import nothing_to_judge, too_little_to_accuse
 from etb_hil.discrepancy.answer.transfer import transfer
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.confounding import confounded
@@ -128,9 +129,8 @@ def _searched(
     if why := nothing_to_judge(balances):
         return None, why
     findings = search(model, balances, without, said)
-    if findings.verdict != "adequate" and not findings.is_cut_short and (why := too_short(balances)):
-        return None, why
-    return findings, []
+    why = too_little_to_accuse(findings)
+    return (None, why) if why else (findings, [])
 
 
 def _insufficient(why: list[str], balances: Sequence[Balances], model: Model, together: list[dict[str, Any]]) -> Answer:

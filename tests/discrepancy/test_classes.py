@@ -60,6 +60,13 @@ from explain_study import searched
             {"presliding_hysteresis"},
             id="a rival whose shape that takes most is none that looks alike",
         ),
+        pytest.param(
+            214510,
+            ("magnet_temperature",),
+            {"view": "no_current"},
+            {"resistance_temperature"},
+            id="a winding that warms up, where no current tells",
+        ),
     ],
 )
 def test_what_does_nearly_the_same_is_named_beside_it(seed, effects, options, others):
@@ -68,6 +75,13 @@ def test_what_does_nearly_the_same_is_named_beside_it(seed, effects, options, ot
     assert set(classes) == set(effects)
     assert classes[effects[-1]] == others
     assert findings.verdict == "ambiguous"
+
+
+@pytest.mark.slow
+def test_a_current_that_reads_wrong_is_not_taken_for_one_wrong_number_alone():
+    """All torques off by one factor, most of them inside their tolerances: what is left is the inertia's part of it."""
+    (found,) = searched(hidden_case(212013, ("current_sensor_gain",), view="coarse_encoder")).accepted
+    assert {found.winner.id, *found.alike} == {"parameter:motor_inertia", "current_sensor_gain"}
 
 
 @pytest.mark.slow

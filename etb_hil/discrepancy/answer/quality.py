@@ -19,7 +19,6 @@ Float64 = NDArray[np.float64]
 
 _BURST = 64
 _AT_LIMIT = 0.02  # of the time at the voltage's limit that is worth a word
-_LEAST = 10.0  # s
 _TINY = 1e-12
 _GRID_SLACK = 0.05  # of a step
 _FEWEST_JUMPS = 5
@@ -30,24 +29,6 @@ _OFF_GRID = 0.5  # share of the rows from which it is said
 def data_quality(balances: Sequence[Balances], model: Model) -> list[dict[str, Any]]:
     """Return what was found of each stretch, and in words what it cannot show."""
     return [_of(b, model) for b in balances]
-
-
-def nothing_to_judge(balances: Sequence[Balances]) -> list[str]:
-    """Return why no balance of any stretch can be judged; nothing where one can."""
-    if any(b.weights.any() for b in balances):
-        return []
-    what = f"{balances[0].measured.origin} has no row that could be judged"
-    why = f"a value is missing or bad within {BESIDE:g} s of every row"
-    return [f"{what}: {why}; look for losses, or leave a column out that has them"]
-
-
-def too_short(balances: Sequence[Balances]) -> list[str]:
-    """Return why a model that leaves more than noise cannot be told from what happened once; nothing where it can."""
-    seconds = sum(float(np.count_nonzero(b.regimes.is_good)) / b.spectrum.output_rate for b in balances)
-    if seconds >= _LEAST:
-        return []
-    what = f"{balances[0].measured.origin}: the model leaves more than noise, in {seconds:.2g} s that can be judged"
-    return [f"{what}; in less than {_LEAST:g} s a cause is not told from what happened once: measure 40 s"]
 
 
 def _of(b: Balances, model: Model) -> dict[str, Any]:

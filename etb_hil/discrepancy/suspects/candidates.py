@@ -21,7 +21,12 @@ _NEEDS_CURRENT = (
 )  # fmt: skip
 # Between command and winding: without a current none of them can be told from the resistance, nor be excluded.
 _ELECTRICAL = ("supply_sag", "resistance_temperature", "hbridge_dead_time", "brush_drop")
-_OF_ELECTRICAL = ("parameter:resistance", "parameter:torque_constant")
+# What a current per volt that changes is taken for without one.
+_OF_ELECTRICAL = {
+    "parameter:resistance": _ELECTRICAL,
+    "parameter:torque_constant": _ELECTRICAL,
+    "magnet_temperature": ("resistance_temperature",),
+}
 _OF_A_THROTTLE = (
     "friction_load", "gear_backlash", "shaft_compliance", "spring_nonlinear", "spring_preload_shift",
     "limp_home_dead_zone", "aerodynamic_torque", "end_stop_compliance", "angle_sensor_eccentricity",
@@ -80,9 +85,9 @@ def suspects(
 
 def unjudged(balances: Sequence[Balances], id_: str) -> list[str]:
     """Return the effects that look like a found one and that no suspect stands for, for want of a current."""
-    if id_ not in _OF_ELECTRICAL or any(b.measured.is_drive or b.has[1] for b in balances):
+    if any(b.measured.is_drive or b.has[1] for b in balances):
         return []
-    return list(_ELECTRICAL)
+    return list(_OF_ELECTRICAL.get(id_, ()))
 
 
 def _shapes(effect: Effect, load: float) -> list[Candidate]:

@@ -1,0 +1,60 @@
+"""Rows of a voltage that somebody held are told from rows between which a controller commanded something else."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from explain_cases import hidden_case
+
+from etb_hil.discrepancy.explain import explain
+from etb_hil.discrepancy.measured.commands import may_miss_commands
+from etb_hil.discrepancy.measured.measurement import measurements_of
+
+
+def _measured(hertz, seed=214300, effects=(), **changed):
+    """The record of a unit of the generator, whose controller commands a thousand times a second."""
+    hidden = hidden_case(seed, effects, rate=hertz, seconds=20.0)
+    (measured,) = measurements_of(hidden.recording, hidden.model)
+    return replace(measured, **changed), hidden.model
+
+
+@pytest.mark.parametrize("seed", [214300, 214304])
+@pytest.mark.parametrize(("rate", "misses"), [(2000, False), (1000, False), (500, True), (250, True)])
+def test_rows_that_come_more_seldom_than_commands_miss_some(rate, misses, seed):
+    assert may_miss_commands(*_measured(rate, seed)) is misses
+
+
+def test_slow_rows_of_as_slow_a_controller_miss_none():
+    """Every row twice as long: what is held for as long as a row is linear in it, whatever the winding."""
+    assert not may_miss_commands(*_measured(1000, rate=500.0))
+
+
+def test_a_voltage_that_is_read_late_is_one_that_is_held():
+    measured, model = _measured(1000)
+    rows = np.arange(len(measured))
+    late = {name: np.interp(rows + 0.5, rows, getattr(measured, name)) for name in ("current", "angle")}
+    assert not may_miss_commands(replace(measured, **late), model)
+
+
+@pytest.mark.parametrize("effect", ["supply_sag", "hbridge_dead_time", "measurement_delay", "supply_ripple"])
+def test_what_is_wrong_with_bridge_supply_or_sensor_is_no_command(effect):
+    assert not may_miss_commands(*_measured(2000, 214400, (effect,)))
+
+
+def test_without_a_current_slow_rows_tell_nothing_of_commands():
+    assert may_miss_commands(*_measured(500, current=None))
+    assert not may_miss_commands(*_measured(1000, current=None))
+
+
+def test_a_drive_is_given_what_its_rows_say():
+    assert not may_miss_commands(*_measured(500, is_drive=True))
+
+
+@pytest.mark.slow
+def test_a_healthy_unit_is_not_accused_of_commands_that_no_row_has():
+    hidden = hidden_case(214302, rate=500)
+    found = explain([hidden.recording], hidden.model).explanation
+    assert found["verdict"] == "insufficient_data"
+    assert found["causes"] == []
+    assert "at 500 Hz the voltage may change between rows" in found["data_quality"][0]
+    assert "record at the rate of the controller's commands" in found["data_quality"][0]
