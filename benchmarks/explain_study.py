@@ -103,7 +103,8 @@ def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
     begin = time.process_time()
     findings = searched(hidden, effects if kind == "removed" else ())
     seconds = time.process_time() - begin
-    verdict = "insufficient_data" if too_little_to_accuse(findings) else findings.verdict
+    nothing = too_little_to_accuse(findings, measurements_of(hidden.recording, hidden.model))
+    verdict = "insufficient_data" if nothing else findings.verdict
     found = {"verdict": verdict, "causes": causes(findings)}
     if not found["causes"]:  # the best suspect all the same, for the rate of right first guesses
         first = findings.rounds[0]

@@ -94,7 +94,7 @@ def explain(
         if not stretches or fit_on:
             return _coarsely(recordings[0], model, fit_on, said, missing, together)
         balances = [Balances(measured, model) for measured in stretches]
-        findings, why = _searched(balances, model, without, said)
+        findings, why = _searched(stretches, balances, model, without, said)
         if findings is None:
             return _insufficient(why, balances, model, together)
     except KeyboardInterrupt as interrupt:
@@ -123,13 +123,13 @@ def explain(
 
 
 def _searched(
-    balances: list[Balances], model: Model, without: Sequence[str], said: _Said
+    stretches: Sequence[Measurement], balances: list[Balances], model: Model, without: Sequence[str], said: _Said
 ) -> tuple[Findings | None, list[str]]:
     """Return what a search finds, or why these data tell nothing."""
     if why := nothing_to_judge(balances):
         return None, why
     findings = search(model, balances, without, said)
-    why = too_little_to_accuse(findings)
+    why = too_little_to_accuse(findings, stretches)
     return (None, why) if why else (findings, [])
 
 
@@ -170,7 +170,7 @@ def _told_apart(
         judged = said.unless_cut_short(f"asking {other[0].origin}", search, findings.model, balances, without)
         if judged is None or judged.is_cut_short:
             said.cut_short()  # what a part of a search leaves open is nobody's class
-        else:
+        elif not too_little_to_accuse(judged, other):
             found += narrow(findings, judged)
     return found
 

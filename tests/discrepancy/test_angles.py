@@ -50,9 +50,9 @@ def test_an_encoder_alone_tells_it_however_coarse(counts):
     assert not found.is_plates
 
 
-def test_a_signal_that_never_moves_by_one_step_does_not_show_it():
-    """Twelve and thirteen counts at a time."""
-    assert grid_of(_encoder(16384)) == 0.0
+def test_a_signal_that_never_moves_by_one_step_shows_it_all_the_same():
+    """Twelve and thirteen counts at a time are apart by one."""
+    assert grid_of(_encoder(16384)) == pytest.approx(2.0 * np.pi / 16384, rel=0.02)
     assert grid_of(_encoder(16384, np.linspace(0.1, 0.2, 4001))) == pytest.approx(2.0 * np.pi / 16384)
 
 

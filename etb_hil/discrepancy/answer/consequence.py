@@ -46,11 +46,12 @@ def _judged(balances: list[Balances], model: Model, limits: Limits) -> Diagnosis
     for b in balances:
         m = b.measured
         time_ns = np.round((m.start_s + np.arange(len(m)) * m.dt) * 1e9).astype(np.int64)
-        columns = {"motor_voltage": m.voltage, "motor_angle": m.angle * b.gear, "temperature": m.temperature}
+        motor, plate = (m.angle, m.plate) if m.encoder is None else (m.encoder, m.angle)
+        columns = {"motor_voltage": m.voltage, "motor_angle": motor * b.gear, "temperature": m.temperature}
         if m.current is not None:
             columns["motor_current"] = m.current
-        if m.plate is not None:
-            columns["throttle_angle"] = m.plate
+        if plate is not None:
+            columns["throttle_angle"] = plate
         diagnosis.push(SampleBlock(m.origin, time_ns, time_ns, columns, np.zeros(len(m), np.int64)), _MOTION)
     return diagnosis.finish()
 

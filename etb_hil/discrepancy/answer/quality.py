@@ -49,7 +49,7 @@ def _of(b: Balances, model: Model) -> dict[str, Any]:
         flags.append(f"driven in {driven}: electrical causes cannot be judged")
     elif m.current is None:
         flags.append("motor_current is missing: one balance only, from the voltage; electrical causes cannot be judged")
-    if m.plate is None:
+    if m.plate is None and not m.is_plates:
         flags.append("no second angle: what lies between motor and plate cannot be judged")
     if not m.has_temperature:
         flags.append("no temperature, or a constant one: heat cannot be told from time")
@@ -63,7 +63,7 @@ def _of(b: Balances, model: Model) -> dict[str, Any]:
         "rate_hz": m.rate,
         "seconds": len(m) / m.rate,
         "travel_rad": list(travel),
-        "encoder_noise_rad": m.angle_noise,
+        "angle_noise_rad": m.angle_noise,
         "flags": flags,
     }
     at_rest = _at_rest(m)

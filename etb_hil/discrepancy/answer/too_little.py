@@ -8,8 +8,10 @@ import numpy as np
 
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.commands import may_miss_commands
+from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.regimes import BESIDE
 from etb_hil.discrepancy.search.findings import Findings
+from etb_hil.plant.parameters import Model
 
 _LEAST = 10.0  # s
 
@@ -23,11 +25,14 @@ def nothing_to_judge(balances: Sequence[Balances]) -> list[str]:
     return [f"{what}: {why}; look for losses, or leave a column out that has them"]
 
 
-def too_little_to_accuse(findings: Findings) -> list[str]:
-    """Return why what a model leaves over the noise may be none of its faults; nothing where it is, or leaves none."""
+def too_little_to_accuse(findings: Findings, stretches: Sequence[Measurement]) -> list[str]:
+    """Return why what a model leaves over the noise may be none of its faults; nothing where it is, or leaves none.
+
+    `stretches`: the measurements as they were recorded, from which the findings' balances were made.
+    """
     if findings.verdict == "adequate" or findings.is_cut_short:
         return []
-    return [*_too_short(findings.balances), *_too_slow(findings)]
+    return [*_too_short(findings.balances), *_too_slow(stretches, findings.model)]
 
 
 def _too_short(balances: Sequence[Balances]) -> list[str]:
@@ -38,14 +43,11 @@ def _too_short(balances: Sequence[Balances]) -> list[str]:
     return [f"{what}; in less than {_LEAST:g} s a cause is not told from what happened once: measure 40 s"]
 
 
-def _too_slow(findings: Findings) -> list[str]:
-    found = [b.measured for b in findings.balances if may_miss_commands(b.measured, findings.model)]
-    if not found:
+def _too_slow(stretches: Sequence[Measurement], model: Model) -> list[str]:
+    m = next((each for each in stretches if may_miss_commands(each, model)), None)
+    if m is None:
         return []
-    m = found[0]
     what = f"{m.origin}: the model leaves more than noise, and at {m.rate:.0f} Hz the voltage may change between rows"
-    shows = (
-        "no current tells" if m.current is None else "the current does not follow from what rows hold until the next"
-    )
-    remedy = "record at the rate of the controller's commands, 1 kHz or more"
+    shows = "no current tells" if m.current is None else "the current answers it before the row that shows it"
+    remedy = "record in step with the controller's commands, or several times as fast"
     return [f"{what} ({shows}); a cause is not told from what was commanded there: {remedy}"]

@@ -77,7 +77,10 @@ class _Modelled:
 
 
 class Balances:
-    """Whitened residuals of one measurement as a function of the extended parameter vector and of the nuisances."""
+    """Whitened residuals of one measurement as a function of the extended parameter vector and of the nuisances.
+
+    `share_of_steps` (3): the part of each balance's noise, in squares, that the steps of the angle's encoder are.
+    """
 
     def __init__(self, measured: Measurement, model: Model) -> None:
         self.measured = measured = thinned(without_diodes(measured, model))
@@ -99,7 +102,7 @@ class Balances:
         self._integrated: Remembered[_Modelled] = Remembered(cores())
         self._places: Remembered[Complex128] = Remembered(cores())
         base = v.vector()
-        self._whiten, self.steps = _whitening(measured, model, spectrum)
+        self._whiten, self.share_of_steps = _whitening(measured, model, spectrum)
         truth = self._truth(_no_sensors(base))
         self.regimes = Regimes.of(measured, model, spectrum, truth.angle, truth.velocity)
         self.has = (True, measured.current is not None and not measured.is_drive, measured.plate is not None)

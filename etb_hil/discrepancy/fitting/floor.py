@@ -29,7 +29,7 @@ LEAST_ROWS = 25  # of a group that is judged: 0.1 s
 
 @dataclass(frozen=True, slots=True)
 class Floor:
-    """Mean square (9) by group of what a true model leaves before any weight, and the rerun it was found in.
+    """Mean square (9) by group of what a true model may leave before any weight, and the rerun it was found in.
 
     `truth`: the whole vector that was simulated; how far the rerun's calibration is from it says how well one finds it.
     """

@@ -47,7 +47,8 @@ class Angles:
             return Angles(angle, noise, None)
         if noise > plate_noise:
             # A bristle that moves with the steps of a coarse encoder is no friction.
-            why = f"motor_angle has steps of {step:.2g} rad at the plate, the plate sensor a noise of {plate_noise:.2g}"
+            steps = f"motor_angle has steps of {step:.2g} rad at the plate"
+            why = f"{steps}, the plate sensor a noise of {plate_noise:.2g} rad"
             return _plates(plate, plate_noise, why, angle)
         if abs(away := float(np.median(plate - angle))) <= _OTHER_ZERO:
             return Angles(angle, noise, plate)
@@ -59,15 +60,17 @@ class Angles:
 def grid_of(values: Float64) -> float:
     """Return the step of a quantised signal as it shows itself, 0 where every value is another.
 
-    It does not show itself in a signal that always moves by several steps at a time, of which the least is none.
+    Where a signal always moves by several steps at a time, they are apart by one.
     """
     steps = np.abs(np.diff(values))
     steps = steps[steps > 1e-9][: 1 << 16]
     if not len(steps) or np.unique(np.round(steps, 9)).size > 0.2 * len(steps):
         return 0.0
     least = float(steps.min())
-    few = steps[steps < _FEW * least] / least
-    return least if float(np.abs(few - np.round(few)).max()) < _WHOLE else 0.0
+    few = np.unique(np.round(steps[steps < _FEW * least] / least, 3))
+    if float(np.abs(few - np.round(few)).max()) < _WHOLE:
+        return least
+    return least * float(np.diff(few).min())  # twelve and thirteen counts at a time
 
 
 def _plates(plate: Float64, noise: float, why: str, encoder: Float64 | None = None) -> Angles:

@@ -34,6 +34,7 @@ _OF_A_THROTTLE = (
 # Only coasting with the bridge open parts them from friction: a drive that is given its force never coasts.
 _NEEDS_BRIDGE = ("iron_loss",)
 _NEEDS_PLATE = ("sensor_hysteresis",)
+_NEEDS_ENCODER = ("angle_sensor_eccentricity",)
 # Too small in any balance to be a cause.
 _TOO_SMALL = ("stop_damping", "bristle_damping", "dead_zone")
 
@@ -71,6 +72,8 @@ def suspects(
         out.update(_NEEDS_CURRENT)
     if not has_plate:
         out.update(_NEEDS_PLATE)
+    if any(b.measured.is_plates for b in balances):
+        out.update(_NEEDS_ENCODER)
     if any(b.measured.is_drive for b in balances):
         out.update((*_OF_A_THROTTLE, *_NEEDS_BRIDGE))
     load = balances[0].load
