@@ -46,7 +46,7 @@ def _judged(balances: list[Balances], model: Model, limits: Limits) -> Diagnosis
     for b in balances:
         m = b.measured
         time_ns = np.round((m.start_s + np.arange(len(m)) * m.dt) * 1e9).astype(np.int64)
-        motor, plate = (m.angle, m.plate) if m.encoder is None else (m.encoder, m.angle)
+        motor, plate = m.motor_and_plate
         columns = {"motor_voltage": m.voltage, "motor_angle": motor * b.gear, "temperature": m.temperature}
         if m.current is not None:
             columns["motor_current"] = m.current

@@ -19,6 +19,7 @@ from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.opening import without_diodes
 from etb_hil.discrepancy.measured.regimes import Regimes
 from etb_hil.discrepancy.measured.rows import held, jitter, missed_by_rows, open_bridge, trembling, until_next
+from etb_hil.discrepancy.measured.sheet import voltage_rms
 from etb_hil.discrepancy.measured.spectrum import Spectrum
 from etb_hil.discrepancy.measured.thinning import thinned
 from etb_hil.plant.drive_effects import THROTTLE_FRICTION
@@ -93,8 +94,7 @@ class Balances:
         self._rows = spectrum.of(until_next(measured.voltage, self.is_open))
         self._voltage = self._rows * held(spectrum.s, measured.dt)
         self._plate = None if measured.plate is None else spectrum.of(measured.plate)
-        noise = float(np.hypot(model.sensors.voltage_noise, model.sensors.voltage_step / np.sqrt(12.0)))
-        self.driving = without_noise(measured.voltage, noise, measured.rate)
+        self.driving = without_noise(measured.voltage, voltage_rms(model.sensors), measured.rate)
         self.free_voltage = with_its_mean(self.driving, measured.voltage, measured.rate)
         self._is_calm = trembling(measured.angle, measured.rate) < _TREMBLES * v.coulomb / v.bristle_stiffness
         self.jitter = jitter(measured.angle, measured.rate, measured.angle_noise)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from etb_hil.discrepancy.measured.sheet import plate_rms
 from etb_hil.plant.parameters import Model
 
 Float64 = NDArray[np.float64]
@@ -35,13 +36,13 @@ class Angles:
     @staticmethod
     def of(columns: Mapping[str, Float64], model: Model) -> Angles | None:
         """Return the angles of columns (n) by role; None where no sensor has told any."""
-        gear, sensors = model.values.gear_ratio, model.sensors
+        gear = model.values.gear_ratio
         plate = columns.get("throttle_angle")
-        plate_noise = float(np.hypot(sensors.plate_noise, sensors.plate_range / 2**sensors.plate_bits / np.sqrt(12.0)))
+        plate_noise = plate_rms(model.sensors)
         if "motor_angle" not in columns:
             return None if plate is None else _plates(plate, plate_noise, "motor_angle is missing")
         angle = columns["motor_angle"] / gear
-        step = max(2.0 * np.pi / sensors.motor_counts_per_turn, grid_of(columns["motor_angle"])) / gear
+        step = max(2.0 * np.pi / model.sensors.motor_counts_per_turn, grid_of(columns["motor_angle"])) / gear
         noise = step / np.sqrt(12.0)
         if plate is None:
             return Angles(angle, noise, None)

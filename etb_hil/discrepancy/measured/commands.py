@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.opening import without_diodes
 from etb_hil.discrepancy.measured.rows import open_bridge
+from etb_hil.discrepancy.measured.sheet import voltage_rms
 from etb_hil.plant.parameters import Model
 
 Float64 = NDArray[np.float64]
@@ -35,10 +36,9 @@ def may_miss_commands(measured: Measurement, model: Model) -> bool:
     if measured.current is None:
         return measured.rate < _FAST
     m, current = without_diodes(measured, model), measured.current
-    noise = float(np.hypot(model.sensors.voltage_noise, model.sensors.voltage_step / np.sqrt(12.0)))
     jump = np.diff(m.voltage)
     is_driven = m.is_good & ~open_bridge(m, model)
-    rows = (np.abs(jump) > _JUMPS * noise) & is_driven[:-1] & is_driven[1:]
+    rows = (np.abs(jump) > _JUMPS * voltage_rms(model.sensors)) & is_driven[:-1] & is_driven[1:]
     if np.count_nonzero(rows) < _FEWEST:
         return False
     columns = np.column_stack([m.voltage[:-1], jump, current[:-1], np.diff(m.angle), np.ones(len(jump))])[rows]

@@ -62,6 +62,11 @@ class Measurement:
         return len(self.angle)
 
     @property
+    def motor_and_plate(self) -> tuple[Float64, Float64 | None]:
+        """The motor's angle (n) and the plate's, whichever tells the motion; one that is alone comes first."""
+        return (self.angle, self.plate) if self.encoder is None else (self.encoder, self.angle)
+
+    @property
     def dt(self) -> float:
         """Time between two rows in s."""
         return 1.0 / self.rate

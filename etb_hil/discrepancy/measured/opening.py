@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.rows import open_bridge
+from etb_hil.discrepancy.measured.sheet import voltage_rms
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.values import ThrottleParameters
 
@@ -85,14 +86,14 @@ def _driven(measured: Measurement, row: int, v: ThrottleParameters) -> float:
 
 def _coasts(measured: Measurement, first: int, model: Model) -> bool:
     """Return whether the voltage from a row on is what the motion gives, within the sensors' noise."""
-    rate, sensors, back_emf = measured.rate, model.sensors, model.values.back_emf
+    rate, back_emf = measured.rate, model.values.back_emf
     rows = max(round(_COASTS_FOR * rate), 1)
     last = first + rows * _PARTS
     if last >= len(measured):
         return False
     read = 0.5 * (measured.voltage[first:last] + measured.voltage[first + 1 : last + 1])
     given = back_emf * np.diff(measured.angle[first : last + 1 : rows]) * rate / rows
-    of_voltage = np.hypot(sensors.voltage_noise, sensors.voltage_step / math.sqrt(12.0)) / math.sqrt(rows)
+    of_voltage = voltage_rms(model.sensors) / math.sqrt(rows)
     of_angle = back_emf * measured.angle_noise * math.sqrt(2.0) * rate / rows
     away = np.abs(read.reshape(_PARTS, rows).mean(1) - given)
     return bool(np.all(away < _SURE * np.hypot(of_voltage, of_angle) + _OTHER * np.abs(given)))

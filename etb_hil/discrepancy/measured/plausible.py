@@ -50,10 +50,10 @@ def _must_be_of_housing(m: Measurement) -> None:
 
 def _must_go_together(m: Measurement, model: Model) -> None:
     """Refuse a motor's and a plate's angle that are not one motion through the gear."""
-    both = (m.angle, m.plate) if m.encoder is None else (m.encoder, m.angle)
-    if both[1] is None:
+    motor, plate = m.motor_and_plate
+    if plate is None:
         return
-    motor, plate = both[0][m.is_good], both[1][m.is_good]
+    motor, plate = motor[m.is_good], plate[m.is_good]
     far = float(np.std(motor)), float(np.std(plate))
     if max(far) < _TELLING:
         return

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.base.roles import ROLES
+from etb_hil.discrepancy.measured.sheet import plate_rms
 from etb_hil.discrepancy.slow.freefit import FreeFit
 from etb_hil.discrepancy.slow.sweeps import Sweep, breaks_away, slow_remark
 from etb_hil.plant.integrator import TICK
@@ -40,8 +41,7 @@ def answer_of(
 
     `nominal` and `after` are the runs' angles (rad) of the model as stated and as fitted, `is_seen` those fitted to.
     """
-    sensors = model.sensors
-    noise = float(np.hypot(sensors.plate_noise, sensors.plate_range / 2**sensors.plate_bits / np.sqrt(12.0)))
+    noise = plate_rms(model.sensors)
     judged = [k for k, seen in enumerate(is_seen) if not seen]
     angles = [s.angle for s in sweeps]
     before_rms = np.array([_rms(nominal[k] - angles[k]) for k in judged])

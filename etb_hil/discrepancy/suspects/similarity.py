@@ -65,10 +65,11 @@ class Projector:
     def __init__(self, columns: Float64, unknowns: Sequence[Unknown]) -> None:
         self.names = [u.name for u in unknowns]
         lengths = np.linalg.norm(columns, axis=0)
-        self._seen = lengths > 1e-6 * max(float(lengths.max(initial=0.0)), 1e-12)
-        self._seen &= np.array([not u.is_known for u in unknowns])
-        self._columns = columns[:, self._seen]
-        self._lengths = lengths[self._seen]
+        seen = lengths > 1e-6 * max(float(lengths.max(initial=0.0)), 1e-12)
+        seen &= np.array([not u.is_known for u in unknowns])
+        self._columns = columns[:, seen]
+        self._seen_names = np.array(self.names)[seen]
+        self._lengths = lengths[seen]
         self._basis, self._triangle = np.linalg.qr(self._columns / self._lengths)
         self._freed: dict[frozenset[str], Float64] = {}
 
@@ -82,7 +83,7 @@ class Projector:
 
     def cosine(self, column: Float64, of: frozenset[str]) -> float:
         """Return the cosine of a column with what some of the parameters do, nothing projected out."""
-        span = np.linalg.qr(self._columns[:, [name in of for name in np.array(self.names)[self._seen]]])[0]
+        span = np.linalg.qr(self._columns[:, [name in of for name in self._seen_names]])[0]
         return float(np.linalg.norm(span.T @ column) / max(float(np.linalg.norm(column)), _NOTHING))
 
     def directions(self, raw: Float64, without: frozenset[str] = frozenset()) -> Float64:
@@ -95,16 +96,14 @@ class Projector:
     def _freed_by(self, without: frozenset[str]) -> Float64:
         """Return the directions (k, d), in the basis, that only the parameters `without` reach."""
         if without not in self._freed:
-            names = np.array(self.names)[self._seen]
-            left_out = np.eye(len(names))[:, [name in without for name in names]]
+            left_out = np.eye(len(self._seen_names))[:, [name in without for name in self._seen_names]]
             self._freed[without] = np.linalg.qr(np.linalg.solve(self._triangle.T, left_out))[0]
         return self._freed[without]
 
     def imitators(self, column: Float64, without: frozenset[str] = frozenset()) -> list[str]:
         """Return the base parameters that do the imitating of a column; those `without` are not used."""
-        names = np.array(self.names)[self._seen]
-        used = np.array([name not in without for name in names])
-        names = names[used]
+        used = np.array([name not in without for name in self._seen_names])
+        names = self._seen_names[used]
         solved = np.linalg.lstsq(self._triangle[:, used], self._basis.T @ column, rcond=None)[0]
         shares = np.abs(solved) / max(float(np.linalg.norm(column)), _NOTHING)
         return [str(name) for name, share in zip(names, shares, strict=True) if share > _GOOD_SHARE]
