@@ -19,7 +19,7 @@ from etb_hil.discrepancy.fitting.calibration import all_unknowns, calibrate
 from etb_hil.discrepancy.fitting.following import follow, part_of
 from etb_hil.discrepancy.fitting.segments import SEGMENTS, held_out, segment_of
 from etb_hil.discrepancy.fitting.unknowns import base_unknowns, effect_unknowns, simulable, start
-from etb_hil.discrepancy.measured.measurement import measurements_of
+from etb_hil.discrepancy.measured.stretches import measurements_of
 from etb_hil.plant.drive_file import load_plant
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED

@@ -26,7 +26,7 @@ from scoring import canonical, rate, score
 from etb_hil.base.modes import Mode
 from etb_hil.discrepancy.answer.explanation import causes
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.measured.measurement import measurements_of
+from etb_hil.discrepancy.measured.stretches import measurements_of
 from etb_hil.discrepancy.plan.beside import narrow
 from etb_hil.discrepancy.plan.nexttest import next_test
 from etb_hil.discrepancy.search.naming import search

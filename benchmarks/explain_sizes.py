@@ -21,7 +21,7 @@ from scoring import rate
 
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.intervals import estimates
-from etb_hil.discrepancy.measured.measurement import measurements_of
+from etb_hil.discrepancy.measured.stretches import measurements_of
 from etb_hil.discrepancy.search.naming import search
 from etb_hil.plant.effects.catalogue import CATALOGUE
 

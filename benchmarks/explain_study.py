@@ -39,7 +39,7 @@ from etb_hil.discrepancy.answer.explanation import causes
 from etb_hil.discrepancy.answer.holdout import hold_out
 from etb_hil.discrepancy.answer.too_little import too_little_to_accuse
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.measured.measurement import measurements_of
+from etb_hil.discrepancy.measured.stretches import measurements_of
 from etb_hil.discrepancy.search.naming import search
 from etb_hil.plant.effects.catalogue import CATALOGUE
 

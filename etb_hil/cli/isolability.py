@@ -47,7 +47,7 @@ def _along(options: argparse.Namespace, scenario: str) -> Sensitivities:
     from etb_hil.base.stock import find
     from etb_hil.bench.job import JobFiles, execute, prepare
     from etb_hil.discrepancy.fitting.balances import Balances
-    from etb_hil.discrepancy.measured.measurement import measurements_of
+    from etb_hil.discrepancy.measured.stretches import measurements_of
     from etb_hil.discrepancy.plan.isolability import sensitivities
 
     model = find("model", options.model)

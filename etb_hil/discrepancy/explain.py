@@ -22,14 +22,9 @@ from etb_hil.discrepancy.answer.too_little import nothing_to_judge, too_little_t
 from etb_hil.discrepancy.answer.transfer import transfer
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.confounding import confounded
-from etb_hil.discrepancy.measured.measurement import (
-    DRIVES,
-    Measurement,
-    drive_roles,
-    is_measured_on_drive,
-    measurements_of,
-)
+from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.plausible import must_be_of_throttle
+from etb_hil.discrepancy.measured.stretches import DRIVES, drive_roles, is_measured_on_drive, measurements_of
 from etb_hil.discrepancy.measured.winding import must_be_of_winding
 from etb_hil.discrepancy.plan.beside import narrow
 from etb_hil.discrepancy.plan.nexttest import next_test
@@ -96,11 +91,9 @@ def explain(
         balances = [Balances(measured, model) for measured in stretches]
         findings, why = _searched(stretches, balances, model, without, said)
         if findings is None:
-            return _insufficient(why, balances, model, together)
+            return _insufficient(why, balances, model, together, said)
     except KeyboardInterrupt as interrupt:
         return _before_the_search(said, model, balances, together, interrupt)
-    if findings.is_cut_short:
-        said.cut_short()
     told_apart = _told_apart(findings, others if is_same_unit else (), without, said)
     holdout = None if said.is_cut_short else _held_out(findings, said)
     answer = _put_together(findings, holdout, said)
@@ -129,14 +122,21 @@ def _searched(
     if why := nothing_to_judge(balances):
         return None, why
     findings = search(model, balances, without, said)
+    if findings.is_cut_short:
+        said.cut_short()
     why = too_little_to_accuse(findings, stretches)
     return (None, why) if why else (findings, [])
 
 
-def _insufficient(why: list[str], balances: Sequence[Balances], model: Model, together: list[dict[str, Any]]) -> Answer:
-    """Return the answer to data that tell nothing, with the reasons."""
-    nothing = {"verdict": "insufficient_data", "causes": [], "data_quality": why + data_quality(balances, model)}
-    return Answer(as_in_its_file({"schema": SCHEMA, **nothing, "confounded": together}, model))
+def _insufficient(
+    why: list[str], balances: Sequence[Balances], model: Model, together: list[dict[str, Any]], said: _Said
+) -> Answer:
+    """Return the answer to data that tell nothing, with the reasons, also where an interrupt came before the end."""
+    answer: dict[str, Any] = {"schema": SCHEMA, "verdict": "insufficient_data", "causes": []}
+    answer |= {"data_quality": why + data_quality(balances, model), "confounded": together}
+    if said.is_cut_short:
+        answer |= {"interrupted": said.last, "stages": stages(answer, is_read=True, is_searched=False)}
+    return Answer(as_in_its_file(answer, model))
 
 
 def _before_the_search(

@@ -62,5 +62,6 @@ def measurement(p, seed, angle=None, degrees=(20.0, 70.0)):
         has_temperature=True,
         supply=None,
         is_good=np.ones(count, bool),
+        sensors=MODEL.sensors,
     )
-    return rerun(Balances(asked, MODEL), MODEL, p, seed)
+    return rerun(Balances(asked, MODEL), p, seed)

@@ -8,7 +8,7 @@ from explain_cases import hidden_case
 
 from etb_hil.discrepancy.answer.explanation import explanation
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.measured.measurement import measurements_of
+from etb_hil.discrepancy.measured.stretches import measurements_of
 from etb_hil.discrepancy.search import drifting
 from etb_hil.discrepancy.search.drifting import DRIFTS, drifts
 from etb_hil.discrepancy.search.naming import search

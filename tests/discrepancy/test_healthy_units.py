@@ -10,7 +10,7 @@ from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import all_unknowns, calibrate
 from etb_hil.discrepancy.fitting.floor import LEAST_ROWS, floor_of, group_means, weigh
 from etb_hil.discrepancy.fitting.intervals import estimates
-from etb_hil.discrepancy.measured.measurement import measurements_of
+from etb_hil.discrepancy.measured.stretches import measurements_of
 from etb_hil.discrepancy.search import decision
 from etb_hil.discrepancy.search.naming import search
 from etb_hil.discrepancy.search.standing import standing_near

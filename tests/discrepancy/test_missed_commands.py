@@ -10,7 +10,7 @@ from etb_hil.discrepancy.explain import explain
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.rerun import rerun
 from etb_hil.discrepancy.measured.commands import may_miss_commands
-from etb_hil.discrepancy.measured.measurement import measurements_of
+from etb_hil.discrepancy.measured.stretches import measurements_of
 from etb_hil.plant.effects.layout import row
 
 
@@ -36,7 +36,7 @@ def test_slow_rows_of_as_slow_a_controller_miss_none(hertz, degrees):
     warm = Balances(measured, model)
     warms = model.vector()
     warms[row("resistance_temperature")] = 1.0
-    assert not may_miss_commands(rerun(warm, model, warms, seed=1), model)
+    assert not may_miss_commands(rerun(warm, warms, seed=1), model)
 
 
 def test_a_fast_logs_commands_lie_where_they_like():
@@ -77,3 +77,18 @@ def test_a_healthy_unit_is_not_accused_of_commands_that_no_row_has():
     assert found["causes"] == []
     assert "at 500 Hz the voltage may change between rows" in found["data_quality"][0]
     assert "in step with the controller's commands" in found["data_quality"][0]
+
+
+@pytest.mark.slow
+def test_an_interrupt_accuses_nobody_of_such_commands_either():
+    hidden = hidden_case(214302, rate=500)
+
+    def progress(what):
+        if what.startswith("trying"):
+            raise KeyboardInterrupt
+
+    found = explain([hidden.recording], hidden.model, progress=progress).explanation
+    assert found["verdict"] == "insufficient_data"
+    assert "at 500 Hz the voltage may change between rows" in found["data_quality"][0]
+    assert found["interrupted"].startswith("trying")
+    assert found["stages"].startswith("done: reading the data")

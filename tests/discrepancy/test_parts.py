@@ -18,8 +18,8 @@ from etb_hil.discrepancy.fitting.calibration import calibrate
 from etb_hil.discrepancy.fitting.floor import floor_of
 from etb_hil.discrepancy.fitting.intervals import estimates
 from etb_hil.discrepancy.measured.confounding import confounded
-from etb_hil.discrepancy.measured.measurement import measurements_of
 from etb_hil.discrepancy.measured.spectrum import Spectrum
+from etb_hil.discrepancy.measured.stretches import measurements_of
 from etb_hil.plant.drive_file import load_plant
 from etb_hil.plant.model_file import EffectEntry
 from etb_hil.plant.model_text import model_text

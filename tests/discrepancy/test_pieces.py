@@ -8,7 +8,7 @@ from etb_hil.base.stock import find
 from etb_hil.bench.simulation import Simulation
 from etb_hil.discrepancy.explain import explain
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.measured.measurement import measurements_of
+from etb_hil.discrepancy.measured.stretches import measurements_of
 from etb_hil.discrepancy.search.naming import search
 from etb_hil.discrepancy.suspects.placeholders import placeholders
 from etb_hil.plant.effects.catalogue import CATALOGUE

@@ -10,7 +10,7 @@ from synthetic import MODEL
 from etb_hil.discrepancy.answer.quality import data_quality
 from etb_hil.discrepancy.explain import explain
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.measured.measurement import measurements_of
+from etb_hil.discrepancy.measured.stretches import measurements_of
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.tables import read_table
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from synthetic import MODEL
 
 from etb_hil.discrepancy.measured.angles import grid_of
 from etb_hil.discrepancy.measured.measurement import Measurement
@@ -28,6 +29,7 @@ def fast():
         has_temperature=True,
         supply=rows + 12.0,
         is_good=rows != 3.0,
+        sensors=MODEL.sensors,
     )
 
 
@@ -53,9 +55,53 @@ def test_a_drives_force_is_what_drives_it(fast):
 
 def test_slow_rows_stay(fast):
     slow = replace(fast, rate=3999.0)
-    assert thinned(slow) is slow
+    assert thinned(slow) == replace(slow, is_thinned=True)
 
 
 def test_an_encoder_that_rests_for_long_shows_its_step_later():
     moves = np.round(np.linspace(0.0, 40.0, 2000)) * 0.25
     assert grid_of(np.concatenate([np.zeros(1 << 17), moves])) == 0.25
+
+
+def _commanded(count, each, first, rate):
+    """A record whose voltage changes every `each` rows, first at row `first`."""
+    steps = np.random.default_rng(1).uniform(-5.0, 5.0, count)
+    voltage = steps[(np.arange(count) - first) // each + 1]
+    rows = np.arange(count, dtype=float)
+    return Measurement(
+        origin="commanded",
+        rate=rate,
+        start_s=2.0,
+        voltage=voltage,
+        angle=rows,
+        angle_noise=1e-4,
+        current=rows,
+        plate=None,
+        temperature=np.full(count, 20.0),
+        has_temperature=False,
+        supply=None,
+        is_good=np.ones(count, np.bool_),
+        sensors=MODEL.sensors,
+    )
+
+
+@pytest.mark.parametrize(
+    ("rate", "each", "first", "every", "begin"),
+    [(10000.0, 10, 3, 5, 3), (10000.0, 8, 1, 4, 1), (4000.0, 4, 3, 2, 1), (5000.0, 5, 2, 1, 0), (20000.0, 13, 0, 4, 0)],
+)
+def test_rows_are_kept_in_step_with_commands(rate, each, first, every, begin):
+    """A voltage is held from a kept row to the next; where no step does that, a quarter of a millisecond is near it."""
+    fast = _commanded(6000, each, first, rate)
+    found = thinned(fast)
+    assert found.rate == rate / every
+    assert found.start_s == pytest.approx(2.0 + begin / rate)
+    np.testing.assert_array_equal(found.angle, fast.angle[begin::every][: len(found)])
+    if each % every == 0:
+        np.testing.assert_allclose(found.voltage, fast.voltage[begin::every][: len(found)], rtol=1e-12)
+
+
+def test_what_is_simulated_along_thinned_rows_is_not_thinned_again():
+    found = thinned(_commanded(6000, 13, 0, 20000.0))
+    assert found.rate == 5000.0
+    again = replace(found, voltage=np.repeat(found.voltage[::2], 2)[: len(found)])
+    assert thinned(again) is again

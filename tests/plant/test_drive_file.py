@@ -17,7 +17,7 @@ from etb_hil.diagnosis.limits import load_limits
 from etb_hil.discrepancy.answer.called import as_in_its_file
 from etb_hil.discrepancy.answer.quality import _other_unit
 from etb_hil.discrepancy.explain import explain
-from etb_hil.discrepancy.measured.measurement import measurements_of
+from etb_hil.discrepancy.measured.stretches import measurements_of
 from etb_hil.plant.drive_file import is_drive, load_plant
 from etb_hil.plant.drive_text import drive_text
 from etb_hil.plant.model_file import EffectEntry

@@ -30,7 +30,7 @@ def too_little_to_accuse(findings: Findings, stretches: Sequence[Measurement]) -
 
     `stretches`: the measurements as they were recorded, from which the findings' balances were made.
     """
-    if findings.verdict == "adequate" or findings.is_cut_short:
+    if findings.verdict in ("adequate", "insufficient_data"):
         return []
     return [*_too_short(findings.balances), *_too_slow(stretches, findings.model)]
 

@@ -90,11 +90,11 @@ class Balances:
         # Bounds of effects are a throttle's; another drive's forces are larger by as much as its friction is.
         self.load = v.coulomb / THROTTLE_FRICTION if measured.is_drive else 1.0
         self.spectrum = spectrum = Spectrum(len(measured), measured.rate)
-        self.is_open = open_bridge(measured, model)
+        self.is_open = open_bridge(measured)
         self._rows = spectrum.of(until_next(measured.voltage, self.is_open))
         self._voltage = self._rows * held(spectrum.s, measured.dt)
         self._plate = None if measured.plate is None else spectrum.of(measured.plate)
-        self.driving = without_noise(measured.voltage, voltage_rms(model.sensors), measured.rate)
+        self.driving = without_noise(measured.voltage, voltage_rms(measured.sensors), measured.rate)
         self.free_voltage = with_its_mean(self.driving, measured.voltage, measured.rate)
         self._is_calm = trembling(measured.angle, measured.rate) < _TREMBLES * v.coulomb / v.bristle_stiffness
         self.jitter = jitter(measured.angle, measured.rate, measured.angle_noise)
@@ -233,7 +233,7 @@ def _whitening(measured: Measurement, model: Model, spectrum: Spectrum) -> tuple
 
     The band then holds a variance of one, in the angle balance beside the steps.
     """
-    v, sensors = model.values, model.sensors
+    v, sensors = model.values, measured.sensors
     s = spectrum.s
     step = 1.0 / np.sqrt(12.0)
     voltage_noise = np.hypot(sensors.voltage_noise, sensors.voltage_step * step) / np.sqrt(2.0)

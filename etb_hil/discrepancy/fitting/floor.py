@@ -56,7 +56,7 @@ def floor_of(
     model: Model, balances: Sequence[Balances], whole: Vector, unknowns: Sequence[Unknown], seed: int = 1
 ) -> Floor:
     """Return the floor of the model at `whole`: simulated along the motion, measured, its unknowns fitted again."""
-    again = [Balances(rerun(b, model, whole[:EXTENDED], seed + k), model) for k, b in enumerate(balances)]
+    again = [Balances(rerun(b, whole[:EXTENDED], seed + k), model) for k, b in enumerate(balances)]
     for new, old in zip(again, balances, strict=True):
         new.weights = old.weights
         new.regimes = old.regimes

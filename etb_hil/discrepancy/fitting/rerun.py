@@ -21,7 +21,7 @@ from etb_hil.plant.effects import (
 )
 from etb_hil.plant.extended import PLATE, advance_extended, new_extended_state
 from etb_hil.plant.integrator import CURRENT, OMEGA, THETA, TICK
-from etb_hil.plant.parameters import Model
+from etb_hil.plant.model_file import Sensors
 from etb_hil.plant.physics import BACK_EMF, INDUCTANCE, INERTIA, RESISTANCE, TORQUE_PER_AMPERE, VOLTAGE_LIMIT, Vector
 
 Float64 = NDArray[np.float64]
@@ -29,22 +29,22 @@ Float64 = NDArray[np.float64]
 _BANDWIDTH = 120.0  # rad/s of the weak controller that keeps the model on the measured motion
 
 
-def rerun(balances: Balances, model: Model, p: Vector, seed: int) -> Measurement:
+def rerun(balances: Balances, p: Vector, seed: int) -> Measurement:
     """Return what the sensors would have measured, had the extended parameters `p` been the truth."""
     m = balances.measured
     p = simulable(p)
     rows = _simulated(balances, p)
     rng = np.random.default_rng(seed)
-    sensors = model.sensors
+    sensors = m.sensors
     count = len(m)
     noise = rng.standard_normal((4, count))
     rows[:, 0] += np.gradient(rows[:, 0]) * m.rate * balances.jitter * noise[3]
     voltage = _rounded(rows[:, 3] + sensors.voltage_noise * noise[0], sensors.voltage_step)
     gear = balances.gear
     motor = angle_sensor_eccentricity.measured_angle(rows[:, 0] * gear, p)
-    plate = None if m.plate is None else _plate(sensor_hysteresis.measured_plate(rows[:, 2], p), model, noise[2])
+    plate = None if m.plate is None else _plate(sensor_hysteresis.measured_plate(rows[:, 2], p), sensors, noise[2])
     if m.is_plates:
-        angle = _plate(rows[:, 0], model, noise[2])
+        angle = _plate(rows[:, 0], sensors, noise[2])
     else:
         grid = m.angle_noise * np.sqrt(12.0) * gear
         angle = (np.floor(motor / grid) + 0.5) * grid / gear
@@ -70,9 +70,9 @@ def _late(balances: Balances, rows: Float64, p: Vector) -> Float64:
     return spectrum.signal(late * (spectrum.all_of(rows[:, 1]) - bends) + read)
 
 
-def _plate(angle: Float64, model: Model, noise: Float64) -> Float64:
-    step = model.sensors.plate_range / 2**model.sensors.plate_bits
-    return _rounded(angle + model.sensors.plate_noise * noise, step)
+def _plate(angle: Float64, sensors: Sensors, noise: Float64) -> Float64:
+    step = sensors.plate_range / 2**sensors.plate_bits
+    return _rounded(angle + sensors.plate_noise * noise, step)
 
 
 def _rounded(values: Float64, step: float) -> Float64:

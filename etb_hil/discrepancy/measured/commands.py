@@ -37,8 +37,8 @@ def may_miss_commands(measured: Measurement, model: Model) -> bool:
         return measured.rate < _FAST
     m, current = without_diodes(measured, model), measured.current
     jump = np.diff(m.voltage)
-    is_driven = m.is_good & ~open_bridge(m, model)
-    rows = (np.abs(jump) > _JUMPS * voltage_rms(model.sensors)) & is_driven[:-1] & is_driven[1:]
+    is_driven = m.is_good & ~open_bridge(m)
+    rows = (np.abs(jump) > _JUMPS * voltage_rms(m.sensors)) & is_driven[:-1] & is_driven[1:]
     if np.count_nonzero(rows) < _FEWEST:
         return False
     columns = np.column_stack([m.voltage[:-1], jump, current[:-1], np.diff(m.angle), np.ones(len(jump))])[rows]

@@ -46,7 +46,7 @@ def without_diodes(measured: Measurement, model: Model) -> Measurement:
 def _seen_by_current(measured: Measurement, current: Float64, model: Model) -> dict[int, float]:
     """Return the rows that begin with the diodes' voltage against a current (A), with no drive until it is at rest."""
     voltage, limit = measured.voltage, model.values.voltage_limit
-    is_open, before = open_bridge(measured, model), round(_BEFORE * measured.rate)
+    is_open, before = open_bridge(measured), round(_BEFORE * measured.rate)
     found = {}
     for first in (np.flatnonzero(is_open[1:] & ~is_open[:-1]) + 1).tolist():
         begin = max(first - before, 0)
@@ -93,7 +93,7 @@ def _coasts(measured: Measurement, first: int, model: Model) -> bool:
         return False
     read = 0.5 * (measured.voltage[first:last] + measured.voltage[first + 1 : last + 1])
     given = back_emf * np.diff(measured.angle[first : last + 1 : rows]) * rate / rows
-    of_voltage = voltage_rms(model.sensors) / math.sqrt(rows)
+    of_voltage = voltage_rms(measured.sensors) / math.sqrt(rows)
     of_angle = back_emf * measured.angle_noise * math.sqrt(2.0) * rate / rows
     away = np.abs(read.reshape(_PARTS, rows).mean(1) - given)
     return bool(np.all(away < _SURE * np.hypot(of_voltage, of_angle) + _OTHER * np.abs(given)))

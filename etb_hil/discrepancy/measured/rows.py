@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.measured.measurement import Measurement
-from etb_hil.plant.parameters import Model
 
 Float64 = NDArray[np.float64]
 Complex128 = NDArray[np.complex128]
@@ -66,13 +65,13 @@ def until_next(voltage: Float64, is_open: NDArray[np.bool_]) -> Float64:
     return np.where(is_open, 0.5 * (voltage + ahead), voltage)
 
 
-def open_bridge(measured: Measurement, model: Model) -> NDArray[np.bool_]:
+def open_bridge(measured: Measurement) -> NDArray[np.bool_]:
     """Return where (n) no current has flown for some time: with the bridge off its losses are none."""
     if measured.current is None:
         return np.zeros(len(measured), np.bool_)
     width = max(3, round(_OPEN_FOR * measured.rate))
     rms = np.sqrt(np.convolve(measured.current**2, np.full(width, 1.0 / width), "same"))
-    return rms < 2.0 * np.hypot(model.sensors.current_noise, model.sensors.current_step)
+    return rms < 2.0 * np.hypot(measured.sensors.current_noise, measured.sensors.current_step)
 
 
 def trembling(angle: Float64, rate: float) -> float:

@@ -7,34 +7,59 @@ from dataclasses import replace
 import numpy as np
 
 from etb_hil.discrepancy.measured.measurement import Float64, Measurement
+from etb_hil.discrepancy.measured.sheet import voltage_rms
 
 _ENOUGH = 2000.0  # Hz: what more rows would show is noise
+_PLENTY = 5000.0  # Hz: a voltage that changes within such a row is near enough to its mean
+_JUMPS = 10.0  # times the voltmeter's noise
+_FEWEST = 100  # jumps that show a step
+_IN_STEP = 0.98  # of them
 
 
 def thinned(measured: Measurement) -> Measurement:
     """Return every so many rows; a voltage, or a drive's force, is its mean until the next row that is kept.
 
-    A row is good where all are that its voltage is the mean of.
+    Rows are kept in step with the commands, so that a voltage is held from one to the next as it was: what a current
+    does after a step within a row, no mean tells. A row is good where all are that its voltage is the mean of.
     """
-    every = int(measured.rate / _ENOUGH + 1e-6)
-    if every <= 1:
+    if measured.is_thinned:
         return measured
-    whole = len(measured) // every * every
+    first, every = _step(measured)
+    if every <= 1:
+        return replace(measured, is_thinned=True)
+    whole = first + (len(measured) - first) // every * every
 
     def kept(values: Float64 | None) -> Float64 | None:
-        return None if values is None else values[:whole:every]
+        return None if values is None else values[first:whole:every]
 
-    voltage = measured.voltage[:whole].reshape(-1, every).mean(axis=1)
+    voltage = measured.voltage[first:whole].reshape(-1, every).mean(axis=1)
     return replace(
         measured,
         rate=measured.rate / every,
+        start_s=measured.start_s + first * measured.dt,
         voltage=voltage,
-        angle=measured.angle[:whole:every],
+        angle=measured.angle[first:whole:every],
         current=voltage if measured.is_drive else kept(measured.current),
         plate=kept(measured.plate),
-        temperature=measured.temperature[:whole:every],
+        temperature=measured.temperature[first:whole:every],
         supply=kept(measured.supply),
-        is_good=np.all(measured.is_good[:whole].reshape(-1, every), axis=1),
+        is_good=np.all(measured.is_good[first:whole].reshape(-1, every), axis=1),
         encoder=kept(measured.encoder),
         added=kept(measured.added),
+        is_thinned=True,
     )
+
+
+def _step(measured: Measurement) -> tuple[int, int]:
+    """Return the first row that is kept, and from how many rows one is."""
+    most = int(measured.rate / _ENOUGH + 1e-6)
+    if most <= 1 or measured.is_drive:
+        return 0, most
+    rows = np.flatnonzero(np.abs(np.diff(measured.voltage)) > _JUMPS * voltage_rms(measured.sensors)) + 1
+    if len(rows) < _FEWEST:
+        return 0, most
+    for every in range(most, 1, -1):
+        jumps = np.bincount(rows % every, minlength=every)
+        if jumps.max() > _IN_STEP * len(rows):
+            return int(jumps.argmax()), every
+    return 0, int(measured.rate / _PLENTY + 1e-6)

@@ -57,7 +57,7 @@ def _must_be_in_its_unit(origin: str, volts: float, amperes: float, resistance: 
 
 def _must_be_within_its_range(m: Measurement, current: Float64, model: Model) -> None:
     """Refuse a current that stays at its greatest or least value while the voltage drives more through the winding."""
-    v, sensors = model.values, model.sensors
+    v, sensors = model.values, m.sensors
     driven = (m.voltage - v.back_emf * np.gradient(m.angle) * m.rate) / v.resistance
     least = _NOISE * float(np.hypot(sensors.current_noise, sensors.current_step))
     for sign in (1.0, -1.0):

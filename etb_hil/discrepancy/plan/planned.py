@@ -75,7 +75,7 @@ def recorded(plan: Plan, model: Model, like: Balances, p: Vector, seed: int = 7)
         supply=None,
         is_good=np.ones(len(rows), np.bool_),
     )
-    return Balances(rerun(Balances(ideal, model), model, p, seed), model)
+    return Balances(rerun(Balances(ideal, model), p, seed), model)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

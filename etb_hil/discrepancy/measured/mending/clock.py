@@ -1,0 +1,56 @@
+"""Rows that were read evenly and stamped unevenly: a host's clock that the motion does not follow."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float64 = NDArray[np.float64]
+Int64 = NDArray[np.int64]
+
+_EVEN = 0.05  # of a row, by which the stamps of even rows may be off
+_FEWEST = 200  # rows
+_AROUND = 25  # rows that a host does not delay by half a row more than all others: one was lost
+_HALF = 0.5  # of what the stamps say of the motion: with less they are not its times
+_SURE = 4.0  # standard errors
+
+
+def even_times(time_ns: Int64, angle: Float64) -> tuple[Int64, list[str]]:
+    """Return the times (n) in ns at which rows were read, and in words why, where that is not as they are stamped.
+
+    `angle` (n) in any unit, NaN where it is missing. A row that was read late has moved on by then. Where the angle's
+    bends from row to row know nothing of those of the stamps, the rows were even, and the scatter is a host's own.
+    """
+    if len(time_ns) < _FEWEST:
+        return time_ns, []
+    rows, seconds = np.arange(len(time_ns)), (time_ns - time_ns[0]) * 1e-9
+    step, begin = np.polyfit(rows, seconds, 1)
+    off = seconds - (begin + step * rows)
+    scatter = float(np.sqrt(np.mean(off**2)))
+    if scatter < _EVEN * step or _lacks_rows(off, step):
+        return time_ns, []
+    share, error = _followed(off, angle, step)
+    if share + _SURE * error > _HALF:
+        return time_ns, []
+    what = f"time stamps scatter by {1e3 * scatter:.2g} ms (rms) about an even clock, and the motion does not"
+    return time_ns[0] + np.round(rows * step * 1e9).astype(np.int64), [f"{what}: rows were taken for even"]
+
+
+def _lacks_rows(off: Float64, step: float) -> bool:
+    """Return whether stamps are away from a straight line for longer than a host is late: a row is missing."""
+    middle = np.median(np.lib.stride_tricks.sliding_window_view(off, _AROUND), axis=1)
+    return bool(np.ptp(middle) > 0.5 * step)
+
+
+def _followed(off: Float64, angle: Float64, step: float) -> tuple[float, float]:
+    """Return which part of the stamps' scatter the motion has, and its standard error; all of it where none tells."""
+    bend = angle[1:-1] - 0.5 * (angle[:-2] + angle[2:])
+    late = off[1:-1] - 0.5 * (off[:-2] + off[2:])
+    asked = (angle[2:] - angle[:-2]) / (2.0 * step) * late
+    known = np.isfinite(bend)
+    bend, asked = bend[known], asked[known]
+    size = float(asked @ asked)
+    if size == 0.0:
+        return 1.0, 0.0
+    share = float(asked @ bend) / size
+    return share, float(np.sqrt(np.mean((bend - share * asked) ** 2) / size))

@@ -1,0 +1,77 @@
+"""Whether the voltage of a record stands in the rows that it drove: a logger may write what it set a row too late."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy.measured.measurement import Float64, Measurement
+from etb_hil.discrepancy.measured.mending.regression import by_most_rows
+from etb_hil.discrepancy.measured.rows import open_bridge
+from etb_hil.discrepancy.measured.sheet import current_rms, voltage_rms
+
+_REACH = 3  # rows to either side
+_SHIFTS = np.arange(-_REACH, _REACH + 1)
+_WAYS = np.arange(-1, 2)  # rows from whose way the back-EMF may be
+_JUMPS = 10.0  # times the voltmeter's noise
+_FEWEST = 100  # rows with a jump about them, by the numbers that are fitted
+_FAR = 30.0  # times the current sensor's noise
+_ALONE = 0.8  # of what all voltages do: it is one row's
+_OTHERS = 0.25  # of it, that all others do at most, added up without their signs
+_WITH_IT = 0.5  # rows that the motion may be off the current
+
+
+def rows_late(measured: Measurement) -> int:
+    """Return by how many rows the voltage stands later than the current that answers it; 0 where none is sure.
+
+    At the end of a row a winding's current is linear in the current at its beginning, in the way and in the voltage of
+    that row alone. A current that is itself read late, or through a filter, answers the voltages of several rows, or
+    the motion is as late beside it.
+    """
+    m = measured
+    if m.current is None:
+        return 0
+    rows = _telling_rows(m, m.current)
+    if len(rows) < _FEWEST * len(_SHIFTS):
+        return 0
+    columns = [m.voltage[rows + k] for k in _SHIFTS]
+    columns += [m.angle[rows + 1 + k] - m.angle[rows + k] for k in _WAYS]
+    asked = np.column_stack([*columns, m.current[rows], np.ones(len(rows))])
+    far = _FAR * current_rms(m.sensors)
+    # What a current that is hardly kept until the next row does, its noise hides: then the plain numbers are better.
+    fits = (by_most_rows(asked, m.current[rows + 1], far, noise).numbers for noise in (_noise(m), None))
+    return next((shift for fit in fits if (shift := _shift(fit)) is not None), 0)
+
+
+def _shift(numbers: Float64) -> int | None:
+    """Return the row whose voltage alone a current answers, by what a fit gives; None where it is not one row's."""
+    shares, ways = numbers[: len(_SHIFTS)], numbers[len(_SHIFTS) : -2]
+    shares = shares / shares.sum()
+    best = int(np.argmax(shares))
+    others = float(np.abs(np.delete(shares, best)).sum())
+    is_one = shares[best] > _ALONE and others < _OTHERS * shares[best]
+    is_with_the_motion = abs(float(_WAYS @ ways)) < _WITH_IT * abs(float(ways.sum()))
+    return int(_SHIFTS[best]) if is_one and is_with_the_motion else None
+
+
+def _telling_rows(m: Measurement, current: Float64) -> NDArray[np.int64]:
+    """Return the rows (k) of a driven motor that have a step of the voltage about them, and no spike of the current."""
+    jumps = np.abs(np.diff(m.voltage, prepend=m.voltage[0])) > _JUMPS * voltage_rms(m.sensors)
+    beside = np.array([current[:-2], current[1:-1], current[2:]])
+    is_spike = np.abs(current[1:-1] - np.median(beside, axis=0)) > _FAR * current_rms(m.sensors)
+    is_driven = m.is_good & ~open_bridge(m) & ~np.pad(is_spike, 1)
+    near = np.convolve(jumps, np.ones(len(_SHIFTS)), "same") > 0.5
+    rows = np.flatnonzero(near & is_driven)
+    rows = rows[(rows >= _REACH) & (rows < len(m) - _REACH - 1)]
+    return rows[is_driven[rows + 1]]
+
+
+def _noise(m: Measurement) -> Float64:
+    """Return the covariance of the columns' noise: two neighbouring ways share the angle between them."""
+    voltages, ways = len(_SHIFTS), len(_WAYS)
+    found = np.zeros((voltages + ways + 2, voltages + ways + 2))
+    found[:voltages, :voltages] = np.eye(voltages) * voltage_rms(m.sensors) ** 2
+    of_angle = 2.0 * np.eye(ways) - np.eye(ways, k=1) - np.eye(ways, k=-1)
+    found[voltages:-2, voltages:-2] = of_angle * m.angle_noise**2
+    found[-2, -2] = current_rms(m.sensors) ** 2
+    return found

@@ -1,0 +1,70 @@
+"""What a record shows of its own sensors and rows, mended before anything is judged: none of it is the unit's."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.measured.mending.in_step import rows_late
+from etb_hil.discrepancy.measured.mending.noise import noise_seen
+from etb_hil.discrepancy.measured.mending.spikes import without_spikes
+from etb_hil.discrepancy.measured.mending.zero import voltmeters_zero
+from etb_hil.discrepancy.measured.sheet import plate_rms
+from etb_hil.plant.parameters import Model
+
+
+def mended(measured: Measurement, model: Model) -> Measurement:
+    """Return a throttle's measurement without what its sensors did to it, and say what that was in its flags."""
+    if measured.is_drive:
+        return measured
+    m = _with_its_noise(measured)
+    m = _in_step(m)  # a current that goes with another row's voltage would be no winding's
+    m = _without_spikes(m)
+    return _from_its_zero(m, model)
+
+
+def _without_spikes(m: Measurement) -> Measurement:
+    found = without_spikes(m)
+    if not found:
+        return m
+    columns: dict[str, Any] = {name: values for name, (values, _) in found.items()}
+    said = []
+    for name, (_, count) in found.items():
+        what = (
+            f"1 single value of {m.role(name)} jumps" if count == 1 else f"{count} single values of {m.role(name)} jump"
+        )
+        said.append(f"{what} away and back as nothing in a throttle does: what is expected there stands for them")
+    return replace(m, flags=(*m.flags, *said), **columns)
+
+
+def _with_its_noise(m: Measurement) -> Measurement:
+    sensors, said = noise_seen(m)
+    noise = plate_rms(sensors) if m.is_plates else m.angle_noise
+    return replace(m, sensors=sensors, angle_noise=noise, flags=(*m.flags, *said)) if said else m
+
+
+def _from_its_zero(m: Measurement, model: Model) -> Measurement:
+    zero = voltmeters_zero(m, model)
+    if zero == 0.0:
+        return m
+    said = f"motor_voltage is {1e3 * zero:.3g} mV where no current flows and nothing moves: taken from that zero"
+    return replace(m, voltage=m.voltage - zero, flags=(*m.flags, said))
+
+
+def _in_step(m: Measurement) -> Measurement:
+    late = rows_late(m)
+    if late == 0:
+        return m
+    voltage, is_good = m.voltage.copy(), m.is_good.copy()
+    if late > 0:
+        voltage[:-late] = m.voltage[late:]
+        is_good[-late:] = False
+    else:
+        voltage[-late:] = m.voltage[:late]
+        is_good[:-late] = False
+    row, way = "row" if abs(late) == 1 else "rows", "late" if late > 0 else "early"
+    answers = "before" if late > 0 else "after"
+    what = f"motor_voltage is {abs(late)} {row} ({1e3 * abs(late) * m.dt:.2g} ms) {way}"
+    said = f"{what}, for the current answers each of its steps as long {answers} it: it was put back in step"
+    return replace(m, voltage=voltage, is_good=is_good, flags=(*m.flags, said))

@@ -1,0 +1,60 @@
+"""Sensors that are noisier than their data sheet says, as they show it where nothing moves and nothing is commanded.
+
+What a true model leaves is the noise that its sensors have: taken for less, it would be a fault of the unit's.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.measured.sheet import current_rms, plate_rms, voltage_rms
+from etb_hil.plant.model_file import Sensors
+
+Float64 = NDArray[np.float64]
+
+_BLOCK = 0.05  # s
+_RESTS = 10.0  # times the angle's noise within a block that rests
+_CALMEST = 0.1  # of the blocks that rest
+_CALM = 1.5  # times the noise of those
+_LEAST = 0.5  # of what the data sheet says: less noise than that tells no calm from another
+_ENOUGH = 20  # calm blocks: a second
+_MORE = 1.1  # times the data sheet, from where it is not the sheet's any more
+
+
+def noise_seen(measured: Measurement) -> tuple[Sensors, list[str]]:
+    """Return the sensors with the noise that they show at rest where that is more than the data sheet's, and say so."""
+    m, sheet = measured, measured.sensors
+    rows = max(round(_BLOCK * m.rate), 8)
+    count = len(m) // rows
+    if not count:
+        return sheet, []
+    angle, is_good = m.angle[: count * rows].reshape(count, rows), m.is_good[: count * rows].reshape(count, rows)
+    rests = is_good.all(axis=1) & (np.ptp(angle, axis=1) <= _RESTS * m.angle_noise)
+    volts = _of_blocks(m.voltage, rows, count)
+    least = _LEAST * voltage_rms(sheet)
+    calm = rests & (volts <= _CALM * max(float(np.quantile(volts[rests], _CALMEST)) if rests.any() else 0.0, least))
+    if np.count_nonzero(calm) < _ENOUGH:
+        return sheet, []
+    found, said = {}, []
+    plate = m.angle if m.is_plates else m.plate
+    for key, role, unit, values, promised, step in (
+        ("voltage_noise", "motor_voltage", "V", m.voltage, voltage_rms(sheet), sheet.voltage_step),
+        ("current_noise", "motor_current", "A", m.current, current_rms(sheet), sheet.current_step),
+        ("plate_noise", "throttle_angle", "rad", plate, plate_rms(sheet), sheet.plate_range / 2**sheet.plate_bits),
+    ):
+        if values is None:
+            continue
+        seen = float(np.median(_of_blocks(values, rows, count)[calm]))  # in some a command is too small to be seen
+        if seen > _MORE * promised:
+            found[key] = float(np.sqrt(max(seen**2 - step**2 / 12.0, 0.0)))
+            more = f"{1e3 * seen:.3g} m{unit} rms at rest, where the model file's sensors have {1e3 * promised:.3g}"
+            said.append(f"{role} has a noise of {more}: it is weighed by what it has")
+    return sheet.model_copy(update=found), said
+
+
+def _of_blocks(values: Float64, rows: int, count: int) -> Float64:
+    """Return the noise (count) of a signal (n) within blocks of `rows`, rms, by second differences."""
+    blocks = values[: count * rows].reshape(count, rows)
+    return np.asarray(np.sqrt(np.mean(np.diff(blocks, 2, axis=1) ** 2, axis=1) / 6.0))

@@ -1,0 +1,78 @@
+"""Single values that a disturbance made: a signal that jumps away and back in one row as nothing in a throttle does."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.measured.mending.regression import by_most_rows
+from etb_hil.discrepancy.measured.sheet import current_rms, plate_rms
+
+Float64 = NDArray[np.float64]
+Int64 = NDArray[np.int64]
+
+_FAR = 30.0  # times the sensor's noise
+_BESIDE = 0.2  # of an angle's jump, within which the rows before and after it agree
+_KEPT = 0.3  # of what a winding keeps of a current until the next row
+
+
+def without_spikes(measured: Measurement) -> dict[str, tuple[Float64, int]]:
+    """Return by name the signals (n) that have spikes, without these, and how many there were.
+
+    An angle's are isolated. Commands may drive a current away and back, too: its spikes are what its winding does not
+    do. The voltage may be commanded so, and is not looked at.
+    """
+    m = measured
+    encoder = "angle" if m.encoder is None else "encoder"
+    noise = {"plate": plate_rms(m.sensors), encoder: m.angle_noise}
+    found: dict[str, tuple[Float64, int]] = {}
+    for name, rms in noise.items() if not m.is_plates else [("angle", m.angle_noise)]:
+        values = getattr(m, name)
+        rows = np.zeros(0, np.int64) if values is None else _alone(values, _FAR * rms)
+        if len(rows):
+            found[name] = _filled(values, rows, 0.5 * (values[rows - 1] + values[rows + 1])), len(rows)
+    if m.current is not None:
+        rows, instead = _of_no_winding(m, m.current)
+        if len(rows):
+            found["current"] = _filled(m.current, rows, instead), len(rows)
+    return found
+
+
+def _alone(values: Float64, least: float) -> Int64:
+    """Return the rows (k) that are farther than `least` from where the motion before and the one after them lead."""
+    second, before, own, after, last = (values[k : len(values) - 4 + k] for k in range(5))
+    ahead, back = 2.0 * before - second, 2.0 * after - last
+    away = np.minimum(np.abs(own - ahead), np.abs(own - back))
+    moves = np.maximum(np.abs(before - second), np.abs(last - after))  # a plate bounces off its stop by as much
+    is_alone = np.abs(ahead - back) < _BESIDE * away
+    return np.flatnonzero(is_alone & (away > least + moves)) + 2
+
+
+def _of_no_winding(m: Measurement, current: Float64) -> tuple[Int64, Float64]:
+    """Return the rows (k) whose current is one that a winding has neither before nor after it, and what it has there.
+
+    At the end of a row a winding's current is linear in the current at its beginning, in the way and in the voltage,
+    of that row or, where the current is read late, of the one before.
+    """
+    drives = np.column_stack([_both(m.voltage[:-1]), _both(np.diff(m.angle)), np.ones(len(current) - 1)])
+    columns = np.column_stack([current[:-1], drives])
+    found, least = by_most_rows(columns, current[1:], _FAR * current_rms(m.sensors))
+    should = columns[:-1] @ found
+    after = found[0] * should + drives[1:] @ found[1:]  # of a current that was as it should be
+    away = np.abs(current[1:-1] - should)
+    # Had the current been there, the next row would have what a winding keeps of it.
+    was_not_there = np.abs(current[2:] - after) < _KEPT * abs(found[0]) * away
+    rows = np.flatnonzero((away > least) & was_not_there)
+    return rows + 1, should[rows]
+
+
+def _both(values: Float64) -> Float64:
+    """Return values (n, 2) beside those of the row before."""
+    return np.column_stack([values, np.concatenate([values[:1], values[:-1]])])
+
+
+def _filled(values: Float64, rows: Int64, instead: Float64) -> Float64:
+    found = values.copy()
+    found[rows] = instead
+    return found

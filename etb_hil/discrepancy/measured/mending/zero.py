@@ -1,0 +1,45 @@
+"""The zero of a voltmeter, as it shows where the voltage is none."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.measured.rows import open_bridge
+from etb_hil.discrepancy.measured.sheet import voltage_rms
+from etb_hil.plant.parameters import Model
+
+_BLOCK = 0.05  # s
+_RESTS = 10.0  # times the angle's noise within a block that rests
+_ENOUGH = 5  # blocks: a quarter of a second
+_SURE = 6.0  # times its standard error
+_TELLING = 0.1  # of the voltmeter's noise; less is nothing to any balance
+_FLOWS = 0.5  # of the current that such a voltage would drive: with as much it is one
+
+
+def voltmeters_zero(measured: Measurement, model: Model) -> float:
+    """Return what a voltmeter reads, in V, where nothing moves and no current flows; 0 where that is not seen.
+
+    Of a motor at rest a zero current's voltage is zero, whether its bridge is off or commands nothing. The median over
+    blocks is asked, for a few of them may be of a command that is too small to move anything.
+    """
+    m = measured
+    if m.current is None:
+        return 0.0
+    rows = max(round(_BLOCK * m.rate), 8)
+    count = len(m) // rows
+    angle, voltage, current = (
+        values[: count * rows].reshape(count, rows) for values in (m.angle, m.voltage, m.current)
+    )
+    is_open = (m.is_good & open_bridge(m))[: count * rows].reshape(count, rows)
+    rests = is_open.all(axis=1) & (np.ptp(angle, axis=1) <= _RESTS * m.angle_noise)
+    if np.count_nonzero(rests) < _ENOUGH:
+        return 0.0
+    volts = voltage[rests].mean(axis=1)
+    zero = float(np.median(volts))
+    noise = max(voltage_rms(m.sensors) / np.sqrt(rows), float(np.median(np.abs(volts - zero))))
+    drives = zero / model.values.resistance
+    flows = float(np.median(current[rests].mean(axis=1)))
+    is_driven = abs(flows) > _FLOWS * abs(drives) and flows * drives > 0.0
+    is_sure = abs(zero) > max(_SURE * noise / np.sqrt(len(volts)), _TELLING * voltage_rms(m.sensors))
+    return zero if is_sure and not is_driven else 0.0

@@ -1,0 +1,186 @@
+"""What a bench does to a record is found in the record alone, said, mended, and no fault of the unit's."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from explain_cases import HiddenCase, hidden_case, recording_of
+
+from etb_hil.discrepancy.answer.too_little import too_little_to_accuse
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.measured.stretches import measurements_of
+from etb_hil.discrepancy.search.naming import search
+
+SEED = 217000
+SECONDS = 20.0
+
+
+@pytest.fixture(scope="module")
+def healthy():
+    return hidden_case(SEED, seconds=SECONDS)
+
+
+def _measured(hidden, **columns):
+    """The one stretch of a hidden case with some columns of its table replaced."""
+    case = replace(hidden.case, table={**hidden.case.table, **columns})
+    (measured,) = measurements_of(recording_of(case), hidden.model)
+    return measured
+
+
+def _seen_by(hidden, **sensors):
+    """The same unit and motion through other sensors than the model file's."""
+    case = hidden.case
+    return _measured(hidden, **case.rig.record(case.effects, replace(case.sensors, **sensors)))
+
+
+def _moved(values, rows):
+    """Values that stand some rows later."""
+    return np.roll(values, rows)
+
+
+@pytest.mark.parametrize("rate", [800, 1000, 2000, 5000])
+def test_a_healthy_record_stays_as_it_is(rate):
+    hidden = hidden_case(SEED + 1, rate=rate, seconds=SECONDS)
+    measured = _measured(hidden)
+    assert measured.flags == ()
+    assert measured.sensors is hidden.model.sensors
+    np.testing.assert_array_equal(measured.voltage, hidden.case.table["motor_voltage"])
+    np.testing.assert_array_equal(measured.current, hidden.case.table["motor_current"])
+
+
+@pytest.mark.parametrize(
+    "effect",
+    ["current_sensor_offset", "current_sensor_gain", "measurement_delay", "supply_ripple", "hbridge_dead_time",
+     "sensor_hysteresis", "angle_sensor_eccentricity", "cogging_torque"],
+)  # fmt: skip
+def test_a_cause_of_the_catalogue_is_not_mended(effect):
+    assert _measured(hidden_case(SEED + 2, (effect,), seconds=SECONDS)).flags == ()
+
+
+def test_a_currents_spikes_are_found_at_rest_in_motion_and_where_the_voltage_steps(healthy):
+    table = healthy.case.table
+    steps = np.flatnonzero(np.abs(np.diff(table["motor_voltage"])) > 5.0)[[5, 15, 25]] + 1
+    rows = np.concatenate([[1000, 9000, 17000, 25000], steps])
+    current = table["motor_current"].copy()
+    current[rows] += 5.0 * (-1.0) ** np.arange(len(rows))
+    measured = _measured(healthy, motor_current=current)
+    assert measured.flags[0].startswith("7 single values of motor_current jump away and back")
+    np.testing.assert_allclose(measured.current, table["motor_current"], atol=0.1)
+    np.testing.assert_array_equal(np.delete(measured.current, rows), np.delete(table["motor_current"], rows))
+
+
+@pytest.mark.parametrize(("role", "size"), [("motor_angle", 0.5), ("throttle_angle", 0.03)])
+def test_an_angles_spike_is_found(healthy, role, size):
+    angle = healthy.case.table[role].copy()
+    angle[12345] += size
+    measured = _measured(healthy, **{role: angle})
+    assert measured.flags[0].startswith(f"1 single value of {role} jumps away and back")
+    plate = measured.angle if role == "motor_angle" else measured.plate
+    asked = _measured(healthy)
+    np.testing.assert_allclose(plate, asked.angle if role == "motor_angle" else asked.plate, atol=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("sensor", "role", "noise"),
+    [("voltage_noise", "motor_voltage", 0.05), ("current_noise", "motor_current", 0.012),
+     ("plate_noise", "throttle_angle", 5e-4)],
+)  # fmt: skip
+def test_a_sensor_that_is_noisier_than_its_data_sheet_is_weighed_by_its_own_noise(healthy, sensor, role, noise):
+    measured = _seen_by(healthy, **{sensor: noise})
+    assert getattr(measured.sensors, sensor) == pytest.approx(noise, rel=0.05)
+    assert [flag.split()[0] for flag in measured.flags] == [role]
+    assert "rms at rest, where the model file's sensors have" in measured.flags[0]
+
+
+def test_where_nothing_rests_the_data_sheet_counts():
+    hidden = hidden_case(SEED, excitation="slow_sweep", seconds=SECONDS)
+    measured = _seen_by(hidden, current_noise=0.02)
+    assert measured.sensors is hidden.model.sensors
+
+
+@pytest.mark.parametrize("zero", [0.03, -0.015])
+def test_a_voltmeters_zero_is_seen_with_the_bridge_off(healthy, zero):
+    measured = _measured(healthy, motor_voltage=healthy.case.table["motor_voltage"] + zero)
+    assert np.mean(measured.voltage - healthy.case.table["motor_voltage"]) == pytest.approx(0.0, abs=2e-3)
+    assert measured.flags[0].endswith("mV where no current flows and nothing moves: taken from that zero")
+
+
+def test_a_small_voltage_that_drives_its_current_is_no_zero(healthy):
+    table, resistance = healthy.case.table, healthy.model.values.resistance
+    shift = {
+        "motor_voltage": table["motor_voltage"] + 4e-3 * resistance,
+        "motor_current": table["motor_current"] + 4e-3,
+    }
+    np.testing.assert_array_equal(_measured(healthy, **shift).voltage, shift["motor_voltage"])
+
+
+@pytest.mark.parametrize("rate", [1000, 2000])
+@pytest.mark.parametrize(("late", "said"), [(1, "1 row"), (-1, "1 row"), (2, "2 rows"), (-2, "2 rows")])
+def test_a_voltage_that_stands_in_another_row_is_put_back(rate, late, said):
+    hidden = hidden_case(SEED + 3, rate=rate, seconds=SECONDS)
+    voltage = hidden.case.table["motor_voltage"]
+    measured = _measured(hidden, motor_voltage=_moved(voltage, late))
+    np.testing.assert_array_equal(measured.voltage[5:-5], voltage[5:-5])
+    assert measured.flags[0].startswith(f"motor_voltage is {said} ({1e3 * abs(late) / rate:.2g} ms)")
+    assert ("late" if late > 0 else "early") in measured.flags[0]
+
+
+def test_without_a_current_no_row_is_moved(healthy):
+    table = {role: values for role, values in healthy.case.table.items() if role != "motor_current"}
+    table["motor_voltage"] = _moved(table["motor_voltage"], 1)
+    (measured,) = measurements_of(recording_of(replace(healthy.case, table=table)), healthy.model)
+    np.testing.assert_array_equal(measured.voltage, table["motor_voltage"])
+
+
+@pytest.mark.parametrize("rate", [1000, 2000])
+def test_a_hosts_stamps_are_not_the_times_of_rows_that_the_motion_has_even(rate):
+    hidden = hidden_case(SEED + 4, rate=rate, seconds=SECONDS)
+    time = hidden.case.table["time"]
+    late = np.maximum.accumulate(time + np.random.default_rng(1).exponential(1e-4, len(time)))
+    measured = _measured(hidden, time=late + 1e-9 * np.arange(len(time)))
+    assert measured.flags[0].startswith("time stamps scatter by 0.1 ms (rms) about an even clock")
+    assert measured.rate == pytest.approx(rate, rel=1e-5)
+    np.testing.assert_array_equal(measured.current, hidden.case.table["motor_current"])
+
+
+def _stamped(healthy, seed=2):
+    """Rows that were read at scattered times, and stamped so: the table's columns at those times."""
+    table = healthy.case.table
+    time = np.sort(table["time"] + np.random.default_rng(seed).normal(0.0, 1e-4, len(table["time"])))
+    return {**{role: np.interp(time, table["time"], values) for role, values in table.items()}, "time": time}
+
+
+def test_stamps_that_the_motion_follows_are_its_times(healthy):
+    measured = _measured(healthy, **_stamped(healthy))
+    assert not [flag for flag in measured.flags if flag.startswith("time stamps")]
+    both = min(len(measured), len(healthy.case.table["time"])) - 5
+    angle = np.interp(
+        measured.start_s + np.arange(both) * measured.dt, healthy.case.table["time"], _measured(healthy).angle
+    )
+    assert np.sqrt(np.mean((measured.angle[:both] - angle) ** 2)) < 2e-5
+
+
+def test_a_row_that_was_lost_stays_lost(healthy):
+    kept = np.arange(len(healthy.case.table["time"])) != 20_000
+    rng = np.random.default_rng(3)
+    table = {role: values[kept] for role, values in healthy.case.table.items()}
+    table["time"] = np.sort(table["time"] + rng.normal(0.0, 1e-4, len(table["time"])))
+    assert not [flag for flag in _measured(healthy, **table).flags if flag.startswith("time stamps")]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [SEED + 5, SEED + 6])
+def test_a_healthy_unit_on_a_bench_with_all_of_it_is_not_accused(seed):
+    """Twice the noise, spikes, a voltmeter's zero, its rows late, and a host's stamps."""
+    hidden = hidden_case(seed)
+    case, rng = hidden.case, np.random.default_rng(seed)
+    noisy = {"current_noise": 0.01, "voltage_noise": 0.04, "plate_noise": float(np.radians(0.02))}
+    table = case.rig.record(case.effects, replace(case.sensors, **noisy))
+    table["motor_current"][rng.integers(100, len(table["time"]) - 100, 10)] += 5.0
+    table["motor_voltage"] = _moved(table["motor_voltage"] + 0.02, 1)
+    table["time"] = np.maximum.accumulate(table["time"] + rng.exponential(1e-4, len(table["time"])))
+    bench = HiddenCase(recording_of(replace(case, table=table)), hidden.model, case)
+    stretches = measurements_of(bench.recording, bench.model)
+    findings = search(bench.model, [Balances(m, bench.model) for m in stretches])
+    assert findings.verdict == "adequate"
+    assert not too_little_to_accuse(findings, stretches)
