@@ -20,7 +20,7 @@ EFFECT = Effect(
         strength("drift", "A/K", -0.02, 0.02, (0.0005,), "Hall sensors drift"),
     ),
     looks_like="a constant current is there with the bridge off",
-    check="zero with the bridge off",
+    check="zero of the current and of the voltage with the bridge off: a voltmeter's does the same",
     look_alikes=("friction_asymmetry", "spring_preload_shift"),
     separated_by="zero of the current with the bridge off",
     source="Hall sensor data sheets",

@@ -36,7 +36,9 @@ def rows_late(measured: Measurement) -> int:
         return 0
     columns = [m.voltage[rows + k] for k in _SHIFTS]
     columns += [m.angle[rows + 1 + k] - m.angle[rows + k] for k in _WAYS]
-    asked = np.column_stack([*columns, m.current[rows], np.ones(len(rows))])
+    current = m.current[rows]
+    # Brushes and a bridge's dead time take a voltage by the current's sign.
+    asked = np.column_stack([*columns, current, np.sign(current), np.ones(len(rows))])
     far = _FAR * current_rms(m.sensors)
     # What a current that is hardly kept until the next row does, its noise hides: then the plain numbers are better.
     fits = (by_most_rows(asked, m.current[rows + 1], far, noise).numbers for noise in (_noise(m), None))
@@ -45,7 +47,7 @@ def rows_late(measured: Measurement) -> int:
 
 def _shift(numbers: Float64) -> int | None:
     """Return the row whose voltage alone a current answers, by what a fit gives; None where it is not one row's."""
-    shares, ways = numbers[: len(_SHIFTS)], numbers[len(_SHIFTS) : -2]
+    shares, ways = numbers[: len(_SHIFTS)], numbers[len(_SHIFTS) :][: len(_WAYS)]
     shares = shares / shares.sum()
     best = int(np.argmax(shares))
     others = float(np.abs(np.delete(shares, best)).sum())
@@ -69,9 +71,9 @@ def _telling_rows(m: Measurement, current: Float64) -> NDArray[np.int64]:
 def _noise(m: Measurement) -> Float64:
     """Return the covariance of the columns' noise: two neighbouring ways share the angle between them."""
     voltages, ways = len(_SHIFTS), len(_WAYS)
-    found = np.zeros((voltages + ways + 2, voltages + ways + 2))
+    found = np.zeros((voltages + ways + 3, voltages + ways + 3))
     found[:voltages, :voltages] = np.eye(voltages) * voltage_rms(m.sensors) ** 2
     of_angle = 2.0 * np.eye(ways) - np.eye(ways, k=1) - np.eye(ways, k=-1)
-    found[voltages:-2, voltages:-2] = of_angle * m.angle_noise**2
-    found[-2, -2] = current_rms(m.sensors) ** 2
+    found[voltages:-3, voltages:-3] = of_angle * m.angle_noise**2
+    found[-3, -3] = current_rms(m.sensors) ** 2
     return found

@@ -6,11 +6,12 @@ import numpy as np
 
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.rows import open_bridge
-from etb_hil.discrepancy.measured.sheet import voltage_rms
+from etb_hil.discrepancy.measured.sheet import current_rms, voltage_rms
 from etb_hil.plant.parameters import Model
 
 _BLOCK = 0.05  # s
 _RESTS = 10.0  # times the angle's noise within a block that rests
+_NONE = 0.5  # of the current sensor's noise, up to which a block's mean is no current
 _ENOUGH = 5  # blocks: a quarter of a second
 _SURE = 6.0  # times its standard error
 _TELLING = 0.1  # of the voltmeter's noise; less is nothing to any balance
@@ -32,7 +33,8 @@ def voltmeters_zero(measured: Measurement, model: Model) -> float:
         values[: count * rows].reshape(count, rows) for values in (m.angle, m.voltage, m.current)
     )
     is_open = (m.is_good & open_bridge(m))[: count * rows].reshape(count, rows)
-    rests = is_open.all(axis=1) & (np.ptp(angle, axis=1) <= _RESTS * m.angle_noise)
+    is_none = np.abs(current.mean(axis=1)) < _NONE * current_rms(m.sensors)
+    rests = is_open.all(axis=1) & is_none & (np.ptp(angle, axis=1) <= _RESTS * m.angle_noise)
     if np.count_nonzero(rests) < _ENOUGH:
         return 0.0
     volts = voltage[rests].mean(axis=1)
