@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from explain_cases import HiddenCase, hidden_case, recording_of
 
+from etb_hil.base.errors import InputError
 from etb_hil.discrepancy.answer.too_little import too_little_to_accuse
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.stretches import measurements_of
@@ -166,6 +167,13 @@ def test_a_row_that_was_lost_stays_lost(healthy):
     table = {role: values[kept] for role, values in healthy.case.table.items()}
     table["time"] = np.sort(table["time"] + rng.normal(0.0, 1e-4, len(table["time"])))
     assert not [flag for flag in _measured(healthy, **table).flags if flag.startswith("time stamps")]
+
+
+@pytest.mark.parametrize("every", [2000, 13000])
+def test_rows_that_are_too_slow_are_refused_as_they_are(healthy, every):
+    table = {role: values[::every] for role, values in healthy.case.table.items()}
+    with pytest.raises(InputError, match="is sampled too slowly"):
+        measurements_of(recording_of(replace(healthy.case, table=table)), healthy.model)
 
 
 @pytest.mark.slow

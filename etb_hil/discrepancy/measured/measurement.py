@@ -11,6 +11,8 @@ from etb_hil.plant.model_file import Sensors
 
 Float64 = NDArray[np.float64]
 
+SLOWEST = 200.0  # Hz of sampling; below it the balances see too little of friction
+
 
 @dataclass(frozen=True, slots=True)
 class Measurement:
@@ -53,7 +55,7 @@ class Measurement:
         """Return what a signal of the motor or the plate is called in a record."""
         if name == "current":
             return "motor_current"
-        return "throttle_angle" if name == "plate" or (name == "angle" and self.is_plates) else "motor_angle"
+        return "throttle_angle" if name == "plate" or self.is_plates else "motor_angle"
 
     @property
     def dt(self) -> float:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.discrepancy.measured.angles import Angles
-from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.measured.measurement import SLOWEST, Measurement
 from etb_hil.discrepancy.measured.mending.clock import even_times
 from etb_hil.discrepancy.measured.mending.mended import mended
 from etb_hil.discrepancy.measured.remarks import SLOW, filled_in, left_out
@@ -31,7 +31,6 @@ DRIVES = (
 )
 _DRIVEN_BY = ("motor_voltage", "motor_duty", "drive_force", "drive_torque")
 _MOVES = ("motor_angle", "throttle_angle", "linear_position", "drive_angle")
-SLOWEST = 200.0  # Hz of sampling; below it the balances see too little of friction
 
 
 def drive_roles(recording: Recording, *, is_linear: bool) -> tuple[str, ...]:

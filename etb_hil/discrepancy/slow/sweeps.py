@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Problem
-from etb_hil.discrepancy.measured.stretches import SLOWEST
+from etb_hil.discrepancy.measured.measurement import SLOWEST
 from etb_hil.plant.extended import advance_extended, new_extended_state
 from etb_hil.plant.integrator import THETA, TICK_NS
 from etb_hil.plant.parameters import Model

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.measured.measurement import SLOWEST, Measurement
 from etb_hil.discrepancy.measured.mending.in_step import rows_late
 from etb_hil.discrepancy.measured.mending.noise import noise_seen
 from etb_hil.discrepancy.measured.mending.spikes import without_spikes
@@ -16,7 +16,7 @@ from etb_hil.plant.parameters import Model
 
 def mended(measured: Measurement, model: Model) -> Measurement:
     """Return a throttle's measurement without what its sensors did to it, and say what that was in its flags."""
-    if measured.is_drive:
+    if measured.is_drive or measured.rate < SLOWEST:
         return measured
     m = _with_its_noise(measured)
     m = _in_step(m)  # a current that goes with another row's voltage would be no winding's

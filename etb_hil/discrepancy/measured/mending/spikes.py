@@ -24,13 +24,10 @@ def without_spikes(measured: Measurement) -> dict[str, tuple[Float64, int]]:
     do. The voltage may be commanded so, and is not looked at.
     """
     m = measured
-    encoder = "angle" if m.encoder is None else "encoder"
-    noise = {"plate": plate_rms(m.sensors), encoder: m.angle_noise}
     found: dict[str, tuple[Float64, int]] = {}
-    for name, rms in noise.items() if not m.is_plates else [("angle", m.angle_noise)]:
-        values = getattr(m, name)
+    for name, values, rms in (("angle", m.angle, m.angle_noise), ("plate", m.plate, plate_rms(m.sensors))):
         rows = np.zeros(0, np.int64) if values is None else _alone(values, _FAR * rms)
-        if len(rows):
+        if values is not None and len(rows):
             found[name] = _filled(values, rows, 0.5 * (values[rows - 1] + values[rows + 1])), len(rows)
     if m.current is not None:
         rows, instead = _of_no_winding(m, m.current)
