@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from explain_cases import HiddenCase, hidden_case, recording_of
+from explain_cases import hidden_case, recording_of
 
 from etb_hil.base.errors import InputError
 from etb_hil.discrepancy.answer.too_little import too_little_to_accuse
@@ -179,16 +179,19 @@ def test_rows_that_are_too_slow_are_refused_as_they_are(healthy, every):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [SEED + 5, SEED + 6])
 def test_a_healthy_unit_on_a_bench_with_all_of_it_is_not_accused(seed):
-    """Twice the noise, spikes, a voltmeter's zero, its rows late, and a host's stamps."""
-    hidden = hidden_case(seed)
-    case, rng = hidden.case, np.random.default_rng(seed)
-    noisy = {"current_noise": 0.01, "voltage_noise": 0.04, "plate_noise": float(np.radians(0.02))}
-    table = case.rig.record(case.effects, replace(case.sensors, **noisy))
-    table["motor_current"][rng.integers(100, len(table["time"]) - 100, 10)] += 5.0
-    table["motor_voltage"] = _moved(table["motor_voltage"] + 0.02, 1)
-    table["time"] = np.maximum.accumulate(table["time"] + rng.exponential(1e-4, len(table["time"])))
-    bench = HiddenCase(recording_of(replace(case, table=table)), hidden.model, case)
-    stretches = measurements_of(bench.recording, bench.model)
-    findings = search(bench.model, [Balances(m, bench.model) for m in stretches])
+    hidden = hidden_case(seed, view="rough_bench")
+    stretches = measurements_of(hidden.recording, hidden.model)
+    assert len(stretches[0].flags) == 7
+    findings = search(hidden.model, [Balances(m, hidden.model) for m in stretches])
     assert findings.verdict == "adequate"
     assert not too_little_to_accuse(findings, stretches)
+
+
+@pytest.mark.slow
+def test_a_strong_effect_on_such_a_bench_is_named():
+    hidden = hidden_case(SEED + 7, ("cogging_torque",), view="rough_bench")
+    findings = search(
+        hidden.model, [Balances(m, hidden.model) for m in measurements_of(hidden.recording, hidden.model)]
+    )
+    assert findings.verdict == "explained"
+    assert [found.winner.id for found in findings.accepted] == ["cogging_torque"]

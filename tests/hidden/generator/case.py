@@ -7,6 +7,7 @@ import numpy as np
 from generator import layout as at
 from generator.recipes import PARAMETER_LIKE, RECIPES, look_alike
 from generator.rig import Rig, no_effects, set_up
+from generator.rough_bench import as_logged, rough
 from generator.sensors import Sensors
 from generator.size import OutOfReachError, bring_to_size, ratios
 from generator.wrong_parameter import PARAMETERS, misjudge
@@ -14,7 +15,8 @@ from generator.wrong_parameter import PARAMETERS, misjudge
 # By view, what is not measured, and the counts of an encoder that has fewer than the rig's.
 MISSING = {"plate_only": "motor_angle", "no_current": "motor_current", "encoder_only": "throttle_angle"}
 COUNTS = {"coarse_encoder": 64, "fair_encoder": 1024, "encoder_only": 256}
-VIEWS = ("full", *sorted({*MISSING, *COUNTS}))
+ROUGH = "rough_bench"  # everything is measured, badly
+VIEWS = ("full", ROUGH, *sorted({*MISSING, *COUNTS}))
 _DRAWS = 12
 
 
@@ -77,7 +79,7 @@ def _drawn(number, seed, names, level, excitation, seconds, rate, view, form):
         hidden.append(_entry(name, row, level, sizes))
     residuals = rig.residuals(effects)
     sensors = replace(rig.sensors, motor_counts=COUNTS.get(view, rig.sensors.motor_counts))
-    table = rig.record(effects, sensors)
+    table = as_logged(rig.record(effects, rough(sensors)), seed) if view == ROUGH else rig.record(effects, sensors)
     if view in MISSING:
         del table[MISSING[view]]
     about = {
