@@ -91,6 +91,16 @@ def test_views_take_a_sensor_away_or_make_it_coarse(view, missing, counts):
         assert np.abs(steps - np.round(steps)).max() < 1e-6
 
 
+def test_a_rough_bench_logs_the_same_motion_badly():
+    good, rough = make_case(6, seconds=5.0), make_case(6, seconds=5.0, view="rough_bench")
+    assert rough.sensors == good.sensors  # the data sheet knows of nothing
+    np.testing.assert_array_equal(rough.table["motor_angle"], good.table["motor_angle"])
+    assert np.count_nonzero(np.abs(rough.table["motor_current"] - good.table["motor_current"]) > 2.0) == 10
+    assert np.mean(rough.table["time"] - good.table["time"]) == pytest.approx(1e-4, rel=0.1)
+    late = rough.table["motor_voltage"][1:] - good.table["motor_voltage"][:-1]
+    assert np.median(late) == pytest.approx(0.02, abs=2e-3)
+
+
 @pytest.mark.parametrize("form", [0.0, 1.0, 2.0])
 def test_play_lags_by_half_its_width_and_forgets_nothing(form):
     up = np.linspace(0.0, 1.0, 500)
