@@ -1,4 +1,4 @@
-"""Single values that a disturbance made: a signal that jumps away and back in one row as nothing in a throttle does."""
+"""Values that a disturbance made: a signal that jumps away and back as nothing in a throttle does."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ Int64 = NDArray[np.int64]
 
 _FAR = 30.0  # times the sensor's noise
 _BESIDE = 0.2  # of an angle's jump, within which the rows before and after it agree
-_KEPT = 0.3  # of what a winding keeps of a current until the next row
+_KEPT = 0.3  # of what a winding keeps of a current until it is back
+_TRUSTED = 90.0  # times the sensor's noise: where more counts for near, rows miss commands, or are another's
+_LONGEST = 3  # rows of a spike of the current
 
 
 def without_spikes(measured: Measurement) -> dict[str, tuple[Float64, int]]:
@@ -53,15 +55,27 @@ def _of_no_winding(m: Measurement, current: Float64) -> tuple[Int64, Float64]:
     of that row or, where the current is read late, of the one before.
     """
     drives = np.column_stack([_both(m.voltage[:-1]), _both(np.diff(m.angle)), np.ones(len(current) - 1)])
-    columns = np.column_stack([current[:-1], drives])
-    found, least = by_most_rows(columns, current[1:], _FAR * current_rms(m.sensors))
-    should = columns[:-1] @ found
-    after = found[0] * should + drives[1:] @ found[1:]  # of a current that was as it should be
-    away = np.abs(current[1:-1] - should)
-    # Had the current been there, the next row would have what a winding keeps of it.
-    was_not_there = np.abs(current[2:] - after) < _KEPT * abs(found[0]) * away
-    rows = np.flatnonzero((away > least) & was_not_there)
-    return rows + 1, should[rows]
+    fitted = by_most_rows(np.column_stack([current[:-1], drives]), current[1:], _FAR * current_rms(m.sensors))
+    if fitted.far > _TRUSTED * current_rms(m.sensors):
+        return np.zeros(0, np.int64), np.zeros(0)
+    keeps, driven = float(fitted.numbers[0]), drives @ fitted.numbers[1:]
+    away = np.abs(current[1:] - keeps * current[:-1] - driven)
+    rows: list[int] = []
+    instead: list[float] = []
+    behind = 0
+    for start in (np.flatnonzero(away > fitted.far) + 1).tolist():
+        if start < behind:
+            continue
+        should = [keeps * current[start - 1] + driven[start - 1]]
+        for row in range(start + 1, min(start + _LONGEST + 1, len(current))):
+            should.append(keeps * should[-1] + driven[row - 1])
+            # Had the current been there, this row would have what a winding keeps of it.
+            if abs(current[row] - should[-1]) < _KEPT * abs(keeps) ** (row - start) * away[start - 1]:
+                rows += range(start, row)
+                instead += should[:-1]
+                behind = row + 1
+                break
+    return np.array(rows, np.int64), np.array(instead)
 
 
 def _both(values: Float64) -> Float64:
