@@ -32,7 +32,8 @@ class Sensitivities:
     """Residual of the balances per effect and per base parameter, noise-free, over the noise of each balance."""
 
     def __init__(self, rig, view="full", sensors=None):
-        rig = replace(rig, rate=min(rig.rate, 2000), sensors=sensors or rig.sensors)  # more rows would show noise
+        rate = min(rig.rate, 2000)  # more rows would show noise
+        rig = replace(rig, rate=rate, sensors=sensors or rig.sensors, _motion=None)
         self._view = view
         self._rig = replace(rig, sensors=QUIET)
         noisy = self._balances(rig.record(no_effects()), rig.parameters)

@@ -31,7 +31,9 @@ def _without_spikes(m: Measurement) -> Measurement:
     columns: dict[str, Any] = {name: values for name, (values, _) in found.items()}
     said = []
     for name, (_, count) in found.items():
-        what = f"1 value of {m.role(name)} jumps" if count == 1 else f"{count} values of {m.role(name)} jump"
+        what = (
+            f"1 single value of {m.role(name)} jumps" if count == 1 else f"{count} single values of {m.role(name)} jump"
+        )
         said.append(f"{what} away and back as nothing in a throttle does: what is expected there stands for them")
     return replace(m, flags=(*m.flags, *said), **columns)
 

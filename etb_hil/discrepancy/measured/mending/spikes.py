@@ -1,4 +1,4 @@
-"""Values that a disturbance made: a signal that jumps away and back as nothing in a throttle does."""
+"""Single values that a disturbance made: a signal that jumps away and back in one row as nothing in a throttle does."""
 
 from __future__ import annotations
 
@@ -55,27 +55,17 @@ def _of_no_winding(m: Measurement, current: Float64) -> tuple[Int64, Float64]:
     of that row or, where the current is read late, of the one before.
     """
     drives = np.column_stack([_both(m.voltage[:-1]), _both(np.diff(m.angle)), np.ones(len(current) - 1)])
-    fitted = by_most_rows(np.column_stack([current[:-1], drives]), current[1:], _FAR * current_rms(m.sensors))
-    if fitted.far > _TRUSTED * current_rms(m.sensors):
+    columns = np.column_stack([current[:-1], drives])
+    numbers, far = by_most_rows(columns, current[1:], _FAR * current_rms(m.sensors))
+    if far > _TRUSTED * current_rms(m.sensors):
         return np.zeros(0, np.int64), np.zeros(0)
-    keeps, driven = float(fitted.numbers[0]), drives @ fitted.numbers[1:]
-    away = np.abs(current[1:] - keeps * current[:-1] - driven)
-    rows: list[int] = []
-    instead: list[float] = []
-    behind = 0
-    for start in (np.flatnonzero(away > fitted.far) + 1).tolist():
-        if start < behind:
-            continue
-        should = [keeps * current[start - 1] + driven[start - 1]]
-        for row in range(start + 1, min(start + _LONGEST + 1, len(current))):
-            should.append(keeps * should[-1] + driven[row - 1])
-            # Had the current been there, this row would have what a winding keeps of it.
-            if abs(current[row] - should[-1]) < _KEPT * abs(keeps) ** (row - start) * away[start - 1]:
-                rows += range(start, row)
-                instead += should[:-1]
-                behind = row + 1
-                break
-    return np.array(rows, np.int64), np.array(instead)
+    should = columns[:-1] @ numbers
+    after = numbers[0] * should + drives[1:] @ numbers[1:]  # of a current that was as it should be
+    away = np.abs(current[1:-1] - should)
+    # Had the current been there, the next row would have what a winding keeps of it.
+    was_not_there = np.abs(current[2:] - after) < _KEPT * abs(numbers[0]) * away
+    rows = np.flatnonzero((away > far) & was_not_there)
+    return rows + 1, should[rows]
 
 
 def _both(values: Float64) -> Float64:
