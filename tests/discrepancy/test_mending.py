@@ -34,11 +34,6 @@ def _seen_by(hidden, **sensors):
     return _measured(hidden, **case.rig.record(case.effects, replace(case.sensors, **sensors)))
 
 
-def _moved(values, rows):
-    """Values that stand some rows later."""
-    return np.roll(values, rows)
-
-
 @pytest.mark.parametrize("rate", [800, 1000, 2000, 5000])
 def test_a_healthy_record_stays_as_it_is(rate):
     hidden = hidden_case(SEED + 1, rate=rate, seconds=SECONDS)
@@ -120,7 +115,7 @@ def test_a_small_voltage_that_drives_its_current_is_no_zero(healthy):
 def test_a_voltage_that_stands_in_another_row_is_put_back(rate, late, said):
     hidden = hidden_case(SEED + 3, rate=rate, seconds=SECONDS)
     voltage = hidden.case.table["motor_voltage"]
-    measured = _measured(hidden, motor_voltage=_moved(voltage, late))
+    measured = _measured(hidden, motor_voltage=np.roll(voltage, late))
     np.testing.assert_array_equal(measured.voltage[5:-5], voltage[5:-5])
     assert measured.flags[0].startswith(f"motor_voltage is {said} ({1e3 * abs(late) / rate:.2g} ms)")
     assert ("late" if late > 0 else "early") in measured.flags[0]
@@ -128,7 +123,7 @@ def test_a_voltage_that_stands_in_another_row_is_put_back(rate, late, said):
 
 def test_without_a_current_no_row_is_moved(healthy):
     table = {role: values for role, values in healthy.case.table.items() if role != "motor_current"}
-    table["motor_voltage"] = _moved(table["motor_voltage"], 1)
+    table["motor_voltage"] = np.roll(table["motor_voltage"], 1)
     (measured,) = measurements_of(recording_of(replace(healthy.case, table=table)), healthy.model)
     np.testing.assert_array_equal(measured.voltage, table["motor_voltage"])
 

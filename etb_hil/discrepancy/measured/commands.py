@@ -11,14 +11,12 @@ from numpy.typing import NDArray
 
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.opening import without_diodes
-from etb_hil.discrepancy.measured.rows import open_bridge
-from etb_hil.discrepancy.measured.sheet import voltage_rms
+from etb_hil.discrepancy.measured.rows import commanded, open_bridge
 from etb_hil.plant.parameters import Model
 
 Float64 = NDArray[np.float64]
 
 _FAST = 900.0  # Hz; controllers of throttles command some 1000 times a second
-_JUMPS = 10.0  # times the voltmeter's noise
 _FEWEST = 100  # rows with a jump after them
 _BEFORE = 0.04  # of what a voltage does in its own row, from where the next one has acted before its row
 _SCATTERS = 0.015  # of the next jump's square: what no shift of the voltage in time accounts for
@@ -38,7 +36,7 @@ def may_miss_commands(measured: Measurement, model: Model) -> bool:
     m, current = without_diodes(measured, model), measured.current
     jump = np.diff(m.voltage)
     is_driven = m.is_good & ~open_bridge(m)
-    rows = (np.abs(jump) > _JUMPS * voltage_rms(m.sensors)) & is_driven[:-1] & is_driven[1:]
+    rows = commanded(m) & is_driven[:-1] & is_driven[1:]
     if np.count_nonzero(rows) < _FEWEST:
         return False
     columns = np.column_stack([m.voltage[:-1], jump, current[:-1], np.diff(m.angle), np.ones(len(jump))])[rows]

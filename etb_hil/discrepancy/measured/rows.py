@@ -6,10 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.measured.sheet import voltage_rms
 
 Float64 = NDArray[np.float64]
 Complex128 = NDArray[np.complex128]
 
+_JUMPS = 10.0  # times the voltmeter's noise
 _OPEN_FOR = 0.02  # s
 _CALM_FOR = 0.1  # s of rest in which an angle shows whether it trembles
 _CALMEST = 0.02  # of all such times
@@ -63,6 +65,11 @@ def until_next(voltage: Float64, is_open: NDArray[np.bool_]) -> Float64:
     """Return the mean voltage (n) from each row to the next: as set, but with the bridge off what the motor gives."""
     ahead = np.concatenate([voltage[1:], voltage[-1:]])
     return np.where(is_open, 0.5 * (voltage + ahead), voltage)
+
+
+def commanded(measured: Measurement) -> NDArray[np.bool_]:
+    """Return where (n - 1) the voltage steps from a row to the next by more than its meter's noise can."""
+    return np.abs(np.diff(measured.voltage)) > _JUMPS * voltage_rms(measured.sensors)
 
 
 def open_bridge(measured: Measurement) -> NDArray[np.bool_]:

@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from etb_hil.discrepancy.measured.measurement import Float64, Measurement
-from etb_hil.discrepancy.measured.sheet import voltage_rms
+from etb_hil.discrepancy.measured.rows import commanded
 
 _ENOUGH = 2000.0  # Hz: what more rows would show is noise
 _PLENTY = 5000.0  # Hz: a voltage that changes within such a row is near enough to its mean
-_JUMPS = 10.0  # times the voltmeter's noise
 _FEWEST = 100  # jumps that show a step
 _IN_STEP = 0.98  # of them
 
@@ -55,7 +54,7 @@ def _step(measured: Measurement) -> tuple[int, int]:
     most = int(measured.rate / _ENOUGH + 1e-6)
     if most <= 1 or measured.is_drive:
         return 0, most
-    rows = np.flatnonzero(np.abs(np.diff(measured.voltage)) > _JUMPS * voltage_rms(measured.sensors)) + 1
+    rows = np.flatnonzero(commanded(measured)) + 1
     if len(rows) < _FEWEST:
         return 0, most
     for every in range(most, 1, -1):

@@ -7,13 +7,12 @@ from numpy.typing import NDArray
 
 from etb_hil.discrepancy.measured.measurement import Float64, Measurement
 from etb_hil.discrepancy.measured.mending.regression import by_most_rows
-from etb_hil.discrepancy.measured.rows import open_bridge
+from etb_hil.discrepancy.measured.rows import commanded, open_bridge
 from etb_hil.discrepancy.measured.sheet import current_rms, voltage_rms
 
 _REACH = 3  # rows to either side
 _SHIFTS = np.arange(-_REACH, _REACH + 1)
 _WAYS = np.arange(-1, 2)  # rows from whose way the back-EMF may be
-_JUMPS = 10.0  # times the voltmeter's noise
 _FEWEST = 100  # rows with a jump about them, by the numbers that are fitted
 _FAR = 30.0  # times the current sensor's noise
 _ALONE = 0.8  # of what all voltages do: it is one row's
@@ -58,7 +57,7 @@ def _shift(numbers: Float64) -> int | None:
 
 def _telling_rows(m: Measurement, current: Float64) -> NDArray[np.int64]:
     """Return the rows (k) of a driven motor that have a step of the voltage about them, and no spike of the current."""
-    jumps = np.abs(np.diff(m.voltage, prepend=m.voltage[0])) > _JUMPS * voltage_rms(m.sensors)
+    jumps = np.concatenate([[False], commanded(m)])
     beside = np.array([current[:-2], current[1:-1], current[2:]])
     is_spike = np.abs(current[1:-1] - np.median(beside, axis=0)) > _FAR * current_rms(m.sensors)
     is_driven = m.is_good & ~open_bridge(m) & ~np.pad(is_spike, 1)

@@ -9,13 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.measured.mending.rests import Blocks
 from etb_hil.discrepancy.measured.sheet import current_rms, plate_rms, voltage_rms
 from etb_hil.plant.model_file import Sensors
 
 Float64 = NDArray[np.float64]
 
-_BLOCK = 0.05  # s
-_RESTS = 10.0  # times the angle's noise within a block that rests
 _CALMEST = 0.1  # of the blocks that rest
 _CALM = 1.5  # times the noise of those
 _LEAST = 0.5  # of what the data sheet says: less noise than that tells no calm from another
@@ -26,15 +25,12 @@ _MORE = 1.1  # times the data sheet, from where it is not the sheet's any more
 def noise_seen(measured: Measurement) -> tuple[Sensors, list[str]]:
     """Return the sensors with the noise that they show at rest where that is more than the data sheet's, and say so."""
     m, sheet = measured, measured.sensors
-    rows = max(round(_BLOCK * m.rate), 8)
-    count = len(m) // rows
-    if not count:
+    blocks = Blocks.of(m)
+    if np.count_nonzero(blocks.rests) < _ENOUGH:
         return sheet, []
-    angle, is_good = m.angle[: count * rows].reshape(count, rows), m.is_good[: count * rows].reshape(count, rows)
-    rests = is_good.all(axis=1) & (np.ptp(angle, axis=1) <= _RESTS * m.angle_noise)
-    volts = _of_blocks(m.voltage, rows, count)
-    least = _LEAST * voltage_rms(sheet)
-    calm = rests & (volts <= _CALM * max(float(np.quantile(volts[rests], _CALMEST)) if rests.any() else 0.0, least))
+    volts = _within(blocks.cut(m.voltage))
+    calmest = max(float(np.quantile(volts[blocks.rests], _CALMEST)), _LEAST * voltage_rms(sheet))
+    calm = blocks.rests & (volts <= _CALM * calmest)
     if np.count_nonzero(calm) < _ENOUGH:
         return sheet, []
     found, said = {}, []
@@ -46,7 +42,7 @@ def noise_seen(measured: Measurement) -> tuple[Sensors, list[str]]:
     ):
         if values is None:
             continue
-        seen = float(np.median(_of_blocks(values, rows, count)[calm]))  # in some a command is too small to be seen
+        seen = float(np.median(_within(blocks.cut(values))[calm]))  # in some a command is too small to be seen
         if seen > _MORE * promised:
             found[key] = float(np.sqrt(max(seen**2 - step**2 / 12.0, 0.0)))
             more = f"{1e3 * seen:.3g} m{unit} rms at rest, where the model file's sensors have {1e3 * promised:.3g}"
@@ -54,7 +50,6 @@ def noise_seen(measured: Measurement) -> tuple[Sensors, list[str]]:
     return sheet.model_copy(update=found), said
 
 
-def _of_blocks(values: Float64, rows: int, count: int) -> Float64:
-    """Return the noise (count) of a signal (n) within blocks of `rows`, rms, by second differences."""
-    blocks = values[: count * rows].reshape(count, rows)
+def _within(blocks: Float64) -> Float64:
+    """Return the noise (count) of a signal within its blocks (count, rows), rms, by second differences."""
     return np.asarray(np.sqrt(np.mean(np.diff(blocks, 2, axis=1) ** 2, axis=1) / 6.0))

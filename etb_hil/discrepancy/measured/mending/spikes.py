@@ -14,9 +14,8 @@ Int64 = NDArray[np.int64]
 
 _FAR = 30.0  # times the sensor's noise
 _BESIDE = 0.2  # of an angle's jump, within which the rows before and after it agree
-_KEPT = 0.3  # of what a winding keeps of a current until it is back
+_KEPT = 0.3  # of what a winding keeps of a current until the next row
 _TRUSTED = 90.0  # times the sensor's noise: where more counts for near, rows miss commands, or are another's
-_LONGEST = 3  # rows of a spike of the current
 
 
 def without_spikes(measured: Measurement) -> dict[str, tuple[Float64, int]]:

@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.measured.mending.rests import Blocks
 from etb_hil.discrepancy.measured.rows import open_bridge
 from etb_hil.discrepancy.measured.sheet import current_rms, voltage_rms
 from etb_hil.plant.parameters import Model
 
-_BLOCK = 0.05  # s
-_RESTS = 10.0  # times the angle's noise within a block that rests
 _NONE = 0.5  # of the current sensor's noise, up to which a block's mean is no current
 _ENOUGH = 5  # blocks: a quarter of a second
 _SURE = 6.0  # times its standard error
@@ -27,21 +26,17 @@ def voltmeters_zero(measured: Measurement, model: Model) -> float:
     m = measured
     if m.current is None:
         return 0.0
-    rows = max(round(_BLOCK * m.rate), 8)
-    count = len(m) // rows
-    angle, voltage, current = (
-        values[: count * rows].reshape(count, rows) for values in (m.angle, m.voltage, m.current)
-    )
-    is_open = (m.is_good & open_bridge(m))[: count * rows].reshape(count, rows)
-    is_none = np.abs(current.mean(axis=1)) < _NONE * current_rms(m.sensors)
-    rests = is_open.all(axis=1) & is_none & (np.ptp(angle, axis=1) <= _RESTS * m.angle_noise)
+    blocks = Blocks.of(m)
+    amperes = blocks.cut(m.current).mean(axis=1)
+    is_none = blocks.cut(open_bridge(m)).all(axis=1) & (np.abs(amperes) < _NONE * current_rms(m.sensors))
+    rests = blocks.rests & is_none
     if np.count_nonzero(rests) < _ENOUGH:
         return 0.0
-    volts = voltage[rests].mean(axis=1)
+    volts = blocks.cut(m.voltage)[rests].mean(axis=1)
     zero = float(np.median(volts))
-    noise = max(voltage_rms(m.sensors) / np.sqrt(rows), float(np.median(np.abs(volts - zero))))
+    noise = max(voltage_rms(m.sensors) / np.sqrt(blocks.rows), float(np.median(np.abs(volts - zero))))
     drives = zero / model.values.resistance
-    flows = float(np.median(current[rests].mean(axis=1)))
+    flows = float(np.median(amperes[rests]))
     is_driven = abs(flows) > _FLOWS * abs(drives) and flows * drives > 0.0
     is_sure = abs(zero) > max(_SURE * noise / np.sqrt(len(volts)), _TELLING * voltage_rms(m.sensors))
     return zero if is_sure and not is_driven else 0.0

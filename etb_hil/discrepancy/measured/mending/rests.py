@@ -1,0 +1,40 @@
+"""Blocks of rows in which nothing moves: there a record shows its sensors alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy.measured.measurement import Measurement
+
+_BLOCK = 0.05  # s
+_RESTS = 10.0  # times the angle's noise within a block that rests
+
+
+@dataclass(frozen=True, slots=True)
+class Blocks:
+    """A measurement's rows in `count` blocks of `rows`, and which of them rest (count)."""
+
+    rows: int
+    count: int
+    rests: NDArray[np.bool_]
+
+    @staticmethod
+    def of(measured: Measurement) -> Blocks:
+        """Return a measurement's blocks; one rests where all its rows are good and the angle stays in its noise."""
+        rows = max(round(_BLOCK * measured.rate), 8)
+        count = len(measured) // rows
+        angle, is_good = (_cut(values, rows, count) for values in (measured.angle, measured.is_good))
+        stays = np.ptp(angle, axis=1) <= _RESTS * measured.angle_noise
+        return Blocks(rows, count, is_good.all(axis=1) & stays)
+
+    def cut(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Return a signal (n) by block (count, rows)."""
+        return _cut(values, self.rows, self.count)
+
+
+def _cut(values: NDArray[Any], rows: int, count: int) -> NDArray[Any]:
+    return values[: count * rows].reshape(count, rows)
