@@ -6,7 +6,6 @@ import numpy as np
 
 from etb_hil.discrepancy.fitting.calibration import Calibration
 from etb_hil.discrepancy.suspects.screening import Screened
-from etb_hil.discrepancy.suspects.similarity import Projector
 from etb_hil.plant.drive_effects import unit_for
 
 _SIGMAS = 3.0
@@ -20,7 +19,6 @@ def detection_limits(
 
     Where that is more than the effect's bounds allow, it is not `within_bounds`: there is no limit, and it says why.
     """
-    projector = Projector(before.columns, before.unknowns)
     fit = before.fit
     scale = float(np.sqrt(fit.cost / max(int(np.count_nonzero(fit.residual)), 1)))
     found: dict[str, dict[str, object]] = {}
@@ -28,12 +26,11 @@ def detection_limits(
         effect = one.candidate.effect
         if effect is None:
             continue
-        length = float(np.linalg.norm(projector.rest(one.unit)))
-        if length <= 0.0:
+        if one.shows <= 0.0:
             continue
         unknown = one.candidate.strengths[0]
-        by_noise = _SIGMAS * scale * np.sqrt(_CORRELATED) / length
-        by_gain = float(np.sqrt(least_gain * fit.cost)) / length
+        by_noise = _SIGMAS * scale * np.sqrt(_CORRELATED) / one.shows
+        by_gain = float(np.sqrt(least_gain * fit.cost)) / one.shows
         parameter = effect.parameters[effect.searched[0]]
         least, most = float(max(by_noise, by_gain)), max(-unknown.low, unknown.high)
         unit = unit_for(parameter, is_linear=is_linear)

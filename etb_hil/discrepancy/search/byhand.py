@@ -11,7 +11,7 @@ from etb_hil.discrepancy.search import decision
 from etb_hil.discrepancy.search.findings import Findings, Round
 from etb_hil.discrepancy.search.standing import take_in
 from etb_hil.discrepancy.suspects.candidates import Candidate
-from etb_hil.discrepancy.suspects.refining import Refined, bent
+from etb_hil.discrepancy.suspects.refining import Linearised, bent
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.parameters import Model
 
@@ -57,7 +57,7 @@ def _round(findings: Findings, known: Model, id_: str) -> Round:
     effect = CATALOGUE.get(id_)
     own = tuple(u for u in after.unknowns if effect is not None and u.place in effect.indices)
     frees = next((u.name for u in after.unknowns if decision.parameter_id(u.name) == id_), "")
-    cause = Refined(Candidate(id_, effect, (), own, frees), after.fit, after.unknowns, after.columns)
+    cause = Linearised(Candidate(id_, effect, (), own, frees), after.fit, after.unknowns, after.columns)
     groups = group_means(balances, cause.fit.whole)[0] / findings.final_floor.level
     if decision.excess(groups, findings.rows).sum() > 0.0:
         cause = bent(residual, cause, balances[0].load)
@@ -65,4 +65,5 @@ def _round(findings: Findings, known: Model, id_: str) -> Round:
     t = held_out(cause.fit, cause.columns, cause.unknowns, segment).t_against(
         held_out(before.fit, before.columns, before.unknowns, segment)
     )
-    return Round(before, [], [cause], findings.final_groups, groups, t, 0.0, cause)
+    found = cause.refined()
+    return Round(before, [], [found], findings.final_groups, groups, t, 0.0, found)

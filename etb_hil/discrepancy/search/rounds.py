@@ -16,7 +16,7 @@ from etb_hil.discrepancy.search import decision
 from etb_hil.discrepancy.search.findings import Findings, Round, siblings
 from etb_hil.discrepancy.search.rivals import alike
 from etb_hil.discrepancy.suspects.candidates import Candidate, suspects
-from etb_hil.discrepancy.suspects.refining import Refined, bent, curved, fully, quickly
+from etb_hil.discrepancy.suspects.refining import Linearised, bent, curved, fully, quickly
 from etb_hil.discrepancy.suspects.screening import Linear, Screened, screen
 
 Float64 = NDArray[np.float64]
@@ -61,19 +61,19 @@ def one_round(findings: Findings, taken: Sequence[str], progress: Progress) -> R
     found = Round(
         base,
         screened,
-        refined,
+        [one.refined() for one in refined],
         findings.final_groups,
         _groups(findings, refined[0]),
         t,
         _healthy_gain(findings, healthy, refined[0].id),
-        refined[0] if is_bent else curved(residual, refined[0], findings.balances[0].load),
+        (refined[0] if is_bent else curved(residual, refined[0], findings.balances[0].load)).refined(),
     )
     is_all = decision.excess(found.after_groups, findings.rows).sum() <= 0.0
     found.alike = alike(found, findings.final_floor.balances, healthy, shapes, is_all=is_all)
     return found
 
 
-def _with_their_curves(findings: Findings, residual: Residual, refined: Sequence[Refined]) -> list[Refined]:
+def _with_their_curves(findings: Findings, residual: Residual, refined: Sequence[Linearised]) -> list[Linearised]:
     """Return fits, the best ones and what comes near to these with their own curves, fitted to the end."""
     load, least = findings.balances[0].load, refined[0].fit.cost
     found = [bent(residual, one, load) for one in refined[:_BENT]]
@@ -83,18 +83,18 @@ def _with_their_curves(findings: Findings, residual: Residual, refined: Sequence
     return found
 
 
-def _groups(findings: Findings, refined: Refined) -> Float64:
+def _groups(findings: Findings, refined: Linearised) -> Float64:
     """Return each group's mean square (9) over the floor where a suspect's fit ended."""
     means, _ = group_means(findings.balances, refined.fit.whole)
     return np.asarray(means / findings.final_floor.level)
 
 
-def _is_missing(findings: Findings, refined: Refined) -> bool:
+def _is_missing(findings: Findings, refined: Linearised) -> bool:
     """Tell whether a suspect's fit leaves something over the bands."""
     return bool(decision.excess(_groups(findings, refined), findings.rows).sum() > 0.0)
 
 
-def _leaves_much(findings: Findings, refined: Refined) -> bool:
+def _leaves_much(findings: Findings, refined: Linearised) -> bool:
     """Tell whether a group that was over its band stays there, or keeps a good part of what it had."""
     before, after = findings.final_groups, _groups(findings, refined)
     is_left = (before > decision.BAND) & (after > np.minimum(_MUCH * before, decision.BAND))
@@ -102,8 +102,8 @@ def _leaves_much(findings: Findings, refined: Refined) -> bool:
 
 
 def _begun_off_edges(
-    findings: Findings, residual: Residual, shapes: Mapping[str, Sequence[Candidate]], refined: Sequence[Refined]
-) -> list[Refined]:
+    findings: Findings, residual: Residual, shapes: Mapping[str, Sequence[Candidate]], refined: Sequence[Linearised]
+) -> list[Linearised]:
     """Return fits, the first of them also begun with what lies on the edge of its tolerance as stated, if it is better.
 
     Screened there again, a suspect begins as strong as what had been bent for it makes it.
@@ -112,7 +112,7 @@ def _begun_off_edges(
     if eased is None:
         return list(refined)
     linear, load = Linear.of(eased), findings.balances[0].load
-    found: list[Refined] = []
+    found: list[Linearised] = []
     for one in refined[:_FULLY]:
         if one.fit.cost > _HOPELESS * refined[0].fit.cost:
             break
@@ -122,7 +122,7 @@ def _begun_off_edges(
     return [*found, *refined[len(found) :]]
 
 
-def _best_first(refined: Sequence[Refined]) -> list[Refined]:
+def _best_first(refined: Sequence[Linearised]) -> list[Linearised]:
     """Return fits by what they leave; of those that leave the same, a wrong number before an effect that became it."""
     ordered = sorted(refined, key=lambda r: r.fit.cost)
     tied = [r for r in ordered if np.log(r.fit.cost / ordered[0].fit.cost) < _AS_MUCH]
@@ -145,7 +145,7 @@ def _healthy_gain(findings: Findings, healthy: Calibration, id_: str) -> float:
     return 1.0 - found[0].cost / healthy.fit.cost
 
 
-def _best_of(findings: Findings, residual: Residual, screened: Sequence[Screened]) -> list[Refined]:
+def _best_of(findings: Findings, residual: Residual, screened: Sequence[Screened]) -> list[Linearised]:
     """Return the best suspects, fitted quickly, the best first.
 
     Look-alikes of earlier causes are none, for another shape of those calls for them, unless one of them leaves far
@@ -162,12 +162,12 @@ def _best_of(findings: Findings, residual: Residual, screened: Sequence[Screened
     return best
 
 
-def _over_floor(findings: Findings, refined: Refined) -> float:
+def _over_floor(findings: Findings, refined: Linearised) -> float:
     """Return what a suspect's fit leaves over the floor, which is nobody's to take."""
     return float(findings.rows @ np.maximum(_groups(findings, refined) - 1.0, 0.0))
 
 
-def _refined(findings: Findings, residual: Residual, screened: Sequence[Screened]) -> list[Refined]:
+def _refined(findings: Findings, residual: Residual, screened: Sequence[Screened]) -> list[Linearised]:
     load = findings.balances[0].load
     found = side_by_side(lambda one: quickly(residual, findings.final, one, load), screened[:_REFINED])
     return sorted(found, key=lambda r: r.fit.cost)

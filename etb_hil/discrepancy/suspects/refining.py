@@ -24,12 +24,11 @@ _FULL_ROUNDS = 6
 
 @dataclass(frozen=True, slots=True)
 class Refined:
-    """A suspect fitted: `unknowns` (base first, then its own) with the columns at the end of the fit."""
+    """A suspect fitted: its `unknowns`, base first, then its own."""
 
     candidate: Candidate
     fit: Fit
     unknowns: list[Unknown]
-    columns: Float64
 
     @property
     def id(self) -> str:
@@ -37,7 +36,18 @@ class Refined:
         return self.candidate.id
 
 
-def quickly(residual: Residual, calibration: Calibration, screened: Screened, load: float = 1.0) -> Refined:
+@dataclass(frozen=True, slots=True)
+class Linearised(Refined):
+    """A suspect while it is fitted: with the columns (n, unknowns) at the end of the fit."""
+
+    columns: Float64
+
+    def refined(self) -> Refined:
+        """Return it without its columns: some seven a round would be much of what a search holds."""
+        return Refined(self.candidate, self.fit, self.unknowns)
+
+
+def quickly(residual: Residual, calibration: Calibration, screened: Screened, load: float = 1.0) -> Linearised:
     """Return a suspect fitted with the base model's columns as they are, the suspect's own differenced anew."""
     unknowns = unknowns_of(calibration.unknowns, screened.candidate, screened.start, load)
     best: tuple[Fit, Float64] | None = None
@@ -49,16 +59,16 @@ def quickly(residual: Residual, calibration: Calibration, screened: Screened, lo
         if screened.candidate.effect is None or best[0].cost < 1.1 * screened.cost:
             break  # it went where the linear model promised: another start is not needed
     assert best is not None  # noqa: S101 (two rounds at least)
-    return Refined(screened.candidate, best[0], unknowns, best[1])
+    return Linearised(screened.candidate, best[0], unknowns, best[1])
 
 
-def fully(residual: Residual, refined: Refined, rounds: int = _FULL_ROUNDS) -> Refined:
+def fully(residual: Residual, refined: Linearised, rounds: int = _FULL_ROUNDS) -> Linearised:
     """Return a suspect fitted to the end, every column differenced anew."""
     fit, columns = gauss_newton(residual, refined.fit, refined.unknowns, rounds, tolerance=1e-3)
     return replace(refined, fit=fit, columns=columns)
 
 
-def bent(residual: Residual, refined: Refined, load: float) -> Refined:
+def bent(residual: Residual, refined: Linearised, load: float) -> Linearised:
     """Return a suspect fitted with its effect's finer shapes, too, which a search leaves plain."""
     effect = refined.candidate.effect
     if effect is None or not effect.finer:
@@ -67,7 +77,7 @@ def bent(residual: Residual, refined: Refined, load: float) -> Refined:
     return _farther(residual, found, effect)
 
 
-def curved(residual: Residual, refined: Refined, load: float) -> Refined:
+def curved(residual: Residual, refined: Linearised, load: float) -> Linearised:
     """Return a plain effect with the finer shapes that fit it best, begun as it is and at either end of each.
 
     Between curves that fit as well no slope leads far.
@@ -85,10 +95,10 @@ def curved(residual: Residual, refined: Refined, load: float) -> Refined:
         one.put(begins[2 + 2 * k], one.high)
     tried = (gauss_newton(residual, fit_of(residual, whole), unknowns, _QUICK_ROUNDS, base) for whole in begins)
     fit, columns = min(tried, key=lambda found: found[0].cost)
-    return _farther(residual, fully(residual, Refined(refined.candidate, fit, unknowns, columns)), effect)
+    return _farther(residual, fully(residual, Linearised(refined.candidate, fit, unknowns, columns)), effect)
 
 
-def _farther(residual: Residual, refined: Refined, effect: Effect) -> Refined:
+def _farther(residual: Residual, refined: Linearised, effect: Effect) -> Linearised:
     fit = elsewhere(residual, refined.fit, refined.columns, refined.unknowns, effect)
     return refined if fit is refined.fit else fully(residual, replace(refined, fit=fit))
 
