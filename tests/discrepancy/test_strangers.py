@@ -193,3 +193,24 @@ def test_friction_that_falls_as_it_cools_may_be_wear(course, per_30_kelvin, is_w
 )
 def test_what_is_no_suspect_is_unexplained(seed, hidden, level, without):
     assert searched(hidden_case(seed, (hidden,), level), without).verdict == "unexplained"
+
+
+@pytest.mark.slow
+def test_a_part_of_a_wave_is_also_friction_at_one_place_where_that_leaves_little_more():
+    findings = searched(hidden_case(196004, ("friction_load",)), ("friction_load",))
+    first, wave = findings.accepted
+    assert wave.winner.id == "friction_position_periodic"
+    assert wave.alike == ["friction_position_local"]
+    assert first.alike
+    assert findings.verdict == "ambiguous"
+
+
+@pytest.mark.slow
+def test_a_part_of_a_wave_that_nothing_else_comes_near_is_one():
+    findings = searched(hidden_case(218092, ("friction_position_periodic",)))
+    (wave,) = findings.accepted
+    order = next(u for u in wave.winner.unknowns if u.name == "friction_position_periodic.order")
+    seen = max(np.ptp(b.measured.angle) * b.gear for b in findings.balances) / (2.0 * np.pi)
+    assert wave.winner.fit.whole[order.place] * seen < 0.95
+    assert wave.alike == []
+    assert findings.verdict == "explained"

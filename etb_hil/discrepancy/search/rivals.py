@@ -31,6 +31,8 @@ _BOTH = 0.75  # two suspects of a lesser cosine than that cannot both take more 
 _PURSUED = 0.6  # a grid's best cosine from which its shapes are moved on
 _HALVINGS = 3
 _NEARLY_ALL = 0.95  # of what the winner takes
+_LITTLE_MORE = 1.5  # times what the winner leaves
+_WAVE, _AT_ONE_PLACE = "friction_position_periodic", "friction_position_local"
 _THE_SAME = 0.9  # an effect's cosine, as it was fitted, with the number that it may be
 
 
@@ -74,6 +76,7 @@ def alike(
         imitators = next(filter(None, (records.of(whole).imitators for whole in others)), None)
     names += [decision.parameter_id(name) for name in imitators or ()]
     names += unjudged(balances, winner.id)
+    names += _seen_in_part(found, balances)
     return list(dict.fromkeys(name for name in names if name and name != winner.id))
 
 
@@ -89,6 +92,17 @@ def _nearest(
         if near <= _ALIKE and is_worth and seen.imitators is None:
             near = max(near, _closest(seen, shapes[rival.id]))
     return near
+
+
+def _seen_in_part(found: Round, balances: Sequence[Balances]) -> list[str]:
+    """Return what a wave of friction may be of which less than a period is seen, where it leaves little more."""
+    # A part of a wave is any curve: that it comes again is what tells it.
+    winner = found.winner
+    orders = [float(winner.fit.whole[u.place]) for u in winner.unknowns if u.name == f"{_WAVE}.order"]
+    turns = max(float(np.ptp(b.measured.angle)) * b.gear / (2.0 * np.pi) for b in balances)
+    if winner.id != _WAVE or any(order * turns >= 1.0 for order in orders):
+        return []
+    return [r.id for r in found.refined if r.id == _AT_ONE_PLACE and r.fit.cost < _LITTLE_MORE * winner.fit.cost]
 
 
 def _takes_another_part(found: Round, cosine: float) -> bool:
