@@ -9,7 +9,7 @@ from explain_study import searched
 from synthetic import MODEL
 
 from etb_hil.discrepancy.fitting.fit import Fit
-from etb_hil.discrepancy.fitting.unknowns import base_unknowns, start
+from etb_hil.discrepancy.fitting.unknowns import base_unknowns, effect_unknowns, start
 from etb_hil.discrepancy.search import decision, objections
 from etb_hil.discrepancy.suspects.placeholders import beyond_tolerances
 from etb_hil.plant.effects.catalogue import CATALOGUE
@@ -58,10 +58,40 @@ def _found(id_, strengths):
         ("end_stop_compliance", [0.01, -2.5], True),
         ("end_stop_compliance", [30.0, -2.5], False),  # the other stop is hard
         ("friction_temperature", [-0.2, 0.0], False),
+        ("aerodynamic_torque", [-0.02], True),  # a flow closes the plate
     ],
 )
 def test_what_cannot_be_below_nothing_is_no_cause_there(id_, strengths, speaks):
     assert bool(objections.is_below_nothing(_found(id_, strengths), None)) is speaks
+
+
+@pytest.mark.parametrize(
+    ("id_", "order", "is_drive", "speaks"),
+    [
+        pytest.param("cogging_torque", 0.82, False, True, id="a gear's"),
+        pytest.param("cogging_torque", 12.001, False, False, id="slots"),
+        pytest.param("torque_ripple", 6.5, False, True, id="between two numbers of bars"),
+        pytest.param("torque_ripple", 6.5, True, False, id="a drive's turn is another's"),
+        pytest.param("friction_position_periodic", 0.26, False, False, id="bearings and teeth come as they like"),
+    ],
+)
+def test_what_a_motor_does_comes_a_whole_number_of_times_a_turn(id_, order, is_drive, speaks):
+    found = _found(id_, [])
+    found.winner.unknowns = effect_unknowns(CATALOGUE[id_], [0.0] * len(CATALOGUE[id_].parameters), 1.0)
+    (its,) = (u for u in found.winner.unknowns if u.name == f"{id_}.order")
+    found.winner.fit.whole[its.place] = order
+    findings = SimpleNamespace(balances=[SimpleNamespace(measured=SimpleNamespace(is_drive=is_drive))])
+    assert bool(objections.is_no_motors(found, findings)) is speaks
+
+
+@pytest.mark.slow
+def test_springs_that_are_no_line_are_no_flow_that_opens_beside_others():
+    """Their own term taken out, a flow that opens, a slope and a wave of 0.8 of a motor turn did it together."""
+    findings = searched(hidden_case(219025, ("spring_nonlinear",)), ("spring_nonlinear",))
+    assert findings.rounds[0].winner.id == "aerodynamic_torque"
+    assert "below nothing" in findings.rounds[0].refused
+    assert findings.accepted == []
+    assert findings.verdict == "unexplained"
 
 
 @pytest.mark.parametrize(

@@ -39,7 +39,10 @@ def may_miss_commands(measured: Measurement, model: Model) -> bool:
     rows = commanded(m) & is_driven[:-1] & is_driven[1:]
     if np.count_nonzero(rows) < _FEWEST:
         return False
-    columns = np.column_stack([m.voltage[:-1], jump, current[:-1], np.diff(m.angle), np.ones(len(jump))])[rows]
+    voltage, began = m.voltage[:-1], current[:-1]
+    # What takes a voltage by the current between a command and the winding: brushes and dead time, a supply that sags.
+    taken = [np.sign(began), voltage * np.abs(began), voltage**2 * began]
+    columns = np.column_stack([voltage, jump, began, np.diff(m.angle), *taken, np.ones(len(jump))])[rows]
     found, *_ = np.linalg.lstsq(columns, current[1:][rows], rcond=None)
     own, early = found[:2].tolist()
     scattered = float(np.mean((current[1:][rows] - columns @ found) ** 2))

@@ -31,6 +31,8 @@ _CONCENTRATED = 0.33
 _NEARLY_FLOOR = 1.2
 _LEAST_T = 1.5  # over the held-out segments
 _LOCAL = 0.25  # of the range of the motion: what is wider at half its height, on either side, is not at one place
+_OF_THE_MOTOR = ("cogging_torque", "torque_ripple")
+_WHOLE = 0.1  # of a wave a motor turn; true ones are found within 0.004
 _LEAST_BEYOND = 1.05  # tolerances off its nominal value that a parameter must be before it is a cause
 
 
@@ -179,6 +181,18 @@ def is_no_wave(found: Round, _: Findings) -> str:
     return ""
 
 
+def is_no_motors(found: Round, findings: Findings) -> str:
+    """Say that a wave of the motor's does not come a whole number of times a turn, nothing where it does."""
+    # A motor's slots, poles and bars come a whole number of times a turn. A drive's turn is another's.
+    winner = found.winner
+    if winner.id not in _OF_THE_MOTOR or findings.balances[0].measured.is_drive:
+        return ""
+    orders = [float(winner.fit.whole[u.place]) for u in winner.unknowns if u.name == f"{winner.id}.order"]
+    if any(abs(order - round(order)) > _WHOLE for order in orders):
+        return f"it comes {orders[0]:.3g} times a motor turn, which no slots do: it stands for something else"
+    return ""
+
+
 def _is_everywhere(found: Round, findings: Findings) -> str:
     # So wide a bump is any curve, too.
     winner = found.winner
@@ -209,6 +223,7 @@ _OBJECTIONS: tuple[Objection, ...] = (
     is_below_nothing,
     _is_strongest_for_nothing,
     is_no_wave,
+    is_no_motors,
     _is_everywhere,
     _is_inside_its_tolerance,
 )

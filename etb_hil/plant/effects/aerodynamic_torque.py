@@ -18,7 +18,7 @@ EFFECT = Effect(
     balance=Balance.TORQUE,
     parity=Parity.EVEN,
     parameters=(
-        strength("torque", "N·m", -0.3, 0.3, (0.02,), "0.02 to 0.15 N·m: C dp D^3"),
+        strength("torque", "N·m", -0.03, 0.3, (0.02,), "0.02 to 0.15 N·m: C dp D^3; it closes the plate"),
         shape("lean", "1", 0.3, 3.0, (0.6, 1.0, 1.8), "where over the travel it is largest"),
         shape("peakedness", "1", 0.4, 6.0, (1.0, 2.0), "how narrow it is"),
     ),
@@ -28,6 +28,7 @@ EFFECT = Effect(
     separated_by="flow on and off at one angle",
     source="seed paper, II.C; Morris and Dutton 1989 (butterfly valves)",
     limits="at a constant pressure difference",
+    is_one_way=True,
 )
 
 
