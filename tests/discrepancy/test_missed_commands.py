@@ -63,6 +63,7 @@ def test_a_voltage_that_is_read_late_is_one_that_is_held():
         ("hbridge_dead_time", 214400),
         ("measurement_delay", 214400),
         ("supply_ripple", 214400),
+        pytest.param("current_sensor_curvature", 220303, id="a current's sensor whose scale bends"),
     ],
 )
 def test_what_is_wrong_with_bridge_supply_or_sensor_is_no_command(effect, seed):

@@ -40,8 +40,9 @@ def may_miss_commands(measured: Measurement, model: Model) -> bool:
     if np.count_nonzero(rows) < _FEWEST:
         return False
     voltage, began = m.voltage[:-1], current[:-1]
-    # What takes a voltage by the current between a command and the winding: brushes and dead time, a supply that sags.
-    taken = [np.sign(began), voltage * np.abs(began), voltage**2 * began]
+    # What takes a voltage by the current between a command and the winding: brushes and dead time, a supply that sags;
+    # and a current's sensor whose scale bends.
+    taken = [np.sign(began), voltage * np.abs(began), voltage**2 * began, began**2]
     columns = np.column_stack([voltage, jump, began, np.diff(m.angle), *taken, np.ones(len(jump))])[rows]
     found, *_ = np.linalg.lstsq(columns, current[1:][rows], rcond=None)
     own, early = found[:2].tolist()
