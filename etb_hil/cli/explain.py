@@ -8,6 +8,11 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from etb_hil.diagnosis.limits import Limits
+    from etb_hil.discrepancy.answer.consequence import Judge
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -60,6 +65,7 @@ def run(options: argparse.Namespace) -> int:
         model,
         progress=_progress,
         limits=limits,
+        judge=_bench_of(options.data[0], limits),
         plans=None if is_drive else lambda: stock_plans(model.values),
         fit_on=options.fit_on,
         is_same_unit=options.same_unit,
@@ -124,6 +130,13 @@ def _limits(options: argparse.Namespace) -> Path:
     if options.limits or not options.data[0].is_dir():
         return find("limits", options.limits or "default")
     return open_session(options.data[0]).input_path("limits")
+
+
+def _bench_of(data: Path, limits: Limits) -> Judge | None:
+    """Return how the bench judges a session of its own again, None for data of others."""
+    from etb_hil.replay.session_replay import judged_under
+
+    return (lambda model: judged_under(data, model, limits)) if data.is_dir() else None
 
 
 def _progress(what: str) -> None:

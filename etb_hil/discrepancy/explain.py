@@ -14,7 +14,7 @@ from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.limits import Limits
 from etb_hil.discrepancy.answer.called import as_in_its_file
-from etb_hil.discrepancy.answer.consequence import consequence
+from etb_hil.discrepancy.answer.consequence import Judge, consequence
 from etb_hil.discrepancy.answer.explanation import SCHEMA, explanation
 from etb_hil.discrepancy.answer.holdout import Holdout, hold_out
 from etb_hil.discrepancy.answer.quality import data_quality
@@ -64,6 +64,7 @@ def explain(
     without: Sequence[str] = (),
     progress: Callable[[str], None] = lambda _: None,
     limits: Limits | None = None,
+    judge: Judge | None = None,
     plans: Callable[[], Sequence[Plan]] | None = None,
     fit_on: Sequence[float] = (),
     *,
@@ -71,7 +72,8 @@ def explain(
 ) -> Answer:
     """Explain the first of some recordings of one kind of unit by a model, and try the causes on the others.
 
-    `without`: effects that are not looked for; with `limits` it says what the causes change in the diagnosis.
+    `without`: effects that are not looked for; with `limits` it says what the causes change in the diagnosis, as the
+    bench would `judge` the first recording under a model, where it made it.
     `is_same_unit`: all recordings are of one unit, so that what one of them tells apart is told apart in the answer.
     `plans` makes the scenarios of which the next test is one, where one is wanted. An interrupt ends it with what is
     known by then, and the answer says so. Data that are too slow to name causes by are fitted in free run where a
@@ -102,7 +104,7 @@ def explain(
         answer["next_test"] = test or answer["next_test"]
     if limits is not None and not said.is_cut_short:
         answer["diagnosis"] = said.unless_cut_short(
-            "judging the unit", consequence, findings, limits, _best(findings, holdout)
+            "judging the unit", consequence, findings, limits, _best(findings, holdout), judge
         )
     if others and not said.is_cut_short:
         answer |= _transferred(answer, findings, others, said)

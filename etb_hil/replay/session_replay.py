@@ -25,6 +25,7 @@ from etb_hil.session.session import InputFile, Session, open_session
 if TYPE_CHECKING:
     from etb_hil.bench.bench_file import BenchSetup
     from etb_hil.diagnosis.limits import Limits
+    from etb_hil.diagnosis.result import DiagnosisResult
     from etb_hil.plant.parameters import Model
     from etb_hil.replay.window import Window
     from etb_hil.scenario.condition import Condition
@@ -92,8 +93,22 @@ def replay(
     rules = files.read()
     if model:
         session = replace(session, model=rules.model.name)
+    record, analysis, found = _judged(session, rules, window)
+    results = results_of(session, rules.setup.bench, rules.limits, record, analysis, found)
+    results["attempts"] = earlier_attempts(session)
+    return Finished(session, results, record, analysis, found)
+
+
+def judged_under(folder: Path, model: Model, limits: Limits) -> DiagnosisResult:
+    """Judge a recorded session as `replay` does, under a model that no file has."""
+    session = open_session(folder)
+    rules = replace(rule_files(session).read(), model=model, limits=limits)
+    return _judged(session, rules, None)[2]
+
+
+def _judged(session: Session, rules: Rules, window: Window | None) -> tuple[RunRecord, Analysis, DiagnosisResult]:
     record = _record(session)
-    analysis = Analysis(rules.setup.dialect, rules.model, rules.limits, str(folder))
+    analysis = Analysis(rules.setup.dialect, rules.model, rules.limits, str(session.folder))
     conditions = conditions_of(session)
     for phase in record.phases:
         analysis.begin_phase(phase.start_ns, phase.id, phase.kind, conditions.get(phase.id))
@@ -101,10 +116,7 @@ def replay(
     for frames in within(log, window, session.raw_log):
         analysis.push(frames)
     analysis.recording.notes += log.notes
-    found = analysis.finish(complete=record.is_complete and not log.notes)
-    results = results_of(session, rules.setup.bench, rules.limits, record, analysis, found)
-    results["attempts"] = earlier_attempts(session)
-    return Finished(session, results, record, analysis, found)
+    return record, analysis, analysis.finish(complete=record.is_complete and not log.notes)
 
 
 def conditions_of(session: Session) -> dict[str, Condition | None]:

@@ -223,16 +223,24 @@ def _gain(found: dict[str, Any]) -> str:
     gain = found.get("gain")
     if not gain or not (found["causes"] or "runs" in found):
         return ""
-    low, high = gain["interval"]
     if "runs" in found:
-        return (
-            f"Fitted to other runs, the model errs {100.0 * gain['value']:.0f} % less than as stated "
-            f"({100.0 * low:.0f} to {100.0 * high:.0f} %). {found['starts']['says'].capitalize()}."
-        )
+        starts = found["starts"]["says"].capitalize()
+        return f"Fitted to other runs, the model errs {_less(gain)} than as stated. {starts}."
     return (
-        f"With the causes the free-run error falls by {100.0 * gain['value']:.0f} % "
-        f"({100.0 * low:.0f} to {100.0 * high:.0f} %)."
+        "In free run, on parts of the record that no fit saw, the model file errs "
+        f"{_less(gain['over_stated'])} than the model as stated, and {_less(gain)} than that one calibrated without "
+        "the causes."
     )
+
+
+def _less(gain: dict[str, Any]) -> str:
+    """Return by how much something errs less, or more, with the interval."""
+    low, high = (_by(end) for end in gain["interval"])
+    return f"{_by(gain['value'])} ({low} to {high})"
+
+
+def _by(gain: float) -> str:
+    return f"{abs(100.0 * gain):.0f} % {'less' if gain >= 0.0 else 'more'}"
 
 
 def _luck(found: dict[str, Any]) -> str:

@@ -58,6 +58,7 @@ def test_in_the_last_fit_the_held_out_errors_are_kept(cogging_recording, tmp_pat
     errors = found["errors"]["holdout"]["free_run"]["throttle_angle"]
     assert set(errors) == {"unit", "nominal", "calibrated", "extended", "noise_floor"}
     assert found["gain"]["value"] == pytest.approx(1.0 - errors["extended"] / errors["calibrated"])
+    assert found["gain"]["over_stated"]["value"] == pytest.approx(1.0 - errors["extended"] / errors["nominal"])
     assert found["gain"]["value"] > 0.3
     assert found["interrupted"].startswith(moment)
     assert found["model_file"]["numbers_of"] == "balances"

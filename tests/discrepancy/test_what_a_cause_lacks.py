@@ -4,13 +4,16 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from explain_cases import hidden_case
+from explain_cases import hidden_case, recording_of
 from explain_study import searched
 from synthetic import MODEL
 
+from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.fit import Fit
 from etb_hil.discrepancy.fitting.unknowns import base_unknowns, effect_unknowns, start
+from etb_hil.discrepancy.measured.stretches import measurements_of
 from etb_hil.discrepancy.search import decision, objections
+from etb_hil.discrepancy.search.naming import search
 from etb_hil.discrepancy.suspects.placeholders import beyond_tolerances
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import WIDTH, row
@@ -63,6 +66,41 @@ def _found(id_, strengths):
 )
 def test_what_cannot_be_below_nothing_is_no_cause_there(id_, strengths, speaks):
     assert bool(objections.is_below_nothing(_found(id_, strengths), None)) is speaks
+
+
+@pytest.mark.parametrize(
+    ("delay", "lag", "speaks"),
+    [
+        pytest.param(-1.7e-4, 1e-6, True, id="before its cause: the angles are late"),
+        pytest.param(-3.7e-4, 3.9e-4, True, id="undone again: one filter is on all channels"),
+        pytest.param(1.3e-4, -1.3e-4, True, id="undone again, the other way round"),
+        pytest.param(-5.1e-5, 8e-4, False, id="a filter"),
+        pytest.param(4e-5, -1.6e-5, False, id="a little late"),
+    ],
+)
+def test_a_current_that_is_no_later_is_not_late(delay, lag, speaks):
+    assert bool(objections.is_not_late(_found("measurement_delay", [delay, lag]), None)) is speaks
+    assert not objections.is_not_late(_found("supply_sag", [delay, lag]), None)
+
+
+@pytest.mark.slow
+def test_angles_that_are_late_make_no_current_early():
+    hidden = hidden_case(220410, seconds=20.0)
+    table = hidden.case.table
+    for role in ("motor_angle", "throttle_angle"):
+        table[role] = np.interp(table["time"] - 2e-4, table["time"], table[role])
+    model = hidden.model
+    findings = search(model, [Balances(m, model) for m in measurements_of(recording_of(hidden.case), model)])
+    assert findings.rounds[0].winner.id == "measurement_delay"
+    assert "the angles may be late" in findings.rounds[0].refused
+    assert not findings.accepted
+
+
+@pytest.mark.slow
+def test_a_soft_stop_is_one_although_few_segments_meet_it():
+    findings = searched(hidden_case(191236, ("end_stop_compliance",)))
+    assert [found.winner.id for found in findings.accepted] == ["end_stop_compliance"]
+    assert findings.accepted[0].t < 1.5
 
 
 @pytest.mark.parametrize(

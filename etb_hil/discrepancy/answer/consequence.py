@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -19,17 +20,22 @@ from etb_hil.recording.samples import SampleBlock
 _MOTION = "log"  # the kind of phase of a record that says nothing of its phases
 
 
-def consequence(findings: Findings, limits: Limits, whole: Vector) -> dict[str, Any] | None:
+Judge = Callable[[Model], DiagnosisResult]
+
+
+def consequence(findings: Findings, limits: Limits, whole: Vector, judge: Judge | None = None) -> dict[str, Any] | None:
     """Return the diagnosis under the model as stated and as extended; None where the current was not measured.
 
-    `whole`: the vector of the extended one. A judgement that fails is said: what was searched for minutes stays.
+    `whole`: the vector of the extended one. `judge`: how the bench judges this record, where it was the bench that made
+    it; of another nothing is known of its phases. A judgement that fails is said: what was searched for minutes stays.
     """
     if any(b.measured.current is None or b.measured.is_drive for b in findings.balances):
         return None
     models = {"stated": findings.model, "extended": extended_model(findings, whole)}
     found: dict[str, Any]
     try:
-        found = {name: _said(_judged(findings.balances, model, limits)) for name, model in models.items()}
+        judge = judge or (lambda model: _judged(findings.balances, model, limits))
+        found = {name: _said(judge(model)) for name, model in models.items()}
     except Exception as error:  # noqa: BLE001 (whatever odd data do to a judgement, the causes are found and hold)
         return {"says": f"the unit could not be judged: {type(error).__name__}: {error}"}
     before, after = (found[name]["verdict"] for name in models)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from etb_hil.discrepancy.answer.holdout import Holdout
+from etb_hil.discrepancy.answer.holdout import Gain, Holdout
 from etb_hil.discrepancy.answer.limits import detection_limits
 from etb_hil.discrepancy.answer.quality import data_quality
 from etb_hil.discrepancy.answer.running_away import runs_away
@@ -55,11 +55,15 @@ def explanation(findings: Findings, holdout: Holdout | None) -> dict[str, Any]:
     if holdout is not None:
         found["errors"] = _errors(findings, holdout)
         found["gain"] = {
-            "of": "free-run error of the throttle angle on held-out segments, calibrated to extended",
-            "value": holdout.gain,
-            "interval": list(holdout.gain_interval),
+            "of": "free-run error of the throttle angle on held-out segments, calibrated without causes to model file",
+            **_gain(holdout.gains["calibrated"]),
+            "over_stated": _gain(holdout.gains["nominal"]),
         }
     return found
+
+
+def _gain(found: Gain) -> dict[str, Any]:
+    return {"value": found.value, "interval": [found.low, found.high]}
 
 
 def _errors(findings: Findings, holdout: Holdout) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,10 +28,19 @@ _DRAWS = 2000
 _SIMULATED = range(7, 17)  # seeds beside the floor of the balances: whether a plate just breaks away is luck
 
 
+class Gain(NamedTuple):
+    """The share by which a free run errs less, below zero where it errs more, and the ends of its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+
+
 @dataclass(frozen=True, slots=True)
 class Holdout:
-    """Root mean square errors (SI) over segments: `table[kind][signal][model]`, and the gain with its 95 % interval.
+    """Root mean square errors (SI) over segments: `table[kind][signal][model]`, and what the model file gains.
 
+    `gains`: its free run of the angle beside that of the model as `nominal` and as `calibrated` without the causes.
     `drawn` (draws, segments): what true models left of the angle in free run. `best`: the whole vector whose kind of
     fit errs least in free run on segments that it did not see; `is_followed`: it is the last fit's. `is_cut_short`: an
     interrupt ended that fit, and what was known before stands.
@@ -40,8 +50,7 @@ class Holdout:
     segments: dict[str, dict[str, Float64]]
     nrmse: dict[str, float]
     drawn: Float64
-    gain: float
-    gain_interval: tuple[float, float]
+    gains: dict[str, Gain]
     best: Vector
     is_followed: bool
     is_cut_short: bool
@@ -80,15 +89,14 @@ def hold_out(findings: Findings, progress: Callable[[str], None] = lambda _: Non
         followed = None  # what is known without it is worth having
     best = "extended" if findings.accepted else "calibrated"
     is_followed = followed is not None and free["followed"] < free[best]
-    before, after = errors.segments["calibrated"][freerun.POSITION], errors.segments[best][freerun.POSITION]
+    after = errors.segments["followed" if is_followed else best][freerun.POSITION]
     span = float(np.ptp(b.measured.angle))
     return Holdout(
         errors.table,
         errors.segments,
         {name: value / span for name, value in free.items()},
         drawn_floors,
-        _gain(before, after),
-        _interval(before, after),
+        {name: gain(errors.segments[name][freerun.POSITION], after) for name in ("calibrated", "nominal")},
         followed.whole if followed is not None and is_followed else final.fit.whole,
         is_followed,
         followed is None,
@@ -163,14 +171,10 @@ def _by_fold(findings: Findings, number: int, vectors: list[Vector]) -> Callable
     return lambda share: vectors[part_of(findings.balances, number, share)][:EXTENDED]
 
 
-def _gain(before: Float64, after: Float64) -> float:
-    return 1.0 - float(np.sqrt(np.sum(after**2) / max(float(np.sum(before**2)), 1e-30)))
-
-
-def _interval(before: Float64, after: Float64) -> tuple[float, float]:
-    """Return the gain's 95 % interval from segments drawn with replacement."""
+def gain(before: Float64, after: Float64) -> Gain:
+    """Return what errors (segments) after something gain over those before; the interval from segments drawn again."""
     rng = np.random.default_rng(0)
     picks = rng.integers(len(before), size=(_DRAWS, len(before)))
-    gains = 1.0 - np.sqrt((after[picks] ** 2).sum(1) / np.maximum((before[picks] ** 2).sum(1), 1e-30))
-    low, high = np.percentile(gains, [2.5, 97.5])
-    return float(low), float(high)
+    drawn = 1.0 - np.sqrt((after[picks] ** 2).sum(1) / np.maximum((before[picks] ** 2).sum(1), 1e-30))
+    value = 1.0 - float(np.sqrt(np.sum(after**2) / max(float(np.sum(before**2)), 1e-30)))
+    return Gain(value, *(float(end) for end in np.percentile(drawn, [2.5, 97.5])))

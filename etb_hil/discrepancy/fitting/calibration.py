@@ -29,6 +29,7 @@ Float64 = NDArray[np.float64]
 _ROUNDS = 10
 _INSIDE = 1e-3  # rad from the end of the travel
 _RESTS = 0.02  # rad/s
+GIVES_WAY = (0.0, 0.003, 0.006, 0.01, 0.015, 0.02)  # rad that a plate may press a stop in
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,10 +108,28 @@ def off_edges(residual: Residual, found: Calibration) -> Calibration | None:
     return Calibration(found.unknowns, fit, columns(residual, fit, found.unknowns))
 
 
+def met_before(unknown: Unknown, balances: Sequence[Balances]) -> list[float]:
+    """Return where (rad) a stop may be that a motion ends before; none for another unknown, or a stop that it reaches.
+
+    No slope leads there: a plate that is held before a stop does not tell it. How far it went into it nobody knows.
+    """
+    lowest, highest = _touches(balances)
+    if unknown.place == STOP_HIGH and highest < unknown.centre + unknown.scale * unknown.low:
+        return [highest - way for way in GIVES_WAY]
+    if unknown.place == STOP_LOW and lowest > unknown.centre + unknown.scale * unknown.high:
+        return [lowest + way for way in GIVES_WAY]
+    return []
+
+
+def _touches(balances: Sequence[Balances]) -> tuple[float, float]:
+    """Return where (rad) stops would be that a motion's ends just touch."""
+    lowest = min(float(b.measured.angle.min()) for b in balances) + _INSIDE
+    return lowest, max(float(b.measured.angle.max()) for b in balances) - _INSIDE
+
+
 def _at_the_stops(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence[Balances]) -> Vector:
     """Put a stop that the motion may just have missed to where it touches (in place): no slope leads there."""
-    highest = max(float(b.measured.angle.max()) for b in balances) - _INSIDE
-    lowest = min(float(b.measured.angle.min()) for b in balances) + _INSIDE
+    lowest, highest = _touches(balances)
     for unknown in unknowns:
         if unknown.place == STOP_HIGH and highest < whole[STOP_HIGH]:
             unknown.put(whole, float(np.clip((highest - unknown.centre) / unknown.scale, unknown.low, 0.0)))

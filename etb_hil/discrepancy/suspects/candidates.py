@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.calibration import met_before
 from etb_hil.discrepancy.fitting.unknowns import Unknown, effect_unknowns
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.effect import Effect
@@ -41,7 +42,10 @@ _TOO_SMALL = ("stop_damping", "bristle_damping", "dead_zone")
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A suspect at one shape: its `unknowns` are fitted beside the base; `frees`: a parameter let out of its box."""
+    """A suspect at one shape: its `unknowns` are fitted beside the base; `frees`: a parameter let out of its box.
+
+    `begins`: the value from which that parameter is fitted; None: from the edge of its box, from where a slope leads.
+    """
 
     id: str
     effect: Effect | None
@@ -49,6 +53,7 @@ class Candidate:
     unknowns: tuple[Unknown, ...]
     frees: str = ""
     steps: tuple[float, ...] = ()
+    begins: float | None = None
 
     @property
     def strengths(self) -> tuple[Unknown, ...]:
@@ -82,7 +87,8 @@ def suspects(
         id_ = f"parameter:{MODEL_FILE_NAME.get(unknown.name, unknown.name)}"
         is_suspect = id_ not in out and unknown.name not in _TOO_SMALL and not unknown.is_known
         if is_suspect and unknown.place < PARAMETERS:
-            found[id_] = [Candidate(id_, None, (), (), unknown.name)]
+            begins = met_before(unknown, balances) or (None,)
+            found[id_] = [Candidate(id_, None, (), (), unknown.name, begins=value) for value in begins]
     return found
 
 

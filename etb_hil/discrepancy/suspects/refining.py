@@ -50,10 +50,12 @@ class Linearised(Refined):
 def quickly(residual: Residual, calibration: Calibration, screened: Screened, load: float = 1.0) -> Linearised:
     """Return a suspect fitted with the base model's columns as they are, the suspect's own differenced anew."""
     unknowns = unknowns_of(calibration.unknowns, screened.candidate, screened.start, load)
+    # Where a parameter begins elsewhere, the base model's column of it says nothing.
+    kept = calibration.columns if screened.candidate.begins is None else None
     best: tuple[Fit, Float64] | None = None
     for share in (1.0, 0.3):
         begin = fit_of(residual, _between(calibration.fit.whole, screened, share))
-        found = gauss_newton(residual, begin, unknowns, _QUICK_ROUNDS, calibration.columns)
+        found = gauss_newton(residual, begin, unknowns, _QUICK_ROUNDS, kept)
         if best is None or found[0].cost < best[0].cost:
             best = found
         if screened.candidate.effect is None or best[0].cost < 1.1 * screened.cost:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from etb_hil.base.side_by_side import side_by_side
 from etb_hil.discrepancy.fitting.boxed import boxed
 from etb_hil.discrepancy.fitting.calibration import Calibration
-from etb_hil.discrepancy.fitting.fit import Fit, Residual
+from etb_hil.discrepancy.fitting.fit import Fit, Residual, columns, fit_of
 from etb_hil.discrepancy.suspects.candidates import Candidate
 from etb_hil.discrepancy.suspects.similarity import Projector
 from etb_hil.plant.physics import Vector
@@ -20,6 +20,7 @@ from etb_hil.plant.physics import Vector
 Float64 = NDArray[np.float64]
 
 _RIDGE = 1e-3
+_REACH = 0.004  # rad about where a stop's fit begins that its slope leads
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,16 +120,16 @@ class _Tried(NamedTuple):
 
 def _tried(residual: Residual, linear: Linear, candidate: Candidate) -> _Tried:
     if candidate.frees:
-        return _freed(linear, candidate)
+        return _freed(residual, linear, candidate)
     calibration = linear.calibration
     fit = calibration.fit
     base = shaped(fit, candidate)
-    columns = stepped(residual, fit, candidate)
-    count = columns.shape[1]
-    cross = calibration.columns.T @ columns
-    own = columns.T @ columns
+    raw = stepped(residual, fit, candidate)
+    count = raw.shape[1]
+    cross = calibration.columns.T @ raw
+    own = raw.T @ raw
     normal = np.block([[linear.normal, cross], [cross.T, own + (_RIDGE + 1e-9 * np.trace(own)) * np.eye(count)]])
-    right = np.concatenate([linear.right, -columns.T @ fit.residual])
+    right = np.concatenate([linear.right, -raw.T @ fit.residual])
     there = np.array([unknown.x_of(base) for unknown in candidate.strengths])  # what the model file states of heat
     low = np.concatenate([linear.low - linear.x, [u.low for u in candidate.strengths] - there])
     high = np.concatenate([linear.high - linear.x, [u.high for u in candidate.strengths] - there])
@@ -139,13 +140,15 @@ def _tried(residual: Residual, linear: Linear, candidate: Candidate) -> _Tried:
         unknown.put(start, value)
     for unknown, value in zip(candidate.strengths, there + x[-count:], strict=True):
         unknown.put(start, value)
-    return _Tried(candidate, cost, start, columns[:, 0])
+    return _Tried(candidate, cost, start, raw[:, 0])
 
 
-def _freed(linear: Linear, candidate: Candidate) -> _Tried:
+def _freed(residual: Residual, linear: Linear, candidate: Candidate) -> _Tried:
+    index = next(k for k, u in enumerate(linear.calibration.unknowns) if u.name == candidate.frees)
+    if candidate.begins is not None:
+        linear = Linear.of(_begun(residual, linear.calibration, index, candidate.begins))
     calibration = linear.calibration
-    index = next(k for k, u in enumerate(calibration.unknowns) if u.name == candidate.frees)
-    free = calibration.unknowns[index].free()
+    free = calibration.unknowns[index] if candidate.begins is not None else calibration.unknowns[index].free()
     low, high = linear.low - linear.x, linear.high - linear.x
     low[index], high[index] = free.low - linear.x[index], free.high - linear.x[index]
     x = boxed(linear.normal, linear.right, low, high)
@@ -154,3 +157,15 @@ def _freed(linear: Linear, candidate: Candidate) -> _Tried:
     for unknown, value in zip(calibration.unknowns, linear.x + x, strict=True):
         unknown.put(start, value)
     return _Tried(candidate, cost, start, calibration.columns[:, index])
+
+
+def _begun(residual: Residual, calibration: Calibration, index: int, begins: float) -> Calibration:
+    """Return a calibration with one stop at where it `begins` (rad), its column from there, and no way far from it."""
+    unknowns, whole, there = list(calibration.unknowns), calibration.fit.whole.copy(), calibration.columns.copy()
+    x = (begins - unknowns[index].centre) / unknowns[index].scale
+    reach = _REACH / unknowns[index].scale
+    moved = unknowns[index] = replace(unknowns[index], low=x - reach, high=x + reach)
+    moved.put(whole, x)
+    fit = fit_of(residual, whole)
+    there[:, index] = columns(residual, fit, [moved])[:, 0]
+    return Calibration(unknowns, fit, there)
