@@ -96,13 +96,6 @@ def test_angles_that_are_late_make_no_current_early():
     assert not findings.accepted
 
 
-@pytest.mark.slow
-def test_a_soft_stop_is_one_although_few_segments_meet_it():
-    findings = searched(hidden_case(191236, ("end_stop_compliance",)))
-    assert [found.winner.id for found in findings.accepted] == ["end_stop_compliance"]
-    assert findings.accepted[0].t < 1.5
-
-
 @pytest.mark.parametrize(
     ("id_", "order", "is_drive", "speaks"),
     [

@@ -30,7 +30,6 @@ _CERTAIN_GAIN = 0.5
 _CONCENTRATED = 0.33
 _NEARLY_FLOOR = 1.2
 _LEAST_T = 1.5  # over the held-out segments
-_ON_A_STOP = 0  # the torque's rows there
 _LATE = 0.2  # of the larger of a delay and a lag: true ones are late by 0.6 of it and more together
 _LOCAL = 0.25  # of the range of the motion: what is wider at half its height, on either side, is not at one place
 _OF_THE_MOTOR = ("cogging_torque", "torque_ripple")
@@ -150,18 +149,10 @@ def _lacks_its_back_emf(found: Round, findings: Findings) -> str:
 def fails_on_other_segments(found: Round, findings: Findings) -> str:
     """Say that what a winner gains does not hold on segments that its fit did not see, nothing where it does."""
     # What sits in few segments scores low over all of them although it is certain: t guards small gains only, and none
-    # that bring a group which was over its band down, or the stops, which are in few segments, from far over the floor.
-    down = _brought_down(found)
-    down[_ON_A_STOP] |= _is_of_the_stops(found)
-    if found.t > _LEAST_T or found.gain > _CERTAIN_GAIN or (down & _judged(findings)).any():
+    # that bring a group which was over its band down.
+    if found.t > _LEAST_T or found.gain > _CERTAIN_GAIN or (_brought_down(found) & _judged(findings)).any():
         return ""
     return f"does not hold on segments that the fit did not see: t is {found.t:.1f}"
-
-
-def _is_of_the_stops(found: Round) -> bool:
-    """Tell whether a winner takes most of the stops' torque that is left, and more than chance does."""
-    before, after = found.before_groups[_ON_A_STOP], found.after_groups[_ON_A_STOP]
-    return bool(before - after > _GROUP_GAIN[_ON_A_STOP] and after < _CONCENTRATED * before)
 
 
 def is_not_late(found: Round, _: Findings) -> str:
