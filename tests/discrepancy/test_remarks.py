@@ -37,6 +37,14 @@ def test_whole_rows_call_for_no_word(cogging_recording):
     assert not any("of the rows" in flag or "left out" in flag for flag in flags_of(cogging_recording))
 
 
+@pytest.mark.parametrize(("times", "is_said"), [(1.0, False), (1.002, False), (1.01, True), (0.99, True)])
+def test_a_scale_that_is_not_as_stated_is_said(cogging_recording, times, is_said):
+    plate = cogging_recording.series("throttle_angle").values * times
+    said = [flag for flag in flags_of(changed(cogging_recording, throttle_angle=plate)) if "as far as" in flag]
+    assert len(said) == is_said
+    assert all(f"goes {times:.4f} times as far" in flag for flag in said)
+
+
 def test_values_that_are_missing_one_at_a_time_are_said_to_be_filled_in_and_judged(cogging_recording):
     current = cogging_recording.series("motor_current").values.copy()
     current[5::10] = np.nan

@@ -23,6 +23,8 @@ _TINY = 1e-12
 _GRID_SLACK = 0.05  # of a step
 _FEWEST_JUMPS = 5
 _SAME_UNIT = 0.2
+_WIDE = 0.5  # rad of motion that tells a scale
+_SAME_RATIO = 0.003  # soft shafts and play are 0.002 and less, sensors that are no line 0.001
 _OFF_GRID = 0.5  # share of the rows from which it is said
 
 
@@ -57,7 +59,7 @@ def _of(b: Balances, model: Model) -> dict[str, Any]:
     travel = (float(m.angle.min()), float(m.angle.max()))
     if not m.is_drive and (travel[0] > model.values.limp_home or travel[1] < model.values.limp_home):
         flags.append("limp-home is never crossed: preload, offset and asymmetry cannot be told apart")
-    flags += _off_grid(m) + _other_unit(m)
+    flags += _off_grid(m) + _other_unit(m) + _other_ratio(m, b.gear)
     found: dict[str, Any] = {
         "origin": m.origin,
         "rate_hz": m.rate,
@@ -85,6 +87,20 @@ def _off_grid(m: Measurement) -> list[str]:
     return [
         f"{100.0 * off:.1f} % of the angles lie off the encoder's steps: the signal was filtered or resampled before"
     ]
+
+
+def _other_ratio(m: Measurement, gear: float) -> list[str]:
+    """Flag two angles of which one goes farther than the other by more than a shaft gives way."""
+    if m.plate is None or float(np.ptp(m.angle)) < _WIDE:
+        return []
+    angle, plate = m.angle - np.mean(m.angle), m.plate - np.mean(m.plate)
+    times = float(angle @ plate / (angle @ angle))
+    if abs(times - 1.0) < _SAME_RATIO:
+        return []
+    goes = (
+        f"the plate sensor goes {times:.4f} times as far as the motor's angle does through the gear ratio of {gear:g}"
+    )
+    return [f"{goes}: that ratio or a sensor's scale is not as stated"]
 
 
 def _other_unit(m: Measurement) -> list[str]:
