@@ -89,6 +89,7 @@ def _page(found: dict[str, Any], drawn: list[tuple[str, Markup]]) -> str:
     return environment.get_template("explain.html.jinja").render(
         headline=verdict.replace("_", " ").upper(),
         tone=_TONES[verdict],
+        named=_named(found),
         reason=_reason(found),
         further=_further(found),
         next_test=_next_test(found),
@@ -110,6 +111,14 @@ def _page(found: dict[str, Any], drawn: list[tuple[str, Markup]]) -> str:
         quality=[_quality(one) for one in found["data_quality"]],
         limits=_limits(found),
     )
+
+
+def _named(found: dict[str, Any]) -> str:
+    """Return the causes of an answer that stands by them, each with all that it may be; nothing of another answer."""
+    if found["verdict"] not in ("explained", "ambiguous"):
+        return ""
+    names = "; ".join(" or ".join(map(_words, [one["effect"], *one["class"]])) for one in found["causes"])
+    return f"{names[:1].upper()}{names[1:]}."
 
 
 def _reason(found: dict[str, Any]) -> str:
@@ -330,12 +339,12 @@ def _friction(found: dict[str, Any]) -> list[dict[str, Any]]:
     ]
 
 
-def _next_test(found: dict[str, Any]) -> str:
-    """Return what to do about what is open: what to measure, the scenario with what both tell, and what stays."""
+def _next_test(found: dict[str, Any]) -> dict[str, Any]:
+    """Return what to do about what is open, what to measure and the scenario, and what both tell and what stays."""
     test = found.get("next_test") or {}
     expected = test.get("expected_separation")
     if not expected:
-        return str(test.get("says", ""))
+        return {"steps": [], "says": str(test.get("says", ""))}
     parts, leaves = (", ".join(_words(id_) for id_ in expected[key]) for key in ("parts", "leaves"))
     steps = []
     if hand := test.get("by_hand"):
@@ -346,8 +355,9 @@ def _next_test(found: dict[str, Any]) -> str:
         steps.append(f"{run}(etb-hil explain NEW THESE --same-unit)")
     else:
         steps.append("explain these data again")
-    says = f"{'; '.join(steps)}: they tell {_words(test['pair'][0])} from {parts}."
-    return f"{says} Still open then: {leaves}; {test['says']}." if leaves else says
+    says = f"They tell {_words(test['pair'][0])} from {parts}."
+    says = f"{says} Still open then: {leaves}; {test['says']}." if leaves else says
+    return {"steps": steps, "says": says}
 
 
 def _wanted(number: dict[str, Any]) -> str:

@@ -165,7 +165,8 @@ def test_the_next_test_says_what_to_measure_and_how_well(open_class, monkeypatch
     answer = explanation(open_class, None) | {"confounded": [], "next_test": test}
     page = write_explanation(answer, None, tmp_path).read_text("utf-8")
     assert "coulomb within 0.0045 N·m at the plate (shaft: throttle)" in page
-    assert "under &#39;measured&#39;; explain these data again: they tell cogging torque from wrong coulomb." in page
+    assert "under &#39;measured&#39;</li><li>explain these data again</li>" in page
+    assert "They tell cogging torque from wrong coulomb." in page
 
 
 def test_what_instruments_give_can_be_entered():

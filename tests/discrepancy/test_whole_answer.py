@@ -120,7 +120,7 @@ def test_the_report_shows_it_over_the_motors_turn(answer, tmp_path):
     series = pictures(answer.findings, answer.holdout)
     assert [left.over for left in series.left] == ["position", "motor turn"]
     page = write_explanation(answer.explanation, series, tmp_path).read_text("utf-8")
-    assert "cogging torque" in page
+    assert "<strong>Cogging torque.</strong>" in page
     assert "Friction that the models have" in page
     assert (tmp_path / "torque_over_motor_turn.png").stat().st_size > 10_000
 
@@ -132,7 +132,7 @@ def test_the_report_says_what_the_next_test_tells_and_what_it_does_not(answer, t
     page = write_explanation(found, None, tmp_path).read_text("utf-8")
     assert "run multisine" in page
     assert "explain NEW THESE --same-unit" in page
-    assert "they tell cogging torque from torque ripple. Still open then: wrong coulomb; weigh it." in page
+    assert "They tell cogging torque from torque ripple. Still open then: wrong coulomb; weigh it." in page
 
 
 def test_the_extended_model_is_read_again(answer, tmp_path):
