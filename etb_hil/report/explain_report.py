@@ -381,9 +381,11 @@ def _limits(found: dict[str, Any]) -> str:
     seen = ", ".join(
         f"{_words(name)} from {one['limit']:.2g}{'' if one['unit'] == '1' else ' ' + one['unit']} ({one['parameter']})"
         for name, one in limits.items()
-        if one["within_bounds"]
+        if one["limit"] is not None
     )
-    unseen = ", ".join(_words(name) for name, one in limits.items() if not one["within_bounds"])
+    unseen = ", ".join(_words(name) for name, one in limits.items() if one["judged"] and not one["within_bounds"])
+    others = ", ".join(f"{_words(name)} ({one['says']})" for name, one in limits.items() if not one["judged"])
     sentences = [f"Would have been seen: {seen}." if seen else ""]
-    sentences.append(f"These data cannot show, however large: {unseen}." if unseen else "")
+    sentences.append(f"These data cannot show beside base parameters, however large: {unseen}." if unseen else "")
+    sentences.append(f"Not judged: {others}." if others else "")
     return " ".join(filter(None, sentences))

@@ -48,7 +48,7 @@ def explanation(findings: Findings, holdout: Holdout | None) -> dict[str, Any]:
         "nuisances": _nuisances(numbers),
         "friction": _friction(findings, in_model),
         "balances": _balances(findings),
-        "detection_limits": _limits(findings),
+        "detection_limits": detection_limits(findings, LEAST_GAIN),
         "next_test": next_test(findings),
         "data_quality": data_quality(findings.balances, findings.model),
     }
@@ -105,13 +105,6 @@ def _worst(findings: Findings, holdout: Holdout) -> dict[str, Any]:
         "others": float(np.sqrt(np.sum(np.delete(errors, k) ** 2) / max(len(errors) - 1, 1))),
         "noise_floor_range": [float(there.min()), float(there.max())],
     }
-
-
-def _limits(findings: Findings) -> dict[str, dict[str, object]]:
-    if not findings.rounds:
-        return {}
-    last = findings.rounds[-1]
-    return detection_limits(last.before, last.screened, LEAST_GAIN, is_linear=findings.balances[0].measured.is_linear)
 
 
 def _model_file(holdout: Holdout | None) -> dict[str, str]:
