@@ -171,8 +171,8 @@ def _size(name: str, p: dict[str, Any], *, is_followed: bool) -> str:
     digits = _digits(0.5 * (high - low), p["value"])
     value, low, high, own = (f"{one:.{digits}g}" for one in (p["value"], low, high, p["in_model"]))
     unit = "" if p["unit"] == "1" else f" {p['unit']}"
-    bound = "".join(f", {one}" for one in (["on its bound"] if p["on_bound"] else []) + p["flags"])
-    return f"{name}: {value}{unit} ({low} to {high}){bound}" + (
+    flags = "".join(f", {one}" for one in p["flags"])
+    return f"{name}: {value}{unit} ({low} to {high}){flags}" + (
         f"; in the model file {own}{unit}" if is_followed else ""
     )
 

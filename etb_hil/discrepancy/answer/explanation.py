@@ -158,8 +158,7 @@ def _parameters(each: Round, numbers: dict[int, Estimate], whole: Vector, *, is_
 
 
 def _size(estimate: Estimate, unit: str, whole: Vector) -> dict[str, Any]:
-    flags = [] if estimate.is_told else ["these data do not tell it"]
-    return {**_number(estimate, unit), "in_model": float(whole[estimate.place]), "flags": flags}
+    return {**_number(estimate, unit), "in_model": float(whole[estimate.place])}
 
 
 def _finer(each: Round, numbers: dict[int, Estimate], whole: Vector) -> dict[str, float]:
@@ -177,6 +176,7 @@ def _number(estimate: Estimate, unit: str) -> dict[str, Any]:
         "unit": unit,
         "interval": [estimate.low, estimate.high],
         "on_bound": estimate.on_bound,
+        "flags": estimate.flags,
     }
 
 
@@ -237,11 +237,8 @@ def _calibrated(findings: Findings, numbers: Sequence[Estimate], in_model: Vecto
         nominal = float(getattr(findings.model.values, name))
         half = findings.model.tolerance(name)
         moved = abs(estimate.value - first) / max(abs(first), half)
-        flags = []
-        if abs(estimate.value - nominal) > half * 1.03:
-            flags.append("left its tolerance")
-        if estimate.on_bound:
-            flags.append("on a bound")
+        flags = ["left its tolerance"] if abs(estimate.value - nominal) > half * 1.03 else []
+        flags += estimate.flags
         if findings.accepted and moved > MOVED:
             flags.append(f"moved by {100.0 * moved:.1f} % when a term came in")
         found[name] = {
