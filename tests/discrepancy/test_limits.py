@@ -18,9 +18,13 @@ from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED
 
 
-def hiding(columns, column, low, high):
-    ridge = 1e-9 * np.eye(columns.shape[1])
-    return Hiding(columns.T @ columns + ridge, low, high, columns.T @ column, float(column @ column))
+def hiding(columns, column, low, high, least, groups=1, least_in=0.0):
+    """Return what may hide a column; rows in as many groups of one length, of which one has to show `least_in`."""
+    parts = np.split(columns, groups), np.split(column, groups)
+    normals = np.stack([part.T @ part for part in parts[0]])
+    crosses = np.stack([part.T @ own for part, own in zip(*parts, strict=True)])
+    own = np.array([part @ part for part in parts[1]])
+    return Hiding(normals, low, high, crosses, own, least**2, np.full(groups, max(least_in, 1e-9) ** 2))
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -35,17 +39,25 @@ def test_the_size_is_that_of_an_independent_solver(seed):
         return np.sqrt(2.0 * lsq_linear(columns, size * column, (low, high), method="bvls").cost) - 5.0
 
     expected = brentq(over, 0.0, 100.0)
-    assert hiding(columns, column, low, high).smallest(5.0, 100.0, 1.0) == pytest.approx(expected, rel=0.03)
-    assert hiding(columns, -column, low, high).smallest(5.0, 100.0, -1.0) == pytest.approx(expected, rel=0.03)
-    assert hiding(columns, column, low, high).smallest(5.0, 0.9 * expected, 1.0) is None
+    assert hiding(columns, column, low, high, 5.0).smallest(100.0, 1.0) == pytest.approx(expected, rel=0.03)
+    assert hiding(columns, -column, low, high, 5.0).smallest(100.0, -1.0) == pytest.approx(expected, rel=0.03)
+    assert hiding(columns, column, low, high, 5.0).smallest(0.9 * expected, 1.0) is None
 
 
 def test_what_base_parameters_are_shows_only_once_they_are_at_their_ends():
-    columns = np.eye(4)[:, :1]
-    one = hiding(columns, columns[:, 0], np.array([-0.5]), np.array([2.0]))
-    assert one.smallest(0.1, 10.0, 1.0) == pytest.approx(2.1, rel=0.03)
-    assert one.smallest(0.1, 10.0, -1.0) == pytest.approx(0.6, rel=0.03)
-    assert one.smallest(0.1, 2.0, 1.0) is None
+    columns = 100.0 * np.eye(4)[:, :1]
+    one = hiding(columns, columns[:, 0], np.array([-0.5]), np.array([2.0]), 10.0)
+    assert one.smallest(10.0, 1.0) == pytest.approx(2.1, rel=0.03)
+    assert one.smallest(10.0, -1.0) == pytest.approx(0.6, rel=0.03)
+    assert one.smallest(2.0, 1.0) is None
+
+
+def test_what_is_spread_over_all_groups_has_to_show_in_one():
+    column, nothing = np.ones(8), np.zeros((8, 1))
+    box = np.array([-1.0]), np.array([1.0])
+    assert hiding(nothing, column, *box, 4.0, groups=4).smallest(9.0, 1.0) == pytest.approx(2.0**0.5, rel=0.03)
+    there = hiding(nothing, column, *box, 4.0, groups=4, least_in=4.0)
+    assert there.smallest(9.0, 1.0) == pytest.approx(4.0 / 2.0**0.5, rel=0.03)
 
 
 @pytest.fixture(scope="module")

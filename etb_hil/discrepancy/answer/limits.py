@@ -12,10 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.base.side_by_side import side_by_side
-from etb_hil.discrepancy.answer.hiding import Hiding
+from etb_hil.discrepancy.answer.hiding import Hidden
 from etb_hil.discrepancy.fitting.calibration import residual_of
+from etb_hil.discrepancy.fitting.floor import LEAST_ROWS
 from etb_hil.discrepancy.fitting.unknowns import Unknown, effect_unknowns
 from etb_hil.discrepancy.search.findings import Findings, Round
+from etb_hil.discrepancy.search.objections import GROUP_GAIN
 from etb_hil.discrepancy.suspects.candidates import Candidate, beyond_judging
 from etb_hil.discrepancy.suspects.screening import stepped
 from etb_hil.plant.drive_effects import unit_for
@@ -29,33 +31,35 @@ _CORRELATED = 4.0  # rows of the band-limited, coloured residual that are one in
 
 
 def detection_limits(findings: Findings, least_gain: float) -> dict[str, dict[str, object]]:
-    """Return by effect the strength, with its unit, that would stand out by three sigma and by a cause's gain.
+    """Return by effect the strength, with its unit, that would stand out as a cause has to.
 
-    It is the larger one of both ways. Where that is more than the effect's bounds allow it is not `within_bounds`, and
+    That is by three sigma, by a cause's share of all that is left, and in one group of rows by more than chance. It is
+    the larger one of both ways. Where that is more than the effect's bounds allow it is not `within_bounds`, and
     what was not looked for is not `judged`: there is no limit, and `says` why.
     """
     if not findings.rounds:
         return {}
     fit = findings.final.fit
     noise = float(np.sqrt(fit.cost / max(int(np.count_nonzero(fit.residual)), 1)))
-    least = max(_SIGMAS * noise * np.sqrt(_CORRELATED), float(np.sqrt(least_gain * fit.cost)))
+    least = max(_SIGMAS**2 * noise**2 * _CORRELATED, least_gain * fit.cost)
+    hidden = Hidden(findings, least, np.where(findings.rows >= LEAST_ROWS, findings.rows * GROUP_GAIN, np.inf))
     asked = {one.candidate.id: one.candidate for each in findings.rounds for one in each.screened}
     asked |= {each.winner.id: each.winner.candidate for each in findings.accepted}
     judged = [asked[id_] for id_ in CATALOGUE if id_ in asked]
-    found = side_by_side(lambda one: _judged(findings, one, least), judged)
+    found = side_by_side(lambda one: _judged(findings, one, hidden), judged)
     limits = dict(zip((one.id for one in judged), found, strict=True))
     return {id_: limits[id_] if id_ in limits else _not_judged(findings, effect) for id_, effect in CATALOGUE.items()}
 
 
-def _judged(findings: Findings, candidate: Candidate, least: float) -> dict[str, object]:
+def _judged(findings: Findings, candidate: Candidate, hidden: Hidden) -> dict[str, object]:
     effect = candidate.effect
     assert effect is not None  # noqa: S101 (asked of effects alone)
     unknown = _strength(findings, effect)
     known_as = [each for each in findings.accepted if candidate.id in (each.winner.id, *each.alike)]
-    hiding = Hiding.of(findings, _column(findings, candidate, unknown), known_as)
-    up = hiding.smallest(least, unknown.high, 1.0)
+    hiding = hidden.by(_column(findings, candidate, unknown), known_as)
+    up = hiding.smallest(unknown.high, 1.0)
     low = 0.0 if effect.is_one_way else unknown.low
-    down = hiding.smallest(least, -low, -1.0) if low < 0.0 else up
+    down = hiding.smallest(-low, -1.0) if low < 0.0 else up
     sizes = [one * unknown.scale for one in (up, down) if one is not None]
     unit = unit_for(effect.parameters[effect.searched[0]], is_linear=_is_linear(findings))
     if known_as:
