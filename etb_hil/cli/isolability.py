@@ -32,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
     for first, second, cosine in found.alike:
         print(f"  {first} and {second} ({cosine:.2f})")
     if found.hidden:
-        print(f"does not show: {', '.join(found.hidden)}")
+        print(f"does not show beside base parameters, whatever these are: {', '.join(found.hidden)}")
     if options.suggest and found.alike:
         left = {}
         for name in stock_names("scenario"):

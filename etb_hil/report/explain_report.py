@@ -180,8 +180,8 @@ def _size(name: str, p: dict[str, Any], *, is_followed: bool) -> str:
     digits = _digits(0.5 * (high - low), p["value"])
     value, low, high, own = (f"{one:.{digits}g}" for one in (p["value"], low, high, p["in_model"]))
     unit = "" if p["unit"] == "1" else f" {p['unit']}"
-    bound = "".join(f", {one}" for one in (["on its bound"] if p["on_bound"] else []) + p["flags"])
-    return f"{name}: {value}{unit} ({low} to {high}){bound}" + (
+    flags = "".join(f", {one}" for one in p["flags"])
+    return f"{name}: {value}{unit} ({low} to {high}){flags}" + (
         f"; in the model file {own}{unit}" if is_followed else ""
     )
 
@@ -399,9 +399,11 @@ def _limits(found: dict[str, Any]) -> str:
     seen = ", ".join(
         f"{_words(name)} from {one['limit']:.2g}{'' if one['unit'] == '1' else ' ' + one['unit']} ({one['parameter']})"
         for name, one in limits.items()
-        if one["within_bounds"]
+        if one["limit"] is not None
     )
-    unseen = ", ".join(_words(name) for name, one in limits.items() if not one["within_bounds"])
+    unseen = ", ".join(_words(name) for name, one in limits.items() if one["judged"] and not one["within_bounds"])
+    others = ", ".join(f"{_words(name)} ({one['says']})" for name, one in limits.items() if not one["judged"])
     sentences = [f"Would have been seen: {seen}." if seen else ""]
-    sentences.append(f"These data cannot show, however large: {unseen}." if unseen else "")
+    sentences.append(f"These data cannot show beside base parameters, however large: {unseen}." if unseen else "")
+    sentences.append(f"Not judged: {others}." if others else "")
     return " ".join(filter(None, sentences))

@@ -7,7 +7,7 @@ import pytest
 
 from etb_hil.discrepancy.fitting.calibration import Calibration
 from etb_hil.discrepancy.fitting.fit import fit_of
-from etb_hil.discrepancy.fitting.intervals import estimates
+from etb_hil.discrepancy.fitting.intervals import Estimate, estimates
 from etb_hil.discrepancy.fitting.unknowns import SLACK, Unknown
 from etb_hil.plant.effects.layout import EXTENDED
 
@@ -98,6 +98,40 @@ def test_an_effects_interval_ends_at_its_bounds():
 def test_an_effects_number_that_was_measured_by_hand_is_told_whatever_the_data_say():
     assert of_effect(1e4, is_known=True).is_told
     assert not of_effect(1e4).is_told
+
+
+@pytest.mark.parametrize("ended", [-2.0, 1.0])
+def test_a_number_that_nothing_hangs_on_is_anywhere_in_its_bounds(ended):
+    noise = np.random.default_rng(4).standard_normal(3 * ROWS)
+    found = told(lambda first, _: noise + 0.0 * first, [Unknown("effect.x", FIRST, 0.0, 1.0, -2.0, 6.0)], ended)
+    assert (found["effect.x"].low, found["effect.x"].high) == (-2.0, 6.0)
+    assert not found["effect.x"].is_told
+
+
+@pytest.mark.parametrize("pushed", [0.0, 1.0, 10.0, 30.0])
+def test_a_number_on_its_bound_is_known_to_no_hair(pushed):
+    """However hard the record pushes: its interval is a good part of what it would be without the bound."""
+    rng = np.random.default_rng(5)
+    noise = rng.standard_normal(3 * ROWS)
+    slope = rng.standard_normal(3 * ROWS)
+    noise -= slope * (slope @ noise) / (slope @ slope)
+    reach = 2.0 / np.sqrt(3 * ROWS)
+    unknown = Unknown("effect.x", FIRST, 0.0, 1.0, -2.0, 6.0)
+    found = told(lambda first, _: noise + slope * (first + 2.0 + pushed * reach), [unknown], -2.0)["effect.x"]
+    assert found.on_bound
+    assert found.low == -2.0
+    assert found.high + 2.0 > 0.3 * reach
+
+
+def test_a_value_says_what_its_interval_alone_does_not():
+    def flags(value, **more):
+        return Estimate("effect.x", FIRST, value, 0.0, 1.0, **more).flags
+
+    assert flags(0.5, on_bound=False) == []
+    assert flags(0.0, on_bound=True) == ["on a bound"]
+    assert flags(1.0, on_bound=False) == ["at an end of its interval: told only together with others"]
+    assert flags(0.0, on_bound=True, is_told=False) == ["on a bound", "these data do not tell it"]
+    assert Estimate("effect.x", FIRST, 1.0, 1.0, 1.0, on_bound=False).flags == []
 
 
 @pytest.mark.parametrize("blocks", [2, 3, 6, 40])

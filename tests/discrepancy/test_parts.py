@@ -86,6 +86,16 @@ def test_conditions_that_change_together_are_said():
     assert confounded(_recording({"pwm_frequency": 1e3 * shuffled})) == []
 
 
+@pytest.mark.parametrize(("warmed", "is_said"), [(0.7, False), (5.0, True)])
+def test_a_temperature_that_heat_cannot_be_judged_by_is_confounded_with_nothing(warmed, is_said):
+    m = measurement(MODEL.vector(), seed=5, degrees=(20.0, 20.0 + warmed))
+    moved = {"motor_voltage": m.voltage, "motor_angle": m.angle * MODEL.values.gear_ratio}
+    recording = _recording(moved | {"temperature": m.temperature})
+    (measured,) = measurements_of(recording, MODEL)
+    assert measured.has_temperature == is_said
+    assert [one["these"] for one in confounded(recording)] == ["temperature and elapsed time"] * is_said
+
+
 def test_data_without_an_angle_are_refused_with_what_is_missing():
     with pytest.raises(InputError, match="motor_angle or throttle_angle"):
         measurements_of(_recording({"motor_voltage": np.zeros(9000)}), MODEL)

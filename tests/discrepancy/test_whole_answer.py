@@ -27,6 +27,7 @@ from etb_hil.discrepancy.plan.nexttest import next_test
 from etb_hil.discrepancy.plan.planned import PERIOD, Plan
 from etb_hil.discrepancy.search.extending import calibrated_parameters, extended_model
 from etb_hil.discrepancy.search.objections import LEAST_GAIN
+from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.model_text import model_text
 from etb_hil.plant.parameters import load_model
 from etb_hil.plant.physics import STOP_LOW
@@ -272,22 +273,40 @@ def test_every_number_has_a_unit_and_no_more_digits_than_are_known(answer, tmp_p
 
 
 def test_what_data_cannot_show_is_no_detection_limit(answer, tmp_path):
-    limit = {"parameter": "preload", "limit": None, "unit": "N·m", "within_bounds": False, "says": "too weak"}
-    found = answer.explanation | {"detection_limits": {"spring_preload_shift": limit}}
-    page = write_explanation(found, None, tmp_path).read_text("utf-8")
-    assert "These data cannot show, however large: spring preload shift." in page
+    limit = {"parameter": "preload", "limit": None, "unit": "N·m", "within_bounds": False, "judged": True, "says": "no"}
+    limits = {"spring_preload_shift": limit, "magnet_temperature": limit | {"judged": False, "says": "no heat"}}
+    limits["friction_load"] = limit | {"within_bounds": True, "says": "found: it is a cause"}
+    page = write_explanation(answer.explanation | {"detection_limits": limits}, None, tmp_path).read_text("utf-8")
+    assert "These data cannot show beside base parameters, however large: spring preload shift." in page
+    assert "Not judged: magnet temperature (no heat)." in page
     assert "None" not in page
 
 
 def test_a_limit_beyond_what_an_effect_may_be_is_none_and_says_why(answer):
-    last = answer.findings.rounds[-1]
     for least_gain, is_seen in ((LEAST_GAIN, True), (1e12, False)):
-        found = detection_limits(last.before, last.screened, least_gain, is_linear=False)["friction_load"]
+        found = detection_limits(answer.findings, least_gain)["friction_load"]
         assert found["within_bounds"] == is_seen
         assert (found["limit"] is not None) == is_seen
         assert ("these data cannot show it, however large" in found["says"]) != is_seen
-    for one in answer.explanation["detection_limits"].values():
-        assert (one["limit"] is None) == (not one["within_bounds"])
+
+
+def test_each_effect_has_a_limit_or_why_there_is_none(answer):
+    found = answer.explanation["detection_limits"]
+    assert set(found) == set(CATALOGUE)
+    for one in found.values():
+        assert one["limit"] is not None or one["says"]
+    assert found["cogging_torque"]["says"] == "found: it is a cause"
+    assert found["cogging_torque"]["limit"] < 0.03
+
+
+def test_what_a_cause_cannot_be_told_from_is_said_and_not_called_hidden(answer, monkeypatch):
+    (cause,) = answer.findings.accepted
+    monkeypatch.setattr(cause, "alike", ["torque_ripple"])
+    for least_gain in (LEAST_GAIN, 1e12):
+        found = detection_limits(answer.findings, least_gain)
+        assert found["torque_ripple"]["says"] == "cannot be told from cogging_torque, which was found"
+        assert found["torque_ripple"]["within_bounds"]
+        assert found["cogging_torque"]["within_bounds"]
 
 
 def test_what_data_do_not_tell_of_a_cause_is_said(answer, tmp_path):

@@ -48,7 +48,7 @@ def explanation(findings: Findings, holdout: Holdout | None) -> dict[str, Any]:
         "nuisances": _nuisances(numbers),
         "friction": _friction(findings, in_model),
         "balances": _balances(findings),
-        "detection_limits": _limits(findings),
+        "detection_limits": detection_limits(findings, LEAST_GAIN),
         "next_test": next_test(findings),
         "data_quality": data_quality(findings.balances, findings.model),
     }
@@ -111,13 +111,6 @@ def _worst(findings: Findings, holdout: Holdout) -> dict[str, Any]:
     }
 
 
-def _limits(findings: Findings) -> dict[str, dict[str, object]]:
-    if not findings.rounds:
-        return {}
-    last = findings.rounds[-1]
-    return detection_limits(last.before, last.screened, LEAST_GAIN, is_linear=findings.balances[0].measured.is_linear)
-
-
 def _model_file(holdout: Holdout | None) -> dict[str, str]:
     """Return which of the two fits the numbers in the model file are from."""
     if holdout is not None and holdout.is_followed:
@@ -169,8 +162,7 @@ def _parameters(each: Round, numbers: dict[int, Estimate], whole: Vector, *, is_
 
 
 def _size(estimate: Estimate, unit: str, whole: Vector) -> dict[str, Any]:
-    flags = [] if estimate.is_told else ["these data do not tell it"]
-    return {**_number(estimate, unit), "in_model": float(whole[estimate.place]), "flags": flags}
+    return {**_number(estimate, unit), "in_model": float(whole[estimate.place])}
 
 
 def _finer(each: Round, numbers: dict[int, Estimate], whole: Vector) -> dict[str, float]:
@@ -188,6 +180,7 @@ def _number(estimate: Estimate, unit: str) -> dict[str, Any]:
         "unit": unit,
         "interval": [estimate.low, estimate.high],
         "on_bound": estimate.on_bound,
+        "flags": estimate.flags,
     }
 
 
@@ -248,11 +241,8 @@ def _calibrated(findings: Findings, numbers: Sequence[Estimate], in_model: Vecto
         nominal = float(getattr(findings.model.values, name))
         half = findings.model.tolerance(name)
         moved = abs(estimate.value - first) / max(abs(first), half)
-        flags = []
-        if abs(estimate.value - nominal) > half * 1.03:
-            flags.append("left its tolerance")
-        if estimate.on_bound:
-            flags.append("on a bound")
+        flags = ["left its tolerance"] if abs(estimate.value - nominal) > half * 1.03 else []
+        flags += estimate.flags
         if findings.accepted and moved > MOVED:
             flags.append(f"moved by {100.0 * moved:.1f} % when a term came in")
         found[name] = {

@@ -1,49 +1,129 @@
-"""What would have been seen: the smallest strength of each effect that these data could not have hidden."""
+"""What would have been seen: the smallest strength of each effect that these data could not have hidden.
+
+Base parameters stand in for an effect, but only as far as their tolerances let them: from some size on it shows. It is
+asked for beside the model with all causes; a cause, and what cannot be told from it, beside the model without it.
+"""
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
 
-from etb_hil.discrepancy.fitting.calibration import Calibration
-from etb_hil.discrepancy.suspects.screening import Screened
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.base.side_by_side import side_by_side
+from etb_hil.discrepancy.answer.hiding import Hidden
+from etb_hil.discrepancy.fitting.calibration import residual_of
+from etb_hil.discrepancy.fitting.floor import LEAST_ROWS
+from etb_hil.discrepancy.fitting.unknowns import Unknown, effect_unknowns
+from etb_hil.discrepancy.search.findings import Findings, Round
+from etb_hil.discrepancy.search.objections import GROUP_GAIN
+from etb_hil.discrepancy.suspects.candidates import Candidate, beyond_judging
+from etb_hil.discrepancy.suspects.screening import stepped
 from etb_hil.plant.drive_effects import unit_for
+from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.effects.effect import Effect
+
+Float64 = NDArray[np.float64]
 
 _SIGMAS = 3.0
 _CORRELATED = 4.0  # rows of the band-limited, coloured residual that are one independent value
 
 
-def detection_limits(
-    before: Calibration, screened: list[Screened], least_gain: float, *, is_linear: bool
-) -> dict[str, dict[str, object]]:
-    """Return by effect the strength that would stand out by three sigma and by the gain that is asked of a cause.
+def detection_limits(findings: Findings, least_gain: float) -> dict[str, dict[str, object]]:
+    """Return by effect the strength, with its unit, that would stand out as a cause has to.
 
-    Where that is more than the effect's bounds allow, it is not `within_bounds`: there is no limit, and it says why.
+    That is by three sigma, by a cause's share of all that is left, and in one group of rows by more than chance. It is
+    the larger one of both ways. Where that is more than the effect's bounds allow it is not `within_bounds`, and
+    what was not looked for is not `judged`: there is no limit, and `says` why.
     """
-    fit = before.fit
-    scale = float(np.sqrt(fit.cost / max(int(np.count_nonzero(fit.residual)), 1)))
-    found: dict[str, dict[str, object]] = {}
-    for one in screened:
-        effect = one.candidate.effect
-        if effect is None:
-            continue
-        if one.shows <= 0.0:
-            continue
-        unknown = one.candidate.strengths[0]
-        by_noise = _SIGMAS * scale * np.sqrt(_CORRELATED) / one.shows
-        by_gain = float(np.sqrt(least_gain * fit.cost)) / one.shows
-        parameter = effect.parameters[effect.searched[0]]
-        least, most = float(max(by_noise, by_gain)), max(-unknown.low, unknown.high)
-        unit = unit_for(parameter, is_linear=is_linear)
-        found[effect.id] = {
-            "parameter": parameter.name,
-            "limit": least * unknown.scale if least <= most else None,
-            "unit": unit,
-            "within_bounds": least <= most,
-            "says": "" if least <= most else _unseen(most * unknown.scale, unit),
-        }
-    return found
+    if not findings.rounds:
+        return {}
+    fit = findings.final.fit
+    noise = float(np.sqrt(fit.cost / max(int(np.count_nonzero(fit.residual)), 1)))
+    least = max(_SIGMAS**2 * noise**2 * _CORRELATED, least_gain * fit.cost)
+    hidden = Hidden(findings, least, np.where(findings.rows >= LEAST_ROWS, findings.rows * GROUP_GAIN, np.inf))
+    asked = {one.candidate.id: one.candidate for each in findings.rounds for one in each.screened}
+    asked |= {each.winner.id: each.winner.candidate for each in findings.accepted}
+    judged = [asked[id_] for id_ in CATALOGUE if id_ in asked]
+    found = side_by_side(lambda one: _judged(findings, one, hidden), judged)
+    limits = dict(zip((one.id for one in judged), found, strict=True))
+    return {id_: limits[id_] if id_ in limits else _not_judged(findings, effect) for id_, effect in CATALOGUE.items()}
 
 
-def _unseen(most: float, unit: str) -> str:
+def _judged(findings: Findings, candidate: Candidate, hidden: Hidden) -> dict[str, object]:
+    effect = candidate.effect
+    assert effect is not None  # noqa: S101 (asked of effects alone)
+    unknown = _strength(findings, effect)
+    known_as = [each for each in findings.accepted if candidate.id in (each.winner.id, *each.alike)]
+    hiding = hidden.by(_column(findings, candidate, unknown), known_as)
+    up = hiding.smallest(unknown.high, 1.0)
+    low = 0.0 if effect.is_one_way else unknown.low
+    down = hiding.smallest(-low, -1.0) if low < 0.0 else up
+    sizes = [one * unknown.scale for one in (up, down) if one is not None]
+    unit = unit_for(effect.parameters[effect.searched[0]], is_linear=_is_linear(findings))
+    if known_as:
+        says = _found(candidate.id, known_as)
+    elif not sizes:
+        says = f"these data cannot show it, however large: {_most(unknown.high * unknown.scale, unit)}"
+    elif up is None or down is None:
+        says = f"one way alone: {_most((unknown.high if up is None else low) * unknown.scale, unit)}"
+    else:
+        says = ""
+    return _entry(findings, effect, max(sizes, default=None), says, is_within=bool(sizes or known_as))
+
+
+def _not_judged(findings: Findings, effect: Effect) -> dict[str, object]:
+    """Return the entry of an effect that nobody looked for, and why nobody did."""
+    if any(one.is_of_effect and one.id == effect.id for one in findings.model.measured.values()):
+        says = "measured by hand"
+    elif any(entry.id == effect.id for entry in findings.model.effects):
+        says = "in the model file"
+    else:
+        says = beyond_judging(findings.balances).get(effect.id, "not looked for")
+    return _entry(findings, effect, None, says, is_within=False, is_judged=False)
+
+
+def _entry(
+    findings: Findings, effect: Effect, limit: float | None, says: str, *, is_within: bool, is_judged: bool = True
+) -> dict[str, object]:
+    parameter = effect.parameters[effect.searched[0]]
+    return {
+        "parameter": parameter.name,
+        "limit": limit,
+        "unit": unit_for(parameter, is_linear=_is_linear(findings)),
+        "judged": is_judged,
+        "within_bounds": is_within,
+        "says": says,
+    }
+
+
+def _is_linear(findings: Findings) -> bool:
+    return findings.balances[0].measured.is_linear
+
+
+def _most(most: float, unit: str) -> str:
     its = "" if unit == "1" else f" {unit}"
-    return f"these data cannot show it, however large: {most:.3g}{its}, the most that it may be, would not stand out"
+    return (
+        f"{most:.3g}{its}, the most that it may be, would not stand out beside base parameters inside their tolerances"
+    )
+
+
+def _found(id_: str, known_as: Sequence[Round]) -> str:
+    """Return what became of an effect that is a cause, or that cannot be told from one."""
+    names = [each.winner.id for each in known_as]
+    return "found: it is a cause" if id_ in names else f"cannot be told from {', '.join(names)}, which was found"
+
+
+def _strength(findings: Findings, effect: Effect) -> Unknown:
+    """Return the first strength that is searched, scaled by its physical step, with the effect's own bounds."""
+    return effect_unknowns(effect, [0.0] * len(effect.parameters), findings.balances[0].load)[effect.searched[0]]
+
+
+def _column(findings: Findings, candidate: Candidate, unknown: Unknown) -> Float64:
+    """Return what a scaled unit of a strength changes in the residual (n): a cause's as it was fitted."""
+    final = findings.final
+    for k, one in enumerate(final.unknowns):
+        if one.place == unknown.place:
+            return np.asarray(final.columns[:, k] * (unknown.scale / one.scale))
+    return stepped(residual_of(findings.balances), final.fit, candidate)[:, 0]

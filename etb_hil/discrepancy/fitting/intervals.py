@@ -47,6 +47,14 @@ class Estimate:
     on_bound: bool
     is_told: bool = True
 
+    @property
+    def flags(self) -> list[str]:
+        """Return what has to be said of the value beside its interval."""
+        is_end = self.low < self.high and self.value in (self.low, self.high)
+        found = ["on a bound"] if self.on_bound else []
+        found += ["at an end of its interval: told only together with others"] if is_end and not self.on_bound else []
+        return found if self.is_told else [*found, "these data do not tell it"]
+
 
 def estimates(calibration: Calibration, balances: Sequence[Balances], floor: Floor) -> list[Estimate]:
     """Return every unknown of a fit with its interval: a sandwich over blocks, widened by what bounds hold back."""
@@ -60,7 +68,7 @@ def estimates(calibration: Calibration, balances: Sequence[Balances], floor: Flo
     drawn, reach = np.zeros((2, len(unknowns)))
     drawn[~bound], reach[~bound] = said.drawn(~bound), said.reach(~bound)
     below, above = np.zeros((2, len(unknowns)))
-    if bound.any() and not bound.all():
+    if bound.any():
         width = np.array([u.high - u.low for u in unknowns])
         inward = np.where(bound, np.minimum(said.inward(np.where(at_high, 1.0, -1.0)), width), 0.0)
         inward = np.where(at_high, -inward, inward)
@@ -131,17 +139,21 @@ class _Said:
             half[k] = np.linalg.solve(root.T, way @ lifted)
             news[k] = np.einsum("ij,jk,ik->i", inverse, own, inverse)
         blocks = news.sum(0) ** 2 / np.maximum((news**2).sum(0), 1e-300)
-        from_file = _student(_BLOCKS) ** 2 * (inverse**2 @ stated)
+        # What neither data nor file tell only the ridge holds: it is anywhere, and no block scatters about it.
+        from_file = _student(_BLOCKS) ** 2 * (inverse**2 @ (stated + _RIDGE))
         return np.asarray(np.sqrt(_student(blocks) ** 2 * (half**2).sum(0) + from_file))
 
     def inward(self, side: Float64) -> Float64:
         """Return how far inside its bound each unknown may be, if held there; `side`: 1 for the upper one, else -1.
 
-        That far the likelihood has fallen from the bound by as much as from its peak to the end of an interval.
+        That far the likelihood has fallen from the bound by as much as from its peak to the end of an interval. What
+        pushes from farther beyond it than an interval reaches speaks against bound or model, and tells no better.
         """
         every = np.ones(len(self.x), np.bool_)
+        reach = self.reach(every)
         beyond = -side * (_inverse(self._normal(every)) @ (self.scores.sum(0) + self.stated * self.x))
-        return np.asarray(np.hypot(beyond, self.reach(every)) - beyond)
+        beyond = np.minimum(beyond, reach)
+        return np.asarray(np.hypot(beyond, reach) - beyond)
 
     def following(self, bound: NDArray[np.bool_]) -> Float64:
         """Return by how much each free unknown (free, bound) moves with one that is held on its bound."""

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from etb_hil.discrepancy.measured.measurement import CHANGES
 from etb_hil.recording.recording import Recording
 
 Float64 = NDArray[np.float64]
@@ -29,7 +30,7 @@ def confounded(recording: Recording) -> list[dict[str, Any]]:
             one = recording.series(role)
             known = np.isfinite(one.values)
             values, time_ns = one.values[known], one.time_ns[known]
-            if len(values) > 2 and float(np.ptp(values)) > _VARIES * max(abs(float(np.mean(values))), 1e-12):
+            if len(values) > 2 and float(np.ptp(values)) > _least_change(role, values):
                 series[name] = (time_ns, values)
     found = []
     names = list(series)
@@ -44,6 +45,11 @@ def confounded(recording: Recording) -> list[dict[str, Any]]:
             if abs(both) >= _TOGETHER:
                 found.append(_said(name, other, both, f"change {name} while {other} is held"))
     return found
+
+
+def _least_change(role: str, values: Float64) -> float:
+    """Return the span over which a condition changes: a temperature's in K, for its zero is no zero of heat."""
+    return CHANGES if role == "temperature" else _VARIES * max(abs(float(np.mean(values))), 1e-12)
 
 
 def _said(first: str, second: str, correlation: float, test: str) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.discrepancy.measured.angles import Angles
-from etb_hil.discrepancy.measured.measurement import SLOWEST, Measurement
+from etb_hil.discrepancy.measured.measurement import CHANGES, SLOWEST, Measurement
 from etb_hil.discrepancy.measured.mending.clock import even_times
 from etb_hil.discrepancy.measured.mending.mended import mended
 from etb_hil.discrepancy.measured.remarks import SLOW, filled_in, left_out
@@ -223,7 +223,7 @@ def _measurement(
         current=even.get("motor_current"),
         plate=angles.plate,
         temperature=np.full(len(angles.angle), ROOM_TEMPERATURE) if temperature is None else temperature,
-        has_temperature=temperature is not None and float(np.ptp(temperature)) > 1.0,
+        has_temperature=temperature is not None and float(np.ptp(temperature)) > CHANGES,
         supply=even.get("supply_voltage"),
         is_good=good,
         sensors=model.sensors,

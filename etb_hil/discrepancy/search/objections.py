@@ -22,7 +22,7 @@ _LATER_CLEAR = 1.5  # times what it leaves: no other suspect may leave less wher
 _LATER_MOST = 0.5  # of what is over the floor: a later cause that takes less has to be clear
 _LATER_PARAMETER = 0.5  # a parameter that leaves its tolerance after an effect may be no more than the effect's shape
 # What chance brings down, of a group's floor: torque, voltage, angle; each on a stop, slow, sliding.
-_GROUP_GAIN = np.array([4.0, 1.0, 0.25, 1.2, 0.12, 0.35, 0.4, 0.12, 0.2])
+GROUP_GAIN = np.array([4.0, 1.0, 0.25, 1.2, 0.12, 0.35, 0.4, 0.12, 0.2])
 # Share that a cause may raise a group by; the torque balance is left out: its groups share one friction.
 _GROUP_LOSS = np.array([np.inf, np.inf, np.inf, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2])
 _VOLTAGE = slice(3, 6)
@@ -128,7 +128,7 @@ def is_third(found: Round, findings: Findings) -> str:
 
 
 def _helps_no_balance(found: Round, findings: Findings) -> str:
-    is_helped = found.before_groups - found.after_groups > _GROUP_GAIN
+    is_helped = found.before_groups - found.after_groups > GROUP_GAIN
     return "" if (is_helped & _judged(findings)).any() else "brings no balance down by more than chance does"
 
 

@@ -67,20 +67,7 @@ def suspects(
     balances: Sequence[Balances], base: Sequence[Unknown], without: Iterable[str] = ()
 ) -> dict[str, list[Candidate]]:
     """Return all that these data can show, by id; `without`: ids that are left out."""
-    out = set(without)
-    has_current = all(b.has[1] for b in balances)
-    has_plate = all(b.has[2] for b in balances)
-    has_temperature = any(b.measured.has_temperature for b in balances)
-    if not has_temperature:
-        out.update(_NEEDS_TEMPERATURE)
-    if not has_current:
-        out.update(_NEEDS_CURRENT)
-    if not has_plate:
-        out.update(_NEEDS_PLATE)
-    if any(b.measured.is_plates for b in balances):
-        out.update(_NEEDS_ENCODER)
-    if any(b.measured.is_drive for b in balances):
-        out.update((*_OF_A_THROTTLE, *_NEEDS_BRIDGE))
+    out = {*without, *beyond_judging(balances)}
     load = balances[0].load
     found = {id_: _shapes(effect, load) for id_, effect in CATALOGUE.items() if id_ not in out}
     for unknown in base:
@@ -89,6 +76,24 @@ def suspects(
         if is_suspect and unknown.place < PARAMETERS:
             begins = met_before(unknown, balances) or (None,)
             found[id_] = [Candidate(id_, None, (), (), unknown.name, begins=value) for value in begins]
+    return found
+
+
+def beyond_judging(balances: Sequence[Balances]) -> dict[str, str]:
+    """Return the effects that these data cannot show, by id, with what they lack."""
+    found: dict[str, str] = {}
+    if any(b.measured.is_drive for b in balances):
+        found |= dict.fromkeys(_OF_A_THROTTLE, "no part of a drive")
+        found |= dict.fromkeys(_NEEDS_BRIDGE, "a drive never coasts with its bridge open")
+        found |= dict.fromkeys(_NEEDS_CURRENT, "driven in force or torque")
+    if any(b.measured.is_plates for b in balances):
+        found |= dict.fromkeys(_NEEDS_ENCODER, "no motor angle that tells the motion")
+    if not all(b.has[2] for b in balances):
+        found |= {id_: "no second angle" for id_ in _NEEDS_PLATE if id_ not in found}
+    if not all(b.has[1] for b in balances):
+        found |= {id_: "no current" for id_ in _NEEDS_CURRENT if id_ not in found}
+    if not any(b.measured.has_temperature for b in balances):
+        found |= dict.fromkeys(_NEEDS_TEMPERATURE, "no temperature, or a constant one")
     return found
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +13,6 @@ from etb_hil.discrepancy.fitting.boxed import boxed
 from etb_hil.discrepancy.fitting.calibration import Calibration
 from etb_hil.discrepancy.fitting.fit import Fit, Residual, columns, fit_of
 from etb_hil.discrepancy.suspects.candidates import Candidate
-from etb_hil.discrepancy.suspects.similarity import Projector
 from etb_hil.plant.physics import Vector
 
 Float64 = NDArray[np.float64]
@@ -27,14 +25,12 @@ _REACH = 0.004  # rad about where a stop's fit begins that its slope leads
 class Screened:
     """A suspect's best shape: what the linear model promises to leave, and the whole vector to start from.
 
-    `shows`: the length of what base parameters leave of a unit of its first strength. Its columns are let go: of some
-    thirty suspects a round they would be much of what a search holds.
+    Its columns are let go: of some thirty suspects a round they would be much of what a search holds.
     """
 
     candidate: Candidate
     cost: float
     start: Vector
-    shows: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +38,6 @@ class Linear:
     """The calibrated base model linearised: normal equations and boxes of its unknowns."""
 
     calibration: Calibration
-    projector: Projector
     normal: Float64
     right: Float64
     low: Float64
@@ -58,13 +53,7 @@ class Linear:
         high = np.array([u.high for u in calibration.unknowns])
         normal = columns.T @ columns + _RIDGE * np.eye(len(x))
         right = -columns.T @ fit.residual
-        return Linear(
-            calibration, Projector(columns, calibration.unknowns), normal, right, low, high, np.clip(x, low, high)
-        )
-
-    def shows(self, unit: Float64) -> float:
-        """Return the length of what the base parameters leave of a column (n)."""
-        return float(np.linalg.norm(self.projector.rest(unit)))
+        return Linear(calibration, normal, right, low, high, np.clip(x, low, high))
 
 
 def screen(
@@ -76,8 +65,7 @@ def screen(
     """Return each suspect's best shape, the most promising first."""
 
     def best(shapes: Sequence[Candidate]) -> Screened:
-        found = min(side_by_side(lambda one: _tried(residual, linear, one), shapes), key=lambda tried: tried.cost)
-        return Screened(found.candidate, found.cost, found.start, linear.shows(found.unit))
+        return min(side_by_side(lambda one: _tried(residual, linear, one), shapes), key=lambda tried: tried.cost)
 
     progress("the suspects")
     found = []
@@ -109,16 +97,7 @@ def stepped(residual: Residual, fit: Fit, candidate: Candidate) -> Float64:
     return np.column_stack(found)
 
 
-class _Tried(NamedTuple):
-    """A suspect at one shape, with its first strength's column (n)."""
-
-    candidate: Candidate
-    cost: float
-    start: Vector
-    unit: Float64
-
-
-def _tried(residual: Residual, linear: Linear, candidate: Candidate) -> _Tried:
+def _tried(residual: Residual, linear: Linear, candidate: Candidate) -> Screened:
     if candidate.frees:
         return _freed(residual, linear, candidate)
     calibration = linear.calibration
@@ -140,10 +119,10 @@ def _tried(residual: Residual, linear: Linear, candidate: Candidate) -> _Tried:
         unknown.put(start, value)
     for unknown, value in zip(candidate.strengths, there + x[-count:], strict=True):
         unknown.put(start, value)
-    return _Tried(candidate, cost, start, raw[:, 0])
+    return Screened(candidate, cost, start)
 
 
-def _freed(residual: Residual, linear: Linear, candidate: Candidate) -> _Tried:
+def _freed(residual: Residual, linear: Linear, candidate: Candidate) -> Screened:
     index = next(k for k, u in enumerate(linear.calibration.unknowns) if u.name == candidate.frees)
     if candidate.begins is not None:
         linear = Linear.of(_begun(residual, linear.calibration, index, candidate.begins))
@@ -156,7 +135,7 @@ def _freed(residual: Residual, linear: Linear, candidate: Candidate) -> _Tried:
     start = calibration.fit.whole.copy()
     for unknown, value in zip(calibration.unknowns, linear.x + x, strict=True):
         unknown.put(start, value)
-    return _Tried(candidate, cost, start, calibration.columns[:, index])
+    return Screened(candidate, cost, start)
 
 
 def _begun(residual: Residual, calibration: Calibration, index: int, begins: float) -> Calibration:
