@@ -115,7 +115,7 @@ def _page(found: dict[str, Any], drawn: list[tuple[str, Markup]]) -> str:
 def _reason(found: dict[str, Any]) -> str:
     if "interrupted" in found:
         return _CUT_SHORT
-    if "runs" in found:
+    if "runs" in found and found["verdict"] != "insufficient_data":
         return _BY_RUNS if found["verdict"] == "unexplained" else _ADEQUATE_BY_RUNS
     return _IN_PART if found["verdict"] == "unexplained" and found["causes"] else _REASONS[found["verdict"]]
 
@@ -223,16 +223,15 @@ def _gain(found: dict[str, Any]) -> str:
     gain = found.get("gain")
     if not gain or not (found["causes"] or "runs" in found):
         return ""
-    low, high = gain["interval"]
+    less, interval = _less(gain["value"]), " to ".join(map(_less, gain["interval"]))
     if "runs" in found:
-        return (
-            f"Fitted to other runs, the model errs {100.0 * gain['value']:.0f} % less than as stated "
-            f"({100.0 * low:.0f} to {100.0 * high:.0f} %). {found['starts']['says'].capitalize()}."
-        )
-    return (
-        f"With the causes the free-run error falls by {100.0 * gain['value']:.0f} % "
-        f"({100.0 * low:.0f} to {100.0 * high:.0f} %)."
-    )
+        starts = found["starts"]["says"].capitalize()
+        return f"Fitted to other runs, the model errs {less} than as stated ({interval}). {starts}."
+    return f"With the causes the model errs {less} in free run ({interval})."
+
+
+def _less(gain: float) -> str:
+    return f"{100.0 * abs(gain):.0f} % {'less' if gain >= 0.0 else 'more'}"
 
 
 def _luck(found: dict[str, Any]) -> str:
