@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.discrepancy.measured.measurement import SLOWEST
+from etb_hil.discrepancy.measured.plausible import must_be_driven
 from etb_hil.discrepancy.slow.driven import ANGLES, FEWEST_ROWS, driven_rows
 from etb_hil.plant.extended import advance_extended, new_extended_state
 from etb_hil.plant.integrator import THETA, TICK_NS
@@ -101,6 +102,7 @@ def sweeps_of(recording: Recording, model: Model) -> list[Sweep]:
     time_ns, angle = rows.time_ns, rows.angles.angle
     at = _reader(recording, time_ns)
     voltage = rows.drive * at("supply_voltage", model.values.supply_voltage) if rows.is_duty else rows.drive
+    must_be_driven(recording.origin, voltage, angle, model.sensors)
     temperature = at("temperature", 25.0)
     role, condition = _condition(recording, at, len(time_ns))
     found = []
