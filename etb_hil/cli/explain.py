@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from etb_hil.base.errors import Problem
     from etb_hil.diagnosis.limits import Limits
     from etb_hil.discrepancy.answer.consequence import Judge
+    from etb_hil.discrepancy.explain import Answer
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -45,11 +47,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Explain the data, write the answer and print its verdict."""
     with _saying("the data were being read; nothing was fitted and nothing was written"):
+        from etb_hil.base.errors import InputError
         from etb_hil.base.outcome import ExitCode
         from etb_hil.base.stock import find
         from etb_hil.cli.recordings import recording_of
         from etb_hil.diagnosis.limits import load_limits
-        from etb_hil.discrepancy.explain import explain, write
+        from etb_hil.discrepancy.explain import explain
         from etb_hil.discrepancy.slow.sweeps import slow_remark
         from etb_hil.plant.drive_file import load_plant
         from etb_hil.scenario.planning import stock_plans
@@ -71,14 +74,7 @@ def run(options: argparse.Namespace) -> int:
         is_same_unit=options.same_unit,
     )
     with _saying("the report was being written; explanation.json may be there without it"):
-        paths = write(answer, options.out)
-        from etb_hil.discrepancy.answer.pictures import coarse_pictures, pictures
-        from etb_hil.report.explain_report import write_explanation
-
-        series = coarse_pictures(answer.coarse) if answer.coarse else None
-        if answer.findings and answer.holdout:
-            series = pictures(answer.findings, answer.holdout)
-        paths.append(write_explanation(answer.explanation, series, options.out))
+        paths, problem = _write(answer, options.out)
     _progress("")
     found = answer.explanation
     print(f"verdict: {found['verdict']}")
@@ -88,11 +84,31 @@ def run(options: argparse.Namespace) -> int:
     for cause in found["causes"]:
         alike = f" (or {', '.join(cause['class'])})" if cause["class"] else ""
         print(f"  {cause['effect']}{alike}: {100.0 * cause['share_of_error']:.0f} % of the error")
+    if problem is not None:
+        raise InputError(problem)
     print("\n".join(f"  {path}" for path in paths))
     if "interrupted" in found:
         print(f"interrupted while {found['interrupted']}; {found['stages']}", file=sys.stderr)
         return int(ExitCode.ABORTED)
     return int(ExitCode.INCONCLUSIVE if found["verdict"] == "insufficient_data" else ExitCode.DONE)
+
+
+def _write(answer: Answer, folder: Path) -> tuple[list[Path], Problem | None]:
+    """Return the files that hold an answer, or what kept it from being written: a full disk must not cost its name."""
+    from etb_hil.base.errors import Place, Problem
+    from etb_hil.discrepancy.answer.pictures import coarse_pictures, pictures
+    from etb_hil.discrepancy.explain import write
+    from etb_hil.report.explain_report import write_explanation
+
+    series = coarse_pictures(answer.coarse) if answer.coarse else None
+    if answer.findings and answer.holdout:
+        series = pictures(answer.findings, answer.holdout)
+    try:
+        return [*write(answer, folder), write_explanation(answer.explanation, series, folder)], None
+    except OSError as error:
+        remedy = "make room or give another folder with --out, and explain again"
+        what = f"does not hold the whole answer, for it cannot be written: {error.strerror}"
+        return [], Problem(what, Place(folder), remedy=remedy)
 
 
 @contextmanager
@@ -112,15 +128,17 @@ def _numbers(text: str) -> tuple[float, ...]:
 
 
 def _must_take_an_answer(folder: Path) -> None:
-    """Refuse a folder that cannot be made or written to before the long work begins."""
+    """Make the folder, and refuse one that cannot be made or written to, before the long work begins."""
     from etb_hil.base.errors import InputError, Place, Problem
 
-    there = next(one for one in (folder, *folder.absolute().parents) if one.exists())
-    if not (there.is_dir() and os.access(there, os.W_OK)):
-        remedy = "give a folder that can be written to with --out"
-        raise InputError(
-            Problem("takes no answer: it is a file, or nobody may write to it", Place(there), remedy=remedy)
-        )
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        what = f"takes no answer: {error.strerror}"
+        remedy = "give a folder that can be made and written to with --out"
+        raise InputError(Problem(what, Place(folder), remedy=remedy)) from None
 
 
 def _limits(options: argparse.Namespace) -> Path:

@@ -339,7 +339,7 @@ def write(answer: Answer, folder: Path) -> list[Path]:
         paths[1].write_text(
             text(extended_model(answer.findings, _best(answer.findings, answer.holdout)), description), "utf-8"
         )
-    if answer.coarse is not None:
+    if answer.coarse is not None and answer.explanation["verdict"] != "insufficient_data":
         paths.append(folder / "model.yaml")
         text_of = model_text(answer.coarse.model, "base parameters as fitted in free run")
         paths[1].write_text(text_of, "utf-8")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.figure import Figure
 
 from etb_hil.discrepancy.answer.leftover import Leftover
@@ -28,15 +29,19 @@ def before_and_after(series: Pictures) -> Figure:
 
 @mpl.rc_context(STYLE)
 def over_runs(runs: Runs) -> Figure:
-    """Draw how well each run was predicted, and where the plate broke away, over what was set."""
-    figure, (upper, lower) = new_figure(9.0, 4.6, 2)
+    """Draw how well each run was predicted, and where the plate broke away if it did, over what was set."""
+    broke_away = bool(np.isfinite([runs.breaks_away, runs.model_breaks_away]).any())
+    figure, plots = new_figure(9.0, 4.6, 2) if broke_away else new_figure(9.0, 2.8, 1)
+    upper = plots[0]
     upper.set(title=f"Free runs over {runs.condition}", ylabel="R²")
     unseen = ~runs.is_seen
     upper.plot(runs.value[unseen], runs.r_squared[unseen], "o", color=MEASURED, label="not seen by the fit")
     upper.plot(runs.value[runs.is_seen], runs.r_squared[runs.is_seen], "s", color=MUTED, label="fitted")
-    lower.set(xlabel=f"{runs.condition} / {runs.unit}" if runs.unit else runs.condition, ylabel="breaks away at / V")
-    lower.plot(runs.value, runs.breaks_away, "o-", color=INK, label="measured")
-    lower.plot(runs.value, runs.model_breaks_away, "x--", color=LIMIT, label="model as fitted")
+    if broke_away:
+        plots[1].set(ylabel="breaks away at / V")
+        plots[1].plot(runs.value, runs.breaks_away, "o-", color=INK, label="measured")
+        plots[1].plot(runs.value, runs.model_breaks_away, "x--", color=LIMIT, label="model as fitted")
+    plots[-1].set_xlabel(f"{runs.condition} / {runs.unit}" if runs.unit else runs.condition)
     legend_below(figure, 4)
     return figure
 

@@ -124,7 +124,7 @@ def _named(found: dict[str, Any]) -> str:
 def _reason(found: dict[str, Any]) -> str:
     if "interrupted" in found:
         return _CUT_SHORT
-    if "runs" in found:
+    if "runs" in found and found["verdict"] != "insufficient_data":
         return _BY_RUNS if found["verdict"] == "unexplained" else _ADEQUATE_BY_RUNS
     return _IN_PART if found["verdict"] == "unexplained" and found["causes"] else _REASONS[found["verdict"]]
 

@@ -23,6 +23,10 @@ def measured():
     [
         (lambda m: {"voltage": 1000.0 * m.voltage}, "look at its unit (V or mV)"),
         (lambda m: {"voltage": 100.0 / 13.5 * m.voltage}, "a duty that is in per cent"),
+        (
+            lambda m: {"voltage": 0.02 * np.random.default_rng(1).standard_normal(len(m))},
+            "the motor's voltage stands at",
+        ),
         (lambda m: {"temperature": m.temperature + 273.15}, "look at its unit (degC or K)"),
         (lambda m: {"angle": m.plate / GEAR, "plate": GEAR * m.angle}, "324 times as far as motor_angle over the gear"),
         (

@@ -17,6 +17,19 @@ def _changed(recording, **columns):
     return found
 
 
+@pytest.mark.parametrize("every", [1, 40])
+def test_a_duty_of_zeros_is_refused_at_once_however_slow_its_rows_are(cogging_recording, every):
+    block = cogging_recording.block("table")
+    rows = slice(None, None, every)
+    columns = {role: values[rows] for role, values in block.columns.items() if role != "motor_voltage"}
+    columns["motor_duty"] = np.zeros(len(columns["motor_angle"]))
+    found = Recording("zeros", ClockGrade.TABLE)
+    found.append([SampleBlock("table", block.time_ns[rows], block.stamp_ns[rows], columns, block.lost_before[rows])])
+    answer = explain([found], MODEL).explanation
+    assert answer["verdict"] == "insufficient_data"
+    assert any("look at the column of motor_voltage or motor_duty" in str(one) for one in answer["data_quality"])
+
+
 def _values(recording, role):
     return recording.series(role).values
 
@@ -44,8 +57,10 @@ def _still(recording):
         (lambda r: {"motor_current": np.clip(_values(r, "motor_current"), -1.5, 1.5)}, "motor_current stays at 1.5 A"),
         (lambda r: {"motor_current": np.maximum(_values(r, "motor_current"), 0.0)}, "motor_current stays at 0 A"),
         (lambda r: {"motor_voltage": np.full(len(_values(r, "motor_voltage")), np.nan)}, "no values of motor_voltage"),
+        (lambda r: {"motor_voltage": np.zeros(len(_values(r, "motor_voltage")))}, "voltage stands at 0 V throughout"),
+        (lambda r: {"motor_voltage": np.full(len(_values(r, "motor_voltage")), 12.0)}, "look at the column of"),
     ],
-    ids=["still", "degrees", "backwards", "mA as A", "cut off", "one way", "no voltage"],
+    ids=["still", "degrees", "backwards", "mA as A", "cut off", "one way", "no voltage", "zeros", "the supply"],
 )
 def test_nothing_is_named_and_the_reason_is_said(cogging_recording, columns, says):
     found = explain([_changed(cogging_recording, **columns(cogging_recording))], MODEL).explanation

@@ -5,13 +5,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.measured.sheet import voltage_rms
+from etb_hil.plant.model_file import Sensors
 from etb_hil.plant.parameters import Model
+
+Float64 = NDArray[np.float64]
 
 _SUPPLIES = 2.0  # times the supply's voltage: a charged battery and diodes come to 1.3
 _MOST = 0.999  # of the rows: beyond it are spikes
+_STILL = 10.0  # times the voltmeter's noise, from the least to the most of a voltage that stands
+_MIDDLE = 0.5  # of the way, through which it goes
+_TO_AND_FRO = 3  # times
 _COLDEST, _HOTTEST = -60.0, 200.0  # degC of a housing
 _TELLING = 0.1  # rad of standard deviation, of either; below it play and the plate's sensor may show anything
 _STANDS = 1e-3  # of the other
@@ -21,13 +29,33 @@ _AGAINST = 1.0 / 3.0  # of what the back-EMF takes: K_e may be off
 
 
 def must_be_of_throttle(stretches: Sequence[Measurement], model: Model) -> None:
-    """Refuse a voltage of no supply, a temperature of no housing, and angles of no motion through the gear."""
+    """Refuse a voltage of no supply or none at all, a temperature of no housing, and angles of no motion together."""
+    if driven := [m for m in stretches if not m.is_drive]:
+        voltage, angle = (np.concatenate([getattr(m, name) for m in driven]) for name in ("voltage", "angle"))
+        must_be_driven(driven[0].origin, voltage, angle, model.sensors)
     for m in stretches:
         if not m.is_drive:
             _must_be_of_supply(m, model)
             _must_be_of_housing(m)
             _must_go_together(m, model)
             _must_go_with_the_voltage(m, model)
+
+
+def must_be_driven(origin: str, voltage: Float64, angle: Float64, sensors: Sensors) -> None:
+    """Refuse a voltage (n) in V that stands throughout while an angle (n) in rad goes to and fro.
+
+    Under one voltage a plate goes to where its springs hold that, and stays; a ramp one way takes one voltage, too.
+    """
+    low, middle, high = np.quantile(voltage, [1.0 - _MOST, 0.5, _MOST]).tolist()
+    if high - low > _STILL * voltage_rms(sensors):
+        return
+    place = (angle - angle.min()) / max(float(np.ptp(angle)), 1e-12) - 0.5
+    ends = np.sign(place[np.abs(place) > 0.5 * _MIDDLE])
+    if np.count_nonzero(np.diff(ends)) < _TO_AND_FRO:
+        return
+    what = f"{origin}: the motor's voltage stands at {middle:.3g} V throughout while its angle goes to and fro"
+    remedy = "look at the column of motor_voltage or motor_duty, and at the map: is it the one that drives the motor?"
+    raise InputError(Problem(what, remedy=remedy))
 
 
 def _must_be_of_supply(m: Measurement, model: Model) -> None:

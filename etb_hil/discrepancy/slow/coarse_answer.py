@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from etb_hil.base.roles import ROLES
 from etb_hil.discrepancy.measured.sheet import plate_rms
+from etb_hil.discrepancy.slow.driven import driven_rows
 from etb_hil.discrepancy.slow.freefit import FreeFit
+from etb_hil.discrepancy.slow.stairs import is_held
 from etb_hil.discrepancy.slow.sweeps import Sweep, breaks_away, slow_remark
 from etb_hil.plant.integrator import TICK
 from etb_hil.plant.parameters import Model
@@ -50,14 +52,20 @@ def answer_of(
     span = float(np.ptp(np.concatenate(angles)))
     runs = [_run_of(*one) for one in zip(sweeps, after, is_seen, strict=True)]
     is_adequate = rms["calibrated"] < _AT_FLOOR * noise
+    missed = [] if is_adequate else _may_miss_commands(recording, model)
+    verdict = "adequate" if is_adequate else "insufficient_data" if missed else "unexplained"
     return {
-        "verdict": "adequate" if is_adequate else "unexplained",
+        "verdict": verdict,
         "causes": [],
         "suspects": [],
         "detection_limits": {},
         "judged_by": "free runs only: " + "; ".join(why),
-        "unexplained": {"where": [], "runs": [] if is_adequate else _worst(runs), "says": _trend(runs)},
-        "calibrated": _calibrated(model, found),
+        "unexplained": {
+            "where": [],
+            "runs": _worst(runs) if verdict == "unexplained" else [],
+            "says": "" if missed else _trend(runs),
+        },
+        "calibrated": {} if missed else _calibrated(model, found),  # else it stands for what was commanded
         "nuisances": {"voltage_late": {"value": found.late * TICK, "unit": "s"}},
         "runs": runs,
         "errors": {
@@ -70,8 +78,20 @@ def answer_of(
             "interval": _interval(before_rms, after_rms),
         },
         "starts": {"rms_rad": list(found.ends), "says": _starts(found.ends)},
-        "data_quality": [_quality(recording, sweeps, found)],
+        "data_quality": [*missed, _quality(recording, model, sweeps, found)],
     }
+
+
+def _may_miss_commands(recording: Recording, model: Model) -> list[str]:
+    """Return why what a model leaves may be commands between rows, and what to do; nothing where the drive stood."""
+    rows = driven_rows(recording, model)
+    if is_held(rows, model.sensors):
+        return []
+    its, rate = ("duty" if rows.is_duty else "voltage"), 1e9 / float(np.median(np.diff(rows.time_ns)))
+    what = f"the model leaves more than noise, and at {rate:.0f} Hz the {its} may change between rows"
+    why = "it does not stand from row to row; a fault is not told from what was commanded there"
+    remedy = "drive it in steps that stand for several rows, or record every command of the controller"
+    return [f"{recording.origin}: {what} ({why}): {remedy}"]
 
 
 def _run_of(sweep: Sweep, simulated: Float64, seen: bool) -> dict[str, Any]:
@@ -158,9 +178,9 @@ def _starts(ends: Sequence[float]) -> str:
     return f"{len(ends)} starts ended at {best:.3g} to {worst:.3g} rad: the best was taken, there may be better ones"
 
 
-def _quality(recording: Recording, sweeps: Sequence[Sweep], found: FreeFit) -> dict[str, Any]:
+def _quality(recording: Recording, model: Model, sweeps: Sequence[Sweep], found: FreeFit) -> dict[str, Any]:
     rate = 1.0 / float(np.median(np.diff(sweeps[0].seconds)))
-    flags = [slow_remark(recording)]
+    flags = [slow_remark(recording), *driven_rows(recording, model).angles.flags]
     flags += ["no balances: no cause can be named, and what is fitted takes the place of what is missing"]
     roles = recording.roles
     if "motor_current" not in roles:

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.discrepancy.measured.measurement import SLOWEST
+from etb_hil.discrepancy.measured.plausible import must_be_driven
+from etb_hil.discrepancy.slow.driven import ANGLES, FEWEST_ROWS, driven_rows
 from etb_hil.plant.extended import advance_extended, new_extended_state
 from etb_hil.plant.integrator import THETA, TICK_NS
 from etb_hil.plant.parameters import Model
@@ -21,9 +23,7 @@ Float64 = NDArray[np.float64]
 
 CONDITIONS = ("pwm_frequency", "supply_voltage")  # what a test sets in steps
 SPLIT = 10  # runs of equal length where no condition was set
-_ANGLES = ("motor_angle", "throttle_angle")
 _SHORTEST = 10.0  # s
-_FEWEST_ROWS = 100
 _LONGEST_GAP = 10.0  # median steps
 _MOST_CONDITIONS = 100
 _REST_KEPT = 2.0  # s of a rest that a fit looks at
@@ -74,11 +74,11 @@ class Sweep:
 
 def is_slow(recording: Recording) -> bool:
     """Tell whether a recording's angle is sampled too slowly for balances, but over some time."""
-    seen = next((role for role in _ANGLES if role in recording.roles), None)
+    seen = next((role for role in ANGLES if role in recording.roles), None)
     if seen is None:
         return False
     time_ns = recording.series(seen).time_ns
-    if len(time_ns) < _FEWEST_ROWS or float(time_ns[-1] - time_ns[0]) * 1e-9 < _SHORTEST:
+    if len(time_ns) < FEWEST_ROWS or float(time_ns[-1] - time_ns[0]) * 1e-9 < _SHORTEST:
         return False
     return float(np.median(np.diff(time_ns))) * 1e-9 > 1.0 / SLOWEST
 
@@ -87,7 +87,7 @@ def slow_remark(recording: Recording) -> str:
     """Say that a recording is too slow to name causes by, and whether its time may be in another unit; else nothing."""
     if not is_slow(recording):
         return ""
-    seen = next(role for role in _ANGLES if role in recording.roles)
+    seen = next(role for role in ANGLES if role in recording.roles)
     rate = 1e9 / float(np.median(np.diff(recording.series(seen).time_ns)))
     says = f"{recording.origin} has {rate:.3g} rows a second: causes are named from {SLOWEST:g} a second on"
     if rate > SLOWEST / _FAR:
@@ -98,28 +98,16 @@ def slow_remark(recording: Recording) -> str:
 
 def sweeps_of(recording: Recording, model: Model) -> list[Sweep]:
     """Return the runs of a recording; InputError where the roles do not suffice or too little was recorded."""
-    roles = recording.roles
-    drive = next((role for role in ("motor_voltage", "motor_duty") if role in roles), None)
-    seen = next((role for role in _ANGLES if role in roles), None)
-    if drive is None or seen is None:
-        what = "motor_voltage or motor_duty" if drive is None else "motor_angle or throttle_angle"
-        raise InputError(Problem(f"{recording.origin} has no {what}", allowed=", ".join(roles)))
-    rows = recording.joined([drive, seen])
-    time_ns, driven, angle = rows.time_ns, rows.columns[drive], rows.columns[seen]
-    good = np.isfinite(driven) & np.isfinite(angle)
-    time_ns, driven, angle = time_ns[good], driven[good], angle[good]
-    if len(time_ns) < _FEWEST_ROWS:
-        raise InputError(Problem(f"{recording.origin} has too few rows", value=len(time_ns), allowed=f"{_FEWEST_ROWS}"))
+    rows = driven_rows(recording, model)
+    time_ns, angle = rows.time_ns, rows.angles.angle
     at = _reader(recording, time_ns)
-    supply = at("supply_voltage", model.values.supply_voltage)
-    voltage = driven * supply if drive == "motor_duty" else driven
-    if seen == "motor_angle":
-        angle = angle / model.values.gear_ratio
+    voltage = rows.drive * at("supply_voltage", model.values.supply_voltage) if rows.is_duty else rows.drive
+    must_be_driven(recording.origin, voltage, angle, model.sensors)
     temperature = at("temperature", 25.0)
     role, condition = _condition(recording, at, len(time_ns))
     found = []
     for part in np.split(np.arange(len(time_ns)), _cuts(time_ns, condition, split=not role)):
-        if len(part) < _FEWEST_ROWS:
+        if len(part) < FEWEST_ROWS:
             continue
         own = time_ns[part]
         steps = np.diff(np.round((own - own[0]) / TICK_NS).astype(np.int64))
@@ -141,7 +129,7 @@ def sweeps_of(recording: Recording, model: Model) -> list[Sweep]:
             )
         )
     if not found:
-        raise InputError(Problem(f"{recording.origin} falls apart into runs of less than {_FEWEST_ROWS} rows"))
+        raise InputError(Problem(f"{recording.origin} falls apart into runs of less than {FEWEST_ROWS} rows"))
     return found
 
 
@@ -180,7 +168,8 @@ def _condition(recording: Recording, at: Callable[[str, float], Float64], count:
         if role in recording.roles:
             values = at(role, 0.0)
             levels = len(np.unique(values))
-            if 2 < levels <= min(_MOST_CONDITIONS, count // _FEWEST_ROWS):
+            changes = int(np.count_nonzero(np.diff(values)))  # a supply's noise has few levels, too
+            if 2 < levels <= _MOST_CONDITIONS and changes < count // FEWEST_ROWS:
                 return role, values
     return "", np.zeros(count)
 
