@@ -5,7 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from etb_hil.discrepancy.measured.measurement import SLOWEST, Measurement
+from etb_hil.discrepancy.measured.mending.coasting import commanded_coasts
 from etb_hil.discrepancy.measured.mending.in_step import rows_late
 from etb_hil.discrepancy.measured.mending.noise import noise_seen
 from etb_hil.discrepancy.measured.mending.spikes import without_spikes
@@ -19,6 +22,7 @@ def mended(measured: Measurement, model: Model) -> Measurement:
     if measured.is_drive or measured.rate < SLOWEST:
         return measured
     m = _with_its_noise(measured)
+    m = _coasting(m, model)  # a winding whose voltage is not its own would keep rows and spikes from being judged
     m = _in_step(m)  # a current that goes with another row's voltage would be no winding's
     m = _without_spikes(m)
     return _from_its_zero(m, model)
@@ -42,6 +46,16 @@ def _with_its_noise(m: Measurement) -> Measurement:
     sensors, said = noise_seen(m)
     noise = plate_rms(sensors) if m.is_plates else m.angle_noise
     return replace(m, sensors=sensors, angle_noise=noise, flags=(*m.flags, *said)) if said else m
+
+
+def _coasting(m: Measurement, model: Model) -> Measurement:
+    found = commanded_coasts(m, model)
+    if found is None:
+        return m
+    seconds = f"{float(np.count_nonzero(found.rows)) * m.dt:.2g} s"
+    what = f"motor_voltage is 0 V while the motor turns with the bridge off ({seconds}): commanded, and not measured"
+    said = f"{what}; what the motor gives stands for it, and is not judged"
+    return replace(m, voltage=found.voltage, is_good=m.is_good & ~found.rows, flags=(*m.flags, said))
 
 
 def _from_its_zero(m: Measurement, model: Model) -> Measurement:

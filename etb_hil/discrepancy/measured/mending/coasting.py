@@ -1,0 +1,70 @@
+"""A voltage that was commanded and not measured: none at all where the bridge is off and the motor coasts.
+
+A motor that turns gives its back-EMF to open terminals, which a voltmeter reads. Who logs commands has 0 V there.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.measured.rows import open_bridge
+from etb_hil.discrepancy.measured.sheet import current_rms, voltage_rms
+from etb_hil.plant.parameters import Model
+
+Float64 = NDArray[np.float64]
+Bool = NDArray[np.bool_]
+
+_NONE = 4.0  # times a sensor's noise, up to which a voltage or a current is none
+_TURNS = 10.0  # times the voltmeter's noise: the back-EMF of a motor that is sure to turn
+_COASTS = 3.0  # times it, from where it is missed
+_ENOUGH = 0.02  # s
+_NEARLY_ALL = 0.9  # of the rows
+
+
+class Coasts(NamedTuple):
+    """A voltage (n) in V with what a coasting motor gave, and the rows (n) in which nobody knows it better."""
+
+    voltage: Float64
+    rows: Bool
+
+
+def commanded_coasts(measured: Measurement, model: Model) -> Coasts | None:
+    """Return what a motor gave while its bridge was off if nearly all such rows have 0 V; None where they do not.
+
+    Until its current has died away a bridge that was opened gives what its diodes do, which is no
+    command's voltage either.
+    """
+    m, current = measured, measured.current
+    if current is None:
+        return None
+    least, back_emf = voltage_rms(m.sensors), model.values.back_emf
+    given = back_emf * _velocity(m, least / back_emf)
+    is_none, is_open = np.abs(m.voltage) <= _NONE * least, open_bridge(m)
+    sure = is_open & (np.abs(given) > _TURNS * least)
+    if np.count_nonzero(sure) < _ENOUGH * m.rate or np.mean(is_none[sure]) < _NEARLY_ALL:
+        return None
+    is_off = _around(is_none, is_open)
+    flows = np.abs(current) > _NONE * current_rms(m.sensors)
+    coasts = is_off & ~flows & (np.abs(given) > _COASTS * least)
+    return Coasts(np.where(coasts, given, m.voltage), coasts | (is_off & flows))
+
+
+def _around(wide: Bool, narrow: Bool) -> Bool:
+    """Return those runs of rows (n) that have any of others in them."""
+    found = np.zeros(len(wide), np.bool_)
+    for first, last in np.flatnonzero(np.diff(wide, prepend=False, append=False)).reshape(-1, 2).tolist():
+        found[first:last] = narrow[first:last].any()
+    return found
+
+
+def _velocity(m: Measurement, noise: float) -> Float64:
+    """Return the velocity (n) in rad/s, over as few rows as leave no more than some noise (rms) of it."""
+    half = math.ceil(m.angle_noise * m.rate / (math.sqrt(2.0) * noise))
+    rows = np.arange(len(m))
+    before, after = np.maximum(rows - half, 0), np.minimum(rows + half, len(m) - 1)
+    return np.asarray((m.angle[after] - m.angle[before]) / ((after - before) * m.dt))
