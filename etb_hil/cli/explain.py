@@ -128,13 +128,16 @@ def _numbers(text: str) -> tuple[float, ...]:
 
 
 def _must_take_an_answer(folder: Path) -> None:
-    """Make the folder, and refuse one that cannot be made or written to, before the long work begins."""
+    """Refuse a folder that cannot be made or written to before the long work begins; what it tried is gone again."""
     from etb_hil.base.errors import InputError, Place, Problem
 
+    missing = [one for one in (folder.absolute(), *folder.absolute().parents) if not one.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             pass
+        for one in missing:
+            one.rmdir()
     except OSError as error:
         what = f"takes no answer: {error.strerror}"
         remedy = "give a folder that can be made and written to with --out"

@@ -67,7 +67,7 @@ def test_its_page_accuses_nobody_and_draws_no_empty_plot(answer, tmp_path):
     assert "These data do not suffice to judge the model." in page
     assert "something is missing" not in page
     assert "breaks away at / V" not in page
-    assert "errs 91 % more than as stated (615 % more to 32 % less)" in page
+    assert "errs 91 % more (615 % more to 32 % less) than as stated" in page
 
 
 def test_where_a_plate_breaks_away_it_is_drawn(answer, tmp_path):
