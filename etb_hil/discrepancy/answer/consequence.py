@@ -19,7 +19,6 @@ from etb_hil.recording.samples import SampleBlock
 
 _MOTION = "log"  # the kind of phase of a record that says nothing of its phases
 
-
 Judge = Callable[[Model], DiagnosisResult]
 
 

@@ -96,7 +96,7 @@ def hold_out(findings: Findings, progress: Callable[[str], None] = lambda _: Non
         errors.segments,
         {name: value / span for name, value in free.items()},
         drawn_floors,
-        {name: gain(errors.segments[name][freerun.POSITION], after) for name in ("calibrated", "nominal")},
+        {name: _gain(errors.segments[name][freerun.POSITION], after) for name in ("calibrated", "nominal")},
         followed.whole if followed is not None and is_followed else final.fit.whole,
         is_followed,
         followed is None,
@@ -171,7 +171,7 @@ def _by_fold(findings: Findings, number: int, vectors: list[Vector]) -> Callable
     return lambda share: vectors[part_of(findings.balances, number, share)][:EXTENDED]
 
 
-def gain(before: Float64, after: Float64) -> Gain:
+def _gain(before: Float64, after: Float64) -> Gain:
     """Return what errors (segments) after something gain over those before; the interval from segments drawn again."""
     rng = np.random.default_rng(0)
     picks = rng.integers(len(before), size=(_DRAWS, len(before)))

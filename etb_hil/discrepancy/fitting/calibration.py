@@ -113,6 +113,8 @@ def met_before(unknown: Unknown, balances: Sequence[Balances]) -> list[float]:
 
     No slope leads there: a plate that is held before a stop does not tell it. How far it went into it nobody knows.
     """
+    if unknown.place not in (STOP_LOW, STOP_HIGH):
+        return []
     lowest, highest = _touches(balances)
     if unknown.place == STOP_HIGH and highest < unknown.centre + unknown.scale * unknown.low:
         return [highest - way for way in GIVES_WAY]

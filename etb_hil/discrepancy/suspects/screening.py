@@ -127,9 +127,10 @@ def _freed(residual: Residual, linear: Linear, candidate: Candidate) -> Screened
     if candidate.begins is not None:
         linear = Linear.of(_begun(residual, linear.calibration, index, candidate.begins))
     calibration = linear.calibration
-    free = calibration.unknowns[index] if candidate.begins is not None else calibration.unknowns[index].free()
     low, high = linear.low - linear.x, linear.high - linear.x
-    low[index], high[index] = free.low - linear.x[index], free.high - linear.x[index]
+    if candidate.begins is None:
+        free = calibration.unknowns[index].free()
+        low[index], high[index] = free.low - linear.x[index], free.high - linear.x[index]
     x = boxed(linear.normal, linear.right, low, high)
     cost = calibration.fit.cost + float(x @ linear.normal @ x) - 2.0 * float(linear.right @ x)
     start = calibration.fit.whole.copy()
