@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from etb_hil.discrepancy.answer.holdout import Gain, Holdout
+from etb_hil.discrepancy.answer.holdout import Holdout
 from etb_hil.discrepancy.answer.limits import detection_limits
 from etb_hil.discrepancy.answer.quality import data_quality
 from etb_hil.discrepancy.answer.running_away import runs_away
 from etb_hil.discrepancy.fitting.floor import LEAST_ROWS
 from etb_hil.discrepancy.fitting.freerun import CURRENT_ROLE, POSITION, SEGMENT_S
+from etb_hil.discrepancy.fitting.gain import Gain
 from etb_hil.discrepancy.fitting.intervals import Estimate, estimates
 from etb_hil.discrepancy.fitting.unknowns import FIELDS, simulable
 from etb_hil.discrepancy.measured.regimes import REGIMES

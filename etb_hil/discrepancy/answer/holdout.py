@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import Calibration
 from etb_hil.discrepancy.fitting.floor import floor_of
 from etb_hil.discrepancy.fitting.following import Followed, follow, part_of
+from etb_hil.discrepancy.fitting.gain import Gain, gain_of
 from etb_hil.discrepancy.fitting.segments import SEGMENTS, held_out, segment_of
 from etb_hil.discrepancy.fitting.unknowns import start
 from etb_hil.discrepancy.search.findings import Findings
@@ -24,16 +24,7 @@ from etb_hil.plant.physics import Vector
 
 Float64 = NDArray[np.float64]
 
-_DRAWS = 2000
 _SIMULATED = range(7, 17)  # seeds beside the floor of the balances: whether a plate just breaks away is luck
-
-
-class Gain(NamedTuple):
-    """The share by which a free run errs less, below zero where it errs more, and the ends of its 95 % interval."""
-
-    value: float
-    low: float
-    high: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +87,7 @@ def hold_out(findings: Findings, progress: Callable[[str], None] = lambda _: Non
         errors.segments,
         {name: value / span for name, value in free.items()},
         drawn_floors,
-        {name: _gain(errors.segments[name][freerun.POSITION], after) for name in ("calibrated", "nominal")},
+        {name: gain_of(errors.segments[name][freerun.POSITION], after) for name in ("calibrated", "nominal")},
         followed.whole if followed is not None and is_followed else final.fit.whole,
         is_followed,
         followed is None,
@@ -169,12 +160,3 @@ def _folds(findings: Findings, calibration: Calibration) -> list[Vector]:
 def _by_fold(findings: Findings, number: int, vectors: list[Vector]) -> Callable[[float], Vector]:
     """Return the parameters for each share of a stretch: those that were found without the part it lies in."""
     return lambda share: vectors[part_of(findings.balances, number, share)][:EXTENDED]
-
-
-def _gain(before: Float64, after: Float64) -> Gain:
-    """Return what errors (segments) after something gain over those before; the interval from segments drawn again."""
-    rng = np.random.default_rng(0)
-    picks = rng.integers(len(before), size=(_DRAWS, len(before)))
-    drawn = 1.0 - np.sqrt((after[picks] ** 2).sum(1) / np.maximum((before[picks] ** 2).sum(1), 1e-30))
-    value = 1.0 - float(np.sqrt(np.sum(after**2) / max(float(np.sum(before**2)), 1e-30)))
-    return Gain(value, *(float(end) for end in np.percentile(drawn, [2.5, 97.5])))

@@ -14,6 +14,7 @@ from etb_hil.discrepancy.search import decision
 from etb_hil.discrepancy.search.beginning import since_it_slid
 from etb_hil.discrepancy.search.byhand import take_measured
 from etb_hil.discrepancy.search.cut_short import CutShort
+from etb_hil.discrepancy.search.driving_force import doubt_force
 from etb_hil.discrepancy.search.findings import Findings, Round
 from etb_hil.discrepancy.search.objections import is_doubted, objection
 from etb_hil.discrepancy.search.reconsidering import ask_again, doubt_drifts, is_given_up
@@ -50,6 +51,7 @@ def search(
     with _cut_short(findings):
         _look(findings, [*without, *(entry.id for entry in model.effects)], progress)
         doubt_drifts(findings)
+        doubt_force(findings)
     with _cut_short(findings):
         findings.rest = _rest(findings)
         findings.curve = _curve(findings)

@@ -16,6 +16,7 @@ from etb_hil.base.errors import InputError, Problem
 from etb_hil.discrepancy.fitting.unknowns import base_unknowns, start
 from etb_hil.discrepancy.search.extending import calibrated_model
 from etb_hil.discrepancy.slow.coarse_answer import answer_of
+from etb_hil.discrepancy.slow.driven import driven_rows
 from etb_hil.discrepancy.slow.freefit import fit_runs
 from etb_hil.discrepancy.slow.sweeps import Sweep
 from etb_hil.plant.effects.layout import EXTENDED
@@ -57,7 +58,7 @@ def explain_coarsely(
     stated, fitted = start(model)[:EXTENDED], found.whole[:EXTENDED]
     nominal = [s.simulated(stated) for s in sweeps]
     after = [s.simulated(fitted, late=found.late) for s in sweeps]
-    answer = answer_of(recording, model, sweeps, is_seen, found, nominal, after, why)
+    answer = answer_of(recording, driven_rows(recording, model), model, sweeps, is_seen, found, nominal, after, why)
     return Coarse(sweeps, nominal, after, is_seen, calibrated_model(model, found.whole), answer)
 
 

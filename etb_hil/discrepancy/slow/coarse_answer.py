@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.base.roles import ROLES
+from etb_hil.discrepancy.fitting.gain import gain_of
 from etb_hil.discrepancy.measured.sheet import plate_rms
-from etb_hil.discrepancy.slow.driven import driven_rows
+from etb_hil.discrepancy.slow.driven import Driven
 from etb_hil.discrepancy.slow.freefit import FreeFit
 from etb_hil.discrepancy.slow.stairs import is_held
 from etb_hil.discrepancy.slow.sweeps import Sweep, breaks_away, slow_remark
@@ -23,7 +24,6 @@ Float64 = NDArray[np.float64]
 
 _BLOCKS = 40
 _Z = 2.02  # Student's 97.5 % of 40 blocks
-_DRAWS = 2000
 _AT_FLOOR = 2.0  # times the sensor's noise: what is as near as that lacks nothing that could be seen
 _FEWEST_RUNS = 5  # in which a trend is looked for
 _SEEN = 1e-4  # of the squared residual: what a whole tolerance must change for the data to say anything of a number
@@ -31,6 +31,7 @@ _SEEN = 1e-4  # of the squared residual: what a whole tolerance must change for 
 
 def answer_of(
     recording: Recording,
+    rows: Driven,
     model: Model,
     sweeps: Sequence[Sweep],
     is_seen: Sequence[bool],
@@ -50,9 +51,10 @@ def answer_of(
     after_rms = np.array([_rms(after[k] - angles[k]) for k in judged])
     rms = {"nominal": _all(before_rms), "calibrated": _all(after_rms), "noise_floor": noise}
     span = float(np.ptp(np.concatenate(angles)))
+    gain = gain_of(before_rms, after_rms)
     runs = [_run_of(*one) for one in zip(sweeps, after, is_seen, strict=True)]
     is_adequate = rms["calibrated"] < _AT_FLOOR * noise
-    missed = [] if is_adequate else _may_miss_commands(recording, model)
+    missed = [] if is_adequate else _may_miss_commands(recording.origin, rows, model)
     verdict = "adequate" if is_adequate else "insufficient_data" if missed else "unexplained"
     return {
         "verdict": verdict,
@@ -74,24 +76,23 @@ def answer_of(
         },
         "gain": {
             "of": "free-run error of the throttle angle on runs that the fit did not see, nominal to calibrated",
-            "value": _gain(before_rms, after_rms),
-            "interval": _interval(before_rms, after_rms),
+            "value": gain.value,
+            "interval": [gain.low, gain.high],
         },
         "starts": {"rms_rad": list(found.ends), "says": _starts(found.ends)},
-        "data_quality": [*missed, _quality(recording, model, sweeps, found)],
+        "data_quality": [*missed, _quality(recording, rows, sweeps, found)],
     }
 
 
-def _may_miss_commands(recording: Recording, model: Model) -> list[str]:
+def _may_miss_commands(origin: str, rows: Driven, model: Model) -> list[str]:
     """Return why what a model leaves may be commands between rows, and what to do; nothing where the drive stood."""
-    rows = driven_rows(recording, model)
     if is_held(rows, model.sensors):
         return []
     its, rate = ("duty" if rows.is_duty else "voltage"), 1e9 / float(np.median(np.diff(rows.time_ns)))
     what = f"the model leaves more than noise, and at {rate:.0f} Hz the {its} may change between rows"
     why = "it does not stand from row to row; a fault is not told from what was commanded there"
     remedy = "drive it in steps that stand for several rows, or record every command of the controller"
-    return [f"{recording.origin}: {what} ({why}): {remedy}"]
+    return [f"{origin}: {what} ({why}): {remedy}"]
 
 
 def _run_of(sweep: Sweep, simulated: Float64, seen: bool) -> dict[str, Any]:
@@ -178,9 +179,9 @@ def _starts(ends: Sequence[float]) -> str:
     return f"{len(ends)} starts ended at {best:.3g} to {worst:.3g} rad: the best was taken, there may be better ones"
 
 
-def _quality(recording: Recording, model: Model, sweeps: Sequence[Sweep], found: FreeFit) -> dict[str, Any]:
+def _quality(recording: Recording, rows: Driven, sweeps: Sequence[Sweep], found: FreeFit) -> dict[str, Any]:
     rate = 1.0 / float(np.median(np.diff(sweeps[0].seconds)))
-    flags = [slow_remark(recording), *driven_rows(recording, model).angles.flags]
+    flags = [slow_remark(recording), *rows.angles.flags]
     flags += ["no balances: no cause can be named, and what is fitted takes the place of what is missing"]
     roles = recording.roles
     if "motor_current" not in roles:
@@ -204,13 +205,3 @@ def _rms(values: Float64) -> float:
 
 def _all(rms: Float64) -> float:
     return float(np.sqrt(np.mean(rms**2)))
-
-
-def _gain(before: Float64, after: Float64) -> float:
-    return 1.0 - _all(after) / max(_all(before), 1e-30)
-
-
-def _interval(before: Float64, after: Float64) -> list[float]:
-    rng = np.random.default_rng(0)
-    picks = rng.integers(len(before), size=(_DRAWS, len(before)))
-    return [float(v) for v in np.percentile([_gain(before[p], after[p]) for p in picks], [2.5, 97.5])]
