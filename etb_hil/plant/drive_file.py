@@ -31,6 +31,7 @@ _ALLOWED = {
     "inertia": (1e-9, 1e6),
     "viscous": (0.0, 1e7),
     "coulomb": (1e-6, 1e6),
+    "stiction": (1e-6, 1e6),
     "constant_load": (-1e6, 1e6),
     "presliding": (1e-9, 1.0),
     "settled_speed": (1e-6, 1e3),
@@ -39,6 +40,7 @@ _ALLOWED = {
     "drive_noise": (1e-9, 1e6),
 }
 _WIDEST_SHARE = 10.0  # of a tolerance
+_ROUGHLY = Tolerance(0.5, is_relative=True)  # nobody knows a bristle better
 _COARSEST = 4  # steps of the position in one turn
 
 
@@ -60,9 +62,10 @@ class DriveFile(FileModel):
     inertia: DriveEntry
     viscous: DriveEntry
     coulomb: DriveEntry
+    stiction: DriveEntry | None = None
     constant_load: DriveEntry
-    presliding: Annotated[str, Field(description="way over which friction builds up")]
-    settled_speed: Annotated[str, Field(description="speed from which friction is that of sliding")]
+    presliding: Annotated[str, Field(description="way over which friction builds up, within 50 %")]
+    settled_speed: Annotated[str, Field(description="speed from which friction is that of sliding, within 50 %")]
     travel_per_turn: Annotated[str, Field(description="way in one turn of the motor")]
     position_step: Annotated[str, Field(description="the smallest way that the position's sensor tells")]
     drive_noise: Annotated[str, Field(description="standard deviation of the force or torque as read")]
@@ -132,7 +135,7 @@ def _drive(document: Document[DriveFile]) -> Model:
         "motor_inertia": entry("inertia", content.inertia, inertia),
         "viscous": entry("viscous", content.viscous, damping),
         "coulomb": coulomb,
-        "stiction": coulomb,
+        "stiction": coulomb if content.stiction is None else entry("stiction", content.stiction, force),
         "preload_open": entry("constant_load", content.constant_load, force),
     }
     if not problems and step > turn / _COARSEST:
@@ -142,12 +145,9 @@ def _drive(document: Document[DriveFile]) -> Model:
         problems.append(Problem("out of range", place, content.position_step, allowed, remedy))
     if problems:
         raise InputError(*problems)
-    fixed = {
-        **_absent(),
-        "gear_ratio": 2.0 * math.pi / turn,
-        "stribeck_velocity": settled_speed,
-        "bristle_stiffness": coulomb[0] / presliding,
-    }
+    found["bristle_stiffness"] = coulomb[0] / presliding, _ROUGHLY, "the way over which friction builds up"
+    found["stribeck_velocity"] = settled_speed, _ROUGHLY, "the speed from which friction is that of sliding"
+    fixed = {**_absent(), "gear_ratio": 2.0 * math.pi / turn}
     sensors = Sensors.model_construct(
         motor_counts_per_turn=round(turn / step), plate_bits=24, plate_range=turn, plate_noise=0.0,
         current_step=0.0, current_noise=drive_noise, voltage_step=0.0, voltage_noise=1e-6,

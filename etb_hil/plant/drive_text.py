@@ -31,6 +31,7 @@ def drive_text(model: Model, description: str) -> str:
         ("inertia", "motor_inertia", inertia),
         ("viscous", "viscous", damping),
         ("coulomb", "coulomb", force),
+        ("stiction", "stiction", force),
         ("constant_load", "preload_open", force),
     ):
         parameter = model.parameters[name]

@@ -190,6 +190,26 @@ def rotary(tmp_path):
     return path
 
 
+def test_friction_that_breaks_away_is_that_of_sliding_unless_it_is_stated(tmp_path):
+    model, _ = load_plant(EXAMPLE)
+    assert (model.values.stiction, model.tolerance("stiction")) == (20.0, pytest.approx(12.0))
+    path = tmp_path / "drive.yaml"
+    path.write_text(
+        EXAMPLE.read_text("utf-8") + "stiction: {value: 28 N, tolerance: 2 N, source: spring balance}\n", "utf-8"
+    )
+    model, _ = load_plant(path)
+    assert (model.values.stiction, model.tolerance("stiction")) == (28.0, 2.0)
+    again = tmp_path / "again.yaml"
+    again.write_text(drive_text(model, "as written"), "utf-8")
+    assert load_plant(again)[0].parameters["stiction"] == model.parameters["stiction"]
+
+
+def test_what_nobody_knows_of_a_bristle_has_a_tolerance_of_a_half():
+    model, _ = load_plant(EXAMPLE)
+    for name in ("bristle_stiffness", "stribeck_velocity"):
+        assert model.tolerance(name) == pytest.approx(0.5 * getattr(model.values, name))
+
+
 @pytest.mark.parametrize("motion", ["linear", "rotary"])
 def test_a_drives_model_is_read_back_from_its_text(tmp_path, rotary, motion):
     model, _ = load_plant(EXAMPLE if motion == "linear" else rotary)

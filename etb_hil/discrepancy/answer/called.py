@@ -10,6 +10,7 @@ from etb_hil.plant.parameters import Model
 _IN_A_DRIVES_FILE = {
     "preload_open": "constant_load",
     "motor_inertia": "inertia",
+    "stribeck_velocity": "settled_speed",
     "throttle_angle": "position",
 }
 

@@ -25,6 +25,7 @@ from etb_hil.discrepancy.search.rivals import alike
 from etb_hil.discrepancy.suspects.candidates import suspects
 from etb_hil.discrepancy.suspects.refining import Refined
 from etb_hil.discrepancy.suspects.similarity import Projector
+from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
@@ -34,6 +35,10 @@ from etb_hil.plant.table_one import Shaft
 UNIT = "standard deviations of the sensors' noise"
 _TRIED = 2  # plans that are explained before one is asked for
 _WAYS = 3  # by hand, that are said
+# A drive has no back-EMF to compare with.
+_OF_A_DRIVE = {
+    "current_sensor_gain": "a known force on what moves, or its mass weighed: the scale of the drive's force"
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +112,7 @@ def _said(found: Round, best: Outlook | None, hand: HandTest | None, model: Mode
         expected = {"value": distances.get(rival), "unit": UNIT, "parts": parted, "leaves": left}
     return {
         "pair": [first, rival],
-        "says": _by_hand(first, (left or [rival]) if parted else rivals),
+        "says": _by_hand(first, (left or [rival]) if parted else rivals, of_drive=is_drive(model)),
         "separation_here": away,
         "expected_separation": expected,
         "scenario": None if plan is None else plan.name,
@@ -129,8 +134,11 @@ def _instruments(hand: HandTest, model: Model) -> list[dict[str, Any]]:
     return [{"do": one.how, "gives": [wanted(name, one.shaft) for name in one.gives]} for one in hand.instruments]
 
 
-def _by_hand(first: str, others: Sequence[str]) -> str:
-    ways = [CATALOGUE[id_].separated_by for id_ in (first, *others) if id_ in CATALOGUE]
+def _by_hand(first: str, others: Sequence[str], *, of_drive: bool) -> str:
+    own = _OF_A_DRIVE if of_drive else {}
+    ids = [id_ for id_ in (first, *others) if id_ in CATALOGUE]
+    ways = [own[id_] for id_ in ids if id_ in own]
+    ways += [CATALOGUE[id_].separated_by for id_ in ids if id_ not in own]
     return "; or ".join([*dict.fromkeys(ways)][:_WAYS]) or "state the parameter's tolerance more narrowly"
 
 

@@ -1,34 +1,48 @@
-"""A drive's force that reads by one factor too much: its wrong numbers may be that, all of them."""
+"""A drive's force that reads by one factor too much: what is wrong with its numbers may be that, all of it."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from etb_hil.discrepancy.fitting.calibration import calibrate
 from etb_hil.discrepancy.fitting.unknowns import effect_unknowns
 from etb_hil.discrepancy.search import decision
-from etb_hil.discrepancy.search.findings import Findings
+from etb_hil.discrepancy.search.findings import Findings, Round
 from etb_hil.plant.effects.current_sensor_gain import EFFECT as SCALE
 
 
 def doubt_force(findings: Findings) -> None:
-    """Put the force's scale into the class of a drive's wrong numbers where it leaves as little, all of them in order.
+    """Put the force's scale into the class of a drive's causes where it leaves as little as they do.
 
-    A throttle's voltage balance knows the current's scale; of a drive nothing does but the tolerances of its numbers.
+    It is tried in place of all of them, then of the wrong numbers alone, with every number in its box. A throttle's
+    voltage balance knows the current's scale; of a drive nothing does but the tolerances of its numbers.
     """
-    wrong = [each for each in findings.accepted if each.winner.candidate.effect is None]
-    if not wrong or not findings.balances[0].measured.is_drive:
+    if not findings.balances[0].measured.is_drive:
         return
-    stated = {unknown.name: unknown for unknown in findings.calibration.unknowns}
+    numbers = [each for each in findings.accepted if each.winner.candidate.effect is None]
+    for replaced in (findings.accepted, numbers):
+        if replaced and _leaves_as_little(findings, replaced):
+            for each in replaced:
+                each.alike.append(SCALE.id)
+            return
+
+
+def _leaves_as_little(findings: Findings, replaced: Sequence[Round]) -> bool:
+    """Tell whether a force that is read by a factor too large or small can stand in the place of some causes."""
     (scale,) = effect_unknowns(SCALE, (0.0,))
-    whole = findings.final.fit.whole.copy()
-    for each in wrong:
-        number = stated[each.winner.candidate.frees]
-        factor = whole[number.place] / number.centre
+    stated = {unknown.name: unknown for unknown in findings.calibration.unknowns}
+    whole, gone = findings.final.fit.whole.copy(), set[int]()
+    for winner in (each.winner for each in replaced):
+        if winner.candidate.effect is not None:
+            gone.update(winner.candidate.effect.stated_indices)
+            continue
+        number = stated[winner.candidate.frees]
+        factor = float(whole[number.place]) / number.centre
         scale.put(whole, float(np.clip((factor - 1.0) / scale.scale, scale.low, scale.high)))
         number.put(whole, 0.0)
-    unknowns = [*(stated.get(unknown.name, unknown) for unknown in findings.final.unknowns), scale]
-    scaled = calibrate(findings.model, findings.balances, whole, unknowns)
-    if np.log(scaled.fit.cost / findings.final.fit.cost) < decision.CLASS_MARGIN:
-        for each in wrong:
-            each.alike.append(SCALE.id)
+    whole[list(gone)] = 0.0
+    kept = [stated.get(unknown.name, unknown) for unknown in findings.final.unknowns if unknown.place not in gone]
+    scaled = calibrate(findings.model, findings.balances, whole, [*kept, scale])
+    return bool(np.log(scaled.fit.cost / findings.final.fit.cost) < decision.CLASS_MARGIN)

@@ -1,0 +1,32 @@
+"""Drives without springs, drawn by the independent generator: healthy, and with something off."""
+
+import pytest
+from explain_drives import CASES, outcome, searched
+from generator.axis import draw_axis
+
+from etb_hil.discrepancy.plan.nexttest import next_test
+
+
+@pytest.mark.parametrize("motion", ["linear", "rotary"])
+def test_a_healthy_drive_is_adequate_though_nobody_knows_its_bristles(motion):
+    assert searched(draw_axis(222100, motion)).verdict == "adequate"
+
+
+@pytest.mark.parametrize("motion", ["linear", "rotary"])
+def test_a_force_that_reads_too_large_is_no_wrong_number_alone(motion):
+    """Every number is off by the same factor then, and nothing but their tolerances tells."""
+    found = [searched(draw_axis(222101 + k, motion, force_scale=1.25)) for k in range(3)]
+    outcomes = [outcome(findings, "current_sensor_gain") for findings in found]
+    assert set(outcomes) <= {"in its class", "unexplained", "adequate"}
+    asked = [next_test(f) for f, said in zip(found, outcomes, strict=True) if said == "in its class"]
+    assert asked
+    assert all(test is not None and "a known force on what moves" in test["says"] for test in asked)
+
+
+@pytest.mark.parametrize(
+    "case", ["mass 50 % larger", "friction 20 % apart by direction", "a wave of 20 % of the friction once a turn"]
+)
+@pytest.mark.parametrize("motion", ["linear", "rotary"])
+def test_what_is_off_is_named_or_in_its_class(motion, case):
+    options, truth = CASES[case]
+    assert outcome(searched(draw_axis(222102, motion, **options)), truth) in ("named", "in its class")
