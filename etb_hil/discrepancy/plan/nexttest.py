@@ -35,9 +35,10 @@ from etb_hil.plant.table_one import Shaft
 UNIT = "standard deviations of the sensors' noise"
 _TRIED = 2  # plans that are explained before one is asked for
 _WAYS = 3  # by hand, that are said
-# A drive has no back-EMF to compare with.
+# A drive has no back-EMF to compare with, and no limp-home.
 _OF_A_DRIVE = {
-    "current_sensor_gain": "a known force on what moves, or its mass weighed: the scale of the drive's force"
+    "current_sensor_gain": "a known force on what moves, or its mass weighed: the scale of the drive's force",
+    "friction_asymmetry": "the axis mounted the other way round: its friction turns with it, a load does not",
 }
 
 
