@@ -54,8 +54,9 @@ MIX = (
     ("strong", "plate_only", 2000), ("strong", "full", 2000), ("pair", "full", 2000), ("medium", "full", 2000),
     ("strong", "coarse_encoder", 2000), ("strong", "full", 1000),
 )  # fmt: skip
-# Effects with a form of the generator that no parameter of ours reaches: triangle for bell and sine, rational for tanh,
-# a threshold for a proportion, saturation for a logarithm, coils that bind for a polynomial ...
+# Effects with another form of the generator than the curve that a search tries: triangle for bell and sine, rational
+# for tanh, a threshold for a proportion, saturation for a logarithm, coils that bind for a polynomial ... An effect's
+# finer shapes reach seven of them, and come within 2 % of four.
 SHAPES = (
     ("friction_position_local", 1), ("friction_asymmetry", 1), ("iron_loss", 1), ("stribeck_shape", 1),
     ("friction_load", 2), ("stiction_dwell", 2), ("spring_nonlinear", 2), ("aerodynamic_torque", 1),

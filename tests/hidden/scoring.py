@@ -57,10 +57,10 @@ def score(explanation, truth, *, removed=False, declared=()):
     best = bool(true) and any(first[0] in alike[name] | {name} for name in true)
     names_something = verdict in ("explained", "ambiguous") and bool(causes)
     if truth["kind"] == "nothing":
-        outcome = "right" if verdict == "adequate" else _named_falsely(verdict, first) if names_something else verdict
+        outcome = "right" if verdict == "adequate" else _named_falsely(verdict, causes) if names_something else verdict
     elif truth["kind"] == "outside":
         outcome = (
-            "right" if verdict == "unexplained" else _named_falsely(verdict, first) if names_something else verdict
+            "right" if verdict == "unexplained" else _named_falsely(verdict, causes) if names_something else verdict
         )
     elif not names_something:
         outcome = verdict
@@ -70,7 +70,7 @@ def score(explanation, truth, *, removed=False, declared=()):
         strangers = [cause for cause in causes if cause[0] not in alike[true[0]] | set(declared)]
         outcome = "wrong_confident" if any(_confident(verdict, cause) for cause in strangers) else "honest"
     else:
-        outcome = _single(verdict, first, true[0], alike[true[0]])
+        outcome = _single(verdict, causes, true[0], alike[true[0]])
     return Score(truth["kind"], level, true, outcome, best, visible, not any(alike.values()))
 
 
@@ -91,16 +91,17 @@ def _confident(verdict, cause):
     return verdict == "explained" and not cause[1]
 
 
-def _named_falsely(verdict, cause):
-    return "wrong_confident" if _confident(verdict, cause) else "wrong_class"
+def _named_falsely(verdict, causes):
+    return "wrong_confident" if any(_confident(verdict, cause) for cause in causes) else "wrong_class"
 
 
-def _single(verdict, cause, true, alike):
-    if _confident(verdict, cause):
+def _single(verdict, causes, true, alike):
+    strangers = [cause for cause in causes if true not in cause[1] | {cause[0]}]
+    if strangers:
+        return _named_falsely(verdict, strangers)
+    if _confident(verdict, causes[0]):
         # Where the data cannot tell, even the right name is a guess.
-        return "right" if cause[0] == true and not alike else "wrong_confident"
-    if true not in cause[1] | {cause[0]}:
-        return "wrong_class"
+        return "wrong_confident" if alike else "right"
     return "right" if alike else "honest"
 
 

@@ -101,6 +101,16 @@ def test_a_rough_bench_logs_the_same_motion_badly():
     assert np.median(late) == pytest.approx(0.02, abs=2e-3)
 
 
+def test_a_logger_with_a_clock_of_its_own_sees_the_same_motion_between_the_ticks():
+    at_ticks, beside = (make_case(6, seconds=5.0, view=view).table for view in ("full", "own_clock"))
+    angle, later = at_ticks["throttle_angle"], beside["throttle_angle"]
+    way = np.abs(later - angle)[:-1]
+    assert np.quantile(way, 0.9) < np.abs(np.diff(angle)).max()
+    speed = np.gradient(angle) * 2000.0
+    fast = np.abs(speed) > 5.0
+    assert 2e-5 < np.median((later - angle)[fast] / speed[fast]) < 4.8e-4
+
+
 @pytest.mark.parametrize("form", [0.0, 1.0, 2.0])
 def test_play_lags_by_half_its_width_and_forgets_nothing(form):
     up = np.linspace(0.0, 1.0, 500)

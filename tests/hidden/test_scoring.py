@@ -29,6 +29,8 @@ def _says(verdict, *causes):
         (_says("explained", ("brush_drop",)), (), "right"),
         (_says("explained", ("brush_drop", "brush_drop")), (), "right"),
         (_says("explained", ("supply_sag",)), (), "wrong_confident"),
+        (_says("explained", ("brush_drop",), ("iron_loss",)), (), "wrong_confident"),
+        (_says("ambiguous", ("brush_drop", "supply_sag"), ("iron_loss",)), ("supply_sag",), "wrong_class"),
         (_says("ambiguous", ("supply_sag", "brush_drop")), (), "honest"),
         (_says("ambiguous", ("supply_sag", "iron_loss")), (), "wrong_class"),
         (_says("unexplained", ("brush_drop",)), (), "unexplained"),

@@ -119,9 +119,9 @@ class Balances:
         truth = self._truth(p)
         s = spectrum.s
         modelled = self._modelled(truth, p)
-        missed = self._missed(p)
-        current_spectrum = modelled.current + missed
         skew_i, skew_u, skew_plate, zero = nuisance
+        missed = self._missed(p, float(skew_u))
+        current_spectrum = modelled.current + missed
         torque = modelled.torque + p[TORQUE_PER_AMPERE] * missed - p[INERTIA] * s * s * truth.angle_spectrum
         torque += skew_i * p[TORQUE_PER_AMPERE] * s * current_spectrum
         # In units of the measured current: a gain that shrinks all torques would shrink the noise with them.
@@ -130,7 +130,7 @@ class Balances:
         if not self.has[1]:
             found.append(np.zeros(self.rows))
         else:
-            voltage = self._voltage * (1.0 + skew_u * s) - modelled.drop - p[RESISTANCE] * missed
+            voltage = self._voltage * np.exp(skew_u * s) - modelled.drop - p[RESISTANCE] * missed
             voltage -= p[INDUCTANCE] * s * current_spectrum + p[BACK_EMF] * s * truth.angle_spectrum
             voltage -= skew_i * (p[RESISTANCE] + p[INDUCTANCE] * s) * s * current_spectrum
             found.append(spectrum.back(voltage * self._whiten[1]))
@@ -142,12 +142,14 @@ class Balances:
             found.append(spectrum.back(angle * self._whiten[2]))
         return found
 
-    def _missed(self, p: Vector) -> Complex128:
-        """Return what of the current's spectrum its rows miss, inside the band."""
+    def _missed(self, p: Vector, before: float) -> Complex128:
+        """Return what of the current's spectrum its rows miss, inside the band; `before` (s): steps of the voltage."""
         if self.measured.current is None or self.measured.is_drive:
             return np.zeros(1, np.complex128)
-        late = p[_DELAY], p[_DELAY + 1]
-        return self._rows * missed_by_rows(self.spectrum.s, self.measured.dt, p[RESISTANCE], p[INDUCTANCE], *late)
+        # Steps that come before their rows are seen as by a current that is read ahead of them.
+        s, late = self.spectrum.s, (p[_DELAY] - before, p[_DELAY + 1])
+        missed = missed_by_rows(s, self.measured.dt, p[RESISTANCE], p[INDUCTANCE], *late)
+        return self._rows * np.exp(before * s) * missed
 
     def _modelled(self, truth: _Truth, p: Vector) -> _Modelled:
         """Return what is integrated along the motion; only inductance and inertia have no part in it."""

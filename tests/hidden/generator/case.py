@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from generator import layout as at
+from generator.own_clock import beside_the_ticks
 from generator.recipes import PARAMETER_LIKE, RECIPES, look_alike
 from generator.rig import Rig, no_effects, set_up
 from generator.rough_bench import as_logged, rough
@@ -16,7 +17,8 @@ from generator.wrong_parameter import PARAMETERS, misjudge
 MISSING = {"plate_only": "motor_angle", "no_current": "motor_current", "encoder_only": "throttle_angle"}
 COUNTS = {"coarse_encoder": 64, "fair_encoder": 1024, "encoder_only": 256}
 ROUGH = "rough_bench"  # everything is measured, badly
-VIEWS = ("full", ROUGH, *sorted({*MISSING, *COUNTS}))
+OWN_CLOCK = "own_clock"  # between the controller's ticks
+VIEWS = ("full", ROUGH, OWN_CLOCK, *sorted({*MISSING, *COUNTS}))
 _DRAWS = 12
 
 
@@ -79,7 +81,7 @@ def _drawn(number, seed, names, level, excitation, seconds, rate, view, form):
         hidden.append(_entry(name, row, level, sizes))
     residuals = rig.residuals(effects)
     sensors = replace(rig.sensors, motor_counts=COUNTS.get(view, rig.sensors.motor_counts))
-    table = as_logged(rig.record(effects, rough(sensors)), seed) if view == ROUGH else rig.record(effects, sensors)
+    table = _table(rig, effects, sensors, view, seed)
     if view in MISSING:
         del table[MISSING[view]]
     about = {
@@ -99,6 +101,14 @@ def _drawn(number, seed, names, level, excitation, seconds, rate, view, form):
         "ratios_together": ratios(names[0] if len(names) == 1 else "", residuals, floors),
     }
     return Case(table, rig.nominal, sensors, about, truth, rig, effects)
+
+
+def _table(rig, effects, sensors, view, seed):
+    if view == ROUGH:
+        return as_logged(rig.record(effects, rough(sensors)), seed)
+    if view == OWN_CLOCK:
+        return beside_the_ticks(rig, effects, sensors)
+    return rig.record(effects, sensors)
 
 
 def _entry(name, row, level, sizes):

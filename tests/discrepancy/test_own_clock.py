@@ -1,0 +1,26 @@
+"""Rows of a logger whose clock is its own: they lie beside the ticks at which the controller commands."""
+
+import pytest
+from explain_cases import hidden_case
+from explain_study import searched
+
+from etb_hil.discrepancy.answer.explanation import causes
+
+VIEW = "own_clock"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [225300, 225301])
+def test_a_healthy_unit_stays_adequate_and_its_rows_are_found_beside_the_ticks(seed):
+    findings = searched(hidden_case(seed, view=VIEW))
+    assert findings.verdict == "adequate"
+    (skew,) = (u.x_of(findings.final.fit.whole) for u in findings.final.unknowns if u.name == "voltage_skew")
+    assert abs(skew) > 0.05
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("effect", ["friction_position_local", "measurement_delay"])
+def test_what_is_hidden_is_named_all_the_same(effect):
+    findings = searched(hidden_case(225302, (effect,), view=VIEW))
+    assert findings.verdict == "explained"
+    assert [cause["effect"] for cause in causes(findings)] == [effect]
