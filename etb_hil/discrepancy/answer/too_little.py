@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.measured.commands import may_miss_commands
+from etb_hil.discrepancy.measured.commands import may_miss_commands, rate_of_voltage
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.regimes import BESIDE
 from etb_hil.discrepancy.search.findings import Findings
@@ -47,7 +47,8 @@ def _too_slow(stretches: Sequence[Measurement], model: Model) -> list[str]:
     m = next((each for each in stretches if may_miss_commands(each, model)), None)
     if m is None:
         return []
-    what = f"{m.origin}: the model leaves more than noise, and at {m.rate:.0f} Hz the voltage may change between rows"
+    rate = rate_of_voltage(m)
+    what = f"{m.origin}: the model leaves more than noise, and at {rate:.0f} Hz the voltage may change between rows"
     shows = "no current tells" if m.current is None else "the current answers it before the row that shows it"
     remedy = "record in step with the controller's commands, or several times as fast"
     return [f"{what} ({shows}); a cause is not told from what was commanded there: {remedy}"]

@@ -7,6 +7,7 @@ written, nobody knows what the motor got between two of them, and no model leave
 from __future__ import annotations
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.measured.measurement import Measurement
@@ -15,9 +16,12 @@ from etb_hil.discrepancy.measured.rows import commanded, open_bridge
 from etb_hil.plant.parameters import Model
 
 Float64 = NDArray[np.float64]
+Int64 = NDArray[np.int64]
 
 _FAST = 900.0  # Hz; controllers of throttles command some 1000 times a second
-_FEWEST = 100  # rows with a jump after them
+_SHORTEST = 0.0005  # s; in a shorter time a current does less than its sensor's noise
+_FEWEST = 100  # jumps
+_KNEES = (0.05, 0.15, 0.3)  # A, at which a brush's drop may be there
 _BEFORE = 0.04  # of what a voltage does in its own row, from where the next one has acted before its row
 _SCATTERS = 0.015  # of the next jump's square: what no shift of the voltage in time accounts for
 
@@ -25,8 +29,8 @@ _SCATTERS = 0.015  # of the next jump's square: what no shift of the voltage in 
 def may_miss_commands(measured: Measurement, model: Model) -> bool:
     """Tell whether commands may have changed between the rows of a measurement as it was recorded.
 
-    At the end of a row a winding's current is linear in the current at its beginning, in the way and in the voltage:
-    the next voltage has no part in it where one is held. One that is read late has the same part in every row, which
+    After a while of one voltage a winding's current is linear in the current before it, in the way and in the voltage:
+    the next voltage has no part in it where one is held. One that is read late has the same part each time, which
     leaves nothing to scatter. In slow rows without a current nothing tells.
     """
     if measured.is_drive:
@@ -34,17 +38,46 @@ def may_miss_commands(measured: Measurement, model: Model) -> bool:
     if measured.current is None:
         return measured.rate < _FAST
     m, current = without_diodes(measured, model), measured.current
-    jump = np.diff(m.voltage)
-    is_driven = m.is_good & ~open_bridge(m)
-    rows = commanded(m) & is_driven[:-1] & is_driven[1:]
-    if np.count_nonzero(rows) < _FEWEST:
+    begins, ends = _before_jumps(m)
+    if len(ends) < _FEWEST:
         return False
-    voltage, began = m.voltage[:-1], current[:-1]
+    voltage, jump = _means(m.voltage, begins, ends), m.voltage[ends] - m.voltage[ends - 1]
+    began, ended, way = current[begins], current[ends], m.angle[ends] - m.angle[begins]
     # What takes a voltage by the current between a command and the winding: brushes and dead time, a supply that sags;
     # and a current's sensor whose scale bends.
-    taken = [np.sign(began), voltage * np.abs(began), voltage**2 * began, began**2]
-    columns = np.column_stack([voltage, jump, began, np.diff(m.angle), *taken, np.ones(len(jump))])[rows]
-    found, *_ = np.linalg.lstsq(columns, current[1:][rows], rcond=None)
+    taken = [*(np.tanh(began / knee) for knee in _KNEES), voltage * np.abs(began), voltage**2 * began, began**2]
+    columns = np.column_stack([voltage, jump, began, way, *taken, np.ones(len(jump))])
+    found, *_ = np.linalg.lstsq(columns, ended, rcond=None)
     own, early = found[:2].tolist()
-    scattered = float(np.mean((current[1:][rows] - columns @ found) ** 2))
-    return early > _BEFORE * own and scattered > _SCATTERS * own**2 * float(np.mean(jump[rows] ** 2))
+    scattered = float(np.mean((ended - columns @ found) ** 2))
+    return early > _BEFORE * own and scattered > _SCATTERS * own**2 * float(np.mean(jump**2))
+
+
+def rate_of_voltage(measured: Measurement) -> float:
+    """Return how often (Hz) a measurement tells its voltage: a burst's rows have one for all of them."""
+    return measured.rate / _rows_together(measured, np.flatnonzero(commanded(measured)))
+
+
+def _rows_together(measured: Measurement, jumps: Int64) -> int:
+    """Return how many rows before a jump are asked as one: as long as a voltage mostly stands, while that is short."""
+    most = int(measured.rate * _SHORTEST + 1e-6)
+    if most <= 1 or not len(jumps):
+        return 1
+    return int(np.clip(np.median(np.diff(jumps, prepend=-1)), 1, most))
+
+
+def _before_jumps(m: Measurement) -> tuple[Int64, Int64]:
+    """Return the rows at which a voltage begins to stand, with the bridge on, and those at which it has jumped."""
+    jumps = np.flatnonzero(commanded(m))
+    rows = _rows_together(m, jumps)
+    ends = jumps[np.diff(jumps, prepend=-1) >= rows] + 1
+    begins = ends - rows
+    is_driven = _means((m.is_good & ~open_bridge(m)).astype(np.float64), begins, ends + 1) == 1.0
+    return begins[is_driven], ends[is_driven]
+
+
+def _means(values: Float64, begins: Int64, ends: Int64) -> Float64:
+    """Return the means of as many values each, from a row to the one before its end."""
+    if not len(ends):
+        return np.zeros(0)
+    return np.asarray(sliding_window_view(values, int(ends[0] - begins[0]))[begins].mean(axis=1))

@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.measured.measurement import Measurement
-from etb_hil.discrepancy.measured.rows import open_bridge
-from etb_hil.discrepancy.measured.sheet import voltage_rms
+from etb_hil.discrepancy.measured.rows import commanded, open_bridge
+from etb_hil.discrepancy.measured.sheet import current_rms, voltage_rms
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.values import ThrottleParameters
 
 Float64 = NDArray[np.float64]
+Openings = dict[tuple[int, int], float]  # the current in A that a bridge opens under, by the first and last row of it
 
 _BEFORE = 0.025  # s that an opening lies before rows in which no current is seen to have flown for some time
 _HIGH, _LOW = 0.8, 0.5  # of the voltage's limit: the diodes give more than that, a motor that coasts gives less
@@ -37,28 +38,40 @@ def without_diodes(measured: Measurement, model: Model) -> Measurement:
     if not opens:
         return measured
     voltage, good = measured.voltage.copy(), measured.is_good.copy()
-    for row, flows in opens.items():
-        voltage[row] = _mean(float(voltage[row]), float(voltage[row + 1]), flows, measured.rate, model.values)
-        good[row] = False
+    for (first, last), flows in opens.items():
+        rate = measured.rate / (last + 1 - first)
+        voltage[first : last + 1] = _mean(float(voltage[last]), float(voltage[last + 1]), flows, rate, model.values)
+        good[first : last + 1] = False
     return replace(measured, voltage=voltage, is_good=good)
 
 
-def _seen_by_current(measured: Measurement, current: Float64, model: Model) -> dict[int, float]:
-    """Return the rows that begin with the diodes' voltage against a current (A), with no drive until it is at rest."""
+def _seen_by_current(measured: Measurement, current: Float64, model: Model) -> Openings:
+    """Return the rows that begin with the diodes' voltage against a current (A), with no drive until it is at rest.
+
+    A current that has gone over to the voltage's side by their end was driven there.
+    """
     voltage, limit = measured.voltage, model.values.voltage_limit
     is_open, before = open_bridge(measured), round(_BEFORE * measured.rate)
+    none = _SURE * current_rms(measured.sensors)
     found = {}
     for first in (np.flatnonzero(is_open[1:] & ~is_open[:-1]) + 1).tolist():
         begin = max(first - before, 0)
         driven = np.flatnonzero(np.abs(voltage[begin:first]) > _LOW * limit)
         if len(driven):
-            row = begin + int(driven[-1])
-            if abs(voltage[row]) > _HIGH * limit and voltage[row] * current[row] < 0.0:
-                found[row] = float(current[row])
+            last = begin + int(driven[-1])
+            row, way = _first_of(measured, last), float(np.sign(voltage[last]))
+            if abs(voltage[last]) > _HIGH * limit and way * current[row] < 0.0 and way * current[last] < none:
+                found[row, last] = float(current[row])
     return found
 
 
-def _seen_by_voltage(measured: Measurement, model: Model) -> dict[int, float]:
+def _first_of(measured: Measurement, row: int) -> int:
+    """Return the first of the rows up to this one that have its reading: a burst's rows have one for all of them."""
+    other = np.flatnonzero(commanded(measured)[:row])
+    return int(other[-1]) + 1 if len(other) else 0
+
+
+def _seen_by_voltage(measured: Measurement, model: Model) -> Openings:
     """Return the rows with the diodes' voltage against the current (A) that had been driven, and a coast behind them.
 
     A bridge that is driven so for a row strikes the motor: it moves, and the voltage that is set next is not what that
@@ -69,7 +82,7 @@ def _seen_by_voltage(measured: Measurement, model: Model) -> dict[int, float]:
     for row in np.flatnonzero((size[:-1] > _HIGH * limit) & (size[1:] < _LOW * limit)).tolist():
         current = _driven(measured, row, model.values)
         if measured.voltage[row] * current < 0.0 and _coasts(measured, row + 1, model):
-            found[row] = current
+            found[row, row] = current
     return found
 
 
