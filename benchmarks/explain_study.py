@@ -4,7 +4,8 @@
         [--jobs 1] [--out FILE]
 
 KIND: nothing, weak, medium, strong (one effect each), shape (a strong or medium effect whose curve is another than
-the catalogue's), pair, outside, removed (the effect's own term is no suspect), mix (all of them, and fewer sensors).
+the catalogue's), pair, friction (T_c and T_st off by one factor), outside, removed (the effect's own term is no
+suspect), mix (all of them, and fewer sensors).
 Seeds 0 to 999 served for development. With --each, seeds whose effect was drawn N times before are passed over, so
 that every effect is judged as often; with --effects, those that draw none of these. Rows go to --out (rows.jsonl) as
 they come, each with the build that made it, so that a study can be cut short; started again with the same --out it goes
@@ -33,6 +34,7 @@ from explain_truth import truth_errors
 from generator import layout
 from generator.case import SINGLES, VIEWS
 from generator.size import OutOfReachError
+from generator.wrong_parameter import FRICTION
 from scoring import score
 
 from etb_hil.discrepancy.answer.explanation import causes
@@ -43,7 +45,7 @@ from etb_hil.discrepancy.measured.stretches import measurements_of
 from etb_hil.discrepancy.search.naming import search
 from etb_hil.plant.effects.catalogue import CATALOGUE
 
-KINDS = ("nothing", "weak", "medium", "strong", "shape", "pair", "outside", "removed", "mix")
+KINDS = ("nothing", "weak", "medium", "strong", "shape", "pair", "friction", "outside", "removed", "mix")
 # kind, view, rate: what a mix draws in turn.
 MIX = (
     ("strong", "full", 2000), ("medium", "full", 2000), ("nothing", "full", 2000), ("outside", "full", 2000),
@@ -75,6 +77,8 @@ def drawn(kind, seed):
         return (effect,), level, form
     if kind == "removed":
         return (layout.CATALOGUE[rng.integers(len(layout.CATALOGUE))],), "strong", None
+    if kind == "friction":
+        return FRICTION, level, None
     if kind == "outside":
         return (layout.OUTSIDE[rng.integers(len(layout.OUTSIDE))],), level, None
     return (), "strong", None

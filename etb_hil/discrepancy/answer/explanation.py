@@ -21,7 +21,7 @@ from etb_hil.discrepancy.plan.nexttest import next_test
 from etb_hil.discrepancy.search import decision
 from etb_hil.discrepancy.search.byhand import measured
 from etb_hil.discrepancy.search.findings import Findings, Round
-from etb_hil.discrepancy.search.objections import LEAST_GAIN
+from etb_hil.discrepancy.suspects.refining import LEAST_GAIN
 from etb_hil.plant.drive_effects import unit_for
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import Vector

@@ -20,10 +20,9 @@ from etb_hil.discrepancy.plan.planned import Plan, recorded
 from etb_hil.discrepancy.search.decision import class_margin
 from etb_hil.discrepancy.search.findings import Findings, Round
 from etb_hil.discrepancy.search.naming import search
-from etb_hil.discrepancy.search.objections import LEAST_GAIN
 from etb_hil.discrepancy.search.rivals import alike
 from etb_hil.discrepancy.suspects.candidates import suspects
-from etb_hil.discrepancy.suspects.refining import Refined
+from etb_hil.discrepancy.suspects.refining import LEAST_GAIN, Refined
 from etb_hil.discrepancy.suspects.similarity import Projector
 from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.effects.catalogue import CATALOGUE

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from etb_hil.discrepancy.fitting.floor import LEAST_ROWS
 from etb_hil.discrepancy.search.drifting import DRIFTS, WEARS
 from etb_hil.discrepancy.search.findings import Findings, Round
-from etb_hil.discrepancy.suspects.candidates import MODEL_FILE_NAME
+from etb_hil.discrepancy.suspects import candidates
 
 Float64 = NDArray[np.float64]
 
@@ -39,7 +39,7 @@ def parameter_id(name: str) -> str:
     """Return the id under which a base parameter is a cause; nothing for nuisances and effects' own."""
     if name.endswith(("_skew", "_zero")) or "." in name:
         return ""
-    return f"parameter:{MODEL_FILE_NAME.get(name, name)}"
+    return candidates.parameter_id(name)
 
 
 def class_margin(found: Round) -> float:

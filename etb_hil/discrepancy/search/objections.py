@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from etb_hil.discrepancy.fitting.floor import LEAST_ROWS
 from etb_hil.discrepancy.search.decision import ACCUSING, BAND, UNTOUCHED, accuses
 from etb_hil.discrepancy.search.findings import Findings, Round, siblings
+from etb_hil.discrepancy.suspects.refining import LEAST_BEYOND, LEAST_GAIN
 
 Objection = Callable[[Round, Findings], str]
 
-LEAST_GAIN = 0.04  # of the squared residual, beyond what the suspect takes of the model's own simulation
 _HEALTHY_TIMES = 2.0
 _LATER_GAIN = 0.25
 _LATER_T = 4.0
@@ -34,7 +34,6 @@ _LATE = 0.2  # of the larger of a delay and a lag: true ones are late by 0.6 of 
 _LOCAL = 0.25  # of the range of the motion: what is wider at half its height, on either side, is not at one place
 _OF_THE_MOTOR = ("cogging_torque", "torque_ripple")
 _WHOLE = 0.1  # of a wave a motor turn; true ones are found within 0.004
-_LEAST_BEYOND = 1.05  # tolerances off its nominal value that a parameter must be before it is a cause
 
 
 def objection(found: Round, findings: Findings) -> str:
@@ -220,7 +219,7 @@ def _is_everywhere(found: Round, findings: Findings) -> str:
 def _is_inside_its_tolerance(found: Round, _: Findings) -> str:
     winner = found.winner
     moved = [abs(u.x_of(winner.fit.whole)) for u in winner.unknowns if u.name == winner.candidate.frees]
-    return "inside its tolerance, or next to it" if moved and max(moved) <= _LEAST_BEYOND else ""
+    return "inside its tolerance, or next to it" if moved and max(moved) <= LEAST_BEYOND else ""
 
 
 _OBJECTIONS: tuple[Objection, ...] = (

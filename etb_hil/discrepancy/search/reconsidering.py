@@ -18,9 +18,10 @@ from etb_hil.discrepancy.fitting.unknowns import Unknown
 from etb_hil.discrepancy.search.drifting import DRIFTS, WEARS, drifts, wears
 from etb_hil.discrepancy.search.findings import Findings, Round
 from etb_hil.discrepancy.search.finer import with_finer_shapes
-from etb_hil.discrepancy.search.objections import LEAST_GAIN, objection
+from etb_hil.discrepancy.search.objections import objection
 from etb_hil.discrepancy.search.rounds import Progress, one_round, taken_by
 from etb_hil.discrepancy.search.standing import go_back, settle, take_in
+from etb_hil.discrepancy.suspects.refining import LEAST_GAIN
 from etb_hil.plant.physics import Vector
 
 _NEAR = 2.0  # times what a cause left alone: a rival that left no more may come before it beside a later one

@@ -181,7 +181,7 @@ class _Record:
         if winner.candidate.effect is None:
             healthy = _moved_to(winner, residual, healthy)
         projector = Projector(healthy.columns, healthy.unknowns)
-        suspected = frozenset({winner.candidate.frees} - {""})
+        suspected = winner.candidate.freed
         whole = _alone(residual, healthy, winner)
         own = projector.rest(whole, suspected)
         return _Record(residual, healthy, projector, whole, own, suspected, _imitators(projector, whole, suspected))
@@ -238,8 +238,9 @@ def _base_of(winner: Refined, healthy: Calibration) -> Vector:
 def _moved_to(winner: Refined, residual: Residual, healthy: Calibration) -> Calibration:
     """Return the calibration linearised where a wrong parameter was found, for bristles' torque is not linear in it."""
     whole = healthy.fit.whole.copy()
-    unknown = next(u for u in healthy.unknowns if u.name == winner.candidate.frees)
-    unknown.put(whole, unknown.x_of(winner.fit.whole))
+    for unknown in healthy.unknowns:
+        if unknown.name in winner.candidate.freed:
+            unknown.put(whole, unknown.x_of(winner.fit.whole))
     fit = fit_of(residual, whole)
     return Calibration(healthy.unknowns, fit, columns(residual, fit, healthy.unknowns))
 
@@ -248,10 +249,12 @@ def _alone(residual: Residual, healthy: Calibration, winner: Refined) -> Float64
     """Return what a winner of its size changes in a record without it (n); a parameter: linearly, beyond its box."""
     effect = winner.candidate.effect
     if effect is None:
-        index = next(k for k, u in enumerate(healthy.unknowns) if u.name == winner.candidate.frees)
-        unknown = healthy.unknowns[index]
-        x = unknown.x_of(winner.fit.whole)
-        return np.asarray(healthy.columns[:, index] * (x - float(np.clip(x, unknown.low, unknown.high))))
+        beyond = np.zeros(len(healthy.unknowns))
+        for k, unknown in enumerate(healthy.unknowns):
+            if unknown.name in winner.candidate.freed:
+                x = unknown.x_of(winner.fit.whole)
+                beyond[k] = x - np.clip(x, unknown.low, unknown.high)
+        return np.asarray(healthy.columns @ beyond)
     moved = healthy.fit.whole.copy()
     moved[list(effect.stated_indices)] = winner.fit.whole[list(effect.stated_indices)]
     return np.asarray(residual(moved) - healthy.fit.residual)

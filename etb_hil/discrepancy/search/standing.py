@@ -10,6 +10,7 @@ from etb_hil.discrepancy.fitting.floor import floor_of, group_means, weigh
 from etb_hil.discrepancy.fitting.unknowns import Unknown
 from etb_hil.discrepancy.search import decision
 from etb_hil.discrepancy.search.findings import Findings, Round, Standing
+from etb_hil.discrepancy.search.partner import part
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
 
@@ -17,9 +18,12 @@ _CLEARLY = 0.9  # of what a fit left: from another start it has to leave less th
 
 
 def take_in(findings: Findings, found: Round) -> None:
-    """Make a round's winner a part of the model that the next round starts from."""
+    """Make a round's winner a part of the model that the next round starts from, and what was let out along with it."""
+    partners = part(findings, found)
     settle(findings, found.winner.fit.whole, found.winner.unknowns)
-    found.accepted = True
+    for each in (found, *partners):
+        each.accepted = True
+    findings.rounds += partners
 
 
 def settle(findings: Findings, whole: Vector, unknowns: Sequence[Unknown]) -> None:

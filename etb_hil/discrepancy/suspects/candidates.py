@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Container, Iterable, Sequence
+from dataclasses import dataclass, replace
 
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import met_before
@@ -36,6 +36,8 @@ _OF_A_THROTTLE = (
 _NEEDS_BRIDGE = ("iron_loss",)
 _NEEDS_PLATE = ("sensor_hysteresis",)
 _NEEDS_ENCODER = ("angle_sensor_eccentricity",)
+# Sliding friction and break-away friction are of the same contacts: what raises the first one raises the second.
+_GOES_WITH = {"coulomb": "stiction"}
 # Too small in any balance to be a cause.
 _TOO_SMALL = ("stop_damping", "bristle_damping", "dead_zone")
 
@@ -44,6 +46,7 @@ _TOO_SMALL = ("stop_damping", "bristle_damping", "dead_zone")
 class Candidate:
     """A suspect at one shape: its `unknowns` are fitted beside the base; `frees`: a parameter let out of its box.
 
+    `along`: another one that is let out with it, as what is wrong with the first one is wrong with that, too.
     `begins`: the value from which that parameter is fitted; None: from the edge of its box, from where a slope leads.
     """
 
@@ -54,6 +57,12 @@ class Candidate:
     frees: str = ""
     steps: tuple[float, ...] = ()
     begins: float | None = None
+    along: str = ""
+
+    @property
+    def freed(self) -> frozenset[str]:
+        """The names of the parameters let out of their boxes."""
+        return frozenset({self.frees, self.along} - {""})
 
     @property
     def strengths(self) -> tuple[Unknown, ...]:
@@ -71,12 +80,24 @@ def suspects(
     load = balances[0].load
     found = {id_: _shapes(effect, load) for id_, effect in CATALOGUE.items() if id_ not in out}
     for unknown in base:
-        id_ = f"parameter:{MODEL_FILE_NAME.get(unknown.name, unknown.name)}"
+        id_ = parameter_id(unknown.name)
         is_suspect = id_ not in out and unknown.name not in _TOO_SMALL and not unknown.is_known
         if is_suspect and unknown.place < PARAMETERS:
             begins = met_before(unknown, balances) or (None,)
             found[id_] = [Candidate(id_, None, (), (), unknown.name, begins=value) for value in begins]
+            found[id_] += [replace(found[id_][0], along=other) for other in _partner(unknown, base, out)]
     return found
+
+
+def parameter_id(name: str) -> str:
+    """Return the id under which a base parameter is a cause."""
+    return f"parameter:{MODEL_FILE_NAME.get(name, name)}"
+
+
+def _partner(unknown: Unknown, base: Iterable[Unknown], out: Container[str]) -> list[str]:
+    """Return the name of what goes with a base parameter, where it is in its own box and may leave that."""
+    other = _GOES_WITH.get(unknown.name)
+    return [u.name for u in base if u.name == other and u.is_toleranced and parameter_id(other) not in out]
 
 
 def beyond_judging(balances: Sequence[Balances]) -> dict[str, str]:

@@ -20,6 +20,8 @@ Float64 = NDArray[np.float64]
 
 _QUICK_ROUNDS = 3
 _FULL_ROUNDS = 6
+LEAST_GAIN = 0.04  # of what is left, that a cause takes, and a second number beside the first
+LEAST_BEYOND = 1.05  # tolerances off its nominal value that a parameter must be before it is a cause
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,9 +67,31 @@ def quickly(residual: Residual, calibration: Calibration, screened: Screened, lo
 
 
 def fully(residual: Residual, refined: Linearised, rounds: int = _FULL_ROUNDS) -> Linearised:
-    """Return a suspect fitted to the end, every column differenced anew."""
+    """Return a suspect fitted to the end, every column differenced anew, and with no number more than it needs."""
     fit, columns = gauss_newton(residual, refined.fit, refined.unknowns, rounds, tolerance=1e-3)
-    return replace(refined, fit=fit, columns=columns)
+    found = replace(refined, fit=fit, columns=columns)
+    if not found.candidate.along:
+        return found
+    alone = by_itself(residual, found, rounds)
+    needs_both = _is_beyond(found) and alone.fit.cost * (1.0 - LEAST_GAIN) > found.fit.cost
+    return found if needs_both else alone
+
+
+def by_itself(residual: Residual, refined: Refined, rounds: int = _FULL_ROUNDS) -> Linearised:
+    """Return a wrong number fitted to the end with what was let out along with it back in its box."""
+    candidate, whole = refined.candidate, refined.fit.whole.copy()
+    unknowns = [u.boxed() if u.name == candidate.along else u for u in refined.unknowns]
+    for unknown in unknowns:
+        if unknown.name == candidate.along:
+            unknown.put(whole, float(np.clip(unknown.x_of(whole), unknown.low, unknown.high)))
+    fit, columns = gauss_newton(residual, fit_of(residual, whole), unknowns, rounds, tolerance=1e-3)
+    return Linearised(replace(candidate, along=""), fit, unknowns, columns)
+
+
+def _is_beyond(refined: Linearised) -> bool:
+    """Tell whether every number that was let out of its box is beyond its tolerance."""
+    freed = (u for u in refined.unknowns if u.name in refined.candidate.freed)
+    return all(abs(u.x_of(refined.fit.whole)) > LEAST_BEYOND for u in freed)
 
 
 def bent(residual: Residual, refined: Linearised, load: float) -> Linearised:
@@ -127,8 +151,8 @@ def elsewhere(residual: Residual, at: Fit, columns: Float64, unknowns: Sequence[
 
 
 def unknowns_of(base: Sequence[Unknown], candidate: Candidate, start: Vector, load: float) -> list[Unknown]:
-    """Return what a fit of a suspect moves: the base, its own parameter let out of its box, then an effect's own."""
-    moved = [u.free() if u.name == candidate.frees else u for u in base]
+    """Return what a fit of a suspect moves: the base, its own let out of their boxes, then an effect's own."""
+    moved = [u.free() if u.name in candidate.freed else u for u in base]
     if candidate.effect is None:
         return moved
     shapes = [float(start[place]) for place in candidate.effect.indices]

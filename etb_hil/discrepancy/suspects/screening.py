@@ -123,12 +123,12 @@ def _tried(residual: Residual, linear: Linear, candidate: Candidate) -> Screened
 
 
 def _freed(residual: Residual, linear: Linear, candidate: Candidate) -> Screened:
-    index = next(k for k, u in enumerate(linear.calibration.unknowns) if u.name == candidate.frees)
+    places = [k for k, u in enumerate(linear.calibration.unknowns) if u.name in candidate.freed]
     if candidate.begins is not None:
-        linear = Linear.of(_begun(residual, linear.calibration, index, candidate.begins))
+        linear = Linear.of(_begun(residual, linear.calibration, places[0], candidate.begins))
     calibration = linear.calibration
     low, high = linear.low - linear.x, linear.high - linear.x
-    if candidate.begins is None:
+    for index in places if candidate.begins is None else ():
         free = calibration.unknowns[index].free()
         low[index], high[index] = free.low - linear.x[index], free.high - linear.x[index]
     x = boxed(linear.normal, linear.right, low, high)

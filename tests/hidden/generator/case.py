@@ -39,9 +39,9 @@ def make_case(seed, effects=(), level="strong", *, excitation="rich", seconds=40
     """Hide `effects` in a record of a unit drawn from `seed`.
 
     `effects`: none (nothing hidden, nominal up to 10 % off all the same), one or two ids of the catalogue or from
-    outside it, or one `parameter:<name>`. `rate` in Hz; `view`: what of the sensors the tool gets; `form`: the variant
-    of the effects' curve, drawn where it is none. A draw that cannot reach its size is replaced by the next draw of the
-    same seed; OutOfReachError after some of those.
+    outside it, one `parameter:<name>`, or several that are off by one factor. `rate` in Hz; `view`: what of the sensors
+    the tool gets; `form`: the variant of the effects' curve, drawn where it is none. A draw that cannot reach its size
+    is replaced by the next draw of the same seed; OutOfReachError after some of those.
     """
     if view not in VIEWS:
         raise ValueError(f"view is one of {VIEWS}")
@@ -69,13 +69,12 @@ def _drawn(number, seed, names, level, excitation, seconds, rate, view, form):
     floors = rig.floors()
     effects = no_effects()
     hidden = []
-    for name in names:
-        if name.startswith("parameter:"):
-            amount, sizes = misjudge(rig, name.removeprefix("parameter:"), level, rng, floors)
-            hidden.append(
-                {"effect": name, "strength": amount, "unit": "nominal over truth", "level": level, "ratios": sizes}
-            )
-            continue
+    wrong = [name.removeprefix("parameter:") for name in names if name.startswith("parameter:")]
+    if wrong:
+        amount, sizes = misjudge(rig, wrong[0], level, rng, floors, wrong[1:])
+        of_all = {"strength": amount, "unit": "nominal over truth", "level": level, "ratios": sizes}
+        hidden += [{"effect": f"parameter:{name}", **of_all} for name in wrong]
+    for name in (name for name in names if name in at.ROW):
         row, sizes = bring_to_size(rig, name, level, rng, floors, form)
         effects[at.ROW[name]] = row
         hidden.append(_entry(name, row, level, sizes))
