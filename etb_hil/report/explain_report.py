@@ -54,6 +54,7 @@ _PICTURES = (
         for over in ("position", "motor_turn", "velocity", "time", "temperature", "current")
     ),
 )
+REPORT_FILES = (REPORT_NAME, *(f"{name}.png" for name in _PICTURES))
 _KINDS = {"one_step": "10 ms ahead", "free_run": "free run"}
 
 
