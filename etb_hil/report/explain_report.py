@@ -405,6 +405,10 @@ def _limits(found: dict[str, Any]) -> str:
     unseen = ", ".join(_words(name) for name, one in limits.items() if one["judged"] and not one["within_bounds"])
     others = ", ".join(f"{_words(name)} ({one['says']})" for name, one in limits.items() if not one["judged"])
     sentences = [f"Would have been seen: {seen}." if seen else ""]
+    of_place = [name for name, one in limits.items() if one.get("where")]
+    if of_place:
+        its = ", ".join(map(_words, of_place))
+        sentences.append(f"Of these only where the record went, {limits[of_place[0]]['where']}: {its}.")
     sentences.append(f"These data cannot show beside base parameters, however large: {unseen}." if unseen else "")
     sentences.append(f"Not judged: {others}." if others else "")
     return " ".join(filter(None, sentences))
