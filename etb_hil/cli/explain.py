@@ -55,6 +55,7 @@ def run(options: argparse.Namespace) -> int:
         from etb_hil.discrepancy.explain import explain
         from etb_hil.discrepancy.slow.sweeps import slow_remark
         from etb_hil.plant.drive_file import load_plant
+        from etb_hil.report.what_is_left import what_is_left
         from etb_hil.scenario.planning import stock_plans
 
         _must_take_an_answer(options.out, _inputs(options))
@@ -78,6 +79,8 @@ def run(options: argparse.Namespace) -> int:
     _progress("")
     found = answer.explanation
     print(f"verdict: {found['verdict']}")
+    if left := what_is_left(found):
+        print(f"  {left}")
     for reason in found["data_quality"]:
         if isinstance(reason, str):
             print(f"  {reason}")

@@ -15,6 +15,7 @@ from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.report import explain_plots
 from etb_hil.report.drawing import inline_svg, save_png
 from etb_hil.report.html_report import script
+from etb_hil.report.what_is_left import what_is_left
 
 REPORT_NAME = "explanation.html"
 
@@ -135,6 +136,7 @@ def _further(found: dict[str, Any]) -> list[str]:
     if "interrupted" in found:
         sentences.append(f"It was interrupted while {_words(found['interrupted'])}; this is what was known by then.")
         sentences.append(f"{found['stages'][0].upper()}{found['stages'][1:]}.")
+    sentences += filter(None, [what_is_left(found)])
     sentences += [
         f"Left: {where['balance']} balance, {where['regime']}: {where['rms_over_floor']:.1f} times its noise."
         for where in found.get("unexplained", {}).get("where", [])[:3]
