@@ -55,12 +55,13 @@ def run(options: argparse.Namespace) -> int:
         from etb_hil.discrepancy.explain import explain
         from etb_hil.discrepancy.slow.sweeps import slow_remark
         from etb_hil.plant.drive_file import load_plant
+        from etb_hil.report.what_is_left import what_is_left
         from etb_hil.scenario.planning import stock_plans
 
+        _must_take_an_answer(options.out, _inputs(options))
         model, is_drive = load_plant(find("model", options.model))
         recordings = [recording_of(path, options.bench, options.map) for path in options.data]
         limits = load_limits(_limits(options)).content
-        _must_take_an_answer(options.out)
         if remark := slow_remark(recordings[0]):
             print(remark, file=sys.stderr)
     answer = explain(
@@ -78,6 +79,8 @@ def run(options: argparse.Namespace) -> int:
     _progress("")
     found = answer.explanation
     print(f"verdict: {found['verdict']}")
+    if left := what_is_left(found):
+        print(f"  {left}")
     for reason in found["data_quality"]:
         if isinstance(reason, str):
             print(f"  {reason}")
@@ -95,7 +98,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _write(answer: Answer, folder: Path) -> tuple[list[Path], Problem | None]:
     """Return the files that hold an answer, or what kept it from being written: a full disk must not cost its name."""
-    from etb_hil.base.errors import Place, Problem
+    from etb_hil.base.errors import InputError, Place, Problem
     from etb_hil.discrepancy.answer.pictures import coarse_pictures, pictures
     from etb_hil.discrepancy.explain import write
     from etb_hil.report.explain_report import write_explanation
@@ -105,6 +108,8 @@ def _write(answer: Answer, folder: Path) -> tuple[list[Path], Problem | None]:
         series = pictures(answer.findings, answer.holdout)
     try:
         return [*write(answer, folder), write_explanation(answer.explanation, series, folder)], None
+    except InputError as error:  # somebody put files of their own there meanwhile
+        return [], error.problems[0]
     except OSError as error:
         remedy = "make room or give another folder with --out, and explain again"
         what = f"does not hold the whole answer, for it cannot be written: {error.strerror}"
@@ -127,9 +132,21 @@ def _numbers(text: str) -> tuple[float, ...]:
         raise argparse.ArgumentTypeError(f"'{text}' is no list of numbers; write them as in 10000,15000") from None
 
 
-def _must_take_an_answer(folder: Path) -> None:
-    """Refuse a folder that cannot be made or written to before the long work begins; what it tried is gone again."""
+def _inputs(options: argparse.Namespace) -> list[Path]:
+    """Return the files that the command reads, each where it was found."""
+    from etb_hil.base.stock import find
+
+    named = [find("model", options.model), _limits(options), *options.data]
+    if options.bench is not None:
+        named.append(find("bench", options.bench))
+    return named if options.map is None else [*named, options.map]
+
+
+def _must_take_an_answer(folder: Path, inputs: list[Path]) -> None:
+    """Refuse a folder that cannot be written to, or would lose what people have there; what it tried is gone again."""
     from etb_hil.base.errors import InputError, Place, Problem
+    from etb_hil.discrepancy.answer.folder import WRITTEN, must_not_lose
+    from etb_hil.report.explain_report import REPORT_FILES
 
     missing = [one for one in (folder.absolute(), *folder.absolute().parents) if not one.exists()]
     try:
@@ -142,6 +159,7 @@ def _must_take_an_answer(folder: Path) -> None:
         what = f"takes no answer: {error.strerror}"
         remedy = "give a folder that can be made and written to with --out"
         raise InputError(Problem(what, Place(folder), remedy=remedy)) from None
+    must_not_lose(folder, inputs, (*WRITTEN, *REPORT_FILES))
 
 
 def _limits(options: argparse.Namespace) -> Path:

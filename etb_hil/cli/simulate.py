@@ -11,9 +11,10 @@ from etb_hil.cli.quantity_option import quantity_option
 
 if TYPE_CHECKING:
     from etb_hil.plant.parameters import Model
+    from etb_hil.recording.recording import Recording
     from etb_hil.recording.samples import Float64, Int64
 
-AMBIENT_C = 20.0  # where models state their values
+AMBIENT_C = 20.0  # where models state their values, and a table has no temperature
 SLOWEST_HZ, FASTEST_HZ = 1.0, 20e3  # the controller's machine lives in ticks of 50 us
 
 
@@ -72,8 +73,6 @@ def _scenario(options: argparse.Namespace, unit: Model) -> tuple[Int64, dict[str
 
 
 def _voltage(options: argparse.Namespace, unit: Model) -> tuple[Int64, dict[str, Float64]]:
-    import numpy as np
-
     from etb_hil.base.errors import InputError, Problem
     from etb_hil.plant.voltage_run import run_voltage
     from etb_hil.recording.tables import read_table
@@ -89,12 +88,24 @@ def _voltage(options: argparse.Namespace, unit: Model) -> tuple[Int64, dict[str,
             raise InputError(
                 Problem(f"{options.voltage}: the first throttle_angle is missing", remedy="give --start-angle")
             )
-    found = run_voltage(unit, voltage.time_ns, voltage.values, start, AMBIENT_C)
-    gear = unit.values.gear_ratio
+    temperature = _temperature(recording, voltage.time_ns)
+    found = run_voltage(unit, voltage.time_ns, voltage.values, start, temperature)
     return voltage.time_ns, {
         "motor_voltage": voltage.values,
         "motor_current": found.current,
-        "motor_angle": (found.angle - start) * gear,
+        "motor_angle": found.motor_angle,
         "throttle_angle": found.angle,
-        "temperature": np.full(len(voltage.values), AMBIENT_C),
+        "temperature": temperature,
     }
+
+
+def _temperature(recording: Recording, time_ns: Int64) -> Float64:
+    """Return the housing's temperature in degC at instants (n): the table's, with missing values filled in."""
+    import numpy as np
+
+    if "temperature" in recording.roles:
+        told = recording.series("temperature")
+        known = np.isfinite(told.values)
+        if known.any():
+            return np.interp(time_ns, told.time_ns[known], told.values[known])
+    return np.full(len(time_ns), AMBIENT_C)

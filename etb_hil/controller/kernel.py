@@ -23,9 +23,8 @@ from etb_hil.controller.state import (
     State,
     Status,
 )
-from etb_hil.plant.effects import sensing
-from etb_hil.plant.extended import EXTENDED_STATES, PLATE, advance_extended
-from etb_hil.plant.integrator import CURRENT, OMEGA, STATES, THETA, advance
+from etb_hil.plant.extended import advance_extended, told_current, told_motor_angle, told_plate
+from etb_hil.plant.integrator import CURRENT, OMEGA, STATES, advance
 from etb_hil.plant.physics import BACK_EMF, GEAR_RATIO, SUPPLY_VOLTAGE, Vector
 from etb_hil.plant.physics import LIMP_HOME as LIMP_HOME_ANGLE
 
@@ -106,7 +105,7 @@ def _control(
     s: State, settings: Settings, sheet: DataSheet, plant: Vector, unit: Vector, nominal: Vector, now_ns: int
 ) -> bool:
     """Do one control tick; return whether the bridge was switched on or off."""
-    current = sensors.measured_current(_current(s, plant, unit), s.tick, sheet)
+    current = sensors.measured_current(told_current(plant, s.temperature, unit), s.tick, sheet)
     supervision.warm_up(s, settings, unit, plant[CURRENT], CONTROL_PERIOD)
     supervision.watch(s, now_ns)
     supervision.protect(s, current, nominal)
@@ -129,8 +128,8 @@ def _control(
 @njit(cache=True, error_model="numpy")
 def _measure(s: State, plant: Vector, unit: Vector, nominal: Vector, sheet: DataSheet) -> None:
     """Read encoder and plate tracks: the tracks say, slowly, where the encoder's origin is."""
-    encoder = sensors.encoder_angle(_motor_angle(plant, unit), sheet) / nominal[GEAR_RATIO]
-    track, track_2 = sensors.track_angles(_plate(plant, unit), s.tick, sheet)
+    encoder = sensors.encoder_angle(told_motor_angle(plant, unit), sheet) / nominal[GEAR_RATIO]
+    track, track_2 = sensors.track_angles(told_plate(plant, unit), s.tick, sheet)
     s.origin_samples = min(s.origin_samples + 1, SLOWEST_ORIGIN)
     s.encoder_origin += (0.5 * (track + track_2) - encoder - s.encoder_origin) / s.origin_samples
     velocity = (encoder - s.encoder) / CONTROL_PERIOD
@@ -152,11 +151,11 @@ def _sample(s: State, plant: Vector, unit: Vector, sheet: DataSheet, row: Sample
     The voltage is the one that the bridge gives from this instant on.
     """
     index = s.tick % BURST_SAMPLES if s.burst else 0
-    burst[0, index] = sensors.measured_current(_current(s, plant, unit), s.tick, sheet)
-    burst[1, index] = sensors.encoder_angle(_motor_angle(plant, unit), sheet)
+    burst[0, index] = sensors.measured_current(told_current(plant, s.temperature, unit), s.tick, sheet)
+    burst[1, index] = sensors.encoder_angle(told_motor_angle(plant, unit), sheet)
     if index == 0:
         burst[2, 0] = sensors.measured_voltage(_terminal_voltage(s, plant, unit), s.tick, sheet)
-        burst[2, 1], burst[2, 2] = sensors.track_angles(_plate(plant, unit), s.tick, sheet)
+        burst[2, 1], burst[2, 2] = sensors.track_angles(told_plate(plant, unit), s.tick, sheet)
     if s.burst and index < BURST_SAMPLES - 1:
         return False
     row.tick, row.last_tick, row.signals, row.burst = s.tick - index, s.tick, s.signals, s.burst
@@ -187,26 +186,3 @@ def _warm(s: State, settings: Settings, unit: Vector, laws: NDArray[np.float64])
 def _state(s: State, unit: Vector, row: Status) -> None:
     row.tick, row.mode, row.enable, row.faults = s.tick, s.mode, s.driving, s.faults
     row.temperature, row.supply = s.temperature, unit[SUPPLY_VOLTAGE]
-
-
-@njit(cache=True, error_model="numpy")
-def _current(s: State, plant: Vector, unit: Vector) -> float:
-    """Return what the current sensor is given in A: the current, unless an effect of the sensor changes it."""
-    if len(plant) > EXTENDED_STATES:
-        return sensing.current(plant[EXTENDED_STATES:], s.temperature, unit)
-    return plant[CURRENT]
-
-
-@njit(cache=True, error_model="numpy")
-def _motor_angle(plant: Vector, unit: Vector) -> float:
-    """Return what the encoder is given in rad: the motor's angle, unless its disc is off centre."""
-    angle = plant[THETA] * unit[GEAR_RATIO]
-    return sensing.motor_angle(angle, unit) if len(plant) > EXTENDED_STATES else angle
-
-
-@njit(cache=True, error_model="numpy")
-def _plate(plant: Vector, unit: Vector) -> float:
-    """Return what the plate sensor is given in rad: the motor's own angle, unless an effect lets the teeth give way."""
-    if len(plant) > EXTENDED_STATES:
-        return sensing.plate(plant[EXTENDED_STATES:], unit)
-    return plant[PLATE] if len(plant) > STATES else plant[THETA]

@@ -16,6 +16,7 @@ from etb_hil.diagnosis.limits import Limits
 from etb_hil.discrepancy.answer.called import as_in_its_file
 from etb_hil.discrepancy.answer.consequence import Judge, consequence
 from etb_hil.discrepancy.answer.explanation import SCHEMA, explanation
+from etb_hil.discrepancy.answer.folder import ANSWER_NAME, MODEL_NAME, TEST_NAME, must_not_lose
 from etb_hil.discrepancy.answer.holdout import Holdout, hold_out
 from etb_hil.discrepancy.answer.quality import data_quality
 from etb_hil.discrepancy.answer.too_little import nothing_to_judge, too_little_to_accuse
@@ -325,26 +326,28 @@ class _Said:
 def write(answer: Answer, folder: Path) -> list[Path]:
     """Write `explanation.json` and, where something was fitted, `model.yaml`; return the paths.
 
-    What an earlier answer left in the folder and this one does not have goes: it is not of these data.
+    What an earlier answer left in the folder and this one does not have goes: it is not of these data. InputError
+    where files of these names are nobody's answer.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    for name in ("model.yaml", "next_test.yaml"):
+    must_not_lose(folder, ())
+    for name in (MODEL_NAME, TEST_NAME):
         (folder / name).unlink(missing_ok=True)
-    paths = [folder / "explanation.json"]
+    paths = [folder / ANSWER_NAME]
     paths[0].write_text(json.dumps(answer.explanation, indent=1, ensure_ascii=False), "utf-8")
     if answer.findings is not None:
-        paths.append(folder / "model.yaml")
+        paths.append(folder / MODEL_NAME)
         text = drive_text if is_drive(answer.findings.model) else model_text
         description = "base parameters as calibrated, effects as found"
         paths[1].write_text(
             text(extended_model(answer.findings, _best(answer.findings, answer.holdout)), description), "utf-8"
         )
     if answer.coarse is not None and answer.explanation["verdict"] != "insufficient_data":
-        paths.append(folder / "model.yaml")
+        paths.append(folder / MODEL_NAME)
         text_of = model_text(answer.coarse.model, "base parameters as fitted in free run")
         paths[1].write_text(text_of, "utf-8")
     test = answer.explanation.get("next_test")
     if test and test["scenario"]:
-        paths.append(folder / "next_test.yaml")
+        paths.append(folder / TEST_NAME)
         paths[-1].write_bytes(find("scenario", test["scenario"]).read_bytes())
     return paths

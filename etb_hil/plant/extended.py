@@ -12,6 +12,7 @@ from etb_hil.plant.physics import (
     BACK_EMF,
     BRISTLE_STIFFNESS,
     COULOMB,
+    GEAR_RATIO,
     INERTIA,
     PARAMETERS,
     RESISTANCE,
@@ -99,3 +100,24 @@ def advance_extended(state: Vector, p: Vector, voltage: float, ticks: int, tempe
             sensing.pass_tick(state[EXTENDED_STATES:], plate if loose else state[THETA], state[CURRENT], p)
     if not loose:
         state[PLATE] = state[THETA]
+
+
+@njit(cache=True, error_model="numpy")
+def told_current(state: Vector, temperature: float, p: Vector) -> float:
+    """Return what the current sensor is given in A: the current, unless an effect of the sensor changes it."""
+    return sensing.current(state[EXTENDED_STATES:], temperature, p) if len(state) > EXTENDED_STATES else state[CURRENT]
+
+
+@njit(cache=True, error_model="numpy")
+def told_motor_angle(state: Vector, p: Vector) -> float:
+    """Return what the encoder is given in rad: the motor's angle, unless its disc is off centre."""
+    angle = state[THETA] * p[GEAR_RATIO]
+    return sensing.motor_angle(angle, p) if len(state) > EXTENDED_STATES else angle
+
+
+@njit(cache=True, error_model="numpy")
+def told_plate(state: Vector, p: Vector) -> float:
+    """Return what the plate sensor is given in rad: the motor's own angle, unless an effect lets the teeth give way."""
+    if len(state) > EXTENDED_STATES:
+        return sensing.plate(state[EXTENDED_STATES:], p)
+    return state[PLATE] if len(state) > STATES else state[THETA]

@@ -1,4 +1,4 @@
-"""A throttle driven by a voltage that was recorded, or thought up: the plant alone, without sensors or controller."""
+"""A throttle driven by a voltage that was recorded, or thought up: the plant alone, and sensors without noise."""
 
 from __future__ import annotations
 
@@ -9,32 +9,42 @@ from numba import njit
 from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Problem
-from etb_hil.plant.extended import PLATE, advance_extended, new_extended_state
-from etb_hil.plant.integrator import CURRENT, OMEGA, TICK_NS
+from etb_hil.plant.extended import advance_extended, new_sensed_state, told_current, told_motor_angle, told_plate
+from etb_hil.plant.integrator import OMEGA, TICK_NS
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import PARAMETERS, Vector
 
 Float64 = NDArray[np.float64]
 PRESSED = 0.1  # rad, no stop gives way farther
 LONGEST_S = 3600.0  # a day at 20 kHz would not fit into a table anyhow
+COLDEST, HOTTEST = -60.0, 200.0  # degC of a housing: beyond them a temperature is one in K
 
 
 @dataclass(frozen=True, slots=True)
 class VoltageRun:
-    """What the throttle did, at the instants of the voltage (n): plate angle rad, its velocity rad/s, current A."""
+    """What the throttle did as its sensors tell it, at the instants of the voltage (n), and the motor's true velocity.
+
+    Plate angle rad, motor angle rad since the start, velocity rad/s at the throttle shaft, current A.
+    """
 
     angle: Float64
+    motor_angle: Float64
     velocity: Float64
     current: Float64
 
 
 def run_voltage(
-    model: Model, time_ns: NDArray[np.int64], voltage: Float64, start_angle: float, temperature: float
+    model: Model,
+    time_ns: NDArray[np.int64],
+    voltage: Float64,
+    start_angle: float,
+    temperature: float | Float64,
 ) -> VoltageRun:
-    """Run a model from rest at an angle in rad, in a housing at a temperature in degC.
+    """Run a model from rest at an angle in rad, in a housing at a temperature in degC, one or at every instant (n).
 
     `time_ns` int64 (n) rises strictly; `voltage` (n) in V holds from its instant to the next one, to a tick of 50 us.
-    Raises InputError where a voltage is missing, the angle lies beyond a stop, or the run is longer than an hour.
+    Raises InputError where a voltage is missing, the angle lies beyond a stop, the run is longer than an hour, or no
+    housing has such a temperature.
     """
     low, high = model.values.stop_low, model.values.stop_high
     if not low - PRESSED <= start_angle <= high + PRESSED:
@@ -47,24 +57,49 @@ def run_voltage(
         )
     if (length := float((time_ns[-1] - time_ns[0]) * 1e-9)) > LONGEST_S:
         raise InputError(Problem("the voltage is too long", value=f"{length:g} s", allowed=f"up to {LONGEST_S:g} s"))
+    degrees = np.broadcast_to(np.asarray(temperature, float), voltage.shape).copy()
+    _must_be_of_housing(degrees)
+    p, per_kelvin = _laws(model, float(degrees[0]))
+    state = new_sensed_state(start_angle, float(degrees[0]), p)
+    found = np.empty((len(voltage), 4))
     tick = np.round((time_ns - time_ns[0]) / TICK_NS).astype(np.int64)
-    p = model.vector()
-    p[:PARAMETERS] = model.values_at(temperature).vector()
-    found = np.empty((len(voltage), 3))
-    _run(new_extended_state(start_angle, temperature, p), p, tick, voltage, temperature, found)
-    return VoltageRun(found[:, 0].copy(), found[:, 1].copy(), found[:, 2].copy())
+    _run(state, p, per_kelvin, tick, voltage, degrees, found)
+    plate, motor, velocity, current = (found[:, k].copy() for k in range(4))
+    return VoltageRun(plate, motor - start_angle * model.values.gear_ratio, velocity, current)
+
+
+def _must_be_of_housing(degrees: Float64) -> None:
+    """Refuse a temperature in K."""
+    for one in (float(degrees.min()), float(degrees.max())):
+        if not COLDEST < one < HOTTEST:
+            allowed = f"{COLDEST:g} to {HOTTEST:g} degC"
+            remedy = "look at the unit of its column (degC or K)"
+            raise InputError(Problem("no housing has this temperature", None, f"{one:.4g} degC", allowed, remedy))
+
+
+def _laws(model: Model, temperature: float) -> tuple[Vector, Vector]:
+    """Return the whole vector at a temperature in degC, and by what it changes with each kelvin."""
+    p, base = model.vector(), model.values_at(temperature).vector()
+    p[:PARAMETERS] = base
+    per_kelvin = np.zeros(len(p))
+    per_kelvin[:PARAMETERS] = model.values_at(temperature + 1.0).vector() - base
+    return p, per_kelvin
 
 
 @njit(cache=True, error_model="numpy")
 def _run(
     state: Vector,
-    p: Vector,
+    first: Vector,
+    per_kelvin: Vector,
     tick: NDArray[np.int64],
     voltage: Vector,
-    temperature: float,
+    degrees: Vector,
     found: Float64,
 ) -> None:
+    p = first.copy()
     for k in range(len(voltage)):
-        found[k, 0], found[k, 1], found[k, 2] = state[PLATE], state[OMEGA], state[CURRENT]
+        p[:] = first + (degrees[k] - degrees[0]) * per_kelvin
+        found[k, 0], found[k, 1] = told_plate(state, p), told_motor_angle(state, p)
+        found[k, 2], found[k, 3] = state[OMEGA], told_current(state, degrees[k], p)
         if k + 1 < len(voltage):
-            advance_extended(state, p, voltage[k], tick[k + 1] - tick[k], temperature)
+            advance_extended(state, p, voltage[k], tick[k + 1] - tick[k], degrees[k])

@@ -15,6 +15,7 @@ from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.report import explain_plots
 from etb_hil.report.drawing import inline_svg, save_png
 from etb_hil.report.html_report import script
+from etb_hil.report.what_is_left import what_is_left
 
 REPORT_NAME = "explanation.html"
 
@@ -54,6 +55,7 @@ _PICTURES = (
         for over in ("position", "motor_turn", "velocity", "time", "temperature", "current")
     ),
 )
+REPORT_FILES = (REPORT_NAME, *(f"{name}.png" for name in _PICTURES))
 _KINDS = {"one_step": "10 ms ahead", "free_run": "free run"}
 
 
@@ -134,6 +136,7 @@ def _further(found: dict[str, Any]) -> list[str]:
     if "interrupted" in found:
         sentences.append(f"It was interrupted while {_words(found['interrupted'])}; this is what was known by then.")
         sentences.append(f"{found['stages'][0].upper()}{found['stages'][1:]}.")
+    sentences += filter(None, [what_is_left(found)])
     sentences += [
         f"Left: {where['balance']} balance, {where['regime']}: {where['rms_over_floor']:.1f} times its noise."
         for where in found.get("unexplained", {}).get("where", [])[:3]
@@ -404,6 +407,10 @@ def _limits(found: dict[str, Any]) -> str:
     unseen = ", ".join(_words(name) for name, one in limits.items() if one["judged"] and not one["within_bounds"])
     others = ", ".join(f"{_words(name)} ({one['says']})" for name, one in limits.items() if not one["judged"])
     sentences = [f"Would have been seen: {seen}." if seen else ""]
+    of_place = [name for name, one in limits.items() if one.get("where")]
+    if of_place:
+        its = ", ".join(map(_words, of_place))
+        sentences.append(f"Of these only where the record went, {limits[of_place[0]]['where']}: {its}.")
     sentences.append(f"These data cannot show beside base parameters, however large: {unseen}." if unseen else "")
     sentences.append(f"Not judged: {others}." if others else "")
     return " ".join(filter(None, sentences))

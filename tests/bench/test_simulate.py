@@ -75,6 +75,21 @@ def test_a_recorded_voltage_drives_the_plant_alone(tmp_path):
     assert np.all(found.series("temperature").values == 20.0)
 
 
+def test_a_recorded_voltages_temperature_is_the_housings(tmp_path):
+    table = tmp_path / "v.csv"
+    rows = [(0.001 * k, 3.0, "" if k in (0, 7) else 40.0 + 0.5 * k) for k in range(80)]
+    head = "time_s,motor_voltage_V,temperature_degC\n"
+    table.write_text(head + "".join(f"{t:.3f},{v},{degrees}\n" for t, v, degrees in rows))
+    warm = read_table(simulated(tmp_path, "--voltage", str(table)))
+    degrees = warm.series("temperature").values
+    assert degrees == pytest.approx(40.0 + 0.5 * np.maximum(np.arange(80), 1))
+    table.write_text("time_s,motor_voltage_V\n" + "".join(f"{t:.3f},{v}\n" for t, v, _ in rows))
+    cold = read_table(simulated(tmp_path, "--voltage", str(table)))
+    assert np.all(cold.series("temperature").values == 20.0)
+    apart = [table.series("motor_current").values[:12].max() for table in (warm, cold)]
+    assert apart[0] < 0.97 * apart[1]  # before the plate moves
+
+
 def test_parquet_holds_the_same(tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet")
     words = ("reversals_at_limp_home", "--law", "pid", "--unit", "dv_e5", "--model", "dv_e5")

@@ -1,14 +1,15 @@
 """From which size on an effect shows beside base parameters that stay inside their tolerances."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq, lsq_linear
-from synthetic import MODEL, measurement
+from synthetic import MODEL, measurement, textbook
 
 from etb_hil.discrepancy.answer.hiding import Hiding
-from etb_hil.discrepancy.answer.limits import detection_limits
+from etb_hil.discrepancy.answer.limits import detection_limits, where_it_went
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import calibrate
 from etb_hil.discrepancy.search.naming import search
@@ -16,6 +17,7 @@ from etb_hil.discrepancy.search.objections import LEAST_GAIN
 from etb_hil.discrepancy.suspects.candidates import beyond_judging
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED
+from etb_hil.report.explain_report import write_explanation
 
 
 def hiding(columns, column, low, high, least, groups=1, least_in=0.0):
@@ -91,3 +93,23 @@ def test_without_a_sensor_effects_say_what_is_missing(healthy, missing, effect, 
     measured = healthy.balances[0].measured
     assert beyond_judging([Balances(measured, MODEL)]) == {}
     assert beyond_judging([Balances(replace(measured, **missing), MODEL)])[effect] == says
+
+
+def test_of_a_place_nothing_is_promised_where_the_record_did_not_go(tmp_path):
+    findings = search(MODEL, [Balances(measurement(MODEL.vector(), 5, textbook()), MODEL)])
+    limits = detection_limits(findings, LEAST_GAIN)
+    went = "0.199 to 1.28 rad (11.4 to 73.3 deg)"
+    of_place = {id_ for id_, effect in CATALOGUE.items() if effect.is_of_place}
+    assert {"friction_position_local", "friction_position_periodic", "limp_home_dead_zone"} < of_place
+    seen = {id_ for id_ in of_place if limits[id_]["limit"] is not None}
+    assert {"friction_position_periodic", "spring_nonlinear"} <= seen
+    assert {id_ for id_, one in limits.items() if "where" in one} == seen
+    for id_ in seen:
+        assert limits[id_]["where"] == went
+        assert limits[id_]["says"].endswith(f"only where the record went: {went}")
+    found = {"verdict": "adequate", "causes": [], "confounded": [], "data_quality": [], "detection_limits": limits}
+    page = write_explanation(found, None, tmp_path).read_text("utf-8")
+    assert f"Of these only where the record went, {went}: " in page
+    measured = findings.balances[0].measured
+    as_linear = SimpleNamespace(balances=[SimpleNamespace(measured=replace(measured, is_linear=True))])
+    assert where_it_went(as_linear) == "0.199 to 1.28 m"

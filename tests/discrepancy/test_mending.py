@@ -9,6 +9,7 @@ from explain_cases import hidden_case, recording_of
 from etb_hil.base.errors import InputError
 from etb_hil.discrepancy.answer.too_little import too_little_to_accuse
 from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.measured.plausible import must_be_of_throttle
 from etb_hil.discrepancy.measured.stretches import measurements_of
 from etb_hil.discrepancy.search.naming import search
 
@@ -99,6 +100,12 @@ def test_a_voltmeters_zero_is_seen_with_the_bridge_off(healthy, zero):
     measured = _measured(healthy, motor_voltage=healthy.case.table["motor_voltage"] + zero)
     assert np.mean(measured.voltage - healthy.case.table["motor_voltage"]) == pytest.approx(0.0, abs=2e-3)
     assert measured.flags[0].endswith("mV where no current flows and nothing moves: taken from that zero")
+
+
+def test_a_supplys_column_is_no_zero(healthy):
+    count = len(healthy.case.table["motor_voltage"])
+    with pytest.raises(InputError, match=r"stands at 13\.5 V throughout"):
+        must_be_of_throttle([_measured(healthy, motor_voltage=np.full(count, 13.5))], healthy.model)
 
 
 def test_a_small_voltage_that_drives_its_current_is_no_zero(healthy):

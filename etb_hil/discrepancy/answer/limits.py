@@ -35,7 +35,8 @@ def detection_limits(findings: Findings, least_gain: float) -> dict[str, dict[st
 
     That is by three sigma, by a cause's share of all that is left, and in one group of rows by more than chance. It is
     the larger one of both ways. Where that is more than the effect's bounds allow it is not `within_bounds`, and
-    what was not looked for is not `judged`: there is no limit, and `says` why.
+    what was not looked for is not `judged`: there is no limit, and `says` why. Of an effect of a place the limit holds
+    `where` the record went, and `says` so.
     """
     if not findings.rounds:
         return {}
@@ -70,7 +71,20 @@ def _judged(findings: Findings, candidate: Candidate, hidden: Hidden) -> dict[st
         says = f"one way alone: {_most((unknown.high if up is None else low) * unknown.scale, unit)}"
     else:
         says = ""
-    return _entry(findings, effect, max(sizes, default=None), says, is_within=bool(sizes or known_as))
+    limit = max(sizes, default=None)
+    where = where_it_went(findings) if effect.is_of_place and limit is not None else ""
+    says = "; ".join(filter(None, [says, f"only where the record went: {where}" if where else ""]))
+    entry = _entry(findings, effect, limit, says, is_within=bool(sizes or known_as))
+    return entry | {"where": where} if where else entry
+
+
+def where_it_went(findings: Findings) -> str:
+    """Return from where to where the plate, or what a drive moves, went in the rows that are judged."""
+    ways = [b.measured.angle[b.measured.is_good] for b in findings.balances]
+    low, high = min(float(way.min()) for way in ways), max(float(way.max()) for way in ways)
+    if _is_linear(findings):
+        return f"{low:.3g} to {high:.3g} m"
+    return f"{low:.3g} to {high:.3g} rad ({np.degrees(low):.1f} to {np.degrees(high):.1f} deg)"
 
 
 def _not_judged(findings: Findings, effect: Effect) -> dict[str, object]:

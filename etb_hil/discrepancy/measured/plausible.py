@@ -46,16 +46,22 @@ def must_be_driven(origin: str, voltage: Float64, angle: Float64, sensors: Senso
 
     Under one voltage a plate goes to where its springs hold that, and stays; a ramp one way takes one voltage, too.
     """
-    low, middle, high = np.quantile(voltage, [1.0 - _MOST, 0.5, _MOST]).tolist()
-    if high - low > _STILL * voltage_rms(sensors):
+    if not stands(voltage, sensors):
         return
     place = (angle - angle.min()) / max(float(np.ptp(angle)), 1e-12) - 0.5
     ends = np.sign(place[np.abs(place) > 0.5 * _MIDDLE])
     if np.count_nonzero(np.diff(ends)) < _TO_AND_FRO:
         return
-    what = f"{origin}: the motor's voltage stands at {middle:.3g} V throughout while its angle goes to and fro"
+    volts = float(np.median(voltage))
+    what = f"{origin}: the motor's voltage stands at {volts:.3g} V throughout while its angle goes to and fro"
     remedy = "look at the column of motor_voltage or motor_duty, and at the map: is it the one that drives the motor?"
     raise InputError(Problem(what, remedy=remedy))
+
+
+def stands(voltage: Float64, sensors: Sensors) -> bool:
+    """Tell whether a voltage (n) in V is one and the same throughout, but for spikes and the voltmeter's noise."""
+    low, high = np.quantile(voltage, [1.0 - _MOST, _MOST]).tolist()
+    return bool(high - low <= _STILL * voltage_rms(sensors))
 
 
 def _must_be_of_supply(m: Measurement, model: Model) -> None:

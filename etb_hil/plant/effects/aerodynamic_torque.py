@@ -27,6 +27,7 @@ EFFECT = Effect(
     look_alikes=("spring_nonlinear",),
     separated_by="flow on and off at one angle",
     source="seed paper, II.C; Morris and Dutton 1989 (butterfly valves)",
+    is_of_place=True,
     limits="at a constant pressure difference",
     is_one_way=True,
 )

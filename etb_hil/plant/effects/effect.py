@@ -66,6 +66,7 @@ class Effect:
     source: str
     limits: str = ""
     is_one_way: bool = False
+    is_of_place: bool = False
     finer: tuple[EffectParameter, ...] = ()
 
     def __post_init__(self) -> None:

@@ -29,6 +29,7 @@ EFFECT = Effect(
     look_alikes=("shaft_compliance", "gear_backlash", "limp_home_dead_zone", "parameter:stop_stiffness"),
     separated_by="approach of each stop at two speeds",
     source="chosen form",
+    is_of_place=True,
     is_one_way=True,
 )
 

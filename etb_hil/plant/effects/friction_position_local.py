@@ -27,6 +27,7 @@ EFFECT = Effect(
     look_alikes=("friction_position_periodic", "friction_load"),
     separated_by="residual over angle, split by direction, at two speeds",
     source="service bulletins on throttle deposits; chosen form",
+    is_of_place=True,
     finer=(finer("tail", "1", -1.0, 1.0, "t: -1 ends at a place (m = 1: a triangle), 1 fades slowly", 0.25),),
 )
 

@@ -34,6 +34,7 @@ EFFECT = Effect(
     look_alikes=("cogging_torque", "angle_sensor_eccentricity", "friction_position_local"),
     separated_by="order spectrum of the residual at two speeds, in both directions: friction changes its sign",
     source="Armstrong-Helouvry, Control of Machines with Friction, 1991",
+    is_of_place=True,
     finer=(
         finer("pointedness", "1", -4.0, 1.0, "p: 1 makes a triangle of the first wave, below 0 it is flat", 0.25),
         finer("evenness", "1", -0.5, 1.5, "e: 1 the break-away's surplus is alike all over the turn", 0.25),

@@ -35,6 +35,7 @@ EFFECT = Effect(
     look_alikes=("gear_backlash", "parameter:limp_home", "parameter:dead_zone", "end_stop_compliance"),
     separated_by="+-3 deg about limp-home, quasi-static",
     source="seed paper, fig. 3 (dead zone)",
+    is_of_place=True,
 )
 
 

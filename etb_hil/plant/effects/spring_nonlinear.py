@@ -27,6 +27,7 @@ EFFECT = Effect(
     look_alikes=("aerodynamic_torque", "spring_preload_shift"),
     separated_by="sweeps in both directions, with no air flow",
     source="chosen form: what a straight line leaves",
+    is_of_place=True,
     finer=(
         finer("kink", "N·m", -1.0, 1.0, "k: the slope changes at once, as where coils meet", 0.05),
         finer("knee", "1", -0.4, 0.4, "m: where it does, from the middle of the travel", 0.05),

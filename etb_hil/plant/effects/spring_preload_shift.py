@@ -21,6 +21,7 @@ EFFECT = Effect(
     look_alikes=("friction_asymmetry", "current_sensor_offset", "parameter:preload_open", "parameter:preload_close"),
     separated_by="a sweep through limp-home: it changes its sign there",
     source="seed paper, fig. 3",
+    is_of_place=True,
 )
 
 

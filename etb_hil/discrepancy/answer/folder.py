@@ -1,0 +1,35 @@
+"""Whether a folder may hold an answer: what people keep in it is not written over."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+
+from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.discrepancy.answer.explanation import SCHEMA
+
+ANSWER_NAME, MODEL_NAME, TEST_NAME = "explanation.json", "model.yaml", "next_test.yaml"
+WRITTEN = (ANSWER_NAME, MODEL_NAME, TEST_NAME)
+
+_ELSEWHERE = "give another folder with --out"
+
+
+def must_not_lose(folder: Path, inputs: Iterable[Path], names: Iterable[str] = WRITTEN) -> None:
+    """Refuse a folder in which an answer's files, of these names, would take an input's place or other people's."""
+    there = [folder / name for name in names if (folder / name).exists()]
+    if taken := [one for one in inputs if any(one.exists() and one.samefile(path) for path in there)]:
+        what = "is read here, and the answer would take its place"
+        raise InputError(*(Problem(what, Place(one), remedy=_ELSEWHERE) for one in taken))
+    if there and not _is_answer(folder / ANSWER_NAME):
+        what = f"holds {', '.join(path.name for path in there)}, but no answer that an explanation wrote"
+        allowed = f"a folder without them, or one whose {ANSWER_NAME} has the schema {SCHEMA}"
+        raise InputError(Problem(what, Place(folder), allowed=allowed, remedy=f"{_ELSEWHERE}, or move them away"))
+
+
+def _is_answer(path: Path) -> bool:
+    try:
+        found = json.loads(path.read_text("utf-8"))
+    except (OSError, ValueError):
+        return False
+    return isinstance(found, dict) and found.get("schema") == SCHEMA

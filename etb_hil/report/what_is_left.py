@@ -1,0 +1,40 @@
+"""What an answer without a name knows of the rest, in a sentence: what it follows, and how it acts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+_MOST = 0.5  # of the rest
+_FRICTION, _TORQUE = "friction that changes {}, against the motion whichever way", "a {force} that changes {}"
+_EITHER_WAY = f"{_TORQUE}, the same whichever way it moves"
+_SINCE = "as time goes on"
+_LOOKS_LIKE = {
+    ("torque", "angle", "odd"): _FRICTION.format("with the {angle}"),
+    ("torque", "angle", "even"): _EITHER_WAY.replace("{}", "with the {angle}"),
+    ("torque", "velocity", "odd"): _TORQUE.replace("{}", "with the speed and its direction, as friction or drag does"),
+    ("torque", "time", "odd"): _FRICTION.format(_SINCE),
+    ("torque", "time", "even"): _EITHER_WAY.replace("{}", _SINCE),
+    ("torque", "angle, times velocity", "odd"): "drag that grows with the speed and changes with the {angle}",
+    ("voltage", "current", "odd"): "a voltage in the motor's circuit that changes with the current",
+    ("voltage", "time, times current", "odd"): f"a resistance that changes {_SINCE}",
+    ("voltage", "time, times velocity", "odd"): f"a motor constant that changes {_SINCE}",
+    ("voltage", "angle", "even"): "a voltage in the motor's circuit that changes with the {angle}",
+    ("angle", "angle", "even"): "a difference between the two angles that changes along the way",
+    ("angle", "angle", "odd"): "a difference between the two angles that turns round with the direction, as play does",
+}
+
+
+def what_is_left(found: dict[str, Any]) -> str:
+    """Return what most of the rest looks like, where an answer is `unexplained` and one thing takes that much."""
+    splines = found.get("unexplained", {}).get("placeholders", [])
+    greediest = max(splines, key=lambda one: float(one["share_of_rest"]), default=None)
+    if found["verdict"] != "unexplained" or greediest is None or greediest["share_of_rest"] < _MOST:
+        return ""
+    share = f"{100.0 * greediest['share_of_rest']:.0f} %"
+    if greediest["balance"] == "all":
+        wrong = "numbers of the model file that are wrong by more than their tolerances allow"
+        return f"{share} of what is left looks like {wrong}: is it the right model file?"
+    looks_like = _LOOKS_LIKE[greediest["balance"], greediest["over"], greediest["parity"]]
+    is_linear = any(one["unit"] == "N" for one in found.get("friction", {}).values())
+    words = {"force": "force", "angle": "position"} if is_linear else {"force": "torque", "angle": "angle"}
+    return f"{share} of what is left looks like {looks_like.format(**words)}."

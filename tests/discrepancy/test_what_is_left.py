@@ -1,0 +1,64 @@
+"""An answer without a name says in a technician's words what most of the rest follows."""
+
+import pytest
+from synthetic import MODEL, measurement
+
+from etb_hil.cli.main import main
+from etb_hil.discrepancy.explain import Answer
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.suspects.placeholders import _bank
+from etb_hil.report.explain_report import write_explanation
+from etb_hil.report.what_is_left import what_is_left
+
+UNIT = {"schema": "etb_hil/explanation/1", "verdict": "unexplained", "causes": [], "data_quality": [], "confounded": []}
+
+
+def _found(balance, over, parity, share=0.967, **more):
+    splines = [
+        {"balance": balance, "over": over, "parity": parity, "share_of_rest": share},
+        {"balance": "torque", "over": "angle", "parity": "even", "share_of_rest": 0.12},
+    ]
+    return UNIT | {"unexplained": {"where": [], "placeholders": splines}} | more
+
+
+DRY = _found("torque", "time", "odd")
+SAYS = "97 % of what is left looks like friction that changes as time goes on, against the motion whichever way."
+
+
+def test_the_greediest_says_what_the_rest_follows():
+    assert what_is_left(DRY) == SAYS
+    wrong = what_is_left(_found("all", "base parameters beyond their tolerances", "neither"))
+    assert wrong.endswith("wrong by more than their tolerances allow: is it the right model file?")
+    even = _found("torque", "angle", "even")
+    assert "a torque that changes with the angle, the same whichever way it moves" in what_is_left(even)
+    assert "a force that changes with the position" in what_is_left(even | {"friction": {"coulomb": {"unit": "N"}}})
+
+
+@pytest.mark.parametrize(
+    "found",
+    [
+        UNIT,
+        _found("torque", "time", "odd", 0.49),
+        DRY | {"verdict": "explained"},
+        UNIT | {"unexplained": {"where": [], "runs": [], "says": ""}},
+    ],
+)
+def test_where_nothing_takes_the_most_nothing_is_said(found):
+    assert what_is_left(found) == ""
+
+
+def test_every_spline_of_a_search_has_its_words():
+    for balance, over, parity in _bank(Balances(measurement(MODEL.vector(), seed=1), MODEL), MODEL.vector()):
+        said = what_is_left(_found(balance, over, parity))
+        assert said.startswith("97 % of what is left looks like ")
+        assert "{" not in said
+
+
+def test_report_and_terminal_say_it(tmp_path, monkeypatch, capsys):
+    assert f"<p>{SAYS}</p>" in write_explanation(DRY, None, tmp_path).read_text("utf-8")
+    rows = "".join(f"{0.001 * k},{k % 7},{20 + k % 11}\n" for k in range(200))
+    (tmp_path / "data.csv").write_text(f"time_s,motor_voltage_V,throttle_angle_deg\n{rows}", "utf-8")
+    monkeypatch.setattr("etb_hil.discrepancy.explain.explain", lambda *_, **__: Answer(DRY))
+    out = tmp_path / "there"
+    assert main(["explain", str(tmp_path / "data.csv"), "--model", "default", "--out", str(out)]) == 0
+    assert capsys.readouterr().out.splitlines()[:2] == ["verdict: unexplained", f"  {SAYS}"]
