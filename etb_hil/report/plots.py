@@ -132,7 +132,7 @@ def _map(axes: Axes, series: ReportSeries) -> None:
             corner = (math.degrees(over.angle[column] - 0.5 * CELL), float(temperature) - 0.5 * TEMPERATURE_CELL)
             share = float(excess[row, column])
             colour = MUTED if abs(share) < _LEVEL else LIMIT if share > 0.0 else MEASURED
-            depth = _FAINTEST + (1.0 - _FAINTEST) * abs(share) / deepest
+            depth = _FAINTEST + (1.0 - _FAINTEST) * (abs(share) / deepest)  # one at the most: rounded as it stands
             cell = Rectangle(corner, math.degrees(CELL), TEMPERATURE_CELL, facecolor=colour, alpha=depth, linewidth=0)
             axes.add_patch(cell)
     axes.plot([], [], "s", color=MUTED, alpha=0.2, label=f"within {100.0 * _LEVEL:g} % of the curve")

@@ -6,12 +6,17 @@ import numpy as np
 import pytest
 from explain_cases import hidden_case, recording_of
 
+from etb_hil.base.stock import find
+from etb_hil.bench.job import JobFiles, execute, prepare
+from etb_hil.discrepancy.answer.too_little import too_little_to_accuse
 from etb_hil.discrepancy.explain import explain
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.rerun import rerun
-from etb_hil.discrepancy.measured.commands import may_miss_commands
+from etb_hil.discrepancy.measured.commands import may_miss_commands, rate_of_voltage
 from etb_hil.discrepancy.measured.stretches import measurements_of
+from etb_hil.discrepancy.search.naming import search
 from etb_hil.plant.effects.layout import row
+from etb_hil.plant.parameters import load_model
 
 
 def _measured(hertz, seed=214300, effects=(), **changed):
@@ -46,6 +51,48 @@ def test_a_fast_logs_commands_lie_where_they_like():
     hidden.case.table = {**later, "time": later["time"] - later["time"][0]}
     (measured,) = measurements_of(recording_of(hidden.case), hidden.model)
     assert not may_miss_commands(measured, hidden.model)
+
+
+def _bursts(scenario, effect, folder):
+    """A session of a unit with an effect on the stock bench whose rows come at 20 kHz, with one voltage for ten."""
+    path, limits, unit = find("model", "default"), find("limits", "default"), folder / "unit.yaml"
+    unit.write_text(path.read_text("utf-8").replace("effects: []", f"effects: [{effect}]"), "utf-8")
+    files = JobFiles(find("scenario", scenario), find("bench", "virtual_fd"), path, limits, unit=unit)
+    finished = execute(prepare(files), folder, "", 1)
+    model = load_model(path)
+    (measured,) = measurements_of(finished.analysis.recording, model)
+    return measured, model
+
+
+@pytest.mark.parametrize("scenario", ["multisine", "friction_check"])
+def test_bursts_with_one_voltage_each_miss_none(scenario, tmp_path):
+    measured, model = _bursts(scenario, "", tmp_path)
+    assert measured.rate == pytest.approx(20000.0)
+    assert rate_of_voltage(measured) == pytest.approx(2000.0)
+    assert not may_miss_commands(measured, model)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "strengths"), [("gear_backlash", "play: 0.006 rad"), ("brush_drop", "drop: 0.8 V")])
+def test_a_fault_that_was_recorded_in_bursts_is_in_the_class_that_is_named(name, strengths, tmp_path):
+    measured, model = _bursts("isolability", f"{{id: {name}, strengths: {{{strengths}}}}}", tmp_path)
+    findings = search(model, [Balances(measured, model)])
+    assert too_little_to_accuse(findings, [measured]) == []
+    (found,) = findings.accepted
+    assert name in (found.winner.id, *found.alike)
+
+
+@pytest.mark.parametrize("missed", [2, 4])
+def test_where_bursts_miss_commands_their_voltages_rate_is_said(missed):
+    """The rows of a unit, and between them more: of its current and its motion each, of its voltage every so many."""
+    measured, model = _measured(2000, 214304)
+    rows = np.arange(10 * len(measured)) / 10
+    own = np.arange(len(measured))
+    fast = {name: np.interp(rows, own, getattr(measured, name)) for name in ("current", "angle", "temperature")}
+    held = np.repeat(measured.voltage[:: 2 * missed], 20 * missed)[: len(rows)]
+    bursts = replace(measured, rate=20000.0, voltage=held, is_good=np.ones(len(rows), np.bool_), plate=None, **fast)
+    assert rate_of_voltage(bursts) == 2000.0
+    assert may_miss_commands(bursts, model)
 
 
 def test_a_voltage_that_is_read_late_is_one_that_is_held():

@@ -20,15 +20,24 @@ from etb_hil.recording.samples import SampleBlock
 from etb_hil.scenario.scenario_file import load_scenario
 
 
+def _checked(bench, folder):
+    """The friction check of a healthy unit on a stock bench: the bridge opens twice."""
+    model, limits = find("model", "default"), find("limits", "default")
+    files = JobFiles(find("scenario", "friction_check"), find("bench", bench), model, limits)
+    (measured,) = measurements_of(execute(prepare(files), folder, "", 1).analysis.recording, MODEL)
+    return measured
+
+
 @pytest.fixture(scope="module")
 def session(tmp_path_factory):
-    """The friction check of a healthy unit on the stock bench: 1 kHz, and the bridge opens twice."""
-    model = find("model", "default")
-    limits = find("limits", "default")
-    files = JobFiles(find("scenario", "friction_check"), find("bench", "virtual_classic"), model, limits)
-    finished = execute(prepare(files), tmp_path_factory.mktemp("session"), "", 1)
-    (measured,) = measurements_of(finished.analysis.recording, MODEL)
-    return measured
+    """At 1 kHz."""
+    return _checked("virtual_classic", tmp_path_factory.mktemp("session"))
+
+
+@pytest.fixture(scope="module")
+def bursts(tmp_path_factory):
+    """At 20 kHz, with one voltage for every ten rows."""
+    return _checked("virtual_fd", tmp_path_factory.mktemp("bursts"))
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +82,26 @@ def test_the_row_has_the_mean_that_takes_the_current_away(session):
         of_motor = session.voltage[row + 1]
         taken = (found.voltage[row] - of_motor) / session.rate
         assert taken == pytest.approx(-v.inductance * session.current[row], rel=0.1)
+
+
+def test_in_a_burst_all_rows_have_the_mean_that_takes_the_current_away(bursts):
+    found = without_diodes(bursts, MODEL)
+    rows = np.flatnonzero(~found.is_good)
+    np.testing.assert_array_equal(rows, _openings(bursts))
+    assert len(rows) > 10
+    for held in np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1):
+        of_motor = bursts.voltage[held[-1] + 1]
+        taken = np.sum(found.voltage[held] - of_motor) / bursts.rate
+        assert taken == pytest.approx(-MODEL.values.inductance * bursts.current[held[0]], rel=0.2)
+
+
+@pytest.mark.parametrize("over", [True, False])
+def test_a_current_that_is_driven_over_to_the_voltages_side_meets_no_diodes(bursts, over):
+    first = _openings(bursts)[0]
+    current = bursts.current.copy()
+    current[first + 5 : first + 10] = 0.3 * np.sign(bursts.voltage[first]) * (1.0 if over else 0.0)
+    found = without_diodes(replace(bursts, current=current), MODEL)
+    assert found.is_good[first : first + 5].all() == over
 
 
 def test_nothing_is_changed_where_a_voltmeter_sees_no_diodes(session):
