@@ -13,6 +13,7 @@ from etb_hil.base.yamlfile import load
 from etb_hil.recording.columns import Conversion, TableMap, plan_by_map, plan_by_names
 from etb_hil.recording.csvtable import CsvTable
 from etb_hil.recording.mattable import MatTable
+from etb_hil.recording.pairing import paired
 from etb_hil.recording.parquettable import ParquetTable
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import LOSS_UNKNOWN, Float64, Int64, SampleBlock
@@ -31,7 +32,7 @@ def read_table(path: Path, map_file: Path | None = None) -> Recording:
     """Read a table into a Recording in SI units.
 
     Without a map file the columns' names say role and unit, for instance `t_ms, motor_voltage_V, throttle_angle_deg`.
-    Signals of a log that an export wrote as Parquet state their units apart, and each message is a source.
+    Signals of a log that an export wrote as Parquet state their units apart; messages as fast as the fastest share its rows.
     The time column is the sample clock; of rows with the same time the first is kept, and a note says so. Raises
     InputError with file, line, column, value and what to do.
     """
@@ -49,9 +50,12 @@ def read_table(path: Path, map_file: Path | None = None) -> Recording:
         raise InputError(Problem("has no rows", Place(path), remedy="give a table with measured values"))
     is_of_log = isinstance(table, ParquetTable) and table.is_of_log
     recording = Recording(str(path), ClockGrade.RECEIVE_STAMPS if is_of_log else ClockGrade.TABLE)
+    blocks = []
     for source, rows, uses in _sources(table, path, plan.roles, len(time_ns)):
         columns = {use.role: _to_si(raw[use.column][rows], use.factor, use.offset) for use in uses}
-        _append(recording, source, time_ns[rows], columns)
+        if rows.any():
+            blocks.append(_block(recording, source, time_ns[rows], columns))
+    recording.append(paired(blocks) if len(blocks) > 1 else blocks)
     if not recording.sources:
         raise InputError(Problem("has no rows", Place(path), remedy="give a table with measured values"))
     return recording
@@ -70,16 +74,14 @@ def _sources(
     return [(message, rows[message], own) for message, own in by_message.items()]
 
 
-def _append(recording: Recording, source: str, time_ns: Int64, columns: dict[str, Float64]) -> None:
-    """Add what was sampled together; of rows with the same time the first, and a note says so."""
-    if not len(time_ns):
-        return
+def _block(recording: Recording, source: str, time_ns: Int64, columns: dict[str, Float64]) -> SampleBlock:
+    """Return what was sampled together; of rows with the same time the first, and a note says so."""
     samples = SampleBlock(source, time_ns, time_ns, columns, _gaps(time_ns))
     repeated = np.diff(time_ns, prepend=time_ns[0] - 1) == 0
-    if repeated.any():
-        recording.notes.append(f"{int(repeated.sum())} rows had the time of the row before and were left out")
-        samples = samples.rows(~repeated)
-    recording.append([samples])
+    if not repeated.any():
+        return samples
+    recording.notes.append(f"{int(repeated.sum())} rows had the time of the row before and were left out")
+    return samples.rows(~repeated)
 
 
 def _to_si(values: Float64, factor: float, offset: float) -> Float64:

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from etb_hil.base.errors import InputError
+from etb_hil.recording.pairing import paired
 from etb_hil.recording.recording import ClockGrade
+from etb_hil.recording.samples import SampleBlock
 from etb_hil.recording.table_writer import write_table
 from etb_hil.recording.tables import read_table
 
@@ -73,15 +75,35 @@ def _log(tmp_path, fields, channel=(0, 0, 0, 0), message=("A", "B", "A", "B")):
 CURRENT, ANGLE = ("A.MotorCurrent", "mA", [1.0, None, 2.0, None]), ("B.ThrottleAngle2", "deg", [None, 90, None, 180])
 
 
-def test_signals_of_a_log_have_their_own_names_and_units_a_message_a_source(tmp_path):
+def test_signals_of_a_log_have_their_own_names_and_units(tmp_path):
     recording = read_table(_log(tmp_path, [CURRENT, ("A.Crc", "", [1, None, 2, None]), ANGLE]))
-    assert list(recording.sources) == ["A", "B"]
     assert recording.clock == ClockGrade.RECEIVE_STAMPS
-    current, angle = recording.series("motor_current"), recording.series("throttle_angle_2")
-    assert current.time_ns.tolist() == [1_000, 2_000]
-    assert current.values == pytest.approx([0.001, 0.002])
-    assert angle.time_ns.tolist() == [1_500, 2_500]
-    assert angle.values == pytest.approx([0.5 * np.pi, np.pi])
+    assert recording.roles == ["motor_current", "throttle_angle_2"]
+    assert recording.series("motor_current").values == pytest.approx([0.001, 0.002])
+    assert recording.series("throttle_angle_2").values == pytest.approx([0.5 * np.pi, np.pi])
+
+
+def _block(source, time_ns, **columns):
+    times = np.asarray(time_ns, np.int64)
+    return SampleBlock(source, times, times, columns, np.zeros(len(times), np.int64))
+
+
+def test_two_frames_of_one_sample_share_a_row_and_slower_ones_stay():
+    rng = np.random.default_rng(3)
+    times = np.arange(100) * 1_000_000
+    angle, late = np.linspace(0.1, 1.2, 100), times + 150_000 + rng.integers(0, 90_000, 100)
+    kept = np.arange(100) != 40
+    whole, slow = paired(
+        [
+            _block("angle", late[kept], throttle_angle=angle[kept]),
+            _block("voltage", times, motor_voltage=angle * 2.0),
+            _block("status", times[::10] + 300, temperature=angle[::10]),
+        ]
+    )
+    assert whole.time_ns.tolist() == times.tolist()
+    np.testing.assert_array_equal(whole.columns["throttle_angle"], np.where(kept, angle, np.nan))
+    assert slow.source == "status"
+    assert len(slow) == 10
 
 
 def test_a_map_names_signals_as_the_file_does(tmp_path):
