@@ -32,7 +32,7 @@ def read_table(path: Path, map_file: Path | None = None) -> Recording:
     """Read a table into a Recording in SI units.
 
     Without a map file the columns' names say role and unit, for instance `t_ms, motor_voltage_V, throttle_angle_deg`.
-    Signals of a log that an export wrote as Parquet state their units apart; messages as fast as the fastest share its rows.
+    Signals of a log in an export as Parquet state their units apart; messages as fast as the fastest share its rows.
     The time column is the sample clock; of rows with the same time the first is kept, and a note says so. Raises
     InputError with file, line, column, value and what to do.
     """
