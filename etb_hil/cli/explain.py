@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "data",
         nargs="+",
         type=Path,
-        help="session folders, CAN logs (with --bench), CSV and MAT files; the first is explained, the others test it",
+        help="session folders, CAN logs (with --bench), CSV, MAT, Parquet; the first is explained, the others test it",
     )
     parser.add_argument("--model", required=True, help="model file, or the name of a stock one")
     parser.add_argument("--map", type=Path, help="which column of a table is which role")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -101,23 +101,26 @@ def plan_by_map(document: Document[TableMap], file: Path, names: Sequence[str]) 
     )
 
 
-def plan_by_names(file: Path, names: Sequence[str], line: int | None = None) -> TablePlan:
+def plan_by_names(
+    file: Path, names: Sequence[str], line: int | None = None, called: Mapping[str, str] | None = None
+) -> TablePlan:
     """Return the plan that names such as `t_ms, motor_voltage_V, throttle_angle_deg` give.
 
     A column that is no role is left out, unless its name is close to one: that is taken for a mistake. InputError names
-    every column that cannot be read so.
+    every column that cannot be read so. `called`: what columns are read as that state their unit apart.
     """
     times: list[TimeColumn] = []
     found: dict[str, Conversion] = {}
     problems = []
     for name in names:
+        read_as = (called or {}).get(name, name)
         try:
-            if (time := _time_by_name(name)) is not None:
-                times.append(time)
-            elif (use := _role_by_name(name)) is not None:
+            if (time := _time_by_name(read_as)) is not None:
+                times.append(time.model_copy(update={"column": name}))
+            elif (use := _role_by_name(read_as)) is not None:
                 if use.role in found:
                     raise ValueError(f"'{found[use.role].column}' has the role {use.role} already")  # noqa: TRY301
-                found[use.role] = use
+                found[use.role] = replace(use, column=name)
         except ValueError as error:
             problems.append(Problem(str(error), Place(file, line, name), remedy="rename it or use a map file"))
     if not times:

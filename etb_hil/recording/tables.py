@@ -1,24 +1,29 @@
-"""Foreign tables become Recordings: CSV and MAT files, whichever rig they come from."""
+"""Foreign tables become Recordings: CSV, MAT and Parquet files, whichever rig they come from."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.yamlfile import load
-from etb_hil.recording.columns import TableMap, plan_by_map, plan_by_names
+from etb_hil.recording.columns import Conversion, TableMap, plan_by_map, plan_by_names
 from etb_hil.recording.csvtable import CsvTable
 from etb_hil.recording.mattable import MatTable
+from etb_hil.recording.pairing import paired
+from etb_hil.recording.parquettable import ParquetTable
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import LOSS_UNKNOWN, Float64, Int64, SampleBlock
 
-FORMATS: dict[str, type[CsvTable | MatTable]] = {
+FORMATS: dict[str, type[CsvTable | MatTable | ParquetTable]] = {
     ".csv": CsvTable,
     ".tsv": CsvTable,
     ".txt": CsvTable,
     ".mat": MatTable,
+    ".parquet": ParquetTable,
 }
 GAP = 1.5  # times the median step: from there on a step is a gap, of a length that nothing in a table counts
 
@@ -27,6 +32,7 @@ def read_table(path: Path, map_file: Path | None = None) -> Recording:
     """Read a table into a Recording in SI units.
 
     Without a map file the columns' names say role and unit, for instance `t_ms, motor_voltage_V, throttle_angle_deg`.
+    Signals of a log in an export as Parquet state their units apart; messages as fast as the fastest share its rows.
     The time column is the sample clock; of rows with the same time the first is kept, and a note says so. Raises
     InputError with file, line, column, value and what to do.
     """
@@ -35,21 +41,47 @@ def read_table(path: Path, map_file: Path | None = None) -> Recording:
         raise InputError(Problem("is no table that can be read", Place(path), path.suffix, allowed=", ".join(FORMATS)))
     table = table_type(path)
     if map_file is None:
-        plan = plan_by_names(path, table.names, table.header_line)
+        called = table.called if isinstance(table, ParquetTable) else {}
+        plan = plan_by_names(path, table.names, table.header_line, called)
     else:
         plan = plan_by_map(load(map_file, TableMap), path, table.names)
     time_ns, raw = table.read(plan.time, [use.column for use in plan.roles])
     if not len(time_ns):
         raise InputError(Problem("has no rows", Place(path), remedy="give a table with measured values"))
-    columns = {use.role: _to_si(raw[use.column], use.factor, use.offset) for use in plan.roles}
-    samples = SampleBlock(path.stem, time_ns, time_ns, columns, _gaps(time_ns))
-    recording = Recording(str(path), ClockGrade.TABLE)
-    repeated = np.diff(time_ns, prepend=time_ns[0] - 1) == 0
-    if repeated.any():
-        recording.notes.append(f"{int(repeated.sum())} rows had the time of the row before and were left out")
-        samples = samples.rows(~repeated)
-    recording.append([samples])
+    is_of_log = isinstance(table, ParquetTable) and table.is_of_log
+    recording = Recording(str(path), ClockGrade.RECEIVE_STAMPS if is_of_log else ClockGrade.TABLE)
+    blocks = []
+    for source, rows, uses in _sources(table, path, plan.roles, len(time_ns)):
+        columns = {use.role: _to_si(raw[use.column][rows], use.factor, use.offset) for use in uses}
+        if rows.any():
+            blocks.append(_block(recording, source, time_ns[rows], columns))
+    recording.append(paired(blocks) if len(blocks) > 1 else blocks)
+    if not recording.sources:
+        raise InputError(Problem("has no rows", Place(path), remedy="give a table with measured values"))
     return recording
+
+
+def _sources(
+    table: CsvTable | MatTable | ParquetTable, path: Path, uses: Sequence[Conversion], count: int
+) -> list[tuple[str, NDArray[np.bool_], list[Conversion]]]:
+    """Return what was sampled together: its name, its rows (n) and its roles; of a log's signals by message."""
+    if not isinstance(table, ParquetTable) or not table.is_of_log:
+        return [(path.stem, np.ones(count, np.bool_), list(uses))]
+    by_message: dict[str, list[Conversion]] = {}
+    for use in uses:
+        by_message.setdefault(use.column.partition(".")[0], []).append(use)
+    rows = table.rows_by_message(by_message)
+    return [(message, rows[message], own) for message, own in by_message.items()]
+
+
+def _block(recording: Recording, source: str, time_ns: Int64, columns: dict[str, Float64]) -> SampleBlock:
+    """Return what was sampled together; of rows with the same time the first, and a note says so."""
+    samples = SampleBlock(source, time_ns, time_ns, columns, _gaps(time_ns))
+    repeated = np.diff(time_ns, prepend=time_ns[0] - 1) == 0
+    if not repeated.any():
+        return samples
+    recording.notes.append(f"{int(repeated.sum())} rows had the time of the row before and were left out")
+    return samples.rows(~repeated)
 
 
 def _to_si(values: Float64, factor: float, offset: float) -> Float64:

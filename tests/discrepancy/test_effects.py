@@ -9,12 +9,15 @@ from etb_hil.discrepancy.fitting.calibration import residual_of
 from etb_hil.discrepancy.fitting.fit import fit_of, gauss_newton
 from etb_hil.discrepancy.fitting.unknowns import effect_unknowns, finer_unknowns, start
 from etb_hil.discrepancy.search.naming import search
-from etb_hil.plant.effects import ports
+from etb_hil.plant.effects import ports, teeth
+from etb_hil.plant.effects.angle_sensor_eccentricity import measured_angle
 from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.effects.current_sensor_offset import measured_current
 from etb_hil.plant.effects.curves import bell, halved, pointed, side
 from etb_hil.plant.effects.effect import Balance, Parity
 from etb_hil.plant.effects.entries import entry_of, problem_of, whole_vector
 from etb_hil.plant.effects.layout import EXTENDED, IDS, PLATE_INERTIA
+from etb_hil.plant.effects.sensor_hysteresis import measured_plate
 
 EFFECTS = [pytest.param(effect, id=id_) for id_, effect in CATALOGUE.items()]
 
@@ -128,22 +131,32 @@ def test_its_term_stands_in_the_balance_that_it_declares(effect, balances):
 
 @pytest.mark.parametrize("effect", [p for p in EFFECTS if p.values[0].parity is not Parity.NEITHER])
 def test_its_term_has_the_parity_that_it_declares(effect):
-    """Steady friction and drag change their sign with the direction or do not; voltages with the current."""
+    """Friction, drag and angles' errors change their sign with the direction or do not; voltages with the current."""
     p, plain = _with(effect), MODEL.vector()
-    if effect.balance is Balance.ANGLE:
-        return
     if effect.balance is Balance.VOLTAGE:
         # Even under time run backwards: the current keeps its sign, and so does the loss.
         forward = ports.voltage_loss(1.3, 6.0, 0.0, False, p)
         assert forward != 0.0
         assert ports.voltage_loss(-1.3, -6.0, 0.0, False, p) == pytest.approx(-forward)
         return
-    passive = [_passive(p, omega) - _passive(plain, omega) for omega in (2.0, -2.0)]
-    offset = CATALOGUE["current_sensor_offset"]
-    if effect is offset:
-        return
-    even, odd = abs(passive[0] + passive[1]), abs(passive[0] - passive[1])
+    if effect.balance is Balance.ANGLE:
+        change = [_apart(p, omega) for omega in (2.0, -2.0)]
+    elif effect is CATALOGUE["current_sensor_offset"]:
+        currents = np.array([1.3, -1.3])
+        change = list(measured_current(currents, np.full(2, 25.0), p) - currents)
+    else:
+        change = [_passive(p, omega) - _passive(plain, omega) for omega in (2.0, -2.0)]
+    even, odd = abs(change[0] + change[1]), abs(change[0] - change[1])
+    assert max(even, odd) > 0.0
     assert (even > odd) == (effect.parity is Parity.EVEN)
+
+
+def _apart(p, omega):
+    """By how much plate sensor and encoder differ where the plate slides past a place well above limp-home."""
+    way = np.linspace(0.5, 0.8, 301)[:: int(np.sign(omega))]
+    theta, gear = way[150], MODEL.values.gear_ratio
+    plate = teeth.on_plate(theta, theta, omega, 0.0, p) - theta if ports.is_loose(p) else 0.0
+    return plate + (measured_plate(way, p) - way)[150] - (measured_angle(way * gear, p) - way * gear)[150] / gear
 
 
 def _passive(p, omega):

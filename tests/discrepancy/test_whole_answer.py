@@ -243,6 +243,7 @@ def test_where_no_plan_tells_the_class_apart_a_hand_has_to(answer):
 
 
 def test_what_an_earlier_answer_left_is_not_taken_for_this_ones(answer, tmp_path):
+    write(answer, tmp_path)
     (tmp_path / "next_test.yaml").write_text("of other data", "utf-8")
     write(Answer(answer.explanation | {"next_test": None}), tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["explanation.json"]

@@ -1,0 +1,126 @@
+"""Tables in Parquet: columns named as in CSV, or the signals of a log, which an export wrote with their units."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.roles import ROLES
+from etb_hil.recording.columns import NS_PER_UNIT, TimeColumn
+from etb_hil.recording.samples import Float64, Int64
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+    from pyarrow import parquet
+
+_OF_A_LOG = ("stamp_ns", "channel", "message")  # what an export writes before `Message.Signal`, a row a frame
+
+
+class ParquetTable:
+    """A table in a Parquet file; needs pyarrow."""
+
+    header_line = None
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._file = self._opened()
+        fields = list(self._file.schema_arrow)
+        self.is_of_log = tuple(field.name for field in fields[:3]) == _OF_A_LOG
+        self.names = tuple(field.name for field in fields)
+        twice = {name for name in self.names if self.names.count(name) > 1}
+        if twice:
+            what = "columns have the same name"
+            raise InputError(Problem(what, Place(path), ", ".join(sorted(twice)), remedy="rename one"))
+        # What a signal is by its own name, with the unit that its column states.
+        self.called = {field.name: _called(field) for field in fields}
+        if self.is_of_log:
+            self.called["stamp_ns"] = "time_ns"
+
+    def read(self, time: TimeColumn, names: Sequence[str]) -> tuple[Int64, dict[str, Float64]]:
+        """Return the time in ns and the named columns as numbers, null as NaN; InputError names column and row."""
+        first, *others = self._columns([time.column, *names])
+        columns = {name: self._numbers(name, one) for name, one in zip(names, others, strict=True)}
+        return self._time(first, time), columns
+
+    def rows_by_message(self, messages: Iterable[str]) -> dict[str, NDArray[np.bool_]]:
+        """Return the rows (n) of each of some messages of a log; InputError where they came from two units."""
+        channel, message = self._columns(["channel", "message"])
+        channels, spoken = channel.to_numpy(), np.array(message.to_pylist(), object)
+        rows = {one: spoken == one for one in messages}
+        found = np.unique(channels[np.any([*rows.values()], axis=0)])
+        if len(found) > 1:
+            remedy = "export one channel's frames alone"
+            shown = ", ".join(map(str, found.tolist()))
+            raise InputError(Problem("holds these signals on several channels", Place(self._path), shown, None, remedy))
+        return rows
+
+    def _columns(self, names: Sequence[str]) -> list[pa.ChunkedArray]:
+        try:
+            table = self._file.read(columns=list(dict.fromkeys(names)))
+        except Exception as error:  # noqa: BLE001 (pyarrow raises anything on a broken file)
+            raise self._broken(error) from None
+        return [table.column(name) for name in names]
+
+    def _time(self, column: pa.ChunkedArray, time: TimeColumn) -> Int64:
+        numbers = self._numbers(time.column, column)
+        if not np.all(np.isfinite(numbers)) or np.any(np.abs(numbers) * float(NS_PER_UNIT[time.unit]) > 2.0**62):
+            raise self._wrong(time.column, "holds a value that is no time", "remove those rows")
+        exact = column.to_numpy()
+        if np.issubdtype(exact.dtype, np.integer):
+            time_ns = exact.astype(np.int64) * NS_PER_UNIT[time.unit]
+        else:
+            time_ns = np.rint(numbers * NS_PER_UNIT[time.unit]).astype(np.int64)
+        backwards = np.flatnonzero(np.diff(time_ns) < 0)
+        if len(backwards):
+            raise self._wrong(time.column, f"goes back after row {int(backwards[0]) + 1}", "sort the rows")
+        return np.asarray(time_ns, np.int64)
+
+    def _numbers(self, name: str, column: pa.ChunkedArray) -> Float64:
+        try:
+            values = np.asarray(column.cast("float64", safe=False).to_numpy(), np.float64)
+        except Exception:  # noqa: BLE001 (text, dates, lists: pyarrow has an error for each)
+            what = f"holds no numbers but {column.type}"
+            raise self._wrong(name, what, "write numbers, or map another column") from None
+        infinite = np.flatnonzero(np.isinf(values))
+        if len(infinite):
+            raise self._wrong(name, f"is infinite in row {int(infinite[0]) + 1}", "write null where there is no value")
+        return values
+
+    def _opened(self) -> parquet.ParquetFile:
+        try:
+            from pyarrow import parquet  # noqa: PLC0415 (an extra, and heavy)
+        except ImportError:
+            what = "Parquet files need pyarrow"
+            raise InputError(Problem(what, Place(self._path), remedy="pip install 'etb-hil[logs]'")) from None
+        try:
+            return parquet.ParquetFile(self._path)
+        except OSError as error:
+            wrong = f"cannot be read: {error.strerror or error}"
+            raise InputError(Problem(wrong, Place(self._path), remedy="check the path and its permissions")) from None
+        except Exception as error:  # noqa: BLE001 (pyarrow raises anything on a broken file)
+            raise self._broken(error) from None
+
+    def _broken(self, error: Exception) -> InputError:
+        return InputError(Problem(f"is no whole Parquet file: {error}", Place(self._path), remedy="save it again"))
+
+    def _wrong(self, name: str, what: str, remedy: str) -> InputError:
+        return InputError(Problem(what, Place(self._path, key=name), remedy=remedy))
+
+
+def _called(field: pa.Field) -> str:
+    """Return a column's name, and of one that states its unit apart the role and that unit: `motor_current [A]`."""
+    unit = (field.metadata or {}).get(b"unit")
+    signal = field.name.rpartition(".")[2]
+    role = signal if signal in ROLES else _snake(signal)
+    return str(field.name) if unit is None or role not in ROLES else f"{role} [{unit.decode('utf-8', 'replace')}]"
+
+
+def _snake(name: str) -> str:
+    """Return a signal's name as roles are written: `ThrottleAngle2` is `throttle_angle_2`."""
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[a-zA-Z])(?=[0-9])", "_", name).lower()
