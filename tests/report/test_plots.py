@@ -12,9 +12,11 @@ import sample_run
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 from etb_hil.base.errors import InputError
+from etb_hil.diagnosis.friction_map import FrictionMap
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock
 from etb_hil.recording.tables import read_table
@@ -53,6 +55,17 @@ def test_svg_is_well_formed_with_ids_of_its_own_and_no_address(draw):
     links = [value for e in root.iter() for name, value in e.attrib.items() if name.endswith("href")]
     assert set(links) <= {f"#{i}" for i in ids}
     assert LIMIT not in svg.replace(f", {LIMIT})", "")  # every colour follows the page's light and dark
+
+
+@pytest.mark.parametrize("factor", [1.05, 1.396984924623116, 1.65025125628141, 3.0])
+def test_the_deepest_colour_of_a_map_is_no_more_than_whole(monkeypatch, factor):
+    """Matplotlib refuses a hair more than one, which rounding may make of a cell that is the deepest."""
+    there = FrictionMap(np.array([0.5]), np.array([20.0]), np.array([[factor]]), np.array([[0.01]]))
+    monkeypatch.setattr(plots, "friction_map", lambda _: there)
+    axes = Figure().subplots()
+    plots._map(axes, sample_run.series())
+    (patch,) = axes.patches
+    assert 0.08 < patch.get_alpha() <= 1.0
 
 
 def test_same_input_gives_the_same_svg():
