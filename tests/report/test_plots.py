@@ -57,7 +57,7 @@ def test_svg_is_well_formed_with_ids_of_its_own_and_no_address(draw):
     assert LIMIT not in svg.replace(f", {LIMIT})", "")  # every colour follows the page's light and dark
 
 
-@pytest.mark.parametrize("factor", [1.05, 1.396984924623116, 1.65025125628141, 3.0])
+@pytest.mark.parametrize("factor", [1.05, 1.3969849246231156, 1.6502512562814071, 3.0])
 def test_the_deepest_colour_of_a_map_is_no_more_than_whole(monkeypatch, factor):
     """Matplotlib refuses a hair more than one, which rounding may make of a cell that is the deepest."""
     there = FrictionMap(np.array([0.5]), np.array([20.0]), np.array([[factor]]), np.array([[0.01]]))
