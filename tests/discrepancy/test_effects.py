@@ -181,8 +181,10 @@ def test_it_is_found_when_hidden_alone(effect):
     share = 0.5 if effect.balance is Balance.ANGLE else 1.0  # four steps of play are more than gears have
     findings = search(MODEL, [Balances(measurement(_with(effect, share), seed=3), MODEL)])
     assert findings.verdict in ("explained", "ambiguous")
-    (found,) = findings.accepted
-    assert effect.id == found.winner.id or effect.id in found.alike
+    # Where base parameters do the same, they may be two of them: T_c and T_st for what holds a plate at reversals.
+    assert findings.accepted
+    assert all(effect.id in (found.winner.id, *found.alike) for found in findings.accepted)
+    assert len(findings.accepted) == 1 or not any(found.winner.candidate.effect for found in findings.accepted)
 
 
 @pytest.mark.parametrize("effect", EFFECTS)

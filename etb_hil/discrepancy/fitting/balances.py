@@ -49,6 +49,7 @@ CHANNELS = ("torque", "voltage", "angle")
 _TORQUE_FLOOR = 3.0  # times the current's noise
 # Unknown but small: clock skew of current, voltage and plate sensor, and the plate sensor's zero.
 NUISANCES = ("current_skew", "voltage_skew", "plate_skew", "plate_zero")
+_AT_ROWS = 0.01  # of a row, that steps of the voltage may be off it
 _TREMBLES = 0.01  # of T_c / sigma_0 from row to row
 _DELAY = row("measurement_delay")
 _SENSORS = (row("current_sensor_gain"), _DELAY + WIDTH)
@@ -146,6 +147,9 @@ class Balances:
         """Return what of the current's spectrum its rows miss, inside the band; `before` (s): steps of the voltage."""
         if self.measured.current is None or self.measured.is_drive:
             return np.zeros(1, np.complex128)
+        # A current has a knee at each step: a fit that found steps just before and just after their rows by turns would
+        # stand there. What is nearer than an encoder's jitter is at the rows.
+        before *= before**2 / (before**2 + (_AT_ROWS * self.measured.dt) ** 2)
         # Steps that come before their rows are seen as by a current that is read ahead of them.
         s, late = self.spectrum.s, (p[_DELAY] - before, p[_DELAY + 1])
         missed = missed_by_rows(s, self.measured.dt, p[RESISTANCE], p[INDUCTANCE], *late)
