@@ -128,13 +128,14 @@ def test_nothing_sent_is_nothing_received(bus):
 
 def test_load_is_what_the_frames_take(bus):
     (one, other), clock = opened(bus)
-    seen = []
-    begin = clock.now_ns()
-    for millisecond in range(0, 400, 4):
+    begin, load = clock.now_ns(), None
+    for millisecond in range(0, 20_000, 4):
         clock.sleep_until_ns(begin + millisecond * 1_000_000)
         one.send(frame(0x123, b"12345678"))
-        seen.append(other.receive())
-    load = other.health().load
+        other.receive()
+        load = other.health().load
+        if load:  # none before the first whole window, zero where this computer stood still for as long
+            break
     assert load is not None
     assert 0 < load < 1
     assert other.health().peak_load >= load

@@ -49,7 +49,7 @@ CHANNELS = ("torque", "voltage", "angle")
 _TORQUE_FLOOR = 3.0  # times the current's noise
 # Unknown but small: clock skew of current, voltage and plate sensor, and the plate sensor's zero.
 NUISANCES = ("current_skew", "voltage_skew", "plate_skew", "plate_zero")
-_AT_ROWS = 0.01  # of a row, that steps of the voltage may be off it
+_AT_ROWS = 0.03  # of a row, that steps of the voltage may be off it
 _TREMBLES = 0.01  # of T_c / sigma_0 from row to row
 _DELAY = row("measurement_delay")
 _SENSORS = (row("current_sensor_gain"), _DELAY + WIDTH)
