@@ -4,12 +4,16 @@ import pytest
 from explain_drives import CASES, outcome, searched
 from generator.axis import draw_axis
 
+from etb_hil.discrepancy.answer.quality import data_quality
 from etb_hil.discrepancy.plan.nexttest import next_test
 
 
 @pytest.mark.parametrize("motion", ["linear", "rotary"])
 def test_a_healthy_drive_is_adequate_though_nobody_knows_its_bristles(motion):
-    assert searched(draw_axis(222100, motion)).verdict == "adequate"
+    findings = searched(draw_axis(222100, motion))
+    assert findings.verdict == "adequate"
+    unit = {"linear": "m", "rotary": "rad"}[motion]
+    assert {f"travel_{unit}", f"angle_noise_{unit}"} <= data_quality(findings.balances, findings.model)[0].keys()
 
 
 @pytest.mark.parametrize("motion", ["linear", "rotary"])

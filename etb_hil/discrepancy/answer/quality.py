@@ -60,12 +60,13 @@ def _of(b: Balances, model: Model) -> dict[str, Any]:
     if not m.is_drive and (travel[0] > model.values.limp_home or travel[1] < model.values.limp_home):
         flags.append("limp-home is never crossed: preload, offset and asymmetry cannot be told apart")
     flags += _off_grid(m) + _other_unit(m) + _other_ratio(m, b.gear)
+    unit = "m" if m.is_linear else "rad"
     found: dict[str, Any] = {
         "origin": m.origin,
         "rate_hz": m.rate,
         "seconds": len(m) / m.rate,
-        "travel_rad": list(travel),
-        "angle_noise_rad": m.angle_noise,
+        f"travel_{unit}": list(travel),
+        f"angle_noise_{unit}": m.angle_noise,
         "flags": flags,
     }
     at_rest = _at_rest(m)
