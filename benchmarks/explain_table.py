@@ -9,6 +9,8 @@ taken together.
 
 `all`: every file; `left`: those in which base parameters inside their stated tolerances leave at least the size of a
 weak effect, for the others come near a healthy unit's; `visible`: those in which they leave 1.5 times the noise.
+At the end single effects by size once more, as what is left after calibration: strong from 5 times the noise, medium
+from 2, weak from 1.2.
 """
 
 import json
@@ -22,6 +24,7 @@ from scoring import rate
 
 NAMED = ("right", "honest")
 WEAK = 1.2  # times its noise-only value: the least residual that a hidden effect is given
+SIZES = (("strong", 5.0, math.inf), ("medium", 2.0, 5.0), ("weak", WEAK, 2.0), ("a healthy unit's", 0.0, WEAK))
 AT_FLOOR = 1.2  # times the floor of a held-out free run
 
 
@@ -35,6 +38,7 @@ def print_rates(rows):
         groups.setdefault((row["kind"], row.get("view", "full"), row.get("rate", 2000)), []).append(row)
     for key, members in sorted(groups.items()):
         _print_group(key, members)
+    _print_sizes([row for row in drawn if row["kind"] in ("weak", "medium", "strong")])
     confident = sum(row["outcome"] == "wrong_confident" for row in drawn)
     if drawn:
         print(f"confident wrong names over everything: {_share(confident, len(drawn))}")
@@ -69,6 +73,16 @@ def _print_group(key, members):
         if kind == "shape":
             said = sum(row["verdict"] != "unexplained" for row in chosen)
             print(f"  {part:8} {'not unexplained':16} {_share(said, len(chosen))}")
+
+
+def _print_sizes(rows):
+    """Print the rates of single effects by what base parameters inside their tolerances leave of them."""
+    for view, hertz in sorted({(row.get("view", "full"), row.get("rate", 2000)) for row in rows}):
+        members = [row for row in rows if (row.get("view", "full"), row.get("rate", 2000)) == (view, hertz)]
+        for name, low, high in SIZES:
+            outcomes = Counter(row["outcome"] for row in members if low <= row["left"] < high)
+            for outcome, hits in sorted(outcomes.items()):
+                print(f"by what is left, {view}, {hertz} Hz, {name}: {outcome:16} {_share(hits, outcomes.total())}")
 
 
 def _print_spread(indent, rows):

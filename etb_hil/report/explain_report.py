@@ -42,6 +42,9 @@ _BY_RUNS = (
 _ADEQUATE_BY_RUNS = (
     "Driven by the voltage alone, the model follows runs that the fit did not see to its sensor's noise."
 )
+_NO_TEST = (
+    "no test of ours is for this: no two suspects take half of what is left each. Look for what acts as shown below."
+)
 _MOST = 0.5  # of the squared error
 _MODELS = ("nominal", "calibrated", "extended", "followed", "noise_floor")
 _CALLED = {"noise_floor": "noise floor", "followed": "last fit in free run"}
@@ -345,6 +348,8 @@ def _friction(found: dict[str, Any]) -> list[dict[str, Any]]:
 def _next_test(found: dict[str, Any]) -> dict[str, Any]:
     """Return what to do about what is open, what to measure and the scenario, and what both tell and what stays."""
     test = found.get("next_test") or {}
+    if not test and found["verdict"] == "unexplained" and found.get("suspects"):
+        return {"steps": [], "says": _NO_TEST}
     expected = test.get("expected_separation")
     if not expected:
         return {"steps": [], "says": str(test.get("says", ""))}
@@ -383,9 +388,15 @@ def _judged(found: dict[str, Any]) -> list[str]:
         if name not in diagnosis:
             continue
         one = diagnosis[name]
-        numbers = [f"{id_} {one[id_]['value']:.3g} {one[id_]['unit']}" for id_ in ("T_st", "T_c") if id_ in one]
+        numbers = [_with_interval(id_, one[id_]) for id_ in ("T_st", "T_c") if id_ in one]
         sentences.append(f"Diagnosis, model {model}: {', '.join(numbers) or 'no friction found'}; {one['verdict']}.")
     return [*sentences, f"{diagnosis['says'].capitalize()}."]
+
+
+def _with_interval(name: str, number: dict[str, Any]) -> str:
+    said = f"{name} {number['value']:.3g} {number['unit']}"
+    low, high = number["interval"]
+    return said if low is None or high is None else f"{said} (95 %: {low:.3g} to {high:.3g})"
 
 
 def _quality(one: dict[str, Any] | str) -> dict[str, Any]:
@@ -413,4 +424,6 @@ def _limits(found: dict[str, Any]) -> str:
         sentences.append(f"Of these only where the record went, {limits[of_place[0]]['where']}: {its}.")
     sentences.append(f"These data cannot show beside base parameters, however large: {unseen}." if unseen else "")
     sentences.append(f"Not judged: {others}." if others else "")
+    if seen and found["verdict"] == "unexplained":
+        sentences.append("All this is beside what is left unexplained, of which one that is listed may be a part.")
     return " ".join(filter(None, sentences))

@@ -45,6 +45,13 @@ def test_a_scale_that_is_not_as_stated_is_said(cogging_recording, times, is_said
     assert all(f"goes {times:.4f} times as far" in flag for flag in said)
 
 
+def test_play_is_no_scale(cogging_recording):
+    """Springs press the teeth to one side above limp-home and to the other below it."""
+    plate = cogging_recording.series("throttle_angle").values
+    lags = plate - 0.004 * np.sign(plate - MODEL.values.limp_home)
+    assert not any("as far as" in flag for flag in flags_of(changed(cogging_recording, throttle_angle=lags)))
+
+
 def test_values_that_are_missing_one_at_a_time_are_said_to_be_filled_in_and_judged(cogging_recording):
     current = cogging_recording.series("motor_current").values.copy()
     current[5::10] = np.nan

@@ -54,6 +54,42 @@ def test_every_spline_of_a_search_has_its_words():
         assert "{" not in said
 
 
+SUSPECT = {
+    "search": 1, "effect": "supply_sag", "taken_in": False, "refused": "takes 1.0 %", "probability": 0.0,
+    "leaves": 0.99, "looks_like": "", "check": "",
+}  # fmt: skip
+LIMIT = {
+    "limit": 0.5,
+    "unit": "ohm",
+    "parameter": "source_resistance",
+    "judged": True,
+    "within_bounds": True,
+    "says": "",
+}
+
+
+def test_where_no_suspect_comes_near_no_test_is_asked_for(tmp_path):
+    found = DRY | {"suspects": [SUSPECT], "next_test": None}
+    page = write_explanation(found, None, tmp_path).read_text("utf-8")
+    assert "no test of ours is for this" in page
+    assert "no test of ours is for this" not in write_explanation(DRY, None, tmp_path).read_text("utf-8")
+
+
+def test_limits_beside_something_unexplained_exclude_nothing(tmp_path):
+    found = DRY | {"detection_limits": {"supply_sag": LIMIT}}
+    caution = "All this is beside what is left unexplained, of which one that is listed may be a part."
+    assert caution in write_explanation(found, None, tmp_path).read_text("utf-8")
+    assert caution not in write_explanation(found | {"verdict": "adequate"}, None, tmp_path).read_text("utf-8")
+
+
+def test_friction_of_a_diagnosis_stands_with_its_interval(tmp_path):
+    numbers = {"T_c": {"value": 0.0798, "interval": [0.0, 0.172], "unit": "N·m"}}
+    wide = {"stated": {"verdict": "pass", **numbers}, "says": "the verdict stays: pass"}
+    friction = {"coulomb": dict.fromkeys(("nominal", "calibrated", "extended"), 0.14) | {"unit": "N·m"}}
+    page = write_explanation(DRY | {"diagnosis": wide, "friction": friction}, None, tmp_path).read_text("utf-8")
+    assert "T_c 0.0798 N·m (95 %: 0 to 0.172); pass." in page
+
+
 def test_report_and_terminal_say_it(tmp_path, monkeypatch, capsys):
     assert f"<p>{SAYS}</p>" in write_explanation(DRY, None, tmp_path).read_text("utf-8")
     rows = "".join(f"{0.001 * k},{k % 7},{20 + k % 11}\n" for k in range(200))

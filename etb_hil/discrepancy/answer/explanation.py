@@ -21,6 +21,7 @@ from etb_hil.discrepancy.plan.nexttest import next_test
 from etb_hil.discrepancy.search import decision
 from etb_hil.discrepancy.search.byhand import measured
 from etb_hil.discrepancy.search.findings import Findings, Round
+from etb_hil.discrepancy.suspects.placeholders import in_their_own_balances
 from etb_hil.discrepancy.suspects.refining import LEAST_GAIN
 from etb_hil.plant.drive_effects import unit_for
 from etb_hil.plant.effects.layout import EXTENDED
@@ -116,8 +117,8 @@ def _model_file(holdout: Holdout | None) -> dict[str, str]:
     """Return which of the two fits the numbers in the model file are from."""
     if holdout is not None and holdout.is_followed:
         says = (
-            "the model file holds the numbers of the last fit in free run (in_model), which errs less on parts that it "
-            "did not see; values with intervals are the balances'"
+            "the model file holds the numbers of the last fit in free run (in_model), which errs less there on parts "
+            "that it did not see, if not 10 ms ahead; values with intervals are the balances'"
         )
         return {"numbers_of": "last fit in free run", "says": says}
     return {"numbers_of": "balances", "says": "the model file holds the values that are given with intervals"}
@@ -226,8 +227,12 @@ def _unexplained(findings: Findings) -> dict[str, Any]:
         for k in np.argsort(-over)
         if over[k] > 0.0
     ]
+    final = findings.final
+    own = in_their_own_balances(findings.balances, final.columns, final.fit, final.unknowns)
+    wrong = [one for one in findings.rest if one.balance == "all"]
     splines = [
-        {"balance": p.balance, "over": p.over, "parity": p.parity, "share_of_rest": p.share} for p in findings.rest[:3]
+        {"balance": p.balance, "over": p.over, "parity": p.parity, "share_of_rest": p.share}
+        for p in sorted([*own, *wrong], key=lambda one: -one.share)[:3]
     ]
     return {"where": where, "placeholders": splines}
 

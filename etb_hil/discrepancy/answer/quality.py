@@ -59,7 +59,7 @@ def _of(b: Balances, model: Model) -> dict[str, Any]:
     travel = (float(m.angle.min()), float(m.angle.max()))
     if not m.is_drive and (travel[0] > model.values.limp_home or travel[1] < model.values.limp_home):
         flags.append("limp-home is never crossed: preload, offset and asymmetry cannot be told apart")
-    flags += _off_grid(m) + _other_unit(m) + _other_ratio(m, b.gear)
+    flags += _off_grid(m) + _other_unit(m) + _other_ratio(m, model)
     unit = "m" if m.is_linear else "rad"
     found: dict[str, Any] = {
         "origin": m.origin,
@@ -90,17 +90,17 @@ def _off_grid(m: Measurement) -> list[str]:
     ]
 
 
-def _other_ratio(m: Measurement, gear: float) -> list[str]:
+def _other_ratio(m: Measurement, model: Model) -> list[str]:
     """Flag two angles of which one goes farther than the other by more than a shaft gives way."""
     if m.plate is None or float(np.ptp(m.angle)) < _WIDE:
         return []
-    angle, plate = m.angle - np.mean(m.angle), m.plate - np.mean(m.plate)
-    times = float(angle @ plate / (angle @ angle))
+    # What play makes of the plate's angle is one step at limp-home, where the springs turn round, and is no scale.
+    side = np.sign(m.angle - model.values.limp_home)
+    times = float(np.linalg.lstsq(np.column_stack([m.angle, side, np.ones(len(m))]), m.plate)[0][0])
     if abs(times - 1.0) < _SAME_RATIO:
         return []
-    goes = (
-        f"the plate sensor goes {times:.4f} times as far as the motor's angle does through the gear ratio of {gear:g}"
-    )
+    gear = f"the gear ratio of {model.values.gear_ratio:g}"
+    goes = f"the plate sensor goes {times:.4f} times as far as the motor's angle does through {gear}"
     return [f"{goes}: that ratio or a sensor's scale is not as stated"]
 
 

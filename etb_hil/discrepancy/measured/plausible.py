@@ -97,7 +97,10 @@ def _must_go_together(m: Measurement, model: Model) -> None:
         what, remedy = f"{still} stands still while {moves} moves", "look at its sensor, or leave the column out"
     elif not 1.0 / _AS_FAR < far[1] / far[0] < _AS_FAR:
         what = f"throttle_angle goes {far[1] / far[0]:.3g} times as far as motor_angle {gear}"
-        remedy = "look at their units (rad or deg), whether the columns are swapped, and at the model's gear_ratio"
+        remedy = (
+            "look at their units (rad or deg), whether the columns are swapped, at the model's gear_ratio, and "
+            "whether an encoder starts anew each turn or a sensor stands still for a time"
+        )
     elif (together := float(np.corrcoef(motor, plate)[0, 1])) < -_TOGETHER:
         what, remedy = "throttle_angle goes against motor_angle", "turn the sign of the one that falls when it opens"
     elif together < _TOGETHER:

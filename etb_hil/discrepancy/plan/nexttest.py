@@ -34,6 +34,7 @@ from etb_hil.plant.table_one import Shaft
 UNIT = "standard deviations of the sensors' noise"
 _TRIED = 2  # plans that are explained before one is asked for
 _WAYS = 3  # by hand, that are said
+_LIKELY = 0.5  # of what is left, that a suspect leaves at most for a test of it to be worth a run
 # A drive has no back-EMF to compare with, and no limp-home.
 _OF_A_DRIVE = {
     "current_sensor_gain": "a known force on what moves, or its mass weighed: the scale of the drive's force",
@@ -64,14 +65,16 @@ class Outlook:
 def next_test(
     findings: Findings, plans: Sequence[Plan] = (), progress: Callable[[str], None] = lambda _: None
 ) -> dict[str, Any] | None:
-    """Return the test for what is open; None where nothing is. Of the `plans` it takes the one that leaves least open.
+    """Return the test for what is open; None where nothing is, or no suspect comes near to what is missing.
+
+    Of the `plans` it takes the one that leaves least open.
 
     `separation_here` is by how much a rival differs in these data; `expected_separation` by how much it would in the
     test, what the test's record and these would part from the cause, and what would stay open.
     """
     if open_rounds := [r for r in findings.accepted if r.alike]:
         found = open_rounds[0]
-    elif findings.verdict == "unexplained" and findings.rounds and len(findings.rounds[-1].refined) > 1:
+    elif findings.verdict == "unexplained" and findings.rounds and _are_two(findings.rounds[-1]):
         found = replace(findings.rounds[-1], alike=[findings.rounds[-1].refined[1].id])
     else:
         return None
@@ -95,6 +98,11 @@ def next_test(
 
         hand = hand_test(findings, found, None if best is None else best.plan, left, find_plan, progress)
     return _said(found, best, hand, findings.model)
+
+
+def _are_two(found: Round) -> bool:
+    """Tell whether two suspects each take so much of what is left that one of them may be what is missing."""
+    return len(found.refined) > 1 and found.refined[1].fit.cost < _LIKELY * found.before.fit.cost
 
 
 def _said(found: Round, best: Outlook | None, hand: HandTest | None, model: Model) -> dict[str, Any]:

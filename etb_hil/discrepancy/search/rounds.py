@@ -15,6 +15,7 @@ from etb_hil.discrepancy.fitting.segments import held_out, segment_of
 from etb_hil.discrepancy.search import decision
 from etb_hil.discrepancy.search.findings import Findings, Round, siblings
 from etb_hil.discrepancy.search.rivals import alike
+from etb_hil.discrepancy.search.zero_current import is_refuted
 from etb_hil.discrepancy.suspects.candidates import Candidate, suspects
 from etb_hil.discrepancy.suspects.refining import Linearised, bent, curved, fully, quickly
 from etb_hil.discrepancy.suspects.screening import Linear, Screened, screen
@@ -170,7 +171,8 @@ def _over_floor(findings: Findings, refined: Linearised) -> float:
 def _refined(findings: Findings, residual: Residual, screened: Sequence[Screened]) -> list[Linearised]:
     load = findings.balances[0].load
     found = side_by_side(lambda one: quickly(residual, findings.final, one, load), screened[:_REFINED])
-    return sorted(found, key=lambda r: r.fit.cost)
+    held = [one for one in found if not is_refuted(findings.balances, one)]
+    return sorted(held or found, key=lambda r: r.fit.cost)
 
 
 def taken_by(accepted: Sequence[Round]) -> list[str]:

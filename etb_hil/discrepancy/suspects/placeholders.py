@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.balances import CHANNELS, Balances
 from etb_hil.discrepancy.fitting.boxed import boxed
 from etb_hil.discrepancy.fitting.fit import Fit
 from etb_hil.discrepancy.fitting.unknowns import Unknown
 from etb_hil.discrepancy.measured.spectrum import Spectrum
+from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import Vector
 
 Float64 = NDArray[np.float64]
@@ -66,8 +67,7 @@ def placeholders(
 def beyond_tolerances(columns: Float64, fit: Fit, unknowns: Sequence[Unknown]) -> Placeholder:
     """Return what base parameters on the edges of their tolerances would take of a fit's rest beyond them."""
     x = np.array([u.x_of(fit.whole) for u in unknowns])
-    low = np.minimum([u.low for u in unknowns], x) - x
-    high = np.maximum([u.high for u in unknowns], x) - x
+    low, high = _room(fit, unknowns)
     normal, right = columns.T @ columns + _RIDGE * np.eye(len(x)), -columns.T @ fit.residual
     inside = _gain(normal, right, low, high)
     for k, unknown in enumerate(unknowns):
@@ -76,6 +76,39 @@ def beyond_tolerances(columns: Float64, fit: Fit, unknowns: Sequence[Unknown]) -
             low[k], high[k] = free.low - x[k], free.high - x[k]
     share = (_gain(normal, right, low, high) - inside) / max(fit.cost, 1e-12)
     return Placeholder("all", "base parameters beyond their tolerances", "neither", share)
+
+
+def in_their_own_balances(
+    balances: Sequence[Balances], columns: Float64, fit: Fit, unknowns: Sequence[Unknown]
+) -> list[Placeholder]:
+    """Return what splines take of a fit's rest in one balance each, the greediest first.
+
+    It is beside what the numbers inside their bounds take in that balance alone. Two balances hold a number that they
+    share: where one lacks something, a spline in the other lets it go there, and takes much of the rest though nothing
+    is missing where it is.
+    """
+    low, high = _room(fit, unknowns)
+    banks = [_bank(b, fit.whole[:EXTENDED]) for b in balances]
+    found = []
+    for channel, name in enumerate(CHANNELS):
+        rows = np.concatenate([np.repeat(np.arange(3) == channel, b.rows) for b in balances])
+        own, left = columns[rows], fit.residual[rows]
+        base = _gain(own.T @ own + _RIDGE * np.eye(len(low)), -own.T @ left, low, high)
+        for key in (key for key in banks[0] if key[0] == name):
+            splines = np.concatenate([bank[key] for bank in banks])[rows]
+            both = np.column_stack([own, splines])
+            ridge = [*np.full(len(low), _RIDGE), *np.full(_KNOTS, _RIDGE * float(np.sum(splines**2)) + _RIDGE)]
+            free = np.full(_KNOTS, np.inf)
+            normal = both.T @ both + np.diag(ridge)
+            took = _gain(normal, -both.T @ left, np.concatenate([low, -free]), np.concatenate([high, free])) - base
+            found.append(Placeholder(*key, share=took / max(fit.cost, 1e-12)))
+    return sorted(found, key=lambda spline: -spline.share)
+
+
+def _room(fit: Fit, unknowns: Sequence[Unknown]) -> tuple[Float64, Float64]:
+    """Return how far unknowns may still go down and up from where a fit has them."""
+    x = np.array([u.x_of(fit.whole) for u in unknowns])
+    return np.minimum([u.low for u in unknowns], x) - x, np.maximum([u.high for u in unknowns], x) - x
 
 
 def _gain(normal: Float64, right: Float64, low: Float64, high: Float64) -> float:

@@ -53,7 +53,11 @@ def measured_strength(name: str, value: str | float, uncertainty: str | float) -
         allowed = ", ".join(known) or "a parameter's name, or <effect>.<strength>"
         raise ValueError(f"'{name}' is nothing that could be measured; allowed: {allowed}")
     parameter = known[name]
-    number, width = parsed(value, parameter), parsed(uncertainty, parameter)
+    number = parsed(value, parameter)
+    try:
+        width = parsed(uncertainty, parameter)
+    except ValueError as error:
+        raise ValueError(f"uncertainty: {error} (it is {uncertainty!r})") from error
     if not parameter.low <= number <= parameter.high:
         raise ValueError(f"{name} is {parameter.low:g} to {parameter.high:g} {parameter.unit}")
     if width <= 0.0:

@@ -1,0 +1,47 @@
+"""Whether a current sensor's zero, as a fit has it, is the one that shows at rest without a voltage."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.measured.mending.rests import Blocks
+from etb_hil.discrepancy.measured.sheet import current_rms
+from etb_hil.discrepancy.suspects.refining import Linearised
+from etb_hil.plant.effects import current_sensor_offset
+from etb_hil.plant.physics import RESISTANCE
+
+_NO_VOLTAGE = 0.1  # of what would drive that current
+_ENOUGH = 5  # blocks: a quarter of a second
+_SURE = 6.0  # times its standard error
+_TELLING = 0.1  # of the current sensor's noise; less is nothing to any balance
+_OTHERWISE = 0.5  # of the zero that a fit has
+
+
+def is_refuted(balances: Sequence[Balances], suspect: Linearised) -> bool:
+    """Tell whether a suspect is a current sensor's zero that the record itself shows to be another."""
+    if suspect.id != current_sensor_offset.EFFECT.id:
+        return False
+    return any(_reads_otherwise(b, suspect) for b in balances)
+
+
+def _reads_otherwise(b: Balances, suspect: Linearised) -> bool:
+    m = b.measured
+    if m.current is None or m.is_drive:
+        return False
+    whole = suspect.fit.whole
+    blocks = Blocks.of(m)
+    zero = current_sensor_offset.measured_current(np.zeros(len(m)), m.temperature, whole)
+    volts, said, seen = (blocks.cut(values).mean(axis=1) for values in (m.voltage, zero, m.current))
+    # A motor that rests without a voltage has no current, whether its bridge is off or commands nothing.
+    rests = blocks.rests & (np.abs(volts) < _NO_VOLTAGE * whole[RESISTANCE] * np.abs(said))
+    if np.count_nonzero(rests) < _ENOUGH:
+        return False
+    said, seen = said[rests], seen[rests]
+    off = float(np.median(seen - said))
+    spread = float(np.median(np.abs(seen - said - off)))
+    noise = max(current_rms(m.sensors) / np.sqrt(blocks.rows), spread)
+    sure = max(_SURE * noise / np.sqrt(len(seen)), _TELLING * current_rms(m.sensors))
+    return abs(off) > max(sure, _OTHERWISE * abs(float(np.median(said))))
