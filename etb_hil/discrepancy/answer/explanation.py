@@ -131,9 +131,11 @@ def causes(findings: Findings, in_model: Vector | None = None) -> list[dict[str,
     """
     whole = findings.final.fit.whole if in_model is None else in_model
     numbers = {e.place: e for e in estimates(findings.final, findings.balances, findings.final_floor)}
-    found, left = [], 1.0
+    # Of numbers that were measured by hand one may leave more, until the next is in: it is that one's share then.
+    found, left, least = [], 1.0, 1.0
     for each in findings.accepted:
         winner = each.winner
+        left *= 1.0 - each.gain
         found.append(
             {
                 "effect": winner.id,
@@ -141,11 +143,11 @@ def causes(findings: Findings, in_model: Vector | None = None) -> list[dict[str,
                 "class": each.alike,
                 "parameters": _parameters(each, numbers, whole, is_linear=findings.balances[0].measured.is_linear),
                 "finer_in_model": _finer(each, numbers, whole),
-                "share_of_error": left * each.gain,
+                "share_of_error": max(least - left, 0.0),
                 "held_out_t": each.t,
             }
         )
-        left *= 1.0 - each.gain
+        least = min(least, left)
     return found
 
 
