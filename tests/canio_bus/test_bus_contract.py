@@ -124,11 +124,13 @@ def test_filters_let_only_what_they_name_through(open_bus):
 
 
 def test_shutting_down_twice_is_harmless(open_bus, request):
-    bus = open_bus()
     if "slcan" in request.node.name:
         pytest.skip("python-can's slcan writes to its closed port")
+    bus, one, other = open_bus(), open_bus(), open_bus()
     bus.shutdown()
     bus.shutdown()
+    one.send(message(0x77))
+    assert other.recv(WAIT).arbitration_id == 0x77
 
 
 def test_a_bus_is_a_context_and_an_iterable(open_bus):

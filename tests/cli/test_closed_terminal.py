@@ -2,6 +2,7 @@
 
 import json
 import os
+from pathlib import Path
 
 import pytest
 from terminal import ETB_HIL, HELD, Terminal
@@ -72,6 +73,9 @@ def test_keys_of_a_terminal_that_is_gone_are_none(gone):
 
 
 def test_words_for_a_terminal_that_is_gone_go_nowhere(gone):
+    with pytest.raises(OSError, match="Input/output error"):
+        os.write(gone[0], b"verdict")
     with open(gone[0], "w", closefd=False) as screen:
         say("verdict", screen)
         say("more", screen)
+    assert os.path.samestat(os.fstat(gone[0]), Path(os.devnull).stat())
