@@ -35,7 +35,7 @@ def print_rates(rows):
         print(f"{len(rows) - len(drawn)} could not be drawn at the size that was asked for")
     groups = {}
     for row in drawn:
-        groups.setdefault((row["kind"], row.get("view", "full"), row.get("rate", 2000)), []).append(row)
+        groups.setdefault((row["kind"], *_seen_by(row)), []).append(row)
     for key, members in sorted(groups.items()):
         _print_group(key, members)
     _print_sizes([row for row in drawn if row["kind"] in ("weak", "medium", "strong")])
@@ -75,10 +75,15 @@ def _print_group(key, members):
             print(f"  {part:8} {'not unexplained':16} {_share(said, len(chosen))}")
 
 
+def _seen_by(row):
+    """Return the sensors that a file has, and its rate in Hz."""
+    return row.get("view", "full"), row.get("rate", 2000)
+
+
 def _print_sizes(rows):
     """Print the rates of single effects by what base parameters inside their tolerances leave of them."""
-    for view, hertz in sorted({(row.get("view", "full"), row.get("rate", 2000)) for row in rows}):
-        members = [row for row in rows if (row.get("view", "full"), row.get("rate", 2000)) == (view, hertz)]
+    for view, hertz in sorted({_seen_by(row) for row in rows}):
+        members = [row for row in rows if _seen_by(row) == (view, hertz)]
         for name, low, high in SIZES:
             outcomes = Counter(row["outcome"] for row in members if low <= row["left"] < high)
             for outcome, hits in sorted(outcomes.items()):

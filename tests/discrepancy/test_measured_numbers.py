@@ -1,15 +1,13 @@
 """Numbers measured by hand: no suspects, no imitators, causes where they are off, and part of a next test."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from synthetic import MODEL, measurement
 
 from etb_hil.base.modes import Mode
-from etb_hil.discrepancy.answer import explanation as explanation_module
-from etb_hil.discrepancy.answer.explanation import explanation
+from etb_hil.discrepancy.answer.explanation import explanation, shares
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import all_unknowns, calibrate
 from etb_hil.discrepancy.plan.hands import INSTRUMENTS
@@ -186,18 +184,8 @@ def test_what_instruments_give_can_be_entered():
             assert not impossible(known.parameters)
 
 
-def test_a_share_is_what_a_cause_takes_beyond_the_least_that_was_left(monkeypatch):
+def test_a_share_is_what_a_cause_takes_beyond_the_least_that_was_left():
     """Of two numbers that cancel the first leaves twice as much, and the second takes all of it."""
-    rounds = [
-        SimpleNamespace(winner=SimpleNamespace(id=id_), alike=[], gain=gain, t=9.0)
-        for id_, gain in (("parameter:slope_open", -1.1), ("spring_nonlinear", 0.995), ("iron_loss", 0.5))
-    ]
-    monkeypatch.setattr(explanation_module, "estimates", lambda *_: [])
-    monkeypatch.setattr(explanation_module, "_probabilities", lambda each: {each.winner.id: 1.0})
-    for part in ("_parameters", "_finer"):
-        monkeypatch.setattr(explanation_module, part, lambda *_, **__: {})
-    measured = SimpleNamespace(measured=SimpleNamespace(is_linear=False))
-    final = SimpleNamespace(fit=SimpleNamespace(whole=None))
-    findings = SimpleNamespace(accepted=rounds, balances=[measured], final=final, final_floor=None)
-    shares = [one["share_of_error"] for one in explanation_module.causes(findings)]
-    assert shares == pytest.approx([0.0, 0.9895, 0.00525])
+    assert shares([-1.1, 0.995, 0.5]) == pytest.approx([0.0, 0.9895, 0.00525])
+    assert shares([0.9, 0.5]) == pytest.approx([0.9, 0.05])
+    assert shares([]) == []

@@ -57,4 +57,7 @@ def test_a_voltage_that_holds_the_plate_says_nothing_of_the_zero(recorded):
 def test_nor_does_what_never_rests(recorded):
     moves = replace(recorded, angle=recorded.angle + 1e-3 * np.sin(np.arange(len(recorded)) * 0.3))
     assert not is_refuted([Balances(moves, MODEL)], _suspect(0.04))
+
+
+def test_it_is_looked_for_where_a_technician_is_told_to_look():
     assert CATALOGUE[OFFSET].looks_like == "a constant current is there with the bridge off"

@@ -131,11 +131,9 @@ def causes(findings: Findings, in_model: Vector | None = None) -> list[dict[str,
     """
     whole = findings.final.fit.whole if in_model is None else in_model
     numbers = {e.place: e for e in estimates(findings.final, findings.balances, findings.final_floor)}
-    # Of numbers that were measured by hand one may leave more, until the next is in: it is that one's share then.
-    found, left, least = [], 1.0, 1.0
-    for each in findings.accepted:
+    found = []
+    for each, share in zip(findings.accepted, shares([each.gain for each in findings.accepted]), strict=True):
         winner = each.winner
-        left *= 1.0 - each.gain
         found.append(
             {
                 "effect": winner.id,
@@ -143,12 +141,20 @@ def causes(findings: Findings, in_model: Vector | None = None) -> list[dict[str,
                 "class": each.alike,
                 "parameters": _parameters(each, numbers, whole, is_linear=findings.balances[0].measured.is_linear),
                 "finer_in_model": _finer(each, numbers, whole),
-                "share_of_error": max(least - left, 0.0),
+                "share_of_error": share,
                 "held_out_t": each.t,
             }
         )
-        least = min(least, left)
     return found
+
+
+def shares(gains: Sequence[float]) -> list[float]:
+    """Return the share of the error that each cause takes, from what each gains (n) beside those before it.
+
+    Of numbers that were measured by hand one may leave more, until the next is in: it is that one's share then.
+    """
+    least = np.minimum.accumulate(np.cumprod([1.0, *(1.0 - gain for gain in gains)]))
+    return [float(share) for share in least[:-1] - least[1:]]
 
 
 def _parameters(each: Round, numbers: dict[int, Estimate], whole: Vector, *, is_linear: bool) -> dict[str, Any]:
