@@ -10,16 +10,17 @@ from etb_hil.plant.exactmath import exp_neg
 from etb_hil.plant.physics import BRISTLE_STIFFNESS, STICTION, Values
 
 _SERIES_BELOW = 0.5
-_C2, _C3, _C4, _C5, _C6, _C7, _C8, _C9, _C10 = (1.0 / math.factorial(n) for n in range(2, 11))
+_C2, _C3, _C4, _C5, _C6, _C7, _C8, _C9, _C10, _C11, _C12 = (1.0 / math.factorial(n) for n in range(2, 13))
 _THIRD = 1.0 / 3.0
 _TWELFTH = 1.0 / 12.0
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _phi_2(y: float) -> float:
-    """Return (exp(-y) - 1 + y) / y^2 for 0 <= y <= 0.5 within 4e-13, without the cancellation of that formula."""
+    """Return (exp(-y) - 1 + y) / y^2 for 0 <= y <= 0.5 within 8e-14, without the cancellation of that formula."""
     s = y * y
-    return (_C2 - y * _C3) + s * (_C4 - y * _C5) + s * s * ((_C6 - y * _C7) + s * ((_C8 - y * _C9) + s * _C10))
+    high = (_C8 - y * _C9) + s * ((_C10 - y * _C11) + s * _C12)
+    return (_C2 - y * _C3) + s * (_C4 - y * _C5) + s * s * ((_C6 - y * _C7) + s * high)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)

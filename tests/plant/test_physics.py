@@ -5,7 +5,7 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from etb_hil.base.stock import find
@@ -92,6 +92,7 @@ def test_a_dash_too_fast_for_property_3_misses_stiction():
     g=st.floats(0.1, 0.6),
     stiffness=stiffnesses,
 )
+@example(bristle=-1.0, travel=0.0005, share=0.75, g=0.5, stiffness=626.0)  # the series, and beyond where it is used
 def test_a_travel_in_two_parts_is_the_whole_travel(bristle, travel, share, g, stiffness):
     start = bristle * g / stiffness
     whole = slide(start, travel, g, g, stiffness, 1.0 / stiffness)[0]
