@@ -65,7 +65,7 @@ def main():
             for run, kinds in ((truth, phases), (check, check_phases)):
                 for rows, kind in rows_of(sense(unit, run, rate, rng), kinds, rate):
                     diagnosis.push(rows, kind)
-            read = diagnosis.finish().number("T_st_break_away")
+            read = diagnosis.finish().measurements.get("T_st_break_away")
             shares = [value / unit.stiction - 1.0 for value in (*peaks(truth, creeps), read.value)]
             print(f"{name:9}{speed:14.2f}{shares[0]:+10.2%}{shares[1]:+12.2%}{shares[2]:+9.2%}", flush=True)
 

@@ -34,13 +34,15 @@ from throttle_as_model import bench_model, rows_of
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.diagnosis import Diagnosis
-from etb_hil.diagnosis.limits import UpperLimit, load_limits
-from etb_hil.diagnosis.verdict import stand
+from etb_hil.diagnosis.limit_laws import TemperatureLaw
+from etb_hil.diagnosis.limits import Limit
+from etb_hil.diagnosis.limits_file import load_limits
+from etb_hil.diagnosis.measuring import stand
 from etb_hil.history.history import histories
 from etb_hil.history.runs import Measured, Run
 from etb_hil.history.tolerance import tolerance_limit
 
-LIMITS = load_limits(find("limits", "default")).content
+LIMITS = load_limits(find("limits", "default"))
 LAW, LAW_SCATTER, UNIT_SPREAD, REFERENCE = -0.003, 0.10, 0.10, 20.0
 COPPER, MAGNETS = 0.0039, -0.002  # per K, as in the stock model
 START = datetime(2026, 1, 5, tzinfo=UTC)
@@ -101,9 +103,9 @@ def checked(unit, bench, run, rate, temperature, rng):
     for rows, kind in rows_of(sense(unit, truth, rate, rng), phases, rate, temperature=temperature):
         diagnosis.push(rows, kind)
     result = diagnosis.finish()
-    number = result.number("T_st")
+    number = result.measurements.get("T_st")
     fitted = (None, None, None) if number is None else (number.value, number.low, number.high)
-    return *fitted, result.number("T_st_peak").value
+    return *fitted, result.measurements.get("T_st_peak").value
 
 
 def rows_of_unit(number, rng, rates, tests):
@@ -164,18 +166,14 @@ def stiction_of(runs):
 def limit_of(history):
     """Return the limit that a station writes into its limits file after what the history of healthy units states."""
     law = history.temperature
-    return UpperLimit.model_validate(
+    law = TemperatureLaw.model_validate(
         {
-            "max": f"{history.tolerance_limit} N·m",
-            "shaft": "throttle",
-            "temperature": {
-                "coefficient": f"{100.0 * law.coefficient} %/K",
-                "reference": "20 degC",
-                "between": [f"{law.coldest} degC", f"{law.warmest} degC"],
-            },
-            "source": "the history of healthy units",
+            "coefficient": f"{100.0 * law.coefficient} %/K",
+            "reference": "20 degC",
+            "between": [f"{law.coldest} degC", f"{law.warmest} degC"],
         }
     )
+    return Limit(high=history.tolerance_limit, temperature=law, source="the history of healthy units")
 
 
 @dataclass(frozen=True)

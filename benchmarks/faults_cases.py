@@ -4,7 +4,18 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from faults_nodes import MS, Babbler, Deaf, Late, OwnClock, Resetting, Rewriting, SetBackStamps, ShiftedStamps
+from faults_nodes import (
+    MS,
+    Babbler,
+    Deaf,
+    Late,
+    OtherBench,
+    OwnClock,
+    Resetting,
+    Rewriting,
+    SetBackStamps,
+    ShiftedStamps,
+)
 
 from etb_hil.canio.bus.faults import (
     Corrupted,
@@ -139,6 +150,16 @@ def _other_request(rng, dialect):
     rate = float(rng.choice([50.0, 100.0, 250.0, 500.0]))
     note = (f"samples at {rate:.0f} Hz", "current alone", "for 2 s")[kind]
     return Injected(spoil=[lambda node: Rewriting(node, dialect, 0, 1 << 62, change, heard=True)], note=note)
+
+
+def _other_bench(rng, dialect):
+    window = _window(rng, 10, 3000)
+    enable, position = bool(rng.integers(2)), float(rng.uniform(0.1, 1.3))
+    node = OtherBench(dialect, window.from_ns, window.until_ns, enable=enable, position=position)
+    note = (
+        f"{window.from_ns / S:.2f} s for {(window.until_ns - window.from_ns) / MS:.0f} ms, {'on' if enable else 'off'}"
+    )
+    return Injected(nodes=[node], note=note)
 
 
 class _Held:
@@ -277,6 +298,7 @@ CASES = {
     "answers late": _late,
     "answers late always": _late_always,
     "another request": _other_request,
+    "another bench": _other_bench,
     "sensor frozen": _frozen,
     "sensor jumps": _jump,
     "sensor saturated": _saturated,

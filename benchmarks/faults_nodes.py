@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from etb_hil.canio.dbc.codec import MessageCodec
+from etb_hil.canio.dbc.commands import CommandEncoder
 from etb_hil.canio.dbc.protection import alive_counter, write_protection
 from etb_hil.canio.dbc.signal_bits import Overflow
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
@@ -167,6 +168,22 @@ class Babbler:
             np.zeros((n, inbox.data.shape[1]), np.uint8),
             np.zeros(n, np.uint8),
         )
+
+
+class OtherBench:
+    """A second bench that commands the controller every 10 ms inside its window, with counters of its own."""
+
+    def __init__(self, dialect, from_ns, until_ns, *, enable, position):
+        self._encoder, self._next, self._until = CommandEncoder(dialect), from_ns, until_ns
+        self._command = {"command_mode": float(enable), "command_enable": float(enable), "command_position": position}
+
+    def run(self, until_ns, inbox):
+        frames = [inbox.rows(slice(0))]
+        while self._next <= min(until_ns, self._until):
+            sent = self._encoder.encode(self._command, self._next)
+            frames.append(replace(sent, flags=sent.flags & ~np.uint8(FrameFlag.SENT)))
+            self._next += 10 * MS
+        return concatenate_frames(frames)
 
 
 class ShiftedStamps:

@@ -85,10 +85,10 @@ def judge(job, unit, seed, names):
             results = run_with(job, folder, seed % 1000, injected).results
         except Exception:  # noqa: BLE001 (any end without a verdict is what the study looks for)
             return "CRASH", f"{note}: {traceback.format_exc(limit=-3)}"
-    verdict, bench = results["unit"]["verdict"], results["bench"]
+    verdict, bench = results.unit.verdict, results.bench
     if verdict is None:
-        return "fault", f"{note}: {bench['reason_id']}: {bench['reason']}"
-    said = f"{note}: {verdict}, {results['unit']['reason_id']} {results['unit']['also']}: {results['unit']['reason']}"
+        return "fault", f"{note}: {bench.reason_id}: {bench.reason}"
+    said = f"{note}: {verdict}, {results.unit.reason_id} {results.unit.also}: {results.unit.reason}"
     if verdict == "inconclusive":
         return "unsure", said
     return ("right" if verdict == EXPECTED[unit] else "WRONG"), said

@@ -48,7 +48,7 @@ def study(options, folder):
                 begun = time.process_time()
                 finished = execute(replace(job, unit=unit), folder, f"U{number:02d}", options.first + trial)
                 took = time.process_time() - begun
-                verdict = finished.results["unit"]["verdict"]
+                verdict = finished.results.unit.verdict
                 print(f"U{number:02d} {job.setup.bench.name} {trial}: {verdict}, {took:.1f} s", flush=True)
     (found,) = histories(read_runs([folder])[0])
     print(history_text(found, 4))

@@ -17,6 +17,10 @@ SUBSTEPS = 4
 PER_CONTROL = 20  # samples in one period of the 1 kHz controller
 COUNTS_PER_TURN = 16384
 _OFF, _VOLTS, _TORQUE = 0, 1, 2
+LUGRE, ELASTO_PLASTIC, MAXWELL_SLIP = 0.0, 1.0, 2.0
+_BREAKS = 0.7  # share of T_c below which elasto-plastic bristles do not creep
+_ELEMENTS = ((0.5, 0.25), (0.3, 0.35), (0.2, 0.4))  # of Maxwell slip: shares of stiffness and of friction
+_PULLED = 2000.0  # 1/s, how fast an element that slips follows its limit
 
 
 @dataclass(frozen=True)
@@ -56,6 +60,7 @@ class Unit:
     bump_way: float = 0.0  # 1: bumps are met opening alone, -1: closing alone, 0: both ways
     drift: float = 0.0  # share of friction that a second adds, at first: grease that warms, cools or is run in
     drift_ends: float = 0.0  # s, time constant with which that comes to an end; 0: it goes on
+    law: float = 0.0  # of presliding: 0 LuGre, 1 elasto-plastic bristles, 2 Maxwell slip
 
     def vector(self):
         return np.array([getattr(self, name) for name in self.__dataclass_fields__], float)
@@ -77,13 +82,39 @@ class Truth:
 
 
 @njit
+def _creep(z, w, g, s0, tc):
+    """Return how much elasto-plastic bristles give way, 0 to 1 (Dupont et al. 2002, eq. 16 to 18)."""
+    if z * w <= 0.0 or s0 * abs(z) <= _BREAKS * tc:
+        return 0.0
+    if s0 * abs(z) >= g:
+        return 1.0
+    middle, width = 0.5 * (g + _BREAKS * tc), g - _BREAKS * tc
+    return 0.5 + 0.5 * math.sin(math.pi * (s0 * abs(z) - middle) / width)
+
+
+@njit
+def _slip(y, w, g, s0, s1, out):
+    """Fill in the rates of Maxwell-slip elements, which are the states from 4 on; return their torque."""
+    torque = 0.0
+    for k in range(3):
+        stiffness, limit = s0 * _ELEMENTS[k][0], g * _ELEMENTS[k][1]
+        force = stiffness * y[4 + k]
+        rate = w
+        if abs(force) >= limit and force * w >= 0.0:
+            rate = -_PULLED * (y[4 + k] - math.copysign(limit / stiffness, force))
+        out[4 + k] = rate
+        torque += force + s1 * _ELEMENTS[k][0] * rate
+    return torque
+
+
+@njit
 def _derivative(y, u, mode, p, out):
     """Fill out with d/dt of (angle, velocity, bristle, current); return the friction torque."""
     (
         r, inductance, ke, kt, _, j, po, pc, so, sc, lh, dz, lo, hi, ks, ds, tc, ts, ws, s0, s1, s2, _,
-        ba, bw, b, every, exponent, rise, by_direction, way, _, _,
+        ba, bw, b, every, exponent, rise, by_direction, way, _, _, law,
     ) = p  # fmt: skip
-    a, w, z, i = y
+    a, w, z, i = y[0], y[1], y[2], y[3]
     gap = a - lh
     if gap > dz:
         spring = po + so * (gap - dz)
@@ -104,8 +135,11 @@ def _derivative(y, u, mode, p, out):
     met = b if way * w >= 0.0 else 0.0
     local = (1.0 + met * math.exp(-((away / bw) ** 2))) * (1.0 + rise * a)
     g = (tc + (ts - tc) * math.exp(-(abs(w / ws) ** exponent))) * local * (1.0 + by_direction * math.copysign(1.0, w))
-    dz_dt = w - s0 * abs(w) * z / g
-    friction = s0 * z + s1 * dz_dt + s2 * w
+    creep = _creep(z, w, g, s0, tc) if law == ELASTO_PLASTIC else 1.0
+    dz_dt = w - creep * s0 * abs(w) * z / g
+    for k in range(4, len(y)):
+        out[k] = 0.0
+    friction = (_slip(y, w, g, s0, s1, out) if law == MAXWELL_SLIP else s0 * z + s1 * dz_dt) + s2 * w
     out[0] = w
     out[1] = (kt * i - friction - spring - stop) / j
     out[2] = dz_dt
@@ -134,8 +168,8 @@ def _torque(y, reference, velocity, n, after, share):
 @njit
 def _simulate(p, reference, velocity, mode, limp_angle, out):
     """Mode of each control period: bridge off, position loop in volts, position loop in torque without a motor."""
-    y = np.array([limp_angle, 0.0, 0.0, 0.0])
-    k1, k2, k3, k4, at = np.zeros(4), np.zeros(4), np.zeros(4), np.zeros(4), np.zeros(4)
+    y = np.array([limp_angle, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    k1, k2, k3, k4, at = np.zeros(7), np.zeros(7), np.zeros(7), np.zeros(7), np.zeros(7)
     h = SAMPLE_S / SUBSTEPS
     r, ke, kt, limit = p[0], p[2], p[3], p[22]
     p, coulomb, stiction, drift, ends = p.copy(), p[16], p[17], p[31], p[32]

@@ -83,7 +83,7 @@ def collect(rows, unit, result):
         ("omega_s", unit.stribeck_velocity),
         ("viscous", unit.viscous),
     ):
-        found = result.number(name)
+        found = result.measurements.get(name)
         if found is None:
             rows.setdefault(f"{name}: no interval", []).append((True, np.nan, np.nan))
         elif name == "T_c" and found.low <= 0.0:

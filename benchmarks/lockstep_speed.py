@@ -38,8 +38,8 @@ def main():
             wall, cpu = time.perf_counter(), time.process_time()
             finished = execute(job, Path(folder), "", seed)
             wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
-            simulated = finished.results["duration_s"]
-            frames = sum(message["frames"] for message in finished.results["bus"]["messages"])
+            simulated = finished.results.duration_s
+            frames = sum(message.frames for message in finished.results.bus.messages)
             rates.append(simulated / cpu)
             shares.append(simulated / wall)
         print(f"{options.bench}, {options.scenario}: {simulated:.1f} s simulated, {frames} frames, one core")

@@ -53,11 +53,11 @@ def main():
             unit = drawn(model, stiction, coulomb, np.random.default_rng(9000 + seed))
             with tempfile.TemporaryDirectory() as folder:
                 results = execute(replace(job, unit=unit), Path(folder), "", seed).results
-            verdicts[results["unit"]["verdict"]] += 1
-            numbers = {n["id"]: n for n in results["numbers"]}
+            verdicts[results.unit.verdict] += 1
+            numbers = results.measurements
             for name, truth in (("T_st", stiction), ("T_c", coulomb)):
-                errors.append(abs(numbers[name]["value"] / truth - 1.0))
-                covered.append(numbers[name]["low"] <= truth <= numbers[name]["high"])
+                errors.append(abs(numbers[name].value / truth - 1.0))
+                covered.append(numbers[name].low <= truth <= numbers[name].high)
         print(
             f"{case:34} {dict(verdicts)}  wrong: {verdicts[wrong]}  worst error {max(errors):.2%}  "
             f"intervals hold {np.mean(covered):.1%}",

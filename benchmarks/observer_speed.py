@@ -16,7 +16,7 @@ from independent_throttle import Unit, friction_check, sense
 from observer_table import observers
 from throttle_as_model import noise, parameters
 
-from etb_hil.observer.sliding_mode import SlidingModeObserver
+from etb_hil.observer.kinds.sliding_mode import SlidingModeObserver
 
 SAMPLES = 2_000_000
 RECORDING = 120_000

@@ -2,37 +2,36 @@
 
 Run: python benchmarks/observer_table.py [--sensor NAME]... [--part NAME]... [--observer NAME]... [--rate 1000|20000]...
 Torque, spring and inertia are known; the friction that the observers' model states is wrong (T_st by -39 %, sigma_0 by
--50 % and by +50 %), and the worst of that and of two seeds of the sensor's noise is shown. Gains of the Kalman filters
+-50 % and by +50 %), and the worst of that and of two seeds of the sensor's noise is shown. Gains of the Kalman filter
 come from the sensor's data sheet and the model's stiction, those of the sliding modes from the data's bound and that
-data sheet, those of the smoothers from the recording's own likelihood; the two shares of the live bristle observer
-were chosen once, looking at such data. So the second part holds out what nobody looked at: another throttle, other
+data sheet; the adaptive observer takes the stock model's tolerances. The second part is another throttle with other
 motions and other seeds. The third is the default plant in the reference's motions, the fourth likewise with motor
 constant, springs and inertia of the observers' model off inside the bench's tolerances, the worst of two draws. The
-last two are the reference with a local bump of 25 %, and with J 5 % and the springs 3 % off in the observers' model.
-A rival stands beside them, the inverse model (torque less springs less J times the angle's second difference) through a
+other parts are the reference with a local bump of 25 %, with J 5 % and the springs 3 % off in the observers' model, and
+with friction of another law: falling with exp(-v), elasto-plastic bristles, Maxwell slip.
+Beside them stands the inverse model (torque less springs less J times the angle's second difference) through a
 zero-phase low-pass filter, whose cut-off is the best for each cell by the truth: nothing on a bench could choose it.
-The tables are Markdown; delays are those at the end of fast motion, noise gains N·m of friction for a mrad of noise.
+The tables are Markdown; delays are those at the end of fast motion, noise gains N·m of friction for a mrad of noise;
+the last column is the share of errors inside two of the observer's own standard deviations, the least of all runs.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 from independent_throttle import Unit, off_by_tolerances, simulate
 from scipy.signal import butter, sosfiltfilt
 from throttle_as_model import parameters
 
-from etb_hil.observer.angle import AngleObserver
-from etb_hil.observer.bristle import BristleObserver
+from etb_hil.base.stock import find
 from etb_hil.observer.estimate import SensorNoise
-from etb_hil.observer.lugre_smoother import smooth_along_lugre
-from etb_hil.observer.second_order import SecondOrderSlidingModeObserver
-from etb_hil.observer.sliding_mode import ImplicitSlidingModeObserver, SlidingModeObserver, SuperTwistingObserver
-from etb_hil.observer.smoother import forward_backward, smooth
-from etb_hil.observer.stick_slip import StickSlipObserver
+from etb_hil.observer.kinds.adaptive import AdaptiveObserver
+from etb_hil.observer.kinds.angle import AngleObserver
+from etb_hil.observer.kinds.sliding_mode import ImplicitSlidingModeObserver, SlidingModeObserver
+from etb_hil.plant.parameters import load_model
 
 REFERENCE = Unit(
     torque_per_ampere=1.0, back_emf=1.0, inertia=2.1e-3, preload_open=0.396, preload_close=0.396, slope_open=0.087,
@@ -50,29 +49,28 @@ SENSORS = {
     ),
 }
 INVERSE = "inverse model, zero-phase, cut-off by the truth"
-VELOCITY_OBSERVERS = {
-    "paper (first order)": SlidingModeObserver,
-    "implicit": ImplicitSlidingModeObserver,
-    "super-twisting": SuperTwistingObserver,
-    "second order": SecondOrderSlidingModeObserver,
-}
 
 
 def observers(throttle, sensor):
-    """Return name -> function (time, current, angle) -> Estimate, live ones first."""
-    table = {name: kind(throttle, sensor).push for name, kind in VELOCITY_OBSERVERS.items()}
-    table["angle (default)"] = AngleObserver(throttle, sensor).push
-    table["stick-slip"] = StickSlipObserver(throttle, sensor).push
-    table["bristle"] = BristleObserver(throttle, sensor).push
+    """Return name -> observer, each with a `push` (time, current, angle)."""
+    return {
+        "paper (first order)": SlidingModeObserver(throttle, sensor),
+        "implicit": ImplicitSlidingModeObserver(throttle, sensor),
+        "angle": AngleObserver(throttle, sensor),
+        "adaptive (default)": AdaptiveObserver(throttle, sensor, tolerances(throttle)),
+    }
 
-    def twice(kind):
-        return lambda *data: forward_backward(kind(), kind(), *data)
 
-    table["rec: paper, forward-backward"] = twice(lambda: SlidingModeObserver(throttle, sensor))
-    table["rec: angle, forward-backward"] = twice(lambda: AngleObserver(throttle, sensor))
-    table["rec: bristle, smoothed"] = lambda *data: smooth(throttle, sensor, *data)
-    table["rec: along LuGre, smoothed"] = lambda *data: smooth_along_lugre(throttle, sensor, *data)
-    return table
+def tolerances(throttle):
+    """Return the half widths of a throttle's parameters: the stock model's shares."""
+    stock = load_model(find("model", "default"))
+    values, half = stock.values, stock.tolerances
+    absolute = {name: getattr(half, name) for name in ("limp_home", "stop_low", "stop_high")}
+    shares = {
+        field.name: getattr(half, field.name) / (getattr(values, field.name) or 1.0) * getattr(throttle, field.name)
+        for field in fields(throttle)
+    }
+    return replace(throttle, **(shares | absolute))
 
 
 def inverse_model(throttle, time_ns, current, angle):
@@ -124,6 +122,16 @@ def error_of(friction, truth, rate, unit):
     return 100.0 * float(np.sqrt(np.nanmean((friction - truth)[inside] ** 2))) / unit.coulomb
 
 
+def within(found, truth, rate):
+    """Return the share of errors inside two standard deviations, without the first and last half second."""
+    inside = slice(rate // 2, len(truth) - rate // 2)
+    return float(np.mean(np.abs(found.friction - truth)[inside] < 2.0 * found.deviation[inside]))
+
+
+def least_of(shares):
+    return f"{min(shares):.0%}" if shares else "-"
+
+
 def noise_gain(make, throttle, sensor, rate):
     """Return N·m of friction for a mrad of angle noise, at steady sliding."""
     rng, n = np.random.default_rng(1), 2 * rate
@@ -166,6 +174,9 @@ PARTS = {
     "default": ("default plant", Unit(), reference_runs, exact, (0, 1)),
     "off": ("default plant, model off", Unit(), reference_runs, off, (0,)),
     "bump": ("reference with a local bump", BUMPY, reference_runs, exact, (31, 32)),
+    "exponent-1": ("reference, exponent 1", replace(REFERENCE, exponent=1.0), reference_runs, exact, (41,)),
+    "elasto-plastic": ("reference, elasto-plastic", replace(REFERENCE, law=1.0), reference_runs, exact, (41,)),
+    "maxwell-slip": ("reference, Maxwell slip", replace(REFERENCE, law=2.0), reference_runs, exact, (41,)),
     "reference-off": ("reference, model off", REFERENCE, reference_runs, off_by_hand, (31,)),
 }
 
@@ -175,10 +186,10 @@ def table(title, unit, runs, known, sensors, seeds, names, rates):
     for sensor_name in sensors:
         measure, sensor = SENSORS[sensor_name]
         heads = [f"{motion} {rate // 1000} kHz" for rate in rates for motion in runs]
-        print(f"\n| {title}, {sensor_name} | {' | '.join(heads)} | delay / ms | noise gain |")
-        print("|---|" + "---|" * (len(heads) + 2))
+        print(f"\n| {title}, {sensor_name} | {' | '.join(heads)} | delay / ms | noise gain | in 2 sd |")
+        print("|---|" + "---|" * (len(heads) + 3))
         for name in chosen(base, sensor, names):
-            cells, delays, gains = [], [], []
+            cells, delays, gains, inside = [], [], [], []
             for rate in rates:
                 every = 20000 // rate
                 for truth in runs.values():
@@ -191,16 +202,19 @@ def table(title, unit, runs, known, sensors, seeds, names, rates):
                             if name == INVERSE:
                                 worst = max(worst, best_inverse(p, *data, truth.friction[::every], rate, unit))
                                 continue
-                            found = observers(p, sensor)[name](*data)
+                            found = observers(p, sensor)[name].push(*data)
                             worst = max(worst, error_of(found.friction, truth.friction[::every], rate, unit))
-                    cells.append(f"{worst:.1f}")
+                            if found.deviation is not None:
+                                inside.append(within(found, truth.friction[::every], rate))
+                    cells.append(f"{worst:.2f}" if worst < 1.0 else f"{worst:.1f}")
                 if name == INVERSE:
                     delays, gains = ["0.0"] * len(rates), ["-"]
                     continue
-                gain = noise_gain(lambda: observers(base, sensor)[name], base, sensor, rate)  # noqa: B023 (called at once)
+                gain = noise_gain(lambda: observers(base, sensor)[name].push, base, sensor, rate)  # noqa: B023 (called at once)
                 delays.append(f"{found.delay_ns[-1] * 1e-6:.1f}")
                 gains.append(f"{gain:.2f}")
-            print(f"| {name} | {' | '.join(cells)} | {', '.join(delays)} | {', '.join(gains)} |", flush=True)
+            ends = f"{', '.join(delays)} | {', '.join(gains)} | {least_of(inside)}"
+            print(f"| {name} | {' | '.join(cells)} | {ends} |", flush=True)
 
 
 def chosen(throttle, sensor, names):

@@ -86,7 +86,7 @@ def check(safe_ns, session):
     if len(stored) < len(ended) - 1 or stored != ended[: len(stored)]:  # the last one may have been on its way
         return f"phases ended {ended}, stored {stored}", 0.0
     again = replay(session)
-    if again.results["unit"]["verdict"] is not None and again.results["bench"]["reason_id"] == "cut_short":
+    if again.results.unit.verdict is not None and again.results.bench.reason_id == "cut_short":
         return "a killed run was given a verdict", 0.0
     return "", last - safe_ns * 1e-9
 

@@ -20,9 +20,9 @@ import numpy as np
 
 from etb_hil.base.stock import find
 from etb_hil.bench.job import JobFiles, execute, prepare
+from etb_hil.diagnosis.limits import Limit
 from etb_hil.plant.parameters import load_model
 from etb_hil.plant.random_units import random_unit
-from etb_hil.plant.table_one import Shaft
 
 BAND = 0.1  # of a limit: a true value this near to it may be judged either way
 COLUMNS = (
@@ -71,26 +71,25 @@ def one_unit(job, number, rng):
     truth = unit.model.values
     stock = load_model(find("model", "default")).values
     scale = truth.coulomb / stock.coulomb
-    limits = job.limits.model_copy(
-        update={
-            name: limit.model_copy(update={"max": scale * limit.at_throttle(stock.gear_ratio), "shaft": Shaft.THROTTLE})
-            for name, limit in (("stiction", job.limits.stiction), ("coulomb", job.limits.coulomb))
-        }
-    )
+    scaled = {
+        name: Limit(high=scale * job.limits.most(name, stock.gear_ratio), source="scaled with T_c")
+        for name in ("T_st", "T_c")
+    }
+    limits = replace(job.limits, by_id={**job.limits.by_id, **scaled})
     begun = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
         chosen = replace(job, model=known, unit=unit.model, limits=limits)
         finished = execute(chosen, Path(folder), "", int(rng.integers(2**31)))
     results = finished.results
-    found = {n["id"]: n["value"] for n in results["numbers"]}
+    found = {one.id: one.value for one in results.measurements.values()}
     return {
         "number": number,
         "healthy": healthy,
         "expected": expected(truth, limits),
         "reaches": unit.reaches_coulomb,
-        "verdict": results["unit"]["verdict"],
-        "reason": results["unit"]["reason_id"],
-        "outcome": results["bench"]["reason_id"] or "ok",
+        "verdict": results.unit.verdict,
+        "reason": results.unit.reason_id,
+        "outcome": results.bench.reason_id or "ok",
         "T_st": truth.stiction,
         "T_st_found": found.get("T_st"),
         "T_c": truth.coulomb,
@@ -110,9 +109,9 @@ def bench_model(unit, rng):
 def expected(truth, limits):
     """Return the right verdict, or `either` where a true value is near its limit."""
     shares = [
-        truth.stiction / limits.stiction.at_throttle(truth.gear_ratio),
-        truth.coulomb / limits.coulomb.at_throttle(truth.gear_ratio),
-        limits.return_margin.at_throttle(truth.gear_ratio) / max(truth.return_margin, 1e-9),
+        truth.stiction / limits.most("T_st", truth.gear_ratio),
+        truth.coulomb / limits.most("T_c", truth.gear_ratio),
+        limits.by_id["return_margin"].at_throttle(truth.gear_ratio)[0] / max(truth.return_margin, 1e-9),
     ]
     if max(shares) > 1.0 + BAND:
         return "fail"

@@ -24,6 +24,7 @@ import can
 from faults_study import job_of
 
 from etb_hil.bench.job import execute
+from etb_hil.results.run_result import Jitter
 
 
 def resident_mb():
@@ -66,17 +67,17 @@ def main():
         while simulated < options.hours * 3600.0:
             finished = execute(job, folder, "", runs)
             results = finished.results
-            simulated += results["duration_s"]
+            simulated += results.duration_s
             runs += 1
-            health, messages = finished.record.health, results["bus"]["messages"]
-            counted = sum(m["frames"] + m["crc_failures"] + m["repeated_counters"] for m in messages)
+            health, messages = finished.record.health, results.bus.messages
+            counted = sum(m.frames + m.crc_failures + m.repeated_counters for m in messages)
             logged = frames_in(finished.session.raw_log)
-            jitter = results["bench"]["set_point_jitter"] or {"rms_us": 0.0, "worst_us": 0.0}
-            worst_us = max(worst_us, jitter["worst_us"])
+            jitter = results.bench.set_point_jitter or Jitter(0.0, 0.0)
+            worst_us = max(worst_us, jitter.worst_us)
             if counted != logged or counted != health["sent"] + health["received"]:
                 wrong.append((runs, counted, logged, health["sent"] + health["received"]))
-            if results["exit_code"]:
-                ended[results["bench"]["reason_id"] or results["unit"]["reason_id"]] += 1
+            if results.exit_code:
+                ended[results.bench.reason_id or results.unit.reason_id] += 1
             shutil.rmtree(finished.session.folder)  # the disk grows by design
             finished.session.folder.mkdir()  # its name stays taken
             del finished
@@ -89,7 +90,7 @@ def main():
                     threading.active_count(),
                 )
                 table.append(row)
-                late = f"set-points {jitter['rms_us']:.0f} us rms, {worst_us:.0f} us at worst since the last line"
+                late = f"set-points {jitter.rms_us:.0f} us rms, {worst_us:.0f} us at worst since the last line"
                 print(f"{row[0]:7.2f} h {row[1]:8.1f} MB {row[2]:4d} files {row[3]:3d} threads, {late}", flush=True)
                 worst_us = 0.0
                 due += options.hours * 3600.0 / 10.0

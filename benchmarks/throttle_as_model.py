@@ -9,9 +9,11 @@ import numpy as np
 from independent_throttle import PER_CONTROL, SAMPLE_S
 
 from etb_hil.base.stock import find
+from etb_hil.diagnosis.phase_use import RunPhase
 from etb_hil.observer.estimate import SensorNoise
 from etb_hil.plant.parameters import ThrottleParameters, load_model
 from etb_hil.recording.samples import SampleBlock
+from etb_hil.scenario.phases import use_of
 
 
 def parameters(unit):
@@ -45,8 +47,13 @@ def bench_model(unit):
     return replace(stock, parameters=changed)
 
 
+def phase_of(kind):
+    """Return a phase of a kind, as a scenario with one phase of each kind has it."""
+    return RunPhase(0, kind, kind, use_of(kind))
+
+
 def rows_of(sensed, phases, rate, *, chunk=None, keep=None, temperature=20.0):
-    """Yield SampleBlocks with the kind of their phase, in chunks; `keep` (n) marks the samples that arrive."""
+    """Yield SampleBlocks with their phase, in chunks; `keep` (n) marks the samples that arrive."""
     every = round(1.0 / SAMPLE_S / rate)
     kept = np.ones(len(sensed.time_ns), bool) if keep is None else keep
     for kind, first, end in phases:
@@ -64,4 +71,4 @@ def rows_of(sensed, phases, rate, *, chunk=None, keep=None, temperature=20.0):
                 "throttle_angle": sensed.throttle_angle[part],
                 "temperature": np.full(len(part), temperature),
             }
-            yield SampleBlock("joined", sensed.time_ns[part], sensed.time_ns[part], columns, lost), kind
+            yield SampleBlock("joined", sensed.time_ns[part], sensed.time_ns[part], columns, lost), phase_of(kind)

@@ -40,8 +40,8 @@ def main():
             for seed in range(options.draws):
                 with tempfile.TemporaryDirectory() as folder:
                     finished = execute(replace(job, model=known.drawn(rng)), Path(folder), "", seed)
-                verdicts.append(finished.results["unit"]["verdict"])
-                found = {n["id"]: n["value"] for n in finished.results["numbers"]}
+                verdicts.append(finished.results.unit.verdict)
+                found = {n.id: n.value for n in finished.results.measurements.values()}
                 errors.append((found["T_st"] / truth.stiction - 1.0, found["T_c"] / truth.coulomb - 1.0))
             right, unsure = verdicts.count(expected), verdicts.count("inconclusive")
             off = 100.0 * np.array(errors, float)

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.diagnosis import Diagnosis
 from etb_hil.diagnosis.friction_map import find_bumps, friction_map
-from etb_hil.diagnosis.limits import load_limits
+from etb_hil.diagnosis.limits_file import load_limits
 from etb_hil.report.drawing import CLOSING, INK, LIMIT, MEASURED, MUTED, OPENING, STYLE, save_png
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
@@ -29,7 +29,7 @@ BUMP, WIDTH = 0.9, 0.05  # rad
 
 def checks():
     """Return results of friction checks of one throttle with a local bump, by temperature."""
-    limits = load_limits(find("limits", "default")).content
+    limits = load_limits(find("limits", "default"))
     unit = Unit(bump=0.25, bump_angle=BUMP, bump_width=WIDTH)
     found = {}
     for temperature in TEMPERATURES:
@@ -97,7 +97,7 @@ def over_temperature(unit, found):
     axes = figure.subplots()
     span = np.linspace(-5.0, 85.0, 2)
     for name, true, colour in (("T_st", unit.stiction, CLOSING), ("T_c", unit.coulomb, MEASURED)):
-        numbers = [result.number(name) for result in found.values()]
+        numbers = [result.measurements.get(name) for result in found.values()]
         value = np.array([number.value for number in numbers])
         spread = [value - [n.low for n in numbers], [n.high for n in numbers] - value]
         axes.errorbar(TEMPERATURES, value, yerr=spread, fmt="o", color=colour, capsize=3, label=f"{name}, 95 %")

@@ -20,13 +20,13 @@ def main():
         files = JobFiles(**{kind: find(kind, name) for kind, name in names.items()}, unit=find("model", unit))
         with tempfile.TemporaryDirectory() as folder:
             finished = execute(prepare(files), Path(folder), "", 1)
-        series, number = finished.series, finished.found.number("T_st")
+        series, number = finished.series, finished.found.measurements.get("T_st")
         axes.plot(series["point_velocity"], series["point_friction"], ".", color=MUTED, markersize=2, alpha=0.5)
         for side in (series["curve_velocity"] < 0, series["curve_velocity"] > 0):
             axes.plot(series["curve_velocity"][side], series["curve_friction"][side], color=colour, linewidth=2)
         for sign in (-1, 1):
             axes.axhline(sign * number.limit_high, color=LIMIT, linestyle="--")
-        verdict = finished.results["unit"]["verdict"]
+        verdict = finished.results.unit.verdict
         axes.set_title(f"{verdict.upper()}: T_st = {number.value:.3f} N·m, limit {number.limit_high:.2f} N·m")
         axes.set_xlabel("throttle speed / rad/s")
     panels[0].set_ylabel("friction torque / N·m")

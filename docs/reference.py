@@ -7,9 +7,11 @@ from pathlib import Path
 from etb_hil.base.roles import COMMANDED, ROLES
 from etb_hil.cli.file_kinds import KINDS, file_schema
 from etb_hil.cli.main import COMMANDS, EXIT_CODES, _parser
+from etb_hil.diagnosis.measurement_registry import measurement_kinds
 from etb_hil.plant.effects.catalogue import CATALOGUE
-from etb_hil.report.model import results_schema
+from etb_hil.plant.effects.port import Port
 from etb_hil.report.wording import BENCH_REASONS, UNIT_REASONS
+from etb_hil.results.json_file import results_schema
 
 PACKAGE = Path(__file__).parents[1] / "etb_hil"
 ROOMS = (
@@ -26,6 +28,7 @@ def write(folder):
         "files": files(),
         "roles": roles(),
         "effects": effects(),
+        "measurements": measurements(),
         "reasons": reasons(),
         **{f"room_{room}": room_page(room) for room in ROOMS},
     }
@@ -92,6 +95,10 @@ def _plain(text):
     return " ".join(text.split())
 
 
+def _listed(names):
+    return ", ".join(f"`{name}`" for name in names)
+
+
 def _cell(text):
     return text.replace("|", "\\|")
 
@@ -120,8 +127,15 @@ def effects():
     parts = [
         (
             "# Effects\n\nWhat the base model leaves out; a model file names them by id under `effects`, "
-            "an explanation finds them.\n"
-        )
+            "an explanation finds them. [How to add one](../howto/own_effect.md).\n"
+        ),
+        "| effect | acts at | needs | looks like |\n|---|---|---|---|",
+        *(
+            f"| [`{effect.id}`](#{effect.id}) | {_listed(port.name.lower() for port in effect.terms)} "
+            f"| {', '.join(sorted(need.value for need in effect.needs))} | {_cell(effect.looks_like)} |"
+            for effect in CATALOGUE.values()
+        ),
+        "",
     ]
     for effect in CATALOGUE.values():
         parts.append(f"## {effect.id}\n\n    {effect.equation}\n")
@@ -132,7 +146,37 @@ def effects():
             alike = ", ".join(f"`{name}`" for name in effect.look_alikes)
             parts.append(f"- Looks like: {alike}; told apart by {effect.separated_by}.")
         parts.append(f"- Source: {effect.source}.{f' {effect.limits}' if effect.limits else ''}\n")
+    parts.append(
+        "## Ports\n\nWhere terms enter the equations, and what their functions may ask for beside parameters. "
+        "Closed ports belong to this package's own effects.\n\n"
+        "| port | what a term there is | unit | several terms | quantities | states | |\n|---|---|---|---|---|---|---|"
+    )
+    parts += [
+        f"| `{port.name}` | {port.says} | {port.unit} | {port.combine.value} | {_listed(port.asks)} "
+        f"| {'yes' if port.has_states else ''} | {'' if port.is_open else 'closed'} |"
+        for port in Port
+    ]
+    parts.append("")
     return "\n".join(parts)
+
+
+def measurements():
+    """Return the measurements that there are, for limits files."""
+
+    rows = [
+        f"| `{kind.id}` | {_cell(kind.name)} | {kind.unit} | {', '.join(sorted(kind.phases)) or 'motion'} "
+        f"| {_listed(sorted(kind.roles))} | {_cell(kind.source)} |"
+        for kind in measurement_kinds().values()
+    ]
+    return "\n".join(
+        [
+            "# Measurements\n\nA limits file judges any of them by its id; the unit is the one of `results.json`.\n",
+            "| id | measurement | unit | phases | roles, beside current and motor angle | definition |",
+            "|---|---|---|---|---|---|",
+            *rows,
+            "",
+        ]
+    )
 
 
 def reasons():

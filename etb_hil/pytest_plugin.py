@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from etb_hil.report.model import Number, Results
+    from etb_hil.results.measurement import Measurement
+    from etb_hil.results.run_result import RunResult
 
 SCENARIO, LIMITS = "etb_scenario", "etb_limits"
 DEFAULTS = {"scenario": "friction_check", "bench": "virtual_classic", "model": "default", "limits": "default"}
@@ -45,9 +46,9 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @dataclass(frozen=True, slots=True)
 class BenchRun:
-    """A run that was judged: the contents of its `results.json`, and the session's folder."""
+    """A run that was judged: its results, and the session's folder."""
 
-    results: Results
+    results: RunResult
     session: Path
 
     @property
@@ -62,11 +63,11 @@ class BenchRun:
 
         return verdict_of(self.results).reason
 
-    def number(self, name: str) -> Number:
+    def number(self, name: str) -> Measurement:
         """Return a measured number by its id in `results.json`, as `T_st`; LookupError names those that there are."""
-        found = self.results.number(name)
+        found = self.results.measurements.get(name)
         if found is None:
-            there = ", ".join(number.id for number in self.results.numbers)
+            there = ", ".join(self.results.measurements)
             raise LookupError(f"the run has no number '{name}'; it has: {there}")
         return found
 
@@ -96,13 +97,12 @@ class EtbBench:
         from etb_hil.base.errors import BenchFault
         from etb_hil.base.outcome import BenchOutcome
         from etb_hil.bench.job import execute, prepare
-        from etb_hil.report.model import Results
         from etb_hil.report.verdict import verdict_text
 
         settings = self._settings(scenario, changes)
         job = prepare(self._files(settings))
         finished = execute(job, self._sessions, str(settings["serial"]), int(settings["seed"]))
-        results = Results.from_dict(finished.results)
+        results = finished.results
         self._node.add_report_section("call", "etb-hil", "\n".join([verdict_text(results), *finished.warnings]))
         if results.bench.outcome is BenchOutcome.ABORTED:
             raise KeyboardInterrupt(results.bench.reason)
@@ -135,7 +135,8 @@ class EtbBench:
         beside = Path(str(self._node.path))
         paths = {name: find(name, str(settings[name]), beside) for name in DEFAULTS}
         unit = settings["unit"]
-        return JobFiles(**paths, unit=None if unit is None else find("model", str(unit), beside))
+        virtual = None if unit is None else find("model", str(unit), beside)
+        return JobFiles(paths["scenario"], paths["bench"], paths["model"], paths["limits"], virtual)
 
     def assert_bus_health(self) -> None:
         """Raise AssertionError where the bus was sick in a run, or its drive was not seen to be off."""
@@ -143,7 +144,7 @@ class EtbBench:
         assert not found, "the bus was not healthy: " + "; ".join(found)  # noqa: S101 (what a test is for)
 
 
-def complaints(results: Results) -> list[str]:
+def complaints(results: RunResult) -> list[str]:
     """Return what was wrong with the bus in a run; what nobody could measure is not wrong."""
     bus = results.bus
     counts: list[tuple[str, int | None]] = [("error frames", bus.error_frames), ("frames dropped", bus.dropped)]
@@ -162,7 +163,7 @@ def complaints(results: Results) -> list[str]:
 
 def _properties(run: BenchRun) -> list[tuple[str, object]]:
     results = run.results
-    known = [(number.id, number.value) for number in results.numbers if number.verdict is not None]
+    known = [(one.id, one.value) for one in results.judged]
     return [
         ("serial", results.unit.serial),
         ("verdict", run.verdict),

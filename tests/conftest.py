@@ -1,4 +1,4 @@
-"""What holds for every test: kernels are compiled from the source as it is, no machine's load fails a test.
+"""What holds for every test: no machine's load fails a test.
 
 And each run of a bench ends with a look at its bus.
 """
@@ -10,17 +10,13 @@ import pytest
 from bus_truth import VIRTUAL, assert_bus_truth, assert_bus_was_healthy
 from hypothesis import HealthCheck, settings
 
-from etb_hil.base.compiled_cache import drop_stale
+from etb_hil.results.json_file import result_from_dict
 
 # The gate looks at the same examples every time; whoever hunts for new ones runs the tests by hand.
 settings.register_profile(
     "etb_hil", deadline=None, suppress_health_check=[HealthCheck.too_slow], derandomize="CI" in os.environ
 )
 settings.load_profile("etb_hil")
-
-
-def pytest_configure():
-    drop_stale()
 
 
 @pytest.fixture(autouse=True, scope="session")
@@ -53,17 +49,17 @@ def _bus_is_looked_at(request, run_results, looked_at):
     yield
     is_spoilt = request.node.get_closest_marker("spoilt") is not None
     ours = [run_results.pop() for _ in run_results[:]]
-    looked_at.update(results["run_id"] for results in ours)
+    looked_at.update(results.run_id for results in ours)
     for results in (*ours, *_of_other_processes(request.node.funcargs.get("tmp_path"), looked_at)):
         assert_bus_truth(results)
-        if not is_spoilt and results["bus"]["name"].startswith(VIRTUAL):
+        if not is_spoilt and results.bus.name.startswith(VIRTUAL):
             assert_bus_was_healthy(results)
 
 
 def _of_other_processes(folder, looked_at):
     """Yield the results of runs in processes that a test started, from the sessions that they left in its folder."""
     for path in () if folder is None else folder.rglob("results.json"):
-        results = json.loads(path.read_text("utf-8"))
-        if (path.parent / "events.jsonl").exists() and results.get("run_id") not in looked_at:
-            looked_at.add(results["run_id"])
+        results = result_from_dict(json.loads(path.read_text("utf-8")), str(path))
+        if (path.parent / "events.jsonl").exists() and results.run_id not in looked_at:
+            looked_at.add(results.run_id)
             yield results

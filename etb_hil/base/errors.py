@@ -5,6 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+# What stands in a file, or in another library's message about it, may be of any length.
+MOST_QUOTED, _MOST_SAID, _MOST_ALLOWED = 80, 400, 4000  # letters of a value, of a sentence, and of names to choose from
+MOST_PROBLEMS = 50  # that one error tells
+
+
+def shortened(text: str, most: int = MOST_QUOTED) -> str:
+    """Return a text of at most so many letters; one that is longer ends in dots."""
+    return text if len(text) <= most else f"{text[: most - 3]}..."
+
 
 class EtbHilError(Exception):
     """Root of every error that etb_hil raises on purpose."""
@@ -27,7 +36,7 @@ class Place:
         if self.frame is not None:
             parts.append(f"frame {self.frame}")
         if self.key:
-            parts.append(self.key)
+            parts.append(shortened(self.key, MOST_QUOTED))
         return ": ".join(parts)
 
 
@@ -42,14 +51,14 @@ class Problem:
     remedy: str | None = None
 
     def __str__(self) -> str:
-        text = f"{self.place}: {self.what}" if self.place is not None and str(self.place) else self.what
+        what = shortened(self.what, _MOST_SAID)
+        text = f"{self.place}: {what}" if self.place is not None and str(self.place) else what
         if self.value is not None:
-            shown = repr(self.value)
-            text += f" (it is {shown if len(shown) <= 80 else shown[:77] + '...'})"
+            text += f" (it is {shortened(repr(self.value), MOST_QUOTED)})"
         if self.allowed:
-            text += f"; allowed: {self.allowed}"
+            text += f"; allowed: {shortened(self.allowed, _MOST_ALLOWED)}"
         if self.remedy:
-            text += f"; {self.remedy}"
+            text += f"; {shortened(self.remedy, _MOST_SAID)}"
         # What stands in a file may come from anywhere: nothing of it steers a terminal.
         return "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
 
@@ -59,7 +68,10 @@ class InputError(EtbHilError, ValueError):
 
     def __init__(self, *problems: Problem | str) -> None:
         self.problems = tuple(Problem(p) if isinstance(p, str) else p for p in problems)
-        super().__init__("\n".join(str(p) for p in self.problems))
+        lines = [str(p) for p in self.problems[:MOST_PROBLEMS]]
+        if (left := len(self.problems) - MOST_PROBLEMS) > 0:
+            lines.append(f"and {left} more")
+        super().__init__("\n".join(lines))
 
 
 class BenchFault(EtbHilError, RuntimeError):

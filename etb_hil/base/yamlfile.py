@@ -18,6 +18,7 @@ import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.userfile import read_bytes
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
@@ -71,16 +72,7 @@ def load(path: Path, model: type[ModelT]) -> Document[ModelT]:
 
 def parse(path: Path) -> tuple[object, dict[Path_, int]]:
     """Read a YAML file; return plain data and the line of each key path."""
-    try:
-        with path.open("rb") as file:
-            raw = file.read(MAX_BYTES + 1)  # and no more: what it names may have no end
-    except (OSError, ValueError) as error:  # a null byte in the name is a ValueError
-        reason = error.strerror if isinstance(error, OSError) else None
-        raise InputError(
-            Problem(f"cannot be read: {reason or error}", Place(path), remedy="check the path and its permissions")
-        ) from None
-    if len(raw) > MAX_BYTES:
-        raise InputError(Problem("is too large", Place(path), allowed=f"up to {MAX_BYTES} bytes"))
+    raw = read_bytes(path, MAX_BYTES)
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:

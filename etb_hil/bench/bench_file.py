@@ -12,10 +12,11 @@ from etb_hil.base.errors import InputError
 from etb_hil.base.quantity import Frequency, Ratio
 from etb_hil.base.stock import find
 from etb_hil.base.yamlfile import Document, FileModel, load
-from etb_hil.bench.supervision import SafetyLimits
+from etb_hil.bench.safety_limits import SafetyLimits
 from etb_hil.canio.bus.bus_settings import VIRTUAL, BusSettings
 from etb_hil.canio.dbc.dialect import Dialect
 from etb_hil.canio.dbc.role_map import ProtectionSettings, RoleMap
+from etb_hil.observer.registry import DEFAULT, observer_names
 from etb_hil.scenario.phase import Measure
 
 
@@ -26,7 +27,7 @@ class Bench(FileModel):
     name: Annotated[str, Field(min_length=1, max_length=80)]
     bus: BusSettings
     dbc: Annotated[str, Field(description="path, also beside this file, or the name of a stock DBC file")]
-    roles: RoleMap
+    roles: Annotated[RoleMap, Field(min_length=1)]
     protection: Annotated[ProtectionSettings, Field(default_factory=dict)]
     id_offset: Annotated[int, Field(ge=0, description="added to every arbitration id of the DBC file")] = 0
     command_rate: Annotated[Frequency, Field(ge=50, le=1000, description="set-points a second")] = 100.0
@@ -36,13 +37,30 @@ class Bench(FileModel):
         Literal["pd", "pid", "sliding-mode"] | None,
         Field(description="position law of the controller that a virtual bench has inside; pd where none is given"),
     ] = None
+    observer: Annotated[str, Field(description="the observer that estimates friction while a run goes on")] = DEFAULT
     limits: SafetyLimits
+
+    @field_validator("observer")
+    @classmethod
+    def _is_an_observer(cls, name: str) -> str:
+        if name not in observer_names():
+            raise ValueError(f"there is no such observer; there are {', '.join(observer_names())}")
+        return name
 
     @model_validator(mode="after")
     def _has_a_law_of_its_own(self) -> Bench:
         if self.law is not None and self.bus.interface != VIRTUAL:
             raise ValueError("'law' is for virtual benches; start the controller of this bus with --law")
         return self
+
+    @field_validator("roles", mode="before")
+    @classmethod
+    def _maps_a_role(cls, roles: object) -> object:
+        if not roles:
+            raise ValueError(
+                "no role is mapped; write each below it, indented, as in '  motor_current: Message.Signal'"
+            )
+        return roles
 
     @field_validator("measure")
     @classmethod

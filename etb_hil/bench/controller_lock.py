@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import BenchFault
+from etb_hil.bench.machine_lock import MachineLock
 
 if TYPE_CHECKING:
     from etb_hil.bench.bench_file import BenchSetup
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
 
 _MULTICAST = "udp_multicast"
 _MULTICAST_PORT = 43113  # python-can's, where the options name none
-_HOLDER = re.compile(r"([0-9]{1,10}) ([^\n]{1,150})")
 
 
 def bench_lock(setup: BenchSetup, folder: Path | None = None) -> AbstractContextManager[list[Path]]:
@@ -43,16 +43,13 @@ def sender_lock(
         paths = []
         for ident, extended in sorted(set(sends)):  # in one order for all: of two at once, one gets everything
             path = (folder or _machine_folder() / "etb_hil_locks") / f"{_bus_name(bus)}_{ident:x}{'x' * extended}.lock"
-            descriptor = _opened(path)
-            held.callback(os.close, descriptor)
-            if not _is_taken(descriptor):
+            lock = _lock(path)
+            held.callback(lock.close)
+            if not lock.acquire(name):
                 raise BenchFault(
-                    f"{ident:#x} on {bus.interface} {bus.channel} is sent already, by {_holder(descriptor)}; "
+                    f"{ident:#x} on {bus.interface} {bus.channel} is sent already, by {lock.holder}; "
                     "wait for it, stop it, or choose another bus or id_offset"
                 )
-            os.ftruncate(descriptor, 0)
-            os.lseek(descriptor, 0, os.SEEK_SET)
-            os.write(descriptor, f"{os.getpid()} {name}\n".encode())
             paths.append(path)
         yield paths
 
@@ -87,39 +84,11 @@ def _address(text: str) -> str:
         return text
 
 
-def _opened(path: Path) -> int:
+def _lock(path: Path) -> MachineLock:
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with contextlib.suppress(OSError):  # another user's folder; it is open to all already
-            path.parent.chmod(0o777)
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666)
-        with contextlib.suppress(OSError):
-            path.chmod(0o666)  # the umask took what other users need
+        return MachineLock(path)
     except OSError as error:
         raise BenchFault(
             f"the lock of the controller cannot be opened: {path}: {error.strerror}; "
-            "let every user of this machine write in its folder"
+            f"let every user of this machine write in its folder: chmod 1777 {path.parent}"
         ) from None
-    return descriptor
-
-
-def _is_taken(descriptor: int) -> bool:
-    try:
-        if sys.platform == "win32":
-            import msvcrt  # noqa: PLC0415 (there is no other place for it)
-
-            os.lseek(descriptor, 1 << 20, os.SEEK_SET)  # beyond the holder's number, which others have to read
-            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
-        else:
-            import fcntl  # noqa: PLC0415 (not on every platform)
-
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return False
-    return True
-
-
-def _holder(descriptor: int) -> str:
-    os.lseek(descriptor, 0, os.SEEK_SET)
-    found = _HOLDER.match(os.read(descriptor, 1000).decode("utf-8", "replace"))
-    return f"{found[2]}, process {found[1]}" if found else "a process that has not said yet who it is"

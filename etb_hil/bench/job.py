@@ -29,7 +29,9 @@ from etb_hil.canio.bus.virtual_network import VirtualNetwork
 from etb_hil.canio.dbc.commands import CommandEncoder
 from etb_hil.canio.logs.blf import BlfLog
 from etb_hil.controller.virtual_controller import VirtualController
-from etb_hil.diagnosis.limits import Limits, load_limits
+from etb_hil.diagnosis.limits import Limits
+from etb_hil.diagnosis.limits_file import load_limits
+from etb_hil.observer.registry import require_observer
 from etb_hil.plant.parameters import Model, load_model
 from etb_hil.scenario.scenario_file import Scenario, load_scenario
 from etb_hil.session.analysis import Analysis
@@ -48,7 +50,7 @@ class JobFiles:
     """The files of a run; `unit` is the virtual unit's model, which only the virtual controller reads.
 
     Without a `unit`, the virtual one is the stock default; without a `dbc`, it is the one that the bench file names. A
-    `station` file is kept with the session.
+    `station` file is kept with the session. An `observer` takes the place of the bench file's.
     """
 
     scenario: Path
@@ -58,6 +60,7 @@ class JobFiles:
     unit: Path | None = None
     dbc: Path | None = None
     station: Path | None = None
+    observer: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +76,11 @@ class Job:
     budgets: list[BusBudget]
 
     @property
+    def observer(self) -> str:
+        """The name of the observer that estimates friction."""
+        return self.files.observer or self.setup.bench.observer
+
+    @property
     def is_virtual(self) -> bool:
         """Whether the bench is the embedded one, with the virtual controller in this process."""
         return self.setup.bench.bus.interface == VIRTUAL
@@ -83,10 +91,12 @@ def prepare(files: JobFiles, *, attended: bool = False) -> Job:
 
     `attended` says that somebody is there to answer the scenario's prompts.
     """
+    if files.observer is not None:
+        require_observer(files.observer)
     scenario = load_scenario(files.scenario)
     setup = load_bench(files.bench, files.dbc)
     model = load_model(files.model)
-    limits = load_limits(files.limits, model.values.gear_ratio).content
+    limits = load_limits(files.limits, model.values.gear_ratio)
     if files.unit is not None and setup.bench.bus.interface != VIRTUAL:
         raise InputError(
             Problem(
@@ -143,7 +153,15 @@ def execute(
         if signals is None:
             held.callback(heard.let_go)
         noise = seed if job.is_virtual else None
-        session = create(folder, job.scenario.content.name, serial, inputs, model=job.model.name, seed=noise)
+        session = create(
+            folder,
+            job.scenario.content.name,
+            serial,
+            inputs,
+            model=job.model.name,
+            seed=noise,
+            observer=job.observer,
+        )
         attempt, spent_ns = 1, 0
         warnings: list[str] = []
         while True:
@@ -166,7 +184,7 @@ def _counted(finished: Finished) -> Finished:
     """Write into the results of the attempt that counts what came of those before it."""
     earlier = earlier_attempts(finished.session)
     if earlier:
-        finished.results["attempts"] = earlier
+        finished = replace(finished, results=replace(finished.results, attempts=earlier))
         finished.session.write_results(finished.results)
     return finished
 
@@ -192,7 +210,7 @@ def _attempt(
         names = (job.setup.bench.name, scenario.name)
         in_store = session if attempt == 1 else replace(session, run_id=f"{session.run_id}_attempt-{attempt}")
         store = open_things.enter_context(RunInStore(session.folder.parent / STORE, in_store, *names, job.limits))
-        analysis = Analysis(job.setup.dialect, job.model, job.limits, str(session.folder))
+        analysis = Analysis(job.setup.dialect, job.model, job.limits, str(session.folder), observer=job.observer)
         encoder = CommandEncoder(job.setup.dialect)
         tap = Tap(link, encoder, analysis, log, store.watching(events, analysis), clock)
         signals.hold()  # until results and store are written, at least: what hangs before may be interrupted

@@ -19,7 +19,7 @@ from etb_hil.scenario.trajectory import Chain, Held, Released
 if TYPE_CHECKING:
     from etb_hil.base.yamlfile import Document
     from etb_hil.bench.bench_file import Bench, BenchSetup
-    from etb_hil.bench.supervision import SafetyLimits
+    from etb_hil.bench.safety_limits import SafetyLimits
     from etb_hil.canio.bus.budget import BusBudget
     from etb_hil.canio.dbc.dialect import Dialect
     from etb_hil.plant.values import ThrottleParameters

@@ -22,6 +22,8 @@ from etb_hil.canio.bus.link import VirtualLink
 from etb_hil.canio.bus.virtual_network import VirtualNetwork
 from etb_hil.canio.dbc.commands import CommandEncoder
 from etb_hil.controller.virtual_controller import VirtualController
+from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.effects.port import Port
 from etb_hil.scenario.condition import Until
 from etb_hil.scenario.excitations import WarmUpPhase
 from etb_hil.scenario.phases import CurrentZeroPhase, HomePhase, OffPhase
@@ -32,7 +34,7 @@ from etb_hil.session.record import PhaseEnd
 if TYPE_CHECKING:
     from etb_hil.base.yamlfile import Document
     from etb_hil.bench.bench_file import Bench
-    from etb_hil.bench.supervision import SafetyLimits
+    from etb_hil.bench.safety_limits import SafetyLimits
     from etb_hil.canio.frames import FrameBlock
     from etb_hil.diagnosis.limits import Limits
     from etb_hil.plant.parameters import Model
@@ -50,7 +52,6 @@ LOOK_S = 5e-3  # between two looks for the fastest moment of a phase
 MOST_LOOKS = 10_000
 FALL_END = 0.25  # rad before limp-home, where it falls fastest
 RESTS = {OffPhase: "duration", CurrentZeroPhase: "duration", HomePhase: "release"}  # how long the bridge is off
-AGES = "stiction_dwell"  # the effect by which a plate that has rested for longer takes more to move
 EVERY_WAY = 3  # so many phases of which nobody knows the end are rehearsed with all their ends
 
 
@@ -166,10 +167,15 @@ def _shortened(step: Step) -> Step:
     return _until(replace(step, phase=phase), until and until.model_copy(update={"otherwise": "go_on"}))
 
 
+def _ages(model: Model) -> bool:
+    """Tell whether a plate that has rested for longer takes more to move."""
+    return any(CATALOGUE[entry.id].acts_at(Port.FRICTION_AGE) for entry in model.effects)
+
+
 def _rested(step: Step, model: Model) -> Step:
     """Return the step without what is left of a rest once the plate has come to it."""
     key = RESTS.get(type(step.phase))
-    if key is None or any(entry.id == AGES for entry in model.effects):
+    if key is None or _ages(model):
         return step
     rest = min(getattr(step.phase, key), REST_S)
     return replace(step, phase=step.phase.model_copy(update={key: rest}))
@@ -211,7 +217,7 @@ def _dry_run(steps: Sequence[Step], bench: Bench, model: Model, limits: Limits) 
     controller = VirtualController(model, setup.dialect, SEED, nominal=model, law=bench.law or "pd")
     network.attach(controller, controller.sends)
     link = VirtualLink(network)
-    analysis = Analysis(setup.dialect, model, limits, "dry run")
+    analysis = Analysis(setup.dialect, model, limits, "dry run", observer=bench.observer)
     tap = Tap(link, CommandEncoder(setup.dialect), analysis, _Nowhere(), _Nowhere(), network.clock)
     record = Runner(stand_in, steps, analysis, tap, network.clock).run()
     analysis.finish()

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.recording.samples import Float64, Int64, SampleBlock
 
 SPAN_NS = 5_000_000  # velocity is the travel over this time: long enough for an encoder's steps

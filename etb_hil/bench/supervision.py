@@ -5,18 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Annotated
 
 import numpy as np
-from numba import njit
-from pydantic import Field
 
+from etb_hil.base.compiled import njit
 from etb_hil.base.outcome import BenchOutcome
-from etb_hil.base.quantity import AngularVelocity, Current, Duration, Temperature, Voltage
-from etb_hil.base.yamlfile import FileModel
+from etb_hil.bench.safety_limits import SafetyLimits
 from etb_hil.bench.speed_watch import SpeedWatch
 from etb_hil.recording.samples import Float64, SampleBlock
-from etb_hil.scenario.phase import Between
 from etb_hil.scenario.trajectory import SetPoint
 from etb_hil.session.answer_time import AnswerWatch
 
@@ -27,18 +23,6 @@ ROUNDING = 1.0 + 1e-9  # a speed that is the limit may be computed a bit above i
 STATUSES = 2  # how many of them may be of before
 TEMPERATURE_AGE_NS = 10_000_000_000  # a housing takes minutes to become warm
 STATUS_AGE = 10  # a status frame may be this many times older than a sample before the run stops
-
-
-class SafetyLimits(FileModel):
-    """What the bench never commands and never lets happen."""
-
-    current: Annotated[Current, Field(gt=0)]
-    voltage: Annotated[Voltage, Field(gt=0)]
-    angle: Between
-    velocity: Annotated[AngularVelocity, Field(gt=0, description="of the plate, measured as its mean over 5 ms")]
-    temperature: Temperature
-    duration: Annotated[Duration, Field(gt=0, description="of a whole run with all its attempts")]
-    frame_age: Annotated[Duration, Field(gt=0, description="oldest sample on which the plate may move")] = 0.1
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from pathlib import Path
 
 
@@ -17,16 +18,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Write the baseline; a file that is there already is left alone."""
     from etb_hil.base.errors import InputError, Place, Problem
+    from etb_hil.base.files import write_text
     from etb_hil.session.baseline import baseline_text
     from etb_hil.session.session import open_session
 
     session = open_session(options.session)
     text = baseline_text(session.read_results(), f"made from the session {session.run_id}")
-    try:
-        with options.out.open("x", encoding="utf-8") as file:
-            file.write(text)
-    except OSError as error:
-        remedy = "name another one, or remove it" if isinstance(error, FileExistsError) else "choose another file"
-        raise InputError(Problem(f"cannot be written: {error.strerror}", Place(options.out), remedy=remedy)) from None
+    if os.path.lexists(options.out):
+        raise InputError(Problem("is there already", Place(options.out), remedy="name another one, or remove it"))
+    write_text(options.out, text)
     print(f"{options.out}: compare runs to it with 'etb-hil run --baseline {options.out}'")
     return 0

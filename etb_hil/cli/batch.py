@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, TextIO
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.outcome import BenchOutcome, ExitCode
-from etb_hil.cli.show import say
 from etb_hil.report.show import printable
 from etb_hil.report.verdict import WIDTH
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-    from typing import Any
+    from collections.abc import Callable
+
+    from etb_hil.results.run_result import RunResult
 
 REPEAT, QUIT = "r", "q"
 LONGEST = 80
@@ -35,10 +35,10 @@ class Tally:
     runs: dict[str, list[tuple[str, ExitCode]]] = field(default_factory=dict)
     not_run: list[str] = field(default_factory=list)  # numbers of a piped queue that were refused, or left over
 
-    def add(self, serial: str, results: Mapping[str, Any], code: ExitCode) -> None:
+    def add(self, serial: str, results: RunResult, code: ExitCode) -> None:
         """Count a run."""
-        outcome = results["bench"]["outcome"]
-        judged = str(results["unit"]["verdict"]) if outcome == BenchOutcome.OK else ""
+        outcome = results.bench.outcome
+        judged = str(results.unit.verdict) if outcome == BenchOutcome.OK else ""
         word = judged or {BenchOutcome.FAULT: "bench fault"}.get(outcome, "aborted")
         self.runs.setdefault(serial, []).append((word, code))
 
@@ -71,7 +71,7 @@ class Tally:
 
 
 def run_batch(
-    run_unit: Callable[[str, str], tuple[Mapping[str, Any], ExitCode, bool]],
+    run_unit: Callable[[str, str], tuple[RunResult, ExitCode, bool]],
     check: Callable[[str], str],
     *,
     attended: bool,
@@ -90,12 +90,12 @@ def run_batch(
             results, code, again = run_unit(serial, before)
             tally.add(serial, results, code)
             last = serial
-            say(f"  Tally    {tally}\n")
+            print(f"  Tally    {tally}\n")
             if code in _UNJUDGED and not attended:
                 tally.not_run += filter(None, map(str.strip, sys.stdin))
                 break
     finally:  # whatever ends the queue, what came of its units is said
-        say("\n".join([f"Batch ended: {tally}", *tally.table()]))
+        print("\n".join([f"Batch ended: {tally}", *tally.table()]))
     return tally.exit_code
 
 

@@ -28,13 +28,11 @@ def run(options: argparse.Namespace) -> int:
     from etb_hil.base.outcome import ExitCode
     from etb_hil.bench.job import prepare
     from etb_hil.canio.bus.interface_check import look_at
-    from etb_hil.cli.compiling import announced
 
     files = job_files(options)
     problems: list[Problem] = []
     try:
-        with announced():
-            job = prepare(files)
+        job = prepare(files)
     except InputError as error:
         problems += error.problems
         bench = _each_by_itself(files, problems)
@@ -71,6 +69,8 @@ def _print_plan(job: Job) -> None:
         seconds = step.phase.trajectory(throttle.limp_home, throttle).duration
         until = "" if step.phase.until is None else f" at most, until {step.phase.until}"
         print(f"          {step.id} ({step.phase.kind}), {seconds:.1f} s{until}")
+    if job.limits.hint:
+        print(f"limits    {job.files.limits}: {job.limits.hint}")
     print(f"bench     {bench.name}: {bench.bus.interface} {bench.bus.channel}")
     for what in not_watched(job.setup.dialect):
         print(f"without   {what}")
@@ -82,7 +82,7 @@ def _each_by_itself(files: JobFiles, problems: list[Problem]) -> Bench | None:
     """Add what is wrong with each file, not only with the first one; return the bench file's contents where it can."""
     from etb_hil.base.yamlfile import load
     from etb_hil.bench.bench_file import Bench, load_bench
-    from etb_hil.diagnosis.limits import load_limits
+    from etb_hil.diagnosis.limits_file import load_limits
     from etb_hil.plant.parameters import load_model
     from etb_hil.scenario.scenario_file import load_scenario
 

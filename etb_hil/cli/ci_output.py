@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, TextIO
 
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.files import make_folder, refused_by_name, write_text
 from etb_hil.base.outcome import ExitCode
-from etb_hil.cli.show import say
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from etb_hil.report.junit import Reported
+    from etb_hil.results.run_result import RunResult
     from etb_hil.session.baseline import Comparison
 
 STANDARD_OUTPUT = Path("-")
@@ -48,9 +50,9 @@ def held_against(comparisons: Sequence[Comparison], code: ExitCode, screen: Text
     """Say what of a baseline is not met; return the exit code, inconclusive where only the baseline disagrees."""
     differing = [comparison for comparison in comparisons if not comparison.agrees]
     for comparison in differing:
-        say(f"  Baseline {comparison}", screen)
+        print(f"  Baseline {comparison}", file=screen)
     if comparisons and not differing:
-        say(f"  Baseline all {len(comparisons)} expectations met", screen)
+        print(f"  Baseline all {len(comparisons)} expectations met", file=screen)
     return ExitCode.INCONCLUSIVE if differing and code is ExitCode.DONE else code
 
 
@@ -76,43 +78,38 @@ class CiOutput:
         """Whether nothing else may be printed there."""
         return self._json == STANDARD_OUTPUT
 
-    def add(self, results: dict[str, Any], session: Path | None = None) -> ExitCode:
+    def add(self, results: RunResult, session: Path | None = None) -> ExitCode:
         """Write what came of a run; return its exit code, inconclusive where only the baseline disagrees."""
         from etb_hil.report.junit import Reported, junit_text
-        from etb_hil.report.model import Results
+        from etb_hil.results.json_file import result_as_dict
         from etb_hil.session.baseline import compare
 
         comparisons = [] if self._baseline is None else compare(self._baseline, results)
-        self._runs.append(Reported(Results.from_dict(results), session, comparisons))
+        self._runs.append(Reported(results, session, comparisons))
         if self._junit is not None:
             _write(self._junit, junit_text(self._runs))
         if self._json is not None:
-            text = json.dumps(results, indent=1, ensure_ascii=False) + "\n"
-            say(text.rstrip()) if self.owns_standard_output else _write(self._json, text)
+            # A screen's encoding may lack characters that a file has.
+            text = json.dumps(result_as_dict(results), indent=1, ensure_ascii=self.owns_standard_output)
+            print(text) if self.owns_standard_output else _write(self._json, f"{text}\n")
         screen = sys.stderr if self.owns_standard_output else sys.stdout
-        return held_against(comparisons, ExitCode(results["exit_code"]), screen)
+        return held_against(comparisons, results.code, screen)
 
 
 def _clear(path: Path) -> None:
     """Take away what an earlier run left, lest it be read as this one's; find out whether a file can stand there."""
-    try:
-        if path.exists() and not (path.is_file() or path.is_dir()):  # else /dev/null would be gone for everybody
-            raise InputError(Problem("is no file that can be written anew", Place(path), remedy="choose another file"))
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.touch()
-        path.unlink()
-    except OSError as error:
-        raise InputError(
-            Problem(f"cannot be written: {error.strerror}", Place(path), remedy="choose another file")
-        ) from None
+    if path.exists() and not (path.is_file() or path.is_dir()):  # else /dev/null would be gone for everybody
+        raise InputError(Problem("is no file that can be written anew", Place(path), remedy="choose another file"))
+    make_folder(path.parent)
+    with refused_by_name(path):
+        target = Path(os.path.realpath(path))  # a link stays
+        target.touch()
+        target.unlink()
 
 
 def _write(path: Path, text: str) -> None:
-    """Write a file whole or not at all."""
-    part = path.with_name(f"{path.name}.part")
+    """Write what CI reads; where that fails, say so: the exit code stays that of the verdict."""
     try:
-        part.write_text(text, "utf-8")
-        part.replace(path)
-    except OSError as error:
-        remedy = "choose another file; the session holds the results"
-        raise InputError(Problem(f"cannot be written: {error.strerror}", Place(path), remedy=remedy)) from None
+        write_text(path, text, "make room, then take the results from the session")
+    except InputError as error:
+        print(error, file=sys.stderr)

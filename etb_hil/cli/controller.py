@@ -44,7 +44,6 @@ def run(args: argparse.Namespace) -> int:
     from etb_hil.bench.stop_signals import StopSignals
     from etb_hil.canio.bus.bus_settings import VIRTUAL
     from etb_hil.canio.bus.link import open_link
-    from etb_hil.cli.compiling import announced
     from etb_hil.controller.process import EventLog, compile_kernels, serve
     from etb_hil.controller.virtual_controller import VirtualController
     from etb_hil.plant.parameters import load_model
@@ -80,8 +79,7 @@ def run(args: argparse.Namespace) -> int:
         )
         rehearsing = power_on()
         stack.enter_context(sender_lock(settings, rehearsing.sends, f"controller of '{unit.name}'"))
-        with announced():
-            compile_kernels(rehearsing)
+        compile_kernels(rehearsing)
         stack.enter_context(steady(DEVICE))
         link = open_link(settings, clock)
         stack.callback(link.close)

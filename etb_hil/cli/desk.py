@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from etb_hil.base.errors import BenchFault, InputError, Problem
 from etb_hil.base.outcome import BenchOutcome, ExitCode
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     import argparse
 
     from etb_hil.base.yamlfile import Document
+    from etb_hil.results.run_result import RunResult
     from etb_hil.station.station_file import Part, Station
 
 STATION_FILE = "station.yaml"
@@ -38,7 +39,7 @@ def station_of(options: argparse.Namespace) -> Path | None:
 class Conclusion(NamedTuple):
     """What a golden unit's run says of the bench: results as they are told, lines to be said, what is to be done."""
 
-    results: dict[str, Any]
+    results: RunResult
     lines: list[str]
     next_step: str
 
@@ -97,18 +98,18 @@ class Desk:
             return str(fault)
         return ""
 
-    def conclusion(self, results: dict[str, Any]) -> Conclusion | None:
+    def conclusion(self, results: RunResult) -> Conclusion | None:
         """Return what a run of the golden unit, which judges the bench and not itself, means; None of any other."""
         golden = self.document.content.golden
-        if golden is None or results["unit"]["serial"] != golden.serial:
+        if golden is None or results.unit.serial != golden.serial:
             return None
-        if results["bench"]["outcome"] != BenchOutcome.OK:
+        if results.bench.outcome is not BenchOutcome.OK:
             return None
         found = compared(golden, run_of_results(results))
         lines = [f"{'' if good else 'NOT '}as expected: {text}" for text, good in found]
         if all(good for _, good in found):
             lines.append(f"the bench is fit to judge units for {golden.every / 3600.0:g} h")
-            told = results | {"exit_code": int(ExitCode.DONE)}
+            told = replace(results, exit_code=int(ExitCode.DONE))
             return Conclusion(told, lines, "Put the golden unit back; the bench is fit to judge units.")
         wrong = "; ".join(text for text, good in found if not good)
         lines.append("the bench is NOT fit to judge units: find out why, then repeat")
@@ -119,14 +120,8 @@ class Desk:
         return read_runs([store])[0] if store.is_file() else []
 
 
-def _as_bench_fault(results: dict[str, Any], reason: str) -> dict[str, Any]:
+def _as_bench_fault(results: RunResult, reason: str) -> RunResult:
     """Return results that blame the bench: a golden unit's friction is known, so nothing is said of the unit."""
-    bench = results["bench"] | {"outcome": str(BenchOutcome.FAULT), "reason_id": "golden_unit_wrong", "reason": reason}
-    unit = results["unit"] | {
-        "verdict": None,
-        "reason_id": "run_not_finished",
-        "reason": "",
-        "next_step": "",
-        "also": [],
-    }
-    return results | {"bench": bench, "unit": unit, "exit_code": int(ExitCode.BENCH_FAULT)}
+    bench = replace(results.bench, outcome=BenchOutcome.FAULT, reason_id="golden_unit_wrong", reason=reason)
+    unit = replace(results.unit, verdict=None, reason_id="run_not_finished", reason="", next_step="", also=())
+    return replace(results, bench=bench, unit=unit, exit_code=int(ExitCode.BENCH_FAULT))

@@ -51,7 +51,7 @@ def run(options: argparse.Namespace) -> int:
         from etb_hil.base.outcome import ExitCode
         from etb_hil.base.stock import find
         from etb_hil.cli.recordings import recording_of
-        from etb_hil.diagnosis.limits import load_limits
+        from etb_hil.diagnosis.limits_file import load_limits
         from etb_hil.discrepancy.explain import explain
         from etb_hil.discrepancy.slow.sweeps import slow_remark
         from etb_hil.plant.drive_file import load_plant
@@ -61,7 +61,7 @@ def run(options: argparse.Namespace) -> int:
         _must_take_an_answer(options.out, _inputs(options))
         model, is_drive = load_plant(find("model", options.model))
         recordings = [recording_of(path, options.bench, options.map) for path in options.data]
-        limits = load_limits(_limits(options)).content
+        limits = load_limits(_limits(options))
         if remark := slow_remark(recordings[0]):
             print(remark, file=sys.stderr)
     answer = explain(

@@ -2,31 +2,32 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import Any
 
 from etb_hil.base.yamlfile import FileModel
-from etb_hil.bench.bench_file import Bench
-from etb_hil.diagnosis.limits import Limits
-from etb_hil.plant.drive_file import DriveFile
-from etb_hil.plant.model_file import ModelFile
-from etb_hil.recording.columns import TableMap
-from etb_hil.scenario.scenario_file import Scenario
-from etb_hil.session.baseline import Baseline
-from etb_hil.station.station_file import Station
 
-KINDS: dict[str, type[FileModel]] = {
-    "scenario": Scenario,
-    "bench": Bench,
-    "model": ModelFile,
-    "drive": DriveFile,
-    "limits": Limits,
-    "table_map": TableMap,
-    "station": Station,
-    "baseline": Baseline,
+# kind -> the module and the name of its definition; a module is imported for its kind only
+_DEFINITIONS = {
+    "scenario": ("etb_hil.scenario.scenario_file", "Scenario"),
+    "bench": ("etb_hil.bench.bench_file", "Bench"),
+    "model": ("etb_hil.plant.model_file", "ModelFile"),
+    "drive": ("etb_hil.plant.drive_file", "DriveFile"),
+    "limits": ("etb_hil.diagnosis.limits_file", "LimitsFile"),
+    "table_map": ("etb_hil.recording.columns", "TableMap"),
+    "station": ("etb_hil.station.station_file", "Station"),
+    "baseline": ("etb_hil.session.baseline", "Baseline"),
 }
+KINDS = tuple(_DEFINITIONS)
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
 def file_schema(kind: str) -> dict[str, Any]:
-    """Return the JSON schema of a kind of file (a key of `KINDS`), for editors and for other programs."""
-    return {"$schema": DIALECT, **KINDS[kind].model_json_schema(by_alias=True)}
+    """Return the JSON schema of a kind of file (one of `KINDS`), for editors and for other programs."""
+    return {"$schema": DIALECT, **definition(kind).model_json_schema(by_alias=True)}
+
+
+def definition(kind: str) -> type[FileModel]:
+    """Return what reads a kind of file (one of `KINDS`)."""
+    module, name = _DEFINITIONS[kind]
+    return getattr(import_module(module), name)

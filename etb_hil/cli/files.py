@@ -17,6 +17,7 @@ def add_file_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--bench", help=f"bench file (default: {DEFAULTS['bench']})")
     parser.add_argument("--model", help=f"what the bench knows of the unit (default: {DEFAULTS['model']})")
     parser.add_argument("--limits", help=f"limits of the part (default: {DEFAULTS['limits']})")
+    parser.add_argument("--observer", help="observer of the friction torque (default: the bench file's)")
     parser.add_argument("--unit", help="model of the virtual unit, on a virtual bench (default: default)")
 
 
@@ -28,4 +29,5 @@ def job_files(options: argparse.Namespace) -> JobFiles:
     return JobFiles(
         **{kind: find(kind, getattr(options, kind) or name) for kind, name in DEFAULTS.items()},
         unit=None if options.unit is None else find("model", options.unit),
+        observer=options.observer,
     )

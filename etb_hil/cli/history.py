@@ -25,7 +25,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Print the history of each part, and write tables and plots where a folder was named."""
     from etb_hil.base.errors import InputError, Problem
-    from etb_hil.cli.show import say
 
     try:
         import scipy  # noqa: F401 (said here, once)
@@ -38,9 +37,9 @@ def run(options: argparse.Namespace) -> int:
     runs, notes = read_runs(options.sources)
     found = histories(runs)
     for history in found:
-        say(history_text(history, max(options.rows, 1)))
+        print(history_text(history, max(options.rows, 1)))
     for note in notes:
-        say(f"note: {note}")
+        print(f"note: {note}")
     if options.out is not None:
         from etb_hil.history.tables import write_tables
         from etb_hil.report.history_plot import plot_history
@@ -54,5 +53,5 @@ def run(options: argparse.Namespace) -> int:
             warm = options.out / f"temperature{which}.png"
             if plot_over_temperature(history, warm):
                 pages.append(warm)
-        say("\n".join(map(str, pages)))
+        print("\n".join(map(str, pages)))
     return 0

@@ -5,11 +5,16 @@ from __future__ import annotations
 import argparse
 import importlib
 import os
+import signal
 import sys
 import warnings
+from types import FrameType
+from typing import NoReturn
 
 from etb_hil import __version__
 from etb_hil.base.lean_imports import hide_asammdf
+from etb_hil.base.output import Output, use_safe_streams
+from etb_hil.cli.compiling import announce_compiling
 from etb_hil.cli.completion import ASKED, complete, words_so_far
 
 # command -> what it does; each has a module of its name in this folder with `add_arguments` and `run`
@@ -32,14 +37,54 @@ COMMANDS = {
     "completion": "print what a shell has to read so that Tab completes commands, options and names",
 }
 
+# commands whose exit code is their answer, whether or not anybody gets to read the text
+_JUDGING = {"run", "replay", "explain", "check", "station"}
+
 DESCRIPTION = "Hardware-in-the-loop bench for electronic throttle bodies over CAN."
 EXIT_CODES = "exit codes: 0 pass or done, 2 bad input, 3 bench fault, 4 inconclusive, 5 aborted, 10 unit failed"
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run one command and return its exit code."""
+    """Run one command and return its exit code; without arguments it is that of this process."""
+    return _process() if arguments is None else _command(arguments)
+
+
+def _process() -> int:
+    """Run the command of this process, whose streams, warnings and signals are ours."""
     _open_standard_streams()
-    words = sys.argv[1:] if arguments is None else arguments
+    use_safe_streams()
+    hide_asammdf()
+    announce_compiling()
+    warnings.showwarning = _caution  # type: ignore[assignment]
+    for name in ("SIGTERM", "SIGHUP"):  # a closed terminal and a service manager end a command as Ctrl-C does
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, _interrupt)
+    words = sys.argv[1:]
+    try:
+        code = _command(words)
+    except SystemExit as left:  # argparse's
+        code = left.code if isinstance(left.code, int) else 0
+    # A KeyboardInterrupt that passed through `exec` of a text, caught since or not, makes `python -m` end by SIGINT
+    # (130) whatever is returned here. The next `exec` forgets it.
+    exec("")  # noqa: S102
+    return _lost_output(code, words)
+
+
+def _interrupt(number: int, frame: FrameType | None) -> NoReturn:  # noqa: ARG001 (the signature of a handler)
+    raise KeyboardInterrupt(signal.Signals(number).name)
+
+
+def _lost_output(code: int, words: list[str]) -> int:
+    """Say that output was lost; return the exit code, which stays where it is the command's answer."""
+    failure = sys.stdout.failure if isinstance(sys.stdout, Output) else None
+    if failure is None:
+        return code
+    print(f"standard output: cannot be written: {failure.strerror}; make room, then repeat", file=sys.stderr)
+    return code or (0 if _JUDGING & set(words[:1]) else 2)
+
+
+def _command(words: list[str]) -> int:
     if ASKED in os.environ:
         words = words_so_far()
     command = next((word for word in words if not word.startswith("-")), None)
@@ -47,9 +92,6 @@ def main(arguments: list[str] | None = None) -> int:
     if ASKED in os.environ:
         complete(parser)
     options = parser.parse_args(words)
-    if arguments is None:  # the process is ours
-        hide_asammdf()
-        warnings.showwarning = _caution  # type: ignore[assignment]
     module = importlib.import_module(f"etb_hil.cli.{options.command}")
     return _guarded(module.run, options)
 
@@ -84,17 +126,11 @@ def _caution(message: Warning | str, *_: object) -> None:
 
 
 def _guarded(run: object, options: argparse.Namespace) -> int:
-    from etb_hil.base.compiled_cache import drop_stale
     from etb_hil.base.errors import BenchFault, EtbHilError, InputError
     from etb_hil.base.outcome import ExitCode
 
-    drop_stale()
     try:
-        code = int(run(options))  # type: ignore[operator]
-        sys.stdout.flush()
-    except BrokenPipeError:  # `| head` has read enough; what judges a unit prints through `say` and keeps its exit code
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return ExitCode.DONE
+        return int(run(options))  # type: ignore[operator]
     except InputError as error:
         print(error, file=sys.stderr)
         return ExitCode.BAD_INPUT
@@ -104,7 +140,6 @@ def _guarded(run: object, options: argparse.Namespace) -> int:
     except (BenchFault, EtbHilError) as error:
         print(f"bench fault: {error}", file=sys.stderr)
         return ExitCode.BENCH_FAULT
-    return code
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Write the files and say what was guessed; nothing that is there already is written over."""
     from etb_hil.base.errors import InputError, Place, Problem
+    from etb_hil.base.files import make_folder, write_text
     from etb_hil.base.roles import COMMANDED
     from etb_hil.canio.dbc.dbc_file import load_dbc
     from etb_hil.canio.dbc.role_proposals import chosen, proposals
@@ -23,19 +24,14 @@ def run(options: argparse.Namespace) -> int:
     folder = options.out or Path(options.dbc.stem)
     database = load_dbc(options.dbc)
     found = proposals(database)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        texts = starting_files(options.dbc, folder, database, found)
-        there = [folder / name for name in texts if (folder / name).exists()]
-        if there:
-            remedy = "give another folder with --out, or move it away"
-            raise InputError(*(Problem("is there already", Place(path), remedy=remedy) for path in there))
-        for name, text in texts.items():
-            (folder / name).write_text(text, "utf-8")
-    except OSError as error:
-        raise InputError(
-            Problem(f"cannot be written: {error.strerror}", Place(folder), remedy="choose another folder")
-        ) from None
+    make_folder(folder)
+    texts = starting_files(options.dbc, folder, database, found)
+    there = [folder / name for name in texts if (folder / name).exists()]
+    if there:
+        remedy = "give another folder with --out, or move it away"
+        raise InputError(*(Problem("is there already", Place(path), remedy=remedy) for path in there))
+    for name, text in texts.items():
+        write_text(folder / name, text)
     certain = chosen(found)
     for role, guesses in found.items():
         guess = certain.get(role)

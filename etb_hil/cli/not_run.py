@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from etb_hil.base.outcome import BenchOutcome, exit_code
-from etb_hil.report.model import Bench, Results, Unit
+from etb_hil.results.run_result import Bench, RunResult, Unit
 
 if TYPE_CHECKING:
     from etb_hil.base.errors import BenchFault
     from etb_hil.bench.job import Job
 
 
-def faulted(job: Job, serial: str, fault: BenchFault) -> dict[str, Any]:
+def faulted(job: Job, serial: str, fault: BenchFault) -> RunResult:
     """Return the results of a run that could not begin, or could not be kept: the bench failed."""
     bench = Bench(
         BenchOutcome.FAULT, "", str(fault), "Put right what is named, then repeat.", name=job.setup.bench.name
@@ -21,7 +21,7 @@ def faulted(job: Job, serial: str, fault: BenchFault) -> dict[str, Any]:
     return _results(job, serial, bench)
 
 
-def interrupted(job: Job | None, serial: str, time_out: str) -> dict[str, Any]:
+def interrupted(job: Job | None, serial: str, time_out: str) -> RunResult:
     """Return the results of a run that was ended before it began; `time_out` is empty where somebody ended it.
 
     Without a `job` it was ended while its files were read.
@@ -31,10 +31,10 @@ def interrupted(job: Job | None, serial: str, time_out: str) -> dict[str, Any]:
     return _results(job, serial, Bench(BenchOutcome.ABORTED, reason_id, time_out, name=name))
 
 
-def _results(job: Job | None, serial: str, bench: Bench) -> dict[str, Any]:
+def _results(job: Job | None, serial: str, bench: Bench) -> RunResult:
     unit = Unit(None, "run_not_finished", serial=serial)
-    results = Results("", unit, bench, exit_code=int(exit_code(bench.outcome, None)))
+    results = RunResult("", unit, bench, exit_code=int(exit_code(bench.outcome, None)))
     if job is not None:
         unit = replace(unit, part_number=job.limits.part_number, revision=job.limits.revision)
         results = replace(results, unit=unit, scenario=job.scenario.content.name, model=job.model.name)
-    return results.as_dict()
+    return results

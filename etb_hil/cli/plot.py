@@ -17,24 +17,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write the picture, and print what it shows: each role's samples and range."""
-    from etb_hil.base.errors import InputError, Place, Problem
     from etb_hil.cli.recordings import recording_of
-    from etb_hil.cli.show import say
     from etb_hil.report.recording_plot import plot_recording, range_text, worth_showing
 
     recording = recording_of(options.data, options.bench, options.map)
     recording.origin = str(options.data)  # of a session its name, not that of the log in it
     roles = options.roles or worth_showing(recording)
     page = options.out or Path(f"{options.data.resolve().stem}.png")
-    try:
-        plot_recording(recording, roles, page)
-    except OSError as error:
-        raise InputError(
-            Problem(f"cannot be written: {error.strerror}", Place(page), remedy="choose another file")
-        ) from None
+    plot_recording(recording, roles, page)
     for role in roles:
-        say(range_text(recording.series(role)))
+        print(range_text(recording.series(role)))
     for note in recording.notes:
-        say(f"note: {note}")
-    say(str(page))
+        print(f"note: {note}")
+    print(page)
     return 0

@@ -25,6 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--model", help="what is known of the unit (default: the session's own, else default)")
     parser.add_argument("--limits", help="limits of the part (default: the session's own, else default)")
+    parser.add_argument("--observer", help="observer of friction (default: the session's own, else the bench's)")
     parser.add_argument(
         "--against", type=Path, metavar="SESSION", help="say where this one first differs from a session"
     )

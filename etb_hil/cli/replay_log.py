@@ -50,7 +50,7 @@ def _unit(options: argparse.Namespace, files: RuleFiles, channel: int | None) ->
         finished = _in_stretches(judge_stretches(job, frames, round(stretch_of(options) * 1e9)), frames)
     for note in frames.notes:
         print(f"  Note     {note}")
-    code = compared(options, finished) if options.against else int(finished.results["exit_code"])
+    code = compared(options, finished) if options.against else finished.results.code
     return against_baseline(baseline, finished.results, code)
 
 
@@ -69,10 +69,10 @@ def _in_stretches(parts: Iterator[Finished], frames: Frames) -> Finished:
 
 
 def _rank(finished: Finished) -> int:
-    unit = finished.results["unit"]
-    return rank(unit["verdict"], unit["reason_id"])
+    unit = finished.results.unit
+    return rank(unit.verdict, unit.reason_id)
 
 
 def _line(finished: Finished, first_ns: int) -> str:
-    start, unit = (finished.record.start_ns - first_ns) * 1e-9, finished.results["unit"]
-    return f"  {start:10.1f} s + {finished.results['duration_s']:.1f} s  {unit['verdict']}: {unit['reason']}"
+    start, unit = (finished.record.start_ns - first_ns) * 1e-9, finished.results.unit
+    return f"  {start:10.1f} s + {finished.results.duration_s or 0.0:.1f} s  {unit.verdict}: {unit.reason}"

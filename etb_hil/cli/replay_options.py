@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.outcome import ExitCode
@@ -21,11 +21,12 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from etb_hil.base.yamlfile import Document
+    from etb_hil.results.run_result import RunResult
     from etb_hil.session.baseline import Baseline
 
 _EVERY = (
-    "bench", "channel", "model", "limits", "against", "baseline", "window", "join", "stretch", "onto", "jobs", "dask",
-    "out",
+    "bench", "channel", "model", "limits", "observer", "against", "baseline", "window", "join", "stretch", "onto",
+    "jobs", "dask", "out",
 )  # fmt: skip
 # of what is asked for: the options that go with it, and what to do about others
 _KINDS = {
@@ -35,15 +36,15 @@ _KINDS = {
         "each source is judged by itself: leave it away, or judge without --jobs and --dask",
     ),
     "a session": (
-        {"model", "limits", "against", "baseline", "window"},
+        {"model", "limits", "observer", "against", "baseline", "window"},
         "a session is judged by its own files: leave it away, or name its raw.blf, which is a log",
     ),
     "--against": (
-        {"bench", "channel", "model", "limits", "against", "baseline", "window", "join"},
+        {"bench", "channel", "model", "limits", "observer", "against", "baseline", "window", "join"},
         "what is compared is judged as a whole: leave it away",
     ),
     "a log": (
-        {"bench", "channel", "model", "limits", "baseline", "window", "join", "stretch"},
+        {"bench", "channel", "model", "limits", "observer", "baseline", "window", "join", "stretch"},
         "it is of many logs: add --jobs N, or leave it away",
     ),
 }
@@ -101,14 +102,14 @@ def _misplaced(options: argparse.Namespace) -> Iterable[Problem]:
 
 def _values(options: argparse.Namespace) -> Iterable[Problem]:
     if options.jobs is not None and options.jobs < 1:
-        yield Problem("--jobs is no number of processes", value=options.jobs, allowed="1 or more")
+        yield Problem("--jobs must be a positive number of processes", value=options.jobs, allowed="1 or more")
     if options.stretch is not None and not 1.0 <= options.stretch < 1e9:  # nan, too
-        yield Problem("--stretch is no length to judge", value=options.stretch, allowed="1 s or more")
+        yield Problem("--stretch is too short or too long", value=options.stretch, allowed="1 s or more")
     if options.window is not None and not 0.0 <= options.window[0] < options.window[1] < 1e9:
-        yield Problem("--window is no window", value=options.window, allowed="0 <= START < END, in s")
+        yield Problem("--window must begin before it ends", value=options.window, allowed="0 <= START < END, in s")
     for channel in options.channel or []:
         if not 0 <= channel <= 255:
-            yield Problem("--channel is no channel", value=channel, allowed="0 to 255")
+            yield Problem("--channel is out of range", value=channel, allowed="0 to 255")
 
 
 def _sources(options: argparse.Namespace) -> Iterable[Problem]:
@@ -130,10 +131,14 @@ def _rule_files(options: argparse.Namespace, bench_name: str | None) -> RuleFile
     """Return the files that a log is judged by: those named, those of the session to compare with, or stock ones."""
     model, limits = own_rules(options)
     if options.against and not bench_name:
-        return rule_files(open_session(options.against), model, limits)
+        return rule_files(open_session(options.against), model, limits, options.observer)
     bench = find("bench", bench_name or "virtual_classic")
     return RuleFiles(
-        bench, model or find("model", "default"), limits or find("limits", "default"), load_bench(bench).dbc
+        bench,
+        model or find("model", "default"),
+        limits or find("limits", "default"),
+        load_bench(bench).dbc,
+        options.observer,
     )
 
 
@@ -142,7 +147,7 @@ def baseline_of(options: argparse.Namespace) -> Document[Baseline] | None:
     return None if options.baseline is None else load_baseline(options.baseline)
 
 
-def against_baseline(baseline: Document[Baseline] | None, results: dict[str, Any], code: int) -> ExitCode:
+def against_baseline(baseline: Document[Baseline] | None, results: RunResult, code: int) -> ExitCode:
     """Say what of the baseline a judgement does not meet; return the exit code, as of a run."""
     return held_against([] if baseline is None else compare(baseline, results), ExitCode(code))
 

@@ -20,7 +20,7 @@ def replay_session(options: argparse.Namespace) -> int:
     """Judge a session, print the verdict and what differs from the live one; return the exit code."""
     baseline = baseline_of(options)
     model, limits = own_rules(options)
-    finished = replay(options.sources[0], model, limits, window_of(options))
+    finished = replay(options.sources[0], model, limits, window_of(options), options.observer)
     print(verdict_text(finished.results))
     for note in finished.analysis.recording.notes:
         print(f"  Note     {note}")
@@ -29,21 +29,21 @@ def replay_session(options: argparse.Namespace) -> int:
 
 def _beside(options: argparse.Namespace, finished: Finished) -> int:
     """Print how a judgement stands beside the live one, or another session; return the exit code."""
-    model, limits = own_rules(options)
+    other = any(own_rules(options)) or options.observer or options.window
     if options.against:
         return compared(options, finished)
-    if not finished.session.has_results and not (model or limits or options.window):
+    if not finished.session.has_results and not other:
         finished.session.write_results(finished.results)
         print("  The run was cut short before it left results; these are in its folder now.")
     elif not finished.session.has_results:
         print("  The run was cut short before it left results: there is nothing to compare with.")
-    elif model or limits or options.window:
+    elif other:
         print(changes_text(changes(finished.session.read_results(), finished.results)))
     else:
         found, code = beside_live(finished)
         print("  The same results as live, bit for bit." if found is None else f"  Differs from live: {found}")
         return code
-    return int(finished.results["exit_code"])
+    return finished.results.code
 
 
 def compared(options: argparse.Namespace, finished: Finished) -> int:
@@ -53,6 +53,6 @@ def compared(options: argparse.Namespace, finished: Finished) -> int:
     print(changes_text(changes(other.results, finished.results)))
     if divergence is None:
         print("  Every sample and every estimate is that of the session, bit for bit.")
-        return int(finished.results["exit_code"])
+        return finished.results.code
     print(f"  First divergence: {divergence}")
-    return int(finished.results["exit_code"]) or ExitCode.INCONCLUSIVE
+    return finished.results.code or ExitCode.INCONCLUSIVE

@@ -15,20 +15,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the set-ups, write pictures and page, and print the tables."""
-    from etb_hil.base.errors import InputError, Problem
-    from etb_hil.cli.compiling import announced
-    from etb_hil.cli.show import say
+    from etb_hil.base.files import make_folder, write_text
     from etb_hil.paper.reproduce import reproduce
     from etb_hil.paper.text import document, numbers_text
 
-    try:
-        options.out.mkdir(parents=True, exist_ok=True)
-        with announced():
-            done = reproduce(options.out)
-        page = options.out / "reproduction.md"
-        page.write_text(document(done), encoding="utf-8")
-    except OSError as error:
-        remedy = "give another folder with --out"
-        raise InputError(Problem(f"cannot be written: {error.strerror}", value=options.out, remedy=remedy)) from error
-    say(f"{numbers_text(done)}\n\npictures and the readings taken of unclear places: {page}")
+    make_folder(options.out)
+    done = reproduce(options.out)
+    page = write_text(options.out / "reproduction.md", document(done))
+    print(f"{numbers_text(done)}\n\npictures and the readings taken of unclear places: {page}")
     return 0

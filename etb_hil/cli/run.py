@@ -11,13 +11,11 @@ from etb_hil.cli.ci_output import CiOutput, add_ci_arguments
 from etb_hil.cli.files import add_file_arguments
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from typing import Any
-
     from etb_hil.base.outcome import ExitCode
     from etb_hil.cli.desk import Desk
     from etb_hil.cli.time_limit import TimeLimit
     from etb_hil.cli.units import Units
+    from etb_hil.results.run_result import RunResult
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,6 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="unit after unit: serial numbers are typed, scanned or piped in, one a line",
     )
     parser.add_argument("--out", type=Path, default=Path("sessions"), help="folder of sessions (default: %(default)s)")
+    parser.add_argument("--pictures", action="store_true", help="write the plots of the report as PNG files, too")
     parser.add_argument("--seed", type=int, default=1, help="seed of the virtual unit's noise (default: %(default)s)")
     parser.add_argument(
         "--yes", action="store_true", help="nobody attends the run: prompts are answered as the scenario says"
@@ -75,16 +74,15 @@ def _one_unit(units: Units, time_limit: TimeLimit) -> ExitCode:
 
 def _queue(units: Units, time_limit: TimeLimit) -> ExitCode:
     from etb_hil.cli.batch import run_batch, wrapped
-    from etb_hil.cli.show import say
 
     # What is wrong with the files, or with the bench, is said before anybody scans a unit.
     if units.desk is None:
         with time_limit:
             units.screen_for("")
     elif units.attended and (unfit := units.desk.standing()):
-        say(wrapped(f"The bench may not judge units: {unfit}."))
+        print(wrapped(f"The bench may not judge units: {unfit}."))
 
-    def run_in_time(serial: str, before: str) -> tuple[Mapping[str, Any], ExitCode, bool]:
+    def run_in_time(serial: str, before: str) -> tuple[RunResult, ExitCode, bool]:
         with time_limit:
             return units.run(serial, before)
 

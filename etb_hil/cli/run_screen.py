@@ -66,8 +66,6 @@ class RunScreen:
         return " - ".join(filter(None, names))
 
     def _limits(self) -> PanelLimits:
-        throttle, limits = self.job.model.values, self.job.limits
+        throttle, most = self.job.model.values, self.job.limits.most
         gear = throttle.gear_ratio
-        return PanelLimits(
-            limits.stiction.at_throttle(gear), limits.coulomb.at_throttle(gear), throttle.stribeck_velocity
-        )
+        return PanelLimits(most("T_st", gear), most("T_c", gear), throttle.stribeck_velocity)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import Any
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -22,9 +23,9 @@ def run(options: argparse.Namespace) -> int:
     """Print or write one schema or all of them."""
     import json
 
-    from etb_hil.base.errors import InputError, Place, Problem
+    from etb_hil.base.errors import InputError, Problem
+    from etb_hil.base.files import make_folder, write_text
     from etb_hil.cli.file_kinds import KINDS, file_schema
-    from etb_hil.report.model import results_schema
 
     kinds = [*KINDS, "results"]
     if options.kind is not None and options.kind not in kinds:
@@ -33,18 +34,16 @@ def run(options: argparse.Namespace) -> int:
         print("\n".join(kinds))
         return 0
     for kind in kinds if options.kind is None else [options.kind]:
-        schema = results_schema() if kind == "results" else file_schema(kind)
-        text = json.dumps(schema, indent=1, ensure_ascii=False)
+        schema = _results_schema() if kind == "results" else file_schema(kind)
+        text = json.dumps(schema, indent=1, ensure_ascii=options.out is None)
         if options.out is None:
             print(text)
             continue
-        path = options.out / f"{kind}.schema.json"
-        try:
-            options.out.mkdir(parents=True, exist_ok=True)
-            path.write_text(text + "\n", "utf-8")
-        except OSError as error:
-            raise InputError(
-                Problem(f"cannot be written: {error.strerror}", Place(path), remedy="choose another folder")
-            ) from None
-        print(path)
+        print(write_text(make_folder(options.out) / f"{kind}.schema.json", text + "\n"))
     return 0
+
+
+def _results_schema() -> dict[str, Any]:
+    from etb_hil.results.json_file import results_schema
+
+    return results_schema()

@@ -1,9 +1,7 @@
-"""What a command prints and writes once a run has been judged."""
+"""What `run` prints and writes once a unit has been judged."""
 
 from __future__ import annotations
 
-import errno
-import os
 import shutil
 import sys
 from typing import TYPE_CHECKING, TextIO
@@ -15,36 +13,35 @@ if TYPE_CHECKING:
 _BELOW = 4  # rows below a verdict: a tally, and the question for the next unit
 
 
-def say(text: str, screen: TextIO | None = None) -> None:
-    """Print a text; a reader that has gone away (`| head`, a closed terminal) costs neither exit code nor traceback."""
-    screen = screen or sys.stdout
-    try:
-        print(text, file=screen, flush=True)
-    except OSError as error:
-        if error.errno not in {errno.EPIPE, errno.EIO}:
-            raise
-        os.dup2(os.open(os.devnull, os.O_WRONLY), screen.fileno())
-
-
-def show_finished(finished: Finished, signals: StopSignals, screen: TextIO | None = None, next_step: str = "") -> None:
-    """Write the report beside the results and print the verdict; `next_step` as of `verdict_of`.
+def show_finished(
+    finished: Finished,
+    signals: StopSignals,
+    screen: TextIO | None = None,
+    next_step: str = "",
+    *,
+    pictures: bool = False,
+) -> None:
+    """Write the report beside the results and print the verdict; `next_step` and `pictures` as of `write_report`.
 
     Somebody who presses Ctrl-C again and again need not wait for the report.
     """
+    from etb_hil.base.errors import InputError
     from etb_hil.report.html_report import write_report
     from etb_hil.report.verdict import verdict_text
 
     page = None
     try:
         with signals.leaving():
-            page = write_report(finished.results, finished.series, finished.session.folder, next_step)
-    except OSError as error:  # a full disk must not cost the verdict
-        say(f"the report could not be written: {error}", sys.stderr)
+            page = write_report(
+                finished.results, finished.series, finished.session.folder, next_step, pictures=pictures
+            )
+    except InputError as error:  # a full disk must not cost the verdict
+        print(f"the report could not be written: {error}", file=sys.stderr)
     except KeyboardInterrupt:
-        say("the report was not written: Ctrl-C", sys.stderr)
+        print("the report was not written: Ctrl-C", file=sys.stderr)
     for warning in finished.warnings:
-        say(warning, sys.stderr)
-    say(verdict_text(finished.results, page, rows=_rows(screen or sys.stdout), next_step=next_step), screen)
+        print(warning, file=sys.stderr)
+    print(verdict_text(finished.results, page, rows=_rows(screen or sys.stdout), next_step=next_step), file=screen)
 
 
 def _rows(screen: TextIO) -> int | None:

@@ -38,7 +38,6 @@ def run(options: argparse.Namespace) -> int:
     """Simulate, write the table, and say what is in it."""
     from etb_hil.base.errors import InputError, Problem
     from etb_hil.base.stock import find
-    from etb_hil.cli.compiling import announced
     from etb_hil.plant.parameters import load_model
     from etb_hil.recording.table_writer import check_writable, column_name, write_table
 
@@ -46,8 +45,7 @@ def run(options: argparse.Namespace) -> int:
         raise InputError(Problem("a scenario and a voltage were given", remedy="give one of them"))
     check_writable(options.out)
     unit = load_model(find("model", options.unit))
-    with announced():
-        time_ns, columns = _scenario(options, unit) if options.voltage is None else _voltage(options, unit)
+    time_ns, columns = _scenario(options, unit) if options.voltage is None else _voltage(options, unit)
     write_table(options.out, time_ns, columns)
     seconds = (time_ns[-1] - time_ns[0]) * 1e-9
     print(f"{options.out}: {len(time_ns)} rows over {seconds:.3f} s of '{unit.name}'")

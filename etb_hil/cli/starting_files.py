@@ -38,13 +38,13 @@ measure: {{signals: [current, encoder], rate: 1 kHz}} # what the controller is a
 limits:
   current: 15 A
   voltage: 16 V
-  angle: [-2 deg, 87 deg]
+  angle: [-3 deg, 87 deg]
   velocity: 35 rad/s
   temperature: 110 degC
   duration: 10 min
 
 # Which signal means what. A signal in another unit than the role's needs a scale; one that wraps needs 'wraps: true'.
-roles:{empty}
+roles:
 {roles}"""
 
 _MODEL = """\
@@ -72,7 +72,6 @@ def starting_files(dbc: Path, folder: Path, database: Database, found: dict[str,
         rate_source=source,
         fd=", data_bitrate: 2 Mbit/s, fd: true" if is_fd else "",
         roles=roles,
-        empty="" if chosen(found) else " {}",
     )
     model = (
         find("model", "default")

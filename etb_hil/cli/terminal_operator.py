@@ -6,8 +6,6 @@ import os
 import signal
 from typing import TYPE_CHECKING, TextIO
 
-from etb_hil.cli.show import say
-
 if TYPE_CHECKING:
     from etb_hil.cli.keyboard import Keyboard
     from etb_hil.scenario.waiting import PromptPhase
@@ -89,4 +87,4 @@ class TerminalOperator:
 
     def _say(self, text: str) -> None:
         if self._screen is not None:
-            say(text, self._screen)
+            print(text, file=self._screen)

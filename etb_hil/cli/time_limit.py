@@ -27,7 +27,9 @@ class TimeLimit:
 
     def __init__(self, seconds: float | None) -> None:
         if seconds is not None and not (math.isfinite(seconds) and 0.0 < seconds <= LONGEST_S):
-            raise InputError(Problem("--timeout is no time", value=seconds, allowed=f"above 0, up to {LONGEST_S:g} s"))
+            raise InputError(
+                Problem("--timeout must be positive", value=seconds, allowed=f"above 0, up to {LONGEST_S:g} s")
+            )
         if seconds is not None and not hasattr(signal, "setitimer"):
             raise InputError(Problem("--timeout needs a POSIX system", remedy="leave it out on this one"))
         self._seconds = seconds

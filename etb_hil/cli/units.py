@@ -4,34 +4,33 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple, TextIO
+from typing import TYPE_CHECKING, NamedTuple, TextIO
 
 from etb_hil.base.errors import BenchFault
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.bench.job import prepare
 from etb_hil.bench.stop_signals import StopSignals
 from etb_hil.cli.batch import checked_serial
-from etb_hil.cli.compiling import announced
 from etb_hil.cli.files import job_files
 from etb_hil.cli.not_run import faulted, interrupted
 from etb_hil.cli.run_screen import RunScreen
-from etb_hil.cli.show import say, show_finished
+from etb_hil.cli.show import show_finished
 from etb_hil.report.verdict import verdict_text
 
 if TYPE_CHECKING:
     import argparse
-    from collections.abc import Mapping
 
     from etb_hil.base.outcome import ExitCode
     from etb_hil.bench.job import JobFiles
     from etb_hil.cli.ci_output import CiOutput
     from etb_hil.cli.desk import Desk
+    from etb_hil.results.run_result import RunResult
 
 
 class Judged(NamedTuple):
     """Results and exit code of a unit's run, and whether somebody stopped it to run the unit from the start."""
 
-    results: Mapping[str, Any]
+    results: RunResult
     code: ExitCode
     again: bool = False
 
@@ -55,11 +54,12 @@ class Units:
         files = job_files(self.options) if self.desk is None else self.desk.files(serial)
         if files not in self.screens:
             try:
-                with announced():
-                    job = prepare(files, attended=self.attended)
+                job = prepare(files, attended=self.attended)
             except KeyboardInterrupt as interrupt:
                 self.output.add(interrupted(None, serial, str(interrupt)))
                 raise
+            if job.limits.hint:
+                print(f"note: {files.limits}: {job.limits.hint}", file=sys.stderr)
             shown = not self.output.owns_standard_output
             options = self.options
             self.screens[files] = RunScreen(job, options.out, options.seed, self.attended, shown=shown)
@@ -74,7 +74,7 @@ class Units:
             judged = self._judged(screen, serial, before, words, signals)
         finally:
             signals.let_go()
-        if judged.results["bench"]["outcome"] == BenchOutcome.OK:
+        if judged.results.bench.outcome is BenchOutcome.OK:
             signals.raise_if_late()
         return judged
 
@@ -85,7 +85,7 @@ class Units:
             finished, again = screen.run(serial, before, signals)
         except BenchFault as fault:
             results = faulted(screen.job, serial, fault)
-            say(verdict_text(results), words)
+            print(verdict_text(results), file=words)
             return Judged(results, self.output.add(results))
         except KeyboardInterrupt as interrupt:  # a run that has begun ends in order: it had not, or was over
             self.output.add(interrupted(screen.job, serial, str(interrupt)))
@@ -93,7 +93,8 @@ class Units:
         said = None if self.desk is None else self.desk.conclusion(finished.results)
         if said is not None:
             finished = replace(finished, results=said.results)
-        show_finished(finished, signals, words, "" if said is None else said.next_step)
+        next_step = "" if said is None else said.next_step
+        show_finished(finished, signals, words, next_step, pictures=self.options.pictures)
         for line in [] if said is None else said.lines:
-            say(f"  Station  {line}", words)
+            print(f"  Station  {line}", file=words)
         return Judged(finished.results, self.output.add(finished.results, finished.session.folder), again)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from numba import njit
-
+from etb_hil.base.compiled import njit
 from etb_hil.base.modes import Mode
 from etb_hil.controller.laws.choice import law_torque
 from etb_hil.controller.laws.interface import CUT_OFF

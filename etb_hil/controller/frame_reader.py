@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.base.roles import COMMANDED
 from etb_hil.canio.dbc.protection import Profile, alive_counter, crc_is_right
 from etb_hil.canio.dbc.signal_bits import read_value

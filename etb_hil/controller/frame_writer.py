@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.canio.dbc.protection import write_protection
 from etb_hil.canio.dbc.signal_bits import Overflow, write_value
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames

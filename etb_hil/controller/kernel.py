@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from numba import njit
-
+from etb_hil.base.compiled import njit
 from etb_hil.base.modes import Mode
 from etb_hil.controller import events, reference, sensors, supervision
 from etb_hil.controller.drive import drive_voltage

@@ -30,6 +30,7 @@ from etb_hil.controller.state import (
 from etb_hil.plant.extended import new_sensed_state
 from etb_hil.plant.integrator import THETA, new_state
 from etb_hil.plant.parameters import Model, ThrottleParameters
+from etb_hil.plant.physics import Vector
 
 AMBIENT_C = 20.0  # where the stock models state their values
 HEATING_K_PER_W = 3.0  # housing over ambient; a throttle body in still air
@@ -125,6 +126,11 @@ class Machine:
     def plate_angle(self) -> float:
         """The plate's true angle in rad, for tests and benchmarks."""
         return float(self._plant[THETA])
+
+    @property
+    def plant_state(self) -> Vector:
+        """The plant's true state, for tests and benchmarks: a copy."""
+        return self._plant.copy()
 
     @property
     def temperature(self) -> float:

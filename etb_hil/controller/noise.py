@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from etb_hil.base.compiled import njit
 
 # Channels of one sample
 CURRENT, VOLTAGE, TRACK, TRACK_2 = range(4)

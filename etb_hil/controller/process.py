@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, TextIO
 
 import numpy as np
 
 from etb_hil.base.clock import Clock
-from etb_hil.base.errors import BenchFault
+from etb_hil.base.errors import BenchFault, RecordingFault
 from etb_hil.base.lateness import Lateness
 from etb_hil.canio.frames import FrameBlock, FrameFlag
 
@@ -28,10 +29,16 @@ class EventLog:
         self._stream = stream
 
     def write(self, event: str, **values: object) -> None:
-        """Write one line; nothing where no log was asked for."""
-        if self._stream is not None:
+        """Write one line; nothing where no log was asked for. RecordingFault where it cannot be written."""
+        if self._stream is None:
+            return
+        try:
             self._stream.write(json.dumps({"event": event, **values}) + "\n")
             self._stream.flush()
+        except OSError as error:
+            with suppress(OSError):  # what could not be written is tried again on closing
+                self._stream.close()
+            raise RecordingFault(f"{self._stream.name}: cannot be written: {error.strerror}; make room") from None
 
     def switch(self, switch: DriveSwitch) -> None:
         """Write that the bridge went on or off."""

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from etb_hil.base.compiled import njit
 from etb_hil.base.modes import Mode
 from etb_hil.controller.laws.interface import CONTROL_PERIOD
 from etb_hil.controller.state import Settings, State

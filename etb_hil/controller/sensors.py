@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from etb_hil.base.compiled import njit
 from etb_hil.controller.noise import CURRENT, TRACK, TRACK_2, VOLTAGE, generator, normal
 from etb_hil.controller.state import DataSheet, record
 from etb_hil.plant.model_file import Sensors

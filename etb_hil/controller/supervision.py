@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from numba import njit
-
+from etb_hil.base.compiled import njit
 from etb_hil.controller.state import CONTROL_NS, LATCHED, WATCHDOG_NS, Fault, Settings, State
 from etb_hil.plant.physics import RESISTANCE, VOLTAGE_LIMIT, Vector
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from etb_hil.canio.dbc.dialect import Dialect
     from etb_hil.plant.parameters import Model
+    from etb_hil.plant.physics import Vector
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +80,11 @@ class VirtualController:
     def time(self) -> float:
         """The controller's own time in s since power-on."""
         return self._machine.tick * TICK_NS * 1e-9
+
+    @property
+    def plant_state(self) -> Vector:
+        """The plant's true state (a copy; indices in `etb_hil.plant.integrator`), for tests and benchmarks."""
+        return self._machine.plant_state
 
     def run(self, until_ns: int, inbox: FrameBlock | None = None) -> FrameBlock:
         """Live until `until_ns`; return the frames handed to the transmitter before it, stamped with when.

@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.ticks import TICK, Ticks
 from etb_hil.plant.exactmath import log

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from etb_hil.base.errors import InputError, Problem
-from etb_hil.diagnosis.assessment import JUDGED, assess
+from etb_hil.diagnosis.assessment import JUDGED, assess, fitted_numbers
 from etb_hil.diagnosis.break_away import break_aways
 from etb_hil.diagnosis.contradiction import (
     Widening,
@@ -24,55 +23,56 @@ from etb_hil.diagnosis.contradiction import (
 )
 from etb_hil.diagnosis.current_zero import Zero, ZeroMeter
 from etb_hil.diagnosis.direction import against_motor
-from etb_hil.diagnosis.drift import by_place_and_time, drift_numbers, drift_remarks
+from etb_hil.diagnosis.drift import by_place_and_time, drift_remarks
 from etb_hil.diagnosis.exceedance import ExceedanceDetector
+from etb_hil.diagnosis.findings import Findings
 from etb_hil.diagnosis.grounds import Coverage, Grounds, far_above, local_excess, unexplained
 from etb_hil.diagnosis.limits import Limits, without_temperature
 from etb_hil.diagnosis.local_friction import local_friction
-from etb_hil.diagnosis.numbers import bump_numbers, report_numbers, without_intervals
-from etb_hil.diagnosis.places_seen import judged_where_seen, seen_slowly, too_wide_unseen
+from etb_hil.diagnosis.measurement_registry import measurement_kinds, phases_needed
+from etb_hil.diagnosis.measuring import Measured, measure
+from etb_hil.diagnosis.phase_use import RunPhase, Use
+from etb_hil.diagnosis.places_seen import seen_slowly, too_wide_unseen
 from etb_hil.diagnosis.result import DiagnosisResult
+from etb_hil.diagnosis.segments import SegmentCollector
 from etb_hil.diagnosis.series import break_away_columns, plot_columns
 from etb_hil.diagnosis.tally import LiveReading, Tally
 from etb_hil.diagnosis.ticks import TickMaker
-from etb_hil.diagnosis.uneven_way import uneven_numbers, uneven_remarks, uneven_way, without_confounded
+from etb_hil.diagnosis.uneven_way import uneven_remarks, uneven_way
 from etb_hil.diagnosis.verdict import conclude
 from etb_hil.diagnosis.windows import share_that_follows
-from etb_hil.observer.angle import AngleObserver
 from etb_hil.observer.estimate import Observer, SensorNoise
+from etb_hil.observer.registry import DEFAULT, observer_kind
 from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.parameters import Model, ThrottleParameters
 from etb_hil.recording.samples import Float64, SampleBlock
+from etb_hil.results.measurement import Measurement, Measurements
 
 if TYPE_CHECKING:
     from etb_hil.observer.compensation import Compensation
 
-ObserverFactory = Callable[[ThrottleParameters, SensorNoise], Observer]
-
-# Phases whose motion is judged, and those where a plate at rest may exceed a limit too.
-MOVING = frozenset({"ramp", "dash", "sinusoid", "step", "multisine", "break_away", "reversals", "log"})
-WATCHED = MOVING | {"hold"}
-ZERO = "current_zero"
-
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """What the panel shows: the live reading, limits in N·m at the throttle shaft, how many exceedances so far."""
+    """What the panel shows: the live reading, limits in N·m at the throttle shaft, how many exceedances so far.
+
+    A limit that is not stated is None.
+    """
 
     reading: LiveReading | None
-    stiction_limit: float
-    coulomb_limit: float
+    stiction_limit: float | None
+    coulomb_limit: float | None
     exceedances: int
 
 
 class Diagnosis:
     """Turns joined rows into a verdict; sees the bench's model and limits and nothing of the unit's."""
 
-    def __init__(self, model: Model, limits: Limits, observer: ObserverFactory = AngleObserver) -> None:
+    def __init__(self, model: Model, limits: Limits, observer: str = DEFAULT) -> None:
         if is_drive(model):
             what = f"the model '{model.name}' is a drive's, and friction is judged of throttles"
             raise InputError(Problem(what, remedy="give a throttle's model file (schema etb_hil/model/1)"))
-        self._model, self._limits, self._make_observer = model, limits, observer
+        self._model, self._limits, self._observer_kind = model, limits, observer_kind(observer)
         self._gear_ratio = model.values.gear_ratio
         self._meter: ZeroMeter | None = None
         self._zero = Zero(math.nan, math.nan, math.nan, None, math.nan)
@@ -80,13 +80,15 @@ class Diagnosis:
         self._running: _Running | None = None
         self._finished: list[ExceedanceDetector] = []
         self._samples = self._lost = 0
-        self._last: tuple[int, str] | None = None
+        self._last: tuple[int, RunPhase] | None = None
+        self._phases: set[str] = set()
+        self._segments = SegmentCollector(phases_needed())
         self._longest_gap, self._gap_in = 0, ""
         self._lowest, self._highest, self._highest_current = math.inf, -math.inf, 0.0
         self._start_ns: int | None = None
 
-    def push(self, rows: SampleBlock, phase: str) -> None:
-        """Take rows of a phase, named by its kind.
+    def push(self, rows: SampleBlock, phase: RunPhase) -> None:
+        """Take rows of a phase.
 
         Roles `motor_current` and `motor_angle` are needed, `motor_voltage`, `throttle_angle` and `temperature` are used
         where they are there. KeyError where a needed role is missing.
@@ -96,12 +98,13 @@ class Diagnosis:
         if self._start_ns is None:
             self._start_ns = int(rows.time_ns[0])
         self._cover(rows, phase)
+        self._phases.add(phase.kind)
         missing = np.full(len(rows), np.nan)
         current, motor_angle = rows.columns["motor_current"], rows.columns["motor_angle"]
         temperature = rows.columns.get("temperature", missing)
         encoder = motor_angle / self._gear_ratio
         plate_less_encoder = rows.columns.get("throttle_angle", missing) - encoder
-        if phase == ZERO:
+        if phase.use is Use.ZERO:
             if self._meter is None:
                 self._meter = ZeroMeter()
             self._meter.push(rows.time_ns, current, plate_less_encoder, temperature)
@@ -115,7 +118,12 @@ class Diagnosis:
                 rows.time_ns, true_current, angle, voltage, temperature
             )
         estimate = running.observer.push(rows.time_ns, true_current, angle)
-        judged = JUDGED if phase in MOVING else 0
+        self._segments.push(
+            phase,
+            np.asarray((rows.time_ns - self._start_ns) * 1e-9, np.float64),
+            {**rows.columns, "angle": angle, "motor_current": true_current},
+        )
+        judged = JUDGED if phase.use is Use.FITTED else 0
         self._ticks.push(
             rows.time_ns,
             angle,
@@ -126,7 +134,7 @@ class Diagnosis:
             estimate.friction,
             judged,
         )
-        if phase in WATCHED:
+        if phase.is_watched:
             running.tally.push(true_current, angle, estimate.velocity, estimate.friction, estimate.delay_ns)
             running.detector.push(
                 rows.time_ns,
@@ -136,7 +144,8 @@ class Diagnosis:
                 estimate.velocity,
                 estimate.friction,
                 estimate.delay_ns,
-                phase,
+                estimate.deviation,
+                phase.kind,
             )
             self._count(angle, true_current)
 
@@ -182,12 +191,19 @@ class Diagnosis:
                 is_bent=is_bent,
             )
         broken_away = break_aways(ticks, throttle)
-        numbers = report_numbers(assessment, broken_away, reading, self._zero, self._limits, throttle, widening)
         unseen = too_wide_unseen(local, self._model, throttle)
-        numbers = judged_where_seen(without_confounded(numbers, is_confounded=widening.is_confounded), unseen)
         at_rest = resistance_at_rest(ticks) if fit is None else None
-        omega_s = next((n.value for n in numbers if n.id == "omega_s" and way is None), None)
-        fastest, far = far_above(assessment, reading, omega_s or throttle.stribeck_velocity)
+        fitted = {}
+        if fit is not None:
+            fitted = fitted_numbers(fit, throttle, assessment.fastest, assessment.hardest)
+        speed = fitted.get("omega_s") if way is None and not widening.is_confounded else None
+        fastest, far = far_above(assessment, reading, throttle.stribeck_velocity if speed is None else speed.value)
+        series = plot_columns(assessment, widening) | break_away_columns(broken_away, fit)
+        found = Findings(
+            self._model, throttle, self._zero, assessment, fitted, widening, way, drift, unseen, fastest, far,
+            broken_away, self._limits.dwell, reading, series, self._segments.segments(),
+        )  # fmt: skip
+        measured = list(measure(found, self._limits))
         band = self._limits.marginal_band
         grounds = Grounds(
             coverage=Coverage(self._samples, self._lost, self._longest_gap * 1e-9, self._gap_in),
@@ -208,35 +224,34 @@ class Diagnosis:
             ),
             is_uneven=way is not None,
             by_direction=0.0 if fit is None else against_each_other(fit, self._model),
-            excess=local_excess(assessment, local, self._upper_limits()[0], band, widening.gain),
+            excess=local_excess(assessment, local, self._most()[0], band, widening.gain),
             unexplained=unexplained(exceedances, assessment, self._ticks.origin_ns, band),
             current_plausible=None if at_rest is None else resistance_fits(at_rest, 0.0, self._model, throttle),
             band=band,
             complete=complete,
+            limited=[kind for kind in measurement_kinds().values() if kind.id in self._limits.by_id],
+            phases=frozenset(self._phases),
         )
-        verdict, reasons = conclude(numbers, grounds)
-        if withheld:  # no number tells of a unit whose bench told nothing
-            numbers = tuple(replace(number, verdict=None) for number in numbers)
-        if untold:
-            numbers = without_intervals(numbers)
-        series = plot_columns(assessment, widening) | break_away_columns(broken_away, fit)
-        numbers = (*numbers, *uneven_numbers(way), *drift_numbers(drift), *bump_numbers(series))
+        verdict, reasons = conclude(measured, grounds)
+        measurements = Measurements(_told(one, is_withheld=bool(withheld), is_untold=bool(untold)) for one in measured)
         start_ns = self._start_ns or 0
         if self._ticks.origin_ns is not None:  # ticks begin with the first phase of motion, the run before it
             series["time"] = series["time"] + (self._ticks.origin_ns - start_ns) * 1e-9
-        return DiagnosisResult(verdict, reasons, numbers, exceedances, start_ns, series)
+        return DiagnosisResult(verdict, reasons, measurements, exceedances, start_ns, series)
 
     def _throttle(self) -> ThrottleParameters:
         temperature = self._zero.temperature
         return self._model.values if math.isnan(temperature) else self._model.values_at(temperature)
 
-    def _upper_limits(self) -> tuple[float, float]:
+    def _upper_limits(self) -> tuple[float | None, float | None]:
         """Return the limits of T_st and T_c in N·m at the throttle shaft, at the temperature of the current zero."""
-        temperature = self._zero.temperature
-        return (
-            self._limits.stiction.at_throttle(self._gear_ratio, temperature),
-            self._limits.coulomb.at_throttle(self._gear_ratio, temperature),
-        )
+        of, temperature = self._limits.most, self._zero.temperature
+        return of("T_st", self._gear_ratio, temperature), of("T_c", self._gear_ratio, temperature)
+
+    def _most(self) -> tuple[float, float]:
+        """Return the most that T_st and T_c may be, infinite where no limit is stated."""
+        stiction, coulomb = self._upper_limits()
+        return math.inf if stiction is None else stiction, math.inf if coulomb is None else coulomb
 
     def _start_or_go_on(self, plate_less_encoder: Float64) -> _Running:
         """Return what runs; a current zero that has just ended starts it afresh with what it measured."""
@@ -251,9 +266,9 @@ class Diagnosis:
                 self._zero = Zero(z.current, z.current_error, z.noise, float(plate_less_encoder[0]), z.temperature)
             throttle = self._throttle()
             self._running = _Running(
-                self._make_observer(throttle, _noise(self._model)),
+                self._observer_kind.make(self._model, throttle, _noise(self._model)),
                 Tally(throttle),
-                ExceedanceDetector(self._model, throttle, *self._upper_limits()),
+                ExceedanceDetector(self._model, throttle, *self._most()),
                 self._compensation(),
             )
         return self._running
@@ -268,18 +283,18 @@ class Diagnosis:
     def _detectors(self) -> list[ExceedanceDetector]:
         return self._finished if self._running is None else [*self._finished, self._running.detector]
 
-    def _cover(self, rows: SampleBlock, phase: str) -> None:
+    def _cover(self, rows: SampleBlock, phase: RunPhase) -> None:
         """Count what is lost, and follow the gaps, in phases of motion and at their edges."""
         before_ns, before = self._last if self._last is not None else (int(rows.time_ns[0]), phase)
         lost, gap = rows.lost_before, np.diff(rows.time_ns, prepend=before_ns)
-        if before in WATCHED and phase not in WATCHED:
+        if before.is_watched and not phase.is_watched:
             lost, gap = lost[:1], gap[:1]
-        if before in WATCHED or phase in WATCHED:
+        if before.is_watched or phase.is_watched:
             self._lost += int(np.sum(lost[lost > 0]))
             if int(gap.max()) > self._longest_gap:
                 self._longest_gap = int(gap.max())
-                at_edge = int(np.argmax(gap)) == 0 and before in WATCHED
-                self._gap_in = before if at_edge else phase
+                at_edge = int(np.argmax(gap)) == 0 and before.is_watched
+                self._gap_in = before.kind if at_edge else phase.kind
         self._last = (int(rows.time_ns[-1]), phase)
 
     def _count(self, angle: Float64, current: Float64) -> None:
@@ -299,6 +314,18 @@ class _Running:
     tally: Tally
     detector: ExceedanceDetector
     compensation: Compensation | None
+
+
+def _told(one: Measured, *, is_withheld: bool, is_untold: bool) -> Measurement:
+    """Return a measurement as the data allow it to be told.
+
+    What rests on the model is held against no limit where a verdict is withheld, and nothing bounds it where the data
+    contradict the model.
+    """
+    if one.kind.is_model_free:
+        return one.measurement
+    found = replace(one.measurement, verdict=None) if is_withheld else one.measurement
+    return replace(found, low=None, high=None) if is_untold else found
 
 
 def _noise(model: Model) -> SensorNoise:

@@ -7,8 +7,8 @@ than its springs can have held, one of them has the wrong sign.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.diagnosis.result import Reason
 from etb_hil.diagnosis.ticks import TICK, Ticks
 from etb_hil.plant.parameters import Model, ThrottleParameters

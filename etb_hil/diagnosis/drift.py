@@ -16,7 +16,7 @@ from etb_hil.diagnosis.friction_map import FASTEST
 from etb_hil.diagnosis.friction_model import steady_level
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.prior import Prior
-from etb_hil.diagnosis.result import Number, Reason
+from etb_hil.diagnosis.result import Reason
 from etb_hil.diagnosis.ripple import in_passes
 from etb_hil.diagnosis.segment_bootstrap import Spread, segment_bootstrap
 from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit, refit, widened_by
@@ -162,12 +162,3 @@ def drift_remarks(drift: Drift | None) -> list[Reason]:
         "hold what friction was before and after"
     )
     return [Reason("friction_drifts", text, "warm the unit up or run it in, as warm_check does, then repeat")]
-
-
-def drift_numbers(drift: Drift | None) -> tuple[Number, ...]:
-    """Return by which share friction changed in a second, where it did beyond doubt."""
-    if drift is None:
-        return ()
-    reach = TWO_SIDED_95 * drift.error
-    rate = drift.rate
-    return (Number("friction_drift", "change of friction in a second", rate, "1/s", rate - reach, rate + reach),)

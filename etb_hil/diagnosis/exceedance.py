@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.plant.parameters import Model, ThrottleParameters
 from etb_hil.plant.physics import (
     DEAD_ZONE,
@@ -26,6 +26,7 @@ FAR_ABOVE = 2.15  # times omega_s: the Gaussian of eq. (2) has fallen to 1 %
 _RELEASE = 0.9  # an episode ends below this share of the limit
 _SHORTEST_NS = 3_000_000  # shorter than the observer resolves
 _ANGLE_ERROR = 1e-3  # rad: encoder's zero against the plate
+_SURE = 2.0  # standard deviations of the friction that count as its error
 _DELAYS = 4.0  # the observer's delays until a jump of the spring's torque has left the estimate
 
 STICTION, COULOMB = 0, 1
@@ -99,9 +100,14 @@ class ExceedanceDetector:
         velocity: Float64,
         friction: Float64,
         delay_ns: Int64,
+        deviation: Float64 | None,
         phase: str,
     ) -> None:
-        """Take samples (n) of one phase with the observer's estimates at them, NaN where it has none."""
+        """Take samples (n) of one phase with the observer's estimates at them, NaN where it has none.
+
+        An observer that states the standard deviation of its friction is believed in that; the friction of another is
+        off by what the model's tolerances allow.
+        """
         if phase != self._phase:
             self.close()
         self._phase = phase
@@ -115,6 +121,7 @@ class ExceedanceDetector:
             velocity,
             friction,
             delay_ns,
+            np.full(len(time_ns), np.nan) if deviation is None else deviation,
             self._p,
             self._settings,
             self._times,
@@ -178,18 +185,28 @@ def _go_on(kind: int, time_ns: int, place: tuple[float, ...], times: Int64, peak
 
 @njit(cache=True, error_model="numpy")
 def _allowance(
-    i: float, theta: float, omega: float, acceleration: float, delay: float, p: Float64, settings: Float64
+    i: float,
+    theta: float,
+    omega: float,
+    acceleration: float,
+    delay: float,
+    deviation: float,
+    p: Float64,
+    settings: Float64,
 ) -> float:
-    """Return by how much the known torques may be off at most, in N·m, by the tolerances of the model."""
+    """Return by how much the friction may be off, in N·m: by its own deviation, else by the model's tolerances."""
     blur = settings[_TOL_ANGLE] + abs(omega) * _DELAYS * delay
     if theta < p[STOP_LOW] + blur or theta > p[STOP_HIGH] - blur:
         return np.inf
-    spring = settings[_TOL_SPRING]
+    spring, viscous = 0.0, settings[_TOL_VISCOUS] * abs(omega)
     if abs(theta - p[LIMP_HOME]) < blur + p[DEAD_ZONE]:
-        spring += abs(spring_torque(theta + blur, p) - spring_torque(theta - blur, p))
+        spring = abs(spring_torque(theta + blur, p) - spring_torque(theta - blur, p))
+    if not math.isnan(deviation):
+        return spring + _SURE * deviation + viscous
+    spring += settings[_TOL_SPRING]
     motor = settings[_TOL_CONSTANT] * abs(i)
     inertia = settings[_TOL_INERTIA] * p[INERTIA] * abs(acceleration)
-    return motor + spring + inertia + settings[_TOL_VISCOUS] * abs(omega)
+    return motor + spring + inertia + viscous
 
 
 @njit(cache=True, error_model="numpy")
@@ -201,6 +218,7 @@ def _detect(
     velocity: Float64,
     friction: Float64,
     delay_ns: Int64,
+    deviation: Float64,
     p: Float64,
     settings: Float64,
     times: Int64,
@@ -226,7 +244,7 @@ def _detect(
             limit = settings[_LIMIT_STICTION + kind]
             allowance = np.inf
             if applies and torque > _RELEASE * limit:
-                allowance = _allowance(current[k], angle[k], omega, acceleration, delay, p, settings)
+                allowance = _allowance(current[k], angle[k], omega, acceleration, delay, deviation[k], p, settings)
             if times[_OPEN, kind] and not torque - allowance > _RELEASE * limit:
                 count += _end(kind, times, peaks, closed, instants, count)
             if times[_OPEN, kind] or torque - allowance > limit:

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.recording.samples import Float64, Int64
 
 CELL = 0.035  # rad, 2 deg: what a window of 17 ms resolves at up to 2 rad/s

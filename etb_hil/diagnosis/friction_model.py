@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.diagnosis.ticks import TICK
 from etb_hil.diagnosis.windows import bend
 from etb_hil.plant.exactmath import exp, exp_neg, gauss

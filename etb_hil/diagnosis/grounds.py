@@ -1,4 +1,4 @@
-"""What a verdict is made from, beside the numbers."""
+"""What a verdict is made from, beside the measurements."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from etb_hil.diagnosis.exceedance import FAR_ABOVE, KINDS, Exceedance
 from etb_hil.diagnosis.friction_model import steady_level
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.local_friction import LocalFriction
+from etb_hil.diagnosis.measurement_kind import MeasurementKind
 from etb_hil.diagnosis.places_seen import Unseen
 from etb_hil.diagnosis.prior import CONSTANT
 from etb_hil.diagnosis.result import Reason
@@ -57,8 +58,9 @@ class Excess:
 
 @dataclass(frozen=True, slots=True)
 class Grounds:
-    """What a verdict is made from, beside the numbers.
+    """What a verdict is made from, beside the measurements.
 
+    `limited` are the measurements that a limit is stated for, `phases` the kinds of phase that the run has.
     `withholding` and `remarks` are what contradicts the bench's model; `excess` is friction that may be locally
     above the limit of T_st, None where there is none; `unexplained` are live episodes that the fit does not
     explain; `far` rad/s, where the Stribeck curve has come down; `follows` is the share of ticks behind which none
@@ -88,6 +90,8 @@ class Grounds:
     current_plausible: bool | None
     band: float
     complete: bool
+    limited: Sequence[MeasurementKind]
+    phases: frozenset[str]
 
 
 def far_above(assessment: Assessment, reading: LiveReading, stribeck_velocity: float) -> tuple[float, float]:

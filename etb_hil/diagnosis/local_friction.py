@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.diagnosis.prior import CONSTANT
 from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit
 from etb_hil.recording.samples import Float64, Int64

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from etb_hil.base.outcome import UnitVerdict
 from etb_hil.diagnosis.local_friction import CELL, LocalFriction
-from etb_hil.diagnosis.result import Number
 from etb_hil.plant.parameters import Model, ThrottleParameters
 
 MOST_UNSEEN = 0.1  # share of the way at a stretch, 8 degrees: in more, a bump of a usual width is missed whole
-OF_SLOW_FRICTION = frozenset({"T_st", "return_margin"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,18 +46,3 @@ def too_wide_unseen(local: LocalFriction | None, model: Model, throttle: Throttl
     start, end = float(starts[widest]), float(ends[widest])
     share = (end - start) / (high - low)
     return Unseen(start, end, share) if share > MOST_UNSEEN else None
-
-
-def judged_where_seen(numbers: Sequence[Number], unseen: Unseen | None) -> tuple[Number, ...]:
-    """Return the numbers, of which those that hang on T_st do not pass where too much of the way was not seen.
-
-    Beyond a limit they fail all the same: no other place makes up for that.
-    """
-    if unseen is None:
-        return tuple(numbers)
-    return tuple(
-        replace(number, verdict=UnitVerdict.INCONCLUSIVE)
-        if number.id in OF_SLOW_FRICTION and number.verdict is UnitVerdict.PASS
-        else number
-        for number in numbers
-    )

@@ -10,9 +10,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from etb_hil.base.compiled import njit
 from etb_hil.base.modes import Mode
 from etb_hil.diagnosis.motor_balance import WINDOW, worst_residual
 from etb_hil.diagnosis.result import Reason

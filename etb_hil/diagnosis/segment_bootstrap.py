@@ -10,8 +10,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.observer.normal_equations import accumulate, inverse, times
 from etb_hil.recording.samples import Float64, Int64

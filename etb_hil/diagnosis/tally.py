@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.diagnosis.exceedance import FAR_ABOVE
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.plant.physics import (

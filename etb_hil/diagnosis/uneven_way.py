@@ -7,7 +7,6 @@ or a little beyond them where it nowhere levels off. What is finer than a cell i
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 from etb_hil.diagnosis.bump_fit import by_place, excess_of
 from etb_hil.diagnosis.friction_map import FASTEST
 from etb_hil.diagnosis.friction_model import steady_level
-from etb_hil.diagnosis.result import Number, Reason
+from etb_hil.diagnosis.result import Reason
 from etb_hil.diagnosis.ripple import in_passes, shared_by_passes
 from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit
 from etb_hil.recording.samples import Float64
@@ -25,7 +24,6 @@ _LEAST = 0.02  # share of friction: less than that from place to place is as lit
 _CHANCE = 5.0  # standard errors of a place: noise alone has 3.3 between its 5 % and 95 % quantiles
 _LEAST_RIPPLE = 0.006  # share of friction, root of the mean square: what spans 2 % between those quantiles
 _REPEATS = 0.3  # share of its variance that a ripple repeats at least: a friction check's noise repeats 0.06 by chance
-_OF_SPEED = frozenset({"omega_s", "viscous"})
 _SMOOTHED = 2.0  # times what is seen of a ripple: bristles and windows smooth one of 0.02 rad to three fifths
 
 
@@ -123,28 +121,3 @@ def uneven_remarks(way: UnevenWay | None) -> list[Reason]:
         "T_c are means over it, and their intervals hold what they may be without that"
     )
     return [Reason("uneven_way", text, "see the friction over angle for the places")]
-
-
-def uneven_numbers(way: UnevenWay | None) -> tuple[Number, ...]:
-    """Return where friction is least and most along an uneven way, and how much it is there.
-
-    Without intervals: they are the extremes of many places.
-    """
-    if way is None:
-        return ()
-    return tuple(
-        number
-        for number_id, words, place in (
-            ("friction_least", "least slow friction along the way", way.least),
-            ("friction_most", "most slow friction along the way", way.most),
-        )
-        for number in (
-            Number(number_id, words, place.torque, "N·m", note=f"{place.excess:+.1%} off the curve"),
-            Number(f"{number_id}_at", f"place of the {words}", place.angle, "rad"),
-        )
-    )
-
-
-def without_confounded(numbers: Sequence[Number], *, is_confounded: bool) -> tuple[Number, ...]:
-    """Return the numbers, without omega_s and viscosity where something else passes for what goes with speed."""
-    return tuple(number for number in numbers if not is_confounded or number.id not in _OF_SPEED)

@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.diagnosis.grounds import Coverage, Grounds, longest_by_kind
-from etb_hil.diagnosis.places_seen import MOST_UNSEEN, OF_SLOW_FRICTION
-from etb_hil.diagnosis.result import Number, Reason
+from etb_hil.diagnosis.measuring import Measured
+from etb_hil.diagnosis.places_seen import MOST_UNSEEN
+from etb_hil.diagnosis.result import Reason
+from etb_hil.results import shown
+
+if TYPE_CHECKING:
+    from etb_hil.diagnosis.measurement_kind import MeasurementKind
 
 MOST_LOST = 0.05  # share of the samples
 LONGEST_GAP = 0.1  # s: longer than a dash
@@ -16,47 +22,24 @@ _LONGEST = 0.02  # s, of all unexplained episodes together
 _STUCK = 0.2  # rad: a plate that moved by less was hardly moved
 _WHOLE = 0.9  # of the ticks without a gap before them: with more, it was not for want of samples
 
-_NEEDED = ("T_st", "T_c", "return_margin")
-_OF_FRICTION = frozenset({"T_st", "T_c", "T_st_break_away"})
 
-
-def stand(
-    value: float, low: float, high: float, limit_low: float | None, limit_high: float | None, band: float
-) -> UnitVerdict:
-    """Hold a value's interval against its limits; `band` is a share of the limit, inside which nothing is decided."""
-    verdicts = []
-    if limit_high is not None:
-        margin = band * abs(limit_high)
-        verdicts.append(_side(limit_high - high - margin, low - limit_high - margin))
-    if limit_low is not None:
-        margin = band * abs(limit_low)
-        verdicts.append(_side(low - limit_low - margin, limit_low - high - margin))
-    if not low <= value <= high:
-        return UnitVerdict.INCONCLUSIVE
-    for worst in (UnitVerdict.FAIL, UnitVerdict.INCONCLUSIVE):
-        if worst in verdicts:
-            return worst
-    return UnitVerdict.PASS
-
-
-def _side(inside: float, outside: float) -> UnitVerdict:
-    if outside > 0.0:
-        return UnitVerdict.FAIL
-    return UnitVerdict.PASS if inside > 0.0 else UnitVerdict.INCONCLUSIVE
-
-
-def conclude(numbers: Sequence[Number], grounds: Grounds) -> tuple[UnitVerdict, tuple[Reason, ...]]:
+def conclude(measured: Sequence[Measured], grounds: Grounds) -> tuple[UnitVerdict, tuple[Reason, ...]]:
     """Return the verdict with its reasons, the deciding one first.
 
-    What withholds a verdict outranks fail, fail inconclusive, inconclusive pass.
+    What withholds a verdict outranks fail, fail inconclusive, inconclusive pass; but where the data contradict the
+    model, what is measured without the model still fails a unit. What a limit applies to has to be
+    measured for a pass, where the run has the phases for it; limits that need other phases are said to be not judged.
     """
-    judged = [number for number in numbers if number.verdict is not None]
-    missing = [name for name in _NEEDED if all(number.id != name for number in judged)]
+    judged = [one for one in measured if one.measurement.is_judged]
+    found = {one.kind.id for one in judged}
+    missing = [kind for kind in grounds.limited if kind.id not in found and kind.phases & grounds.phases]
+    no_curve = [kind.id for kind in grounds.limited if kind.id not in found and not kind.phases]
     withholding = [*_lost(grounds.coverage), *grounds.withholding]
     broken = _limits_broken(judged)
-    fails = [*broken, *_locally(judged, grounds), *_stuck(grounds, missing)]
+    fails = [*broken, *_locally(judged, grounds), *_stuck(grounds, no_curve)]
     doubts = [
-        *_poor_evidence(grounds, missing),
+        *_poor_evidence(grounds, no_curve),
+        *_not_measured(missing),
         *_not_seen(grounds),
         *_undecided(judged, grounds),
         *_locally_undecided(judged, grounds),
@@ -65,17 +48,47 @@ def conclude(numbers: Sequence[Number], grounds: Grounds) -> tuple[UnitVerdict, 
     if not broken:
         doubts += _unexplained(grounds)
     doubts += _gaps(grounds)
-    if grounds.withholding:  # numbers of another model's friction are no reasons
-        return UnitVerdict.INCONCLUSIVE, (*withholding, *grounds.remarks)
+    remarks = (*grounds.remarks, *_not_judged(grounds))
+    without_model = _limits_broken([one for one in judged if one.kind.is_model_free])
+    if without_model and not _lost(grounds.coverage) and grounds.withholding:
+        return UnitVerdict.FAIL, (*without_model, *grounds.withholding, *remarks)
+    if grounds.withholding:  # friction by another model is no reason
+        return UnitVerdict.INCONCLUSIVE, (*withholding, *remarks)
     if withholding:
-        return UnitVerdict.INCONCLUSIVE, (*withholding, *fails, *doubts, *grounds.remarks)
+        return UnitVerdict.INCONCLUSIVE, (*withholding, *fails, *doubts, *remarks)
     if fails:
-        return UnitVerdict.FAIL, (*fails, *doubts, *grounds.remarks)
-    if doubts:
-        return UnitVerdict.INCONCLUSIVE, (*doubts, *grounds.remarks)
-    words = "; ".join(_sentence(number) for number in judged)
-    words += f"; seen from {grounds.seen[0]:.3f} to {grounds.seen[1]:.3f} rad, and of no other place"
-    return UnitVerdict.PASS, (Reason("within_limits", words, "none"), *grounds.remarks)
+        return UnitVerdict.FAIL, (*fails, *doubts, *remarks)
+    if doubts or not judged:
+        return UnitVerdict.INCONCLUSIVE, (*doubts, *remarks)
+    words = "; ".join(shown.sentence(one.measurement) for one in judged)
+    if not math.isnan(grounds.seen[0]):
+        words += f"; seen from {_degrees(grounds.seen[0])} to {_degrees(grounds.seen[1])}, and of no other place"
+    return UnitVerdict.PASS, (Reason("within_limits", words, "none"), *remarks)
+
+
+def _degrees(angle: float) -> str:
+    return shown.quantity(angle, "rad", 1)
+
+
+def _not_measured(missing: Sequence[MeasurementKind]) -> list[Reason]:
+    return [
+        Reason(
+            f"{kind.id}_not_measured",
+            f"{kind.name} was not measured, although the run has a phase for it ({', '.join(sorted(kind.phases))})",
+            "look at the frames lost in that phase, then repeat the check",
+        )
+        for kind in missing
+    ]
+
+
+def _not_judged(grounds: Grounds) -> list[Reason]:
+    """Return a remark on limits whose measurements this scenario has no phase for."""
+    unseen = [kind for kind in grounds.limited if kind.phases and not kind.phases & grounds.phases]
+    if not unseen:
+        return []
+    names = ", ".join(f"{kind.name} ({' or '.join(sorted(kind.phases))})" for kind in unseen)
+    step = "run a scenario with those phases, as end_of_line has them"
+    return [Reason("limits_not_judged", f"limits that this run has no phase for: {names}", step)]
 
 
 def _lost(coverage: Coverage) -> list[Reason]:
@@ -86,20 +99,19 @@ def _lost(coverage: Coverage) -> list[Reason]:
     return [Reason("samples_lost", text, "look at the bus load and at the frames lost per message, then repeat")]
 
 
-def _limits_broken(judged: Sequence[Number]) -> list[Reason]:
-    reasons = []
-    for number in judged:
-        if number.verdict is UnitVerdict.FAIL:
-            text = _sentence(number)
-            if number.id == "return_margin" and number.value is not None and number.value <= 0.0:
-                text += "; friction holds the plate against its springs"
-            reasons.append(
-                Reason(f"{number.id}_beyond_limit", text, "reject the unit; see where friction rises in the plots")
-            )
-    return reasons
+def _limits_broken(judged: Sequence[Measured]) -> list[Reason]:
+    return [
+        Reason(
+            f"{one.kind.id}_beyond_limit",
+            shown.sentence(one.measurement) + one.estimate.if_failed,
+            "reject the unit; see where friction rises in the plots" if one.kind.is_friction else "reject the unit",
+        )
+        for one in judged
+        if one.measurement.verdict is UnitVerdict.FAIL
+    ]
 
 
-def _locally(judged: Sequence[Number], grounds: Grounds) -> list[Reason]:
+def _locally(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
     """Return a reason where friction is above the limit at one place, and the fitted curve is not."""
     excess = grounds.excess
     if excess is None or not excess.is_certain or _stands(judged, "T_st") is UnitVerdict.FAIL:
@@ -111,7 +123,7 @@ def _locally(judged: Sequence[Number], grounds: Grounds) -> list[Reason]:
     return [Reason("T_st_exceeded", text, "reject the unit; see the friction over angle for the place")]
 
 
-def _locally_undecided(judged: Sequence[Number], grounds: Grounds) -> list[Reason]:
+def _locally_undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
     """Return a doubt where friction may be above the limit at one place, and the fitted curve is not."""
     excess = grounds.excess
     if excess is None or excess.is_certain or _stands(judged, "T_st") is not UnitVerdict.PASS:
@@ -124,15 +136,16 @@ def _locally_undecided(judged: Sequence[Number], grounds: Grounds) -> list[Reaso
     return [Reason("T_st_local_undecided", text, "see the friction over angle for the place")]
 
 
-def _by_direction_undecided(judged: Sequence[Number], grounds: Grounds) -> list[Reason]:
+def _by_direction_undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
     """Return a doubt where friction that differs by direction may be above a limit in one, and its mean is not."""
     more = abs(grounds.by_direction)
     names = []
-    for number in judged:
-        if number.id in _OF_FRICTION and number.verdict is UnitVerdict.PASS:
-            most = (number.limit_high or math.inf) * (1.0 - grounds.band)
-            if more > 0.0 and (number.high or 0.0) + more > most:
-                names.append(number.id)
+    for one in judged:
+        found = one.measurement
+        if one.kind.is_friction and found.verdict is UnitVerdict.PASS:
+            most = (found.limit_high or math.inf) * (1.0 - grounds.band)
+            if more > 0.0 and (found.high or 0.0) + more > most:
+                names.append(found.id)
     if not names:
         return []
     way = "opening" if grounds.by_direction > 0.0 else "closing"
@@ -144,8 +157,8 @@ def _by_direction_undecided(judged: Sequence[Number], grounds: Grounds) -> list[
     return [Reason("direction_undecided", text, step)]
 
 
-def _stands(judged: Sequence[Number], name: str) -> UnitVerdict | None:
-    return next((number.verdict for number in judged if number.id == name), None)
+def _stands(judged: Sequence[Measured], name: str) -> UnitVerdict | None:
+    return next((one.measurement.verdict for one in judged if one.measurement.id == name), None)
 
 
 def _stuck(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
@@ -229,32 +242,14 @@ def _not_seen(grounds: Grounds) -> list[Reason]:
     return [Reason("places_not_seen", text, "run a scenario with slow ramps over the whole way, as friction_check")]
 
 
-def _undecided(judged: Sequence[Number], grounds: Grounds) -> list[Reason]:
+def _undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
     reasons = []
-    for number in judged:
-        if number.verdict is not UnitVerdict.INCONCLUSIVE:
-            continue
-        if number.id in OF_SLOW_FRICTION and grounds.unseen is not None:
-            continue  # said already
-        text = _sentence(number)
-        if number.id == "T_c" and grounds.fastest < grounds.far:
-            text = f"the plate never passed 2.15 omega_s ({grounds.fastest:.1f} of {grounds.far:.1f} rad/s)"
-            reasons.append(Reason("T_c_not_reached", text, "add a dash that passes 2.15 omega_s"))
+    for one in judged:
+        if one.measurement.verdict is not UnitVerdict.INCONCLUSIVE or not one.estimate.may_pass:
             continue
         step = "repeat the check, more often or slower, to narrow the interval"
-        if grounds.is_uneven:
+        if grounds.is_uneven and not one.kind.phases:
             step = "see the friction over angle: repeating does not narrow the interval of an uneven way"
-        reasons.append(Reason(f"{number.id}_undecided", text, step))
+        usual = Reason(f"{one.kind.id}_undecided", shown.sentence(one.measurement), step)
+        reasons.append(one.estimate.undecided or usual)
     return reasons
-
-
-def _sentence(number: Number) -> str:
-    allowed = []
-    if number.limit_low is not None:
-        allowed.append(f"at least {number.limit_low:.3f}")
-    if number.limit_high is not None:
-        allowed.append(f"at most {number.limit_high:.3f}")
-    return (
-        f"{number.name} is {number.value:.3f} {number.unit} ({number.low:.3f} to {number.high:.3f}), "
-        f"allowed {' and '.join(allowed)}"
-    )

@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.diagnosis.ticks import TICK, Ticks
 from etb_hil.recording.samples import Float64, Int64
 

@@ -11,6 +11,7 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 
 from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.files import make_folder, write_bytes, write_text
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.limits import Limits
 from etb_hil.discrepancy.answer.called import as_in_its_file
@@ -327,27 +328,24 @@ def write(answer: Answer, folder: Path) -> list[Path]:
     """Write `explanation.json` and, where something was fitted, `model.yaml`; return the paths.
 
     What an earlier answer left in the folder and this one does not have goes: it is not of these data. InputError
-    where files of these names are nobody's answer.
+    where files of these names are nobody's answer, or one cannot be written.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     must_not_lose(folder, ())
     for name in (MODEL_NAME, TEST_NAME):
         (folder / name).unlink(missing_ok=True)
     paths = [folder / ANSWER_NAME]
-    paths[0].write_text(json.dumps(answer.explanation, indent=1, ensure_ascii=False), "utf-8")
+    write_text(paths[0], json.dumps(answer.explanation, indent=1, ensure_ascii=False))
     if answer.findings is not None:
         paths.append(folder / MODEL_NAME)
         text = drive_text if is_drive(answer.findings.model) else model_text
         description = "base parameters as calibrated, effects as found"
-        paths[1].write_text(
-            text(extended_model(answer.findings, _best(answer.findings, answer.holdout)), description), "utf-8"
-        )
+        write_text(paths[1], text(extended_model(answer.findings, _best(answer.findings, answer.holdout)), description))
     if answer.coarse is not None and answer.explanation["verdict"] != "insufficient_data":
         paths.append(folder / MODEL_NAME)
-        text_of = model_text(answer.coarse.model, "base parameters as fitted in free run")
-        paths[1].write_text(text_of, "utf-8")
+        write_text(paths[1], model_text(answer.coarse.model, "base parameters as fitted in free run"))
     test = answer.explanation.get("next_test")
     if test and test["scenario"]:
         paths.append(folder / TEST_NAME)
-        paths[-1].write_bytes(find("scenario", test["scenario"]).read_bytes())
+        write_bytes(paths[-1], find("scenario", test["scenario"]).read_bytes())
     return paths

@@ -75,7 +75,7 @@ def _nearest(room: float, spread: float, unsure: float, count: int, freedom: flo
 
 
 def _width(value: float, freedom: float) -> Index:
-    from scipy.stats import chi2  # noqa: PLC0415 (an extra)
+    from scipy.special import chdtri  # noqa: PLC0415 (an extra)
 
-    low, high = (math.sqrt(float(chi2.ppf(share, freedom)) / freedom) for share in (0.025, 0.975))
+    low, high = (math.sqrt(float(chdtri(freedom, beyond)) / freedom) for beyond in (0.975, 0.025))
     return Index(value, value * low, value * high)

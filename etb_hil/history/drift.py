@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import kendalltau, theilslopes
 
 from etb_hil.recording.samples import Float64
 
@@ -91,6 +90,8 @@ def _groups(points: Sequence[Point], key: str) -> dict[str, list[Point]]:
 
 
 def _trend(kind: str, name: str, group: Sequence[Point]) -> Drift:
+    from scipy.stats import kendalltau, theilslopes  # noqa: PLC0415 (half a second, which few runs need)
+
     time = np.array([point.time for point in group])
     values = np.array([point.deviation for point in group])
     span = float(time[-1] - time[0])

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import f as fisher
+from scipy.special import fdtrc
 
 from etb_hil.recording.samples import Float64
 
@@ -109,7 +109,7 @@ def _tested(row: AnovaRow, against: AnovaRow) -> AnovaRow:
     if against.mean_square == 0.0:
         return row
     ratio = row.mean_square / against.mean_square
-    return AnovaRow(row.source, row.freedom, row.squares, ratio, float(fisher.sf(ratio, row.freedom, against.freedom)))
+    return AnovaRow(row.source, row.freedom, row.squares, ratio, float(fdtrc(row.freedom, against.freedom, ratio)))
 
 
 def _sigma(variance: float) -> float:

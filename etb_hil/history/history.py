@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
 import numpy as np
 
 from etb_hil.base.errors import InputError, Problem
+from etb_hil.diagnosis.measurement_registry import measurement_kinds
 from etb_hil.history.capability import Capability, capability
 from etb_hil.history.control_chart import ControlChart, control_chart
 from etb_hil.history.drift import Drift, deviations, drifts
@@ -19,12 +20,14 @@ from etb_hil.history.temperature import LEAST_SPREAD, REFERENCE, TemperatureEffe
 from etb_hil.history.tolerance import tolerance_limit
 from etb_hil.recording.samples import Float64
 
-FRICTION = ("T_st", "T_c")
+FRICTION = ("T_st", "T_c")  # what the table of runs and the plots over temperature show
 
 
 @dataclass(frozen=True, slots=True)
 class NumberHistory:
-    """A number over the runs that count: `values` (n) as measured, `compared` (n) without temperature where known.
+    """A measurement over the runs that count, in its SI `unit`; `plain` is what technicians call it.
+
+    `values` (n) as measured, `compared` (n) without temperature where known.
 
     `compared` is NaN where the law does not carry to 20 degC, and may be off by `doubt` (n) where it does, 95 %.
     `at` (n) is each value's place among the part's runs. `charted` are the units of the control chart, in order of
@@ -33,6 +36,8 @@ class NumberHistory:
     """
 
     id: str
+    plain: str
+    unit: str
     at: list[int]
     values: Float64
     compared: Float64
@@ -84,12 +89,25 @@ def histories(runs: Sequence[Run]) -> list[History]:
 
 
 def _numbers(runs: list[Run]) -> list[NumberHistory]:
-    stiction, coulomb = (_number(name, runs, None) for name in FRICTION)
-    return [stiction, coulomb, _number("return_margin", runs, stiction)]
+    """Return the history of T_st and T_c, and of everything that a limit applied to, in the order of declaration."""
+    judged = {name for run in runs for name, one in run.numbers.items() if one.has_limit}
+    found: dict[str, NumberHistory] = {}
+    for name in (*measurement_kinds(), *sorted(judged - measurement_kinds().keys())):
+        if name in judged or name in FRICTION:
+            found[name] = _number(name, runs, found)
+    return list(found.values())
 
 
-def _number(name: str, runs: list[Run], stiction: NumberHistory | None) -> NumberHistory:
-    """Return a number's history; the return margin gets its temperature taken out with that of T_st, its other part."""
+def _number(name: str, runs: list[Run], others: Mapping[str, NumberHistory]) -> NumberHistory:
+    """Return the history of a measurement.
+
+    Friction follows the temperature by a law of its own, which is taken out; what friction is a part of has that part's
+    temperature taken out; all others are compared as measured.
+    """
+    kind = measurement_kinds().get(name)
+    plain = name if kind is None else kind.plain or kind.name
+    is_friction = kind is not None and kind.is_friction
+    stiction = None if kind is None else others.get(kind.friction_of)
     at = [k for k, run in enumerate(runs) if run.counts and name in run.numbers]
     values = np.array([runs[k].numbers[name].value for k in at])
     warmth = np.array([np.nan if runs[k].temperature is None else runs[k].temperature for k in at], dtype=np.float64)
@@ -97,7 +115,7 @@ def _number(name: str, runs: list[Run], stiction: NumberHistory | None) -> Numbe
     units = [runs[k].serial or f"run {runs[k].run_id}" for k in at]
     laws = unit_laws(values, warmth, units)
     if stiction is None:
-        effect = laws.together()
+        effect = laws.together() if is_friction else None
         compared = values if effect is None else effect.taken_out(values, warmth)
         doubt = np.zeros(len(at)) if effect is None else compared * effect.doubt(warmth - REFERENCE)
     else:
@@ -123,14 +141,20 @@ def _number(name: str, runs: list[Run], stiction: NumberHistory | None) -> Numbe
     names, benches = [units[k] for k in sound], [runs[at[k]].bench for k in sound]
     drifting, looked_at = drifts(deviations(time, compared[sound], names, benches))
     risen = None
-    if stiction is None:  # of the return margin, what falls matters, and T_st says it
+    if is_friction:
         risen = rises([runs[k].started for k in at], values, warmth, units, laws)
     return NumberHistory(
-        name, at, values, compared, doubt, effect, charted, chart,
-        tolerance_limit(of_units) if stiction is None else None,
+        name, plain, _unit(name, runs), at, values, compared, doubt, effect, charted, chart,
+        tolerance_limit(of_units) if is_friction else None,
         None if chart is None else capability(chart, low, high, common), low, high,
         None if study is None or not np.ptp(study[2]) else gauge_study(study[2]), drifting, looked_at, risen,
     )  # fmt: skip
+
+
+def _unit(name: str, runs: Sequence[Run]) -> str:
+    """Return the SI unit of a measurement, from its declaration or from the runs that have it."""
+    kind = measurement_kinds().get(name)
+    return kind.unit if kind is not None else next(run.numbers[name].unit for run in runs if name in run.numbers)
 
 
 def _limits(

@@ -7,15 +7,17 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
+from etb_hil.base.userfile import require_file
+from etb_hil.results.run_result import RunResult
 from etb_hil.session.session import MANIFEST, RESULTS, open_session
 from etb_hil.session.store import STORE
 
 TEMPERATURE = "temperature"
-_Row = tuple[float | None, ...]
+_Row = tuple[float | None, float | None, float | None, float | None, float | None, str]
+_LARGEST = 1e100  # of a value in SI units: squares of it are numbers still
 _UNDECIDED = "_undecided"  # a sound measurement, too close to its limit for a verdict
 
 
@@ -28,6 +30,12 @@ class Measured:
     high: float | None
     limit_low: float | None
     limit_high: float | None
+    unit: str = "N·m"
+
+    @property
+    def has_limit(self) -> bool:
+        """Whether a limit applied to it."""
+        return self.limit_low is not None or self.limit_high is not None
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,41 +101,42 @@ def _of_sessions(folders: Iterable[Path], notes: list[str]) -> Iterator[Run]:
         if not session.has_results:
             unfinished += 1
             continue
-        results = session.read_results()
         try:
-            yield run_of_results(results)
-        except (KeyError, TypeError) as error:
+            yield run_of_results(session.read_results())
+        except TypeError as error:
             raise InputError(Problem(f"is damaged: {error}", Place(folder / RESULTS))) from None
     if unfinished:
         notes.append(f"{unfinished} sessions have no results: replay them to have them counted")
 
 
-def run_of_results(results: Mapping[str, Any]) -> Run:
-    """Return a run from the contents of its `results.json`; KeyError or TypeError where they are none."""
-    unit, bench = results["unit"], results["bench"]
+def run_of_results(results: RunResult) -> Run:
+    """Return a run of the history from the results of a run."""
+    unit, bench = results.unit, results.bench
+    measured = results.measurements.values()
     return _run(
-        (results["run_id"], results["started"], bench["name"], results.get("scenario", "")),
-        (unit["serial"], unit["part_number"], unit["revision"]),
-        (bench["outcome"], unit["verdict"], unit["reason_id"]),
-        {n["id"]: (n["value"], n["low"], n["high"], n["limit_low"], n["limit_high"]) for n in results["numbers"]},
+        (results.run_id, results.started, bench.name, results.scenario),
+        (unit.serial, unit.part_number, unit.revision),
+        (bench.outcome, unit.verdict, unit.reason_id),
+        {one.id: (one.value, one.low, one.high, one.limit_low, one.limit_high, one.unit) for one in measured},
     )
 
 
 def _of_store(path: Path) -> Iterator[Run]:
+    require_file(path)
     try:
         with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)) as store:
             numbers: dict[str, dict[str, _Row]] = {}
             for run_id, number, *row in store.execute(
-                "SELECT run_id, id, value, low, high, limit_low, limit_high FROM numbers"
+                "SELECT run_id, id, value, low, high, limit_low, limit_high, unit FROM numbers"
             ):
-                numbers.setdefault(run_id, {})[number] = tuple(row)
+                numbers.setdefault(run_id, {})[number] = (*row,)
             for row in store.execute(
                 "SELECT run_id, started, bench, scenario, serial, part_number, revision, bench_outcome, verdict, reason"
                 " FROM runs WHERE ended"
             ):
                 reason = "" if row[9] is None else row[9]
                 yield _run(row[:4], row[4:7], (*row[7:9], reason), numbers.get(row[0], {}))
-    except sqlite3.Error as error:
+    except (sqlite3.Error, TypeError) as error:
         raise InputError(
             Problem(f"is no store of results: {error}", Place(path), allowed=f"a {STORE} that runs have written")
         ) from None
@@ -139,6 +148,13 @@ def _run(
     outcome: tuple[str, str | None, str],
     numbers: Mapping[str, _Row],
 ) -> Run:
+    units = (row[-1] for row in numbers.values())
+    texts = (*run, *unit, outcome[0], outcome[2], *numbers, *units, "" if outcome[1] is None else outcome[1])
+    if not all(isinstance(text, str) for text in texts):
+        raise TypeError("a name, a time or a verdict of a run is no text")
+    values = [value for row in numbers.values() for value in row[:-1] if value is not None]
+    if not all(isinstance(value, int | float) and abs(value) <= _LARGEST for value in values):  # nan, too
+        raise TypeError("a number of a run is none")
     measured = {name: Measured(row[0], *row[1:]) for name, row in numbers.items() if row[0] is not None}
     temperature = measured.pop(TEMPERATURE, None)
     return Run(*run, *unit, *outcome, None if temperature is None else temperature.value, measured)

@@ -10,6 +10,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from etb_hil.base.files import make_folder, replacing, write_text
 from etb_hil.history.history import History, NumberHistory
 from etb_hil.history.runs import Measured
 
@@ -44,15 +45,18 @@ def rows(found: Sequence[History]) -> list[dict[str, Any]]:
 
 
 def write_tables(found: Sequence[History], folder: Path) -> list[Path]:
-    """Write `history.csv`, `history.json` and, where pyarrow is installed, `history.parquet`; return their paths."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """Write `history.csv`, `history.json` and, where pyarrow is installed, `history.parquet`; return their paths.
+
+    Raises InputError where one cannot be written.
+    """
+    make_folder(folder)
     table = rows(found)
     written = [folder / "history.csv", folder / "history.json"]
-    with written[0].open("w", encoding="utf-8", newline="") as file:
+    with replacing(written[0]) as part, part.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, list(table[0]))
         writer.writeheader()
         writer.writerows({name: _no_formula(value) for name, value in row.items()} for row in table)
-    written[1].write_text(json.dumps(as_dict(found), indent=1, ensure_ascii=False) + "\n", "utf-8")
+    write_text(written[1], json.dumps(as_dict(found), indent=1, ensure_ascii=False) + "\n")
     try:
         import pyarrow as pa  # noqa: PLC0415 (an extra)
         from pyarrow import parquet  # noqa: PLC0415
@@ -60,7 +64,8 @@ def write_tables(found: Sequence[History], folder: Path) -> list[Path]:
         return written
     kinds = {name: pa.string() for name in _TEXTS} | {"counts": pa.bool_()}
     columns = {name: pa.array([row[name] for row in table], kinds.get(name, pa.float64())) for name in table[0]}
-    parquet.write_table(pa.table(columns), folder / "history.parquet", compression="zstd")
+    with replacing(folder / "history.parquet") as part:
+        parquet.write_table(pa.table(columns), part, compression="zstd")
     return [*written, folder / "history.parquet"]
 
 
@@ -83,7 +88,7 @@ def _number(number: NumberHistory) -> dict[str, Any]:
     chart, study = number.chart, number.gauge
     return {
         "id": number.id,
-        "unit": "N·m",
+        "unit": number.unit,
         "limit_low": number.limit_low,
         "limit_high": number.limit_high,
         "temperature": None if number.temperature is None else asdict(number.temperature),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from etb_hil.history.tolerance import change_limit
 from etb_hil.recording.samples import Float64
@@ -79,7 +79,7 @@ class UnitLaws:
         middle = float((weight * slope).sum()) / whole
         moved = weight * (slope - middle) / (whole - weight)
         variance = (count - 1) / count * float((moved * moved).sum())
-        half = float(student.ppf(0.975, count - 1)) * variance**0.5
+        half = float(stdtrit(count - 1, 0.975)) * variance**0.5
         return TemperatureEffect(
             middle, middle - half, middle + half, count, int(self.runs[kept].sum()), float(self.coldest[kept].min()),
             float(self.warmest[kept].max()),

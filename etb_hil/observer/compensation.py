@@ -11,12 +11,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from etb_hil.plant.effects import cogging_torque, ports, sensing, teeth
-from etb_hil.plant.effects.current_sensor_offset import REFERENCE
-from etb_hil.plant.effects.layout import row
+from etb_hil.base.compiled import njit
+from etb_hil.plant.effects import ports, readings, sensing, teeth
+from etb_hil.plant.effects.effect import REFERENCE
+from etb_hil.plant.effects.layout import SLOW
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import (
     BACK_EMF,
@@ -30,9 +30,6 @@ from etb_hil.plant.physics import (
 
 Float64 = NDArray[np.float64]
 
-_GAIN = row("current_sensor_gain")
-_OFFSET = row("current_sensor_offset")
-_ROUNDS = 6  # of the encoder's inverse: each takes what is left down by the slope of its error
 _THETA, _PLATE, _SLOW = range(3)
 
 
@@ -43,10 +40,9 @@ class Compensation:
     """
 
     def __init__(self, model: Model, *, is_zeroed: bool = False) -> None:
-        self._p = model.vector()
-        if is_zeroed:
-            self._p[_OFFSET] = self._p[_OFFSET + 1] = 0.0
-        self._memory = np.full(_SLOW + ports.SLOW, np.nan)
+        p = model.vector()
+        self._p = readings.without_zero(p) if is_zeroed else p
+        self._memory = np.full(_SLOW + SLOW, np.nan)
         self._newest_ns = np.zeros(1, np.int64)
 
     def push(
@@ -59,15 +55,6 @@ class Compensation:
         out = np.empty((3, len(time_ns)))
         _compensate(self._p, self._memory, self._newest_ns, time_ns, current, angle, voltage, temperature, out)
         return out[0], out[1], out[2]
-
-
-@njit(cache=True, error_model="numpy")
-def _true_angle(angle: float, p: Vector) -> float:
-    measured = angle * p[GEAR_RATIO]
-    true = measured
-    for _ in range(_ROUNDS):
-        true = measured - (sensing.motor_angle(true, p) - true)
-    return true / p[GEAR_RATIO]
 
 
 @njit(cache=True, error_model="numpy")
@@ -86,8 +73,8 @@ def _compensate(
     loose = ports.is_loose(p)
     for k in range(len(time_ns)):
         warm = temperature[k] if math.isfinite(temperature[k]) else REFERENCE
-        i = (current[k] - p[_OFFSET] - p[_OFFSET + 1] * (warm - REFERENCE)) / (1.0 + p[_GAIN])
-        theta = _true_angle(angle[k], p)
+        i = sensing.true_current(current[k], warm, p)
+        theta = sensing.true_motor_angle(angle[k] * p[GEAR_RATIO], p) / p[GEAR_RATIO]
         out[0, k], out[1, k], out[2, k] = i, theta, voltage[k]
         if not math.isfinite(i + theta):
             continue
@@ -100,12 +87,11 @@ def _compensate(
         ports.pass_time(slow, omega, way, i, command, warm, dt, p)
         plate = teeth.on_plate(theta, memory[_PLATE] + way, 0.0, 0.0, p) if loose else theta
         extra = ports.elastic_torque(plate, 0.0, p) - spring_torque(theta, p) - stop_torque(theta, 0.0, p)
-        extra += cogging_torque.torque(theta, p)
-        magnet = slow[ports.MAGNET]
-        out[0, k] = i * (1.0 + ports.torque_share(theta, magnet, p)) - extra / p[TORQUE_PER_AMPERE]
-        lost = ports.voltage_loss(i, command, slow[ports.DRAWN], False, p)
-        lost += p[RESISTANCE] * ports.resistance_share(slow[ports.HOUSING], slow[ports.RISE], p) * i
-        lost += p[BACK_EMF] * ports.back_emf_share(theta, magnet, p) * omega
+        extra += ports.motor_torque(theta, p)
+        out[0, k] = i * (1.0 + ports.torque_share(theta, slow, p)) - extra / p[TORQUE_PER_AMPERE]
+        lost = ports.voltage_loss(i, command, False, slow, p)
+        lost += p[RESISTANCE] * ports.resistance_share(i, slow, p) * i
+        lost += p[BACK_EMF] * ports.back_emf_share(theta, slow, p) * omega
         # The base model's winding carries the current that is handed on, the true one carried another.
         out[2, k] = voltage[k] - lost + p[RESISTANCE] * (out[0, k] - i)
         memory[_THETA], memory[_PLATE], newest_ns[0] = theta, plate, time_ns[k]

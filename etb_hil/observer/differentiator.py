@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from etb_hil.base.compiled import njit
 
 # Levant (1998), section 4: gains that converge for any signal whose second derivative stays within the bound.
 _PROPORTIONAL = 1.5

@@ -13,11 +13,12 @@ from etb_hil.recording.samples import Float64, Int64
 class SensorNoise:
     """One standard deviation of the white noise that sensors add, quantisation included.
 
-    `angle` rad at the throttle shaft; `current` A.
+    `angle` rad at the throttle shaft, of which `angle_step` rad is what it is rounded to; `current` A.
     """
 
     angle: float
     current: float
+    angle_step: float = 0.0
 
     @staticmethod
     def of_steps(
@@ -27,6 +28,7 @@ class SensorNoise:
         return SensorNoise(
             math.sqrt(angle_step * angle_step / 12.0 + angle_noise * angle_noise),
             math.sqrt(current_step * current_step / 12.0 + current_noise * current_noise),
+            angle_step,
         )
 
 
@@ -35,13 +37,15 @@ class Estimate:
     """Velocity and friction torque at the instants of the samples that were pushed.
 
     `time_ns` (n); `velocity` rad/s and `friction` N·m (n), at the throttle shaft, NaN while the observer settles and
-    where a sample is bad; `delay_ns` (n), how far the friction lags behind a slow change.
+    where a sample is bad; `delay_ns` (n), how far the friction lags behind a slow change. `deviation` N·m (n), the
+    friction's standard deviation, from observers that state one.
     """
 
     time_ns: Int64
     velocity: Float64
     friction: Float64
     delay_ns: Int64
+    deviation: Float64 | None = None
 
 
 class Observer(Protocol):

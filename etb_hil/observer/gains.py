@@ -19,8 +19,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.observer.estimate import SensorNoise
 from etb_hil.plant.parameters import ThrottleParameters

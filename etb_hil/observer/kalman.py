@@ -8,8 +8,8 @@ once they are steady.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.recording.samples import Float64
 
 # Longer gaps than this start afresh: friction may have turned round unseen.

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.recording.samples import Float64
 
 _SINGULAR = 1e-14  # a pivot below this share of its diagonal: the data do not tell the parameters apart

@@ -8,7 +8,7 @@ import numpy as np
 
 from etb_hil.observer.estimate import Estimate, SensorNoise
 from etb_hil.observer.gains import SlidingModeSettings
-from etb_hil.observer.sliding_mode import ImplicitSlidingModeObserver, SlidingModeObserver
+from etb_hil.observer.kinds.sliding_mode import ImplicitSlidingModeObserver, SlidingModeObserver
 from etb_hil.paper.setups import Motion, healthy
 from etb_hil.plant.integrator import TICK
 from etb_hil.plant.parameters import ThrottleParameters

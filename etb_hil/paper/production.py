@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.diagnosis import Diagnosis
-from etb_hil.diagnosis.limits import load_limits
+from etb_hil.diagnosis.limits_file import load_limits
+from etb_hil.diagnosis.phase_use import RunPhase, Use
 from etb_hil.diagnosis.result import DiagnosisResult
 from etb_hil.paper.setups import Motion
 from etb_hil.plant.parameters import Model, load_model
@@ -27,14 +27,15 @@ def diagnosed(motion: Motion, kind: str, seed: int = 1) -> DiagnosisResult:
     """
     model = load_model(find("model", "default"))
     rng = np.random.default_rng(seed)
-    diagnosis = Diagnosis(model.drawn(rng), load_limits(find("limits", "default")).content)
-    for rows, phase in _rows(motion, kind, model, rng):
-        diagnosis.push(rows, phase)
+    diagnosis = Diagnosis(model.drawn(rng), load_limits(find("limits", "default")))
+    zero, moved = _rows(motion, model, rng)
+    diagnosis.push(zero, RunPhase(0, "current_zero", "current_zero", Use.ZERO))
+    diagnosis.push(moved, RunPhase(1, kind, kind, Use.FITTED))
     return diagnosis.finish()
 
 
-def _rows(motion: Motion, kind: str, model: Model, rng: np.random.Generator) -> Iterator[tuple[SampleBlock, str]]:
-    """Yield the current's zero, then the motion, in sensors' terms."""
+def _rows(motion: Motion, model: Model, rng: np.random.Generator) -> tuple[SampleBlock, SampleBlock]:
+    """Return the current's zero, then the motion, as the sensors show them."""
     still = np.full(_ZERO_SAMPLES, motion.angle[0])
     none = np.zeros(_ZERO_SAMPLES)
     step_ns = int(motion.time_ns[1] - motion.time_ns[0])
@@ -45,8 +46,7 @@ def _rows(motion: Motion, kind: str, model: Model, rng: np.random.Generator) -> 
         current=none,
         voltage=none,
     )
-    yield _sensed(rest, 0, model, rng), "current_zero"
-    yield _sensed(motion, _ZERO_SAMPLES * step_ns, model, rng), kind
+    return _sensed(rest, 0, model, rng), _sensed(motion, _ZERO_SAMPLES * step_ns, model, rng)
 
 
 def _sensed(motion: Motion, after_ns: int, model: Model, rng: np.random.Generator) -> SampleBlock:

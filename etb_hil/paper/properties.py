@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.paper.setups import friction_torque, stribeck_friction
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.recording.samples import Float64

@@ -90,7 +90,7 @@ def _set_up(one: SetUp) -> list[str]:
 def _fitted(one: SetUp) -> list[str]:
     cells = [str(one.figure)]
     for name, true in (("T_st", one.numbers.true_stiction), ("T_c", one.numbers.true_coulomb)):
-        number = one.diagnosis.number(name)
+        number = one.diagnosis.measurements.get(name)
         if number is None or number.value is None:
             cells += ["-", "-"]
         else:

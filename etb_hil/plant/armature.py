@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from numba import njit
-
+from etb_hil.base.compiled import njit
 from etb_hil.plant.exactmath import exp_neg
 from etb_hil.plant.physics import INDUCTANCE, RESISTANCE, Values
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from etb_hil.base.compiled import njit
 from etb_hil.plant.exactmath import exp_neg
 from etb_hil.plant.physics import BRISTLE_STIFFNESS, STICTION, Values
 

@@ -10,8 +10,9 @@ from __future__ import annotations
 from decimal import Decimal, localcontext
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from etb_hil.base.compiled import njit
 
 _INVERSE_LN2 = 1.4426950408889634
 # The first part of ln 2 ends in 21 zero bits, so that k times it is exact for every k that a double can scale by.

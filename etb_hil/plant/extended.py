@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.plant.effects import ports, sensing, teeth
-from etb_hil.plant.effects.layout import PLATE_INERTIA
+from etb_hil.plant.effects.layout import PLATE_INERTIA, SLOW
 from etb_hil.plant.integrator import CURRENT, OMEGA, STATES, THETA, TICK, advance
 from etb_hil.plant.physics import (
     BACK_EMF,
@@ -28,7 +28,7 @@ from etb_hil.plant.physics import (
 PLATE = STATES
 SWING = STATES + 1
 SLOW_STATES = STATES + 2
-EXTENDED_STATES = SLOW_STATES + ports.SLOW
+EXTENDED_STATES = SLOW_STATES + SLOW
 SENSED_STATES = EXTENDED_STATES + sensing.SENSING
 
 
@@ -47,12 +47,6 @@ def new_sensed_state(theta: float, temperature: float, p: Vector) -> Vector:
 
 
 @njit(cache=True, error_model="numpy")
-def has_effects(p: Vector) -> bool:
-    """Tell whether a parameter vector has effects behind the base parameters."""
-    return bool(np.any(p[PARAMETERS:PLATE_INERTIA] != 0.0))
-
-
-@njit(cache=True, error_model="numpy")
 def advance_extended(state: Vector, p: Vector, voltage: float, ticks: int, temperature: float) -> None:
     """Move an extended state in place by whole ticks under a constant voltage in V (NaN: bridge open).
 
@@ -60,7 +54,7 @@ def advance_extended(state: Vector, p: Vector, voltage: float, ticks: int, tempe
     tick and held over it; additional torques come as a kick to the velocity. A state of `SENSED_STATES` has sensors
     behind it that remember.
     """
-    if not has_effects(p):
+    if not ports.has_effects(p):
         advance(state[:STATES], p, voltage, ticks)
         state[PLATE] = state[THETA]
         return
@@ -76,20 +70,17 @@ def advance_extended(state: Vector, p: Vector, voltage: float, ticks: int, tempe
         if loose:
             plate = teeth.on_plate(theta, state[PLATE], omega, state[SWING], p)
         elastic = ports.elastic_torque(plate, omega, p)
-        g = ports.friction_level(
-            theta, omega, elastic + swing, temperature, slow[ports.AGE], p[BRISTLE_STIFFNESS] * state[2], p
-        )
+        g = ports.friction_level(theta, omega, elastic + swing, temperature, p[BRISTLE_STIFFNESS] * state[2], slow, p)
         ratio = g / stribeck(omega, p)
         base[COULOMB], base[STICTION] = ratio * p[COULOMB], ratio * p[STICTION]
         base[VISCOUS] = ports.viscosity(omega, temperature, p)
-        magnet = slow[ports.MAGNET]
-        base[TORQUE_PER_AMPERE] = p[TORQUE_PER_AMPERE] * (1.0 + ports.torque_share(theta, magnet, p))
-        base[BACK_EMF] = p[BACK_EMF] * (1.0 + ports.back_emf_share(theta, magnet, p))
-        base[RESISTANCE] = p[RESISTANCE] * (1.0 + ports.resistance_share(slow[ports.HOUSING], slow[ports.RISE], p))
+        base[TORQUE_PER_AMPERE] = p[TORQUE_PER_AMPERE] * (1.0 + ports.torque_share(theta, slow, p))
+        base[BACK_EMF] = p[BACK_EMF] * (1.0 + ports.back_emf_share(theta, slow, p))
+        base[RESISTANCE] = p[RESISTANCE] * (1.0 + ports.resistance_share(current, slow, p))
         extra = elastic - spring_torque(theta, p) - stop_torque(theta, omega, p)
-        extra += ports.motor_drag(theta, omega, slow[ports.MEMORY], p)
+        extra += ports.motor_drag(theta, omega, slow, p)
         state[OMEGA] = omega - TICK * extra / p[INERTIA]
-        u = voltage - ports.voltage_loss(current, command, slow[ports.DRAWN], is_open, p)
+        u = voltage - ports.voltage_loss(current, command, is_open, slow, p)
         advance(state[:STATES], base, u, 1)
         if loose:
             # The plate's inertia swings with the motor's acceleration, smoothed over a millisecond against the kicks.

@@ -7,8 +7,8 @@ so that no step runs over a jump.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.plant.armature import NO_CURRENT, answer
 from etb_hil.plant.contact import change_of_contact, contact_of, first_root
 from etb_hil.plant.physics import (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -97,6 +97,11 @@ class Model:
         """Return how far a field of `ThrottleParameters` may be off, in SI: the worst case over what it is made of."""
         nominal = getattr(self.values, name)
         return float(sum(abs(getattr(moved, name) - nominal) for moved in self._one_moved))
+
+    @property
+    def tolerances(self) -> ThrottleParameters:
+        """How far each value of the equations may be off, in SI at the throttle shaft; see `tolerance`."""
+        return ThrottleParameters(*(self.tolerance(one.name) for one in fields(ThrottleParameters)))
 
     @cached_property
     def _one_moved(self) -> list[ThrottleParameters]:

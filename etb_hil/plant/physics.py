@@ -7,9 +7,9 @@ constants below are its indices. Effects append theirs behind the base parameter
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from etb_hil.base.compiled import njit
 from etb_hil.plant.exactmath import gauss
 
 RESISTANCE = 0

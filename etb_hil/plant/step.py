@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from numba import njit
-
+from etb_hil.base.compiled import njit
 from etb_hil.plant.armature import Answer
 from etb_hil.plant.bristle import strain
 from etb_hil.plant.exactmath import gauss, gauss_near

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from etb_hil.base.compiled import njit
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.plant.extended import advance_extended, new_sensed_state, told_current, told_motor_angle, told_plate
 from etb_hil.plant.integrator import OMEGA, TICK_NS

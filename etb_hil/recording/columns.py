@@ -17,9 +17,18 @@ from etb_hil.base.roles import ROLES
 from etb_hil.base.yamlfile import Document, FileModel
 
 NS_PER_UNIT = {"ns": 1, "us": 1_000, "ms": 1_000_000, "s": 1_000_000_000, "min": 60_000_000_000, "h": 3_600_000_000_000}
+MOST_VALUES = 1 << 25  # of a table, which is read as a whole: 268 MB, ten columns for an hour at 1 kHz
 TIME_NAMES = ("time", "t")
 _WRITTEN = {"pct": "%", "percent": "%", "": "1"}  # how units are spelled where no sign is allowed
 _LONGEST_FIRST = sorted(ROLES, key=len, reverse=True)
+
+
+def require_small(path: Path, rows: int, columns: int) -> None:
+    """Raise InputError where so many rows of so many columns are too much to be held in memory."""
+    if rows * columns > MOST_VALUES:
+        what = f"has too many rows, {rows} or more, for {columns} columns"
+        remedy = "give a part of it, or map fewer columns"
+        raise InputError(Problem(what, Place(path), allowed=f"{MOST_VALUES // columns} rows", remedy=remedy))
 
 
 class TimeColumn(FileModel):

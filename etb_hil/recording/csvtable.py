@@ -6,15 +6,18 @@ import csv
 import re
 import sys
 from array import array
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
+from io import TextIOWrapper
 from pathlib import Path
 
 import numpy as np
 
 from etb_hil.base.errors import InputError, Place, Problem
-from etb_hil.recording.columns import NS_PER_UNIT, TimeColumn
+from etb_hil.base.userfile import open_file, unreadable
+from etb_hil.recording.columns import NS_PER_UNIT, TimeColumn, require_small
 from etb_hil.recording.samples import Float64, Int64
 
 MAX_PROBLEMS = 20
@@ -56,7 +59,7 @@ class CsvTable:
         self._path = path
         self.header_line, header, self._delimiter = self._header()
         self.names = tuple(name.strip() for name in header)
-        twice = {name for name in self.names if name and self.names.count(name) > 1}
+        twice = {name for name, count in Counter(self.names).items() if name and count > 1}
         if twice:
             raise InputError(
                 Problem(
@@ -81,6 +84,7 @@ class CsvTable:
                 self._take_row_by_row(rows, read)
             if len(read.problems) >= MAX_PROBLEMS:
                 break
+            require_small(self._path, len(read.time_ns), 1 + len(wanted))
         if read.problems:
             raise InputError(*sorted(read.problems, key=_line)[:MAX_PROBLEMS])
         found = dict(zip(wanted, read.columns, strict=True))
@@ -188,13 +192,14 @@ class CsvTable:
         try:
             return next(csv.reader([text], delimiter=delimiter, strict=True))
         except csv.Error:
-            raise self._unreadable("has a quote that does not close", line, "correct the line or remove it") from None
+            what = "has a quote that does not close"
+            raise InputError(Problem(what, Place(self._path, line), remedy="correct the line or remove it")) from None
 
     def _lines(self) -> Iterator[tuple[int, str]]:
         """Yield numbered lines: one by one, so that a stray quote cannot swallow the rest of the file."""
         line = 0
         try:
-            with self._path.open(encoding="utf-8-sig", newline=None) as file:
+            with TextIOWrapper(open_file(self._path), "utf-8-sig") as file:
                 while text := file.readline(MAX_CELL):
                     line += 1
                     if len(text) == MAX_CELL or "\0" in text:
@@ -207,11 +212,7 @@ class CsvTable:
                 Problem("is not UTF-8 text", Place(self._path, line + 1), remedy="save it as UTF-8")
             ) from None
         except OSError as error:
-            wrong = f"cannot be read: {error.strerror or error}"
-            raise self._unreadable(wrong, None, "check the path and its permissions") from None
-
-    def _unreadable(self, wrong: str, line: int | None, remedy: str) -> InputError:
-        return InputError(Problem(wrong, Place(self._path, line), remedy=remedy))
+            raise unreadable(self._path, error) from None
 
 
 def _line(problem: Problem) -> int:

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Sequence
+from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.memory import bounded_memory
+from etb_hil.base.userfile import read_bytes
 from etb_hil.recording.columns import NS_PER_UNIT, TimeColumn
 from etb_hil.recording.samples import Float64, Int64
+
+MOST_BYTES = 256 << 20  # of a file, and of what its variables unpack to
+_HEADER, _TAG = 128, 8
+_COMPRESSED = 15
+_NUMERIC = range(6, 16)  # classes of arrays: double, single and integers of 8 to 64 bits
 
 
 class MatTable:
@@ -54,11 +63,13 @@ class MatTable:
             raise InputError(
                 Problem("MAT files need SciPy", Place(self._path), remedy="pip install 'etb-hil[mat]'")
             ) from None
+        content = read_bytes(self._path, MOST_BYTES)
         try:
-            return {k: v for k, v in loadmat(self._path).items() if not k.startswith("__")}
-        except OSError as error:
-            wrong = f"cannot be read: {error.strerror or error}"
-            raise InputError(Problem(wrong, Place(self._path), remedy="check the path and its permissions")) from None
+            with bounded_memory(self._path):
+                found = loadmat(BytesIO(_vectors(content) if _is_version_5(content) else content))
+                return {k: v for k, v in found.items() if not k.startswith("__")}
+        except InputError:
+            raise
         except NotImplementedError:
             raise InputError(
                 Problem("is a MAT file of version 7.3", Place(self._path), remedy="save it with '-v7'")
@@ -70,6 +81,40 @@ class MatTable:
 
     def _wrong(self, name: str, what: str, remedy: str) -> InputError:
         return InputError(Problem(what, Place(self._path, key=name), remedy=remedy))
+
+
+def _is_version_5(content: bytes) -> bool:
+    """Return whether the file has the header of versions 5 to 7; that of version 4 has a zero among its first bytes."""
+    return len(content) >= _HEADER and 0 not in content[:4] and 1 in content[_HEADER - 4 : _HEADER - 2]
+
+
+def _vectors(content: bytes) -> bytes:
+    """Return a MAT file of its numeric arrays alone, unpacked: SciPy would unpack to any size and nest to any depth.
+
+    Raises zlib.error and ValueError where it is damaged.
+    """
+    order: Literal["little", "big"] = "little" if content[_HEADER - 2 : _HEADER] == b"IM" else "big"
+    parts, at, left = [content[:_HEADER]], _HEADER, MOST_BYTES
+    while at + _TAG <= len(content):
+        kind, size = (int.from_bytes(content[at + first : at + first + 4], order) for first in (0, 4))
+        element = content[at : at + _TAG + size]
+        at += len(element)
+        if kind == _COMPRESSED:
+            packed = zlib.decompressobj()
+            element = packed.decompress(element[_TAG:], _TAG)
+            inner = int.from_bytes(element[4:], order)
+            if inner > left:
+                raise ValueError(f"its variables unpack to more than {MOST_BYTES} bytes")
+            element += packed.decompress(packed.unconsumed_tail, max(inner, 1))
+            size = inner
+        if len(element) != _TAG + size:
+            raise ValueError("it is cut off")
+        # Behind the tag of the array and that of its flags, the low byte of the flags says of what class it is.
+        flags = int.from_bytes(element[2 * _TAG : 2 * _TAG + 4], order)
+        if flags & 0xFF in _NUMERIC:
+            parts.append(element)
+            left -= size
+    return b"".join(parts)
 
 
 def _is_vector(value: object) -> bool:

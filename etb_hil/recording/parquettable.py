@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,8 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.memory import bounded_memory
 from etb_hil.base.roles import ROLES
-from etb_hil.recording.columns import NS_PER_UNIT, TimeColumn
+from etb_hil.base.userfile import require_file
+from etb_hil.recording.columns import NS_PER_UNIT, TimeColumn, require_small
 from etb_hil.recording.samples import Float64, Int64
 
 if TYPE_CHECKING:
@@ -33,7 +36,7 @@ class ParquetTable:
         fields = list(self._file.schema_arrow)
         self.is_of_log = tuple(field.name for field in fields[:3]) == _OF_A_LOG
         self.names = tuple(field.name for field in fields)
-        twice = {name for name in self.names if self.names.count(name) > 1}
+        twice = {name for name, count in Counter(self.names).items() if count > 1}
         if twice:
             what = "columns have the same name"
             raise InputError(Problem(what, Place(path), ", ".join(sorted(twice)), remedy="rename one"))
@@ -51,8 +54,8 @@ class ParquetTable:
     def rows_by_message(self, messages: Iterable[str]) -> dict[str, NDArray[np.bool_]]:
         """Return the rows (n) of each of some messages of a log; InputError where they came from two units."""
         channel, message = self._columns(["channel", "message"])
-        channels, spoken = channel.to_numpy(), np.array(message.to_pylist(), object)
-        rows = {one: spoken == one for one in messages}
+        channels = channel.to_numpy()
+        rows = {one: self._spoken(message, one) for one in messages}
         found = np.unique(channels[np.any([*rows.values()], axis=0)])
         if len(found) > 1:
             remedy = "export one channel's frames alone"
@@ -60,9 +63,19 @@ class ParquetTable:
             raise InputError(Problem("holds these signals on several channels", Place(self._path), shown, None, remedy))
         return rows
 
+    def _spoken(self, message: pa.ChunkedArray, name: str) -> NDArray[np.bool_]:
+        from pyarrow import compute  # noqa: PLC0415 (an extra, and heavy)
+
+        return np.asarray(compute.equal(message, name).fill_null(False).to_numpy(), np.bool_)
+
     def _columns(self, names: Sequence[str]) -> list[pa.ChunkedArray]:
+        wanted = list(dict.fromkeys(names))
+        require_small(self._path, self._file.metadata.num_rows, len(wanted))
         try:
-            table = self._file.read(columns=list(dict.fromkeys(names)))
+            with bounded_memory(self._path):
+                table = self._file.read(columns=wanted, use_threads=False)
+        except InputError:
+            raise
         except Exception as error:  # noqa: BLE001 (pyarrow raises anything on a broken file)
             raise self._broken(error) from None
         return [table.column(name) for name in names]
@@ -98,11 +111,12 @@ class ParquetTable:
         except ImportError:
             what = "Parquet files need pyarrow"
             raise InputError(Problem(what, Place(self._path), remedy="pip install 'etb-hil[logs]'")) from None
+        require_file(self._path)
         try:
-            return parquet.ParquetFile(self._path)
-        except OSError as error:
-            wrong = f"cannot be read: {error.strerror or error}"
-            raise InputError(Problem(wrong, Place(self._path), remedy="check the path and its permissions")) from None
+            with bounded_memory(self._path):
+                return parquet.ParquetFile(self._path)
+        except InputError:
+            raise
         except Exception as error:  # noqa: BLE001 (pyarrow raises anything on a broken file)
             raise self._broken(error) from None
 

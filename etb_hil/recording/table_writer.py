@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.files import replacing
 from etb_hil.base.roles import ROLES
 from etb_hil.recording.samples import Float64, Int64
 
@@ -42,17 +43,11 @@ def write_table(path: Path, time_ns: Int64, columns: Mapping[str, Float64]) -> N
     Raises InputError where the file cannot be written.
     """
     check_writable(path)
-    part = path.with_name(f"{path.name}.part")
-    try:
+    with replacing(path) as part:
         if path.suffix.lower() == ".parquet":
             _write_parquet(part, time_ns, columns)
         else:
             _write_csv(part, time_ns, columns)
-        part.replace(path)
-    except OSError as error:
-        raise InputError(
-            Problem(f"cannot be written: {error.strerror}", Place(path), remedy="choose another file or make room")
-        ) from None
 
 
 def _write_csv(path: Path, time_ns: Int64, columns: Mapping[str, Float64]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sqlite3
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -10,12 +11,13 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from etb_hil.base.errors import InputError, Place, Problem, RecordingFault
+from etb_hil.base.files import replacing
 from etb_hil.canio.dbc.columns import ColumnDecoder
 from etb_hil.canio.frames import gathered
 from etb_hil.canio.logs.reading import read_log
 from etb_hil.canio.logs.writing import held, log_suffix, require_writable, write_log
 from etb_hil.replay.log_frames import channels_of
-from etb_hil.replay.losses import losses
+from etb_hil.replay.losses import by_kind, losses
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
     from etb_hil.canio.logs.mf4_writer import Mf4Log
     from etb_hil.replay.losses import Losses
 
+_REMEDY = "give another path, or make room"
 _TOO_WRONG_NS = 1_000_000_000  # a stamp that comes back so wrong is none
 
 
@@ -83,18 +86,11 @@ def export(log: Iterable[FrameBlock], path: Path, messages: Sequence[Message] = 
     if not is_parquet:
         require_writable(path)
     source = _look_at(log, path)
-    part = path.with_name(f"part-{path.name}")
-    try:
-        with _said_of(path, part):
-            decoder = ColumnDecoder(messages, id_offset)
-            if is_parquet:
-                done = _signals(log, part, messages, decoder)
-            else:
-                done = _frames(log, part, messages, decoder, source)
-            part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
-    return done
+    with replacing(path, _REMEDY) as part, _said_of(path, part):
+        decoder = ColumnDecoder(messages, id_offset)
+        if is_parquet:
+            return _signals(log, part, messages, decoder)
+        return _frames(log, part, messages, decoder, source)
 
 
 @contextmanager
@@ -106,10 +102,9 @@ def _said_of(path: Path, part: Path) -> Iterator[None]:
         named = (replace(p, place=Place(path)) if p.place == Place(part) else p for p in error.problems)
         raise InputError(*named) from None
     except (OSError, sqlite3.Error, RecordingFault) as error:
-        reason = getattr(error.__cause__ or error, "strerror", None) or str(error)
-        raise InputError(
-            Problem(f"cannot be written: {reason}", Place(path), remedy="give another path, or make room")
-        ) from None
+        number = getattr(error.__cause__ or error, "errno", None)
+        reason = os.strerror(number) if number else str(error)
+        raise InputError(Problem(f"cannot be written: {reason}", Place(path), remedy=_REMEDY)) from None
 
 
 def _look_at(log: Iterable[FrameBlock], path: Path) -> _Source:
@@ -142,7 +137,11 @@ def _frames(
                 _count(done, found)
     writer.close()
     done.left_out, done.too_short = writer.left_out, decoder.too_short
-    done.losses = losses((held(suffix, frames) for frames in log), read_log(path))
+    before: Iterable[FrameBlock] = (held(suffix, frames) for frames in log)
+    after: Iterable[FrameBlock] = read_log(path)
+    if suffix == ".mf4" and not source.falls:
+        before, after = by_kind(before), by_kind(after)
+    done.losses = losses(before, after)
     if source.falls and suffix == ".mf4" and done.losses.gone:  # it is sorted by time
         done.losses.gone = {"order": max(done.losses.gone.values())}
     kept = done.frames - done.left_out

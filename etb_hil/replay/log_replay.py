@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.bench.results import results_of
 from etb_hil.replay.one_channel import one_channel_each
+from etb_hil.scenario.phases import LOG
 from etb_hil.session.analysis import Analysis
 from etb_hil.session.finished import Finished
 from etb_hil.session.record import PhaseTime, RunRecord
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from etb_hil.scenario.condition import Condition
 
 _LOOK = "check what was recorded, and that the file is of the format that its name says"
-PHASE = "log"  # a bare log is one phase: nothing says what was asked of the unit
 STRETCH_S = 60.0  # three friction checks; FD bursts at 20 kHz for so long stay below the memory that is promised
 
 
@@ -49,7 +49,7 @@ def judge(job: LogJob, frames: Iterable[FrameBlock]) -> Finished:
     """Judge frames as one run; NothingToJudgeError where none of them has a role."""
     rules = job.rules
     dialect = rules.setup.dialect
-    analysis = Analysis(dialect, rules.model, rules.limits, str(job.paths[0]), keep=job.keep)
+    analysis = Analysis(dialect, rules.model, rules.limits, str(job.paths[0]), keep=job.keep, observer=rules.observer)
     for phase in job.phases:
         analysis.begin_phase(phase.start_ns, phase.id, phase.kind, job.conditions.get(phase.id))
     first_ns, last_ns = None, 0
@@ -57,7 +57,7 @@ def judge(job: LogJob, frames: Iterable[FrameBlock]) -> Finished:
         if first_ns is None:
             first_ns = int(block.stamp_ns[0])
             if not job.phases:
-                analysis.begin_phase(first_ns - 1, PHASE, PHASE)
+                analysis.begin_phase(first_ns - 1, LOG, LOG)
         last_ns = max(last_ns, int(block.stamp_ns.max()))
         analysis.push(block)
     found = analysis.finish()
@@ -69,11 +69,11 @@ def judge(job: LogJob, frames: Iterable[FrameBlock]) -> Finished:
         what = "holds no frame that has a role"
         raise NothingToJudgeError(Problem(what, Place(job.paths[0]), allowed=wanted, remedy=remedy))
     record = RunRecord(first_ns, last_ns)
-    record.phases = list(job.phases) or [PhaseTime(PHASE, PHASE, first_ns, last_ns)]
+    record.phases = list(job.phases) or [PhaseTime(LOG, LOG, first_ns, last_ns)]
     # No folder of a session: the log stays what it is.
     session = Session(job.paths[0].parent, job.paths[0].name, "", "", job.files.inputs())
     results = results_of(session, rules.setup.bench, rules.limits, record, analysis, found)
-    results["bench"]["safe_state"] = None  # nobody looked
+    results = replace(results, bench=replace(results.bench, safe_state=None))  # nobody looked
     return Finished(session, results, record, analysis, found)
 
 

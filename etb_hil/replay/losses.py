@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from etb_hil.canio.frames import FrameFlag
+from etb_hil.canio.frames import FrameFlag, concatenate_frames
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -25,6 +25,9 @@ _FLAGS = {
     FrameFlag.BITRATE_SWITCH: "bit rate switch",
     FrameFlag.ERROR_STATE: "error state",
 }
+
+
+_MOST_WAITING = 64  # blocks of one stamp that are looked at together
 
 
 @dataclass(slots=True)
@@ -45,6 +48,30 @@ class Losses:
             return ", ".join([*gone, "stamps kept to the nanosecond"])
         shift = f"stamps shifted by {self.shift_ns * 1e-9:.9f} s, " if self.shift_ns else "stamps "
         return ", ".join([*gone, f"{shift}rounded by at most {self.worst_ns} ns"])
+
+
+def by_kind(blocks: Iterable[FrameBlock]) -> Iterator[FrameBlock]:
+    """Yield the frames with those of equal stamp in one order: data frames, error frames, remote frames.
+
+    MF4 keeps a group for each of these kinds, and thereby no order between them.
+    """
+    waiting: list[FrameBlock] = []
+    for block in blocks:
+        waiting.append(block)
+        last = np.searchsorted(block.stamp_ns, block.stamp_ns[-1])
+        if last or len(waiting) == _MOST_WAITING:
+            joined = concatenate_frames(waiting)
+            cut = len(joined) - (len(block) - int(last)) if last else len(joined)
+            yield _sorted_by_kind(joined.rows(slice(cut)))
+            waiting = [joined.rows(slice(cut, None))] if cut < len(joined) else []
+    if waiting:
+        yield _sorted_by_kind(concatenate_frames(waiting))
+
+
+def _sorted_by_kind(frames: FrameBlock) -> FrameBlock:
+    error = (frames.flags & FrameFlag.ERROR) != 0
+    kind = np.where(error, 1, np.where((frames.flags & FrameFlag.REMOTE) != 0, 2, 0))
+    return frames.rows(np.lexsort((kind, frames.stamp_ns))) if kind.any() else frames
 
 
 def losses(before: Iterable[FrameBlock], after: Iterable[FrameBlock]) -> Losses:

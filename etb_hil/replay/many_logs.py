@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 import time
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from etb_hil import __version__
-from etb_hil.base.errors import EtbHilError, InputError, Place, Problem
+from etb_hil.base.errors import EtbHilError, InputError
+from etb_hil.base.files import make_folder, refused_by_name
+from etb_hil.base.userfile import digest, open_file, read_bytes
 from etb_hil.replay.log_frames import Frames
 from etb_hil.replay.log_replay import STRETCH_S, LogJob, judge_stretches
 from etb_hil.replay.outcome import CRASHED, JUDGED, REFUSED, outcome_of, part_of
@@ -25,6 +29,8 @@ if TYPE_CHECKING:
     from etb_hil.replay.window import Window
 
 PROGRESS = "progress.jsonl"
+_LINE = re.compile(rb'\{"sha256": "([0-9a-f]{64})", "outcome": (.*)\}\n')
+_REMEDY = "make room, or give another folder with --out"
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +63,7 @@ def tasks_for(
     `model` and `limits` overrule a session's. A source that cannot be read is a task too: its outcome says so.
     """
     model, limits = (path.absolute() if path else None for path in (model, limits))
-    own = [path.read_bytes() if path else b"" for path in (model, limits)]
+    own = [read_bytes(path) if path else b"" for path in (model, limits)]
     judged_by = [
         (rules.absolute(), channel, f"{channel} {[entry.sha256 for entry in rules.inputs()]}")
         for rules, channel in units
@@ -90,8 +96,8 @@ def _size_and_time(path: Path) -> str:
 
 def _digest(path: Path) -> str:
     try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
-    except OSError:
+        return digest(path)
+    except InputError:
         return "cannot be read"
 
 
@@ -101,34 +107,41 @@ def judge_many(
     """Judge all tasks that `folder` does not already hold; return the outcomes of all, in the order of the tasks.
 
     What was refused or crashed is tried again: what it lacked may be there now. Each outcome is on the disk before the
-    next one is asked for. Raises InputError where the folder cannot be written.
+    next one is asked for, with a checksum; an outcome that was changed since is not read, and its log is judged again.
+    Raises InputError where the folder cannot be written.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        done = _read_progress(folder / PROGRESS)
-        left = [task for task in tasks if done.get(task.key, {}).get("status") != JUDGED]
-        with (folder / PROGRESS).open("a", encoding="utf-8", buffering=1) as progress:
-            if (folder / PROGRESS).stat().st_size:
-                progress.write("\n")  # behind half a line that a killed run may have left
-            for outcome in pool(left):
-                done[outcome["key"]] = outcome
-                progress.write(json.dumps(outcome) + "\n")
-    except OSError as error:
-        raise InputError(Problem(f"cannot be written: {error.strerror}", Place(folder), remedy="give --out")) from None
+    path = make_folder(folder, _REMEDY) / PROGRESS
+    done = _read_progress(path)
+    left = [task for task in tasks if done.get(task.key, {}).get("status") != JUDGED]
+    with refused_by_name(path, _REMEDY), path.open("a", encoding="utf-8", buffering=1) as progress:
+        if path.stat().st_size:
+            progress.write("\n")  # behind half a line that a killed run may have left
+        for outcome in pool(left):
+            done[outcome["key"]] = outcome
+            progress.write(_line(outcome))
     return [done[task.key] for task in tasks]
 
 
+def _line(outcome: Outcome) -> str:
+    text = json.dumps(outcome)
+    return f'{{"sha256": "{hashlib.sha256(text.encode()).hexdigest()}", "outcome": {text}}}\n'
+
+
 def _read_progress(path: Path) -> dict[str, Outcome]:
+    """Return the outcomes by key whose checksums are right; nothing else of the file is parsed."""
     if not path.exists():
         return {}
-    done = {}
-    for line in path.read_text("utf-8", errors="replace").splitlines():
-        try:
-            outcome = json.loads(line)
-        except ValueError:
-            continue
-        if isinstance(outcome, dict) and "key" in outcome:  # a killed run leaves half a line
-            done[outcome["key"]] = outcome
+    done, changed = {}, 0
+    with open_file(path, _REMEDY) as lines:
+        for found in filter(None, map(_LINE.fullmatch, lines)):  # a killed run leaves half a line
+            if hashlib.sha256(found[2]).hexdigest().encode() == found[1]:
+                outcome = json.loads(found[2])
+                done[outcome["key"]] = outcome
+            else:
+                changed += 1
+    if changed:
+        what = f"{path}: {changed} outcome{'s do' if changed > 1 else ' does'} not match the checksum"
+        warnings.warn(f"{what}; the logs concerned are judged again", stacklevel=2)
     return done
 
 

@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.userfile import digest
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.bench.results import results_of
 from etb_hil.canio.logs.blf import read_blf
-from etb_hil.diagnosis.limits import load_limits
+from etb_hil.diagnosis.limits_file import load_limits
+from etb_hil.observer.registry import require_observer
 from etb_hil.plant.parameters import load_model
 from etb_hil.replay.window import within
+from etb_hil.results.run_result import InputFile
 from etb_hil.scenario.scenario_file import load_scenario
 from etb_hil.session.analysis import Analysis
 from etb_hil.session.attempts import earlier_attempts
 from etb_hil.session.events import read_events
 from etb_hil.session.finished import Finished
 from etb_hil.session.record import record_of
-from etb_hil.session.session import InputFile, Session, open_session
+from etb_hil.session.session import Session, open_session
 
 if TYPE_CHECKING:
     from etb_hil.bench.bench_file import BenchSetup
@@ -34,28 +36,35 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class RuleFiles:
-    """The files that a verdict rests on; without `dbc`, it is the one that the bench file names."""
+    """The files that a verdict rests on; without `dbc`, it is the one that the bench file names, as is the observer."""
 
     bench: Path
     model: Path
     limits: Path
     dbc: Path | None = None
+    observer: str | None = None
 
     def read(self) -> Rules:
         """Read and check them; InputError lists what is wrong."""
         setup = load_bench(self.bench, self.dbc)
-        return Rules(setup, load_model(self.model), load_limits(self.limits).content)
+        observer = self.observer or setup.bench.observer
+        require_observer(observer)
+        return Rules(setup, load_model(self.model), load_limits(self.limits), observer)
 
     def absolute(self) -> RuleFiles:
         """Return the same files, as a process that stands in another folder finds them."""
         return RuleFiles(
-            self.bench.absolute(), self.model.absolute(), self.limits.absolute(), self.dbc and self.dbc.absolute()
+            self.bench.absolute(),
+            self.model.absolute(),
+            self.limits.absolute(),
+            self.dbc and self.dbc.absolute(),
+            self.observer,
         )
 
     def inputs(self) -> tuple[InputFile, ...]:
         """Return the files as a session's manifest lists them."""
         paths = {"bench": self.bench, "model": self.model, "limits": self.limits, "dbc": self.dbc}
-        return tuple(InputFile(kind, path.name, _digest(path)) for kind, path in paths.items() if path is not None)
+        return tuple(InputFile(kind, path.name, digest(path)) for kind, path in paths.items() if path is not None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,37 +74,46 @@ class Rules:
     setup: BenchSetup
     model: Model
     limits: Limits
+    observer: str
 
 
-def rule_files(session: Session, model: Path | None = None, limits: Path | None = None) -> RuleFiles:
-    """Return the files that a session was judged by, with another model or other limits where they are given."""
+def rule_files(
+    session: Session, model: Path | None = None, limits: Path | None = None, observer: str | None = None
+) -> RuleFiles:
+    """Return the files that a session was judged by, with another model, limits or observer where they are given."""
     return RuleFiles(
         session.input_path("bench"),
         model or session.input_path("model"),
         limits or session.input_path("limits"),
         session.input_path("dbc"),
+        observer or session.observer,
     )
 
 
 def replay(
-    folder: Path, model: Path | None = None, limits: Path | None = None, window: Window | None = None
+    folder: Path,
+    model: Path | None = None,
+    limits: Path | None = None,
+    window: Window | None = None,
+    observer: str | None = None,
 ) -> Finished:
     """Judge a recorded session again; with its own inputs, the results are those of the live run.
 
-    `model` and `limits` take the place of the session's own; of a `window`, nothing else is read.
+    `model`, `limits` and `observer` take the place of the session's own; of a `window`, nothing else is read.
     """
     session = open_session(folder)
     _require_untouched(session)
-    files = rule_files(session, model, limits)
+    files = rule_files(session, model, limits, observer)
     if model or limits:
         kept = tuple(entry for entry in session.inputs if entry.kind in {"scenario", "unit"})
         session = replace(session, inputs=(*kept, *files.inputs()))
     rules = files.read()
     if model:
         session = replace(session, model=rules.model.name)
+    session = replace(session, observer=rules.observer)
     record, analysis, found = _judged(session, rules, window)
     results = results_of(session, rules.setup.bench, rules.limits, record, analysis, found)
-    results["attempts"] = earlier_attempts(session)
+    results = replace(results, attempts=earlier_attempts(session))
     return Finished(session, results, record, analysis, found)
 
 
@@ -108,7 +126,7 @@ def judged_under(folder: Path, model: Model, limits: Limits) -> DiagnosisResult:
 
 def _judged(session: Session, rules: Rules, window: Window | None) -> tuple[RunRecord, Analysis, DiagnosisResult]:
     record = _record(session)
-    analysis = Analysis(rules.setup.dialect, rules.model, rules.limits, str(session.folder))
+    analysis = Analysis(rules.setup.dialect, rules.model, rules.limits, str(session.folder), observer=rules.observer)
     conditions = conditions_of(session)
     for phase in record.phases:
         analysis.begin_phase(phase.start_ns, phase.id, phase.kind, conditions.get(phase.id))
@@ -143,14 +161,7 @@ def _require_untouched(session: Session) -> None:
             remedy="restore it; to judge by other files, give them to replay with --model or --limits",
         )
         for entry in session.inputs
-        if _digest(session.input_path(entry.kind)) != entry.sha256
+        if digest(session.input_path(entry.kind), "restore the file") != entry.sha256
     ]
     if changed:
         raise InputError(*changed)
-
-
-def _digest(path: Path) -> str:
-    try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
-    except OSError as error:
-        raise InputError(Problem(f"cannot be read: {error.strerror}", Place(path), remedy="restore the file")) from None

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
+import signal
+import threading
 from collections import deque
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from etb_hil.base.errors import BenchFault, InputError, Problem
@@ -15,6 +19,7 @@ from etb_hil.replay.outcome import CRASHED
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from concurrent.futures import Future
+    from multiprocessing.connection import Connection
 
     from etb_hil.replay.many_logs import Task
     from etb_hil.replay.outcome import Outcome
@@ -41,7 +46,7 @@ class LocalProcesses:
 
     def _together(self, left: deque[Task], suspects: list[Task]) -> Iterator[Outcome]:
         """Work until all is done or a process dies; what was under way then is put into `suspects`."""
-        with self._pool(min(self._jobs, len(left))) as pool:
+        with _pool(min(self._jobs, len(left))) as pool:
             running: dict[Future[Outcome], Task] = {}
             while (left or running) and not suspects:
                 while left and len(running) < self._jobs * _AHEAD:
@@ -60,14 +65,35 @@ class LocalProcesses:
             suspects += running.values() if suspects else ()
 
     def _alone(self, task: Task) -> Iterator[Outcome]:
-        with self._pool(1) as pool:
+        with _pool(1) as pool:
             try:
                 yield pool.submit(self._work, task).result()
             except BrokenProcessPool:
                 yield failed(task, CRASHED, _DIED)
 
-    def _pool(self, processes: int) -> ProcessPoolExecutor:
-        return ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"))
+
+@contextmanager
+def _pool(processes: int) -> Iterator[ProcessPoolExecutor]:
+    """Yield a pool whose processes end at once where the work is broken off, and where this process is killed."""
+    context = multiprocessing.get_context("spawn")
+    theirs, ours = context.Pipe(duplex=False)  # of which nothing is ever said but its end
+    with theirs, ours, ProcessPoolExecutor(processes, context, _end_with, (theirs,)) as pool:
+        try:
+            yield pool
+        except BaseException:
+            ours.close()
+            raise
+
+
+def _end_with(pipe: Connection) -> None:
+    """End this process when the other end of a pipe is closed; a killed process closes its ends, too."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that hands out the work
+
+    def wait() -> None:
+        pipe.poll(None)
+        os._exit(1)
+
+    threading.Thread(target=wait, daemon=True).start()
 
 
 class DaskWorkers:

@@ -11,7 +11,8 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from etb_hil.recording.samples import Float64
 from etb_hil.report.drawing import CLOSING, MEASURED, OPENING, STYLE, legend_below, new_figure
-from etb_hil.report.model import ReportSeries, Results
+from etb_hil.report.series import ReportSeries
+from etb_hil.results.run_result import RunResult
 
 _LEAST_ROOM = 0.1  # share of the torque that the plot shows above and below: a small change shall look like one
 _WARMED = 5.0  # K that a run must have warmed by
@@ -20,7 +21,7 @@ _SLOW, _FAST = 0.15, 1.5  # times omega_s: below, friction is T_st within 2 % of
 
 
 @mpl.rc_context(STYLE)
-def break_away_over_rate(series: ReportSeries, results: Results) -> Figure | None:  # noqa: ARG001 (one signature for all)
+def break_away_over_rate(series: ReportSeries, results: RunResult) -> Figure | None:  # noqa: ARG001 (one signature for all)
     """Draw what it took to break away over how fast the torque rose; None where it rose alike everywhere."""
     if not len(series.ramp_rate):
         return None
@@ -45,13 +46,13 @@ def break_away_over_rate(series: ReportSeries, results: Results) -> Figure | Non
 
 
 @mpl.rc_context(STYLE)
-def friction_over_temperature(series: ReportSeries, results: Results) -> Figure | None:
+def friction_over_temperature(series: ReportSeries, results: RunResult) -> Figure | None:
     """Draw T_st and T_c as the plate showed them at each temperature, with the law; None where it hardly warmed.
 
     Slow windows tell T_st, fast ones T_c: the fitted number, times what the window lies above the fitted curve.
     """
     temperature, speed = series.point_temperature, np.abs(series.point_velocity)
-    omega_s = results.number("omega_s")
+    omega_s = results.measurements.get("omega_s")
     known = (
         np.isfinite(temperature) & np.isfinite(series.point_excess) if len(series.point_excess) else np.empty(0, bool)
     )
@@ -63,7 +64,7 @@ def friction_over_temperature(series: ReportSeries, results: Results) -> Figure 
         ("T_st", CLOSING, "o", known & (speed < _SLOW * omega_s.value)),
         ("T_c", MEASURED, "s", known & (speed > _FAST * omega_s.value)),
     ):
-        number = results.number(name)
+        number = results.measurements.get(name)
         middle, share = _medians(temperature[part], 1.0 + series.point_excess[part])
         law = _law(middle, share)
         if law is not None and number is not None and number.value is not None:

@@ -13,6 +13,7 @@ from markupsafe import escape
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from etb_hil.base.files import replacing
 from etb_hil.recording.samples import Float64, Int64
 
 # Okabe and Ito's colours, told apart with any colour vision; what a colour says, a line style or a marker says again.
@@ -81,8 +82,9 @@ def new_figure(
 
 @mpl.rc_context(STYLE)
 def save_png(figure: Figure, path: Path) -> None:
-    """Write a figure as PNG."""
-    figure.savefig(path, dpi=PNG_DPI)
+    """Write a figure as PNG, whole or not at all; InputError where it cannot be written."""
+    with replacing(path) as part:
+        figure.savefig(part, format="png", dpi=PNG_DPI)
 
 
 def inline_svg(figure: Figure, name: str) -> str:

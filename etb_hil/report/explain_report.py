@@ -10,6 +10,7 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
+from etb_hil.base.files import write_text
 from etb_hil.discrepancy.answer.pictures import Pictures
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.report import explain_plots
@@ -79,9 +80,7 @@ def write_explanation(found: dict[str, Any], series: Pictures | None, folder: Pa
         for name, figure in plots.items():
             save_png(figure, folder / f"{name}.png")
             drawn.append((name, Markup(inline_svg(figure, name))))  # noqa: S704 (our own drawing)
-    page = folder / REPORT_NAME
-    page.write_text(_page(found, drawn), "utf-8")
-    return page
+    return write_text(folder / REPORT_NAME, _page(found, drawn))
 
 
 def _page(found: dict[str, Any], drawn: list[tuple[str, Markup]]) -> str:

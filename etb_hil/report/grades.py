@@ -8,9 +8,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from etb_hil.report import show
+from etb_hil.results import shown
 
 if TYPE_CHECKING:
-    from etb_hil.report.model import Results
+    from etb_hil.results.run_result import RunResult
 
 TIMESTAMP_GRADES = {
     "sample counter": "exact to the controller's own clock",
@@ -19,11 +20,11 @@ TIMESTAMP_GRADES = {
 }
 
 
-def bus_facts(results: Results) -> list[tuple[str, str]]:
+def bus_facts(results: RunResult) -> list[tuple[str, str]]:
     """Return how the bus fared, each fact with its name."""
     bus = results.bus
     facts = [
-        (bus.name or "Bus", bus.state or show.UNKNOWN_WORD),
+        (bus.name or "Bus", bus.state or shown.UNKNOWN_WORD),
         ("Load", f"{_share(bus.load)} in the last 0.1 s, {_share(bus.load_peak)} in the worst"),
         ("Error frames", _count(bus.error_frames)),
         ("Error counters", f"transmit {_count(bus.transmit_errors)}, receive {_count(bus.receive_errors)}"),
@@ -34,7 +35,7 @@ def bus_facts(results: Results) -> list[tuple[str, str]]:
     return facts
 
 
-def timing_facts(results: Results) -> list[tuple[str, str]]:
+def timing_facts(results: RunResult) -> list[tuple[str, str]]:
     """Return how good the time of the samples is and how late whom was, each fact with its name."""
     grade, clock, bench = results.timestamp_grade, results.clock, results.bench
     meaning = TIMESTAMP_GRADES.get(grade, "")
@@ -54,8 +55,8 @@ def timing_facts(results: Results) -> list[tuple[str, str]]:
 
 
 def _share(load: float | None) -> str:
-    return show.UNKNOWN_WORD if load is None else show.share(load)
+    return shown.UNKNOWN_WORD if load is None else show.share(load)
 
 
 def _count(number: int | None) -> str:
-    return show.UNKNOWN_WORD if number is None else str(number)
+    return shown.UNKNOWN_WORD if number is None else str(number)

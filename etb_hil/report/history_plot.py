@@ -24,8 +24,8 @@ _SHORTEST = timedelta(hours=1)  # of the time axis; of a single run it would be 
 
 @mpl.rc_context(STYLE)
 def plot_history(history: History, path: Path) -> None:
-    """Write a PNG: T_st and T_c of each unit over time with their limits, and a control chart of each."""
-    names = [number for number in history.numbers if number.id in FRICTION]
+    """Write a PNG: each measurement of each unit over time with its limits, and a control chart of each."""
+    names = [number for number in history.numbers if number.at or number.id in FRICTION]
     figure = Figure(figsize=(12.0, 4.4 * len(names)), layout="constrained")
     layout: list[Any] = [
         row for n in names for row in ([f"{n.id} time", f"{n.id} chart"],) * 2 + ([f"{n.id} time", f"{n.id} range"],)
@@ -42,7 +42,7 @@ def plot_history(history: History, path: Path) -> None:
 
 def _over_time(axes: Axes, history: History, number: NumberHistory, *, named: bool) -> None:
     known = "" if number.temperature is None else " at 20 °C"
-    axes.set(title=f"{number.id}{known} by unit", ylabel=f"{number.id} / N·m")
+    axes.set(title=f"{number.id}{known} by unit", ylabel=_label(number))
     if not number.at:
         say_empty(axes, "no run counts")
         return
@@ -72,8 +72,12 @@ def _over_time(axes: Axes, history: History, number: NumberHistory, *, named: bo
     axes.xaxis.set_major_formatter(ConciseDateFormatter(locator))  # type: ignore[no-untyped-call]
 
 
+def _label(number: NumberHistory) -> str:
+    return number.id if number.unit == "1" else f"{number.id} / {number.unit}"
+
+
 def _chart(values: Axes, ranges: Axes, number: NumberHistory, *, named: bool) -> None:
-    values.set(title=f"Control chart of {number.id}, a point a unit", ylabel=f"{number.id} / N·m")
+    values.set(title=f"Control chart of {number.id}, a point a unit", ylabel=_label(number))
     values.sharex(ranges)
     values.tick_params(labelbottom=False)
     ranges.set(xlabel="units in order of their latest runs", ylabel="moving range")

@@ -18,12 +18,12 @@ from etb_hil.history.history import FRICTION, History, NumberHistory
 from etb_hil.history.rise import Rises
 from etb_hil.history.temperature import FEWEST as FEWEST_UNITS
 from etb_hil.history.temperature import LEAST_SPREAD, REFERENCE, TemperatureEffect
-from etb_hil.report.show import plain, printable
+from etb_hil.report.show import printable
+from etb_hil.results.shown import plain, quantity, unit_shown
 
 WIDTH = 80
 _INDENT = 17
 _HELD = "\N{NO-BREAK SPACE}"
-_NAMES = {"T_st": "break-away friction", "T_c": "sliding friction", "return_margin": "return margin"}
 
 
 def history_text(history: History, rows: int) -> str:
@@ -34,7 +34,7 @@ def history_text(history: History, rows: int) -> str:
     for number in numbers:
         statements = list(_statements(number))
         if statements:
-            lines += ["", f"{number.id}, {_NAMES[number.id]}"]
+            lines += ["", f"{number.id}, {number.plain}"]
             lines += [line for name, text in statements for line in _entry(name, text)]
     lacking: dict[tuple[str, str], list[str]] = {}
     for number in numbers:
@@ -96,15 +96,16 @@ def _statements(number: NumberHistory) -> Iterator[tuple[str, str]]:
         signals = [f"{printable(number.charted[k], 30)}: {reason}" for k, reason in chart.signals.items()]
         state = "steady" if not signals else "NOT STEADY: " + "; ".join(signals[:5])
         more = f"; {len(signals) - 5} more in history.json" if len(signals) > 5 else ""
-        limits = f"limits {plain(chart.low, 'N·m')} to {_torque(chart.high)}"
-        centre = f"{len(chart.values)} units, centre {_torque(chart.centre)}"
-        yield "Control chart", f"{centre}, {limits}, moving range {_torque(chart.mean_range)}: {state}{more}."
+        unit = number.unit
+        limits = f"limits {plain(chart.low, unit)} to {quantity(chart.high, unit)}"
+        centre = f"{len(chart.values)} units, centre {quantity(chart.centre, unit)}"
+        yield "Control chart", f"{centre}, {limits}, moving range {quantity(chart.mean_range, unit)}: {state}{more}."
     if number.tolerance_limit is not None:
         yield "Population", _population(number.tolerance_limit, len(number.charted), number.temperature)
     if number.capability is not None:
         yield "Capability", _capability(number.capability)
     if number.gauge is not None:
-        yield "Gauge R&R", _gauge(number.gauge)
+        yield "Gauge R&R", _gauge(number.gauge, number.unit)
     if number.rises is not None:
         yield "Rise", _rises(number.rises)
     if number.drifts:
@@ -125,7 +126,7 @@ def _temperature(effect: TemperatureEffect, left_out: int) -> str:
 
 
 def _population(limit: float, units: int, law: TemperatureEffect | None) -> str:
-    text = f"99 % of their like lie below {_torque(limit)}"
+    text = f"99 % of their like lie below {quantity(limit, 'N·m')}"
     if law is None:
         return f"{text} as measured (95 % confidence, from {units} units)."
     stated = (
@@ -151,19 +152,24 @@ def _index(index: Index) -> str:
     return f"{index.value:.2f} (95 %: {index.low:.2f} to {index.high:.2f})"
 
 
-def _gauge(study: GaugeStudy) -> str:
+def _gauge(study: GaugeStudy, unit: str) -> str:
     text = (
         f"{100 * study.share(study.gauge):.1f} % of the study's variation, {study.categories} distinct categories; "
-        f"{study.units} units x {study.benches} benches x {study.trials} runs: EV {1e3 * study.repeatability:.2f}, "
+        f"{study.units} units x {study.benches} benches x {study.trials} runs: "
+        f"EV {_spread(study.repeatability, unit)}, "
     )
     if study.reproducibility is None:
         text += "AV unknown (one bench), "
     else:
-        text += f"AV {1e3 * study.reproducibility:.2f}, "
-    text += f"PV {1e3 * study.part:.2f} mN·m"
+        text += f"AV {_spread(study.reproducibility, unit)}, "
+    text += f"PV {_spread(study.part, unit)} {'mN·m' if unit == 'N·m' else unit_shown(unit)}".rstrip()
     if study.units < 10:
         text += "; the manual asks for 10 units"
     return f"{text}."
+
+
+def _spread(value: float, unit: str) -> str:
+    return f"{1e3 * value:.2f}" if unit == "N·m" else plain(value, unit)
 
 
 def _drift(drift: Drift) -> str:
@@ -191,10 +197,6 @@ def _rises(rises: Rises) -> str:
     risen = (f"{printable(r.unit, 30)} {100 * r.rise:+.0f} % since {r.since[:10]}" for r in rises.found[:5])
     more = f"; {len(rises.found) - 5} more in history.json" if len(rises.found) > 5 else ""
     return f"ALARM: {', '.join(risen)}{more}; of {again}.{apart}"
-
-
-def _torque(value: float) -> str:
-    return f"{plain(value, 'N·m')} N·m"
 
 
 def _entry(name: str, text: str) -> list[str]:

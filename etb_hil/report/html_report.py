@@ -1,4 +1,4 @@
-"""The report: one HTML page that needs nothing beside it, and its plots as PNG files."""
+"""The report: one HTML page that needs nothing beside it, and on request its plots as PNG files."""
 
 from __future__ import annotations
 
@@ -11,18 +11,23 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 
+from etb_hil.base.files import write_text
+from etb_hil.base.outcome import UnitVerdict
 from etb_hil.report import condition_plots, plots, show
 from etb_hil.report.drawing import inline_svg, save_png
 from etb_hil.report.grades import bus_facts, timing_facts
-from etb_hil.report.model import Exceedance, ReportSeries, Results
+from etb_hil.report.series import ReportSeries
 from etb_hil.report.show import phase_name
 from etb_hil.report.verdict import unit_line, verdict_of
+from etb_hil.results import shown
+from etb_hil.results.measurement import Measurement
+from etb_hil.results.run_result import Exceedance, RunResult
 
 REPORT_NAME = "report.html"
 
 # What two printed pages hold; the rest is in results.json, and the page says so.
 _MOST_NUMBERS, _MOST_PHASES, _MOST_EXCEEDANCES, _MOST_MESSAGES, _MOST_INPUTS = 16, 16, 7, 7, 6
-_MOST_PROMPTS, _MOST_RATES = 4, 8
+_MOST_PROMPTS, _MOST_RATES, _MOST_JUDGED = 4, 8, 40
 _LONGEST_WORD, _LONGEST_NAME, _LONGEST_PHRASE, _LONGEST_VERSIONS, _LONGEST_SENTENCE = 20, 40, 56, 160, 480
 _LARGEST_INPUT = 200_000  # bytes of a file that the page carries
 _SAFE_STATE = {True: "yes, seen in the measured current", False: "NOT VERIFIED", None: "not looked at"}
@@ -40,30 +45,30 @@ _AT_RATE = "T_st_at_rate_"
 
 
 def write_report(
-    results: Results | Mapping[str, Any],
+    results: RunResult,
     series: ReportSeries | Mapping[str, Any],
     folder: Path,
     next_step: str = "",
+    *,
+    pictures: bool = False,
 ) -> Path:
-    """Write `report.html` and a PNG file for each plot into a folder that exists; return the page's path.
+    """Write `report.html`, and with `pictures` each plot as PNG, into a folder that exists; return the page's path.
 
-    The page carries the text of the inputs that lie in the folder's `inputs`, as a session has them. Takes `Results`
-    or the dictionary of `results.json`, and `ReportSeries` or its columns by name; `next_step` as of
-    `verdict_of`. Raises InputError where the dictionary is wrong.
+    The page carries the text of the inputs that lie in the folder's `inputs`, as a session has them. `series` may be
+    columns by name; `next_step` as of `verdict_of`. Raises InputError where a file
+    cannot be written.
     """
-    results = results if isinstance(results, Results) else Results.from_dict(results)
     series = series if isinstance(series, ReportSeries) else ReportSeries.from_mapping(series)
     drawn = {}
     figures = {name: draw(series, results) for name, draw in (*_PLOTS.items(), *_FURTHER.items())}
     for name, figure in figures.items():
         if figure is None:
             continue
-        save_png(figure, folder / f"{name}.png")
+        if pictures:
+            save_png(figure, folder / f"{name}.png")
         drawn[name] = inline_svg(figure, name)
-    page = folder / REPORT_NAME
-    part = page.with_suffix(".part")  # who opens the page sees a whole one, or none
-    part.write_text(render_page(results, drawn, _input_texts(results, folder / "inputs"), next_step), encoding="utf-8")
-    return part.replace(page)
+    page = render_page(results, drawn, _input_texts(results, folder / "inputs"), next_step)
+    return write_text(folder / REPORT_NAME, page)
 
 
 def script(name: str) -> tuple[Markup, Markup]:
@@ -73,7 +78,7 @@ def script(name: str) -> tuple[Markup, Markup]:
     return _ours(text), _ours(f"'sha256-{digest}'")
 
 
-def render_page(results: Results, drawn: Mapping[str, str], texts: Mapping[str, str], next_step: str = "") -> str:
+def render_page(results: RunResult, drawn: Mapping[str, str], texts: Mapping[str, str], next_step: str = "") -> str:
     """Return the page; `drawn` maps plots to their `<svg>` elements, `texts` inputs to what they hold."""
     zoom, zoom_hash = script("zoom.js")
     here = Path(__file__).parent
@@ -85,20 +90,22 @@ def render_page(results: Results, drawn: Mapping[str, str], texts: Mapping[str, 
         finalize=_finalize,
     )
     environment.filters.update(
-        plain=show.plain,
-        unit_shown=show.unit_shown,
-        interval=show.interval,
-        limits=show.limits,
+        plain=shown.plain,
+        unit_shown=shown.unit_shown,
+        value=shown.value,
+        interval=shown.interval,
+        limits=shown.limits,
         share=show.share,
-        seconds=lambda value: show.quantity(value, "s"),
+        seconds=lambda value: shown.quantity(value, "s"),
         whole=_sentence,
         short=lambda text: text[:_LONGEST_WORD],
         long=lambda text: _sentence(text[:_LONGEST_PHRASE]),
-        count=lambda value: show.UNKNOWN if value is None else str(value),
+        count=lambda value: shown.UNKNOWN if value is None else str(value),
     )
     verdict = verdict_of(results, next_step)
-    at_rates = [number for number in results.numbers if number.id.startswith(_AT_RATE)]
-    numbers = [number for number in results.numbers if number not in at_rates]
+    at_rates = [one for one in results.measurements.values() if one.id.startswith(_AT_RATE)]
+    numbers = sorted((one for one in results.measurements.values() if one not in at_rates), key=_how_urgent)
+    shown_first = min(max(_MOST_NUMBERS, len(results.judged)), _MOST_JUDGED)
     versions = ", ".join(f"{name} {version}" for name, version in results.versions.items())
     return environment.get_template("report.html.jinja").render(
         results=results,
@@ -110,7 +117,7 @@ def render_page(results: Results, drawn: Mapping[str, str], texts: Mapping[str, 
         safe_state=_SAFE_STATE[results.bench.safe_state],
         grades=[(name, _sentence(text)) for name, text in (*bus_facts(results), *timing_facts(results))],
         phase_name=phase_name,
-        numbers=numbers[:_MOST_NUMBERS],
+        numbers=numbers[:shown_first],
         of_numbers=len(numbers),
         at_rates=at_rates[:_MOST_RATES],
         of_rates=len(at_rates),
@@ -132,7 +139,12 @@ def render_page(results: Results, drawn: Mapping[str, str], texts: Mapping[str, 
     )
 
 
-def _input_texts(results: Results, folder: Path) -> dict[str, str]:
+def _how_urgent(one: Measurement) -> int:
+    """Sort what did not pass before what passed, and that before what has no limit."""
+    return 2 if one.verdict is None else int(one.verdict is UnitVerdict.PASS)
+
+
+def _input_texts(results: RunResult, folder: Path) -> dict[str, str]:
     """Return the text of each input that is there, is text, and is still what the run was made with."""
     texts = {}
     for file in results.inputs:

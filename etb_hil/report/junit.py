@@ -16,9 +16,11 @@ from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.report import show
 from etb_hil.report.verdict import unit_line, verdict_of
 from etb_hil.report.wording import bench_wording
+from etb_hil.results import shown
 
 if TYPE_CHECKING:
-    from etb_hil.report.model import Attempt, Number, Results
+    from etb_hil.results.measurement import Measurement
+    from etb_hil.results.run_result import Attempt, RunResult
     from etb_hil.session.baseline import Comparison
 
 _LONGEST = 2000
@@ -28,7 +30,7 @@ _LONGEST = 2000
 class Reported:
     """A run with its session's folder, and what a comparison to a baseline found."""
 
-    results: Results
+    results: RunResult
     session: Path | None = None
     comparisons: Sequence[Comparison] = ()
 
@@ -55,7 +57,7 @@ def _suite(run: Reported) -> ET.Element:
         *(_attempt(attempt) for attempt in results.attempts),
         _bench(results),
         _unit(results),
-        *(_number(number, results) for number in results.numbers if number.verdict is not None),
+        *(_measurement(one, results) for one in results.judged),
         *(_comparison(comparison) for comparison in run.comparisons),
     ]
     class_name = _plain(f"{results.bench.name}.{results.scenario}" if results.scenario else results.bench.name)
@@ -80,12 +82,12 @@ def _properties(run: Reported) -> Iterable[tuple[str, object]]:
     yield "run_id", results.run_id
     yield "session", run.session or ""
     yield "attempts", len(results.attempts) + 1
-    for number in results.numbers:
-        yield number.id, number.value
-        yield f"{number.id}.unit", number.unit
+    for one in results.measurements.values():
+        yield one.id, one.value
+        yield f"{one.id}.unit", one.unit
         for key in ("low", "high", "limit_low", "limit_high"):
-            if (value := getattr(number, key)) is not None:
-                yield f"{number.id}.{key}", value
+            if (value := getattr(one, key)) is not None:
+                yield f"{one.id}.{key}", value
     bus = results.bus
     yield "bus", bus.name
     yield "bus_load", bus.load
@@ -99,7 +101,7 @@ def _properties(run: Reported) -> Iterable[tuple[str, object]]:
         yield f"version.{name}", version
 
 
-def _bench(results: Results) -> ET.Element:
+def _bench(results: RunResult) -> ET.Element:
     case = ET.Element("testcase", name="bench", time=_seconds(results))
     if results.bench.outcome is not BenchOutcome.OK:
         words = bench_wording(results)
@@ -108,7 +110,7 @@ def _bench(results: Results) -> ET.Element:
     return case
 
 
-def _unit(results: Results) -> ET.Element:
+def _unit(results: RunResult) -> ET.Element:
     case = ET.Element("testcase", name="unit")
     if results.bench.outcome is not BenchOutcome.OK:
         _outcome(case, "skipped", "", "The unit was not judged.", "")
@@ -122,14 +124,14 @@ def _unit(results: Results) -> ET.Element:
     return case
 
 
-def _number(number: Number, results: Results) -> ET.Element:
-    case = ET.Element("testcase", name=_plain(number.id))
-    found = f"{number.name} is {show.quantity(number.value, number.unit)}, allowed {show.limits(number)}"
+def _measurement(one: Measurement, results: RunResult) -> ET.Element:
+    case = ET.Element("testcase", name=_plain(one.id))
+    found = f"{one.name} is {shown.measured(one)}, allowed {shown.limits(one)}"
     if results.bench.outcome is not BenchOutcome.OK:
         _outcome(case, "skipped", "", "The unit was not judged.", found)
-    elif number.verdict is not UnitVerdict.PASS:
-        element = "failure" if number.verdict is UnitVerdict.FAIL else "error"
-        _outcome(case, element, str(number.verdict), found, f"95 % interval: {show.interval(number) or show.UNKNOWN}")
+    elif one.verdict is not UnitVerdict.PASS:
+        element = "failure" if one.verdict is UnitVerdict.FAIL else "error"
+        _outcome(case, element, str(one.verdict), found, f"95 % interval: {shown.interval(one) or shown.UNKNOWN}")
     return case
 
 
@@ -162,11 +164,11 @@ def _count(suite: ET.Element, cases: Iterable[ET.Element]) -> None:
         suite.set(attribute, str(kinds.count(tag)))
 
 
-def _seconds(results: Results) -> str:
+def _seconds(results: RunResult) -> str:
     return "0" if results.duration_s is None else f"{results.duration_s:.3f}"
 
 
 def _plain(value: object) -> str:
     """Return a text that XML can hold; what is unknown is said to be."""
-    text = show.UNKNOWN_WORD if value is None else str(value)
+    text = shown.UNKNOWN_WORD if value is None else str(value)
     return "\n".join(show.printable(line, _LONGEST) for line in text.split("\n"))

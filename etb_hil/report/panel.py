@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import os
 import select
@@ -16,6 +15,7 @@ import time
 from rich.console import Console
 from rich.live import Live
 
+from etb_hil.base.output import use_safe_streams
 from etb_hil.report.panel_feed import PERIOD_S, PanelSnapshot
 from etb_hil.report.panel_view import draw, progress_line
 from etb_hil.report.show import printable
@@ -86,8 +86,7 @@ def new_messages(before: tuple[str, ...], now: tuple[str, ...]) -> tuple[str, ..
 def main() -> None:
     """Show snapshots until standard input ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the run, which then closes our input
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="replace")
+    use_safe_streams()
     reader = SnapshotReader(sys.stdin.fileno())
     console = Console(file=sys.stdout, highlight=False)
     if console.is_terminal and not console.is_dumb_terminal:

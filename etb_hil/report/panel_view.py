@@ -11,6 +11,7 @@ from rich.text import Text
 
 from etb_hil.report import show
 from etb_hil.report.panel_feed import PanelSnapshot
+from etb_hil.results import shown
 
 WIDTH = 80
 _BAR = 24
@@ -44,10 +45,10 @@ def progress_line(snapshot: PanelSnapshot) -> str:
         f"{snapshot.time_s:8.1f} s",
         show.printable(snapshot.phase, 40),
         "" if snapshot.progress is None else f"{100.0 * snapshot.progress:.0f} %",
-        f"angle {show.quantity(snapshot.angle, 'rad')}",
-        f"friction {show.quantity(snapshot.friction, 'N·m')}",
-        f"T_st {show.quantity(snapshot.stiction, 'N·m')}",
-        f"T_c {show.quantity(snapshot.coulomb, 'N·m')}",
+        f"angle {shown.quantity(snapshot.angle, 'rad')}",
+        f"friction {shown.quantity(snapshot.friction, 'N·m')}",
+        f"T_st {shown.quantity(snapshot.stiction, 'N·m')}",
+        f"T_c {shown.quantity(snapshot.coulomb, 'N·m')}",
         _bus(snapshot),
     ]
     return "  ".join(part for part in parts if part)
@@ -60,8 +61,8 @@ def bar(value: float, width: int) -> str:
 
 
 def _progress(snapshot: PanelSnapshot) -> Text:
-    first = f"phase  {show.printable(snapshot.phase, 60) or show.UNKNOWN}\n"
-    done = show.UNKNOWN if snapshot.progress is None else f"{100.0 * snapshot.progress:3.0f} %"
+    first = f"phase  {show.printable(snapshot.phase, 60) or shown.UNKNOWN}\n"
+    done = shown.UNKNOWN if snapshot.progress is None else f"{100.0 * snapshot.progress:3.0f} %"
     left = "" if snapshot.time_left_s is None else f"   {_clock(snapshot.time_left_s)} left"
     second = f"[{bar(snapshot.progress or 0.0, _WIDE_BAR)}] {done}   {snapshot.time_s:.1f} s{left}"
     return _line(first + second)
@@ -84,7 +85,7 @@ def _friction(snapshot: PanelSnapshot) -> Table:
         ("T_c so far", snapshot.coulomb, snapshot.coulomb_limit),
     ):
         table.add_row(Text(name), _value(value, "N·m"), Text(_limit(limit)), _against(value, limit))
-    count = show.UNKNOWN if snapshot.exceedances is None else str(snapshot.exceedances)
+    count = shown.UNKNOWN if snapshot.exceedances is None else str(snapshot.exceedances)
     table.add_row(Text("exceedances"), Text(count))
     return table
 
@@ -99,16 +100,16 @@ def _against(value: float | None, limit: float | None) -> Text:
 
 
 def _bus(snapshot: PanelSnapshot) -> str:
-    lost = show.UNKNOWN if snapshot.lost is None else str(snapshot.lost)
+    lost = shown.UNKNOWN if snapshot.lost is None else str(snapshot.lost)
     return f"bus load {show.share(snapshot.load)}  lost frames {lost}"
 
 
 def _limit(limit: float | None) -> str:
-    return "" if limit is None else f"limit {show.plain(limit, 'N·m')}"
+    return "" if limit is None else f"limit {shown.plain(limit, 'N·m')}"
 
 
 def _value(value: float | None, unit: str) -> Text:
-    return Text(show.quantity(value, unit), "bold")
+    return Text(shown.quantity(value, unit), "bold")
 
 
 def _line(text: str, style: str = "") -> Text:

@@ -27,8 +27,9 @@ from etb_hil.report.drawing import (
     say_empty,
     thinned,
 )
-from etb_hil.report.model import Phase, ReportSeries, Results
+from etb_hil.report.series import ReportSeries
 from etb_hil.report.show import phase_name
+from etb_hil.results.run_result import Phase, RunResult
 
 _FAR_ABOVE = 2.15  # beyond this many omega_s the Stribeck curve has fallen to T_c within 1 %
 
@@ -42,7 +43,7 @@ FRICTION = "friction torque / N·m"
 
 
 @mpl.rc_context(STYLE)
-def friction_over_speed(series: ReportSeries, results: Results) -> Figure:
+def friction_over_speed(series: ReportSeries, results: RunResult) -> Figure:
     """Draw the estimated friction over speed with the fitted Stribeck curve, its 95 % band and the limits."""
     figure, (axes,) = new_figure(5.2, 4.2)
     axes.set(title="Friction over speed", xlabel="throttle speed / rad/s", ylabel=FRICTION)
@@ -68,15 +69,13 @@ def friction_over_speed(series: ReportSeries, results: Results) -> Figure:
     return figure
 
 
-def _speed_limits(axes: Axes, results: Results) -> None:
+def _speed_limits(axes: Axes, results: RunResult) -> None:
     """Draw each limit where it is compared: T_st below omega_s, T_c (and the viscous torque) far above it."""
     reach = max(abs(bound) for bound in axes.get_xlim())
     axes.set_xlim(-reach, reach)
-    scale = results.number("omega_s")
-    omega_s = scale.value if scale is not None and scale.value else None
+    omega_s = results.measurements.value("omega_s")
     near = min(omega_s, reach) if omega_s else reach
-    damping = results.number("viscous")
-    slope = damping.value if damping is not None and damping.value else 0.0
+    slope = results.measurements.value("viscous") or 0.0
     stiction, coulomb = _limit(results, "T_st"), _limit(results, "T_c")
     for sign in (1.0, -1.0):
         if stiction is not None:
@@ -91,7 +90,7 @@ def _speed_limits(axes: Axes, results: Results) -> None:
 
 
 @mpl.rc_context(STYLE)
-def friction_over_angle(series: ReportSeries, results: Results) -> Figure:
+def friction_over_angle(series: ReportSeries, results: RunResult) -> Figure:
     """Draw the friction over the angle, opening and closing apart; below, the map over angle and temperature."""
     figure, (axes, map_axes) = new_figure(5.2, 4.2, rows=2, ratios=[2.2, 1.0])
     axes.set(title="Friction over angle", ylabel=FRICTION)
@@ -148,7 +147,7 @@ def _map(axes: Axes, series: ReportSeries) -> None:
 
 
 @mpl.rc_context(STYLE)
-def time_traces(series: ReportSeries, results: Results) -> Figure:
+def time_traces(series: ReportSeries, results: RunResult) -> Figure:
     """Draw angle, velocity, current and friction over time; phases as a strip, exceedances shaded and marked."""
     figure, (strip, *rows) = new_figure(10.4, 6.2, rows=5, ratios=[0.16, 1, 1, 1, 1.3])
     strip.set(title="Traces over time", yticks=[], ylim=(0, 1))
@@ -218,6 +217,6 @@ def _level(axes: Axes, level: float | None, style: str, name: str) -> None:
         axes.axhline(-level, color=LIMIT, linestyle=style)
 
 
-def _limit(results: Results, number_id: str) -> float | None:
-    number = results.number(number_id)
-    return None if number is None else number.limit_high
+def _limit(results: RunResult, measurement_id: str) -> float | None:
+    found = results.measurements.get(measurement_id)
+    return None if found is None else found.limit_high

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.report import show
-from etb_hil.report.model import Results
 from etb_hil.report.wording import attempts_sentence, bench_wording, further_reasons, spring_or_friction, unit_wording
+from etb_hil.results.run_result import RunResult
 
 WIDTH = 80
 _NOT_THE_UNIT = ("The unit was not judged: what was measured of it until then does not count.",)
@@ -53,7 +51,7 @@ class Verdict:
     further: tuple[str, ...]
 
 
-def verdict_of(results: Results, next_step: str = "") -> Verdict:
+def verdict_of(results: RunResult, next_step: str = "") -> Verdict:
     """Return the outcome to show first: what happened to the bench outranks what was measured of the unit.
 
     `next_step` is what is to be done with a unit that was judged, where that is known better than from its verdict.
@@ -76,7 +74,7 @@ def verdict_of(results: Results, next_step: str = "") -> Verdict:
     return Verdict(headline, tone, unit.reason, next_step or unit.next_step, tuple(filter(None, further)))
 
 
-def unit_line(results: Results) -> str:
+def unit_line(results: RunResult) -> str:
     """Return which unit it is: serial, part number and revision, as far as they are known."""
     unit = results.unit
     parts = [f"serial {unit.serial}" if unit.serial else "", f"part {unit.part_number}" if unit.part_number else ""]
@@ -91,16 +89,12 @@ def banner(headline: str) -> list[str]:
 
 
 def verdict_text(
-    results: Results | Mapping[str, Any], report: Path | None = None, *, rows: int | None = None, next_step: str = ""
+    results: RunResult, report: Path | None = None, *, rows: int | None = None, next_step: str = ""
 ) -> str:
     """Return the verdict as plain text of at most 80 columns, for a terminal or a log file.
 
     Where it is to fit into some `rows`, further reasons give way, the last ones first; `next_step` as of `verdict_of`.
-    Takes `Results` or the
-    dictionary of `results.json`; raises InputError where that is wrong.
     """
-    if not isinstance(results, Results):
-        results = Results.from_dict(results)
     verdict = verdict_of(results, next_step)
     text = _text(results, verdict, report)
     while rows is not None and text.count("\n") + 1 > rows and verdict.further:
@@ -110,7 +104,7 @@ def verdict_text(
     return text
 
 
-def _text(results: Results, verdict: Verdict, report: Path | None) -> str:
+def _text(results: RunResult, verdict: Verdict, report: Path | None) -> str:
     lines = ["", *(f"  {row}" for row in banner(verdict.headline)), ""]
     lines += _entry("Result", f"{verdict.headline} - {unit_line(results)}")
     lines += _entry("Why", verdict.reason)

@@ -1,6 +1,7 @@
 """What a technician reads: one reason in a sentence and one thing to do next, for each reason id.
 
-In a reason, `{T_st}` stands for the number of that id with its unit, `{T_st.limit}` for its limit.
+In a reason, `{T_st}` stands for the measurement of that id with its unit, `{T_st.limit}` for its limit. Reasons that a
+limit gives are made from the declaration of the measurement.
 """
 
 from __future__ import annotations
@@ -8,8 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
-from etb_hil.report import show
-from etb_hil.report.model import Number, Results
+from etb_hil.diagnosis.measurement_registry import measurement_kinds
+from etb_hil.results import shown
+from etb_hil.results.measurement import Measurement
+from etb_hil.results.run_result import RunResult
 
 _REPLACE = "Replace the throttle body, or clean it and test again. Keep this report with the unit."
 _NOT_FITTED = "Do not fit this unit to a vehicle. " + _REPLACE
@@ -28,18 +31,6 @@ class Wording:
 
 
 UNIT_REASONS = {
-    "within_limits": Wording(
-        "Friction is within its limits: break-away {T_st} (limit {T_st.limit}), sliding {T_c} (limit {T_c.limit}).",
-        "Release the unit.",
-    ),
-    "T_st_beyond_limit": Wording("Break-away friction is {T_st}; the limit is {T_st.limit}.", _REPLACE),
-    "T_st_break_away_beyond_limit": Wording("Break-away after a rest takes too much.", _REPLACE, True),
-    "T_c_beyond_limit": Wording("Sliding friction is {T_c}; the limit is {T_c.limit}.", _REPLACE),
-    "return_margin_beyond_limit": Wording(
-        "The return margin, spring less friction, is {return_margin}; at least {return_margin.limit} is needed for the "
-        "plate to come back without power.",
-        _NOT_FITTED,
-    ),
     "T_st_exceeded": Wording("The plate sticks at one place: friction there is above the limit.", _REPLACE, True),
     "plate_stuck": Wording("The plate is stuck: the motor pushed and it did not move.", _NOT_FITTED, True),
     "T_st_unexplained": Wording("Friction seemed above the limit for a while, and nothing says why.", _AGAIN, True),
@@ -72,7 +63,6 @@ UNIT_REASONS = {
         "Check the CAN wiring and the rate that the bench asks for, then repeat.",
         True,
     ),
-    "T_st_undecided": Wording("Break-away friction {T_st} is too close to its limit {T_st.limit} to tell.", _AGAIN),
     "T_st_local_undecided": Wording(
         "Friction at one place of the way is too close to the limit of break-away friction to tell.",
         "Have an engineer look at the friction over angle in the report.",
@@ -88,8 +78,11 @@ UNIT_REASONS = {
         "Check that the bench reads a temperature and that the scenario has a current_zero, then repeat.",
         True,
     ),
-    "T_st_break_away_undecided": Wording("Break-away after a rest is too close to its limit to tell.", _AGAIN, True),
-    "T_c_undecided": Wording("Sliding friction {T_c} is too close to its limit {T_c.limit} to tell.", _AGAIN, True),
+    "limits_not_judged": Wording(
+        "Some limits were not judged: this run has no phase that shows them.",
+        "Run a scenario that has those phases, as end_of_line has them.",
+        True,
+    ),
     "T_c_not_reached": Wording(
         "The plate never moved fast enough to tell sliding friction.",
         "Run a scenario with fast dashes through limp-home, as friction_check has them.",
@@ -105,10 +98,6 @@ UNIT_REASONS = {
         "The plate was measured in one direction only; springs and friction look alike there.",
         "Run a scenario that opens and closes the plate, as friction_check does.",
         True,
-    ),
-    "return_margin_undecided": Wording(
-        "The return spring's margin over friction {return_margin} is too close to {return_margin.limit} to tell.",
-        _AGAIN,
     ),
     "samples_lost": Wording(
         "Too many samples were lost to judge the unit.", "Check the CAN wiring and the bus load, then repeat.", True
@@ -262,28 +251,65 @@ _BENCH_DEFAULTS = {
     BenchOutcome.ABORTED: Wording("The run was ended before it was done.", "Repeat the test."),
 }
 
-_UNSAFE, _UNEVEN = "return_margin_beyond_limit", "uneven_way"
+_BEYOND, _UNDECIDED, _NOT_MEASURED = "_beyond_limit", "_undecided", "_not_measured"
+_UNSAFE, _UNEVEN = f"return_margin{_BEYOND}", "uneven_way"
+_MOST_NAMED = 3  # measurements in the sentence of a pass
 _STICKS = {"T_st_exceeded", "plate_stuck"}
 
 
-def unit_wording(results: Results) -> Wording:
+def unit_wording(results: RunResult) -> Wording:
     """Return why the unit got its verdict and what to do; of an unknown reason, the words that came with it."""
     unit = results.unit
     if unit.verdict is None:
         return UNIT_REASONS["run_not_finished"]
-    known = UNIT_REASONS.get(unit.reason_id)
+    known = _known(unit.reason_id, results)
     if known is None:
         default = _UNIT_DEFAULTS[unit.verdict]
         return Wording(unit.reason or default.reason, unit.next_step or default.next_step)
     reason = _detailed(_filled(known.reason, results), unit.reason if known.with_detail else "")
     if _UNSAFE in unit.also:  # a plate that may stay open outranks whatever else is to be done
-        known = UNIT_REASONS[_UNSAFE]
-    elif _UNEVEN in unit.also and unit.reason_id.endswith("_undecided"):  # repeating narrows nothing there
+        known = _known(_UNSAFE, results) or known
+    elif _UNEVEN in unit.also and unit.reason_id.endswith(_UNDECIDED):  # repeating narrows nothing there
         known = UNIT_REASONS[_UNEVEN]
     return Wording(reason, known.next_step)
 
 
-def bench_wording(results: Results) -> Wording:
+def _known(reason_id: str, results: RunResult) -> Wording | None:
+    if reason_id == "within_limits":
+        return Wording(_within(results), "Release the unit.")
+    return UNIT_REASONS.get(reason_id) or _of_limit(reason_id, results)
+
+
+def _within(results: RunResult) -> str:
+    named = [f"{_plain(one.id)} {shown.measured(one)} (limit {shown.limit(one)})" for one in results.judged]
+    more = f" and {len(named) - _MOST_NAMED} more" if len(named) > _MOST_NAMED else ""
+    return f"Every measured value is within its limits: {', '.join(named[:_MOST_NAMED])}{more}."
+
+
+def _of_limit(reason_id: str, results: RunResult) -> Wording | None:
+    """Return the words for a measurement beyond, or too close to, its limit; None of any other reason."""
+    for ending in (_BEYOND, _UNDECIDED, _NOT_MEASURED):
+        kind = measurement_kinds().get(reason_id.removesuffix(ending)) if reason_id.endswith(ending) else None
+        if kind is None:
+            continue
+        name = _plain(kind.id)
+        name = name[0].upper() + name[1:]
+        one = _Shown(results.measurements.get(kind.id))
+        if ending == _BEYOND:
+            todo = kind.too_high if one.is_high else kind.too_low
+            return Wording(f"{name} is {one}; the limit is {one.limit}.", todo or _REPLACE)
+        if ending == _UNDECIDED:
+            return Wording(f"{name} {one} is too close to its limit {one.limit} to tell.", _AGAIN)
+        return Wording(f"{name} could not be measured in this run.", "Check the CAN wiring, then repeat.", True)
+    return None
+
+
+def _plain(measurement_id: str) -> str:
+    kind = measurement_kinds().get(measurement_id)
+    return measurement_id if kind is None else kind.plain or kind.name
+
+
+def bench_wording(results: RunResult) -> Wording:
     """Return why the bench ended as it did and what to do; what the bench measured stands behind it in brackets."""
     bench = results.bench
     default = _BENCH_DEFAULTS[bench.outcome]
@@ -291,13 +317,13 @@ def bench_wording(results: Results) -> Wording:
     return Wording(_detailed(known.reason, bench.reason), bench.next_step if known is default else known.next_step)
 
 
-def further_reasons(results: Results) -> list[str]:
+def further_reasons(results: RunResult) -> list[str]:
     """Return the sentences of the reasons beside the first one."""
-    known = (UNIT_REASONS.get(reason_id) for reason_id in results.unit.also)
+    known = (_known(reason_id, results) for reason_id in results.unit.also)
     return [_filled(wording.reason, results) for wording in known if wording is not None]
 
 
-def attempts_sentence(results: Results) -> str:
+def attempts_sentence(results: RunResult) -> str:
     """Return which attempt counts and what came of those before it, or an empty text."""
     if not results.attempts:
         return ""
@@ -309,25 +335,24 @@ def attempts_sentence(results: Results) -> str:
     return f"Attempt {len(results.attempts) + 1} counts. Kept in the session: {before}."
 
 
-def spring_or_friction(results: Results) -> str:
+def spring_or_friction(results: RunResult) -> str:
     """Return what P2119 (throttle body range/performance) would mean for this unit, or an empty text.
 
     The code's two official causes are a failed return spring and a rise of friction; a controller cannot tell which.
     """
     if results.unit.verdict is not UnitVerdict.FAIL:
         return ""
-    standing = {n.id: n.verdict for n in results.numbers}
+    standing = {one.id: one.verdict for one in results.measurements.values()}
     reasons = {results.unit.reason_id, *results.unit.also}
     high = UnitVerdict.FAIL in (standing.get("T_st"), standing.get("T_c")) or reasons & _STICKS
     good = standing.get("T_st") == standing.get("T_c") == UnitVerdict.PASS
     short = standing.get("return_margin") == UnitVerdict.FAIL
     if not (high or short):
         return ""
-    stiction, margin = results.number("T_st"), results.number("return_margin")
+    stiction, margin = (results.measurements.value(name) for name in ("T_st", "return_margin"))
     preload = ""
-    if stiction is not None and stiction.value is not None and margin is not None and margin.value is not None:
-        shown = show.quantity(margin.value + stiction.value, "N·m")
-        preload = f" The weaker spring's preload came out as {shown}."
+    if stiction is not None and margin is not None:
+        preload = f" The weaker spring's preload came out as {shown.quantity(margin + stiction, 'N·m')}."
     if high:
         cause = "it is friction, which is above its limit."
     elif good:
@@ -345,17 +370,13 @@ def _detailed(sentence: str, detail: str) -> str:
 
 
 class _Shown:
-    """A number in a sentence: `{T_st}` gives the value, `{T_st.limit}` the limit, both with units."""
+    """A measurement in a sentence: `{T_st}` gives the value, `{T_st.limit}` the limit, both with units."""
 
-    def __init__(self, number: Number | None) -> None:
-        self._value = "not measured"
-        self.limit = "none"
-        if number is not None:
-            if number.value is not None:
-                self._value = show.quantity(number.value, number.unit)
-            limit = number.limit_high if number.limit_high is not None else number.limit_low
-            if limit is not None:
-                self.limit = show.quantity(limit, number.unit)
+    def __init__(self, one: Measurement | None) -> None:
+        self._value = "not measured" if one is None or one.value is None else shown.measured(one)
+        stated = shown.UNKNOWN if one is None else shown.limit(one)
+        self.limit = "none" if stated == shown.UNKNOWN else stated
+        self.is_high = one is None or (one.limit_high is not None and (one.value or 0.0) > one.limit_high)
 
     def __str__(self) -> str:
         return self._value
@@ -365,12 +386,12 @@ class _Shown:
 
 
 class _Numbers(dict[str, _Shown]):
-    def __init__(self, results: Results) -> None:
-        super().__init__((number.id, _Shown(number)) for number in results.numbers)
+    def __init__(self, results: RunResult) -> None:
+        super().__init__((one.id, _Shown(one)) for one in results.measurements.values())
 
     def __missing__(self, _: str) -> _Shown:
         return _Shown(None)
 
 
-def _filled(sentence: str, results: Results) -> str:
+def _filled(sentence: str, results: RunResult) -> str:
     return sentence.format_map(_Numbers(results))

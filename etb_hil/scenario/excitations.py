@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from etb_hil.base.quantity import Angle
+from etb_hil.diagnosis.phase_use import Use
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.scenario.condition import Until
 from etb_hil.scenario.phase import (
@@ -43,6 +44,8 @@ class _SinePhase(PhaseModel):
 class SinusoidPhase(_SinePhase):
     """A sinusoidal position reference about a centre."""
 
+    use: ClassVar = Use.FITTED
+
     kind: Literal["sinusoid"]
 
 
@@ -58,6 +61,7 @@ class MultisinePhase(PhaseModel):
 
     angles: ClassVar = ("centre",)
     speeds: ClassVar = ("approach",)
+    use: ClassVar = Use.FITTED
 
     kind: Literal["multisine"]
     centre: Angle
@@ -77,6 +81,7 @@ class ReversalsPhase(PhaseModel):
 
     angles: ClassVar = ("centre",)
     speeds: ClassVar = ("speed", "approach")
+    use: ClassVar = Use.FITTED
 
     kind: Literal["reversals"]
     centre: Annotated[Angle | None, Field(description="limp-home where none is given")] = None
@@ -104,6 +109,7 @@ class BreakAwayPhase(PhaseModel):
 
     angles: ClassVar = ("positions",)
     speeds: ClassVar = ("speed", "approach")
+    use: ClassVar = Use.FITTED
 
     kind: Literal["break_away"]
     positions: Annotated[tuple[Angle, ...], Field(min_length=1, max_length=100)]

@@ -9,6 +9,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 
 from etb_hil.base.quantity import Angle, AngularVelocity, Duration, Frequency, format_quantity
 from etb_hil.base.yamlfile import FileModel
+from etb_hil.diagnosis.phase_use import Use
 from etb_hil.scenario.condition import Until
 
 NAME = re.compile(r"^[a-z][a-z0-9_]{0,39}$")
@@ -66,6 +67,7 @@ class PhaseModel(FileModel):
 
     angles: ClassVar[tuple[str, ...]] = ()  # keys whose values the plate is sent to
     speeds: ClassVar[tuple[str, ...]] = ()  # keys whose values are velocities of the plate
+    use: ClassVar[Use] = Use.NOTHING  # what the diagnosis does with its samples
 
     id: Annotated[Name, Field(description="name of the phase, once a scenario")]
     measure: Annotated[Measure | None, Field(description="in place of the bench's usual request")] = None

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, get_args
 
 from pydantic import Field
 
 from etb_hil.base.quantity import Angle
+from etb_hil.diagnosis.phase_use import Use
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.scenario.excitations import BreakAwayPhase, MultisinePhase, ReversalsPhase, SinusoidPhase, WarmUpPhase
 from etb_hil.scenario.phase import (
@@ -18,6 +19,7 @@ from etb_hil.scenario.phase import (
     Repeat,
     Speeds,
 )
+from etb_hil.scenario.release import ReleasePhase
 from etb_hil.scenario.trajectory import Chain, Held, Released, Steps, Trajectory, dash, move
 from etb_hil.scenario.waiting import PromptPhase, WaitPhase
 
@@ -37,6 +39,8 @@ class OffPhase(PhaseModel):
 
 class CurrentZeroPhase(PhaseModel):
     """The bridge is off while the current sensor's zero is measured."""
+
+    use: ClassVar = Use.ZERO
 
     kind: Literal["current_zero"]
     duration: PositiveTime
@@ -74,6 +78,7 @@ class RampPhase(PhaseModel):
 
     angles: ClassVar = ("between",)
     speeds: ClassVar = ("speed", "approach")
+    use: ClassVar = Use.FITTED
 
     kind: Literal["ramp"]
     between: Between
@@ -93,6 +98,7 @@ class DashPhase(PhaseModel):
 
     angles: ClassVar = ("between",)
     speeds: ClassVar = ("against", "peak", "approach")
+    use: ClassVar = Use.FITTED
 
     kind: Literal["dash"]
     between: Between
@@ -121,6 +127,7 @@ class StepPhase(PhaseModel):
 
     angles: ClassVar = ("positions",)
     speeds: ClassVar = ("approach",)
+    use: ClassVar = Use.FITTED
 
     kind: Literal["step"]
     positions: Annotated[tuple[Angle, ...], Field(min_length=1, max_length=1000)]
@@ -137,6 +144,7 @@ class HoldPhase(PhaseModel):
 
     angles: ClassVar = ("position",)
     speeds: ClassVar = ("approach",)
+    use: ClassVar = Use.WATCHED
 
     kind: Literal["hold"]
     position: Angle
@@ -158,6 +166,7 @@ Phase = Annotated[
     | MultisinePhase
     | StepPhase
     | HoldPhase
+    | ReleasePhase
     | BreakAwayPhase
     | ReversalsPhase
     | WarmUpPhase
@@ -165,3 +174,11 @@ Phase = Annotated[
     | PromptPhase,
     Field(discriminator="kind"),
 ]
+
+LOG = "log"  # a bare log is one phase of this kind: nothing says what was asked of the unit
+_USES = {get_args(kind.model_fields["kind"].annotation)[0]: kind.use for kind in get_args(get_args(Phase)[0])}
+
+
+def use_of(kind: str) -> Use:
+    """Return what the diagnosis does with the samples of a kind of phase; of one that is not known, nothing."""
+    return Use.FITTED if kind == LOG else _USES.get(kind, Use.NOTHING)

@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from etb_hil.canio.dbc.decoder import Decoder
-from etb_hil.diagnosis.diagnosis import MOVING, Diagnosis
+from etb_hil.diagnosis.diagnosis import Diagnosis
+from etb_hil.diagnosis.phase_use import RunPhase, Use
 from etb_hil.diagnosis.plausibility import Plausibility
+from etb_hil.observer.registry import DEFAULT
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.scenario.phase_watches import PhaseWatches
+from etb_hil.scenario.phases import use_of
 from etb_hil.session.rows import RowBuilder
 from etb_hil.session.verdict_policy import corruption_doubts, withheld
 
@@ -26,7 +29,7 @@ if TYPE_CHECKING:
     from etb_hil.scenario.condition import Condition
     from etb_hil.scenario.condition_watch import Firing
 
-SLOW_ROLES = ("temperature", "supply_voltage", "command_mode")
+SLOW_ROLES = ("temperature", "supply_voltage", "command_mode", "command_position")
 JUDGE_NS = 250_000_000  # rows are judged in stretches of this length: each costs the same, long or short
 
 
@@ -35,8 +38,7 @@ class PhaseMark:
     """After this stamp, samples belong to this phase."""
 
     stamp_ns: int
-    id: str
-    kind: str
+    phase: RunPhase
 
 
 class Analysis:
@@ -46,12 +48,21 @@ class Analysis:
     Without `keep`, the Recording holds the samples' times alone: logs may be long.
     """
 
-    def __init__(self, dialect: Dialect, model: Model, limits: Limits, origin: str, *, keep: bool = True) -> None:
+    def __init__(
+        self,
+        dialect: Dialect,
+        model: Model,
+        limits: Limits,
+        origin: str,
+        *,
+        keep: bool = True,
+        observer: str = DEFAULT,
+    ) -> None:
         self.model = model
         counted = any(message.counter is not None for message in dialect.messages)
         self.recording = Recording(origin, ClockGrade.SAMPLE_COUNTER if counted else ClockGrade.RECEIVE_STAMPS)
         self.decoder = Decoder(dialect, gather=True)
-        self.diagnosis = Diagnosis(model, limits)
+        self.diagnosis = Diagnosis(model, limits, observer)
         self._plausibility = Plausibility(model)
         self._keep = keep
         self._judged_ns = 0
@@ -75,7 +86,7 @@ class Analysis:
         Of the phase's samples, `fired` is the one that fires its condition.
         """
         begins_ns = max(stamp_ns, self._newest_ns)  # else a replay would give this phase what another one judged
-        self._marks.append(PhaseMark(begins_ns, phase_id, kind))
+        self._marks.append(PhaseMark(begins_ns, RunPhase(len(self._marks), phase_id, kind, use_of(kind))))
         known = until is not None and self.dialect.has(until.role)
         self._watches.begin(begins_ns, until, self.dialect.source_of(until.role) if until and known else None)
         return begins_ns
@@ -144,5 +155,5 @@ class Analysis:
             stop = int(edges[index + 1]) if index + 1 < len(edges) else len(rows)
             if stop > (start := int(edges[index])):
                 stretch = rows.rows(slice(start, stop))
-                self.diagnosis.push(stretch, mark.kind)
-                self._plausibility.push(stretch, index, moving=mark.kind in MOVING)
+                self.diagnosis.push(stretch, mark.phase)
+                self._plausibility.push(stretch, index, moving=mark.phase.use is Use.FITTED)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from etb_hil.base.modes import Mode
+from etb_hil.results.run_result import AnswerTime
 
 if TYPE_CHECKING:
     from etb_hil.recording.recording import Recording
@@ -56,7 +57,7 @@ class AnswerWatch:
                 self._asked, self._asked_ns, self._is_awaited = asked, int(stamp_ns), True
 
 
-def answer_time(recording: Recording) -> dict[str, float] | None:
+def answer_time(recording: Recording) -> AnswerTime | None:
     """Return mean and worst time in ms from a command for the bridge to the status that shows it.
 
     Up to a status interval of it is waiting for the next status. None where the bus does not show the commands sent, or
@@ -74,7 +75,7 @@ def answer_time(recording: Recording) -> dict[str, float] | None:
         fits = ~before & (statuses[0] < until_ns) & (shown == asked[turn])
         if fits.any() and before.any() and shown[before][-1] != asked[turn]:
             took.append(float(statuses[0][np.argmax(fits)] - since_ns) * 1e-6)
-    return {"mean_ms": sum(took) / len(took), "worst_ms": max(took)} if took else None
+    return AnswerTime(sum(took) / len(took), max(took)) if took else None
 
 
 def _column(recording: Recording, role: str) -> tuple[Int64, np.ndarray] | None:

@@ -4,31 +4,31 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
+from etb_hil.results.run_result import Attempt
 from etb_hil.session.session import EVENTS, MANIFEST, RAW_LOG, RESULTS, open_session
 
 if TYPE_CHECKING:
+    from etb_hil.results.run_result import RunResult
     from etb_hil.scenario.scenario_file import Retry
     from etb_hil.session.session import Session
 
 FOLDER = "attempts"
 
 
-def is_tried_again(retry: Retry | None, results: dict[str, Any], attempt: int) -> bool:
+def is_tried_again(retry: Retry | None, results: RunResult, attempt: int) -> bool:
     """Return whether the scenario wants another attempt after this one, counted from 1.
 
     Never after a unit that failed, a run that somebody stopped, or a drive that was not seen to be off.
     """
-    if retry is None or attempt >= retry.attempts or not results["bench"]["safe_state"]:
+    if retry is None or attempt >= retry.attempts or not results.bench.safe_state:
         return False
-    outcome = results["bench"]["outcome"]
-    if outcome == BenchOutcome.FAULT:
+    if results.bench.outcome is BenchOutcome.FAULT:
         return "bench_fault" in retry.after
-    return outcome == BenchOutcome.OK and (
-        results["unit"]["verdict"] == UnitVerdict.INCONCLUSIVE and "inconclusive" in retry.after
-    )
+    is_inconclusive = results.bench.outcome is BenchOutcome.OK and results.unit.verdict is UnitVerdict.INCONCLUSIVE
+    return is_inconclusive and "inconclusive" in retry.after
 
 
 def set_aside(session: Session, attempt: int) -> Path:
@@ -58,20 +58,13 @@ def _link(path: Path, name: Path) -> None:
         shutil.copyfile(path, name)
 
 
-def earlier_attempts(session: Session) -> list[dict[str, Any]]:
-    """Return, for `results.json`, what came of the attempts before the one that counts."""
-    entries: list[dict[str, Any]] = []
+def earlier_attempts(session: Session) -> tuple[Attempt, ...]:
+    """Return what came of the attempts before the one that counts."""
+    entries: list[Attempt] = []
     while (folder := session.folder / FOLDER / str(len(entries) + 1)).is_dir():
         results = open_session(folder).read_results()
-        entries.append(
-            {
-                "number": len(entries) + 1,
-                "verdict": results["unit"]["verdict"],
-                "outcome": results["bench"]["outcome"],
-                "reason_id": results["unit"]["reason_id"]
-                if results["bench"]["outcome"] == BenchOutcome.OK
-                else results["bench"]["reason_id"],
-                "folder": f"{FOLDER}/{folder.name}",
-            }
-        )
-    return entries
+        judged = results.bench.outcome is BenchOutcome.OK
+        reason_id = results.unit.reason_id if judged else results.bench.reason_id
+        place = f"{FOLDER}/{folder.name}"
+        entries.append(Attempt(len(entries) + 1, results.bench.outcome, results.unit.verdict, reason_id, place))
+    return tuple(entries)

@@ -6,10 +6,10 @@ program. A difference therefore blames nobody: decision 0140.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
@@ -17,6 +17,12 @@ from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.base.quantity import dimension_of_unit, parse_quantity, tidy_unit, to_si
 from etb_hil.base.yamlfile import Document, FileModel, load
+from etb_hil.diagnosis.measurement_registry import measurement_kinds
+from etb_hil.scenario.phases import LOG
+
+if TYPE_CHECKING:
+    from etb_hil.results.measurement import Measurement
+    from etb_hil.results.run_result import RunResult
 
 LEAST = 0.02  # share of a value: the tolerance that a new baseline has at least
 OF_INTERVAL = 2.0  # half widths of the 95 % interval that it has at least
@@ -35,7 +41,7 @@ class Expected(FileModel):
 
     @model_validator(mode="after")
     def _is_read(self) -> Expected:
-        if self.width <= 0.0:
+        if not math.isfinite(self.si) or self.width <= 0.0:
             raise ValueError("'tolerance': a tolerance above 0 is expected, as '5 %'")
         return self
 
@@ -89,52 +95,57 @@ def load_baseline(path: Path) -> Document[Baseline]:
     return load(path, Baseline)
 
 
-def compare(baseline: Document[Baseline], results: Mapping[str, Any]) -> list[Comparison]:
-    """Hold the contents of a `results.json` against a baseline; return an entry for each expectation.
+def compare(baseline: Document[Baseline], results: RunResult) -> list[Comparison]:
+    """Hold the results of a run against a baseline; return an entry for each expectation.
+
+    Nobody knows the phases of a bare log: what is measured in single phases is not expected of it.
 
     Raises InputError where a number has another unit than the baseline expects.
     """
     expected = baseline.content
-    found = {number["id"]: number for number in results["numbers"]}
-    entries = [_number(baseline, name, found.get(name)) for name in expected.numbers]
+    is_bare_log = {phase.name for phase in results.phases} == {LOG}
+    of_phases = {kind.id for kind in measurement_kinds().values() if kind.phases} if is_bare_log else set()
+    entries = [
+        _compared(baseline, name, results.measurements.get(name)) for name in expected.numbers if name not in of_phases
+    ]
     if expected.verdict is not None:
-        verdict = results["unit"]["verdict"]
+        verdict = results.unit.verdict
         shown = "none" if verdict is None else str(verdict)
         entries.insert(0, Comparison("verdict", str(expected.verdict), shown, verdict == expected.verdict))
     return entries
 
 
-def _number(baseline: Document[Baseline], name: str, number: Mapping[str, Any] | None) -> Comparison:
+def _compared(baseline: Document[Baseline], name: str, found: Measurement | None) -> Comparison:
     entry = baseline.content.numbers[name]
     wanted = f"{entry.value} within {entry.tolerance}"
-    if number is None or number["value"] is None:
+    if found is None or found.value is None:
         return Comparison(name, wanted, "not measured", agrees=False)
-    if dimension_of_unit(number["unit"]) != entry.dimension:
+    if dimension_of_unit(found.unit) != entry.dimension:
         place = baseline.place("numbers", name, "value")
-        raise InputError(Problem(f"{name} is measured in {number['unit']}", place, entry.value, remedy="mend the unit"))
-    shown = f"{number['value']:.6g} {number['unit']}".removesuffix(" 1")
-    return Comparison(name, wanted, shown, abs(number["value"] - entry.si) <= entry.width)
+        raise InputError(Problem(f"{name} is measured in {found.unit}", place, entry.value, remedy="correct the unit"))
+    shown = f"{found.value:.6g} {found.unit}".removesuffix(" 1")
+    return Comparison(name, wanted, shown, abs(found.value - entry.si) <= entry.width)
 
 
-def baseline_text(results: Mapping[str, Any], description: str) -> str:
+def baseline_text(results: RunResult, description: str) -> str:
     """Return a baseline file that a run like this one agrees with; InputError where it measured nothing to expect.
 
-    It has the numbers that come with a 95 % interval; each may be off by twice its half, or by 2 %, which is more.
+    It has the measurements that come with a 95 % interval; each may be off by twice its half, or by 2 %, which is more.
     """
     lines = []
-    for number in results["numbers"]:
-        value, low, high = number["value"], number["low"], number["high"]
-        if value is None or low is None or high is None or dimension_of_unit(number["unit"]) is None:
+    for one in results.measurements.values():
+        value, interval = one.value, one.interval
+        if value is None or interval is None or dimension_of_unit(one.unit) is None:
             continue
-        width = max(LEAST * abs(value), OF_INTERVAL * max(value - low, high - value))
+        width = max(LEAST * abs(value), OF_INTERVAL * max(value - interval[0], interval[1] - value))
         if width > 0.0:
-            unit = "" if number["unit"] == "1" else f" {tidy_unit(number['unit'])}"
-            lines.append(f"  {number['id']}: {{value: {value:.6g}{unit}, tolerance: {width:.2g}{unit}}}\n")
+            unit = "" if one.unit == "1" else f" {tidy_unit(one.unit)}"
+            lines.append(f"  {one.id}: {{value: {value:.6g}{unit}, tolerance: {width:.2g}{unit}}}\n")
     if not lines:
         raise InputError(
-            Problem("this run measured no number with an interval", remedy="take a session that came to a verdict")
+            Problem("this run measured no value with an interval", remedy="take a session that came to a verdict")
         )
-    verdict = results["unit"]["verdict"]
+    verdict = results.unit.verdict
     return (
         "# What a run is expected to find. Tolerance: twice the half of the 95 % interval, at least 2 % of the value;\n"
         "# narrow them to what you must not miss, widen them for what you do not mind, drop what you do not follow.\n"

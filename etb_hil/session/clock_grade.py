@@ -2,33 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import Int64
+from etb_hil.results.run_result import Clock
 
 
-@dataclass(frozen=True, slots=True)
-class ClockFit:
-    """The stamps as a line over the sample clock; None where there is no sample clock, or too little of it."""
-
-    drift_ppm: float | None
-    residual_rms_us: float | None
-    residual_worst_us: float | None
-
-
-def grade_clock(recording: Recording) -> ClockFit:
+def grade_clock(recording: Recording) -> Clock:
     """Fit stamp = offset + (1 + drift) time over the busiest source and return drift and residual."""
     if recording.clock is not ClockGrade.SAMPLE_COUNTER or not recording.sources:
-        return ClockFit(None, None, None)
+        return Clock()
     block = max((recording.block(source) for source in recording.sources), key=len)
     if len(block) < 3:
-        return ClockFit(None, None, None)
+        return Clock()
     slope, rms, worst = _line(block.time_ns, block.stamp_ns)
-    return ClockFit(slope * 1e6, rms * 1e-3, worst * 1e-3)
+    return Clock(slope * 1e6, rms * 1e-3, worst * 1e-3)
 
 
 @njit(cache=True, error_model="numpy")

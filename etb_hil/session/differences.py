@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from etb_hil.base.errors import InputError
 from etb_hil.base.outcome import ExitCode
+from etb_hil.results.json_file import result_as_dict
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from etb_hil.recording.samples import Float64, Int64
+    from etb_hil.results.run_result import RunResult
     from etb_hil.session.finished import Finished
-
-
-_ALWAYS = {"run_id", "exit_code", "unit", "bench", "numbers", "exceedances", "phases", "bus"}  # of any version
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,27 +82,38 @@ def _first(mine: Int64, other: Int64) -> int | None:
 
 
 def first_difference(finished: Finished) -> str | None:
-    """Return the first key whose value is not the one that the session's `results.json` holds, or None."""
-    return _difference(finished.session.read_results(), json.loads(json.dumps(finished.results)), "")
+    """Return the first key whose value is not the one that the session's `results.json` holds, or None.
+
+    Results that cannot be read differ, too: what is wrong with them is returned.
+    """
+    return _beside(finished)[0]
 
 
-def beside_live(finished: Finished) -> tuple[str | None, int]:
+def beside_live(finished: Finished) -> tuple[str | None, ExitCode]:
     """Return the first difference from the session's live results, or None, and the exit code that follows.
 
     Where this version gives other results than it gave live, the frames are not those of then: that is no pass. What
-    another version finds may differ.
+    another version finds may differ. Live results that cannot be read are bad input, and no pass either.
     """
-    code = int(finished.results["exit_code"])
-    found = first_difference(finished)
-    of_this_version = finished.session.read_results().get("versions") == finished.results["versions"]
-    return found, (code or ExitCode.INCONCLUSIVE) if found is not None and of_this_version else code
+    code = finished.results.code
+    found, instead = _beside(finished)
+    return found, code or instead
+
+
+def _beside(finished: Finished) -> tuple[str | None, ExitCode]:
+    """Return the first difference from the live results, and the exit code that it makes of a pass."""
+    try:
+        live = finished.session.read_results()
+    except InputError as error:
+        return str(error), ExitCode.BAD_INPUT
+    found = _difference(result_as_dict(live), result_as_dict(finished.results), "")
+    is_other = found is not None and live.versions == finished.results.versions
+    return found, ExitCode.INCONCLUSIVE if is_other else ExitCode.DONE
 
 
 def _difference(before: object, now: object, key: str) -> str | None:
     if isinstance(before, dict) and isinstance(now, dict):
-        # A key at the top that the session does not have is one of a later version, but for those that all have.
-        added = [name for name in now if name not in before and (key or name in _ALWAYS)]
-        names = [name for name in (*before, *added) if f"{key}{name}" != "versions"]
+        names = [name for name in dict.fromkeys((*before, *now)) if f"{key}{name}" != "versions"]
         pairs = [(f"{key}{name}", before.get(name), now.get(name)) for name in names]
     elif isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
         pairs = [(f"{key}{index}", *pair) for index, pair in enumerate(zip(before, now, strict=True))]
@@ -118,21 +128,20 @@ def _nested(value: object) -> bool:
     return isinstance(value, dict | list)
 
 
-def changes(before: dict[str, Any], now: dict[str, Any]) -> list[tuple[str, str, str]]:
-    """Return what a new judgement changed, from two `results.json`: what, before, now."""
-    rows = [
-        ("bench outcome", before["bench"]["outcome"], now["bench"]["outcome"]),
-        ("verdict", before["unit"]["verdict"], now["unit"]["verdict"]),
-        ("reason", before["unit"]["reason_id"], now["unit"]["reason_id"]),
+def changes(before: RunResult, now: RunResult) -> list[tuple[str, str, str]]:
+    """Return what a new judgement changed: what, before, now."""
+    rows: list[tuple[str, object, object]] = [
+        ("bench outcome", before.bench.outcome, now.bench.outcome),
+        ("verdict", before.unit.verdict, now.unit.verdict),
+        ("reason", before.unit.reason_id, now.unit.reason_id),
     ]
-    old = {number["id"]: number for number in before["numbers"]}
-    new = {number["id"]: number for number in now["numbers"]}
-    rows += [
-        (f"{name} {key}".removesuffix(" value"), old.get(name, {}).get(key), new.get(name, {}).get(key))
-        for name in dict.fromkeys((*old, *new))
-        for key in ("value", "limit_low", "limit_high", "verdict")
-    ]
-    rows.append(("exceedances", len(before["exceedances"]), len(now["exceedances"])))
+    for name in dict.fromkeys((*before.measurements, *now.measurements)):
+        old, new = before.measurements.get(name), now.measurements.get(name)
+        rows += [
+            (f"{name} {key}".removesuffix(" value"), getattr(old, key, None), getattr(new, key, None))
+            for key in ("value", "limit_low", "limit_high", "verdict")
+        ]
+    rows.append(("exceedances", len(before.exceedances), len(now.exceedances)))
     return [(what, _plain(a), _plain(b)) for what, a, b in rows if a != b]
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Protocol, TextIO
 
 from etb_hil.base.errors import InputError, Place, Problem, RecordingFault
+from etb_hil.base.userfile import read_bytes
 
 SCHEMA = "etb_hil/events/1"
 
@@ -67,21 +68,23 @@ def _stamp(value: object) -> int:
 
 def read_events(path: Path) -> list[Event]:
     """Read the events of a session; a last line that was cut short is left out, any other bad line is an InputError."""
-    try:
-        lines = path.read_text("utf-8").split("\n")
-    except OSError as error:
-        raise InputError(Problem(f"cannot be read: {error.strerror}", Place(path))) from None
+    lines = read_bytes(path, remedy="restore the file from the session").split(b"\n")
     found = []
     for number, line in enumerate(lines, 1):
         if not line.strip():
             continue
         try:
-            entry = json.loads(line)
+            entry = json.loads(line.decode())
             found.append(Event(_stamp(entry.pop("stamp_ns")), str(entry.pop("event")), entry))
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
             if number == len(lines):  # a killed run leaves half a line at the end
                 break
             raise InputError(
-                Problem("is no event", Place(path, number), value=line[:80], remedy="restore the file from the session")
+                Problem(
+                    "is no event",
+                    Place(path, number),
+                    value=line.decode("utf-8", "replace"),
+                    remedy="restore the file from the session",
+                )
             ) from None
     return found

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from etb_hil.diagnosis.result import DiagnosisResult
     from etb_hil.recording.samples import Float64
+    from etb_hil.results.run_result import RunResult
     from etb_hil.session.analysis import Analysis
     from etb_hil.session.record import RunRecord
     from etb_hil.session.session import Session
@@ -15,13 +16,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Finished:
-    """The session, the contents of its `results.json`, and what they were made from.
+    """The session, its results, and what they were made from.
 
     `warnings`: what could not be done with them, a sentence each.
     """
 
     session: Session
-    results: dict[str, Any]
+    results: RunResult
     record: RunRecord
     analysis: Analysis
     found: DiagnosisResult

@@ -6,7 +6,6 @@ import hashlib
 import json
 import platform
 import re
-import shutil
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cache
@@ -16,6 +15,10 @@ from typing import Any
 
 from etb_hil import __version__
 from etb_hil.base.errors import InputError, Place, Problem, RecordingFault
+from etb_hil.base.files import write_bytes, write_text
+from etb_hil.base.userfile import read_bytes
+from etb_hil.results.json_file import result_as_dict, result_from_dict
+from etb_hil.results.run_result import InputFile, RunResult
 
 INPUT_KINDS = ("scenario", "bench", "model", "limits", "dbc", "unit", "station")
 RAW_LOG = "raw.blf"
@@ -23,20 +26,12 @@ EVENTS = "events.jsonl"
 RESULTS = "results.json"
 MANIFEST = "session.json"
 SCHEMA = "etb_hil/session/1"
-
-
-@dataclass(frozen=True, slots=True)
-class InputFile:
-    """A file that the run was made with, as it was then."""
-
-    kind: str
-    name: str
-    sha256: str
+BEFORE_IT_WAS_NAMED = "angle"  # the observer of sessions that do not name theirs
 
 
 @dataclass(frozen=True, slots=True)
 class Session:
-    """An opened session folder; names of scenario and model, and the seed, as far as the session keeps them."""
+    """An opened session folder; scenario, model, observer and seed as far as the session keeps them."""
 
     folder: Path
     run_id: str
@@ -46,6 +41,7 @@ class Session:
     scenario: str = ""
     model: str = ""
     seed: int | None = None
+    observer: str = BEFORE_IT_WAS_NAMED
 
     def input_path(self, kind: str) -> Path:
         """Return the session's own copy of an input; InputError where it has none of that kind."""
@@ -64,27 +60,23 @@ class Session:
         """Path of the events."""
         return self.folder / EVENTS
 
-    def write_results(self, results: dict[str, Any]) -> Path:
+    def write_results(self, results: RunResult) -> Path:
         """Write `results.json` whole or not at all; RecordingFault where it cannot be written."""
-        path = self.folder / RESULTS
-        part = path.with_suffix(".part")
+        text = json.dumps(result_as_dict(results), indent=1, ensure_ascii=False) + "\n"
         try:
-            part.write_text(json.dumps(results, indent=1, ensure_ascii=False) + "\n", "utf-8")
-            part.replace(path)
-        except OSError as error:
-            raise RecordingFault(
-                f"{path}: cannot be written: {error.strerror}; make room, then judge the session again by a replay"
-            ) from None
-        return path
+            return write_text(self.folder / RESULTS, text, "make room, then judge the session again by a replay")
+        except InputError as error:
+            raise RecordingFault(str(error)) from None
 
     @property
     def has_results(self) -> bool:
-        """Whether the run came so far as to leave results."""
-        return (self.folder / RESULTS).is_file()
+        """Whether the run came so far as to leave results; reading them says whether they are sound."""
+        return (self.folder / RESULTS).exists()
 
-    def read_results(self) -> dict[str, Any]:
-        """Return the contents of `results.json`; InputError where the run left none."""
-        return _read_json(self.folder / RESULTS)
+    def read_results(self) -> RunResult:
+        """Return what `results.json` holds; InputError where the run left none, or where it is damaged."""
+        path = self.folder / RESULTS
+        return result_from_dict(_read_json(path), str(path))
 
 
 @cache
@@ -99,7 +91,14 @@ def versions() -> dict[str, str]:
 
 
 def create(
-    parent: Path, scenario: str, serial: str, inputs: dict[str, Path], *, model: str = "", seed: int | None = None
+    parent: Path,
+    scenario: str,
+    serial: str,
+    inputs: dict[str, Path],
+    *,
+    model: str = "",
+    seed: int | None = None,
+    observer: str = BEFORE_IT_WAS_NAMED,
 ) -> Session:
     """Make a session folder under `parent`, with copies of the inputs, and return it."""
     now = datetime.now(UTC)
@@ -111,11 +110,11 @@ def create(
         entries = []
         for kind, path in inputs.items():
             name = f"{kind}{path.suffix}"
-            shutil.copyfile(path, folder / "inputs" / name)
-            digest = hashlib.sha256((folder / "inputs" / name).read_bytes()).hexdigest()
-            entries.append(InputFile(kind, name, digest))
+            content = read_bytes(path)
+            write_bytes(folder / "inputs" / name, content)
+            entries.append(InputFile(kind, name, hashlib.sha256(content).hexdigest()))
         started = now.isoformat(timespec="milliseconds")
-        session = Session(folder, folder.name, serial, started, tuple(entries), scenario, model, seed)
+        session = Session(folder, folder.name, serial, started, tuple(entries), scenario, model, seed, observer)
         manifest = {
             "schema": SCHEMA,
             "run_id": session.run_id,
@@ -124,12 +123,13 @@ def create(
             "scenario": scenario,
             "model": model,
             "seed": seed,
+            "observer": observer,
             "inputs": [
                 {"kind": e.kind, "name": e.name, "sha256": e.sha256, "given_as": str(inputs[e.kind])} for e in entries
             ],
             "versions": versions(),
         }
-        (folder / MANIFEST).write_text(json.dumps(manifest, indent=1) + "\n", "utf-8")
+        write_text(folder / MANIFEST, json.dumps(manifest, indent=1) + "\n")
     except OSError as error:
         raise InputError(
             Problem(
@@ -150,7 +150,7 @@ def open_session(folder: Path) -> Session:
         )
     try:
         entries = tuple(InputFile(e["kind"], _plain_name(folder, e["name"]), e["sha256"]) for e in manifest["inputs"])
-        told = {key: manifest[key] for key in ("scenario", "model", "seed") if key in manifest}
+        told = {key: manifest[key] for key in ("scenario", "model", "seed", "observer") if key in manifest}
         return Session(
             folder, manifest["run_id"], manifest.get("serial", ""), manifest.get("started", ""), entries, **told
         )
@@ -185,12 +185,9 @@ def _slug(text: str) -> str:
 
 
 def _read_json(path: Path) -> dict[str, Any]:
+    raw = read_bytes(path, remedy="give the folder of a session")
     try:
-        data = json.loads(path.read_text("utf-8"))
-    except OSError as error:
-        raise InputError(
-            Problem(f"cannot be read: {error.strerror}", Place(path), remedy="give the folder of a session")
-        ) from None
+        data = json.loads(raw)
     except (ValueError, RecursionError) as error:
         raise InputError(Problem(f"is not JSON: {error}", Place(path), remedy="restore the file")) from None
     if not isinstance(data, dict):

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from etb_hil.recording.recording import Recording
+from etb_hil.results.run_result import Jitter
 
 ROLE = "command_mode"
 
 
-def set_point_jitter(recording: Recording, command_rate: float) -> dict[str, float] | None:
+def set_point_jitter(recording: Recording, command_rate: float) -> Jitter | None:
     """Return rms and worst deviation from the period in us; None where the bus does not show the commands sent."""
     source = next((name for name in recording.sources if ROLE in recording.block(name).columns), None)
     if source is None:
@@ -18,4 +19,4 @@ def set_point_jitter(recording: Recording, command_rate: float) -> dict[str, flo
     if len(stamp_ns) < 2:
         return None
     off_us = (np.diff(stamp_ns) - round(1e9 / command_rate)) * 1e-3
-    return {"rms_us": float(np.sqrt(np.mean(off_us * off_us))), "worst_us": float(np.max(np.abs(off_us)))}
+    return Jitter(float(np.sqrt(np.mean(off_us * off_us))), float(np.max(np.abs(off_us))))

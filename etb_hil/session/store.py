@@ -22,6 +22,7 @@ from etb_hil.base.errors import InputError, Place, Problem
 
 if TYPE_CHECKING:
     from etb_hil.diagnosis.limits import Limits
+    from etb_hil.results.run_result import RunResult
     from etb_hil.session.analysis import Analysis
     from etb_hil.session.events import EventSink
     from etb_hil.session.session import Session
@@ -120,8 +121,8 @@ class RunInStore:
         row = (self._run_id, number, phase_id, kind, start_ns, end_ns, json.dumps(_plain(so_far)))
         self._queue.put(lambda c: c.execute("INSERT INTO phases VALUES (?, ?, ?, ?, ?, ?, ?)", row))
 
-    def finish(self, results: dict[str, Any]) -> None:
-        """Put the contents of `results.json` into the store."""
+    def finish(self, results: RunResult) -> None:
+        """Put the results into the store."""
         self._queue.put(lambda c: _write_results(c, self._run_id, results))
 
     def _work(self) -> None:
@@ -170,11 +171,11 @@ def _plain(value: Any) -> Any:  # noqa: ANN401 (whatever JSON holds)
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _write_results(connection: sqlite3.Connection, run_id: str, results: dict[str, Any]) -> None:
-    unit, bench = results["unit"], results["bench"]
+def _write_results(connection: sqlite3.Connection, run_id: str, results: RunResult) -> None:
+    unit, bench = results.unit, results.bench
     rows = [
-        (run_id, *(n[key] for key in ("id", "value", "unit", "low", "high", "limit_low", "limit_high", "verdict")))
-        for n in results["numbers"]
+        (run_id, one.id, one.value, one.unit, one.low, one.high, one.limit_low, one.limit_high, one.verdict)
+        for one in results.measurements.values()
     ]
     with closing(connection.cursor()) as cursor:
         cursor.execute("BEGIN IMMEDIATE")
@@ -182,8 +183,8 @@ def _write_results(connection: sqlite3.Connection, run_id: str, results: dict[st
             "UPDATE runs SET ended = 1, bench_outcome = ?, bench_reason = ?, verdict = ?, reason = ?, exit_code = ?, "
             "duration_s = ? WHERE run_id = ?",
             (
-                bench["outcome"], bench["reason_id"], unit["verdict"], unit["reason_id"], results["exit_code"],
-                results["duration_s"], run_id,
+                bench.outcome, bench.reason_id, unit.verdict, unit.reason_id, results.exit_code, results.duration_s,
+                run_id,
             ),
         )  # fmt: skip
         cursor.executemany("INSERT INTO numbers VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)", rows)

@@ -36,7 +36,7 @@ def expired(folder: Path, rules: Retention, in_store: Iterable[str], now: dateti
             continue
         try:
             session = open_session(path)
-            passed = session.has_results and session.read_results()["unit"]["verdict"] == UnitVerdict.PASS
+            passed = session.has_results and session.read_results().unit.verdict is UnitVerdict.PASS
             age = (now - datetime.fromisoformat(session.started)).total_seconds()
         except (InputError, KeyError, TypeError, ValueError):  # damaged: for people to look at
             continue

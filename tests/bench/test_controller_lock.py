@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -25,6 +26,7 @@ import sys, time
 from pathlib import Path
 from etb_hil.bench.controller_lock import sender_lock
 from etb_hil.canio.bus.bus_settings import BusSettings
+
 bus = BusSettings(interface="socketcan", channel="vcan0")
 folder = Path(sys.argv[1]) if len(sys.argv) > 1 else None
 with sender_lock(bus, [(0x111, False)], "bench 'left'", folder) as paths:
@@ -155,6 +157,107 @@ def test_a_folder_that_cannot_be_used_is_named(tmp_path):
         sender_lock(VCAN0, COMMANDS, "bench", tmp_path / "file"),
     ):
         pass
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="socket names without a file are Linux's")
+def test_a_lock_whose_file_is_removed_is_held(tmp_path):
+    with sender_lock(VCAN0, COMMANDS, "bench 'left'", tmp_path) as paths:
+        for path in paths:
+            path.unlink()
+        with (
+            pytest.raises(BenchFault, match=f"0x110 .*is sent already, by process {os.getpid()};"),
+            sender_lock(VCAN0, COMMANDS, "bench 'right'", tmp_path),
+        ):
+            pass
+    with sender_lock(VCAN0, COMMANDS, "bench 'right'", tmp_path):
+        pass
+
+
+def test_no_link_is_followed(tmp_path):
+    private = tmp_path / "private"
+    private.mkdir(0o700)
+    (private / "letter").write_text("dear")
+    (tmp_path / "locks").symlink_to(private)
+    assert "cannot be opened" in refused(tmp_path / "locks")
+    (tmp_path / "folder").mkdir()
+    for kind in (Path.symlink_to, Path.hardlink_to):
+        lock = tmp_path / "folder" / "socketcan_vcan0_110.lock"
+        kind(lock, private / "letter")
+        assert "cannot be opened" in refused(tmp_path / "folder")
+        lock.unlink()
+    assert (private / "letter").read_text() == "dear"
+    assert private.stat().st_mode & 0o7777 == 0o700
+
+
+def refused(folder):
+    with pytest.raises(BenchFault) as fault, sender_lock(VCAN0, COMMANDS, "bench", folder):
+        pass
+    return str(fault.value)
+
+
+@pytest.fixture
+def two_users():
+    """Return the ids of two users without rights; the tests' own user has to be root to be them."""
+    if not hasattr(os, "geteuid") or os.geteuid() != 0:
+        pytest.skip("only root can start processes of two users")
+    return 65533, 65534
+
+
+@pytest.fixture
+def shared():
+    """Return a folder where every user can write, as /run/lock is; pytest's own are closed to other users."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        folder.chmod(0o1777)
+        yield folder
+
+
+def as_user(user, code, *words):
+    """Start code that becomes another user once all that it imports is loaded: not every user may read our files."""
+    imports, _, rest = code.partition("\n\n")
+    become = f"import fcntl, os; os.setgroups([]); os.setresgid({user}, {user}, {user}); os.setresuid(*[{user}] * 3)"
+    command = [sys.executable, "-c", f"{imports}\n{become}\n{rest}", *words]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def test_two_users_share_locks_and_cannot_remove_each_others(two_users, shared):
+    first, second = two_users
+    locks = shared / "locks"
+    with as_user(first, HOLD, str(locks)) as holder:
+        path = holder.stdout.readline().strip()
+        assert locks.stat().st_mode & 0o7777 == 0o1777
+        assert locks.stat().st_uid == first
+        with as_user(second, HOLD, str(locks)) as other:
+            assert f"is sent already, by bench 'left', process {holder.pid}" in other.communicate()[1]
+        with as_user(second, "import sys\n\nos.unlink(sys.argv[1])", path) as remover:
+            assert "Operation not permitted" in remover.communicate()[1]
+        holder.kill()
+    with as_user(second, HOLD, str(locks)) as other:  # the file is the first user's, the lock is free
+        assert other.stdout.readline().strip() == path
+        other.kill()
+
+
+def test_a_folder_of_another_user_without_the_sticky_bit_is_refused(two_users, shared):
+    first, second = two_users
+    with as_user(first, "import sys\n\nos.mkdir(sys.argv[1]); os.chmod(sys.argv[1], 0o777)", f"{shared}/locks"):
+        pass
+    with as_user(second, HOLD, f"{shared}/locks") as other:
+        said = other.communicate()[1]
+    assert "no sticky bit" in said
+    assert f"chmod 1777 {shared}/locks" in said
+
+
+def test_a_private_folder_of_another_user_stays_private(two_users, shared):
+    first, second = two_users
+    private = shared / "private"
+    private.mkdir(0o700)
+    os.chown(private, first, first)
+    (shared / "locks").symlink_to(private)
+    for user in (second, 0):
+        with as_user(user, HOLD, f"{shared}/locks") as other:
+            assert "cannot be opened" in other.communicate()[1]
+    assert private.stat().st_mode & 0o7777 == 0o700
+    assert not list(private.iterdir())
 
 
 def test_a_second_controller_on_a_bus_is_refused(capsys):

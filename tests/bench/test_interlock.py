@@ -63,7 +63,7 @@ def run_behind(guard, guarded, tmp_path, monkeypatch):
 
 def test_a_virtual_bench_has_its_guard_closed(guarded, tmp_path):
     finished = execute(prepare(files(bench=guarded, scenario="paper_step")), tmp_path, "", 1)
-    assert finished.results["bench"]["outcome"] == "ok"
+    assert finished.results.bench.outcome == "ok"
 
 
 @pytest.mark.parametrize(
@@ -71,8 +71,8 @@ def test_a_virtual_bench_has_its_guard_closed(guarded, tmp_path):
 )
 def test_a_guard_that_opens_ends_the_run_with_the_drive_off(guard, reason, guarded, tmp_path, monkeypatch):
     finished = run_behind(guard, guarded, tmp_path, monkeypatch)
-    bench = finished.results["bench"]
-    assert (bench["outcome"], bench["reason_id"], bench["safe_state"]) == ("fault", reason, True)
+    bench = finished.results.bench
+    assert (bench.outcome, bench.reason_id, bench.safe_state) == ("fault", reason, True)
     enabled = finished.analysis.recording.series("enable")
     origin = finished.record.start_ns
     off = enabled.time_ns[np.flatnonzero(enabled.values == 1.0)[-1]]
@@ -82,7 +82,7 @@ def test_a_guard_that_opens_ends_the_run_with_the_drive_off(guard, reason, guard
 
 def test_behind_an_open_guard_nothing_ever_moves(guarded, tmp_path, monkeypatch):
     finished = run_behind(Guard(0.0), guarded, tmp_path, monkeypatch)
-    assert finished.results["bench"]["reason_id"] == "interlock_open"
+    assert finished.results.bench.reason_id == "interlock_open"
     assert finished.analysis.recording.series("enable").values.max() == 0.0
 
 
@@ -102,6 +102,29 @@ def test_one_open_or_bad_sample_is_enough():
         assert interlock.trip(21 * MS).reason_id == "interlock_open"
     interlock.push([block(30 * MS, 1.0)])
     assert interlock.trip(31 * MS) is None
+
+
+@pytest.mark.parametrize(("value", "is_closed"), [(0.4, False), (0.5, False), (0.6, True)])
+def test_an_interlock_is_closed_above_one_half(value, is_closed):
+    interlock = Interlock(100 * MS)
+    interlock.push([block(10 * MS, value)])
+    assert (interlock.trip(11 * MS) is None) is is_closed
+
+
+def test_a_sample_stamped_in_the_future_does_not_keep_a_silent_interlock_closed():
+    interlock = Interlock(100 * MS)
+    interlock.push([block(500 * MS, 1.0)])
+    assert interlock.trip(399 * MS).reason_id == "interlock_silent"
+    assert interlock.trip(401 * MS) is None
+
+
+def test_blocks_without_a_sample_of_the_interlock_say_nothing():
+    interlock = Interlock(100 * MS)
+    interlock.push([block(10 * MS, 1.0)])
+    other = SampleBlock("EtbStatus", np.array([20 * MS]), np.array([20 * MS]), {}, np.zeros(1, np.int64))
+    interlock.push([block(20 * MS), other])
+    assert interlock.trip(110 * MS) is None
+    assert interlock.trip(110 * MS + 1).reason_id == "interlock_silent"
 
 
 def test_an_interlock_that_opens_and_closes_between_two_beats_has_opened():

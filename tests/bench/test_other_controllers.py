@@ -54,9 +54,9 @@ def test_another_dbc_serves_as_it_is(tmp_path, unit, verdict):
     """Neither enable, voltage, requests nor a status: what stands in no DBC is not asked of the controller."""
     bench = stock_bench() | {"dbc": "other.dbc", "roles": ROLES}
     finished = execute(job_of(tmp_path, bench, unit=unit), tmp_path / "out", "", 3)
-    assert finished.results["unit"]["verdict"] == verdict
-    assert finished.results["bench"]["safe_state"] is True
-    assert "whether the controller says that the bridge is off" in " ".join(finished.results["bench"]["not_watched"])
+    assert finished.results.unit.verdict == verdict
+    assert finished.results.bench.safe_state is True
+    assert "whether the controller says that the bridge is off" in " ".join(finished.results.bench.not_watched)
 
 
 @pytest.mark.parametrize("without", [["motor_voltage"], ["command_voltage", "command_velocity", "command_enable"]])
@@ -65,7 +65,7 @@ def test_what_is_not_needed_is_gone_without(tmp_path, without):
     for role in without:
         del bench["roles"][role]
     finished = execute(job_of(tmp_path, bench), tmp_path / "out", "", 3)
-    assert finished.results["unit"]["verdict"] == "pass"
+    assert finished.results.unit.verdict == "pass"
 
 
 def test_what_is_needed_is_refused_with_the_bench_file_s_place(tmp_path):

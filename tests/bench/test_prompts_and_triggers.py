@@ -9,7 +9,6 @@ import pytest
 
 from etb_hil.base.errors import InputError
 from etb_hil.base.stock import find
-from etb_hil.bench import job as job_room
 from etb_hil.bench.job import JobFiles, execute, prepare
 from etb_hil.bench.supply_guard import SupplyGuard
 from etb_hil.cli.keyboard import Keyboard
@@ -40,7 +39,7 @@ def run(tmp_path):
 
 
 def phase(finished, phase_id):
-    return next(p for p in finished.results["phases"] if p["id"] == phase_id)
+    return next(p for p in finished.results.phases if p.id == phase_id)
 
 
 def events(finished, name):
@@ -56,11 +55,11 @@ def test_a_trigger_ends_a_phase_with_the_stamp_of_the_sample_that_fired(run, ben
         "- {id: back, kind: off, duration: 0.3 s}\n",
         bench=bench,
     )
-    assert finished.results["bench"]["outcome"] == "ok"
+    assert finished.results.bench.outcome == "ok"
     up = phase(finished, "up")
-    assert up["outcome"] == "triggered"
-    assert up["trigger_value"] > np.radians(39.9)
-    assert up["trigger_s"] <= up["end_s"] <= up["trigger_s"] + 0.025
+    assert up.outcome == "triggered"
+    assert up.trigger_value > np.radians(39.9)
+    assert up.trigger_s <= up.end_s <= up.trigger_s + 0.025
     first, second = events(finished, "trigger")
     assert (first.details["id"], second.details["id"]) == ("supply", "up")
     # the very sample, found in the recording by its stamp, is the first that has been above for 5 ms
@@ -70,28 +69,28 @@ def test_a_trigger_ends_a_phase_with_the_stamp_of_the_sample_that_fired(run, ben
     assert samples.stamp_ns[index] == second.stamp_ns
     held = samples.columns["throttle_angle"][(samples.time_ns >= samples.time_ns[index] - 5_000_000)][:5]
     assert (held > np.radians(40)).all()
-    assert second.stamp_ns * 1e-9 - finished.record.start_ns * 1e-9 == pytest.approx(up["trigger_s"], abs=1e-6)
+    assert second.stamp_ns * 1e-9 - finished.record.start_ns * 1e-9 == pytest.approx(up.trigger_s, abs=1e-6)
 
 
 def test_what_never_comes_stops_the_run_or_not_as_the_scenario_says(run):
     never = "{role: supply_voltage, above: 15 V%s}"
     wait = "- {id: supply, kind: wait, timeout: 0.5 s, until: %s}\n"
     finished = run(ZERO + wait % (never % "") + "- {id: later, kind: off, duration: 1 s}\n")
-    assert finished.results["bench"]["reason_id"] == "condition_never_true"
-    assert finished.results["unit"]["verdict"] is None
-    assert phase(finished, "supply")["outcome"] == "condition never true"
-    assert [p["id"] for p in finished.results["phases"]] == ["zero", "supply"]
+    assert finished.results.bench.reason_id == "condition_never_true"
+    assert finished.results.unit.verdict is None
+    assert phase(finished, "supply").outcome == "condition never true"
+    assert [p.id for p in finished.results.phases] == ["zero", "supply"]
     finished = run(ZERO + wait % (never % ", otherwise: go_on"))
-    assert finished.results["bench"]["outcome"] == "ok"
+    assert finished.results.bench.outcome == "ok"
 
 
 def test_a_supply_outside_its_window_stops_the_run_while_the_bridge_is_on(run):
     finished = run(ZERO + "- {id: hold, kind: hold, position: 30 deg, duration: 1 s}\n", head="supply: [10 V, 12 V]\n")
-    assert finished.results["bench"]["reason_id"] == "supply_window"
-    assert finished.results["bench"]["safe_state"] is True
+    assert finished.results.bench.reason_id == "supply_window"
+    assert finished.results.bench.safe_state is True
     (seen,) = events(finished, "supply")
     assert seen.details["value"] == pytest.approx(13.5, abs=0.2)
-    assert phase(finished, "zero")["outcome"] == "done"
+    assert phase(finished, "zero").outcome == "done"
 
 
 def test_a_supply_outside_its_window_never_sees_the_bridge_on_again_however_short(run):
@@ -100,8 +99,8 @@ def test_a_supply_outside_its_window_never_sees_the_bridge_on_again_however_shor
     phases = f"- {{id: g, kind: group, repeat: 9, phases: [{short}]}}\n"
     for before in ("", ZERO):
         finished = run(before + phases, head="supply: [20 V, 24 V]\n")
-        assert finished.results["bench"]["reason_id"] == "supply_window"
-        assert len(finished.results["phases"]) <= 3
+        assert finished.results.bench.reason_id == "supply_window"
+        assert len(finished.results.phases) <= 3
         current = finished.analysis.recording.series("motor_current").values
         assert before == "" or np.nanmax(np.abs(current)) < 0.05  # it was seen before the bridge went on
 
@@ -135,8 +134,8 @@ def test_the_supply_is_outside_once_it_was_for_as_long_as_it_may(volts, is_outsi
 
 def test_a_prompt_is_answered_by_the_scenario_where_nobody_attends(run):
     finished = run("- {id: ready, kind: prompt, text: Clamped, answers: [yes, no], unattended: yes}\n" + ZERO)
-    (prompt,) = finished.results["prompts"]
-    assert (prompt["answer"], prompt["by"]) == ("yes", "scenario")
+    (prompt,) = finished.results.prompts
+    assert (prompt.answer, prompt.by) == ("yes", "scenario")
     with pytest.raises(InputError, match=r"scenario\.yaml:4: phases\[0\]: this prompt has no answer"):
         run("- {id: ready, kind: prompt, text: Clamped, answers: [yes, no]}\n" + ZERO)
 
@@ -153,36 +152,7 @@ def test_the_operators_answer_is_kept(run, typed, answer, outcome):
             ZERO + "- {id: ready, kind: prompt, text: Clamped, answers: [yes, no], timeout: 0.4 s}\n", operator=operator
         )
     os.close(keyboard), os.close(screen)
-    assert finished.results["bench"]["outcome"] == outcome
-    assert [p["answer"] for p in finished.results["prompts"]] == ([] if answer is None else [answer])
+    assert finished.results.bench.outcome == outcome
+    assert [p.answer for p in finished.results.prompts] == ([] if answer is None else [answer])
     reason = {"ok": "", "aborted": "stopped_by_answer" if answer else "nobody_answered"}[outcome]
-    assert finished.results["bench"]["reason_id"] == reason
-
-
-def test_an_attempt_that_tells_nothing_is_tried_again_and_kept(run):
-    finished = run(
-        ZERO + "- {id: hold, kind: hold, position: 30 deg, duration: 0.5 s}\n", head="retry: {attempts: 3}\n"
-    )
-    assert finished.results["unit"]["verdict"] == "inconclusive"
-    assert [(a["number"], a["verdict"]) for a in finished.results["attempts"]] == [
-        (1, "inconclusive"),
-        (2, "inconclusive"),
-    ]
-    for attempt in finished.results["attempts"]:
-        again = replay(finished.session.folder / attempt["folder"])
-        assert first_difference(again) is None
-    first = (finished.session.folder / "attempts/1/raw.blf").read_bytes()
-    assert len(first) > 1000
-    assert first != finished.session.raw_log.read_bytes()
-
-
-def test_a_bench_fault_is_tried_again_only_where_the_scenario_says_so(run, monkeypatch):
-    connect, seeds = job_room.connect, []
-    monkeypatch.setattr(job_room, "connect", lambda job, seed: (seeds.append(seed), connect(job, seed))[1])
-    never = "- {id: wait, kind: wait, timeout: 0.2 s, until: {role: supply_voltage, above: 20 V}}\n"
-    finished = run(ZERO + never, head="retry: {attempts: 2, after: [bench_fault]}\n")
-    assert seeds == [1, 2]  # a unit's noise is not the same twice
-    assert [a["outcome"] for a in finished.results["attempts"]] == ["fault"]
-    seeds.clear()
-    assert run(ZERO + never, head="retry: {attempts: 2}\n").results["attempts"] == []
-    assert seeds == [1]
+    assert finished.results.bench.reason_id == reason

@@ -14,6 +14,7 @@ from etb_hil.base.outcome import ExitCode
 from etb_hil.base.stock import find
 from etb_hil.plant.parameters import load_model
 from etb_hil.replay.session_replay import replay
+from etb_hil.results.json_file import result_from_dict
 from etb_hil.session.differences import first_difference
 
 pytestmark = pytest.mark.slow
@@ -106,7 +107,7 @@ def test_the_verdict_is_right_and_the_bus_truth_is_told(request, tmp_path, bus, 
         told += f"exit code {done.returncode}\n{done.stdout}{done.stderr}\n"
         assert done.returncode in {expected, ExitCode.BENCH_FAULT, ExitCode.INCONCLUSIVE}, told
         (session,) = (path for path in out.iterdir() if path.is_dir())
-        results = json.loads((session / "results.json").read_text())
+        results = result_from_dict(json.loads((session / "results.json").read_text()))
         assert_bus_truth(results, timely=done.returncode == expected)
         assert first_difference(replay(session)) is None
         if done.returncode == expected:
@@ -114,24 +115,24 @@ def test_the_verdict_is_right_and_the_bus_truth_is_told(request, tmp_path, bus, 
     else:
         pytest.skip(f"this machine is too slow for a bench at wall clock: no run of {ATTEMPTS} was timely\n{told}")
     truth = load_model(find("model", unit)).values
-    found = {number["id"]: number["value"] for number in results["numbers"]}
+    found = {number.id: number.value for number in results.measurements.values()}
     assert found["T_st"] == pytest.approx(truth.stiction, rel=0.06)
     assert found["T_c"] == pytest.approx(truth.coulomb, rel=0.06)
-    assert results["bench"]["safe_state"] is True
-    for message in results["bus"]["messages"]:
-        assert message["frames"] > 0, message
+    assert results.bench.safe_state is True
+    for message in results.bus.messages:
+        assert message.frames > 0, message
 
 
 def assert_bus_truth(results, *, timely):
     """What these drivers cannot know is unknown; what can be counted is counted, in every outcome."""
-    bus = results["bus"]
-    assert (bus["state"], bus["transmit_errors"], bus["receive_errors"], bus["dropped"]) == (None,) * 4
-    assert bus["error_frames"] == 0
-    if results["duration_s"] > 0.5:  # a run that ended before has seen no whole window
-        assert bus["load_peak"] > 0.05
-        assert bus["load_peak"] < 1.0 or not timely  # a controller that was stalled makes up for it at any rate here
-        assert results["clock"]["drift_ppm"] is not None
-    assert not any(message["crc_failures"] for message in bus["messages"])
-    assert results["timestamp_grade"] == "sample counter"
-    assert results["bench"]["frame_age"]["mean_ms"] > 0.0
-    assert results["bench"]["set_point_jitter"]["rms_us"] > 0.0
+    bus = results.bus
+    assert (bus.state, bus.transmit_errors, bus.receive_errors, bus.dropped) == (None,) * 4
+    assert bus.error_frames == 0
+    if results.duration_s > 0.5:  # a run that ended before has seen no whole window
+        assert bus.load_peak > 0.05
+        assert bus.load_peak < 1.0 or not timely  # a controller that was stalled makes up for it at any rate here
+        assert results.clock.drift_ppm is not None
+    assert not any(message.crc_failures for message in bus.messages)
+    assert results.timestamp_grade == "sample counter"
+    assert results.bench.frame_age.mean_ms > 0.0
+    assert results.bench.set_point_jitter.rms_us > 0.0

@@ -8,7 +8,6 @@ from whole_run import files
 
 from etb_hil.base.errors import BenchFault
 from etb_hil.base.outcome import BenchOutcome
-from etb_hil.base.stock import find
 from etb_hil.bench import job as job_room
 from etb_hil.bench.job import execute, prepare
 from etb_hil.canio.bus.link import VirtualLink
@@ -54,11 +53,11 @@ def events_of(finished):
 def test_frames_that_stop_are_a_bench_fault_and_the_safe_state_is_not_verified(broken_run):
     finished = broken_run(lambda frames: FrameBlock.empty(frames.data.shape[1]))
     results = finished.results
-    assert results["bench"]["outcome"] == BenchOutcome.FAULT
-    assert results["bench"]["reason_id"] == "frames_stopped"
-    assert results["bench"]["safe_state"] is False
-    assert results["unit"]["verdict"] is None
-    assert results["exit_code"] == 3
+    assert results.bench.outcome == BenchOutcome.FAULT
+    assert results.bench.reason_id == "frames_stopped"
+    assert results.bench.safe_state is False
+    assert results.unit.verdict is None
+    assert results.exit_code == 3
 
 
 def test_a_bus_that_goes_away_is_a_bench_fault(broken_run):
@@ -66,8 +65,8 @@ def test_a_bus_that_goes_away_is_a_bench_fault(broken_run):
         raise BenchFault("the bus is gone")
 
     results = broken_run(gone).results
-    assert (results["bench"]["reason_id"], results["exit_code"]) == ("bus_fault", 3)
-    assert results["bench"]["safe_state"] is False
+    assert (results.bench.reason_id, results.exit_code) == ("bus_fault", 3)
+    assert results.bench.safe_state is False
 
 
 def test_an_exception_in_a_room_still_ends_in_the_safe_state(tmp_path, monkeypatch):
@@ -96,17 +95,3 @@ def test_the_end_of_a_scenario_is_verified_by_the_measured_current(tmp_path):
     current = finished.analysis.recording.series("motor_current").values
     assert abs(np.mean(current[-10:])) < 0.05
     assert finished.analysis.recording.series("enable").values[-1] == 0.0
-
-
-def test_a_current_sensor_with_an_offset_is_read_from_its_measured_zero(tmp_path):
-    bench = find("bench", "virtual_classic").read_text()
-    offset = bench.replace(
-        "motor_current: EtbCurrent.MotorCurrent",
-        "motor_current: {signal: EtbCurrent.MotorCurrent, scale: 1, offset: 0.2}",
-    )
-    assert offset != bench
-    path = tmp_path / "offset.yaml"
-    path.write_text(offset)
-    results = execute(prepare(files(bench=path)), tmp_path, "", 1).results
-    assert results["bench"]["safe_state"] is True
-    assert results["unit"]["verdict"] == "pass"

@@ -18,8 +18,8 @@ def test_the_next_bench_on_a_running_controller_starts_well(tmp_path, monkeypatc
     monkeypatch.setattr(job_room, "connect", lambda _job, _seed: (VirtualLink(network), network.clock))
     first = execute(job, tmp_path, "", 1)
     second = execute(job, tmp_path, "", 1)
-    assert first.results["bench"]["outcome"] == "ok"
-    assert second.results["bench"]["outcome"] == "ok"
+    assert first.results.bench.outcome == "ok"
+    assert second.results.bench.outcome == "ok"
     status = second.analysis.recording.series("faults").values
     assert status.max() > 0  # it did refuse the first frames, and said so
     assert status[50:].max() == 0
@@ -36,5 +36,5 @@ def test_two_units_on_one_bus_are_told_apart_by_their_id_offset(tmp_path, monkey
             network.attach(VirtualController(other.unit, other.setup.dialect, 1, nominal=other.model))
         monkeypatch.setattr(job_room, "connect", lambda _job, _seed, n=network: (VirtualLink(n), n.clock))
         finished = execute(job, tmp_path, "", 1)
-        assert finished.results["unit"]["verdict"] == verdict
-        assert not any(message["lost"] or message["crc_failures"] for message in finished.results["bus"]["messages"])
+        assert finished.results.unit.verdict == verdict
+        assert not any(message.lost or message.crc_failures for message in finished.results.bus.messages)

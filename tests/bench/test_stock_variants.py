@@ -8,7 +8,7 @@ from etb_hil.plant.parameters import load_model
 
 
 def number(finished, number_id):
-    return next(n["value"] for n in finished.results["numbers"] if n["id"] == number_id)
+    return next(n.value for n in finished.results.measurements.values() if n.id == number_id)
 
 
 @pytest.mark.parametrize("law", ["pid", "sliding-mode"])
@@ -17,7 +17,7 @@ def test_the_verdict_does_not_depend_on_the_position_law(tmp_path, law, unit, ve
     bench = tmp_path / "bench.yaml"
     bench.write_text(find("bench", "virtual_classic").read_text() + f"law: {law}\n")
     finished = run_on(tmp_path, bench=bench, unit=unit)
-    assert finished.results["unit"]["verdict"] == verdict
+    assert finished.results.unit.verdict == verdict
     assert number(finished, "T_st") == pytest.approx(load_model(find("model", unit)).values.stiction, rel=0.03)
 
 
@@ -27,9 +27,9 @@ def test_the_verdict_does_not_depend_on_the_position_law(tmp_path, law, unit, ve
 def test_other_models_are_measured_right_whatever_the_bench_takes_them_for(tmp_path, unit, limits, known):
     finished = run_on(tmp_path, unit=unit, model=unit if known else "default", limits=limits)
     truth = load_model(find("model", unit)).values
-    assert finished.results["unit"]["verdict"] != "fail"
+    assert finished.results.unit.verdict != "fail"
     if known:
-        assert finished.results["unit"]["verdict"] == "pass"
+        assert finished.results.unit.verdict == "pass"
         assert number(finished, "T_st") == pytest.approx(truth.stiction, rel=0.03)
         # the literal reading's friction is a signal of 20 mA: of T_c no more can be told than a tenth of the others'
         assert number(finished, "T_c") == pytest.approx(truth.coulomb, rel=0.05, abs=0.002)
@@ -39,10 +39,10 @@ def test_other_models_are_measured_right_whatever_the_bench_takes_them_for(tmp_p
 @pytest.mark.parametrize("scenario", ["break_away", "warm_check", "multisine", "reversals_at_limp_home"])
 def test_no_stock_scenario_gives_a_wrong_verdict(tmp_path, scenario, unit, verdict):
     finished = run_on(tmp_path, scenario=scenario, unit=unit)
-    assert finished.results["bench"]["outcome"] == "ok"
-    assert finished.results["unit"]["verdict"] in {verdict, "inconclusive"}
+    assert finished.results.bench.outcome == "ok"
+    assert finished.results.unit.verdict in {verdict, "inconclusive"}
     if scenario in {"break_away", "warm_check"}:
-        assert finished.results["unit"]["verdict"] == verdict
+        assert finished.results.unit.verdict == verdict
     if scenario == "warm_check":
-        ends = {phase["id"]: phase["outcome"] for phase in finished.results["phases"]}
+        ends = {phase.id: phase.outcome for phase in finished.results.phases}
         assert ends["supply_is_up"] == ends["warm_up"] == "triggered"

@@ -7,7 +7,10 @@ import numpy as np
 import pytest
 
 from etb_hil.base.modes import Mode
-from etb_hil.bench.supervision import SafetyLimits, Supervisor
+from etb_hil.base.stock import find
+from etb_hil.bench.bench_file import load_bench
+from etb_hil.bench.safety_limits import SafetyLimits
+from etb_hil.bench.supervision import Supervisor
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock
 from etb_hil.scenario.trajectory import SetPoint
@@ -109,6 +112,26 @@ def test_fault_bits_that_come_and_go_between_two_beats_are_heard(supervisor):
     assert supervisor.look([samples(faults=[0.0])]) is None
 
 
+def test_an_angle_is_told_that_is_outside_beside_one_at_the_limit(supervisor):
+    low, high = LIMITS.angle
+    assert "plate at 91.67 deg" in supervisor.look([samples(throttle_angle=[low, 1.6])]).reason
+    assert "plate at -5.73 deg" in supervisor.look([samples(throttle_angle=[-0.1, high])]).reason
+
+
+def test_a_temperature_is_as_old_as_its_newest_sample():
+    watched = Supervisor(LIMITS, GEAR, 0, reports_temperature=True, reports_status=False)
+    assert watched.velocity == 0.0
+    watched.look([samples(stamp_ns=1_000_000_000, temperature=[20.0, 20.0, 20.0])])
+    assert watched.age(11_002_000_000) is None
+    assert watched.age(11_002_000_001).reason.startswith("no temperature for 10000 ms")
+
+
+def test_a_temperature_that_no_controller_promises_is_not_due():
+    watched = Supervisor(LIMITS, GEAR, 0, reports_status=False)
+    watched.look([samples(temperature=[20.0])])
+    assert watched.age(60_000_000_000) is None
+
+
 def test_a_trip_speaks_of_degrees_as_the_files_do(supervisor):
     assert "91.67 deg, outside -2.00 to 87.00 deg" in supervisor.look([samples(throttle_angle=[1.6])]).reason
     assert "91.67 deg" in supervisor.allows(SetPoint(Mode.POSITION, 1.6)).reason
@@ -149,7 +172,7 @@ def test_the_answer_time_is_from_the_command_to_the_status_that_shows_it():
     late = samples("status", enable=[0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0])
     recording.append([replace(late, stamp_ns=late.stamp_ns + 100_000)])
     found = answer_time(recording)  # on at 3 ms, shown at 4.1; off at 6 ms, shown at 8.1; on at 9 ms: never shown
-    assert found == {"mean_ms": pytest.approx(1.6), "worst_ms": pytest.approx(2.1)}
+    assert (found.mean_ms, found.worst_ms) == (pytest.approx(1.6), pytest.approx(2.1))
 
 
 def test_bad_samples_do_not_hide_good_ones(supervisor):
@@ -195,7 +218,8 @@ def test_velocity_is_the_travel_of_the_last_milliseconds_for_any_blocks():
 def test_faults_are_noted_until_they_are_gone_and_heeded_when_asked(supervisor):
     assert supervisor.look([samples(faults=[4.0])], heed_faults=False) is None
     assert supervisor.faults == 4
-    assert supervisor.look([samples(motor_current=[0.0])]).reason_id == "controller_fault"
+    trip = supervisor.look([samples(motor_current=[0.0])])
+    assert (trip.reason_id, "0x4" in trip.reason) == ("controller_fault", True)
     assert supervisor.look([samples(faults=[0.0])]) is None
 
 
@@ -207,3 +231,132 @@ def test_an_answer_is_whole_with_the_controllers_status(supervisor):
     assert not supervisor.has_answered  # it may have been made before the controller heard of this bench
     supervisor.look([samples(enable=[0.0, 0.0])])
     assert supervisor.has_answered
+
+
+def test_what_is_at_its_limit_moves_on(supervisor):
+    low, high = LIMITS.angle
+    blocks = [
+        samples(motor_current=[8.0, -8.0], motor_voltage=[16.0, -16.0]),
+        samples(throttle_angle=[low, high]),
+        samples(temperature=[110.0]),
+    ]
+    assert supervisor.look(blocks) is None
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_speed_is_held_against_its_limit_in_both_directions(supervisor, sign):
+    angle = sign * GEAR * 1e-3 * np.arange(10)
+    assert supervisor.look([samples(motor_angle=angle * 24.9)]) is None
+    trip = Supervisor(LIMITS, GEAR, 0).look([samples(motor_angle=angle * 25.1)])
+    assert (trip.reason_id, f"{sign * 25.1:.1f} rad/s" in trip.reason) == ("velocity_limit", True)
+
+
+@pytest.mark.parametrize(
+    ("set_point", "is_allowed"),
+    [
+        (SetPoint(Mode.POSITION, LIMITS.angle[0], -25.0, -16.0), True),
+        (SetPoint(Mode.POSITION, LIMITS.angle[1], 25.0 * (1.0 + 5e-10), 16.0 * (1.0 + 5e-10)), True),
+        (SetPoint(Mode.POSITION, LIMITS.angle[0] - 1e-6), False),
+        (SetPoint(Mode.POSITION, LIMITS.angle[1] + 1e-6), False),
+        (SetPoint(Mode.POSITION, 0.5, 25.0 * (1.0 + 3e-9)), False),
+        (SetPoint(Mode.POSITION, 0.5, -25.1), False),
+        (SetPoint(Mode.POSITION, 0.5, 0.0, 16.0 * (1.0 + 3e-9)), False),
+        (SetPoint(Mode.POSITION, 0.5, 0.0, -16.1), False),
+        (SetPoint(Mode.POSITION, math.nan), False),
+        (SetPoint(Mode.POSITION, 0.5, math.nan), False),
+        (SetPoint(Mode.POSITION, 0.5, 0.0, math.nan), False),
+        (SetPoint(Mode.OFF, 5.0), True),
+    ],
+)
+def test_a_set_point_outside_the_limits_is_not_sent(supervisor, set_point, is_allowed):
+    assert (supervisor.allows(set_point) is None) is is_allowed
+
+
+MEASURED = {"motor_current": [0.0], "motor_angle": [0.0], "throttle_angle": [0.0]}
+
+
+@pytest.mark.parametrize(
+    ("status_ns", "now_ns", "reason"),
+    [
+        (0, 1_000_000_000, None),
+        (0, 1_000_000_001, "frames_stopped"),
+        (1_100_000_000, 1_000_000_000, None),
+        (1_100_000_001, 1_000_000_000, "clock_stepped"),
+    ],
+)
+def test_a_status_may_be_ten_times_as_old_as_a_sample(supervisor, status_ns, now_ns, reason):
+    supervisor.look([samples(stamp_ns=now_ns, **MEASURED), samples(stamp_ns=status_ns, enable=[0.0])])
+    trip = supervisor.age(now_ns)
+    assert (trip and trip.reason_id) == reason
+    assert trip is None or "status frame" in trip.reason
+
+
+@pytest.mark.parametrize(("age_ns", "reason"), [(100_000_000, None), (100_000_001, "frames_stopped")])
+def test_a_sample_may_be_as_old_as_the_bench_says(supervisor, age_ns, reason):
+    now_ns = 500_000_000
+    supervisor.look([samples(stamp_ns=now_ns - age_ns, **MEASURED), samples(stamp_ns=now_ns, enable=[0.0])])
+    assert supervisor.newest_ns == now_ns - age_ns
+    trip = supervisor.age(now_ns)
+    assert (trip and trip.reason_id) == reason
+
+
+def test_without_a_status_message_samples_alone_are_the_answer():
+    watched = Supervisor(LIMITS, GEAR, 0, reports_status=False)
+    assert not watched.has_answered
+    watched.expect(["current"], 0)
+    assert not watched.has_answered
+    watched.look([samples(stamp_ns=5_000_000_000, motor_current=[0.0])])
+    assert watched.has_answered
+    assert watched.age(5_000_000_000) is None
+
+
+def test_two_statuses_may_be_of_before(supervisor):
+    supervisor.look([samples(**MEASURED), samples(enable=[0.0, 0.0])])
+    assert not supervisor.has_answered
+    supervisor.look([samples(enable=[0.0])])
+    assert supervisor.has_answered
+
+
+def test_samples_that_are_asked_for_again_are_due_from_then_on(supervisor):
+    supervisor.look([samples(stamp_ns=100_000_000, **MEASURED)])
+    supervisor.expect(["current", "encoder"], 300_000_000)
+    assert supervisor.newest_ns == 300_000_000
+    supervisor.expect(["current"], 200_000_000)
+    assert supervisor.newest_ns == 300_000_000
+
+
+def test_the_newest_good_values_are_shown(supervisor):
+    supervisor.look([samples(throttle_angle=[0.1, 0.2], motor_current=[1.0, 2.0]), samples(temperature=[20.0, 21.0])])
+    assert (supervisor.angle, supervisor.current, supervisor.temperature) == (0.2, 2.0, 21.0)
+    supervisor.look([samples(enable=[1.0, 0.0])])
+    assert supervisor.enabled is False
+
+
+def test_fault_bits_stay_until_a_status_takes_them_back(supervisor):
+    assert supervisor.look([samples(faults=[8.0, 4.0])]).reason_id == "controller_fault"
+    assert supervisor.look([samples(faults=[math.nan])]).reason_id == "controller_fault"
+    assert supervisor.look([samples(faults=[0.0])]) is None
+    assert supervisor.look([]) is None
+
+
+def test_a_block_without_samples_says_nothing(supervisor):
+    empty = samples(motor_current=[9.0], faults=[1.0]).rows(slice(0))
+    assert supervisor.look([empty, samples(motor_current=[1.0])]) is None
+    assert supervisor.current == 1.0
+
+
+def test_the_newest_good_sample_counts(supervisor):
+    good = {role: [0.1] * 5 for role in MEASURED}
+    supervisor.look([samples(stamp_ns=10_000_000, **(good | {"motor_current": [1.0, 1.0, 1.0, math.nan, math.nan]}))])
+    assert supervisor.newest_ns == 12_000_000
+    supervisor.look([samples(stamp_ns=20_000_000, **(good | {"motor_current": [math.nan] * 5}))])
+    assert supervisor.newest_ns == 12_000_000
+
+
+def test_a_sample_may_be_a_tenth_of_a_second_old_where_the_bench_does_not_say():
+    path = find("bench", "virtual_classic")
+    assert "frame_age" not in path.read_text()
+    watched = Supervisor(load_bench(path).bench.limits, GEAR, 0, reports_status=False)
+    watched.expect(["current"], 0)
+    assert watched.age(100_000_000) is None
+    assert watched.age(100_000_001).reason_id == "frames_stopped"

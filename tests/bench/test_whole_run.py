@@ -15,7 +15,7 @@ def truth(name):
 
 
 def number(finished, number_id):
-    return next(n for n in finished.results["numbers"] if n["id"] == number_id)
+    return next(n for n in finished.results.measurements.values() if n.id == number_id)
 
 
 @pytest.mark.parametrize("bench", ["virtual_classic", "virtual_fd"])
@@ -23,20 +23,20 @@ def number(finished, number_id):
 def test_the_friction_check_tells_good_from_bad(tmp_path, bench, unit, verdict, code):
     finished = run_on(tmp_path, bench=bench, unit=unit)
     results = finished.results
-    assert results["bench"]["outcome"] == "ok"
-    assert results["bench"]["safe_state"] is True
-    assert results["unit"]["verdict"] == verdict
-    assert results["exit_code"] == code
-    assert results["unit"]["reason"]
+    assert results.bench.outcome == "ok"
+    assert results.bench.safe_state is True
+    assert results.unit.verdict == verdict
+    assert results.exit_code == code
+    assert results.unit.reason
     values = truth(unit)
-    assert number(finished, "T_st")["value"] == pytest.approx(values.stiction, rel=0.03)
-    assert number(finished, "T_c")["value"] == pytest.approx(values.coulomb, rel=0.05)
-    assert number(finished, "fastest")["value"] > 2.15 * values.stribeck_velocity
-    assert bool(results["exceedances"]) == (unit == "faulty")
-    for episode in results["exceedances"]:
-        assert episode["peak"] > episode["limit"]
-        assert 0.0 <= episode["angle"] <= 1.5
-        assert episode["temperature"] == pytest.approx(20.0, abs=2.0)
+    assert number(finished, "T_st").value == pytest.approx(values.stiction, rel=0.03)
+    assert number(finished, "T_c").value == pytest.approx(values.coulomb, rel=0.05)
+    assert number(finished, "fastest").value > 2.15 * values.stribeck_velocity
+    assert bool(results.exceedances) == (unit == "faulty")
+    for episode in results.exceedances:
+        assert episode.peak > episode.limit
+        assert 0.0 <= episode.angle <= 1.5
+        assert episode.temperature == pytest.approx(20.0, abs=2.0)
 
 
 def test_a_replay_gives_the_same_results_to_the_bit(tmp_path):
@@ -52,7 +52,7 @@ def test_the_raw_log_is_read_by_python_can_with_sent_frames_marked(tmp_path):
     with can.BLFReader(finished.session.raw_log) as reader:
         messages = list(reader)
     sent = [m for m in messages if not m.is_rx]
-    counted = {m["name"]: m["frames"] for m in finished.results["bus"]["messages"]}
+    counted = {m.name: m.frames for m in finished.results.bus.messages}
     assert len(messages) >= sum(counted.values())
     assert len(sent) >= counted["EtbCommand"]
     stamps = [m.timestamp for m in messages]
@@ -63,11 +63,11 @@ def test_the_raw_log_is_read_by_python_can_with_sent_frames_marked(tmp_path):
 @pytest.mark.parametrize("scenario", ["paper_sinusoid", "paper_step"])
 def test_the_papers_references_run_and_pass_no_unit(tmp_path, scenario, unit, verdicts):
     finished = run_on(tmp_path, scenario=scenario, unit=unit)
-    assert finished.results["bench"]["outcome"] == "ok"
-    assert finished.results["unit"]["verdict"] in verdicts
+    assert finished.results.bench.outcome == "ok"
+    assert finished.results.unit.verdict in verdicts
     if unit == "default":
-        assert finished.results["unit"]["reason_id"] == "places_not_seen"
-        assert finished.results["exit_code"] == 4
+        assert finished.results.unit.reason_id == "places_not_seen"
+        assert finished.results.exit_code == 4
 
 
 def test_the_same_seed_gives_the_same_frames(tmp_path):

@@ -164,3 +164,27 @@ def test_wider_payloads_than_the_message_are_read(current):
     assert current.decode(wide)["MotorCurrent"].tolist() == [1.5, -2.0]
     with pytest.raises(ValueError, match="8 bytes"):
         current.decode(narrow[:, :4])
+
+
+@pytest.mark.parametrize("length", [54, 57, 63, 64])
+@pytest.mark.parametrize("order", [0, 1])
+@pytest.mark.parametrize("signed", [False, True])
+@given(data=st.data())
+@settings(max_examples=20)
+def test_integers_of_more_bits_than_a_float_keep_them_all(length, order, signed, data):
+    start = 7 if order == 0 else data.draw(st.integers(0, 64 - length))
+    signal = f' SG_ S : {start}|{length}@{order}{"-" if signed else "+"} (1,0) [0|0] "" A\n'
+    message = cantools.database.load_string(f'VERSION ""\nBU_: A\nBO_ 1 M: 8 A\n{signal}', "dbc").messages[0]
+    low = -(1 << length - 1) if signed else 0
+    value = data.draw(st.integers(low, low + (1 << length) - 1))
+    codec = MessageCodec(message)
+    assert codec.encode({"S": value})[0].tobytes() == message.encode({"S": value}, strict=False)
+    assert codec.encode({"S": low + (1 << length)}, Overflow.SATURATE)[0].tobytes() == message.encode(
+        {"S": low + (1 << length) - 1}, strict=False
+    )
+    assert (
+        codec.encode({"S": value + (1 << length)}, Overflow.WRAP)[0].tobytes()
+        == codec.encode({"S": value})[0].tobytes()
+    )
+    with pytest.raises(InputError, match="cannot hold this value"):
+        codec.encode({"S": low - 1})

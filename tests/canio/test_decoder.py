@@ -219,6 +219,16 @@ def test_doubled_frames_and_stuck_counters_are_refused(classic):
     assert (statistics.repeated, statistics.stuck) == (5, 1)
 
 
+@pytest.mark.parametrize(("repeats", "stuck"), [([2], 0), ([3], 1), ([6], 1), ([3, 4], 2), ([2, 2], 0)])
+def test_a_counter_is_stuck_from_three_repeats_in_a_row_on(classic, repeats, stuck):
+    frames = streams.classic(classic, np.arange(100) * 20)
+    rows = np.arange(len(frames))
+    for number, count in enumerate(repeats):
+        rows = np.append(rows, [streams.of(frames, CURRENT)[10 * (number + 1)]] * count)
+    statistics = decode(classic, frames.rows(np.sort(rows)))[1].statistics()["EtbCurrent"]
+    assert (statistics.repeated, statistics.stuck, statistics.lost) == (sum(repeats), stuck, 0)
+
+
 def test_new_samples_under_a_stuck_alive_counter_are_refused(classic):
     blocks = [streams.classic(classic, [k * 20]).rows(slice(0, 1)) for k in range(40)]  # all with one alive counter
     statistics = decode(classic, streams.arranged(blocks))[1].statistics()["EtbCurrent"]

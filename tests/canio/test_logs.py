@@ -169,7 +169,7 @@ def test_a_line_that_cannot_be_read_keeps_what_came_before(tmp_path):
 )
 def test_a_frame_that_no_bus_can_carry_is_refused(tmp_path, line):
     path = tmp_path / "broken.log"
-    path.write_text(f"(1.0) can999 123#00\n{line}\n")
+    path.write_text(f"(1.0) can255 123#00\n{line}\n")
     got, notes = read(path)
     assert len(got) == 1
     assert len(notes) == 1

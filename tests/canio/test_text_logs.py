@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import re
 from io import StringIO
 
 import can
@@ -102,7 +103,8 @@ def peer(text, suffix):
         for message in READERS[suffix](StringIO(text, newline=None)):
             if not whole(message, message.is_fd):
                 break
-            found.append(message)
+            if int(re.sub(r".*?(\d*)$", r"\1", str(message.channel)) or 0) <= 255:  # no column holds more
+                found.append(message)
     except (ValueError, IndexError, UnboundLocalError):
         pass
     return found
@@ -236,3 +238,75 @@ def test_packed_files_are_unpacked_as_gzip_does(tmp_path_factory, members, zeros
     with Gunzip(path) as file, pytest.raises(EOFError):
         got.extend(iter(lambda: file.read(size), b""))  # what came before is kept
     assert b"".join(got) == b"".join(members)  # what is lost is of the checksum
+
+
+DAMAGED = [
+    "2.0 1  123             Rz   d 1 00",
+    "2.0 x  123             Rx   d 1 00",
+    "2.0 1",
+    "2x0 1  123             Rx   d 1 00",
+    "2.0 CANXD 1 Rx 1 0 0 1 1 5A",
+]
+
+
+@pytest.mark.parametrize("line", DAMAGED)
+def test_a_damaged_line_of_asc_is_counted_with_its_place(tmp_path, line):
+    path = tmp_path / "damaged.asc"
+    good = "1.0 1  123             Rx   d 1 00\n"
+    path.write_text(HEAD + good + f"{line}\n" + good + f"{line}\n" * 3 + "".join(f"{other}\n" for other in OTHER[:6]))
+    got, notes = read(path)
+    assert len(got) == 2
+    assert len(notes) == 1
+    assert notes[0].startswith(f"{path}:5: holds no frame that can be read and was left out: '{line}'")
+    assert notes[0].endswith("(the first of 4 such places)")
+
+
+@pytest.mark.parametrize("event", ["ST  00 00 00 08", "EC  01 02", "EV  text"])
+def test_unknown_lines_of_trc_are_counted_with_their_place(tmp_path, event):
+    head = ";$FILEVERSION=2.1\n;$STARTTIME=45332.7893418634\n;$COLUMNS=N,O,T,B,I,d,R,L,D\n"
+    good = "      1      1059.900 DT 1      0300 Rx -  2    00 01\n"
+    bad = "      2      1060.900 XX 1      0300 Rx -  2    00 01\n"
+    path = tmp_path / "unknown.trc"
+    path.write_text(head + good + bad + f"      3   1061.000 {event}\n" + bad + good)
+    got, notes = read(path)
+    assert len(got) == 2
+    assert [note.replace(str(path), "") for note in notes] == [
+        f":5: holds no frame that can be read and was left out: {bad.strip()!r} (the first of 2 such places)"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("suffix", "text"),
+    [
+        (".asc", HEAD + "1.0 256 123 Rx d 1 00\n1.0 257 123 Rx d 1 01\n1.0 CANFD 300 Rx 1 0 0 1 1 5A\n"),
+        (".log", "(1.0) can255 123#00\n(1.0) can256 123#01\n(1.0) can99999999999999999999 123##15A\n"),
+        (".trc", ";$FILEVERSION=1.3\n;$STARTTIME=45332.7\n"
+         + "".join(f"{n}) 1.0 {channel} Rx 0480 - 1 0{n}\n" for n, channel in enumerate((256, 257, 300)))),
+    ],
+)  # fmt: skip
+def test_frames_on_channels_beyond_255_are_left_out_and_counted(tmp_path, suffix, text):
+    path = tmp_path / f"far{suffix}"
+    path.write_text(text)
+    got, notes = read(path)
+    assert (got.channel.tolist(), got.data[:, 0].tolist()) == ([255], [0])
+    assert len(notes) == 1
+    assert "a frame on channel 256 was left out" in notes[0]
+    assert notes[0].endswith("(the first of 2 such places)")
+
+
+@pytest.mark.parametrize("suffix", [".asc", ".log", ".trc", ".csv", ".trc.gz", ".csv.gz", ".asc.gz"])
+def test_a_line_without_an_end_costs_little_and_is_quoted_shortly(tmp_path, suffix):
+    path = tmp_path / f"endless{suffix}"
+    content = b"1" * 50_000_000
+    path.write_bytes(gzip.compress(content) if suffix.endswith(".gz") else content)
+    with pytest.raises(InputError) as refused:
+        read(path)
+    assert len(str(refused.value)) < 1000
+
+
+def test_what_unpacks_to_a_thousand_times_its_size_is_given_up(tmp_path):
+    path = tmp_path / "bomb.asc.gz"
+    path.write_bytes(gzip.compress(HEAD.encode() + b"1.0 1  123 Rx   d 1 00\n" + b"\n" * 100_000_000))
+    got, notes = read(path)
+    assert len(got) == 1
+    assert "it unpacks to more than 250 times its size" in notes[0]

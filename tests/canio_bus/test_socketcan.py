@@ -12,10 +12,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(autouse=True)
 def vcan():
-    try:
-        vcan_machine.machine()
-    except RuntimeError as reason:
-        pytest.skip(str(reason))
+    vcan_machine.require()
 
 
 def test_the_contracts_hold_on_socketcan(tmp_path):

@@ -6,10 +6,16 @@ import sys
 import pytest
 
 from etb_hil.base.errors import InputError, Problem
-from etb_hil.base.outcome import ExitCode
+from etb_hil.base.outcome import BenchOutcome, ExitCode, UnitVerdict
 from etb_hil.cli.batch import checked_serial, run_batch
+from etb_hil.results.run_result import Bench, RunResult, Unit
 
 CODES = {"pass": 0, "fail": 10, "inconclusive": 4, "aborted": 5, "fault": 3}
+
+
+def result(bench, verdict):
+    """Return what a run gives of which only the outcomes matter."""
+    return RunResult("r", Unit(None if verdict is None else UnitVerdict(verdict)), Bench(BenchOutcome(bench)))
 
 
 @pytest.fixture
@@ -24,7 +30,7 @@ def queue(monkeypatch, capsys):
             word = next(coming)
             ran.append((serial, before))
             bench = word if word in {"aborted", "fault"} else "ok"
-            return {"bench": {"outcome": bench}, "unit": {"verdict": word}}, ExitCode(CODES[word]), word == "aborted"
+            return result(bench, word if bench == "ok" else None), ExitCode(CODES[word]), word == "aborted"
 
         code = run_batch(run_unit, checked_serial, attended=attended)
         return code, ran, capsys.readouterr().out
@@ -103,7 +109,7 @@ def test_a_repeat_that_would_be_refused_is_not_offered(monkeypatch, capsys):
 
     def run_unit(serial, _before):
         seen.add(serial)
-        return {"bench": {"outcome": "ok"}, "unit": {"verdict": "pass"}}, ExitCode.DONE, False
+        return result("ok", "pass"), ExitCode.DONE, False
 
     monkeypatch.setattr(sys, "stdin", io.StringIO("A\nq\n"))
     run_batch(run_unit, once, attended=True)

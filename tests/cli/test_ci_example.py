@@ -40,11 +40,11 @@ from dataclasses import replace
 from pathlib import Path
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.pytest_plugin import BenchRun
-from etb_hil.report.model import Bench, Bus, MessageStatistics, Results, Unit
+from etb_hil.results.run_result import Bench, Bus, MessageStatistics, RunResult, Unit
 
 def run_with(**bus):
     bench = Bench(BenchOutcome.OK, safe_state=True)
-    return BenchRun(Results("r", Unit("pass"), bench, bus=Bus(**bus)), Path("session"))
+    return BenchRun(RunResult("r", Unit("pass"), bench, bus=Bus(**bus)), Path("session"))
 
 def test_sick(etb_bench):
     messages = (MessageStatistics("Current", 9, lost=3, crc_failures=1),)

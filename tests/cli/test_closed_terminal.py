@@ -2,13 +2,13 @@
 
 import json
 import os
-from pathlib import Path
 
 import pytest
 from terminal import ETB_HIL, HELD, Terminal
 
+from etb_hil.base.output import Output
 from etb_hil.cli.keyboard import Keyboard
-from etb_hil.cli.show import say
+from etb_hil.results.json_file import result_from_dict
 
 SCENARIO = f"""schema: etb_hil/scenario/1
 name: held
@@ -22,10 +22,10 @@ def test_a_closed_terminal_costs_neither_results_nor_report(tmp_path):
     terminal.until("phase  held")
     assert terminal.close() == 5
     (session,) = (path.parent for path in tmp_path.glob("sessions/*/session.json"))
-    results = json.loads((session / "results.json").read_text())
-    assert (results["bench"]["safe_state"], results["bench"]["reason"]) == (True, "stopped by SIGHUP")
+    results = result_from_dict(json.loads((session / "results.json").read_text()))
+    assert (results.bench.safe_state, results.bench.reason) == (True, "stopped by SIGHUP")
     assert (session / "report.html").is_file()
-    assert json.loads((tmp_path / "out.json").read_text()) == results
+    assert result_from_dict(json.loads((tmp_path / "out.json").read_text())) == results
 
 
 def test_a_terminal_closed_amid_a_queue_ends_it_with_what_was_known(tmp_path):
@@ -40,8 +40,8 @@ def test_a_terminal_closed_amid_a_queue_ends_it_with_what_was_known(tmp_path):
     terminal.until("phase  held")
     assert terminal.close() == 5
     sessions = [path.parent for path in tmp_path.glob("sessions/*/session.json")]
-    results = {read["unit"]["serial"]: read["bench"] for read in map(_results, sessions)}
-    reasons = {serial: (bench["safe_state"], bench["reason"]) for serial, bench in results.items()}
+    results = {read.unit.serial: read.bench for read in map(_results, sessions)}
+    reasons = {serial: (bench.safe_state, bench.reason) for serial, bench in results.items()}
     assert reasons == {"SN-1": (True, "stopped by key s or r, SIGUSR1"), "SN-2": (True, "stopped by SIGHUP")}
     assert all((session / "report.html").is_file() for session in sessions)
 
@@ -55,7 +55,7 @@ def test_a_terminal_closed_before_a_queue_begins_leaves_nothing_behind(tmp_path)
 
 
 def _results(session):
-    return json.loads((session / "results.json").read_text())
+    return result_from_dict(json.loads((session / "results.json").read_text()))
 
 
 @pytest.fixture
@@ -75,7 +75,7 @@ def test_keys_of_a_terminal_that_is_gone_are_none(gone):
 def test_words_for_a_terminal_that_is_gone_go_nowhere(gone):
     with pytest.raises(OSError, match="Input/output error"):
         os.write(gone[0], b"verdict")
-    with open(gone[0], "w", closefd=False) as screen:
-        say("verdict", screen)
-        say("more", screen)
-    assert os.path.samestat(os.fstat(gone[0]), Path(os.devnull).stat())
+    screen = Output(gone[0], "utf-8")
+    print("verdict", file=screen)
+    print("more", file=screen)
+    assert screen.failure is None

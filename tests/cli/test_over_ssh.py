@@ -13,6 +13,8 @@ from pathlib import Path
 import pytest
 from terminal import ETB_HIL, PATIENCE_S, Terminal
 
+from etb_hil.results.json_file import result_from_dict
+
 SSHD = shutil.which("sshd") or shutil.which("sshd", path="/usr/sbin:/usr/local/sbin")
 LACKING = (
     "no OpenSSH on this machine"
@@ -93,7 +95,7 @@ def answers(port):
 
 
 def benches(folder):
-    return [json.loads(path.read_text())["bench"] for path in folder.glob("sessions/*/results.json")]
+    return [result_from_dict(json.loads(path.read_text())).bench for path in folder.glob("sessions/*/results.json")]
 
 
 def test_a_run_is_seen_and_ended_over_ssh(over_ssh, tmp_path):
@@ -109,7 +111,7 @@ def test_a_run_is_seen_and_ended_over_ssh(over_ssh, tmp_path):
     assert "ABORTED - serial SN-9" in terminal.text
     assert b"\x1b[3" not in terminal.bytes  # colours of NO_COLOR
     (bench,) = benches(tmp_path)
-    assert (bench["reason"], bench["safe_state"]) == ("stopped by key s or r, SIGUSR1", True)
+    assert (bench.reason, bench.safe_state) == ("stopped by key s or r, SIGUSR1", True)
 
 
 def test_a_connection_that_is_lost_takes_the_drive_off(over_ssh, tmp_path):
@@ -124,6 +126,6 @@ def test_a_connection_that_is_lost_takes_the_drive_off(over_ssh, tmp_path):
         assert time.monotonic() < deadline
         time.sleep(0.05)
     (bench,) = benches(tmp_path)
-    assert (bench["outcome"], bench["safe_state"]) == ("aborted", True)
-    assert "SIGHUP" in bench["reason"]
+    assert (bench.outcome, bench.safe_state) == ("aborted", True)
+    assert "SIGHUP" in bench.reason
     terminal.end()

@@ -18,7 +18,7 @@ from etb_hil.base.stock import find
 from etb_hil.bench.job import JobFiles, execute, prepare
 from etb_hil.cli.main import main
 from etb_hil.cli.time_limit import TimeLimit
-from etb_hil.report.model import results_schema
+from etb_hil.results.json_file import result_from_dict, results_schema
 from etb_hil.session.baseline import baseline_text, compare, load_baseline
 
 SHORT = """schema: etb_hil/scenario/1
@@ -40,7 +40,7 @@ def good(tmp_path_factory):
 
 @pytest.fixture
 def results(good):
-    return json.loads((good / "results.json").read_text())
+    return result_from_dict(json.loads((good / "results.json").read_text()))
 
 
 def written(tmp_path, text):
@@ -49,7 +49,8 @@ def written(tmp_path, text):
     return path
 
 
-def test_results_are_as_the_published_schema_says(results, good):
+def test_results_are_as_the_published_schema_says(good):
+    results = json.loads((good / "results.json").read_text())
     schema = results_schema()
     jsonschema.Draft202012Validator.check_schema(schema)
     jsonschema.validate(results, schema)
@@ -124,6 +125,7 @@ def test_what_was_not_measured_does_not_agree(results, tmp_path):
     [
         ("{value: 1 furlong, tolerance: 1 %}", "no unit known here"),
         ("{value: 1 N·m, tolerance: 0 %}", "above 0"),
+        ("{value: '1,5 N·m', tolerance: 0.1 N·m}", "',5 N·m' is no unit of torque"),
         ("{value: 1 N·m, tolerance: 1 V}", "'V' is no unit of torque"),
         ("{value: 1 A, tolerance: 1 %}", "is measured in N·m"),
     ],
@@ -243,9 +245,9 @@ def test_a_run_out_of_time_ends_in_the_safe_state(tmp_path):
             os.kill(os.getpid(), signal.SIGALRM)
 
     results = execute(job, tmp_path, "", 1, at_two_seconds).results
-    bench = results["bench"]
-    assert (results["exit_code"], bench["outcome"], bench["reason_id"]) == (5, "aborted", "time_out")
-    assert bench["safe_state"] is True
+    bench = results.bench
+    assert (results.exit_code, bench.outcome, bench.reason_id) == (5, "aborted", "time_out")
+    assert bench.safe_state is True
 
 
 def test_time_runs_out_before_a_run_too_and_only_while_it_is_entered():
@@ -274,5 +276,5 @@ def test_what_does_not_end_is_ended_as_a_bench_fault():
 
 @pytest.mark.parametrize("seconds", [0.0, -1.0, float("nan"), float("inf"), 1e9])
 def test_a_time_that_is_none_is_refused(seconds):
-    with pytest.raises(InputError, match="--timeout is no time"):
+    with pytest.raises(InputError, match="--timeout must be positive"):
         TimeLimit(seconds)

@@ -9,13 +9,7 @@ from etb_hil.base.modes import Mode
 from etb_hil.base.stock import find
 from etb_hil.controller.machine import Machine
 from etb_hil.controller.state import COMMAND, REQUEST
-from etb_hil.plant.effects import (
-    angle_sensor_eccentricity,
-    current_sensor_gain,
-    current_sensor_offset,
-    measurement_delay,
-    sensor_hysteresis,
-)
+from etb_hil.plant.effects import readings
 from etb_hil.plant.model_file import EffectEntry
 from etb_hil.plant.parameters import load_model
 
@@ -71,19 +65,18 @@ def test_a_sensors_effect_is_what_its_equation_says(id_):
     noise, grid = MODEL.sensors.current_noise + MODEL.sensors.current_step, 3.0 * MODEL.sensors.plate_noise + 0.003
     if id_ == "angle_sensor_eccentricity":
         motor = plain["motor_angle"][:, 0] + MODEL.values.gear_ratio
-        expected = angle_sensor_eccentricity.measured_angle(motor, p)
+        expected = readings.measured_angle(motor, p)
         off = seen["motor_angle"][:, 0] - (expected - MODEL.values.gear_ratio)
         assert np.ptp(off) < 0.02
         return
     if id_ == "sensor_hysteresis":
         plate = 1.0 + plain["motor_angle"][:, 0] / MODEL.values.gear_ratio  # play would rectify noise
-        lagging = sensor_hysteresis.measured_plate(plate, p)
+        lagging = readings.measured_plate(plate, p)
         assert np.abs(lagging - plate).max() > 0.009
         assert np.abs(seen["track"] - lagging).max() < grid
         return
-    late = round(p[measurement_delay.EFFECT.indices[0]] / 50e-6)
+    late = round(readings.late_by(p)[0] / 50e-6)
     expected = np.concatenate([np.zeros(late), current[: len(current) - late]])
-    expected = current_sensor_gain.measured_current(expected, p)
-    expected = current_sensor_offset.measured_current(expected, np.full(len(current), 20.0), p)
+    expected = readings.measured_current(expected, np.full(len(current), 20.0), p)
     assert np.abs(current).max() > 1.0
     assert np.sqrt(np.mean((seen["current"][:, 0] - expected) ** 2)) < 3.0 * noise

@@ -2,32 +2,24 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import sys
 from pathlib import Path
 
 import pytest
+import vcan_machine
 
 HERE = Path(__file__).parent
-MACHINE = HERE.parent / "vcan" / "vcan_machine.py"
 
 
-@pytest.fixture(scope="module")
-def vcan_machine():
-    spec = importlib.util.spec_from_file_location("vcan_machine_of_the_controller", MACHINE)
-    machine = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(machine)
-    try:
-        machine.machine()
-    except RuntimeError as reason:
-        pytest.skip(str(reason))
-    return machine
+@pytest.fixture(autouse=True)
+def vcan():
+    vcan_machine.require()
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("kind", "step"), [("classic", 20), ("fd", 10)])
-def test_a_controller_in_its_own_process_answers_and_lets_go(vcan_machine, tmp_path, kind, step):
+def test_a_controller_in_its_own_process_answers_and_lets_go(tmp_path, kind, step):
     done = vcan_machine.run([sys.executable, str(HERE / "controller_vcan_checks.py"), kind], tmp_path / "job", 180)
     assert done.returncode == 0, done.stdout + done.stderr
     seen = json.loads(done.stdout)

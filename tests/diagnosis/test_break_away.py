@@ -5,13 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from throttle_as_model import phase_of
 
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.base.stock import find
 from etb_hil.bench.simulation import Simulation
 from etb_hil.diagnosis.break_away import at_rates, break_away_torque, break_aways
 from etb_hil.diagnosis.diagnosis import Diagnosis
-from etb_hil.diagnosis.limits import DwellLaw, load_limits
+from etb_hil.diagnosis.limit_laws import DwellLaw
+from etb_hil.diagnosis.limits_file import load_limits
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.plant.parameters import load_model
 from etb_hil.recording.samples import SampleBlock
@@ -137,25 +139,25 @@ def test_stock_scenario_measures_break_away():
     scenario = load_scenario(find("scenario", "break_away")).content
     steps = [step for step in scenario.steps if step.phase.kind in {"current_zero", "home", "break_away"}]
     time_ns, columns = Simulation(MODEL, MODEL, law="pd", seed=2, rate=20000.0).run(steps)
-    limits = load_limits(find("limits", "default")).content
+    limits = load_limits(find("limits", "default"))
     law = DwellLaw(per_decade="5 %", reference="0.5 s", between=["0.1 s", "100 s"])
-    strict = limits.stiction.model_copy(update={"max": 0.16, "dwell": law})
+    strict = replace(limits.by_id["T_st"], high=0.16, dwell=law)
     # Judged only by limits that know the law of rest
-    judges = [Diagnosis(MODEL, known) for known in (limits, limits.model_copy(update={"stiction": strict}))]
+    judges = [Diagnosis(MODEL, known) for known in (limits, replace(limits, by_id={**limits.by_id, "T_st": strict}))]
     none = np.zeros(20_000, np.int64)
     for part, kind in ((slice(20_000), "current_zero"), (slice(20_000, None), "break_away")):
         rows = {role: values[part] for role, values in columns.items() if not role.startswith("command")}
         stamps = time_ns[part]
         for diagnosis in judges:
-            diagnosis.push(SampleBlock("samples", stamps, stamps, rows, np.resize(none, len(stamps))), kind)
-    number, judged = (diagnosis.finish().number("T_st_break_away") for diagnosis in judges)
+            diagnosis.push(SampleBlock("samples", stamps, stamps, rows, np.resize(none, len(stamps))), phase_of(kind))
+    number, judged = (diagnosis.finish().measurements["T_st_break_away"] for diagnosis in judges)
     assert number.low < THROTTLE.stiction < number.high
     assert number.value == pytest.approx(THROTTLE.stiction, rel=0.03)
     assert (number.limit_high, number.verdict) == (None, None)
     assert (judged.limit_high, judged.verdict) == (0.16, UnitVerdict.FAIL)
     assert judged.value == pytest.approx(number.value, rel=0.01)
     result = diagnosis.finish()
-    at_rate = [number for number in result.numbers if number.id.startswith("T_st_at_rate_")]
+    at_rate = [number for number in result.measurements.values() if number.id.startswith("T_st_at_rate_")]
     assert [number.note for number in at_rate] == ["mean of 6"] * 3
     assert all(number.low < THROTTLE.stiction < number.high for number in at_rate)
     assert len(result.series["break_away_rate"]) == 18

@@ -9,9 +9,9 @@ from throttle_as_model import bench_model, rows_of
 
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.diagnosis import Diagnosis
-from etb_hil.diagnosis.limits import load_limits
+from etb_hil.diagnosis.limits_file import load_limits
 
-LIMITS = load_limits(find("limits", "default")).content
+LIMITS = load_limits(find("limits", "default"))
 
 
 def diagnosed(unit, seed):
@@ -43,10 +43,10 @@ def test_a_tall_bump_bends_no_curve(height, place, width, seed):
         "omega_s": unit.stribeck_velocity,
         "viscous": unit.viscous,
     }
-    found = {name: result.number(name) for name in truth}
+    found = {name: result.measurements.get(name) for name in truth}
     held = {name: number is None or number.low <= truth[name] <= number.high for name, number in found.items()}
     assert all(held.values()), {name: (found[name].low, found[name].high) for name in truth if not held[name]}
-    assert result.number("T_st") is not None
+    assert result.measurements.get("T_st") is not None
     assert any(reason.id == "T_st_exceeded" for reason in result.reasons)
     assert not any(reason.id in {"model_contradicted", "uneven_way"} for reason in result.reasons)
 
@@ -55,5 +55,5 @@ def test_beside_a_bump_of_one_and_a_half_times_friction_the_curve_is_known_as_we
     plain = diagnosed(Unit(), 1)
     bumpy = diagnosed(replace(Unit(), bump=1.5, bump_angle=0.7, bump_width=0.05), 1)
     for name in ("T_c", "omega_s"):
-        alone, beside = plain.number(name), bumpy.number(name)
+        alone, beside = plain.measurements.get(name), bumpy.measurements.get(name)
         assert beside.high - beside.low < 2.0 * (alone.high - alone.low)

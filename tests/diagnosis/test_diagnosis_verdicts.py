@@ -5,14 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from independent_throttle import FAULTY, SAMPLE_S, Truth, Unit, friction_check, off_by_tolerances, sense, simulate
-from throttle_as_model import bench_model, rows_of
+from throttle_as_model import bench_model, phase_of, rows_of
 
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.diagnosis import Diagnosis
-from etb_hil.diagnosis.limits import TemperatureLaw, load_limits
+from etb_hil.diagnosis.limit_laws import TemperatureLaw
+from etb_hil.diagnosis.limits_file import load_limits
 
-LIMITS = load_limits(find("limits", "default")).content
+LIMITS = load_limits(find("limits", "default"))
 
 
 def judge(bench, sensed, phases, rate, limits=LIMITS, **how):
@@ -36,11 +37,11 @@ def test_verdict_and_numbers(checks, unit, rate, seed):
     bench = off_by_tolerances(Unit(), rng)
     result = judge(bench, sense(truth, run, rate, rng), phases, rate)
     assert result.verdict is (UnitVerdict.PASS if unit == "healthy" else UnitVerdict.FAIL)
-    stiction, coulomb, margin = (result.number(n) for n in ("T_st", "T_c", "return_margin"))
+    stiction, coulomb, margin = (result.measurements.get(n) for n in ("T_st", "T_c", "return_margin"))
     assert stiction.value == pytest.approx(truth.stiction, rel=0.02)
     assert coulomb.value == pytest.approx(truth.coulomb, rel=0.06)
     assert margin.value == pytest.approx(0.35 - truth.stiction, abs=0.01)
-    assert result.number("current_zero").value == pytest.approx(0.02, abs=1e-3)
+    assert result.measurements.get("current_zero").value == pytest.approx(0.02, abs=1e-3)
     if unit == "healthy":
         assert not result.exceedances
     else:
@@ -53,8 +54,8 @@ def test_filtered_peak_is_too_low_where_the_fit_is_not():
     unit = replace(FAULTY, stiction=0.45)
     run, phases = friction_check(unit, speeds=(0.6,))
     result = judge(Unit(), sense(unit, run, 1000, np.random.default_rng(3)), phases, 1000)
-    assert result.number("T_st").value == pytest.approx(0.45, rel=0.02)
-    assert result.number("T_st").low < 0.45 < result.number("T_st").high
+    assert result.measurements.get("T_st").value == pytest.approx(0.45, rel=0.02)
+    assert result.measurements.get("T_st").low < 0.45 < result.measurements.get("T_st").high
 
 
 def test_limits_that_follow_a_temperature_that_nobody_measured_judge_no_unit():
@@ -62,7 +63,7 @@ def test_limits_that_follow_a_temperature_that_nobody_measured_judge_no_unit():
     law = TemperatureLaw.model_validate(
         {"coefficient": "-0.3 %/K", "reference": "20 degC", "between": ["0 degC", "80 degC"]}
     )
-    limits = LIMITS.model_copy(update={"stiction": LIMITS.stiction.model_copy(update={"temperature": law})})
+    limits = replace(LIMITS, by_id={**LIMITS.by_id, "T_st": replace(LIMITS.by_id["T_st"], temperature=law)})
     unit = replace(Unit(), stiction=0.235)
     run, phases = friction_check(unit)
     sensed = sense(unit, run, 1000, np.random.default_rng(3))
@@ -140,7 +141,7 @@ def test_without_a_dash_the_coulomb_torque_stays_open():
     assert result.verdict is UnitVerdict.INCONCLUSIVE
     assert result.reasons[0].id == "T_c_not_reached"
     assert "never passed 2.15 omega_s" in result.reasons[0].text
-    assert result.number("T_st").value == pytest.approx(unit.stiction, rel=0.02)
+    assert result.measurements.get("T_st").value == pytest.approx(unit.stiction, rel=0.02)
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
@@ -150,7 +151,7 @@ def test_friction_seen_in_one_direction_alone_never_passes(way):
     diagnosis = Diagnosis(bench_model(unit), LIMITS)
     for rows, kind in rows_of(sense(unit, run, 1000, np.random.default_rng(10)), phases, 1000, chunk=50):
         speed = np.diff(rows.columns["motor_angle"][[0, -1]])[0]
-        diagnosis.push(rows, kind if kind == "current_zero" or way * speed > 0.0 else "home")
+        diagnosis.push(rows, kind if kind.kind == "current_zero" or way * speed > 0.0 else phase_of("home"))
     result = diagnosis.finish()
     assert result.verdict is UnitVerdict.INCONCLUSIVE
     assert "one_way" in {reason.id for reason in result.reasons}
@@ -165,8 +166,13 @@ def test_one_direction_alone_neither_fails_a_unit_nor_bounds_its_friction(preloa
     opening = [phases[0], ("home", phases[0][2], phases[0][2] + 6000), ("ramp", phases[0][2] + 6000, top)]
     result = judge(Unit(), sense(unit, run, 1000, np.random.default_rng(16)), opening, 1000)
     assert (result.verdict, result.reasons[0].id) == (UnitVerdict.INCONCLUSIVE, "one_way")
-    assert result.number("T_st").low is result.number("T_st").high is result.number("T_st").verdict is None
-    assert result.number("back_emf").low is not None
+    assert (
+        result.measurements.get("T_st").low
+        is result.measurements.get("T_st").high
+        is result.measurements.get("T_st").verdict
+        is None
+    )
+    assert result.measurements.get("back_emf").low is not None
 
 
 def test_nothing_measured_is_inconclusive():
@@ -185,7 +191,7 @@ def test_lost_frames_leave_the_verdict(checks, unit, rate):
     lost = rng.random(len(sensed.time_ns) // frame + 1) < 0.01
     result = judge(Unit(), sensed, phases, rate, keep=~np.repeat(lost, frame)[: len(sensed.time_ns)])
     assert result.verdict is (UnitVerdict.PASS if unit == "healthy" else UnitVerdict.FAIL)
-    assert result.number("T_st").value == pytest.approx(truth.stiction, rel=0.02)
+    assert result.measurements.get("T_st").value == pytest.approx(truth.stiction, rel=0.02)
 
 
 @pytest.mark.parametrize("unit", ["healthy", "faulty"])
@@ -225,8 +231,8 @@ def test_healthy_units_unlike_the_model_pass(unit, rate):
     run, phases = friction_check(unit)
     result = judge(Unit(), sense(unit, run, rate, np.random.default_rng(14)), phases, rate)
     assert result.verdict is UnitVerdict.PASS
-    assert result.number("T_st").value == pytest.approx(unit.stiction, rel=0.02)
-    assert result.number("T_c").value == pytest.approx(unit.coulomb, rel=0.04)
+    assert result.measurements.get("T_st").value == pytest.approx(unit.stiction, rel=0.02)
+    assert result.measurements.get("T_c").value == pytest.approx(unit.coulomb, rel=0.04)
 
 
 def test_stuck_unit_fails_in_a_run_cut_short_too():
@@ -263,5 +269,5 @@ def test_plate_that_was_held_for_a_second_does_not_pass_as_it_slid_before(checks
     )
     later = [(kind, first + held * (first > turn), end + held * (end > turn)) for kind, first, end in phases]
     result = judge(Unit(), sense(unit, stuck, 1000, np.random.default_rng(15)), later, 1000)
-    assert result.number("T_st").value == pytest.approx(unit.stiction, rel=0.02)
+    assert result.measurements.get("T_st").value == pytest.approx(unit.stiction, rel=0.02)
     assert (result.verdict, result.reasons[0].id) == (UnitVerdict.INCONCLUSIVE, "T_st_unexplained")

@@ -9,9 +9,9 @@ from throttle_as_model import bench_model, rows_of
 
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.diagnosis import Diagnosis
-from etb_hil.diagnosis.limits import load_limits
+from etb_hil.diagnosis.limits_file import load_limits
 
-LIMITS = load_limits(find("limits", "default")).content
+LIMITS = load_limits(find("limits", "default"))
 
 # Next to no friction against strong springs: what friction takes in is a sixth of what the springs hold and give back.
 SLIPPERY = Unit(
@@ -106,4 +106,4 @@ def test_an_angle_that_runs_the_right_way_is_never_reversed(unit, sensed, lost):
 def test_no_number_of_a_bench_that_is_wired_wrongly_passes_or_fails():
     found = judged(Unit(), reversed_angle)
     assert "angle_reversed" in {reason.id for reason in found.reasons}
-    assert [number.id for number in found.numbers if number.verdict is not None] == []
+    assert [one.id for one in found.measurements.values() if one.is_judged] == []

@@ -4,13 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from throttle_as_model import phase_of
 
 from etb_hil.base.stock import find
 from etb_hil.bench.simulation import Simulation
 from etb_hil.diagnosis.diagnosis import Diagnosis
-from etb_hil.diagnosis.limits import load_limits
+from etb_hil.diagnosis.limits_file import load_limits
 from etb_hil.observer.compensation import Compensation
-from etb_hil.plant.effects import cogging_torque, current_sensor_gain, sensing, spring_nonlinear
+from etb_hil.plant.effects import ports, readings, sensing
 from etb_hil.plant.model_file import EffectEntry
 from etb_hil.plant.parameters import load_model
 from etb_hil.plant.physics import GEAR_RATIO
@@ -18,7 +19,7 @@ from etb_hil.recording.samples import SampleBlock
 from etb_hil.scenario.scenario_file import load_scenario
 
 MODEL = load_model(find("model", "default"))
-LIMITS = load_limits(find("limits", "default")).content
+LIMITS = load_limits(find("limits", "default"))
 EFFECTS = (
     EffectEntry(id="current_sensor_gain", strengths={"gain_error": 0.12}),
     EffectEntry(id="cogging_torque", strengths={"sine": "0.02 N·m", "order": "5 1/turn"}),
@@ -33,9 +34,10 @@ def test_readings_become_those_of_the_base_models_unit():
     angle = np.linspace(0.1, 1.4, 400)
     current = np.sin(7.0 * angle)
     read = np.array([sensing.motor_angle(a * p[GEAR_RATIO], p) for a in angle]) / p[GEAR_RATIO]
-    extra = np.array([cogging_torque.torque(a, p) + spring_nonlinear.torque(a, p) for a in angle])
+    springs, plain = (np.array([ports.elastic_torque(a, 0.0, q) for a in angle]) for q in (p, MODEL.vector()))
+    extra = np.array([ports.motor_torque(a, p) for a in angle]) + springs - plain
     true = current + extra / MODEL.values.torque_per_ampere
-    shown = current_sensor_gain.measured_current(true, p)
+    shown = readings.measured_current(true, np.full(400, 25.0), p)
     time_ns = np.arange(400) * 1_000_000
     missing = np.full(400, np.nan)
     found, where, voltage = Compensation(EXTENDED).push(time_ns, shown, read, 1.5 * true, missing)
@@ -75,13 +77,13 @@ def checked():
 def _judged(rows, model):
     diagnosis = Diagnosis(model, LIMITS)
     for block, kind in rows:
-        diagnosis.push(block, kind)
+        diagnosis.push(block, phase_of(kind))
     return diagnosis.finish()
 
 
 def test_friction_is_found_beside_the_effects(checked):
     with_it, without = _judged(checked, EXTENDED), _judged(checked, MODEL)
     assert [reason.id for reason in with_it.reasons] == ["within_limits"]
-    assert with_it.number("T_st").value == pytest.approx(MODEL.values.stiction, rel=0.03)
-    assert with_it.number("T_c").value == pytest.approx(MODEL.values.coulomb, rel=0.06)
+    assert with_it.measurements.get("T_st").value == pytest.approx(MODEL.values.stiction, rel=0.03)
+    assert with_it.measurements.get("T_c").value == pytest.approx(MODEL.values.coulomb, rel=0.06)
     assert {reason.id for reason in without.reasons} & {"model_contradicted", "current_scale"}

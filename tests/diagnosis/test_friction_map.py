@@ -10,9 +10,9 @@ from throttle_as_model import bench_model, rows_of
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.diagnosis import Diagnosis
 from etb_hil.diagnosis.friction_map import find_bumps, friction_map
-from etb_hil.diagnosis.limits import load_limits
+from etb_hil.diagnosis.limits_file import load_limits
 
-LIMITS = load_limits(find("limits", "default")).content
+LIMITS = load_limits(find("limits", "default"))
 
 
 def result_of(unit, seed, temperature=20.0, rate=1000):
@@ -30,7 +30,7 @@ def series_of(*given):
 
 def test_even_friction_maps_to_one():
     result = result_of(Unit(), 0)
-    assert result.number("bump_1") is None
+    assert result.measurements.get("bump_1") is None
     over = friction_map([result.series])
     assert np.nanmax(np.abs(over.factor - 1.0)) < 0.04
     assert np.count_nonzero(np.isfinite(over.factor)) > 25
@@ -44,17 +44,17 @@ def test_bump_is_found_and_placed(place):
     assert bump.start < place < bump.end
     assert bump.angle == pytest.approx(place, abs=0.035)
     assert bump.excess == pytest.approx(0.3, abs=0.08)
-    number = result.number("bump_1")
+    number = result.measurements.get("bump_1")
     assert number.value == bump.excess < 0.3  # a mean over a cell: so there is no interval that could hold the peak
     assert number.low is number.high is None
     assert f"{bump.angle:.2f} rad" in number.name
-    assert result.number("bump_2") is None
+    assert result.measurements.get("bump_2") is None
     # It does not draw the curve towards itself
     real = Unit()
     for name, true, within in (
         ("T_st", real.stiction, 0.03), ("T_c", real.coulomb, 0.05), ("omega_s", real.stribeck_velocity, 0.1),
     ):  # fmt: skip
-        found = result.number(name)
+        found = result.measurements.get(name)
         assert found.low < true < found.high
         assert found.value == pytest.approx(true, rel=within)
 
@@ -72,10 +72,10 @@ def test_friction_that_differs_all_along_the_way_is_no_confident_curve(shape, ra
     unit = Unit(**dict(zip(("bump", "bump_angle", "bump_width", "bump_every"), shape, strict=True)))
     result = result_of(unit, 4, rate=rate)
     for name, true in (("T_c", unit.coulomb), ("omega_s", unit.stribeck_velocity), ("viscous", unit.viscous)):
-        found = result.number(name)
+        found = result.measurements.get(name)
         assert found is None or found.low <= true <= found.high, name
     slope = shape[1] == 3.0
-    assert not slope or result.number("bump_1") is None
+    assert not slope or result.measurements.get("bump_1") is None
 
 
 def test_temperatures_are_rows_of_their_own():

@@ -5,8 +5,8 @@ import pytest
 from etb_hil.base.errors import InputError
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.base.stock import find
-from etb_hil.diagnosis.limits import load_limits
-from etb_hil.diagnosis.verdict import stand
+from etb_hil.diagnosis.limits_file import load_limits
+from etb_hil.diagnosis.measuring import stand
 
 TEXT = """\
 schema: etb_hil/limits/1
@@ -22,9 +22,9 @@ marginal_band: 3 %
 def test_shaft_is_stated_and_heeded(tmp_path):
     path = tmp_path / "limits.yaml"
     path.write_text(TEXT)
-    limits = load_limits(path).content
-    assert limits.stiction.at_throttle(18.0) == pytest.approx(0.2592)
-    assert limits.coulomb.at_throttle(18.0) == 0.20
+    limits = load_limits(path)
+    assert limits.most("T_st", 18.0) == pytest.approx(0.2592)
+    assert limits.most("T_c", 18.0) == 0.20
     assert limits.marginal_band == pytest.approx(0.03)
 
 
@@ -32,11 +32,11 @@ def test_limit_follows_the_temperature_within_its_range(tmp_path):
     path = tmp_path / "limits.yaml"
     law = "temperature: {coefficient: -0.3 %/K, reference: 20 degC, between: [0 degC, 80 degC]}"
     path.write_text(TEXT.replace("{max: 0.20 N·m,", "{max: 0.20 N·m, " + law + ","))
-    limit = load_limits(path).content.coulomb
-    assert limit.at_throttle(18.0, 20.0) == pytest.approx(0.20)
-    assert limit.at_throttle(18.0, 70.0) == pytest.approx(0.17)
+    limit = load_limits(path).by_id["T_c"]
+    assert limit.at_throttle(18.0, 20.0)[1] == pytest.approx(0.20)
+    assert limit.at_throttle(18.0, 70.0)[1] == pytest.approx(0.17)
     assert limit.at_throttle(18.0, 200.0) == limit.at_throttle(18.0, 80.0)
-    assert limit.at_throttle(18.0) == 0.20
+    assert limit.at_throttle(18.0)[1] == 0.20
 
 
 @pytest.mark.parametrize(
@@ -56,7 +56,7 @@ def test_limits_that_were_exchanged_are_refused(tmp_path):
     with pytest.raises(InputError, match=r"yaml:5: coulomb.max: the limit of T_c .*it is '0.2 N·m'.* up to 0.19 N·m"):
         load_limits(path)
     path.write_text(TEXT)  # T_st for the motor, T_c for the throttle shaft
-    assert load_limits(path, 18.0).content.coulomb.max == 0.20
+    assert load_limits(path, 18.0).by_id["T_c"].high == 0.20
     with pytest.raises(InputError, match=r"up to 0.144 N·m"):
         load_limits(path, 10.0)
 
@@ -82,11 +82,11 @@ def test_what_is_wrong_is_named_with_its_line(tmp_path, old, new, line, key):
 
 
 def test_stock_limits_let_the_healthy_pass_and_say_where_they_come_from():
-    limits = load_limits(find("limits", "default")).content
-    assert limits.stiction.at_throttle(18.0) > 0.171 * 1.3
-    assert limits.coulomb.at_throttle(18.0) > 0.144 * 1.3
-    assert limits.stiction.at_throttle(18.0) < 0.567
-    assert all(limit.source.startswith("chosen") for limit in (limits.stiction, limits.coulomb, limits.return_margin))
+    limits = load_limits(find("limits", "default"))
+    assert limits.most("T_st", 18.0) > 0.171 * 1.3
+    assert limits.most("T_c", 18.0) > 0.144 * 1.3
+    assert limits.most("T_st", 18.0) < 0.567
+    assert all(limit.source.startswith("chosen") for limit in limits.by_id.values())
 
 
 @pytest.mark.parametrize(

@@ -10,9 +10,9 @@ from throttle_as_model import bench_model, rows_of
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.diagnosis import Diagnosis
-from etb_hil.diagnosis.limits import load_limits
+from etb_hil.diagnosis.limits_file import load_limits
 
-LIMITS = load_limits(find("limits", "default")).content
+LIMITS = load_limits(find("limits", "default"))
 PASS, FAIL, UNSURE = UnitVerdict.PASS, UnitVerdict.FAIL, UnitVerdict.INCONCLUSIVE
 
 
@@ -73,7 +73,7 @@ def test_what_is_measured_along_is_said_and_friction_stands(unit, parameter):
     assert result.verdict is PASS
     assert parameter in next(r.text for r in result.reasons if r.id == "model_contradicted")
     for name, truth in (("T_st", unit.stiction), ("T_c", unit.coulomb)):
-        number = result.number(name)
+        number = result.measurements.get(name)
         assert number.low < truth < number.high
 
 
@@ -82,7 +82,7 @@ def test_what_is_measured_along_is_said_and_friction_stands(unit, parameter):
 )
 def test_friction_that_falls_by_another_curve_is_not_judged_by_a_wrong_coulomb_friction(exponent, coulomb, stiction):
     result = diagnosed(Unit(exponent=exponent, coulomb=coulomb, stiction=stiction))
-    number = result.number("T_c")
+    number = result.measurements.get("T_c")
     assert number.low < coulomb < number.high
     assert (result.verdict, number.verdict) == (UNSURE, UNSURE)
     assert "another curve" in next(r.text for r in result.reasons if r.id == "model_contradicted")
@@ -91,7 +91,7 @@ def test_friction_that_falls_by_another_curve_is_not_judged_by_a_wrong_coulomb_f
 @pytest.mark.parametrize(("exponent", "viscous"), [(0.5, 1e-3), (1.0, 1e-3), (1.0, 3e-3), (3.0, 1e-3)])
 def test_far_from_its_limit_another_curve_passes_with_a_wide_interval(exponent, viscous):
     result = diagnosed(Unit(exponent=exponent, viscous=viscous))
-    number = result.number("T_c")
+    number = result.measurements.get("T_c")
     assert result.verdict is PASS
     assert number.low < Unit().coulomb < number.high
 
@@ -100,7 +100,7 @@ def test_far_from_its_limit_another_curve_passes_with_a_wide_interval(exponent, 
 def test_friction_beyond_its_limit_in_one_direction_does_not_pass_as_springs_that_are_off(share):
     """The mean of both directions is inside the limit, and the springs' preloads take the difference."""
     result = diagnosed(Unit(stiction=0.23, coulomb=0.14, by_direction=share))
-    assert result.number("T_st").high < 0.23 * 1.25
+    assert result.measurements.get("T_st").high < 0.23 * 1.25
     assert result.verdict is UNSURE
     reason = next(r for r in result.reasons if r.id == "direction_undecided")
     assert ("opening" if share > 0.0 else "closing") in reason.text
@@ -144,7 +144,7 @@ def test_stiff_bristle_damping_is_no_stiction():
 def test_a_weak_spring_that_is_there_stays_the_units_result():
     result = diagnosed(Unit(preload_close=0.15))
     assert (result.verdict, result.reasons[0].id) == (FAIL, "return_margin_beyond_limit")
-    assert result.number("T_st").verdict is PASS
+    assert result.measurements.get("T_st").verdict is PASS
 
 
 @pytest.mark.parametrize("factor", [-1.0, 0.3, 2.0])
@@ -179,7 +179,7 @@ def test_without_voltage_a_current_of_wrong_sign_is_not_told_from_an_angle():
 @pytest.mark.parametrize("unit", [Unit(), FAULTY], ids=["healthy", "faulty"])
 def test_a_gain_within_the_resistances_tolerance_is_in_the_interval(unit, factor):
     result = diagnosed(unit, sensed=with_current(factor))
-    number = result.number("T_st")
+    number = result.measurements.get("T_st")
     assert number.low < unit.stiction < number.high
     assert result.verdict is (PASS if unit == Unit() else FAIL)
 
@@ -195,7 +195,7 @@ def test_a_gain_that_no_voltage_tells_is_seen_by_motor_and_springs_together(fact
         sensed=lambda s: replace(s, current=s.current * factor, voltage=np.full(len(s.voltage), np.nan)),
     )
     for name, true in (("T_st", Unit().stiction), ("T_c", Unit().coulomb)):
-        assert result.number(name).low < true < result.number(name).high
+        assert result.measurements.get(name).low < true < result.measurements.get(name).high
     assert result.verdict is PASS
     assert any("a voltage would tell" in reason.text for reason in result.reasons)
 
@@ -214,7 +214,7 @@ def test_motor_and_springs_inside_their_tolerances_say_nothing_without_a_voltage
 def test_coulomb_torque_that_was_never_reached_is_not_claimed(speed, coulomb):
     unit = Unit(stribeck_velocity=speed, coulomb=coulomb, stiction=coulomb + 0.0324)
     result = diagnosed(unit)
-    number, stiction = result.number("T_c"), result.number("T_st")
+    number, stiction = result.measurements.get("T_c"), result.measurements.get("T_st")
     assert number.low < coulomb < number.high
     assert number.value <= stiction.value
     assert number.verdict is UNSURE
@@ -239,7 +239,7 @@ def test_samples_lost_into_an_unjudged_phase_count():
     diagnosis = Diagnosis(bench_model(Unit()), LIMITS)
     for rows, kind in rows_of(sense(Unit(), run, 1000, np.random.default_rng(2)), phases, 1000):
         lost = rows.lost_before.copy()
-        lost[0] = 1000 if kind == "off" else 0
+        lost[0] = 1000 if kind.kind == "off" else 0
         diagnosis.push(replace(rows, lost_before=lost), kind)
     result = diagnosis.finish()
     assert (result.verdict, result.reasons[0].id) == (UNSURE, "samples_lost")

@@ -9,15 +9,13 @@ from etb_hil.discrepancy.fitting.calibration import residual_of
 from etb_hil.discrepancy.fitting.fit import fit_of, gauss_newton
 from etb_hil.discrepancy.fitting.unknowns import effect_unknowns, finer_unknowns, start
 from etb_hil.discrepancy.search.naming import search
-from etb_hil.plant.effects import ports, teeth
-from etb_hil.plant.effects.angle_sensor_eccentricity import measured_angle
+from etb_hil.plant.effects import ports, readings, teeth
 from etb_hil.plant.effects.catalogue import CATALOGUE
-from etb_hil.plant.effects.current_sensor_offset import measured_current
+from etb_hil.plant.effects.contract import misfits, misstatements
 from etb_hil.plant.effects.curves import bell, halved, pointed, side
 from etb_hil.plant.effects.effect import Balance, Parity
 from etb_hil.plant.effects.entries import entry_of, problem_of, whole_vector
-from etb_hil.plant.effects.layout import EXTENDED, IDS, PLATE_INERTIA
-from etb_hil.plant.effects.sensor_hysteresis import measured_plate
+from etb_hil.plant.effects.layout import EXTENDED, PLATE_INERTIA
 
 EFFECTS = [pytest.param(effect, id=id_) for id_, effect in CATALOGUE.items()]
 
@@ -50,24 +48,18 @@ def balances():
     return Balances(measurement(MODEL.vector(), seed=1), MODEL)
 
 
-def test_the_catalogue_is_the_layout():
-    assert tuple(CATALOGUE) == IDS
+def test_effects_stand_apart_in_the_vector():
+    places = [place for effect in CATALOGUE.values() for place in effect.stated_indices]
+    assert len(set(places)) == len(places)
+    assert min(places) > PLATE_INERTIA
+    assert max(places) < EXTENDED
+    assert list(CATALOGUE) == sorted(CATALOGUE)
 
 
 @pytest.mark.parametrize("effect", EFFECTS)
-def test_it_says_what_people_need(effect):
-    assert effect.equation
-    assert effect.looks_like
-    assert effect.check
-    assert effect.separated_by
-    assert effect.source
-    known = set(CATALOGUE)
-    assert all(name in known or name.startswith("parameter:") for name in effect.look_alikes)
-    for parameter in effect.stated:
-        assert parameter.low < parameter.high
-        assert all(parameter.low <= value <= parameter.high for value in (*parameter.starts, *parameter.elsewhere))
-        assert parameter.source
-    assert any(parameter.is_strength and parameter.starts for parameter in effect.parameters)
+def test_it_keeps_its_contract(effect):
+    assert misstatements(effect, {id_: one for id_, one in CATALOGUE.items() if id_ != effect.id}) == []
+    assert misfits(effect) == []
 
 
 @pytest.mark.parametrize("effect", EFFECTS)
@@ -135,15 +127,15 @@ def test_its_term_has_the_parity_that_it_declares(effect):
     p, plain = _with(effect), MODEL.vector()
     if effect.balance is Balance.VOLTAGE:
         # Even under time run backwards: the current keeps its sign, and so does the loss.
-        forward = ports.voltage_loss(1.3, 6.0, 0.0, False, p)
+        forward = ports.voltage_loss(1.3, 6.0, False, ports.slow_start(45.0, p), p)
         assert forward != 0.0
-        assert ports.voltage_loss(-1.3, -6.0, 0.0, False, p) == pytest.approx(-forward)
+        assert ports.voltage_loss(-1.3, -6.0, False, ports.slow_start(45.0, p), p) == pytest.approx(-forward)
         return
     if effect.balance is Balance.ANGLE:
         change = [_apart(p, omega) for omega in (2.0, -2.0)]
     elif effect is CATALOGUE["current_sensor_offset"]:
         currents = np.array([1.3, -1.3])
-        change = list(measured_current(currents, np.full(2, 25.0), p) - currents)
+        change = list(readings.measured_current(currents, np.full(2, 25.0), p) - currents)
     else:
         change = [_passive(p, omega) - _passive(plain, omega) for omega in (2.0, -2.0)]
     even, odd = abs(change[0] + change[1]), abs(change[0] - change[1])
@@ -156,22 +148,25 @@ def _apart(p, omega):
     way = np.linspace(0.5, 0.8, 301)[:: int(np.sign(omega))]
     theta, gear = way[150], MODEL.values.gear_ratio
     plate = teeth.on_plate(theta, theta, omega, 0.0, p) - theta if ports.is_loose(p) else 0.0
-    return plate + (measured_plate(way, p) - way)[150] - (measured_angle(way * gear, p) - way * gear)[150] / gear
+    read = readings.measured_angle(way * gear, p) / gear
+    return plate + (readings.measured_plate(way, p) - way)[150] - (read - way)[150]
 
 
 def _passive(p, omega):
     """Torque of steady sliding at some warm place near the upper stop, where every term says something."""
-    total = 0.0
+    total, slow = 0.0, ports.slow_start(45.0, p)
+    ports.pass_time(slow, 0.0, 0.0, 0.0, 0.0, 45.0, 2.0, p)  # a rest of 2 s, and then a way
+    ports.pass_time(slow, 0.0, float(np.sign(omega)), 0.0, 0.0, 45.0, 0.0, p)
     for theta in (0.35, 0.79, 1.475):
         elastic = ports.elastic_torque(theta, 0.0, p)
         if theta == 0.35:  # a dead zone is seen from its edge
             elastic += ports.elastic_torque(p[10] + 0.004, 0.0, p)
-        level = ports.friction_level(theta, omega, elastic, 45.0, 2.0, 0.0, p)
+        level = ports.friction_level(theta, omega, elastic, 45.0, 0.0, slow, p)
         total += (
             np.sign(omega) * level
             + ports.viscosity(omega, 45.0, p) * omega
             + elastic
-            + ports.motor_drag(theta, omega, float(np.sign(omega)), p)
+            + ports.motor_drag(theta, omega, slow, p)
         )
     return total
 
@@ -245,19 +240,21 @@ def test_a_shaft_that_gives_way_gives_way_the_more_the_larger_the_load():
         np.testing.assert_allclose(twist, -twist[::-1], atol=1e-12)
 
 
+def _level(degrees, p):
+    return ports.friction_level(0.79, 2.0, 0.3, degrees, 0.02, ports.slow_start(degrees, p), p)
+
+
 @pytest.mark.parametrize(
     "id_", ["friction_position_periodic", "friction_position_local", "friction_asymmetry", "friction_load"]
 )
 def test_heat_is_a_factor_of_all_friction_whatever_presses_the_contact(id_):
     def warmed(p):
-        cold, warm = (ports.friction_level(0.79, 2.0, 0.3, degrees, 0.0, 0.02, p) for degrees in (25.0, 45.0))
+        cold, warm = (_level(degrees, p) for degrees in (25.0, 45.0))
         return warm / cold, ports.viscosity(2.0, 45.0, p) / ports.viscosity(2.0, 25.0, p)
 
     alone = _with(CATALOGUE["friction_temperature"])
     both = _with(CATALOGUE[id_])
     places = list(CATALOGUE["friction_temperature"].stated_indices)
-    assert ports.friction_level(0.79, 2.0, 0.3, 25.0, 0.0, 0.02, both) != pytest.approx(
-        ports.friction_level(0.79, 2.0, 0.3, 25.0, 0.0, 0.02, alone), rel=0.01
-    )
+    assert _level(25.0, both) != pytest.approx(_level(25.0, alone), rel=0.01)
     both[places] = alone[places]
     assert warmed(both) == pytest.approx(warmed(alone), rel=1e-12)

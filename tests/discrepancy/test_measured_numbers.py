@@ -10,7 +10,7 @@ from etb_hil.base.modes import Mode
 from etb_hil.discrepancy.answer.explanation import explanation, shares
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import all_unknowns, calibrate
-from etb_hil.discrepancy.plan.hands import INSTRUMENTS
+from etb_hil.discrepancy.plan.hands import instruments
 from etb_hil.discrepancy.plan.handtest import hand_test
 from etb_hil.discrepancy.plan.nexttest import next_test
 from etb_hil.discrepancy.plan.planned import Plan
@@ -170,7 +170,7 @@ def test_the_next_test_says_what_to_measure_and_how_well(open_class, monkeypatch
 
 
 def test_what_instruments_give_can_be_entered():
-    for name, uncertainty in ((name, width) for one in INSTRUMENTS for name, width in one.gives.items()):
+    for name, uncertainty in ((name, width) for one in instruments() for name, width in one.gives.items()):
         assert uncertainty > 0.0
         if "." in name:
             effect = CATALOGUE[name.partition(".")[0]]

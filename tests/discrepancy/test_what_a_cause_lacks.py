@@ -16,7 +16,7 @@ from etb_hil.discrepancy.search import decision, objections
 from etb_hil.discrepancy.search.naming import search
 from etb_hil.discrepancy.suspects.placeholders import beyond_tolerances
 from etb_hil.plant.effects.catalogue import CATALOGUE
-from etb_hil.plant.effects.layout import WIDTH, row
+from etb_hil.plant.effects.layout import EXTENDED, row
 
 
 def _on_edge(wanted, x):
@@ -47,7 +47,7 @@ def test_the_rest_that_numbers_would_take_beyond_their_tolerances(wanted, x, lea
 
 def _found(id_, strengths):
     effect = CATALOGUE[id_]
-    whole = np.zeros(row(id_) + WIDTH)
+    whole = np.zeros(EXTENDED)
     whole[row(id_) : row(id_) + len(strengths)] = strengths
     winner = SimpleNamespace(candidate=SimpleNamespace(effect=effect), fit=SimpleNamespace(whole=whole), id=id_)
     return SimpleNamespace(winner=winner)

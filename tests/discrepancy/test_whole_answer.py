@@ -13,7 +13,7 @@ from synthetic import MODEL
 from etb_hil.base.modes import Mode
 from etb_hil.base.quantity import unit_of
 from etb_hil.base.stock import find
-from etb_hil.diagnosis.limits import load_limits
+from etb_hil.diagnosis.limits_file import load_limits
 from etb_hil.discrepancy.answer.consequence import consequence
 from etb_hil.discrepancy.answer.explanation import _size, explanation
 from etb_hil.discrepancy.answer.leftover import _coordinates
@@ -39,7 +39,7 @@ from etb_hil.scenario.scenario_file import load_scenario
 
 @pytest.fixture(scope="module")
 def answer(cogging_recording):
-    return explain([cogging_recording], MODEL, limits=load_limits(find("limits", "default")).content)
+    return explain([cogging_recording], MODEL, limits=load_limits(find("limits", "default")))
 
 
 def test_it_is_plain_values(answer):
@@ -57,7 +57,7 @@ def test_a_judgement_that_fails_is_said_and_takes_nothing_with_it(answer, monkey
         raise ZeroDivisionError("of odd data")
 
     monkeypatch.setattr("etb_hil.discrepancy.answer.consequence.Diagnosis", fails)
-    limits = load_limits(find("limits", "default")).content
+    limits = load_limits(find("limits", "default"))
     found = consequence(answer.findings, limits, answer.findings.final.fit.whole)
     assert found == {"says": "the unit could not be judged: ZeroDivisionError: of odd data"}
     page = write_explanation(answer.explanation | {"diagnosis": found}, None, tmp_path).read_text("utf-8")

@@ -34,7 +34,7 @@ def _at_rest(measured, volts, reads):
 def _suspect(offset, id_=OFFSET):
     whole = extended(MODEL.vector())
     whole[row(OFFSET)] = offset
-    return SimpleNamespace(id=id_, fit=SimpleNamespace(whole=whole))
+    return SimpleNamespace(candidate=SimpleNamespace(effect=CATALOGUE[id_]), fit=SimpleNamespace(whole=whole))
 
 
 def test_a_zero_that_reads_nothing_is_not_off(recorded):

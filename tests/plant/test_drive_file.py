@@ -13,7 +13,7 @@ from etb_hil.base.errors import InputError
 from etb_hil.base.stock import find
 from etb_hil.cli.main import main
 from etb_hil.diagnosis.diagnosis import Diagnosis
-from etb_hil.diagnosis.limits import load_limits
+from etb_hil.diagnosis.limits_file import load_limits
 from etb_hil.discrepancy.answer.called import as_in_its_file
 from etb_hil.discrepancy.answer.quality import _other_unit
 from etb_hil.discrepancy.explain import explain
@@ -254,4 +254,4 @@ def test_a_rotary_drives_model_is_refused_for_a_linear_drives_recording(rotary):
 def test_friction_of_a_drive_is_not_judged_as_a_throttles():
     model, _ = load_plant(EXAMPLE)
     with pytest.raises(InputError, match=r"'EMPS' is a drive's.*etb_hil/model/1"):
-        Diagnosis(model, load_limits(find("limits", "default")).content)
+        Diagnosis(model, load_limits(find("limits", "default")))

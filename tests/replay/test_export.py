@@ -268,3 +268,32 @@ def test_a_format_that_can_keep_no_frame_at_all_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"none of the 3000 frames can be kept in this format"):
         export([frames], tmp_path / "out.db")
     assert not list(tmp_path.iterdir())
+
+
+def test_frames_of_one_stamp_are_no_losses_in_mf4_which_has_no_order_of_kinds(tmp_path):
+    frames = traffic(4000)
+    frames.stamp_ns[:] = START_NS + np.arange(4000) // 4 * 1_000_000
+    frames.flags[::3] |= np.uint8(FrameFlag.ERROR)
+    frames.flags[1::3] |= np.uint8(FrameFlag.REMOTE)
+    frames.data[(frames.flags & (FrameFlag.ERROR | FrameFlag.REMOTE)) != 0] = 0
+    done = export([frames.rows(slice(k, k + 130)) for k in range(0, 4000, 130)], tmp_path / "ties.mf4")
+    assert done.losses.frames == 4000
+    assert "payload" not in done.losses.gone
+    assert "identifier" not in done.losses.gone
+    assert "kind" not in done.losses.gone
+
+
+@pytest.mark.parametrize("kinds", [1, 2, 3])
+def test_stamps_that_fall_end_in_an_answer(tmp_path, kinds):
+    frames = traffic(30_000)
+    frames.stamp_ns[:] = START_NS + np.random.default_rng(1).permutation(30_000) * 1000
+    for kind in range(1, kinds):
+        frames.flags[kind::3] |= np.uint8([FrameFlag.ERROR, FrameFlag.REMOTE][kind - 1])
+    path = tmp_path / "fallen.mf4"
+    done = export([frames], path)
+    got = concatenate_frames(read_log(path))
+    assert len(got) == done.losses.frames == 30_000
+    np.testing.assert_array_equal(np.sort(got.stamp_ns), np.sort(frames.stamp_ns))
+    if kinds == 1:
+        np.testing.assert_array_equal(got.stamp_ns, frames.stamp_ns)
+        assert not done.losses.gone

@@ -7,10 +7,10 @@ import pytest
 
 from etb_hil.canio.frames import FrameFlag, concatenate_frames
 from etb_hil.canio.logs.reading import read_log
+from etb_hil.history.runs import read_runs
 from etb_hil.replay.log_frames import Frames
 from etb_hil.replay.log_replay import LogJob, judge
 from etb_hil.replay.session_replay import replay, rule_files
-from etb_hil.report.model import Results
 from etb_hil.session.session import open_session
 
 RELEASES = sorted((Path(__file__).resolve().parents[1] / "releases").iterdir())
@@ -25,13 +25,25 @@ def test_a_session_is_judged_as_it_was(release):
     session = open_session(release / "session")
     before = session.read_results()
     finished = replay(session.folder)
-    assert finished.results["unit"]["verdict"] == before["unit"]["verdict"]
-    assert finished.results["unit"]["reason_id"] == before["unit"]["reason_id"]
-    assert finished.results["bench"]["outcome"] == before["bench"]["outcome"]
-    counts = [{m["name"]: m["frames"] for m in results["bus"]["messages"]} for results in (before, finished.results)]
+    assert finished.results.unit.verdict == before.unit.verdict
+    assert finished.results.unit.reason_id == before.unit.reason_id
+    assert finished.results.bench.outcome == before.bench.outcome
+    counts = [{m.name: m.frames for m in results.bus.messages} for results in (before, finished.results)]
     assert counts[0] == counts[1]
     assert len(finished.record.phases) == 3
-    assert Results.from_dict(before).unit.verdict == before["unit"]["verdict"]
+    now = finished.results.measurements
+    for name, one in before.measurements.items():
+        if one.interval is not None:
+            assert one.low <= now[name].value <= one.high, name
+
+
+@pytest.mark.parametrize("release", RELEASES, ids=lambda path: path.name)
+def test_a_session_counts_in_the_history(release):
+    (run,), notes = read_runs([release / "session"])
+    before = open_session(release / "session").read_results()
+    assert notes == []
+    assert run.verdict == before.unit.verdict
+    assert run.numbers["T_st"].value == before.measurements["T_st"].value
 
 
 @pytest.mark.parametrize("release", RELEASES, ids=lambda path: path.name)
@@ -39,7 +51,7 @@ def test_its_raw_log_is_judged_as_a_log(release):
     session = open_session(release / "session")
     files = rule_files(session)
     finished = judge(LogJob((session.raw_log,), files, files.read()), Frames([session.raw_log]))
-    assert finished.results["unit"]["verdict"] == "fail"
+    assert finished.results.unit.verdict == "fail"
 
 
 LOGS = [path for release in RELEASES for path in sorted((release / "logs").iterdir())]

@@ -45,7 +45,7 @@ def write(path, *blocks, to=BlfLog):
     [
         ("a.blf --jobs 1 --join", "--join does not go with --jobs or --dask"),
         ("a.blf --jobs 1 --against s", "--against does not go with --jobs"),
-        ("a.blf --jobs 0", "--jobs is no number of processes (it is 0); allowed: 1 or more"),
+        ("a.blf --jobs 0", "--jobs must be a positive number of processes (it is 0); allowed: 1 or more"),
         ("a.blf --jobs 1 --dask tcp://host:1", "give one of them"),
         ("a.blf --out there", "--out does not go with a log; it is of many logs: add --jobs N"),
         ("s --channel 0", "--channel does not go with a session"),
@@ -59,10 +59,10 @@ def write(path, *blocks, to=BlfLog):
         ("a.blf --onto virtual_classic --channel 0 --channel 1", "--onto takes one unit"),
         ("a.blf --onto virtual_classic --model default", "nothing is judged"),
         ("a.blf b.blf --onto virtual_classic", "several sources"),
-        ("a.blf --stretch 0", "--stretch is no length to judge (it is 0.0); allowed: 1 s or more"),
-        ("a.blf --stretch nan", "--stretch is no length to judge"),
-        ("a.blf --channel -1", "--channel is no channel"),
-        ("a.blf --window nan 3", "--window is no window"),
+        ("a.blf --stretch 0", "--stretch is too short or too long (it is 0.0); allowed: 1 s or more"),
+        ("a.blf --stretch nan", "--stretch is too short or too long"),
+        ("a.blf --channel -1", "--channel is out of range"),
+        ("a.blf --window nan 3", "--window must begin before it ends"),
     ],
 )
 def test_what_would_be_passed_over_is_refused(words, says, tmp_path, monkeypatch, capsys):

@@ -31,7 +31,7 @@ def test_a_killed_run_is_a_bench_fault_and_gets_its_results(session, capsys):
     session.events.write_text("\n".join(lines[: len(lines) // 2]) + '\n{"stamp_ns": 1')
     assert main(["replay", str(session.folder)]) == 3
     assert "cut short" in capsys.readouterr().out
-    assert session.read_results()["bench"]["reason_id"] == "cut_short"
+    assert session.read_results().bench.reason_id == "cut_short"
 
 
 def test_a_log_that_was_cut_is_said_to_be(session, capsys):
@@ -48,7 +48,7 @@ def test_results_that_the_frames_do_not_give_end_otherwise_than_a_pass(tmp_path,
     assert main(["replay", str(session.folder)]) == 0
     results = session.folder / "results.json"
     told = json.loads(results.read_text())
-    told["numbers"][0]["value"] += 1e-12
+    told["measurements"][0]["value"] += 1e-12
     results.write_text(json.dumps(told))
     assert main(["replay", str(session.folder)]) == 4
-    assert "Differs from live: numbers.0.value" in capsys.readouterr().out
+    assert "Differs from live: measurements.0.value" in capsys.readouterr().out

@@ -3,7 +3,9 @@
 import numpy as np
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
-from etb_hil.report.model import (
+from etb_hil.report.series import ReportSeries
+from etb_hil.results.measurement import Measurement, Measurements
+from etb_hil.results.run_result import (
     AnswerTime,
     Attempt,
     Bench,
@@ -14,11 +16,9 @@ from etb_hil.report.model import (
     InputFile,
     Lateness,
     MessageStatistics,
-    Number,
     Phase,
     Prompt,
-    ReportSeries,
-    Results,
+    RunResult,
     Unit,
 )
 
@@ -111,7 +111,7 @@ def results(stiction=T_ST, **changes):
         "duration_s": DURATION_S,
         "timestamp_grade": "sample counter",
         "clock": Clock(-1.2, 36.0, 121.0),
-        "numbers": numbers(stiction),
+        "measurements": Measurements(numbers(stiction)),
         "exceedances": exceedances(stiction) if failed else (),
         "phases": tuple(
             Phase(name.replace(" ", "_"), name, start, end, "done", 9.25 if name == "ramp opening" else None)
@@ -135,14 +135,14 @@ def results(stiction=T_ST, **changes):
         "versions": {"etb_hil": "0.1.0", "python": "3.11.9", "numpy": "2.4.6", "numba": "0.63.0"},
         "inputs": tuple(InputFile(kind, name, HASH) for kind, name in FILES),
     }
-    return Results(**{**fields, **changes})
+    return RunResult(**{**fields, **changes})
 
 
 def numbers(stiction):
     margin = 0.35 - stiction
     above, short = stiction > 0.25, margin < 0.05
     return (
-        Number(
+        Measurement(
             "T_st",
             "break-away friction",
             stiction,
@@ -152,10 +152,10 @@ def numbers(stiction):
             limit_high=0.25,
             verdict=UnitVerdict.FAIL if above else UnitVerdict.PASS,
         ),
-        Number(
+        Measurement(
             "T_c", "sliding friction", T_C, "N·m", T_C - 0.002, T_C + 0.002, limit_high=0.18, verdict=UnitVerdict.PASS
         ),
-        Number(
+        Measurement(
             "return_margin",
             "return margin",
             margin,
@@ -165,17 +165,17 @@ def numbers(stiction):
             limit_low=0.05,
             verdict=UnitVerdict.FAIL if short else UnitVerdict.PASS,
         ),
-        Number("omega_s", "Stribeck velocity", OMEGA_S, "rad/s", 7.1, 8.4),
-        Number("viscous", "viscous friction", VISCOUS, "N·m·s/rad", 0.0008, 0.0012),
-        Number("temperature", "housing temperature", 23.4, "degC"),
+        Measurement("omega_s", "Stribeck velocity", OMEGA_S, "rad/s", 7.1, 8.4),
+        Measurement("viscous", "viscous friction", VISCOUS, "N·m·s/rad", 0.0008, 0.0012),
+        Measurement("temperature", "housing temperature", 23.4, "degC"),
     )
 
 
 UNEVEN = (
-    Number("friction_least", "least slow friction along the way", 0.15, "N·m"),
-    Number("friction_least_at", "place of the least slow friction along the way", 0.2, "rad"),
-    Number("friction_most", "most slow friction along the way", 0.22, "N·m"),
-    Number("friction_most_at", "place of the most slow friction along the way", 0.8, "rad"),
+    Measurement("friction_least", "least slow friction along the way", 0.15, "N·m"),
+    Measurement("friction_least_at", "place of the least slow friction along the way", 0.2, "rad"),
+    Measurement("friction_most", "most slow friction along the way", 0.22, "N·m"),
+    Measurement("friction_most_at", "place of the most slow friction along the way", 0.8, "rad"),
 )
 
 

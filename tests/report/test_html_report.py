@@ -11,7 +11,9 @@ from matplotlib.image import imread
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.report.html_report import render_page, write_report
-from etb_hil.report.model import Bench, Bus, Exceedance, InputFile, MessageStatistics, Number, Phase, ReportSeries, Unit
+from etb_hil.report.series import ReportSeries
+from etb_hil.results.measurement import Measurement, Measurements
+from etb_hil.results.run_result import Bench, Bus, Exceedance, InputFile, MessageStatistics, Phase, Unit
 
 chromium = pytest.mark.skipif(browser.EXECUTABLE is None, reason="no Chromium on this machine")
 
@@ -27,8 +29,10 @@ def full_run():
         timestamp_grade=EVIL,
         unit=Unit(UnitVerdict.FAIL, EVIL, EVIL * 9, EVIL * 9, (), EVIL * 9, EVIL, EVIL),
         bench=Bench(BenchOutcome.OK, EVIL, EVIL, EVIL, False, EVIL),
-        numbers=tuple(Number(EVIL, EVIL, 0.1, EVIL, note=EVIL) for _ in range(3))
-        + tuple(Number(f"n{i}", "a number", 0.1, "N·m", 0.09, 0.11, None, 0.2, UnitVerdict.PASS) for i in range(40)),
+        measurements=Measurements(
+            [Measurement(f"{EVIL}{i}", EVIL, 0.1, EVIL, note=EVIL) for i in range(3)]
+            + [Measurement(f"n{i}", "a value", 0.1, "N·m", 0.09, 0.11, None, 0.2, UnitVerdict.PASS) for i in range(40)]
+        ),
         exceedances=tuple(Exceedance("T_st", i * 0.05, i * 0.05 + 0.01, 0.3 + i, 0.25, phase=EVIL) for i in range(300)),
         phases=tuple(Phase(EVIL, f"{EVIL} {i}", i * 0.4, i * 0.4 + 0.4, EVIL) for i in range(60)),
         bus=Bus(EVIL, messages=tuple(MessageStatistics(f"{EVIL}{i}", 10, None) for i in range(40))),
@@ -42,7 +46,9 @@ RUNS = {
     "failed": (sample_run.results(0.567), sample_run.series(0.567)),
     "hostile": (full_run(), sample_run.series(0.567)),
     "nothing": (
-        sample_run.results(unit=Unit(None), bench=Bench(BenchOutcome.ABORTED), numbers=(), phases=(), inputs=()),
+        sample_run.results(
+            unit=Unit(None), bench=Bench(BenchOutcome.ABORTED), measurements=Measurements(), phases=(), inputs=()
+        ),
         ReportSeries(),
     ),
 }
@@ -50,7 +56,7 @@ RUNS = {
 
 def written(name, tmp_path_factory):
     results, series = RUNS[name]
-    return write_report(results.as_dict(), series, tmp_path_factory.mktemp(name))
+    return write_report(results, series, tmp_path_factory.mktemp(name))
 
 
 @pytest.fixture(scope="module", params=RUNS)
@@ -64,14 +70,16 @@ def opened(request, tmp_path_factory):
     return written(request.param, tmp_path_factory)
 
 
-def test_page_and_pictures_are_written(report):
+def test_the_page_is_written_alone_and_on_request_with_its_pictures(report, tmp_path):
+    assert [p.name for p in report.parent.glob("*.*")] == ["report.html"]
     plots = {f"friction_over_{what}.png" for what in ("angle", "speed")} | {"time_traces.png"}
-    assert {p.name for p in report.parent.glob("*.*")} >= plots | {"report.html"}
+    write_report(sample_run.results(), sample_run.series(), tmp_path, pictures=True)
+    assert {p.name for p in tmp_path.glob("*.*")} >= plots | {"report.html"}
 
 
 def test_break_away_at_several_rates_is_a_table_of_its_own(tmp_path):
     at_rates = tuple(
-        Number(
+        Measurement(
             f"T_st_at_rate_{k}",
             f"T_st breaking away at {k} N·m/s",
             0.17 + 1e-4 * k,
@@ -82,8 +90,10 @@ def test_break_away_at_several_rates_is_a_table_of_its_own(tmp_path):
         )
         for k in (1, 2, 3)
     )
-    unknown = Number("T_st_at_rate_4", "<b>", None, "N·m")
-    results = sample_run.results(numbers=(*sample_run.results().numbers, *at_rates, unknown))
+    unknown = Measurement("T_st_at_rate_4", "<b>", None, "N·m")
+    results = sample_run.results(
+        measurements=Measurements((*sample_run.results().measurements.values(), *at_rates, unknown))
+    )
     page = write_report(results, sample_run.series(), tmp_path).read_text("utf-8")
     table = page[page.index("Break-away at each rate of the torque") :]
     table = table[: table.index("</table>")]

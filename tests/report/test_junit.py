@@ -8,7 +8,7 @@ import sample_run
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.report.junit import Reported, junit_text
-from etb_hil.report.model import Bench
+from etb_hil.results.run_result import Bench
 from etb_hil.session.baseline import Comparison
 
 

@@ -22,8 +22,10 @@ from etb_hil.recording.samples import SampleBlock
 from etb_hil.recording.tables import read_table
 from etb_hil.report import condition_plots, plots
 from etb_hil.report.drawing import LIMIT, broken_at_gaps, envelope, inline_svg
-from etb_hil.report.model import Number, Phase, ReportSeries
 from etb_hil.report.recording_plot import plot_recording
+from etb_hil.report.series import ReportSeries
+from etb_hil.results.measurement import Measurement, Measurements
+from etb_hil.results.run_result import Phase
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 DATA = Path(os.environ.get("ETB_HIL_REAL_DATA", CHECKOUT.parent / "shared" / "data"))
@@ -40,7 +42,7 @@ def test_units_stand_on_every_axis(draw):
 
 @pytest.mark.parametrize("draw", ALL)
 def test_a_run_without_data_gives_a_plot_that_says_so(draw):
-    figure = draw(ReportSeries(), sample_run.results(numbers=(), phases=()))
+    figure = draw(ReportSeries(), sample_run.results(measurements=Measurements(), phases=()))
     texts = [text.get_text() for axes in figure.axes for text in axes.texts]
     assert any("in this run" in text for text in texts)
     assert "<svg" in inline_svg(figure, "empty")
@@ -189,8 +191,8 @@ def test_a_role_that_is_not_there_is_named(tmp_path):
 
 
 def test_infinite_and_missing_numbers_do_not_stop_a_plot():
-    numbers = (Number("T_st", "x", None, "N·m"), Number("omega_s", "x", 0.0, "rad/s"))
-    figure = plots.friction_over_speed(sample_run.series(), sample_run.results(numbers=numbers))
+    numbers = (Measurement("T_st", "x", None, "N·m"), Measurement("omega_s", "x", 0.0, "rad/s"))
+    figure = plots.friction_over_speed(sample_run.series(), sample_run.results(measurements=Measurements(numbers)))
     assert not any(str(line.get_label()).startswith("limit") for line in figure.axes[0].lines)
 
 

@@ -8,7 +8,8 @@ import sample_run
 
 from etb_hil.base.errors import InputError
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
-from etb_hil.report.model import ReportSeries, Results, results_schema
+from etb_hil.report.series import ReportSeries
+from etb_hil.results.json_file import result_as_dict, result_from_dict, results_schema
 
 LEAST = {"run_id": "r", "unit": {"verdict": None}, "bench": {"outcome": "aborted"}}
 
@@ -16,29 +17,36 @@ LEAST = {"run_id": "r", "unit": {"verdict": None}, "bench": {"outcome": "aborted
 @pytest.mark.parametrize("stiction", [0.171, 0.567])
 def test_results_survive_json(stiction):
     results = sample_run.results(stiction)
-    assert Results.from_dict(json.loads(json.dumps(results.as_dict()))) == results
+    assert result_from_dict(json.loads(json.dumps(result_as_dict(results)))) == results
 
 
 def test_least_results_and_keys_of_later_versions():
-    results = Results.from_dict({**LEAST, "invented_later": 3})
+    results = result_from_dict({**LEAST, "invented_later": 3})
     assert results.bench.outcome is BenchOutcome.ABORTED
     assert results.unit.verdict is None
     assert results.bus.load is None
 
 
 def test_wrong_keys_are_all_named():
-    wrong = {**LEAST, "unit": {"verdict": "good"}, "numbers": [{"id": "T_st", "name": "x", "unit": "N·m"}]}
+    wrong = {**LEAST, "unit": {"verdict": "good"}, "measurements": [{"id": "T_st", "name": "x", "unit": "N·m"}]}
     with pytest.raises(InputError) as caught:
-        Results.from_dict(wrong, "session/results.json")
+        result_from_dict(wrong, "session/results.json")
     text = str(caught.value)
     assert "session/results.json: unit.verdict" in text
     assert "'good'" in text
-    assert "numbers.0.value" in text
+    assert "measurements.0.value" in text
 
 
 def test_a_newer_schema_is_refused_with_the_remedy():
-    with pytest.raises(InputError, match=r"newer etb-hil \(it is 2\); allowed: up to 1; open them with the version"):
-        Results.from_dict({**LEAST, "schema_version": 2})
+    with pytest.raises(InputError, match=r"newer etb-hil \(it is 3\); allowed: up to 2; open them with the version"):
+        result_from_dict({**LEAST, "schema_version": 3})
+
+
+def test_results_of_the_first_schema_are_read():
+    one = {"id": "T_st", "name": "stiction torque T_st", "value": 0.17, "unit": "N·m", "low": 0.16, "high": 0.18}
+    results = result_from_dict({**LEAST, "schema_version": 1, "numbers": [one]})
+    assert results.measurements["T_st"].interval == (0.16, 0.18)
+    assert result_as_dict(results)["schema_version"] == 2
 
 
 def test_schema_says_what_a_verdict_may_be():

@@ -6,8 +6,8 @@ import pytest
 import sample_run
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
-from etb_hil.report.model import Bench, Unit
 from etb_hil.report.verdict import WIDTH, banner, verdict_of, verdict_text
+from etb_hil.results.run_result import Bench, Unit
 
 CASES = {
     "PASS": sample_run.results(),
@@ -22,7 +22,7 @@ CASES = {
 
 @pytest.mark.parametrize("headline", CASES)
 def test_says_it_large_and_why_and_what_next(headline):
-    text = verdict_text(CASES[headline].as_dict(), Path("sessions/one/report.html"))
+    text = verdict_text(CASES[headline], Path("sessions/one/report.html"))
     lines = text.splitlines()
     assert max(len(line) for line in lines) <= WIDTH
     assert len(lines) < 24

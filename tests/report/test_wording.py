@@ -7,10 +7,8 @@ import sample_run
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.recording.recording import ClockGrade
-from etb_hil.report import show
 from etb_hil.report.grades import timing_facts
 from etb_hil.report.html_report import write_report
-from etb_hil.report.model import Bench, Clock, Number, Unit
 from etb_hil.report.verdict import verdict_text
 from etb_hil.report.wording import (
     BENCH_REASONS,
@@ -20,12 +18,16 @@ from etb_hil.report.wording import (
     spring_or_friction,
     unit_wording,
 )
+from etb_hil.results import shown
+from etb_hil.results.measurement import Measurement, Measurements
+from etb_hil.results.run_result import Bench, Clock, Unit
 
 
 @pytest.mark.parametrize("reason_id", UNIT_REASONS)
 def test_unit_reasons_are_sentences_with_their_numbers_filled_in(reason_id):
     results = sample_run.results(
-        unit=Unit(UnitVerdict.FAIL, reason_id), numbers=(*sample_run.numbers(sample_run.T_ST), *sample_run.UNEVEN)
+        unit=Unit(UnitVerdict.FAIL, reason_id),
+        measurements=Measurements((*sample_run.numbers(sample_run.T_ST), *sample_run.UNEVEN)),
     )
     words = unit_wording(results)
     for sentence in (words.reason, words.next_step):
@@ -43,7 +45,7 @@ def test_bench_reasons_say_what_was_measured_and_what_to_do(reason_id):
 
 
 def test_numbers_that_are_missing_are_said_to_be():
-    results = sample_run.results(unit=Unit(UnitVerdict.FAIL, "T_st_beyond_limit"), numbers=())
+    results = sample_run.results(unit=Unit(UnitVerdict.FAIL, "T_st_beyond_limit"), measurements=Measurements())
     assert unit_wording(results).reason == "Break-away friction is not measured; the limit is none."
 
 
@@ -66,13 +68,13 @@ def test_further_reasons_come_after_the_first():
     results = sample_run.results(0.567, unit=unit)
     (sentence,) = further_reasons(results)
     assert "-0.217 N·m" in sentence
-    assert unit_wording(results).next_step.startswith("Do not fit this unit to a vehicle.")
+    assert unit_wording(results).next_step.startswith("Do not fit this unit to a vehicle")
 
 
 def test_an_uneven_way_is_said_beside_any_verdict_on_screen_and_page(tmp_path):
     results = sample_run.results(
         unit=Unit(UnitVerdict.PASS, "within_limits", also=("uneven_way",)),
-        numbers=(*sample_run.numbers(sample_run.T_ST), *sample_run.UNEVEN),
+        measurements=Measurements((*sample_run.numbers(sample_run.T_ST), *sample_run.UNEVEN)),
     )
     words = "Friction is uneven along the way: 0.150 N·m at 11.46 deg, 0.220 N·m at 45.84 deg in slow motion."
     assert words in " ".join(verdict_text(results).split())
@@ -101,8 +103,8 @@ def test_grades_say_what_is_known_of_time():
 
 def standing(reason_id="", **verdicts):
     marks = {"T_st": "pass", "T_c": "pass", "return_margin": "pass"} | verdicts
-    numbers = tuple(Number(i, i, 0.15, "N·m", verdict=UnitVerdict(mark)) for i, mark in marks.items())
-    return sample_run.results(unit=Unit(UnitVerdict.FAIL, reason_id), numbers=numbers)
+    numbers = tuple(Measurement(i, i, 0.15, "N·m", verdict=UnitVerdict(mark)) for i, mark in marks.items())
+    return sample_run.results(unit=Unit(UnitVerdict.FAIL, reason_id), measurements=Measurements(numbers))
 
 
 @pytest.mark.parametrize(
@@ -124,9 +126,9 @@ def test_p2119_names_spring_or_friction(results, said):
 
 def test_p2119_is_not_spoken_of_for_a_good_unit():
     assert spring_or_friction(standing()) == ""
-    assert spring_or_friction(replace(standing(), numbers=())) == ""
+    assert spring_or_friction(replace(standing(), measurements=Measurements())) == ""
 
 
 def test_nothing_is_shown_as_minus_zero():
-    assert show.plain(-1e-5, "A") == "0.000"
-    assert show.plain(-0.0123, "A") == "-0.012"
+    assert shown.plain(-1e-5, "A") == "0.000"
+    assert shown.plain(-0.0123, "A") == "-0.012"

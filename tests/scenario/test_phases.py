@@ -64,6 +64,17 @@ def test_reversals_are_about_limp_home_where_no_centre_is_given():
     assert len(turns) == 7  # four at the lower end, three at the upper one
 
 
+def test_a_release_holds_its_position_before_the_bridge_is_off():
+    let_go = phase(kind="release", position="84 deg", hold="0.2 s", release="0.6 s", approach="4 rad/s")
+    trajectory = let_go.trajectory(THROTTLE.limp_home, THROTTLE)
+    points = [trajectory.at(t) for t in np.arange(0.0, trajectory.duration, 1e-3)]
+    driven = np.array([point.enable for point in points])
+    assert np.flatnonzero(~driven)[0] == pytest.approx(len(points) - 600, abs=1)
+    assert not driven[-599:].any()
+    held = [point.position for point in points[-799:-601]]
+    assert held == pytest.approx([math.radians(84)] * len(held))
+
+
 def test_break_away_rests_before_it_creeps_both_ways():
     creep = phase(kind="break_away", positions=["20 deg", "40 deg"], dwell="0.5 s", travel="4 deg", speed="0.1 rad/s")
     way = np.degrees(positions(creep.trajectory(math.radians(20), THROTTLE)))

@@ -6,6 +6,7 @@ import pytest
 
 from etb_hil.base.errors import InputError
 from etb_hil.base.outcome import BenchOutcome, SafeState
+from etb_hil.results.run_result import Bench, RunResult, Unit
 from etb_hil.session.events import EventLog, read_events
 from etb_hil.session.record import Answered, PhaseEnd, PhaseTime, RunRecord, record_of
 from etb_hil.session.session import create, open_session
@@ -38,8 +39,9 @@ def test_results_are_written_and_read_back(tmp_path, scenario):
     session = create(tmp_path, "a", "", {"scenario": scenario})
     with pytest.raises(InputError, match=r"results\.json: cannot be read"):
         session.read_results()
-    session.write_results({"value": 0.1 + 0.2})
-    assert session.read_results() == {"value": 0.1 + 0.2}
+    results = RunResult(session.run_id, Unit(None), Bench(BenchOutcome.OK), duration_s=0.1 + 0.2)
+    session.write_results(results)
+    assert session.read_results() == results
 
 
 @pytest.mark.parametrize("change", [{"schema": "other"}, {"inputs": [{"kind": "a", "name": "../x", "sha256": ""}]}])

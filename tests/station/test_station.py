@@ -7,10 +7,14 @@ from pathlib import Path
 import pytest
 
 from etb_hil.base.errors import BenchFault, InputError
+from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.base.stock import find
 from etb_hil.cli.main import main
-from etb_hil.diagnosis.limits import load_limits
+from etb_hil.diagnosis.limits_file import load_limits
 from etb_hil.history.runs import Measured, Run
+from etb_hil.results.json_file import result_from_dict
+from etb_hil.results.measurement import Measurement, Measurements
+from etb_hil.results.run_result import Bench, RunResult, Unit
 from etb_hil.session.session import create, open_session
 from etb_hil.session.store import STORE, RunInStore
 from etb_hil.station.admission import admitted_part, compared, require_fit_bench
@@ -131,7 +135,8 @@ def test_an_overdue_calibration_stops_even_the_golden_unit(station):
 def session(folder, name, verdict):
     made = create(folder, name, "", {"limits": find("limits", "default")})
     if verdict is not None:
-        made.write_results({"unit": {"verdict": verdict}})
+        unit = Unit(UnitVerdict(verdict))
+        made.write_results(RunResult(made.run_id, unit, Bench(BenchOutcome.OK)))
     return made
 
 
@@ -162,19 +167,14 @@ def test_sessions_are_kept_as_long_as_they_must(tmp_path):
 
 def in_store(folder, serial, *, stiction=0.171):
     """Put a run of a golden unit into a store, as the runner does."""
-    limits = load_limits(find("limits", "default")).content
+    limits = load_limits(find("limits", "default"))
     made = create(folder, "Friction check", serial, {"limits": find("limits", "default")})
-    number = {"unit": "N·m", "low": None, "high": None, "limit_low": None, "limit_high": None, "verdict": None}
     with RunInStore(folder / STORE, made, "Virtual bench on classic CAN", "Friction check", limits) as store:
-        store.finish(
-            {
-                "unit": {"verdict": "pass", "reason_id": "within_limits"},
-                "bench": {"outcome": "ok", "reason_id": ""},
-                "exit_code": 0,
-                "duration_s": 1.0,
-                "numbers": [{"id": "T_st", "value": stiction, **number}, {"id": "T_c", "value": 0.145, **number}],
-            }
+        measured = Measurements(
+            Measurement(name, name, value, "N·m") for name, value in (("T_st", stiction), ("T_c", 0.145))
         )
+        unit, bench = Unit(UnitVerdict.PASS, "within_limits"), Bench(BenchOutcome.OK)
+        store.finish(RunResult(made.run_id, unit, bench, duration_s=1.0, exit_code=0, measurements=measured))
 
 
 def command(tmp_path, *words):
@@ -207,9 +207,9 @@ def test_a_golden_unit_that_came_out_wrong_is_the_bench_s_fault_in_every_word(tm
     said = capsys.readouterr().out
     assert "BENCH FAULT - serial GOLD-1" in said
     assert "expected 0.160 within 0.006 N·m" in said
-    results = json.loads((tmp_path / "g.json").read_text("utf-8"))
-    assert (results["exit_code"], results["bench"]["reason_id"]) == (3, "golden_unit_wrong")
-    assert results["unit"]["verdict"] is None
+    results = result_from_dict(json.loads((tmp_path / "g.json").read_text("utf-8")))
+    assert (results.exit_code, results.bench.reason_id) == (3, "golden_unit_wrong")
+    assert results.unit.verdict is None
     assert 'failures="0" errors="1"' in (tmp_path / "g.xml").read_text("utf-8")
 
 

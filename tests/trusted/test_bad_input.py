@@ -21,7 +21,7 @@ from etb_hil.bench.job import JobFiles, execute, prepare
 from etb_hil.bench.preflight import check_scenario
 from etb_hil.canio.logs.reading import read_log
 from etb_hil.cli.main import main
-from etb_hil.diagnosis.limits import load_limits
+from etb_hil.diagnosis.limits_file import load_limits
 from etb_hil.plant.parameters import load_model
 from etb_hil.replay.session_replay import replay
 from etb_hil.report.html_report import write_report
@@ -86,7 +86,7 @@ def ends_well(read, path):
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ("angle: [-2 deg, 87 deg]", "angle: [87 deg, -2 deg]", r"bench.yaml:9: limits.angle: the first angle must lie"),
+        ("angle: [-3 deg, 87 deg]", "angle: [87 deg, -3 deg]", r"bench.yaml:9: limits.angle: the first angle must lie"),
         ("etb_virtual, channel: bench", "scketcan, channel: can0", r"yaml:3: bus.interface: no such .*'socketcan'"),
         ("dbc: etb_controller", "dbc: etb_contro", r"bench.yaml:4: dbc: no dbc file 'etb_contro'; allowed: a path"),
         ("1 Mbit/s", "100 kbit/s", r"bench.yaml:3: bus: the bus cannot carry this"),

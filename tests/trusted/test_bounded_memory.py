@@ -13,7 +13,7 @@ def test_a_finished_run_needs_no_collector_to_be_let_go(tmp_path):
     gc.disable()  # what is in a circle stays until the collector comes, which is rarely where arrays hold the memory
     try:
         before = [thing for thing in gc.get_objects() if type(thing) is Analysis]
-        assert run_on(tmp_path).results["exit_code"] == 0
+        assert run_on(tmp_path).results.exit_code == 0
         left = [thing for thing in gc.get_objects() if type(thing) is Analysis]
     finally:
         gc.enable()

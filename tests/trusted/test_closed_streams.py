@@ -6,6 +6,8 @@ import sys
 
 import can
 
+from etb_hil.results.json_file import result_from_dict
+
 SCENARIO = """schema: etb_hil/scenario/1
 name: Short
 phases:
@@ -20,5 +22,5 @@ def test_what_a_run_prints_goes_nowhere_and_never_into_its_files(tmp_path):
     (session,) = (path.parent for path in tmp_path.glob("sessions/*/session.json"))
     with can.BLFReader(session / "raw.blf") as log:
         assert len(list(log)) > 100
-    assert json.loads((session / "results.json").read_text())["bench"]["outcome"] == "ok"
+    assert result_from_dict(json.loads((session / "results.json").read_text())).bench.outcome == "ok"
     assert (session / "report.html").is_file()

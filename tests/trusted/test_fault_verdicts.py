@@ -49,17 +49,17 @@ def test_a_sensor_that_cannot_be_true_is_named(tmp_path, jobs, role, change, rea
         return change(values) if name == role else None
 
     spoil = Injected(spoil=[lambda node: Rewriting(node, dialect, 7 * S, 9 * S, changed)])
-    unit = run_with(jobs["default"], tmp_path, 1, [spoil]).results["unit"]
-    assert unit["verdict"] == "inconclusive"
-    assert reason in (unit["reason_id"], *unit["also"])
+    unit = run_with(jobs["default"], tmp_path, 1, [spoil]).results.unit
+    assert unit.verdict == "inconclusive"
+    assert reason in (unit.reason_id, *unit.also)
 
 
 @pytest.mark.parametrize(("step_us", "every_ms"), [(400, 50), (2000, 7)])
 def test_a_hosts_clock_that_is_set_back_again_and_again_changes_nothing(tmp_path, step_us, every_ms):
     shaken = Injected(link=[lambda link: SetBackStamps(link, step_us * 1000, every_ms * MS)])
     finished = run_with(job_of("virtual_fd", "faulty"), tmp_path, 5, [shaken])
-    assert finished.results["unit"]["verdict"] == "fail"
-    assert not any(message["lost"] for message in finished.results["bus"]["messages"])
+    assert finished.results.unit.verdict == "fail"
+    assert not any(message.lost for message in finished.results.bus.messages)
     assert first_difference(replay(finished.session.folder)) is None
 
 
@@ -68,12 +68,12 @@ def test_a_constant_delay_is_measured_and_too_long_a_one_ends_the_run(tmp_path, 
     delayed = Injected(spoil=[lambda node: Late(node, 0, delay_ms * MS)])
     results = run_with(jobs["default"], tmp_path, 1, [delayed]).results
     if delay_ms < 100:  # the bench's `frame_age`
-        assert results["unit"]["verdict"] == "pass"
-        assert delay_ms < results["bench"]["answer_time"]["mean_ms"] < delay_ms + 11
+        assert results.unit.verdict == "pass"
+        assert delay_ms < results.bench.answer_time.mean_ms < delay_ms + 11
     else:
-        assert results["bench"]["reason_id"] == "answers_late"
-        assert results["duration_s"] < 2.0
-        assert results["bench"]["safe_state"] is True
+        assert results.bench.reason_id == "answers_late"
+        assert results.duration_s < 2.0
+        assert results.bench.safe_state is True
 
 
 @pytest.mark.parametrize(("start_ms", "length_ms"), [(6000, 3), (6000, 15), (7003, 40), (9500, 90)])
@@ -92,7 +92,7 @@ def test_lost_frames_are_counted_exactly(tmp_path, jobs, start_ms, length_ms):
 
     window = Window(start_ms * MS, (start_ms + length_ms) * MS, frozenset(idents))
     finished = run_with(jobs["default"], tmp_path, 1, [Injected(bus=[Counting(window)])])
-    counted = {m["name"]: m["lost"] for m in finished.results["bus"]["messages"] if m["name"] in gone}
+    counted = {m.name: m.lost for m in finished.results.bus.messages if m.name in gone}
     assert counted == {name: gone[name] for name in counted}
     assert sum(gone.values()) > 2
 

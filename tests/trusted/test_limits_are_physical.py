@@ -190,8 +190,8 @@ def test_no_scenario_commands_or_lets_happen_what_the_bench_forbids(tmp_path_fac
     assert speed <= limits.velocity
     plate = finished.analysis.recording.series("throttle_angle").values
     assert limits.angle[0] <= np.nanmin(plate) <= np.nanmax(plate) <= limits.angle[1]
-    assert finished.results["duration_s"] <= limits.duration + 1.0
-    assert finished.results["bench"]["safe_state"] is True
+    assert finished.results.duration_s <= limits.duration + 1.0
+    assert finished.results.bench.safe_state is True
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 2.0])
@@ -266,9 +266,9 @@ def test_attempts_share_the_longest_duration_of_a_run(tmp_path, bench, duration,
     document = replace(job.setup.document, content=job.setup.bench.model_copy(update={"limits": limits}))
     job = replace(job, setup=replace(job.setup, document=document))
     finished = execute(job, tmp_path / "out", "", 1, operator=operator)
-    assert len(finished.results["attempts"]) == earlier
-    assert finished.results["bench"]["reason_id"] == ended_by
-    assert (earlier + 1) * 6.0 < 6.2 * earlier + finished.results["duration_s"] < duration + 0.1
+    assert len(finished.results.attempts) == earlier
+    assert finished.results.bench.reason_id == ended_by
+    assert (earlier + 1) * 6.0 < 6.2 * earlier + finished.results.duration_s < duration + 0.1
 
 
 def test_a_condition_that_is_true_in_the_dry_run_does_not_hide_the_rest_of_its_phase(tmp_path):

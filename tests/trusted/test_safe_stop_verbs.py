@@ -16,6 +16,7 @@ from etb_hil.canio.bus.link import VirtualLink
 from etb_hil.canio.bus.virtual_network import VirtualNetwork
 from etb_hil.canio.logs.blf import BlfLog
 from etb_hil.controller.virtual_controller import VirtualController
+from etb_hil.results.json_file import result_from_dict
 
 CAUSE_NS = 2_000_000_000  # on the way to the stops, the drive on
 WATCHDOG_MS = 30.0
@@ -85,21 +86,21 @@ def once(number):
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
 def test_an_abort_takes_the_drive_off_within_a_tick(stopped, name):
     results, cause_ns, off = stopped(once(getattr(signal, name)))
-    assert (results["bench"]["outcome"], results["bench"]["safe_state"], results["exit_code"]) == ("aborted", True, 5)
-    assert name in results["bench"]["reason"]
+    assert (results.bench.outcome, results.bench.safe_state, results.exit_code) == ("aborted", True, 5)
+    assert name in results.bench.reason
     assert off.reason == "command"
     assert off.stamp_ns - cause_ns <= 20_000_000
 
 
 def test_further_signals_do_not_cut_the_safe_stop_short(stopped):
     results, cause_ns, off = stopped(lambda: os.kill(os.getpid(), signal.SIGINT))  # at every look from now on
-    assert (results["bench"]["outcome"], results["bench"]["safe_state"]) == ("aborted", True)
+    assert (results.bench.outcome, results.bench.safe_state) == ("aborted", True)
     assert off.stamp_ns - cause_ns <= 20_000_000
 
 
 def test_a_stop_in_order_leads_the_plate_home_first(stopped):
     results, cause_ns, off = stopped(once(signal.SIGUSR1))
-    assert (results["bench"]["outcome"], results["bench"]["safe_state"], results["exit_code"]) == ("aborted", True, 5)
+    assert (results.bench.outcome, results.bench.safe_state, results.exit_code) == ("aborted", True, 5)
     assert off.reason == "command"
     assert 0.05e9 < off.stamp_ns - cause_ns < 2.5e9
 
@@ -112,13 +113,13 @@ def test_an_abort_overrides_a_stop_in_order(stopped):
             os.kill(os.getpid(), number)
 
     results, cause_ns, off = stopped(cause)
-    assert "SIGINT" in results["bench"]["reason"]
+    assert "SIGINT" in results.bench.reason
     assert off.stamp_ns - cause_ns <= 40_000_000
 
 
 def test_a_halt_leaves_it_to_the_watchdog(stopped):
     results, _, off = stopped(once(signal.SIGQUIT))
-    assert (results["bench"]["outcome"], results["bench"]["safe_state"]) == ("aborted", True)
+    assert (results.bench.outcome, results.bench.safe_state) == ("aborted", True)
     assert off.reason == "timeout"
     assert (off.stamp_ns - off.last_command_ns) * 1e-6 <= WATCHDOG_MS
 
@@ -134,7 +135,7 @@ def test_a_bus_that_goes_away_is_off_by_the_watchdog(stopped):
             super().send(frames)
 
     results, _, off = stopped(gone, Gone)
-    assert (results["bench"]["reason_id"], results["bench"]["safe_state"], results["exit_code"]) == (
+    assert (results.bench.reason_id, results.bench.safe_state, results.exit_code) == (
         "bus_fault", False, 3,
     )  # fmt: skip
     assert (off.stamp_ns - off.last_command_ns) * 1e-6 <= WATCHDOG_MS
@@ -149,8 +150,8 @@ def test_a_host_that_stalls_is_named_and_not_the_controller(stopped):
 
     stalls = []
     results, _, off = stopped(stall)
-    assert (results["bench"]["reason_id"], results["exit_code"]) == ("host_late", 3)
-    assert "60 ms passed between two commands that were due 10 ms apart" in results["bench"]["reason"]
+    assert (results.bench.reason_id, results.exit_code) == ("host_late", 3)
+    assert "60 ms passed between two commands that were due 10 ms apart" in results.bench.reason
     assert off.reason == "timeout"
     assert (off.stamp_ns - off.last_command_ns) * 1e-6 <= WATCHDOG_MS
 
@@ -162,7 +163,7 @@ def test_commands_that_get_lost_are_not_blamed_on_the_host(stopped):
                 super().send(frames)
 
     results, _, off = stopped(lambda: None, Deaf)
-    assert results["bench"]["reason_id"] == "controller_fault"
+    assert results.bench.reason_id == "controller_fault"
     assert off.reason == "timeout"
 
 
@@ -194,9 +195,9 @@ def test_a_full_disk_takes_the_drive_off_and_is_seen_to_be_off(stopped, monkeypa
     monkeypatch.setattr(BlfLog, which, full)
     outcome, _, off = stopped(lambda: since.append(1))
     (session,) = (path.parent for path in tmp_path.glob("*/results.json"))
-    bench = json.loads((session / "results.json").read_text())["bench"]
-    assert (bench["reason_id"], bench["safe_state"]) == ("not_recorded", True)
-    assert isinstance(outcome, RecordingFault) or outcome["exit_code"] == 3
+    bench = result_from_dict(json.loads((session / "results.json").read_text())).bench
+    assert (bench.reason_id, bench.safe_state) == ("not_recorded", True)
+    assert isinstance(outcome, RecordingFault) or outcome.exit_code == 3
     assert off.reason == "command"
     assert off.stamp_ns - failed[0] <= 20_000_000
 

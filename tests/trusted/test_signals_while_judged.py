@@ -13,6 +13,7 @@ from whole_run import files
 
 from etb_hil.bench.job import execute, prepare
 from etb_hil.bench.stop_signals import StopSignals
+from etb_hil.results.json_file import result_from_dict
 from etb_hil.session.analysis import Analysis
 
 SCENARIO = """schema: etb_hil/scenario/1
@@ -70,8 +71,8 @@ def struck(tmp_path):
         )  # fmt: skip
         (session,) = (path.parent for path in tmp_path.glob("sessions/*/session.json"))
         assert (session / "results.json").is_file(), done.stderr
-        results = json.loads((session / "results.json").read_text())
-        assert json.loads((tmp_path / "out.json").read_text()) == results
+        results = result_from_dict(json.loads((session / "results.json").read_text()))
+        assert result_from_dict(json.loads((tmp_path / "out.json").read_text())) == results
         store = tmp_path / "sessions" / "results.db"
         with sqlite3.connect(store) as rows:
             assert rows.execute("SELECT ended FROM runs").fetchall() == [(1,)]
@@ -89,21 +90,21 @@ def struck(tmp_path):
 )
 def test_signals_after_the_safe_stop_lose_nothing(struck, first, further):
     done, session, results = struck([first], further, further)
-    assert done.returncode == results["exit_code"] == 5, done.stderr
-    assert results["bench"]["safe_state"] is True
+    assert done.returncode == results.exit_code == 5, done.stderr
+    assert results.bench.safe_state is True
     assert (session / "report.html").is_file()
 
 
 def test_an_order_that_comes_late_ends_the_command_and_not_the_verdict(struck):
     done, session, results = struck([], [signal.SIGTERM])
-    assert (done.returncode, results["bench"]["outcome"]) == (5, "ok")
+    assert (done.returncode, results.bench.outcome) == (5, "ok")
     assert "aborted: SIGTERM came once the run was over; its results stand" in done.stderr
     assert (session / "report.html").is_file()
 
 
 def test_who_presses_ctrl_c_again_and_again_need_not_wait_for_the_report(struck):
     done, session, results = struck([signal.SIGINT], [signal.SIGINT], [signal.SIGINT])
-    assert done.returncode == results["exit_code"] == 5, done.stderr
+    assert done.returncode == results.exit_code == 5, done.stderr
     assert "the report was not written: Ctrl-C" in done.stderr
     assert "ABORTED" in done.stdout
     assert not (session / "report.html").exists()

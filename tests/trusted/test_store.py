@@ -13,7 +13,8 @@ from etb_hil.base.errors import InputError
 from etb_hil.base.stock import find
 from etb_hil.bench.job import execute
 from etb_hil.cli.main import main
-from etb_hil.diagnosis.limits import load_limits
+from etb_hil.diagnosis.limits_file import load_limits
+from etb_hil.results.json_file import result_from_dict
 from etb_hil.session import store as store_room
 from etb_hil.session.session import create
 from etb_hil.session.store import STORE, RunInStore, open_store
@@ -31,9 +32,9 @@ from pathlib import Path
 from etb_hil.base.stock import find
 from etb_hil.session.session import create
 from etb_hil.session.store import RunInStore
-from etb_hil.diagnosis.limits import load_limits
+from etb_hil.diagnosis.limits_file import load_limits
 folder, bench = Path(sys.argv[1]), sys.argv[2]
-limits = load_limits(find("limits", "default")).content
+limits = load_limits(find("limits", "default"))
 session = create(folder, bench, "", {"limits": find("limits", "default")})
 with RunInStore(folder / "results.db", session, bench, "s", limits) as run:
     for number in range(50):
@@ -43,7 +44,7 @@ with RunInStore(folder / "results.db", session, bench, "s", limits) as run:
 
 @pytest.fixture
 def limits():
-    return load_limits(find("limits", "default")).content
+    return load_limits(find("limits", "default"))
 
 
 @pytest.fixture
@@ -63,14 +64,14 @@ def test_a_run_is_in_the_store_as_in_its_results(tmp_path):
     finished = execute(job_of("virtual_classic", "faulty"), tmp_path, "<b>SN</b>", 1)
     results = finished.results
     assert rows(tmp_path, "SELECT run_id, serial, ended, bench_outcome, verdict, exit_code FROM runs") == [
-        (results["run_id"], "<b>SN</b>", 1, "ok", "fail", 10)
+        (results.run_id, "<b>SN</b>", 1, "ok", "fail", 10)
     ]
     phases = rows(tmp_path, "SELECT phase_id, start_ns, end_ns, so_far FROM phases ORDER BY number")
-    assert [phase[0] for phase in phases] == [phase["id"] for phase in results["phases"]]
+    assert [phase[0] for phase in phases] == [phase.id for phase in results.phases]
     assert all(end > start for _, start, end, _ in phases)
-    assert json.loads(phases[-1][3])["exceedances"] == len(results["exceedances"])
+    assert json.loads(phases[-1][3])["exceedances"] == len(results.exceedances)
     stored = dict(rows(tmp_path, "SELECT id, value FROM numbers"))
-    assert stored == {number["id"]: number["value"] for number in results["numbers"]}
+    assert stored == {number.id: number.value for number in results.measurements.values()}
     assert rows(tmp_path, "PRAGMA journal_mode") == [("wal",)]
 
 
@@ -149,9 +150,9 @@ def test_a_store_that_others_keep_locked_costs_no_verdict(tmp_path, monkeypatch,
     locked(tmp_path / "sessions" / STORE, tries)
     (tmp_path / "short.yaml").write_text(SHORT)
     code = main(["run", "short.yaml", "--yes"])
-    (results,) = (json.loads(path.read_text()) for path in tmp_path.glob("sessions/*/results.json"))
-    assert code == results["exit_code"] == 4  # too short for a verdict, tried twice
-    assert len(results["attempts"]) == 1
+    (results,) = (result_from_dict(json.loads(path.read_text())) for path in tmp_path.glob("sessions/*/results.json"))
+    assert code == results.exit_code == 4  # too short for a verdict, tried twice
+    assert len(results.attempts) == 1
     assert list(tmp_path.glob("sessions/*/report.html"))
     said = capsys.readouterr()
     assert "INCONCLUSIVE" in said.out

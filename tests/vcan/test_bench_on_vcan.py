@@ -13,6 +13,7 @@ import vcan_machine
 from etb_hil.base.outcome import ExitCode
 from etb_hil.base.stock import find
 from etb_hil.plant.parameters import load_model
+from etb_hil.results.json_file import result_from_dict
 
 PAIR = Path(__file__).with_name("bench_on_vcan.py")
 STALLS = 2  # of all tests together, after which they end: on a host that stalls they would take the whole time
@@ -25,10 +26,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(autouse=True)
 def vcan():
-    try:
-        vcan_machine.machine()
-    except RuntimeError as reason:
-        pytest.skip(str(reason))
+    vcan_machine.require()
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +45,10 @@ def run_until_answered(bench, unit, folder, stalls):
         if done.returncode not in STALLED:
             (manifest,) = (place / "sessions").glob("*/session.json")
             session = manifest.parent
-            if json.loads((session / "results.json").read_text())["bench"]["lateness"]["worst_ms"] < HALF_A_WRAP_MS:
+            if (
+                result_from_dict(json.loads((session / "results.json").read_text())).bench.lateness.worst_ms
+                < HALF_A_WRAP_MS
+            ):
                 return done.returncode, session, told
         stalls.append(place)
     pytest.skip(f"this host stalls too often for a bench at wall clock: no answer\n{told}")
@@ -58,21 +59,21 @@ def run_until_answered(bench, unit, folder, stalls):
 def test_the_verdict_over_socketcan_is_right(tmp_path, stalls, bench, unit, expected):
     code, session, told = run_until_answered(bench, unit, tmp_path, stalls)
     assert code == expected, told
-    results = json.loads((session / "results.json").read_text())
+    results = result_from_dict(json.loads((session / "results.json").read_text()))
 
     truth = load_model(find("model", unit)).values
-    found = {number["id"]: number["value"] for number in results["numbers"]}
+    found = {number.id: number.value for number in results.measurements.values()}
     assert found["T_st"] == pytest.approx(truth.stiction, rel=0.05)
     assert found["T_c"] == pytest.approx(truth.coulomb, rel=0.05)
 
-    bus = results["bus"]
-    assert (bus["error_frames"], bus["dropped"]) == (0, 0)
-    for message in bus["messages"]:
-        assert message["frames"] > 0, message
-        assert not any(message[fault] for fault in ("lost", "crc_failures", "counter_jumps", "repeated_counters")), (
-            message
-        )
-    assert results["bench"]["safe_state"] is True
+    bus = results.bus
+    assert (bus.error_frames, bus.dropped) == (0, 0)
+    for message in bus.messages:
+        assert message.frames > 0, message
+        assert not any(
+            getattr(message, fault) for fault in ("lost", "crc_failures", "counter_jumps", "repeated_counters")
+        ), message
+    assert results.bench.safe_state is True
 
     again = [sys.executable, "-m", "etb_hil", "replay", str(session)]  # by this machine's own kernel
     done = subprocess.run(again, capture_output=True, text=True, check=False)

@@ -14,10 +14,7 @@ HERE = Path(__file__).parent
 
 @pytest.fixture(autouse=True)
 def vcan():
-    try:
-        vcan_machine.machine()
-    except RuntimeError as reason:
-        pytest.skip(str(reason))
+    vcan_machine.require()
 
 
 def test_two_processes_exchange_classic_and_fd_frames(tmp_path):

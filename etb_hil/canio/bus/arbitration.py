@@ -14,8 +14,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.canio.bit_timing import one_frame_bits
 from etb_hil.canio.bus.health import note_busy
 from etb_hil.canio.frames import FrameFlag

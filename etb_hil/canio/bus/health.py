@@ -7,8 +7,8 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.canio.bit_timing import frame_bits
 from etb_hil.canio.frames import FrameBlock
 

@@ -45,12 +45,18 @@ class MessageCodec:
         """
         if not values:
             return np.zeros((1, self.message.length), np.uint8)
-        columns = np.array(np.broadcast_arrays(*map(np.atleast_1d, values.values())), np.float64)
+        given = np.broadcast_arrays(*map(np.atleast_1d, values.values()))
+        columns = np.array(given, np.float64)
         out = np.zeros((columns.shape[1], self.message.length), np.uint8)
         layout = SignalLayout(self.message, tuple(values))
         for k in layout.half_floats():
             signal = self.message.get_signal_by_name(layout.names[k])
             rounded = ((columns[k] - float(signal.offset)) / float(signal.scale)).astype(np.float16)
             columns[k] = rounded.view(np.uint16)
+        wide = [k for k, one in enumerate(given) if one.dtype.kind in "iuO" and layout.exceeds_float(k)]
+        for k in wide:  # float64 would lose their low bits, which are written below
+            columns[k] = float(self.message.get_signal_by_name(layout.names[k]).offset)
         layout.encode(columns, np.full(len(values), int(overflow), np.int64), out)
+        for k in wide:
+            layout.encode_whole(k, [int(value) for value in given[k]], overflow, out)
         return out

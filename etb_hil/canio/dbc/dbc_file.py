@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
+from io import BytesIO, TextIOWrapper
 from typing import TYPE_CHECKING, cast
 
 import cantools
 from cantools.database.errors import Error as CantoolsError
 
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.userfile import read_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -16,16 +18,16 @@ if TYPE_CHECKING:
 
     from cantools.database.can import Database, Message
 
+MOST_BYTES = 16 << 20
 _REMEDY = "take the wrong one out of the DBC file"
 
 
 def load_dbc(path: Path) -> Database:
     """Open a DBC file; messages that break its rules are allowed, for vehicles' files are full of them."""
+    # As cantools opens it: DBC files are written in Windows' code page.
+    text = TextIOWrapper(BytesIO(read_bytes(path, MOST_BYTES)), "cp1252", "replace").read()
     try:
-        return cast("Database", cantools.database.load_file(path, database_format="dbc", strict=False))
-    except OSError as error:
-        what = f"cannot be read: {error.strerror or error}"
-        raise InputError(Problem(what, Place(path), remedy="check the path and its permissions")) from None
+        return cast("Database", cantools.database.load_string(text, database_format="dbc", strict=False))
     except (CantoolsError, UnicodeError, ValueError, KeyError, AttributeError) as error:
         raise InputError(Problem(f"is no DBC file: {error}", Place(path), remedy="mend the file")) from None
 

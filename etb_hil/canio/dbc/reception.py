@@ -17,8 +17,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.canio.dbc.protection import counter_at, is_right_at
 from etb_hil.canio.dbc.signal_bits import raw_bits
 from etb_hil.canio.frames import FrameFlag

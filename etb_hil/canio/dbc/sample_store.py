@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.canio.dbc import signal_bits as sb
 from etb_hil.canio.dbc.signal_layout import SignalLayout
 from etb_hil.recording.samples import SampleBlock

@@ -6,7 +6,8 @@ from enum import IntEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
+
+from etb_hil.base.compiled import njit
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
     Float64 = NDArray[np.float64]
     Int64 = NDArray[np.int64]
     Bytes = NDArray[np.uint8]
+
+
+_EXACT_BITS = 53  # of an integer in float64
 
 
 class SignalLayout:
@@ -63,6 +67,36 @@ class SignalLayout:
         k, row = sb.encode_rows(values, self._order, self.wanted, overflow, self._places, self._factors, self._ids, out)
         if k >= 0:
             raise _refusal(self._message, self.names[k], float(values[k, row]))
+
+    def exceeds_float(self, k: int) -> bool:
+        """Return whether one of the signals is an integer of more bits than float64 holds."""
+        place = self.place(k)
+        return bool(place[sb.LENGTH] > _EXACT_BITS and place[sb.KIND] not in (sb.FLOAT16, sb.FLOAT32, sb.FLOAT64))
+
+    def encode_whole(self, k: int, values: Sequence[int], overflow: sb.Overflow, out: Bytes) -> None:
+        """Write whole values (n) of one of the signals, to the last bit, where its bits in payloads (n, w) are zero.
+
+        Payloads that the signal is multiplexed out of keep theirs. Raises InputError for the first value refused.
+        """
+        signal, place = self._message.get_signal_by_name(self.names[k]), self.place(k)
+        scale, offset = Fraction(signal.scale), Fraction(signal.offset)
+        span = 1 << int(place[sb.LENGTH])
+        low = -span // 2 if place[sb.SIGNED] else 0
+        raws = [round((value - offset) / scale) for value in values]
+        for value, raw in zip(values, raws, strict=True):
+            if overflow == sb.Overflow.REFUSE and not low <= raw < low + span:
+                raise _refusal(self._message, self.names[k], value)
+        if overflow == sb.Overflow.SATURATE:
+            raws = [min(max(raw, low), low + span - 1) for raw in raws]
+        rows = np.flatnonzero(~np.isnan(self.decode(out, np.arange(len(out)))[k]))
+        bits = np.array([raws[row] % span for row in rows], np.uint64)
+        shift, position = np.uint64(place[sb.SHIFT]), int(place[sb.FIRST] + place[sb.STEP] * (place[sb.BYTES] - 1))
+        out[rows, position] |= (bits << shift).astype(np.uint8)
+        bits >>= np.uint64(8) - shift
+        for _ in range(int(place[sb.BYTES]) - 1):
+            position -= int(place[sb.STEP])
+            out[rows, position] |= bits.astype(np.uint8)
+            bits >>= np.uint64(8)
 
     def place(self, k: int) -> Int64:
         """Return the place of one of the signals, as `raw_bits` takes it."""

@@ -1,4 +1,4 @@
-"""What the head of an ASC log says: how its numbers are written, and when its stamps were zero."""
+"""What an ASC log says beside its frames: how its numbers are written, when its stamps were zero, other events."""
 
 from __future__ import annotations
 
@@ -12,14 +12,24 @@ _LINE = re.compile(
     re.IGNORECASE,
 )
 # A measurement that was begun later than its file: the block's date is that of stamp zero.
-_BEGIN = re.compile(rb"begin\s+triggerblock\s+\S+\s+(.+?)\s*\n\s*0\.0+\s+start of measurement", re.IGNORECASE)
+_BEGIN = re.compile(
+    rb"begin[ \t]+triggerblock[ \t]+\S+[ \t]+(\S[^\n]*)\n\s*0\.0+\s+start of measurement", re.IGNORECASE
+)
 _DATE = re.compile(
-    r"(?P<month>\S+)\s+(?P<day>\d+)\s+(?P<hour>\d+):(?P<minute>\d+):(?P<second>\d+)(\.(?P<ms>\d+))?"
+    r"(?P<month>\S+)\s+(?P<day>\d{1,2})\s+(?P<hour>\d{1,2}):(?P<minute>\d{1,2}):(?P<second>\d{1,2})(\.(?P<ms>\d+))?"
     r"(\s+(?P<half>[ap]m))?\s+(?P<year>\d{4})",
     re.IGNORECASE,
 )
 _MONTHS = {"jan": 1, "feb": 2, "apr": 4, "may": 5, "mai": 5, "jun": 6, "jul": 7, "aug": 8, "sep": 9, "oct": 10}
 _MONTHS |= {"okt": 10, "nov": 11, "dec": 12, "dez": 12}
+# Lines without a frame, as Vector's tools write them: comments, blocks, states of the bus, other buses, variables.
+_OTHER = re.compile(
+    rb"\s*($|//|\$|date\s|base\s|(no\s+)?internal\s+events\s|(begin|end)\s+triggerblock\b"
+    rb"|[0-9]+\.[0-9]+\s+((can\s+)?[0-9]+\s+(statistic|status|overloadframe|j1939tp)\b"
+    rb"|start\s+of\s+measurement|begin\s+of\s+logging|log\s+(trigger|direct)\s|trigger|can\s+[0-9]+\s+status"
+    rb"|(j1939tp|li[n0-9]*|l[0-9]+|fr|eth|most|gps|afdx|wlan|wan|sv:|tfs:|sysvar|###)(\s|$)|[\w.:]+\s+:?=\s))",
+    re.IGNORECASE,
+)
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 
@@ -55,6 +65,11 @@ def read_header(text: bytes) -> AscHeader:
         start = end + 1
     begin = _BEGIN.match(text[start:].lstrip())
     return AscHeader(base, start, lines, _time_ns(begin[1] if begin else date), is_running)
+
+
+def is_other_event(line: bytes) -> bool:
+    """Return whether a line holds no frame, and is not meant to."""
+    return _OTHER.match(line) is not None
 
 
 def _time_ns(date: bytes) -> int | None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.canio.frames import FD_LENGTHS
 from etb_hil.canio.logs.text_scan import (
     BITRATE_SWITCH,
@@ -22,6 +22,7 @@ from etb_hil.canio.logs.text_scan import (
     NOTHING,
     ODD,
     ONE,
+    PASSED,
     POWERS,
     REMOTE,
     ROWS,
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
 
 _LENGTHS = np.array(FD_LENGTHS, np.int64)
 _MAX_IDENT = 0x1FFFFFFF
+_MAX_CHANNEL = 256  # as the file counts them
 _IS_WORD = np.array([chr(code).isalnum() or code == ord("_") for code in range(128)] + [False] * 128)
 _ERRORFRAME = np.frombuffer(b"errorframe", np.uint8)
 _R, _T, _D, _EXTENDED_MARK = 82, 84, 100, 120  # R T d x
@@ -55,10 +57,13 @@ _CANFD = np.frombuffer(b"canfd", np.uint8)
 
 
 @njit(cache=True, error_model="numpy")
-def scan_asc(text: Bytes, newlines: Int64, plain: bool, base: int, columns: Columns, state: Int64) -> int:
+def scan_asc(
+    text: Bytes, newlines: Int64, plain: bool, base: int, columns: Columns, passed: Int64, state: Int64
+) -> int:
     """Read the events of an ASC log from line `state[LINE]` on; numbers are of `base`.
 
-    `newlines` says where each line ends, `plain` whether all are known to be plain text.
+    `newlines` says where each line ends, `plain` whether all are known to be plain text. Lines without a frame are
+    entered in `passed`, `state[PASSED]` of them.
     """
     stamps, idents, flags, lengths, data, channels = columns
     row, line, reason = state[ROWS], state[LINE], DONE
@@ -89,7 +94,7 @@ def scan_asc(text: Bytes, newlines: Int64, plain: bool, base: int, columns: Colu
             while DIGIT[text[place]] < 10:
                 channel = channel * 10 + DIGIT[text[place]]
                 place += ONE
-            is_usual &= NOTHING < place - begin < TEN and text[place] == SPACE
+            is_usual &= NOTHING < place - begin < TEN and text[place] == SPACE and channel <= _MAX_CHANNEL
             while text[place] == SPACE:
                 place += ONE
             begin, ident, extended = place, np.int64(0), np.int64(0)
@@ -125,7 +130,7 @@ def scan_asc(text: Bytes, newlines: Int64, plain: bool, base: int, columns: Colu
                         stamps[out] = whole * 1_000_000_000 + fraction * POWERS[np.uint64(9) - digits]
                         idents[out], lengths[out] = ident, length
                         flags[out] = extended | (SENT if sent else 0)
-                        channels[out] = min(max(int(channel) - 1, 0), 255)
+                        channels[out] = max(int(channel) - 1, 0)
                         row, at, line = row + 1, stop + 1, line + 1
                         continue
         elif not (plain or is_plain(text, at, stop)):
@@ -137,6 +142,9 @@ def scan_asc(text: Bytes, newlines: Int64, plain: bool, base: int, columns: Colu
         if found < 0:
             reason = int(-found)
             break
+        if found == 0:
+            passed[state[PASSED]] = line
+            state[PASSED] += 1
         row += found
         at, line = stop + 1, line + 1
     state[ROWS], state[LINE] = row, line
@@ -231,6 +239,8 @@ def _asc_fd(
     if channel < 0 or at >= end or not blank(text[at]):
         return odd
     channel = _index(channel)
+    if channel < 0:
+        return odd
     at = past_blanks(text, at, end)
     flag = _direction(text, at, end)
     if flag < 0:
@@ -329,5 +339,5 @@ def _payload(
 
 @njit(cache=True, error_model="numpy")
 def _index(channel: np.int64) -> np.int64:
-    """Return a channel of the file, which counts from 1."""
-    return np.int64(min(max(int(channel) - 1, 0), 255))
+    """Return a channel of the file, which counts from 1; -1 where a column does not hold it."""
+    return np.int64(max(int(channel) - 1, 0) if channel <= _MAX_CHANNEL else -1)

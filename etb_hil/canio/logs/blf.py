@@ -15,10 +15,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from etb_hil.base.errors import BenchFault, InputError, Place, Problem, RecordingFault
+from etb_hil.base.userfile import open_file
 from etb_hil.canio.frames import FrameBlock, concatenate_frames
 from etb_hil.canio.logs.blf_chain import MAX_PADDING, SIGNATURE, find_objects
 from etb_hil.canio.logs.blf_objects import MARGIN, pack, unpack
 from etb_hil.canio.logs.inflate import MOST_BYTES, inflate
+from etb_hil.canio.logs.notes import Notes
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -139,10 +141,15 @@ class BlfReader:
         self.begin_ns: int | None = 0
         self.start_ns = 0
         self._frames = 0
+        self._broken = Notes()
 
     def __iter__(self) -> Iterator[FrameBlock]:
         """Yield the frames in the file's order; InputError where it is no BLF file at all."""
-        self.notes, self._frames = [], 0
+        self.notes, self._frames, self._broken = [], 0, Notes()
+        yield from self._blocks()
+        self.notes = self._broken.told()
+
+    def _blocks(self) -> Iterator[FrameBlock]:
         tail, parts, size = b"", [], 0
         for inflated in self._containers():
             if inflated is not None:
@@ -164,12 +171,7 @@ class BlfReader:
 
     def _containers(self) -> Iterator[bytes | bytearray | None]:
         """Yield the inflated bytes of one container after the other, None where one is missing."""
-        try:
-            file = self._path.open("rb")
-        except OSError as error:
-            wrong = f"cannot be read: {error.strerror or error}"
-            raise InputError(Problem(wrong, Place(self._path), remedy="check the path and its permissions")) from None
-        with file:
+        with open_file(self._path) as file:
             self._read_header(file.read(_FILE_HEADER.size))
             position = self._header_bytes
             while True:
@@ -185,8 +187,12 @@ class BlfReader:
                 if signature != SIGNATURE or size < _OBJECT.size:
                     self._note(position, "no object starts here; nothing behind it was read")
                     return
-                body = file.read(size - _OBJECT.size)
-                if kind == _CONTAINER_TYPE and len(body) >= _CONTAINER.size:
+                is_read = kind == _CONTAINER_TYPE and size <= MOST_BYTES
+                if kind == _CONTAINER_TYPE and not is_read:
+                    self._note(position, f"a container of {size} bytes was left out")
+                    yield None
+                body = file.read(size - _OBJECT.size) if is_read else b""
+                if len(body) >= _CONTAINER.size:
                     cut = len(body) < size - _OBJECT.size
                     if cut:
                         self._note(position, "the last container is cut off; what it still holds was read")
@@ -231,13 +237,15 @@ class BlfReader:
         data = b"".join([*parts, bytes(MARGIN)])
         length = len(data) - MARGIN
         objects = find_objects(data, length, lambda text: self._note(None, text))
-        frames = unpack(np.frombuffer(data, np.uint8), objects, self.start_ns)
+        frames, far = unpack(np.frombuffer(data, np.uint8), objects, self.start_ns)
+        if far:
+            self._note(None, f"{far} frames on channels above 255 were left out")
         self._frames += len(frames)
         return frames, data[objects.end : length]
 
     def _note(self, position: int | None, text: str) -> None:
         where = "" if position is None else f" at byte {position}"
-        self.notes.append(f"{self._path}: after frame {self._frames}{where}: {text}")
+        self._broken.add(f"{self._path}: after frame {self._frames}{where}", text)
 
 
 def read_blf(path: Path) -> BlfReader:

@@ -22,6 +22,7 @@ SIGNATURE = b"LOBJ"
 MAX_PADDING = 4
 _HEADER_BYTES = 32  # the least that an object has
 _MAX_OBJECT = 16 << 20  # a small file can claim any size
+_MOST_BROKEN = 1000  # places in a piece of about a megabyte that are searched one by one
 _WORD, _SIZE_WORD = int.from_bytes(SIGNATURE, "little"), 2
 
 
@@ -71,12 +72,14 @@ def _searched(data: bytes, length: int) -> Objects | None:
         return None
     if ends[-1] <= length:
         return Objects(starts, 0, int(ends[-1]))
+    if ends[-1] - starts[-1] > _MAX_OBJECT:
+        return None
     return Objects(starts[:-1], 0, int(starts[-1]))
 
 
 def _followed(data: bytes, length: int, note: Callable[[str], None]) -> Objects:
     starts: list[int] = []
-    position = 0
+    position = broken = 0
     while (start := data.find(SIGNATURE, position, length)) >= 0:
         if start - position > MAX_PADDING:
             note(f"{start - position} bytes between objects make no sense and were skipped")
@@ -86,6 +89,10 @@ def _followed(data: bytes, length: int, note: Callable[[str], None]) -> Objects:
         if not _HEADER_BYTES <= size <= _MAX_OBJECT:
             note(f"an object of {size} bytes makes no sense and was skipped")
             position = start + len(SIGNATURE)
+            broken += 1
+            if broken == _MOST_BROKEN:
+                note(f"so many objects make no sense that {length - position} bytes were skipped")
+                return Objects(np.array(starts, np.int64), 0, length)
             continue
         if start + size > length:
             return Objects(np.array(starts, np.int64), 0, start)

@@ -75,6 +75,7 @@ _BODIES = {
     CAN_FD_ERROR_64: _ERROR_64,
 }
 _WIDE = (CAN_FD_MESSAGE, CAN_FD_MESSAGE_64)
+_MAX_CHANNEL = 256  # as the objects count them, from 1
 MARGIN = _PAYLOAD.itemsize
 
 _SENT, _REMOTE = 0x01, 0x80  # flags of a message
@@ -127,16 +128,20 @@ def _objects(frames: FrameBlock, kind: int, start_ns: int) -> NDArray[np.void]:
     return objects
 
 
-def unpack(data: Bytes, objects: Objects, start_ns: int) -> FrameBlock:
-    """Return the frames among objects in `data`, which ends `MARGIN` bytes behind the last; others are left out."""
+def unpack(data: Bytes, objects: Objects, start_ns: int) -> tuple[FrameBlock, int]:
+    """Return the frames among objects in `data`, which ends `MARGIN` bytes behind the last; others are left out.
+
+    So are frames on channels that no column holds; the second result is how many.
+    """
     starts, step = objects.starts, objects.step
     head = _gather(data, starts, HEADER, step)
     groups = _groups(head)
+    far: list[NDArray[np.intp]] = []
     wide = any(group.kind in _WIDE for group in groups)
     if len(groups) == 1 and groups[0].rows is None:  # views where gathering would copy
         frames = _frames(head, start_ns, wide=wide)
-        _fill(frames, slice(None), groups[0], head["size"], data, starts, step)
-        return frames
+        _fill(frames, slice(None), groups[0], head["size"], data, starts, step, far)
+        return _without(frames, far)
     place = None  # of each object among the frames
     if sum(len(group.rows) for group in groups) < len(starts):
         is_frame = np.zeros(len(starts), np.bool_)
@@ -146,8 +151,17 @@ def unpack(data: Bytes, objects: Objects, start_ns: int) -> FrameBlock:
     frames = _frames(head, start_ns, wide=wide)
     for group in groups:
         rows = group.rows if place is None else place[group.rows]
-        _fill(frames, rows, group, head["size"].take(rows), data, starts.take(group.rows), 0)
-    return frames
+        _fill(frames, rows, group, head["size"].take(rows), data, starts.take(group.rows), 0, far)
+    return _without(frames, far)
+
+
+def _without(frames: FrameBlock, far: list[NDArray[np.intp]]) -> tuple[FrameBlock, int]:
+    """Return the frames but some rows, and how many those are."""
+    if not far:
+        return frames, 0
+    near = np.ones(len(frames), np.bool_)
+    near[np.concatenate(far)] = False
+    return frames.rows(near), int(np.count_nonzero(~near))
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,12 +219,13 @@ def _fill(
     data: Bytes,
     starts: Offsets,
     step: int,
+    far: list[NDArray[np.intp]],
 ) -> None:
-    """Write the objects of a group into their rows of `frames`."""
+    """Write the objects of a group into their rows of `frames`; those on channels beyond a column's go to `far`."""
     kind = group.kind
     body_at = starts + group.head_bytes
     body = _gather(data, body_at, _BODIES[kind], step)
-    frames.channel[rows] = np.clip(body["channel"], 1, 256) - 1
+    far += _fill_channels(frames, rows, body["channel"])
     if kind in (CAN_ERROR, CAN_FD_ERROR_64):
         frames.flags[rows], frames.ident[rows] = FrameFlag.ERROR, 0
         frames.length[rows], frames.data[rows] = 0, 0
@@ -250,6 +265,14 @@ def _fill(
     frames.length[rows] = length
     frames.flags[rows] = flags | _bits(body["id"], _ID_EXTENDED, FrameFlag.EXTENDED)
     frames.ident[rows] = body["id"] & np.uint32(0x1FFFFFFF)
+
+
+def _fill_channels(frames: FrameBlock, rows: Rows, channel: NDArray[np.integer[Any]]) -> list[NDArray[np.intp]]:
+    """Write the channels, which objects count from 1; return the rows of those that do not fit, if there are any."""
+    frames.channel[rows] = np.maximum(channel, 1) - 1
+    if channel.max(initial=0) <= _MAX_CHANNEL:
+        return []
+    return [np.arange(len(frames))[rows][channel > _MAX_CHANNEL]]
 
 
 def _payload_behind(

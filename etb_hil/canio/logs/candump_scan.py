@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.canio.logs.text_scan import (
     BITRATE_SWITCH,
     DIGIT,
@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from etb_hil.canio.logs.text_scan import Bytes, Columns, Int64
 
 _MAX_IDENT = 0x1FFFFFFF
+_FAR = 256  # a channel that no column holds
 _ERROR_IDENT = 0x20000000  # SocketCAN's bit for error frames
 _LATEST_S = 9_000_000_000  # what 64 bits hold in nanoseconds
 _OPEN, _CLOSE, _HASH, _R, _T = 40, 41, 35, 114, 116  # ( ) # r t
@@ -86,9 +87,9 @@ def scan_candump(text: Bytes, newlines: Int64, plain: bool, columns: Columns, st
                 channel = 0
                 while text[place] > SPACE:
                     digit = DIGIT[text[place]]
-                    channel = min(channel * 10 + int(digit), 255) if digit < 10 else 0
+                    channel = min(channel * 10 + int(digit), _FAR) if digit < 10 else 0
                     place += ONE
-                is_usual = text[place] == SPACE
+                is_usual = text[place] == SPACE and channel < _FAR
                 place += ONE if is_usual else NOTHING
                 begin, ident = place, np.int64(0)
                 while DIGIT[text[place]] < 16:
@@ -142,6 +143,8 @@ def _frame(text: Bytes, at: np.int64, end: np.int64, columns: Columns, row: np.i
     first = past_blanks(text, at + 1, end)
     at = past_token(text, first, end)
     channel = _channel(text, first, at)
+    if channel == _FAR:
+        return odd
     first = past_blanks(text, at, end)
     ident, at = number(text, first, end, np.int64(16), np.int64(8))
     if ident < 0 or at >= end or text[at] != _HASH:
@@ -185,13 +188,13 @@ def _frame(text: Bytes, at: np.int64, end: np.int64, columns: Columns, row: np.i
 
 @njit(cache=True, error_model="numpy")
 def _channel(text: Bytes, first: np.int64, end: np.int64) -> np.int64:
-    """Return the number at the end of a channel's name, as far as 8 bits hold it."""
+    """Return the number at the end of a channel's name; `_FAR` where 8 bits do not hold it."""
     digits = end
     while digits > first and DIGIT[text[digits - 1]] < 10:
         digits -= 1
     channel = 0
     for index in range(digits, end):
-        channel = min(channel * 10 + int(DIGIT[text[index]]), 255)
+        channel = min(channel * 10 + int(DIGIT[text[index]]), _FAR)
     return np.int64(channel)
 
 

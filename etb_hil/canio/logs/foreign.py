@@ -14,15 +14,20 @@ from typing import Any
 import can
 from can.util import dlc2len
 
-from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.errors import InputError, Place, Problem, shortened
 from etb_hil.base.lean_imports import bring_asammdf_back
+from etb_hil.base.userfile import require_file
 from etb_hil.canio.frames import FrameBlock
 from etb_hil.canio.logs.line_source import LineSource, reader_warnings
+from etb_hil.canio.logs.notes import Notes
+from etb_hil.canio.logs.sqlite_rows import SqliteRows
 from etb_hil.canio.messages import from_messages
 
 CHUNK = 8192
 MAX_CHANNEL = 255
 MAX_IDENT = 0x1FFFFFFF
+_FAR = "channel"  # kind of a note
+Note = Callable[[str, str], None]  # takes what could not be read, and of what kind that is
 TABLES = "a table of signals is no log of frames: `etb-hil explain` and `etb-hil plot` read tables"
 MAX_SECONDS = 9e9  # what int64 holds in nanoseconds
 _INDEX = re.compile(r"[0-9]+\Z")
@@ -39,6 +44,7 @@ class _Format:
     ends_lines: bool = False  # its writers end every line, so that a last line without an end was cut off
     fd_codes: bool = False  # python-can gives the code 0 to 15 as `dlc` of its FD frames, not the bytes
     remedy: str = "check that the file is what its name says"
+    others: str = r"\s*$"  # lines that hold no frame, and are not meant to
     first_channel: int = 0  # PEAK's buses count from 1, and python-can's reader, not its writer, keeps their number
 
 
@@ -47,19 +53,8 @@ def _mf4_reader(path: Path) -> Any:  # noqa: ANN401 (python-can's readers share 
     return import_module("can.io.mf4").MF4Reader(path)
 
 
-def _sqlite_reader(path: Path) -> Any:  # noqa: ANN401 (likewise)
-    """Open a database that is whole: of one that is cut off, SQLite reads what is missing of a page as zeros."""
-    with path.open("rb") as file:
-        head = file.read(100)
-    if head[:15] == b"SQLite format 3" and len(head) == 100:
-        page = int.from_bytes(head[16:18], "big")
-        whole = int.from_bytes(head[28:32], "big") * (65536 if page == 1 else page)
-        size = path.stat().st_size
-        if size < whole:
-            raise ValueError(f"{size} of {whole} bytes are there; `sqlite3 {path.name} .recover` finds what is left")
-    return can.SqliteReader(path)
-
-
+# Comments, what PEAK's tools say of the bus, and the events, error counters and states of version 2.
+_TRC_OTHERS = r"\s*(;|$|\d+\)\s+\S+\s+(\d+\s+)?(FFFFFFFF|Warng)\b|\d+\s+\S+\s+(ST|EC|EV)\b)"
 _CSV_COLUMNS = "its columns are timestamp, arbitration_id, extended, remote, error, dlc, data"
 
 # python-can's stamps are floats. Those of TRC and candump count whole microseconds, which a float of today's epoch
@@ -67,10 +62,12 @@ _CSV_COLUMNS = "its columns are timestamp, arbitration_id, extended, remote, err
 # nanosecond survives. CSV, SQLite and MF4 hold the float itself.
 FORMATS = {
     ".asc": _Format("ASC", can.ASCReader, 1),
-    ".trc": _Format("TRC", can.TRCReader, 1000, fd_codes=True, first_channel=1),
+    ".trc": _Format("TRC", can.TRCReader, 1000, fd_codes=True, others=_TRC_OTHERS, first_channel=1),
     ".log": _Format("candump", can.CanutilsLogReader, 1000, ends_lines=True),
-    ".csv": _Format("python-can CSV", can.CSVReader, 1, ends_lines=True, remedy=f"{_CSV_COLUMNS}; {TABLES}"),
-    ".db": _Format("python-can SQLite", _sqlite_reader, 1, text=False),
+    ".csv": _Format(
+        "python-can CSV", can.CSVReader, 1, ends_lines=True, remedy=f"{_CSV_COLUMNS}; {TABLES}", others="timestamp,"
+    ),
+    ".db": _Format("python-can SQLite", SqliteRows, 1, text=False),
     ".mf4": _Format("MF4", _mf4_reader, 1, text=False),
 }
 
@@ -93,11 +90,18 @@ class ForeignLog:
     def __iter__(self) -> Iterator[FrameBlock]:
         """Yield the frames in blocks; InputError where not even the first frame can be read."""
         self.notes = []
+        notes = Notes()
         frames = 0
         fault: Exception | None = None
-        lines = self._lines()
-        with closing(lines) if lines else nullcontext(), reader_warnings() as warnings:
-            messages = self._messages(lines or self.path)
+        lines = self._lines(notes)
+
+        def note(what: str, kind: str) -> None:
+            notes.add(Place(self.path, lines.line) if lines else Place(self.path, frame=frames), what, kind)
+            if lines:
+                lines.frame_line = lines.line
+
+        with closing(lines) if lines else nullcontext(), reader_warnings(note):
+            messages = self._messages(lines or self.path, note)
             more = True
             while more:
                 chunk, fault = _take(messages)
@@ -105,50 +109,48 @@ class ForeignLog:
                     frames += len(chunk)
                     yield _block(chunk, self._format)
                 more = len(chunk) == CHUNK and fault is None
-            self.notes += [f"{self.path}: {text}" for text in warnings]
+            self.notes += notes.told()
         line = lines.line if lines else None
         if fault is not None:
             self._stopped(fault, frames, line)
         elif lines and lines.is_cut():
             self.notes.append(f"{Place(self.path, line)}: the last line is cut off and was left out")
 
-    def _lines(self) -> LineSource | None:
-        try:
-            if self._format.text:
-                return LineSource(self.path, ends_lines=self._format.ends_lines)
-            self.path.open("rb").close()  # here, where the error is of one kind, whichever library reads it
-        except OSError as error:
-            wrong = f"cannot be read: {error.strerror or error}"
-            raise InputError(Problem(wrong, Place(self.path), remedy="check the path and its permissions")) from None
+    def _lines(self, notes: Notes) -> LineSource | None:
+        if self._format.text:
+            others = re.compile(self._format.others)
+            return LineSource(self.path, notes, ends_lines=self._format.ends_lines, others=others)
+        require_file(self.path)  # here, where the error is of one kind, whichever library reads it
         return None
 
-    def _messages(self, source: LineSource | Path) -> Iterator[can.Message]:
+    def _messages(self, source: LineSource | Path, note: Note) -> Iterator[can.Message]:
         with self._format.reader(source) as reader:
             for message in reader:
                 if isinstance(source, LineSource):
                     source.frame_line = source.line
-                yield _checked(message, self._format)
+                if _is_held(message, self._format, note):
+                    yield message
 
     def _stopped(self, fault: Exception, frames: int, line: int | None) -> None:
         place = Place(self.path, line, frame=frames)
-        what = f"is not readable as {self._format.name} from here: {fault or type(fault).__name__}"
+        what = f"is not readable as {self._format.name} from here: {shortened(str(fault) or type(fault).__name__)}"
         if not frames:
             raise InputError(Problem(what, place, remedy=self._format.remedy)) from None
         self.notes.append(f"{place}: {what}; the {frames} frames before are kept")
 
 
-def frames_of_text(text: str, suffix: str) -> tuple[FrameBlock, list[str], str]:
-    """Return the frames in lines of a format of text, what python-can warned of, and why it stopped, if it did."""
+def frames_of_text(text: str, suffix: str, note: Note) -> tuple[FrameBlock, str]:
+    """Return the frames in lines of a format of text, and why python-can stopped, if it did; `note` takes warnings."""
     known = FORMATS[suffix]
-    with reader_warnings() as warnings, known.reader(StringIO(text, newline=None)) as reader:
-        messages, fault = _take(_checked(message, known) for message in reader)
-    return _block(messages, known), warnings, str(fault) or type(fault).__name__ if fault else ""
+    with reader_warnings(note), known.reader(StringIO(text, newline=None)) as reader:
+        messages, fault = _take(message for message in reader if _is_held(message, known, note))
+    return _block(messages, known), shortened(str(fault) or type(fault).__name__) if fault else ""
 
 
-def _checked(message: can.Message, known: _Format) -> can.Message:
-    """Return a message with its channel as a number; refuse one that is not whole or that no bus can carry.
+def _is_held(message: can.Message, known: _Format, note: Note) -> bool:
+    """Make a number of a message's channel, and return whether a column holds it; else it is noted.
 
-    python-can's readers let such lines through.
+    Raises ValueError for a message that is not whole or that no bus can carry: python-can's readers let them through.
     """
     length = len(message.data)
     if not _announced(message, known) <= length <= (64 if message.is_fd else 8) or message.dlc > 64:
@@ -158,8 +160,12 @@ def _checked(message: can.Message, known: _Format) -> can.Message:
     if not abs(message.timestamp) < MAX_SECONDS:  # nan, too
         raise ValueError(f"no time: {message.timestamp}")
     index = _INDEX.search(str(message.channel))  # vcan1 is channel 1
-    message.channel = min(max(int(index[0]) - known.first_channel, 0), MAX_CHANNEL) if index else 0
-    return message
+    channel = max(int(index[0][-18:]) - known.first_channel, 0) if index else 0
+    if channel > MAX_CHANNEL:
+        note(f"a frame on channel {channel} was left out: channels are numbered up to {MAX_CHANNEL}", _FAR)
+        return False
+    message.channel = channel
+    return True
 
 
 def _announced(message: can.Message, known: _Format) -> int:

@@ -15,7 +15,7 @@ with suppress(ImportError):  # it comes with the extra `logs`
 
     libdeflate = deflate
 
-MOST_BYTES = 256 << 20  # a small file can inflate to any size
+MOST_BYTES = 64 << 20  # of one block: a small file can inflate to any size, and writers stay below 4 MB
 _MOST_RATIO = 1032  # more than this zlib's format cannot deflate
 _FAST, _FAST_LIBDEFLATE = 1, 2  # levels; zlib's default takes twice as long for a tenth less
 _SLICE = 96 << 10  # of a large block: what it inflates to stays in the processor's cache

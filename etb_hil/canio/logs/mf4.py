@@ -8,8 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.userfile import open_file
 from etb_hil.canio.frames import FrameBlock, FrameFlag, clear_behind, concatenate_frames
-from etb_hil.canio.logs.mf4_blocks import DamagedError, Mf4Blocks, UnknownLayoutError
+from etb_hil.canio.logs.asammdf_frames import frames_by_asammdf
+from etb_hil.canio.logs.mf4_blocks import TIME, DamagedError, Mf4Blocks, UnknownLayoutError
+from etb_hil.canio.logs.notes import Notes
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -28,6 +31,8 @@ _FLAGS = {
 }
 _KINDS = {"CAN_DataFrame": 0, "CAN_ErrorFrame": int(FrameFlag.ERROR), "CAN_RemoteFrame": int(FrameFlag.REMOTE)}
 _LATEST_S = 4e9  # after the start, which may be as late: what 64 bits hold in nanoseconds
+_MAX_CHANNEL, _WIDEST = 255, 32
+_FAR = f"frames on channels above {_MAX_CHANNEL} were left out"
 _ROWS = 1 << 13  # of a block of frames: their records stay in the processor's cache
 
 
@@ -46,12 +51,7 @@ class Mf4Reader:
     def __iter__(self) -> Iterator[FrameBlock]:
         """Yield the frames in order of time; InputError where the file cannot be read."""
         self.notes = []
-        try:
-            file = self._path.open("rb")
-        except OSError as error:
-            wrong = f"cannot be read: {error.strerror or error}"
-            raise InputError(Problem(wrong, Place(self._path), remedy="check the path and its permissions")) from None
-        with file:
+        with open_file(self._path) as file:
             try:
                 blocks = Mf4Blocks(file)
                 start_ns, groups = blocks.start_ns(), blocks.groups()
@@ -66,12 +66,15 @@ class Mf4Reader:
             yield from _in_order([self._frames(blocks, group, start_ns) for group in groups])
 
     def _frames(self, blocks: Mf4Blocks, group: FrameGroup, start_ns: int) -> Iterator[FrameBlock]:
-        read = 0
+        read, notes = 0, Notes()
         try:
             for records in blocks.records(group):
                 for first in range(0, len(records), _ROWS):
                     part = records[first : first + _ROWS]
-                    yield _block(part, group, start_ns)
+                    frames, far = _block(part, group, start_ns)
+                    if far:
+                        notes.add(self._path, f"{group.kind}: {far} {_FAR}", _FAR)
+                    yield frames
                     read += len(part)
         except (DamagedError, UnknownLayoutError, zlib.error) as error:
             self.notes.append(f"{self._path}: {group.kind}: after frame {read}: {error}; nothing behind it was read")
@@ -80,23 +83,21 @@ class Mf4Reader:
                 self.notes.append(
                     f"{self._path}: {group.kind}: the file is cut off after frame {read} of {group.count}"
                 )
+        self.notes += notes.told()
 
     def _by_asammdf(self, reason: str) -> Iterator[FrameBlock]:
-        from etb_hil.canio.logs.foreign import ForeignLog  # noqa: PLC0415 (importing can is slow)
-
-        other = ForeignLog(self._path)
         try:
-            yield from other
+            yield from frames_by_asammdf(self._path, self.notes)
         except InputError as error:
             problem = Problem(f"{reason}; {error.problems[0].what}", Place(self._path), remedy=error.problems[0].remedy)
             raise InputError(problem) from None
-        self.notes = other.notes
 
 
-def _block(records: NDArray[np.uint8], group: FrameGroup, start_ns: int) -> FrameBlock:
+def _block(records: NDArray[np.uint8], group: FrameGroup, start_ns: int) -> tuple[FrameBlock, int]:
+    """Return the frames in records, and how many others are on channels that no column holds."""
     fields = {name.removeprefix(f"{group.kind}."): field for name, field in group.fields.items()}
     count = len(records)
-    seconds = np.ascontiguousarray(records[:, fields[""].byte : fields[""].byte + 8]).view("<f8").ravel()
+    seconds = np.ascontiguousarray(records[:, fields[TIME].byte : fields[TIME].byte + 8]).view("<f8").ravel()
     if not (seconds.min() > -_LATEST_S and seconds.max() < _LATEST_S):  # nan, too
         raise DamagedError("a stamp is no time")
     stamp_ns = np.rint(seconds * 1e9).astype(np.int64)
@@ -121,20 +122,27 @@ def _block(records: NDArray[np.uint8], group: FrameGroup, start_ns: int) -> Fram
             clear_behind(data, length)
     elif not remote:
         length = np.zeros(count, np.uint8)
-    return FrameBlock(
+    channel = _numbers(records, fields.get("BusChannel"))
+    frames = FrameBlock(
         stamp_ns,
         _numbers(records, fields.get("ID")).astype(np.uint32) & np.uint32(0x1FFFFFFF),
         flags,
         length,
         data,
-        np.minimum(_numbers(records, fields.get("BusChannel")), 255).astype(np.uint8),
+        channel.astype(np.uint8),
     )
+    if int(channel.max(initial=0)) <= _MAX_CHANNEL:
+        return frames, 0
+    near = channel <= _MAX_CHANNEL
+    return frames.rows(near), int(np.count_nonzero(~near))
 
 
 def _numbers(records: NDArray[np.uint8], field: Field | None) -> NDArray[np.uint32] | NDArray[np.uint8]:
     """Return a whole number of at most 32 bits of each record, 0 where the records have none."""
     if field is None:
         return np.zeros(len(records), np.uint8)
+    if field.bits > _WIDEST:
+        raise DamagedError(f"a number has {field.bits} bits")
     size = -(-(field.bit + field.bits) // 8)
     if size == 1:
         return records[:, field.byte] >> np.uint8(field.bit) & np.uint8((1 << field.bits) - 1)
@@ -147,22 +155,35 @@ def _numbers(records: NDArray[np.uint8], field: Field | None) -> NDArray[np.uint
 
 
 def _in_order(sources: list[Iterator[FrameBlock]]) -> Iterator[FrameBlock]:
-    """Merge streams whose stamps rise by their stamps; of equal ones, the first stream's come first."""
+    """Merge streams by their stamps; of equal ones, the first stream's come first.
+
+    A frame whose stamp lies before that of an earlier one of its stream stays behind that one.
+    """
     if len(sources) == 1:
         yield from sources[0]
         return
-    heads = {index: block for index, source in enumerate(sources) if (block := next(source, None)) is not None}
+    keyed = [_keyed(source) for source in sources]
+    heads = {index: head for index, source in enumerate(keyed) if (head := next(source, None)) is not None}
     while heads:
-        until = min(int(block.stamp_ns[-1]) for block in heads.values())
-        parts = []
-        for index, block in list(heads.items()):
-            cut = int(np.searchsorted(block.stamp_ns, until, side="right"))
+        until = min(int(keys[-1]) for _, keys in heads.values())
+        parts, part_keys = [], []
+        for index, (block, keys) in list(heads.items()):
+            cut = int(np.searchsorted(keys, until, side="right"))
             parts.append(block.rows(slice(cut)))
+            part_keys.append(keys[:cut])
             if cut < len(block):
-                heads[index] = block.rows(slice(cut, None))
-            elif (following := next(sources[index], None)) is not None:
+                heads[index] = block.rows(slice(cut, None)), keys[cut:]
+            elif (following := next(keyed[index], None)) is not None:
                 heads[index] = following
             else:
                 del heads[index]
-        merged = concatenate_frames(parts)
-        yield merged.rows(np.argsort(merged.stamp_ns, kind="stable"))
+        yield concatenate_frames(parts).rows(np.argsort(np.concatenate(part_keys), kind="stable"))
+
+
+def _keyed(source: Iterator[FrameBlock]) -> Iterator[tuple[FrameBlock, NDArray[np.int64]]]:
+    """Yield blocks, each with the latest stamp up to every frame (n), which never falls."""
+    latest = np.int64(np.iinfo(np.int64).min)
+    for block in source:
+        keys = np.maximum(np.maximum.accumulate(block.stamp_ns), latest)
+        latest = keys[-1]
+        yield block, keys

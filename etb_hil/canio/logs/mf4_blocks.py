@@ -16,17 +16,21 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+TIME = "\0"  # which no name in a file is
 _HEAD = struct.Struct("<4s4xQQ")
 _HEADER_AT = 64  # behind the identification
 _BUS_EVENT, _BUS, _CAN = 2, 2, 2  # flag of a channel group, kind of its source, kind of its bus
 _MASTER, _FIXED = 2, 0  # kinds of channel
+_HIGHEST_BIT = 7
 _WORD = 32  # bits of the widest number that is read
 _UNSIGNED, _FLOAT, _BYTES = 0, 4, 10  # kinds of data, in Intel order
 _LOCAL_TIME = 1
 _CHUNK_BYTES = 512 << 10
 _LATEST_S = 5_000_000_000  # and as much again for the stamps is what 64 bits hold in nanoseconds
 _BEYOND = 1 << 42  # no file is so long, and no system seeks much further
-_MAX_BLOCKS = 1_000_000  # a chain of more goes in circles
+_MAX_BLOCKS = 1_000_000  # links of one block
+_MAX_GROUPS = 1024  # each costs its share of every step of the merging
+_MOST_HELD = 2 * MOST_BYTES  # of unpacked blocks, of which each group holds one
 
 
 class UnknownLayoutError(Exception):
@@ -63,6 +67,12 @@ class Mf4Blocks:
 
     def __init__(self, file: IO[bytes]) -> None:
         self._file = file
+        self._size = size = file.seek(0, 2)
+        # No block of the chains is part of two, no data belong to two blocks, and few blocks share a name: what breaks
+        # this would let a small file be read for hours.
+        self._seen: set[int] = set()
+        self._data_left, self._about_left = size, 16 * size + MOST_BYTES
+        self._held = 0
         if self._read(0, 8) != b"MDF     ":
             raise DamagedError("it is no MDF file")
 
@@ -80,7 +90,10 @@ class Mf4Blocks:
     def groups(self) -> list[FrameGroup]:
         """Return the groups that hold frames of CAN."""
         links, _, _ = self._links(_HEADER_AT)
-        return [group for at in self._chain((*links, 0)[0]) if (group := self._group(at)) is not None]
+        found = [group for at in self._chain((*links, 0)[0]) if (group := self._group(at)) is not None]
+        if len(found) > _MAX_GROUPS:
+            raise DamagedError(f"it has {len(found)} groups of frames, more than {_MAX_GROUPS}")
+        return found
 
     def records(self, group: FrameGroup) -> Iterator[NDArray[np.uint8]]:
         """Yield the records of a group as uint8 (n, record bytes); a cut end gives fewer than `count`."""
@@ -122,22 +135,24 @@ class Mf4Blocks:
         kind = next((name for name in ("CAN_DataFrame", "CAN_ErrorFrame", "CAN_RemoteFrame") if name in fields), None)
         if kind is None:
             return None
-        if "" not in fields:
+        if TIME not in fields:
             raise UnknownLayoutError("its times are no numbers of 64 bits")
         if any(8 * field.byte + field.bit + field.bits > 8 * data_bytes for field in fields.values()):
             raise DamagedError("a channel lies outside its record")
         return FrameGroup(kind, data_bytes + invalid_bytes, count, fields, data_at)
 
     def _channels(self, first: int, fields: dict[str, Field], *, nested: bool = False) -> None:
-        """Collect the channels of a group; that of time has no name."""
+        """Collect the channels of a group by name, that of time as `TIME`."""
         for at in self._chain(first):
             links, about, _ = self._links(at)
             links += (0,) * 5
             kind, _, data_kind, bit, byte, bits = struct.unpack("<BBBBII", self._read(about, 12))
             name = self._text(links[2])
+            if bit > _HIGHEST_BIT:
+                raise DamagedError(f"a channel starts at bit {bit} of a byte")
             if kind == _MASTER:
                 if data_kind == _FLOAT and bits == 64 and not bit and not links[4]:
-                    fields[""] = Field(byte, bit, bits, data_kind)
+                    fields[TIME] = Field(byte, bit, bits, data_kind)
             elif kind == _FIXED and (
                 data_kind == _BYTES or (data_kind == _UNSIGNED and not links[4] and bits <= _WORD)
             ):
@@ -152,15 +167,18 @@ class Mf4Blocks:
         name = self._read(at, 4) if at else b""
         if name == b"##HL" and not nested:
             at = (*self._links(at)[0], 0)[0]
-            name = self._read(at, 4)
+            name = self._read(at, 4) if at else b""
         if name == b"##DL" and not nested:
             for each in self._chain(at):
                 for link in self._links(each)[0][1:]:
                     yield from self._data(link, nested=True)
         elif name == b"##DZ":
+            self._take_unseen(at)
             yield from self._inflated(at)
         elif name in {b"##DT", b"##DV"}:
+            self._take_unseen(at)
             _, first, length = self._links(at)
+            self._take_data(min(length, max(self._size - first, 0)))
             for start in range(first, first + length, _CHUNK_BYTES):
                 part = self._file_part(start, min(_CHUNK_BYTES, first + length - start))
                 if not part:
@@ -175,18 +193,33 @@ class Mf4Blocks:
         if max(size, packed) > MOST_BYTES or zipped > 1:
             raise UnknownLayoutError(f"a block of {size} bytes is packed by method {zipped}")
         data = self._file_part(first + 24, packed)
-        if zipped:
-            yield inflate(data, size, cut=len(data) < packed), columns
-        else:
-            yield from ((part, 0) for part in inflate_in_parts(data, size))
+        self._take_data(len(data))
+        self._held += size
+        if self._held > _MOST_HELD:
+            raise DamagedError(f"its groups need blocks of {self._held} bytes at once")
+        try:
+            if zipped:
+                yield inflate(data, size, cut=len(data) < packed), columns
+            else:
+                yield from ((part, 0) for part in inflate_in_parts(data, size))
+        finally:
+            self._held -= size
 
     def _chain(self, at: int) -> Iterator[int]:
-        for _ in range(_MAX_BLOCKS):
-            if not at:
-                return
+        while at:
+            self._take_unseen(at)
             yield at
             at = (*self._links(at)[0], 0)[0]
-        raise DamagedError("its blocks go in circles")
+
+    def _take_unseen(self, at: int) -> None:
+        if at in self._seen:
+            raise DamagedError("its blocks go in circles")
+        self._seen.add(at)
+
+    def _take_data(self, size: int) -> None:
+        self._data_left -= size
+        if self._data_left < 0:
+            raise DamagedError("its blocks of data overlap")
 
     def _links(self, at: int) -> tuple[tuple[int, ...], int, int]:
         """Return the links of a block, where its data starts and how long that is."""
@@ -203,6 +236,9 @@ class Mf4Blocks:
         return self._read(first, min(length, 4096)).split(b"\0")[0].decode("utf-8", "replace")
 
     def _read(self, at: int, size: int) -> bytes:
+        self._about_left -= size
+        if self._about_left < 0:
+            raise DamagedError("its blocks overlap")
         data = self._file_part(at, size)
         if len(data) < size:
             raise DamagedError(f"the file ends before byte {at + size}")

@@ -12,12 +12,15 @@ from typing import IO, TYPE_CHECKING, cast
 import numpy as np
 
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.userfile import open_file
 from etb_hil.canio.frames import FrameBlock, concatenate_frames
 from etb_hil.canio.logs import text_scan as scan
-from etb_hil.canio.logs.asc_header import read_header
+from etb_hil.canio.logs.asc_header import is_other_event, read_header
 from etb_hil.canio.logs.asc_scan import scan_asc
 from etb_hil.canio.logs.candump_scan import scan_candump
 from etb_hil.canio.logs.gunzip import BROKEN, Gunzip
+from etb_hil.canio.logs.line_source import LEFT_OUT, left_out
+from etb_hil.canio.logs.notes import Notes
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -26,7 +29,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 CHUNK_BYTES = 256 << 10  # which stays in the processor's cache
-MAX_LINE_BYTES = 1 << 20  # a longer line is no line: what claims to be text may be anything
+MAX_LINE_BYTES = 1 << 16  # a longer line is no line: what claims to be text may be anything
 _TAB, _NEWLINE, _RETURN, _SPACE, _DELETE = 9, 10, 13, 32, 127
 
 # An ASC log may end without an end of line; what ends so was cut off: half a byte (the first one stands behind the
@@ -55,11 +58,17 @@ class TextLog:
         self._width = 8
         self._fault = ""
         self._is_open = False  # the last line has no end
+        self._odd, self._is_noted = Notes(), False  # what was left out, and whether that was said of the odd line
 
     def __iter__(self) -> Iterator[FrameBlock]:
         """Yield the frames in blocks of bounded size; InputError where not even the first frame can be read."""
-        self.notes, self._frames, self._line, self._base, self._width, self._fault = [], 0, 0, 16, 8, ""
-        self._is_open = False
+        self.notes, self._odd = [], Notes()
+        self._frames, self._line, self._base, self._width, self._fault = 0, 0, 16, 8, ""
+        self._is_open = self._is_noted = False
+        yield from self._blocks()
+        self.notes += self._odd.told()
+
+    def _blocks(self) -> Iterator[FrameBlock]:
         for text in self._chunks():
             if not self._line and self._suffix == ".asc":
                 text = text[self._header(text) :]  # noqa: PLW2901 (the header is no part of the events)
@@ -75,13 +84,8 @@ class TextLog:
 
     def _chunks(self) -> Iterator[bytes]:
         """Yield whole lines, about a chunk at a time; the last line too, unless it was cut off."""
-        try:
-            is_packed = self.path.suffix.lower() == ".gz"
-            file = cast("IO[bytes]", Gunzip(self.path) if is_packed else self.path.open("rb"))
-        except OSError as error:
-            wrong = f"cannot be read: {error.strerror or error}"
-            raise InputError(Problem(wrong, Place(self.path), remedy="check the path and its permissions")) from None
-        with file:
+        is_packed = self.path.suffix.lower() == ".gz"
+        with cast("IO[bytes]", Gunzip(self.path) if is_packed else open_file(self.path)) as file:
             rest = b""
             while True:
                 try:
@@ -120,17 +124,22 @@ class TextLog:
         raw = np.frombuffer(text, np.uint8)
         newlines = np.flatnonzero(raw == _NEWLINE)
         plain = _is_plain(raw, newlines)
-        first, state = self._line, np.zeros(2, np.int64)
+        first, state = self._line, np.zeros(3, np.int64)
+        passed = np.empty(len(newlines), np.int64)
         while True:
             block = _columns(len(newlines) - int(state[scan.LINE]), self._width)
             state[scan.ROWS] = 0
             columns = (block.stamp_ns, block.ident, block.flags, block.length, block.data, block.channel)
             if self._suffix == ".asc":
-                reason = scan_asc(raw, newlines, plain, self._base, columns, state)
+                reason = scan_asc(raw, newlines, plain, self._base, columns, passed, state)
             else:
                 reason = scan_candump(raw, newlines, plain, columns, state)
             yield block.rows(slice(int(state[scan.ROWS])))
             line = int(state[scan.LINE])
+            for other in passed[: int(state[scan.PASSED])].tolist():
+                self._line, self._is_noted = first + other + 1, False
+                self._passed_over(_line(text, newlines, other))
+            state[scan.PASSED] = 0
             self._line = first + line
             if reason == scan.DONE:
                 return
@@ -138,7 +147,7 @@ class TextLog:
                 self._width = 64
                 continue
             self._line += 1
-            yield self._odd_line(text[int(newlines[line - 1]) + 1 if line else 0 : int(newlines[line]) + 1])
+            yield self._odd_line(_line(text, newlines, line))
             if self._fault:
                 return
             state[scan.LINE] += 1
@@ -150,9 +159,23 @@ class TextLog:
         head = (
             f"base {'dec' if self._base == 10 else 'hex'}\ninternal events logged\n" if self._suffix == ".asc" else ""
         )
-        frames, warnings, self._fault = frames_of_text(head + line.decode("utf-8", "replace"), self._suffix)
-        self.notes += [f"{Place(self.path, self._line)}: {warning}" for warning in warnings]
+        if len(line) > MAX_LINE_BYTES:
+            self._fault = f"a line of {len(line)} bytes"
+            return FrameBlock.empty()
+        self._is_noted = False
+        frames, self._fault = frames_of_text(head + line.decode("utf-8", "replace"), self._suffix, self._note)
+        if not len(frames) and not self._fault:
+            self._passed_over(line)
         return frames
+
+    def _note(self, what: str, kind: str) -> None:
+        self._is_noted = True
+        self._odd.add(Place(self.path, self._line), what, kind)
+
+    def _passed_over(self, line: bytes) -> None:
+        """Note a line that gave no frame, unless it is one of those that hold none."""
+        if not self._is_noted and not (is_other_event(line) if self._suffix == ".asc" else not line.strip()):
+            self._note(left_out(line.decode("utf-8", "replace")), LEFT_OUT)
 
     def _stopped(self) -> None:
         name = "ASC" if self._suffix == ".asc" else "candump"
@@ -161,6 +184,10 @@ class TextLog:
         if not self._frames:
             raise InputError(Problem(what, place, remedy="check that the file is what its name says"))
         self.notes.append(f"{place}: {what}; the {self._frames} frames before are kept")
+
+
+def _line(text: bytes, newlines: NDArray[np.int64], line: int) -> bytes:
+    return text[int(newlines[line - 1]) + 1 if line else 0 : int(newlines[line]) + 1]
 
 
 def _is_plain(raw: NDArray[np.uint8], newlines: NDArray[np.int64]) -> bool:

@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.canio.frames import FrameFlag
 
 if TYPE_CHECKING:
@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     Columns = tuple[Int64, Words, Bytes, Bytes, Bytes, Bytes]  # those of a FrameBlock, longer than the text has lines
 
 DONE, ODD, WIDE = range(3)  # why a scanner stopped: no text left, an odd line, a payload wider than the columns
-ROWS, LINE = range(2)  # its state, which goes on from call to call: rows written, lines read
+# Its state, which goes on from call to call: rows written, lines read, lines passed over.
+ROWS, LINE, PASSED = range(3)
 
 EXTENDED, REMOTE, ERROR, FD = map(int, (FrameFlag.EXTENDED, FrameFlag.REMOTE, FrameFlag.ERROR, FrameFlag.FD))
 BITRATE_SWITCH, ERROR_STATE, SENT = map(int, (FrameFlag.BITRATE_SWITCH, FrameFlag.ERROR_STATE, FrameFlag.SENT))

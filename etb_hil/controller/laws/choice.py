@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.controller.laws import pd, pid, sliding_mode
 from etb_hil.controller.laws.interface import GAINS

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from etb_hil.base.compiled import njit
 from etb_hil.plant.physics import Vector
 from etb_hil.plant.values import ThrottleParameters
 

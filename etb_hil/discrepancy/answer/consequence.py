@@ -9,6 +9,7 @@ import numpy as np
 
 from etb_hil.diagnosis.diagnosis import Diagnosis
 from etb_hil.diagnosis.limits import Limits
+from etb_hil.diagnosis.phase_use import RunPhase, Use
 from etb_hil.diagnosis.result import DiagnosisResult
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.search.extending import extended_model
@@ -17,7 +18,7 @@ from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
 from etb_hil.recording.samples import SampleBlock
 
-_MOTION = "log"  # the kind of phase of a record that says nothing of its phases
+_MOTION = RunPhase(0, "log", "log", Use.FITTED)  # of a record that says nothing of its phases
 
 Judge = Callable[[Model], DiagnosisResult]
 
@@ -62,9 +63,9 @@ def _judged(balances: list[Balances], model: Model, limits: Limits) -> Diagnosis
 
 
 def _said(result: DiagnosisResult) -> dict[str, Any]:
-    numbers = {id_: result.number(id_) for id_ in ("T_st", "T_c")}
     found: dict[str, Any] = {"verdict": str(result.verdict), "reasons": [reason.text for reason in result.reasons]}
-    for id_, number in numbers.items():
-        if number is not None and number.value is not None:
-            found[id_] = {"value": number.value, "interval": [number.low, number.high], "unit": number.unit}
+    for id_ in ("T_st", "T_c"):
+        one = result.measurements.get(id_)
+        if one is not None and one.value is not None:
+            found[id_] = {"value": one.value, "interval": [one.low, one.high], "unit": one.unit}
     return found

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.userfile import read_bytes
 from etb_hil.discrepancy.answer.explanation import SCHEMA
 
 ANSWER_NAME, MODEL_NAME, TEST_NAME = "explanation.json", "model.yaml", "next_test.yaml"
@@ -29,7 +30,7 @@ def must_not_lose(folder: Path, inputs: Iterable[Path], names: Iterable[str] = W
 
 def _is_answer(path: Path) -> bool:
     try:
-        found = json.loads(path.read_text("utf-8"))
-    except (OSError, ValueError):
+        found = json.loads(read_bytes(path))
+    except ValueError:  # an InputError, too
         return False
     return isinstance(found, dict) and found.get("schema") == SCHEMA

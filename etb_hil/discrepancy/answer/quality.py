@@ -12,7 +12,8 @@ from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.angles import grid_of
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.regimes import BESIDE
-from etb_hil.plant.effects.laws import REFERENCE, laws, terms
+from etb_hil.plant.effects.effect import REFERENCE
+from etb_hil.plant.effects.laws import laws, terms
 from etb_hil.plant.parameters import Model
 
 Float64 = NDArray[np.float64]

@@ -10,20 +10,20 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from etb_hil.base.compiled import njit
 from etb_hil.base.side_by_side import cores
 from etb_hil.discrepancy.fitting.remembered import Remembered
-from etb_hil.plant.effects import ports, stiction_dwell, teeth
-from etb_hil.plant.effects.layout import PLATE_INERTIA, WIDTH, row
+from etb_hil.plant.effects import ports, teeth
+from etb_hil.plant.effects.layout import PLATE_INERTIA
+from etb_hil.plant.effects.port import ELASTIC, FRICTION, Port
 from etb_hil.plant.physics import (
     BACK_EMF,
     BRISTLE_DAMPING,
     BRISTLE_STIFFNESS,
     COULOMB,
     DEAD_ZONE,
-    GEAR_RATIO,
     LIMP_HOME,
     PRELOAD_CLOSE,
     PRELOAD_OPEN,
@@ -47,25 +47,15 @@ from etb_hil.plant.physics import (
 _SETTLE = 0.02  # s in which the smoothing of the record's start would move the bristles
 
 
-def _places(own: tuple[int, ...], *effects: str) -> NDArray[np.int64]:
-    return np.array([*own, *(row(effect) + k for effect in effects for k in range(WIDTH))])
-
-
 # What the plate's place and springs, and what the bristles, depend on.
-_OF_THE_PLATE = _places(
-    (
-        PRELOAD_OPEN, PRELOAD_CLOSE, SLOPE_OPEN, SLOPE_CLOSE, LIMP_HOME, DEAD_ZONE, STOP_LOW, STOP_HIGH,
-        STOP_STIFFNESS, STOP_DAMPING, PLATE_INERTIA,
-    ),
-    "spring_nonlinear", "spring_preload_shift", "limp_home_dead_zone", "aerodynamic_torque", "end_stop_compliance",
-    "gear_backlash", "shaft_compliance",
-)  # fmt: skip
-_OF_THE_BRISTLES = _places(
-    (COULOMB, STICTION, STRIBECK_VELOCITY, BRISTLE_STIFFNESS, BRISTLE_DAMPING, GEAR_RATIO),
-    "friction_position_periodic", "friction_position_local", "friction_temperature", "friction_asymmetry",
-    "friction_load", "stiction_dwell", "stribeck_shape",
-)  # fmt: skip
-_LOAD = row("friction_load")
+_OF_THE_PLATE = np.array([
+    PRELOAD_OPEN, PRELOAD_CLOSE, SLOPE_OPEN, SLOPE_CLOSE, LIMP_HOME, DEAD_ZONE, STOP_LOW, STOP_HIGH,
+    STOP_STIFFNESS, STOP_DAMPING, PLATE_INERTIA, *ports.places(*ELASTIC, Port.PLATE_LEAD),
+])  # fmt: skip
+_OF_THE_BRISTLES = np.array([
+    COULOMB, STICTION, STRIBECK_VELOCITY, BRISTLE_STIFFNESS, BRISTLE_DAMPING, *ports.places(*FRICTION),
+])  # fmt: skip
+_OF_THE_LOAD = np.array(ports.strengths_that_ask("load", *FRICTION))
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +117,7 @@ class Walk:
             _carry(m.angle, m.velocity, m.acceleration, m.temperature, holds, m.dt, p, carried)
             return carried
 
-        key = p[_OF_THE_BRISTLES].tobytes() + (self.plate_key(p) if p[_LOAD] != 0.0 else b"")
+        key = p[_OF_THE_BRISTLES].tobytes() + (self.plate_key(p) if p[_OF_THE_LOAD].any() else b"")
         carried = self._bristles.of(key, make)
         torque, voltage = np.empty((2, len(m.angle)))
         lossy = _drive(m.angle, m.velocity, current, m.is_open, m.temperature, holds, carried, m.dt, p, torque, voltage)
@@ -168,14 +158,14 @@ def _carry(
     friction_acts = ports.acting(p)[0]
     sigma_0, sigma_1 = p[BRISTLE_STIFFNESS], p[BRISTLE_DAMPING]
     settle = int(_SETTLE / dt)
-    bristle, friction, age = 0.0, 0.0, stiction_dwell.age_at_start(p)
+    bristle, friction, slow = 0.0, 0.0, ports.slow_start(temperature[0], p)
     for k in range(angle.size):
         theta, omega = angle[k], velocity[k]
         way = theta - angle[k - 1] if k > settle else 0.0
         if friction_acts:
-            age = ports.older(age, omega, dt, p)
+            ports.pass_friction_time(slow, omega, way, temperature[k], dt, p)
             load = holds[k] + p[PLATE_INERTIA] * acceleration[k]
-            g = ports.friction_level(theta, omega, load, temperature[k], age, friction, p)
+            g = ports.friction_level(theta, omega, load, temperature[k], friction, slow, p)
         else:
             g = ports.plain_friction_level(omega, p)
         before = bristle
@@ -222,16 +212,16 @@ def _drive(
         if friction_acts:
             sigma_2 = ports.viscosity(omega, temperature[k], p)
         if drag_acts:
-            drag = ports.motor_drag(theta, omega, slow[ports.MEMORY], p)
+            drag = ports.motor_drag(theta, omega, slow, p)
         drive, voltage[k] = torque_per_ampere * i, resistance * i
         if constant_acts:
-            drive = torque_per_ampere * (1.0 + ports.torque_share(theta, slow[ports.MAGNET], p)) * i
+            drive = torque_per_ampere * (1.0 + ports.torque_share(theta, slow, p)) * i
         torque[k] = drive - (carried[k] + sigma_2 * omega + holds[k] + drag)
         if voltage_acts or constant_acts:
-            lost = ports.voltage_loss(i, command, slow[ports.DRAWN], is_open[k], p)
+            lost = ports.voltage_loss(i, command, is_open[k], slow, p)
             voltage[k] = (
-                resistance * (1.0 + ports.resistance_share(slow[ports.HOUSING], slow[ports.RISE], p)) * i
+                resistance * (1.0 + ports.resistance_share(i, slow, p)) * i
                 + lost
-                + back_emf * ports.back_emf_share(theta, slow[ports.MAGNET], p) * omega
+                + back_emf * ports.back_emf_share(theta, slow, p) * omega
             )
     return voltage_acts or constant_acts

@@ -23,14 +23,9 @@ from etb_hil.discrepancy.measured.sheet import voltage_rms
 from etb_hil.discrepancy.measured.spectrum import Spectrum
 from etb_hil.discrepancy.measured.thinning import thinned
 from etb_hil.plant.drive_effects import THROTTLE_FRICTION
-from etb_hil.plant.effects import (
-    angle_sensor_eccentricity,
-    current_sensor_gain,
-    current_sensor_offset,
-    measurement_delay,
-    sensor_hysteresis,
-)
-from etb_hil.plant.effects.layout import WIDTH, row
+from etb_hil.plant.effects import readings
+from etb_hil.plant.effects.effect import REFERENCE
+from etb_hil.plant.effects.layout import extended
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import (
     BACK_EMF,
@@ -51,8 +46,6 @@ _TORQUE_FLOOR = 3.0  # times the current's noise
 NUISANCES = ("current_skew", "voltage_skew", "plate_skew", "plate_zero")
 _AT_ROWS = 0.03  # of a row, that steps of the voltage may be off it
 _TREMBLES = 0.01  # of T_c / sigma_0 from row to row
-_DELAY = row("measurement_delay")
-_SENSORS = (row("current_sensor_gain"), _DELAY + WIDTH)
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +97,7 @@ class Balances:
         self._places: Remembered[Complex128] = Remembered(cores())
         base = v.vector()
         self._whiten, self.share_of_steps = _whitening(measured, model, spectrum)
-        truth = self._truth(_no_sensors(base))
+        truth = self._truth(extended(base))
         self.regimes = Regimes.of(measured, model, spectrum, truth.angle, truth.velocity)
         self.has = (True, measured.current is not None and not measured.is_drive, measured.plate is not None)
         self.rows = len(self.regimes.label)
@@ -126,7 +119,7 @@ class Balances:
         torque = modelled.torque + p[TORQUE_PER_AMPERE] * missed - p[INERTIA] * s * s * truth.angle_spectrum
         torque += skew_i * p[TORQUE_PER_AMPERE] * s * current_spectrum
         # In units of the measured current: a gain that shrinks all torques would shrink the noise with them.
-        torque *= 1.0 + p[row("current_sensor_gain")]
+        torque *= readings.current_scale(REFERENCE, p)
         found = [spectrum.back(torque * self._whiten[0])]
         if not self.has[1]:
             found.append(np.zeros(self.rows))
@@ -151,8 +144,8 @@ class Balances:
         # stand there. What is nearer than an encoder's jitter is at the rows.
         before *= before**2 / (before**2 + (_AT_ROWS * self.measured.dt) ** 2)
         # Steps that come before their rows are seen as by a current that is read ahead of them.
-        s, late = self.spectrum.s, (p[_DELAY] - before, p[_DELAY + 1])
-        missed = missed_by_rows(s, self.measured.dt, p[RESISTANCE], p[INDUCTANCE], *late)
+        s, (delay, lag) = self.spectrum.s, readings.late_by(p)
+        missed = missed_by_rows(s, self.measured.dt, p[RESISTANCE], p[INDUCTANCE], delay - before, lag)
         return self._rows * np.exp(before * s) * missed
 
     def _modelled(self, truth: _Truth, p: Vector) -> _Modelled:
@@ -178,10 +171,10 @@ class Balances:
     def _place(self, truth: _Truth, p: Vector) -> Complex128:
         """Return the spectrum of the plate's angle as its sensor tells it, inside the band."""
         place, _ = truth.walk.plate(p)
-        if place is truth.angle and p[row("sensor_hysteresis")] == 0.0:
+        if place is truth.angle and not readings.has_plate_errors(p):
             return truth.smooth_spectrum
-        key = p[_SENSORS[0] :].tobytes() + truth.walk.plate_key(p)
-        return self._places.of(key, lambda: self.spectrum.of(sensor_hysteresis.measured_plate(place, p)))
+        key = readings.key(p) + truth.walk.plate_key(p)
+        return self._places.of(key, lambda: self.spectrum.of(readings.measured_plate(place, p)))
 
     def judged_groups(self) -> NDArray[np.int64]:
         """Return the group (3 m) of each row, -1 where it cannot be judged."""
@@ -205,11 +198,11 @@ class Balances:
         return self.spectrum.signal(whole), inside
 
     def _truth(self, p: Vector) -> _Truth:
-        return self._known.of(p[_SENSORS[0] : _SENSORS[1]].tobytes(), lambda: self._before_sensors(p))
+        return self._known.of(readings.key(p), lambda: self._before_sensors(p))
 
     def _before_sensors(self, p: Vector) -> _Truth:
         m, spectrum = self.measured, self.spectrum
-        angle = angle_sensor_eccentricity.true_angle(m.angle * self.gear, p) / self.gear
+        angle = readings.true_angle(m.angle * self.gear, p) / self.gear
         whole = spectrum.all_of(angle)
         smooth, velocity, acceleration = spectrum.motion(angle, whole, is_calm=self._is_calm)
         inside = whole[: spectrum.bins]
@@ -218,20 +211,15 @@ class Balances:
         if m.current is None:
             nothing = np.zeros(0)
             return _Truth(nothing, nothing.astype(complex), inside, smooth_spectrum, smooth, velocity, walk)
-        current = current_sensor_offset.true_current(m.current, m.temperature, p)
-        current = current_sensor_gain.true_current(current, p)
+        current = readings.true_current(m.current, m.temperature, p)
         current_spectrum = spectrum.all_of(current)
-        late = measurement_delay.lateness(spectrum.all_s, p)
+        late = readings.lateness(spectrum.all_s, p)
         if late is not None:
             # Beyond the band the inverse of a lag would only raise noise.
             late[spectrum.bins :] = 1.0
             current_spectrum = current_spectrum / late
             current = spectrum.signal(current_spectrum)
         return _Truth(current, current_spectrum[: spectrum.bins], inside, smooth_spectrum, smooth, velocity, walk)
-
-
-def _no_sensors(base: Vector) -> Vector:
-    return np.concatenate([base, np.zeros(_SENSORS[1] - len(base))])
 
 
 def _whitening(measured: Measurement, model: Model, spectrum: Spectrum) -> tuple[list[Float64], Float64]:

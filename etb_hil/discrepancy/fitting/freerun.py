@@ -5,17 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from etb_hil.base.compiled import njit
 from etb_hil.base.side_by_side import side_by_side
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.unknowns import simulable
-from etb_hil.plant.effects import (
-    angle_sensor_eccentricity,
-    current_sensor_gain,
-    current_sensor_offset,
-)
+from etb_hil.plant.effects import readings
 from etb_hil.plant.extended import advance_extended, new_extended_state
 from etb_hil.plant.integrator import CURRENT, OMEGA, THETA, TICK
 from etb_hil.plant.physics import Vector
@@ -75,9 +71,8 @@ def _segment(b: Balances, p: Vector, begin: int, begin_at: Vector, rows: int, ev
         begin_at.copy(), p, b.free_voltage[part], m.temperature[part], angle[part], velocity[part],
         _true_current(b, p)[part], round(m.dt / TICK), every, out,
     )  # fmt: skip
-    sensed = current_sensor_gain.measured_current(out[:, 1], p)
-    sensed = current_sensor_offset.measured_current(sensed, m.temperature[part], p)
-    return angle_sensor_eccentricity.measured_angle(out[:, 0] * b.gear, p) / b.gear, sensed
+    sensed = readings.measured_current(out[:, 1], m.temperature[part], p)
+    return readings.measured_angle(out[:, 0] * b.gear, p) / b.gear, sensed
 
 
 def segment(b: Balances, p: Vector, begin: int, begin_at: Vector, rows: int) -> Float64:
@@ -96,8 +91,7 @@ def _true_current(b: Balances, p: Vector) -> Float64:
     m = b.measured
     if m.current is None:
         return np.full(len(m), np.nan)
-    current = current_sensor_offset.true_current(m.current, m.temperature, p)
-    return current_sensor_gain.true_current(current, p)
+    return readings.true_current(m.current, m.temperature, p)
 
 
 def _led(b: Balances, p: Vector, begins: NDArray[np.int64]) -> Float64:

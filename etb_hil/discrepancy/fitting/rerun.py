@@ -5,20 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from etb_hil.base.compiled import njit
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.unknowns import simulable
 from etb_hil.discrepancy.measured.measurement import Measurement
 from etb_hil.discrepancy.measured.rows import in_rows, until_next
-from etb_hil.plant.effects import (
-    angle_sensor_eccentricity,
-    current_sensor_gain,
-    current_sensor_offset,
-    measurement_delay,
-    sensor_hysteresis,
-)
+from etb_hil.plant.effects import readings
 from etb_hil.plant.extended import PLATE, advance_extended, new_extended_state
 from etb_hil.plant.integrator import CURRENT, OMEGA, THETA, TICK
 from etb_hil.plant.model_file import Sensors
@@ -41,8 +35,8 @@ def rerun(balances: Balances, p: Vector, seed: int) -> Measurement:
     rows[:, 0] += np.gradient(rows[:, 0]) * m.rate * balances.jitter * noise[3]
     voltage = _rounded(rows[:, 3] + sensors.voltage_noise * noise[0], sensors.voltage_step)
     gear = balances.gear
-    motor = angle_sensor_eccentricity.measured_angle(rows[:, 0] * gear, p)
-    plate = None if m.plate is None else _plate(sensor_hysteresis.measured_plate(rows[:, 2], p), sensors, noise[2])
+    motor = readings.measured_angle(rows[:, 0] * gear, p)
+    plate = None if m.plate is None else _plate(readings.measured_plate(rows[:, 2], p), sensors, noise[2])
     if m.is_plates:
         angle = _plate(rows[:, 0], sensors, noise[2])
     else:
@@ -50,8 +44,7 @@ def rerun(balances: Balances, p: Vector, seed: int) -> Measurement:
         angle = (np.floor(motor / grid) + 0.5) * grid / gear
     current = None
     if m.current is not None:
-        current = current_sensor_gain.measured_current(_late(balances, rows, p), p)
-        current = current_sensor_offset.measured_current(current, m.temperature, p)
+        current = readings.measured_current(_late(balances, rows, p), m.temperature, p)
         current = _rounded(current + sensors.current_noise * noise[1], sensors.current_step)
     return replace(m, voltage=voltage, angle=angle, plate=plate, current=current)
 
@@ -59,13 +52,12 @@ def rerun(balances: Balances, p: Vector, seed: int) -> Measurement:
 def _late(balances: Balances, rows: Float64, p: Vector) -> Float64:
     """Return the current (n) as it is read late: what bends between rows where it bends, the rest of it as a whole."""
     spectrum, dt = balances.spectrum, balances.measured.dt
-    late = measurement_delay.lateness(spectrum.all_s, p)
+    late = readings.lateness(spectrum.all_s, p)
     if late is None:
         return rows[:, 1]
     driven = spectrum.all_of(until_next(rows[:, 3], balances.is_open))
     bends, read = (
-        driven * in_rows(spectrum.all_s, dt, p[RESISTANCE], p[INDUCTANCE], *by)
-        for by in ((), p[list(measurement_delay.EFFECT.indices)])
+        driven * in_rows(spectrum.all_s, dt, p[RESISTANCE], p[INDUCTANCE], *by) for by in ((), readings.late_by(p))
     )
     return spectrum.signal(late * (spectrum.all_of(rows[:, 1]) - bends) + read)
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from etb_hil.base.compiled import njit
 
 Float64 = NDArray[np.float64]
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from etb_hil.discrepancy.search.extending import calibrated_parameters
 from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.effects.effect import BenchMeasurement
 from etb_hil.plant.measured import Measured, measured_parameter
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
@@ -30,65 +31,30 @@ class Instrument:
         return {name.partition(".")[0] if "." in name else f"parameter:{name}" for name in self.gives}
 
 
-INSTRUMENTS = (
-    Instrument(
-        "measure the winding's resistance at the motor's terminals with a four-wire ohmmeter, in several positions",
-        {"resistance": 0.01},
-    ),
-    Instrument(
-        "compare the current's reading with a shunt or a clamp meter, at two currents and with the bridge off",
-        {"current_sensor_gain.gain_error": 0.005, "current_sensor_offset.offset": 0.005},
-    ),
-    Instrument(
-        "turn the motor at a known speed, its leads open, and read its voltage",
-        {"torque_constant": 0.01},
-        Shaft.MOTOR,
-    ),
-    Instrument(
-        "turn the motor at a known speed, cold and 40 K warmer, its leads open, and compare its voltages",
-        {"magnet_temperature.coefficient": 0.1},
-    ),
-    Instrument(
-        "move the plate with a torque gauge from stop to stop, the gear taken out and no air flowing",
-        {
-            "preload_open": 0.02,
-            "preload_close": 0.02,
-            "slope_open": 0.03,
-            "slope_close": 0.03,
-            "spring_nonlinear.quadratic": 0.005,
-            "spring_nonlinear.cubic": 0.005,
-            "spring_nonlinear.quartic": 0.005,
-        },
+# Base parameters by what gives them: name and uncertainty, and the shaft that rotary ones are stated for.
+_BASE: dict[str, tuple[dict[str, float], Shaft | None]] = {
+    BenchMeasurement.RESISTANCE: ({"resistance": 0.01}, None),
+    BenchMeasurement.MOTOR_CONSTANT: ({"torque_constant": 0.01}, Shaft.MOTOR),
+    BenchMeasurement.SPRINGS: (
+        {"preload_open": 0.02, "preload_close": 0.02, "slope_open": 0.03, "slope_close": 0.03},
         Shaft.THROTTLE,
     ),
-    Instrument(
-        "read the plate's angle at both stops and, let go from either side, at limp-home",
-        {"stop_low": 0.001, "stop_high": 0.001, "limp_home": 0.001},
-        Shaft.THROTTLE,
-    ),
-    Instrument(
-        "turn the plate slowly with a torque gauge both ways, the motor's leads open: half the difference, and "
-        "what it takes to break away",
-        {"coulomb": 0.03, "stiction": 0.03},
-        Shaft.THROTTLE,
-    ),
-    Instrument(
-        "hold the motor and load the plate's lever both ways under a dial gauge: what gives at once, and with the load",
-        {"gear_backlash.play": 0.001, "shaft_compliance.compliance": 0.002},
-    ),
-    Instrument(
-        "read the supply at the bridge with a voltmeter, at rest and under a known current",
-        {"supply_sag.source_resistance": 0.02, "supply_sag.static_sag": 0.03},
-    ),
-    Instrument(
-        "hold the motor at several currents of both signs and read the voltage at its terminals: its intercept",
-        {"brush_drop.drop": 0.02},
-    ),
-    Instrument(
-        "compare the mean voltage at the bridge's output with the duty that is commanded, at several currents",
-        {"hbridge_dead_time.error": 0.02},
-    ),
-)
+    BenchMeasurement.STOPS: ({"stop_low": 0.001, "stop_high": 0.001, "limp_home": 0.001}, Shaft.THROTTLE),
+    BenchMeasurement.FRICTION: ({"coulomb": 0.03, "stiction": 0.03}, Shaft.THROTTLE),
+}
+
+
+def instruments() -> list[Instrument]:
+    """Return all that a hand can measure: base parameters, and strengths of effects as these declare it."""
+    found = []
+    for how in dict.fromkeys([*BenchMeasurement, *(effect.by_bench[0] for effect in CATALOGUE.values())]):
+        gives, shaft = _BASE.get(how, ({}, None))
+        for effect in CATALOGUE.values():
+            if effect.by_bench[0] == how:
+                gives = gives | {f"{effect.id}.{name}": width for name, width in effect.by_bench[1].items()}
+        if how and gives:
+            found.append(Instrument(str(how), gives, shaft))
+    return found
 
 
 def as_measured(model: Model, p: Vector, instruments: Iterable[Instrument]) -> list[Measured]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.plan.beside import TELLING, left_open
-from etb_hil.discrepancy.plan.hands import INSTRUMENTS, Instrument, as_measured
+from etb_hil.discrepancy.plan.hands import Instrument, as_measured, instruments
 from etb_hil.discrepancy.plan.planned import Plan, recorded
 from etb_hil.discrepancy.search.decision import class_margin
 from etb_hil.discrepancy.search.findings import Findings, Round
@@ -63,11 +63,11 @@ def hand_test(
     `_MOST` instruments go, or left to a plan that parts it now.
     """
     best: HandTest | None = None
-    used: list[Instrument] = []
+    known, used = instruments(), list[Instrument]()
     open_ = list(left)
     while open_ and len(used) < _MOST:
         ids = [found.winner.id, *open_]
-        wanted = dict.fromkeys(one for id_ in ids for one in INSTRUMENTS if id_ in one.ids and one not in used)
+        wanted = dict.fromkeys(one for id_ in ids for one in known if id_ in one.ids and one not in used)
         if not wanted:
             break
         used += [*wanted][: _MOST - len(used)]
@@ -87,18 +87,18 @@ def hand_test(
     return best if best is not None and len(best.left) < len(left) else None
 
 
-def _numbers(findings: Findings, truth: Refined, instruments: Sequence[Instrument]) -> list[Measured]:
-    return as_measured(findings.model, truth.fit.whole[:EXTENDED], instruments)
+def _numbers(findings: Findings, truth: Refined, used: Sequence[Instrument]) -> list[Measured]:
+    return as_measured(findings.model, truth.fit.whole[:EXTENDED], used)
 
 
 def _left(
-    findings: Findings, found: Round, truth: Refined, instruments: Sequence[Instrument], plan: Plan | None
+    findings: Findings, found: Round, truth: Refined, used: Sequence[Instrument], plan: Plan | None
 ) -> tuple[list[str], _Told | None]:
     """Return what stays beside a member of a class that is the truth, once numbers of it were measured.
 
     And what is said of the record at hand, where that was asked for and tells something.
     """
-    model = findings.model.knowing(_numbers(findings, truth, instruments))
+    model = findings.model.knowing(_numbers(findings, truth, used))
     is_seen = any(one.is_off and one.id == truth.id for one in model.measured.values())
     there: list[str] | None = None
     if plan is not None:

@@ -35,11 +35,6 @@ UNIT = "standard deviations of the sensors' noise"
 _TRIED = 2  # plans that are explained before one is asked for
 _WAYS = 3  # by hand, that are said
 _LIKELY = 0.5  # of what is left, that a suspect leaves at most for a test of it to be worth a run
-# A drive has no back-EMF to compare with, and no limp-home.
-_OF_A_DRIVE = {
-    "current_sensor_gain": "a known force on what moves, or its mass weighed: the scale of the drive's force",
-    "friction_asymmetry": "the axis mounted the other way round: its friction turns with it, a load does not",
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,10 +138,11 @@ def _instruments(hand: HandTest, model: Model) -> list[dict[str, Any]]:
 
 
 def _by_hand(first: str, others: Sequence[str], *, of_drive: bool) -> str:
-    own = _OF_A_DRIVE if of_drive else {}
-    ids = [id_ for id_ in (first, *others) if id_ in CATALOGUE]
-    ways = [own[id_] for id_ in ids if id_ in own]
-    ways += [CATALOGUE[id_].separated_by for id_ in ids if id_ not in own]
+    effects = [CATALOGUE[id_] for id_ in (first, *others) if id_ in CATALOGUE]
+    # A drive has no back-EMF to compare with, and no limp-home.
+    own = [effect for effect in effects if of_drive and effect.separated_on_drive]
+    ways = [effect.separated_on_drive for effect in own]
+    ways += [effect.separated_by for effect in effects if effect not in own]
     return "; or ".join([*dict.fromkeys(ways)][:_WAYS]) or "state the parameter's tolerance more narrowly"
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from etb_hil.base.compiled import njit
 from etb_hil.base.modes import Mode
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.rerun import rerun

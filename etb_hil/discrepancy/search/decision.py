@@ -31,8 +31,6 @@ CLASS_SHARE = 0.15  # of what the winner gains
 PLACEHOLDER = 0.3  # share of the rest that a nameless spline may take after a true cause
 UNTOUCHED = 0.5  # of what a group has over its band: where as much stays, it is no cause's to leave
 TRIFLE = 0.005  # of the whole excess: a spline that takes less accuses nobody
-# Springs that are no line are any curve of that kind; the polynomial is a chosen form (a knee, coils that touch).
-_ANY_CURVE = {"spring_nonlinear": ("torque", "angle", "even")}
 
 
 def parameter_id(name: str) -> str:
@@ -74,7 +72,9 @@ def verdict(findings: Findings) -> str:
     has_effects = any(r.winner.candidate.effect for r in accepted)
     # What is left of a cause's shape has no shape of its own; a spline that takes it tells of something else.
     left = last / max(first, 1e-12)
-    own = [_ANY_CURVE.get(r.winner.id) for r in accepted]
+    # An effect that is any curve over its coordinate has a chosen form (of springs: a knee, coils that touch).
+    effects = [r.winner.candidate.effect for r in accepted]
+    own = [(one.balance.name.lower(), one.curve_over, one.parity) for one in effects if one and one.curve_over]
     strangers = [spline for spline in findings.rest if (spline.balance, spline.over, spline.parity) not in own]
     is_shapeless = all(spline.share <= max(PLACEHOLDER, TRIFLE / max(left, 1e-12)) for spline in strangers)
     share = EXPLAINED_SHARE if has_effects else PARAMETER_SHARE

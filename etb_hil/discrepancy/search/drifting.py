@@ -12,7 +12,8 @@ from etb_hil.discrepancy.fitting.calibration import Calibration
 from etb_hil.discrepancy.fitting.segments import SEGMENTS, held_out, segment_of
 from etb_hil.discrepancy.fitting.unknowns import Unknown
 from etb_hil.discrepancy.suspects.placeholders import filtered
-from etb_hil.plant.effects import friction_temperature
+from etb_hil.plant.effects import ports
+from etb_hil.plant.effects.effect import REFERENCE
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import COULOMB, Vector
 
@@ -44,7 +45,7 @@ def wears(whole: Vector, stated: Vector, balances: Sequence[Balances]) -> bool:
     comes first.
     """
     along = np.concatenate([b.spectrum.picked(b.measured.temperature) for b in balances])
-    warm = np.array([friction_temperature.REFERENCE - 1.0, friction_temperature.REFERENCE + 1.0])
+    warm = np.array([REFERENCE - 1.0, REFERENCE + 1.0])
     shares, ways = (_shares(at, whole[:EXTENDED]) - _shares(at, stated[:EXTENDED]) for at in (along, warm))
     risen = float((shares - np.minimum.accumulate(shares)).max())
     fallen = float((np.maximum.accumulate(shares) - shares).max())
@@ -52,7 +53,7 @@ def wears(whole: Vector, stated: Vector, balances: Sequence[Balances]) -> bool:
 
 
 def _shares(temperatures: Float64, p: Vector) -> Float64:
-    return np.array([friction_temperature.share(float(one), p) for one in temperatures])
+    return np.array([ports.friction_heat(float(one), p) - 1.0 for one in temperatures])
 
 
 def over_time(found: Calibration, balances: Sequence[Balances]) -> tuple[float, float]:

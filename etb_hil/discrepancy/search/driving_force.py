@@ -10,7 +10,9 @@ from etb_hil.discrepancy.fitting.calibration import calibrate
 from etb_hil.discrepancy.fitting.unknowns import effect_unknowns
 from etb_hil.discrepancy.search import decision
 from etb_hil.discrepancy.search.findings import Findings, Round
-from etb_hil.plant.effects.current_sensor_gain import EFFECT as SCALE
+from etb_hil.plant.effects.catalogue import acting_at
+from etb_hil.plant.effects.effect import Effect
+from etb_hil.plant.effects.port import Port
 
 
 def doubt_force(findings: Findings) -> None:
@@ -21,17 +23,18 @@ def doubt_force(findings: Findings) -> None:
     """
     if not findings.balances[0].measured.is_drive:
         return
+    (scale,) = acting_at(Port.CURRENT_SCALE)
     numbers = [each for each in findings.accepted if each.winner.candidate.effect is None]
     for replaced in (findings.accepted, numbers):
-        if replaced and _leaves_as_little(findings, replaced):
+        if replaced and _leaves_as_little(findings, replaced, scale):
             for each in replaced:
-                each.alike.append(SCALE.id)
+                each.alike.append(scale.id)
             return
 
 
-def _leaves_as_little(findings: Findings, replaced: Sequence[Round]) -> bool:
+def _leaves_as_little(findings: Findings, replaced: Sequence[Round], effect: Effect) -> bool:
     """Tell whether a force that is read by a factor too large or small can stand in the place of some causes."""
-    (scale,) = effect_unknowns(SCALE, (0.0,))
+    (scale,) = effect_unknowns(effect, (0.0,))
     stated = {unknown.name: unknown for unknown in findings.calibration.unknowns}
     whole, gone = findings.final.fit.whole.copy(), set[int]()
     for winner in (each.winner for each in replaced):

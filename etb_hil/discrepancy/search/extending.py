@@ -9,7 +9,7 @@ from etb_hil.discrepancy.fitting.unknowns import FIELDS
 from etb_hil.discrepancy.search.findings import Findings
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.entries import entry_of
-from etb_hil.plant.effects.laws import OF_TERM
+from etb_hil.plant.effects.laws import obeyed_by
 from etb_hil.plant.model_file import EffectEntry
 from etb_hil.plant.parameter import Parameter
 from etb_hil.plant.parameters import Model
@@ -35,7 +35,7 @@ def extended_model(findings: Findings, whole: Vector | None = None) -> Model:
     effects = tuple(EffectEntry(id=id_, strengths=entry_of(CATALOGUE[id_], p)) for id_ in CATALOGUE if id_ in there)
     extended = calibrated_model(findings.model, p)
     # What a term says of heat, no law says again.
-    said = {name for id_ in there for name in OF_TERM.get(id_, ())}
+    said = {name for id_ in there for name in obeyed_by(id_)}
     parameters = {n: replace(its, temperature=None) if n in said else its for n, its in extended.parameters.items()}
     return replace(extended, parameters=parameters, effects=effects, measured={})
 

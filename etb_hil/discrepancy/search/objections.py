@@ -11,6 +11,7 @@ from etb_hil.discrepancy.fitting.floor import LEAST_ROWS
 from etb_hil.discrepancy.search.decision import ACCUSING, BAND, UNTOUCHED, accuses
 from etb_hil.discrepancy.search.findings import Findings, Round, siblings
 from etb_hil.discrepancy.suspects.refining import LEAST_BEYOND, LEAST_GAIN
+from etb_hil.plant.effects.port import Port
 
 Objection = Callable[[Round, Findings], str]
 
@@ -32,7 +33,6 @@ _NEARLY_FLOOR = 1.2
 _LEAST_T = 1.5  # over the held-out segments
 _LATE = 0.2  # of the larger of a delay and a lag: true ones are late by 0.6 of it and more together
 _LOCAL = 0.25  # of the range of the motion: what is wider at half its height, on either side, is not at one place
-_OF_THE_MOTOR = ("cogging_torque", "torque_ripple")
 _WHOLE = 0.1  # of a wave a motor turn; true ones are found within 0.004
 
 
@@ -138,7 +138,8 @@ def _harms_a_balance(found: Round, findings: Findings) -> str:
 
 def _lacks_its_back_emf(found: Round, findings: Findings) -> str:
     # Torque constant and back-EMF are one number: where magnets weaken the voltage comes down, however little they do.
-    if found.winner.id != "magnet_temperature":
+    effect = found.winner.candidate.effect
+    if effect is None or not effect.is_of_one_motor_constant:
         return ""
     rows = np.where(_judged(findings), findings.rows, 0)[_VOLTAGE]
     before, after = rows @ found.before_groups[_VOLTAGE], rows @ found.after_groups[_VOLTAGE]
@@ -159,7 +160,7 @@ def is_not_late(found: Round, _: Findings) -> str:
     # No current comes before its cause: then the angles are late. And what filters all channels is nobody's delay.
     winner = found.winner
     effect = winner.candidate.effect
-    if effect is None or effect.id != "measurement_delay":
+    if effect is None or not effect.acts_at(Port.CURRENT_LATENESS):
         return ""
     delay, lag = (float(winner.fit.whole[effect.indices[k]]) for k in effect.strengths)
     if delay + lag > _LATE * max(abs(delay), abs(lag)):
@@ -188,7 +189,8 @@ def _is_strongest_for_nothing(found: Round, findings: Findings) -> str:
 def is_no_wave(found: Round, _: Findings) -> str:
     """Say that a winner's period is the longest that it may have, nothing where it is shorter."""
     # A part of a wave is any curve.
-    orders = [u for u in found.winner.unknowns if u.name == f"{found.winner.id}.order"]
+    effect = found.winner.candidate.effect
+    orders = [] if effect is None else [u for u in found.winner.unknowns if u.place in effect.orders]
     if any(u.x_of(found.winner.fit.whole) <= u.low + 1e-6 for u in orders):
         return "its period is longer than the range it was seen in: it stands for something else"
     return ""
@@ -197,10 +199,10 @@ def is_no_wave(found: Round, _: Findings) -> str:
 def is_no_motors(found: Round, findings: Findings) -> str:
     """Say that a wave of the motor's does not come a whole number of times a turn, nothing where it does."""
     # A motor's slots, poles and bars come a whole number of times a turn. A drive's turn is another's.
-    winner = found.winner
-    if winner.id not in _OF_THE_MOTOR or findings.balances[0].measured.is_drive:
+    winner, effect = found.winner, found.winner.candidate.effect
+    if effect is None or findings.balances[0].measured.is_drive:
         return ""
-    orders = [float(winner.fit.whole[u.place]) for u in winner.unknowns if u.name == f"{winner.id}.order"]
+    orders = [float(winner.fit.whole[u.place]) for u in winner.unknowns if u.place in effect.counts]
     if any(abs(order - round(order)) > _WHOLE for order in orders):
         return f"it comes {orders[0]:.3g} times a motor turn, which no slots do: it stands for something else"
     return ""
@@ -208,9 +210,11 @@ def is_no_motors(found: Round, findings: Findings) -> str:
 
 def _is_everywhere(found: Round, findings: Findings) -> str:
     # So wide a bump is any curve, too.
-    winner = found.winner
+    winner, effect = found.winner, found.winner.candidate.effect
+    if effect is None:
+        return ""
     range_seen = max(float(np.ptp(b.measured.angle)) for b in findings.balances)
-    widths = [float(winner.fit.whole[u.place]) for u in winner.unknowns if u.name == f"{winner.id}.width"]
+    widths = [float(winner.fit.whole[u.place]) for u in winner.unknowns if u.place in effect.widths]
     if any(width > _LOCAL * range_seen for width in widths):
         return "its width is a good part of the range it was seen in: it stands for something else"
     return ""

@@ -22,6 +22,7 @@ from etb_hil.discrepancy.search.objections import objection
 from etb_hil.discrepancy.search.rounds import Progress, one_round, taken_by
 from etb_hil.discrepancy.search.standing import go_back, settle, take_in
 from etb_hil.discrepancy.suspects.refining import LEAST_GAIN
+from etb_hil.plant.effects.port import Port
 from etb_hil.plant.physics import Vector
 
 _NEAR = 2.0  # times what a cause left alone: a rival that left no more may come before it beside a later one
@@ -87,7 +88,8 @@ def doubt_drifts(findings: Findings) -> None:
     """Object to a temperature beside which friction drifts, or that use does as well; alone it is no cause then."""
     causes = findings.accepted
     for each in causes:
-        if each.winner.id != "friction_temperature":
+        effect = each.winner.candidate.effect
+        if effect is None or not effect.acts_at(Port.FRICTION_HEAT):
             continue
         # What its finer shapes would take is no drift.
         if drifts(with_finer_shapes(findings, [each]), findings.balances, is_alone=len(causes) == 1):

@@ -32,7 +32,6 @@ _PURSUED = 0.6  # a grid's best cosine from which its shapes are moved on
 _HALVINGS = 3
 _NEARLY_ALL = 0.95  # of what the winner takes
 _LITTLE_MORE = 1.5  # times what the winner leaves
-_WAVE, _AT_ONE_PLACE = "friction_position_periodic", "friction_position_local"
 _THE_SAME = 0.9  # an effect's cosine, as it was fitted, with the number that it may be
 
 
@@ -97,12 +96,14 @@ def _nearest(
 def _seen_in_part(found: Round, balances: Sequence[Balances]) -> list[str]:
     """Return what a wave of friction may be of which less than a period is seen, where it leaves little more."""
     # A part of a wave is any curve: that it comes again is what tells it.
-    winner = found.winner
-    orders = [float(winner.fit.whole[u.place]) for u in winner.unknowns if u.name == f"{_WAVE}.order"]
-    turns = max(float(np.ptp(b.measured.angle)) * b.gear / (2.0 * np.pi) for b in balances)
-    if winner.id != _WAVE or any(order * turns >= 1.0 for order in orders):
+    winner, effect = found.winner, found.winner.candidate.effect
+    if effect is None or not effect.in_part_like:
         return []
-    return [r.id for r in found.refined if r.id == _AT_ONE_PLACE and r.fit.cost < _LITTLE_MORE * winner.fit.cost]
+    turns = max(float(np.ptp(b.measured.angle)) * b.gear / (2.0 * np.pi) for b in balances)
+    if any(u.place in effect.orders and float(winner.fit.whole[u.place]) * turns >= 1.0 for u in winner.unknowns):
+        return []
+    likely = (r for r in found.refined if r.fit.cost < _LITTLE_MORE * winner.fit.cost)
+    return [r.id for r in likely if r.id in effect.in_part_like]
 
 
 def _takes_another_part(found: Round, cosine: float) -> bool:

@@ -10,7 +10,8 @@ from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.mending.rests import Blocks
 from etb_hil.discrepancy.measured.sheet import current_rms
 from etb_hil.discrepancy.suspects.refining import Linearised
-from etb_hil.plant.effects import current_sensor_offset
+from etb_hil.plant.effects import readings
+from etb_hil.plant.effects.port import Port
 from etb_hil.plant.physics import RESISTANCE
 
 _NO_VOLTAGE = 0.1  # of what would drive that current
@@ -22,7 +23,8 @@ _OTHERWISE = 0.5  # of the zero that a fit has
 
 def is_refuted(balances: Sequence[Balances], suspect: Linearised) -> bool:
     """Tell whether a suspect is a current sensor's zero that the record itself shows to be another."""
-    if suspect.id != current_sensor_offset.EFFECT.id:
+    effect = suspect.candidate.effect
+    if effect is None or not effect.acts_at(Port.CURRENT_ZERO):
         return False
     return any(_reads_otherwise(b, suspect) for b in balances)
 
@@ -33,7 +35,7 @@ def _reads_otherwise(b: Balances, suspect: Linearised) -> bool:
         return False
     whole = suspect.fit.whole
     blocks = Blocks.of(m)
-    zero = current_sensor_offset.measured_current(np.zeros(len(m)), m.temperature, whole)
+    zero = readings.current_zero(np.zeros(len(m)), m.temperature, whole)
     volts, said, seen = (blocks.cut(values).mean(axis=1) for values in (m.voltage, zero, m.current))
     # A motor that rests without a voltage has no current, whether its bridge is off or commands nothing.
     rests = blocks.rests & (np.abs(volts) < _NO_VOLTAGE * whole[RESISTANCE] * np.abs(said))

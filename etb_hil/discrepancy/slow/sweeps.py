@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from etb_hil.base.compiled import njit
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.discrepancy.measured.measurement import SLOWEST
 from etb_hil.discrepancy.measured.plausible import must_be_driven

@@ -9,33 +9,15 @@ from dataclasses import dataclass, replace
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import met_before
 from etb_hil.discrepancy.fitting.unknowns import Unknown, effect_unknowns
-from etb_hil.plant.effects.catalogue import CATALOGUE
-from etb_hil.plant.effects.effect import Effect
+from etb_hil.plant.effects.catalogue import CATALOGUE, acting_at
+from etb_hil.plant.effects.effect import Effect, Need
+from etb_hil.plant.effects.port import VOLTAGE
 from etb_hil.plant.physics import PARAMETERS
 
 # In a model file K_t, J and the like are the motor's: that is what a technician would correct.
 MODEL_FILE_NAME = {"torque_per_ampere": "torque_constant", "inertia": "motor_inertia"}
-_NEEDS_TEMPERATURE = ("friction_temperature", "magnet_temperature")
-_NEEDS_CURRENT = (
-    "current_sensor_gain", "current_sensor_offset", "measurement_delay", "resistance_temperature", "brush_drop",
-    "hbridge_dead_time", "supply_sag",
-)  # fmt: skip
-# Between command and winding: without a current none of them can be told from the resistance, nor be excluded.
-_ELECTRICAL = ("supply_sag", "resistance_temperature", "hbridge_dead_time", "brush_drop")
-# What a current per volt that changes is taken for without one.
-_OF_ELECTRICAL = {
-    "parameter:resistance": _ELECTRICAL,
-    "parameter:torque_constant": _ELECTRICAL,
-    "magnet_temperature": ("resistance_temperature",),
-}
-_OF_A_THROTTLE = (
-    "friction_load", "gear_backlash", "shaft_compliance", "spring_nonlinear", "spring_preload_shift",
-    "limp_home_dead_zone", "aerodynamic_torque", "end_stop_compliance", "angle_sensor_eccentricity",
-)  # fmt: skip
-# Only coasting with the bridge open parts them from friction: a drive that is given its force never coasts.
-_NEEDS_BRIDGE = ("iron_loss",)
-_NEEDS_PLATE = ("sensor_hysteresis",)
-_NEEDS_ENCODER = ("angle_sensor_eccentricity",)
+# What a current per volt that changes is taken for, beside effects of the winding's voltage, where none was measured.
+_OF_ELECTRICAL = ("parameter:resistance", "parameter:torque_constant")
 # Sliding friction and break-away friction are of the same contacts: what raises the first one raises the second.
 _GOES_WITH = {"coulomb": "stiction"}
 # Too small in any balance to be a cause.
@@ -102,27 +84,30 @@ def _partner(unknown: Unknown, base: Iterable[Unknown], out: Container[str]) -> 
 
 def beyond_judging(balances: Sequence[Balances]) -> dict[str, str]:
     """Return the effects that these data cannot show, by id, with what they lack."""
-    found: dict[str, str] = {}
-    if any(b.measured.is_drive for b in balances):
-        found |= dict.fromkeys(_OF_A_THROTTLE, "no part of a drive")
-        found |= dict.fromkeys(_NEEDS_BRIDGE, "a drive never coasts with its bridge open")
-        found |= dict.fromkeys(_NEEDS_CURRENT, "driven in force or torque")
-    if any(b.measured.is_plates for b in balances):
-        found |= dict.fromkeys(_NEEDS_ENCODER, "no motor angle that tells the motion")
-    if not all(b.has[2] for b in balances):
-        found |= {id_: "no second angle" for id_ in _NEEDS_PLATE if id_ not in found}
-    if not all(b.has[1] for b in balances):
-        found |= {id_: "no current" for id_ in _NEEDS_CURRENT if id_ not in found}
-    if not any(b.measured.has_temperature for b in balances):
-        found |= dict.fromkeys(_NEEDS_TEMPERATURE, "no temperature, or a constant one")
-    return found
+    is_drive = any(b.measured.is_drive for b in balances)
+    lacks = {  # of two needs of one effect the later one is said
+        Need.PLATE_ANGLE: (not all(b.has[2] for b in balances), "no second angle"),
+        Need.CURRENT: (not all(b.has[1] for b in balances), "driven in force or torque" if is_drive else "no current"),
+        Need.OPEN_BRIDGE: (is_drive, "a drive never coasts with its bridge open"),
+        Need.THROTTLE: (is_drive, "no part of a drive"),
+        Need.MOTOR_ANGLE: (any(b.measured.is_plates for b in balances), "no motor angle that tells the motion"),
+        Need.TEMPERATURE: (not any(b.measured.has_temperature for b in balances), "no temperature, or a constant one"),
+    }
+    return {
+        effect.id: says
+        for effect in CATALOGUE.values()
+        for need, (is_lacking, says) in lacks.items()
+        if is_lacking and need in effect.needs
+    }
 
 
 def unjudged(balances: Sequence[Balances], id_: str) -> list[str]:
     """Return the effects that look like a found one and that no suspect stands for, for want of a current."""
     if any(b.measured.is_drive or b.has[1] for b in balances):
         return []
-    return list(_OF_ELECTRICAL.get(id_, ()))
+    if id_ in _OF_ELECTRICAL:
+        return [effect.id for effect in acting_at(*VOLTAGE)]
+    return list(CATALOGUE[id_].without_current_like) if id_ in CATALOGUE else []
 
 
 def _shapes(effect: Effect, load: float) -> list[Candidate]:

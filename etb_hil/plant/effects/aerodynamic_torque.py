@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from etb_hil.plant.effects.effect import Balance, Effect, Need, Parity, shape, strength
+from etb_hil.plant.effects.port import Port
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
-from etb_hil.plant.effects.layout import row
-from etb_hil.plant.physics import STOP_HIGH, STOP_LOW, Vector
 
-_K = row("aerodynamic_torque")
+def torque(theta: float, torque: float, lean: float, peakedness: float, stop_low: float, stop_high: float) -> float:
+    """Return the torque in N·m that brakes opening at an angle."""
+    if torque == 0.0:
+        return 0.0
+    x = (theta - stop_low) / (stop_high - stop_low)
+    if x <= 0.0 or x >= 1.0:
+        return 0.0
+    return torque * math.sin(math.pi * x**lean) ** peakedness
+
 
 EFFECT = Effect(
     id="aerodynamic_torque",
@@ -30,15 +36,6 @@ EFFECT = Effect(
     is_of_place=True,
     limits="at a constant pressure difference",
     is_one_way=True,
+    terms={Port.PLATE_TORQUE: torque},
+    needs=frozenset({Need.THROTTLE}),
 )
-
-
-@njit(cache=True, error_model="numpy")
-def torque(theta: float, p: Vector) -> float:
-    """Return the torque in N·m that brakes opening at an angle."""
-    if p[_K] == 0.0:
-        return 0.0
-    x = (theta - p[STOP_LOW]) / (p[STOP_HIGH] - p[STOP_LOW])
-    if x <= 0.0 or x >= 1.0:
-        return 0.0
-    return p[_K] * math.sin(math.pi * x ** p[_K + 1]) ** p[_K + 2]

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, strength
-from etb_hil.plant.effects.layout import row
+from etb_hil.plant.effects.effect import Balance, Effect, Need, Parity, strength
+from etb_hil.plant.effects.port import Port
 from etb_hil.plant.physics import Vector
 
-_K = row("angle_sensor_eccentricity")
 _SPAN = "0.4 to 0.6 % of a turn"
+
+
+def reading(angle: Vector, sine: float, cosine: float, second_sine: float, second_cosine: float) -> Vector:
+    """Return what the encoder makes of a motor angle in rad."""
+    once, twice = sine * np.sin(angle) + cosine * np.cos(angle), 2.0 * angle
+    return angle + once + second_sine * np.sin(twice) + second_cosine * np.cos(twice)
+
 
 EFFECT = Effect(
     id="angle_sensor_eccentricity",
@@ -27,22 +33,6 @@ EFFECT = Effect(
     look_alikes=("cogging_torque", "friction_position_periodic", "torque_ripple"),
     separated_by="second track; the pattern's growth with speed",
     source="encoder data sheets",
+    terms={Port.ENCODER_ANGLE: reading},
+    needs=frozenset({Need.THROTTLE, Need.MOTOR_ANGLE}),
 )
-
-
-def measured_angle(angle: Vector, p: Vector) -> Vector:
-    """Return what the encoder makes of a motor angle (n) in rad."""
-    if not p[_K : _K + 4].any():
-        return angle
-    once, twice = p[_K] * np.sin(angle) + p[_K + 1] * np.cos(angle), 2.0 * angle
-    return angle + once + p[_K + 2] * np.sin(twice) + p[_K + 3] * np.cos(twice)
-
-
-def true_angle(angle: Vector, p: Vector) -> Vector:
-    """Return the motor angle in rad behind a measured one (n)."""
-    if not p[_K : _K + 4].any():
-        return angle
-    true = angle
-    for _ in range(6):  # the error's slope is far below one: each round takes it down by that factor
-        true = angle - (measured_angle(true, p) - true)
-    return true

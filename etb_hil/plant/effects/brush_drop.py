@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from numba import njit
-
 from etb_hil.plant.effects.curves import side
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, shape, strength
-from etb_hil.plant.effects.layout import row
-from etb_hil.plant.physics import Vector
+from etb_hil.plant.effects.effect import Balance, BenchMeasurement, Effect, Need, Parity, finer, shape, strength
+from etb_hil.plant.effects.port import Port
 
-_K = row("brush_drop")
+
+def voltage(current: float, drop: float, knee: float, lag: float) -> float:
+    """Return the voltage that is lost at a current."""
+    return drop * side(current / knee, lag) if drop != 0.0 else 0.0
+
 
 EFFECT = Effect(
     id="brush_drop",
@@ -26,10 +27,7 @@ EFFECT = Effect(
     separated_by="duty staircase at two supply voltages and with the bridge off",
     source="carbon brush data sheets",
     finer=(finer("lag", "1", -0.5, 1.3, "c: how slowly the drop is all there", 0.25),),
+    terms={Port.MOTOR_VOLTAGE: voltage},
+    needs=frozenset({Need.CURRENT}),
+    by_bench=(BenchMeasurement.BRUSHES, {"drop": 0.02}),
 )
-
-
-@njit(cache=True, error_model="numpy")
-def voltage(current: float, p: Vector) -> float:
-    """Return the voltage that is lost at a current."""
-    return p[_K] * side(current / p[_K + 1], p[_K + 2]) if p[_K] != 0.0 else 0.0

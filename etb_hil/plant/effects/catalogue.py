@@ -1,68 +1,150 @@
-"""All effects, by id."""
+"""All effects, by id: those of this package's modules, and those that were taken in from outside."""
 
 from __future__ import annotations
 
-from etb_hil.plant.effects import (
-    aerodynamic_torque,
-    angle_sensor_eccentricity,
-    brush_drop,
-    cogging_torque,
-    current_sensor_gain,
-    current_sensor_offset,
-    end_stop_compliance,
-    friction_asymmetry,
-    friction_load,
-    friction_position_local,
-    friction_position_periodic,
-    friction_temperature,
-    gear_backlash,
-    hbridge_dead_time,
-    iron_loss,
-    limp_home_dead_zone,
-    magnet_temperature,
-    measurement_delay,
-    presliding_hysteresis,
-    resistance_temperature,
-    sensor_hysteresis,
-    shaft_compliance,
-    spring_nonlinear,
-    spring_preload_shift,
-    stiction_dwell,
-    stribeck_shape,
-    supply_sag,
-    torque_ripple,
-)
+import importlib
+import importlib.util
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType, ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.plant.effects import compose, outside
+from etb_hil.plant.effects.contract import closed_ports, misfits, misstatements
 from etb_hil.plant.effects.effect import Effect
+from etb_hil.plant.effects.layout import give_room, is_full, take_room
+from etb_hil.plant.effects.port import FRICTION_STATE_ASKS, START_ASKS, STATE_ASKS, Port
 
-_MODULES = (
-    friction_position_periodic,
-    friction_position_local,
-    friction_temperature,
-    friction_asymmetry,
-    friction_load,
-    stiction_dwell,
-    stribeck_shape,
-    presliding_hysteresis,
-    gear_backlash,
-    shaft_compliance,
-    cogging_torque,
-    torque_ripple,
-    spring_nonlinear,
-    spring_preload_shift,
-    limp_home_dead_zone,
-    aerodynamic_torque,
-    end_stop_compliance,
-    iron_loss,
-    resistance_temperature,
-    magnet_temperature,
-    brush_drop,
-    hbridge_dead_time,
-    supply_sag,
-    current_sensor_gain,
-    current_sensor_offset,
-    angle_sensor_eccentricity,
-    sensor_hysteresis,
-    measurement_delay,
-)
+# What serves the effects and is none; every other module of the package is an effect.
+_SERVING = {
+    "__init__", "catalogue", "compose", "contract", "curves", "effect", "entries", "laws", "layout", "outside", "port",
+    "ports", "readings", "sensing", "teeth",
+}  # fmt: skip
 
-CATALOGUE: dict[str, Effect] = {module.EFFECT.id: module.EFFECT for module in _MODULES}
+
+def _own() -> dict[str, Effect]:
+    """Return the effects of the package's modules, in the order of their names."""
+    found = {}
+    for name in sorted(path.stem for path in Path(__file__).parent.glob("*.py") if path.stem not in _SERVING):
+        effect = importlib.import_module(f"{__package__}.{name}").EFFECT
+        give_room(effect.id, len(effect.stated), len(effect.states))
+        found[effect.id] = effect
+    return found
+
+
+_effects = _own()
+OWN = tuple(_effects.values())  # what the compiled kernels hold
+CATALOGUE: Mapping[str, Effect] = MappingProxyType(_effects)
+
+
+@cache
+def acting_at(*ports: Port) -> tuple[Effect, ...]:
+    """Return the effects that have a term at one of some ports."""
+    return tuple(effect for effect in _effects.values() if effect.acts_at(*ports))
+
+
+@cache
+def strengths_at(*ports: Port) -> NDArray[np.int64]:
+    """Return where the strengths of the effects at some ports stand in the extended vector."""
+    return np.array([one.indices[k] for one in acting_at(*ports) for k in one.strengths], np.int64)
+
+
+@cache
+def places_at(*ports: Port) -> NDArray[np.int64]:
+    """Return where all parameters of the effects at some ports stand in the extended vector."""
+    return np.array([place for one in acting_at(*ports) for place in one.stated_indices], np.int64)
+
+
+def register(effect: Effect, place: Place | None = None) -> None:
+    """Take in an effect from outside: the plant has it, model files may name it, explanations look for it.
+
+    Raises InputError that lists what breaks its contract; nothing of it is taken in then.
+    """
+    problems = [*misstatements(effect, _effects), *closed_ports(effect)]
+    if not problems and is_full(len(effect.stated), len(effect.states)):
+        problems = [f"{effect.id}: there is no room for so many parameters and states beside the other effects"]
+    if problems:
+        raise InputError(*(Problem(one, place) for one in problems))
+    give_room(effect.id, len(effect.stated), len(effect.states))
+    try:
+        functions = _callbacks([*_from_outside(), effect])
+        problems = misfits(effect)
+    except Exception as error:
+        take_room(effect.id)
+        what = f"{effect.id}: its functions cannot be compiled: {_first_line(error)}"
+        raise InputError(Problem(what, place)) from error
+    if problems:
+        take_room(effect.id)
+        raise InputError(*(Problem(one, place) for one in problems))
+    _effects[effect.id] = effect
+    outside.put_in(functions)
+    _forget()
+
+
+def register_file(path: Path) -> Effect:
+    """Take in the effect that a Python file declares as `EFFECT`, and return it; InputError as for `register`."""
+    effect = getattr(_loaded(path), "EFFECT", None)
+    if not isinstance(effect, Effect):
+        raise InputError(Problem("the file declares no effect", Place(path), remedy="set EFFECT = Effect(...)"))
+    register(effect, Place(path))
+    return effect
+
+
+def unregister(id_: str) -> None:
+    """Take out an effect that came from outside; InputError where there is none of this id."""
+    left = [one for one in _from_outside() if one.id != id_]
+    if len(left) == len(_from_outside()):
+        allowed = ", ".join(one.id for one in left) or "none was taken in"
+        raise InputError(Problem("no effect from outside has this id", value=id_, allowed=allowed))
+    outside.put_in(_callbacks(left))
+    del _effects[id_]
+    take_room(id_)
+    _forget()
+
+
+def _forget() -> None:
+    for asked in (acting_at, strengths_at, places_at):
+        asked.cache_clear()
+
+
+def _from_outside() -> list[Effect]:
+    return [one for one in _effects.values() if one not in OWN]
+
+
+def _callbacks(effects: list[Effect]) -> dict[int, object]:
+    """Return what stands in the table for some effects from outside, by index."""
+    found: dict[int, object] = {}
+    for port in Port:
+        if port.is_open and any(one.acts_at(port) for one in effects):
+            made, takes = compose.composed(port, effects), compose.port_arguments(port)
+            count = len(takes) - 1 - port.has_states
+            found[port.index] = outside.callback(made, count, has_states=port.has_states)
+    if any(one.states for one in effects):
+        made = compose.starts(effects)
+        found[outside.STARTS] = outside.callback(made, len(START_ASKS), has_states=True)
+        made = compose.steps(effects, of_friction=False)
+        found[outside.STEPS] = outside.callback(made, len(STATE_ASKS), has_states=True)
+        made = compose.steps(effects, of_friction=True)
+        found[outside.FRICTION_STEPS] = outside.callback(made, len(FRICTION_STATE_ASKS), has_states=True)
+    return found
+
+
+def _loaded(path: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(f"etb_hil_effect_{path.stem}", path)
+    if spec is None or spec.loader is None or not path.is_file():
+        raise InputError(Problem("no such Python file", Place(path)))
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        raise InputError(Problem(f"the file cannot be loaded: {_first_line(error)}", Place(path))) from error
+    return module
+
+
+def _first_line(error: Exception) -> str:
+    lines = [line for line in str(error).splitlines() if line.strip()]
+    return f"{type(error).__name__}: {lines[0] if lines else ''}".strip()

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, strength
-from etb_hil.plant.effects.layout import row
-from etb_hil.plant.physics import Vector
+from etb_hil.plant.effects.effect import Balance, BenchMeasurement, Effect, Need, Parity, strength
+from etb_hil.plant.effects.port import Port
 
-_K = row("current_sensor_gain")
+
+def share(gain_error: float) -> float:
+    """Return the share that the sensor adds to a current."""
+    return gain_error
+
 
 EFFECT = Effect(
     id="current_sensor_gain",
@@ -20,14 +23,8 @@ EFFECT = Effect(
     separated_by="K_e at speed: the voltage balance gives K_t without the current",
     source="sensor data sheets; shunt tolerance",
     limits="only beyond the tolerances of R and the torques",
+    terms={Port.CURRENT_SCALE: share},
+    needs=frozenset({Need.CURRENT}),
+    separated_on_drive="a known force on what moves, or its mass weighed: the scale of the drive's force",
+    by_bench=(BenchMeasurement.CURRENT, {"gain_error": 0.005}),
 )
-
-
-def true_current(current: Vector, p: Vector) -> Vector:
-    """Return the current in A behind a measured one (n)."""
-    return current / (1.0 + p[_K])
-
-
-def measured_current(current: Vector, p: Vector) -> Vector:
-    """Return what the sensor makes of a current (n) in A."""
-    return current * (1.0 + p[_K])

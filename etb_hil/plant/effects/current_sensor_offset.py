@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, strength
-from etb_hil.plant.effects.layout import row
-from etb_hil.plant.physics import Vector
+from etb_hil.plant.effects.effect import REFERENCE, Balance, BenchMeasurement, Effect, Need, Parity, strength
+from etb_hil.plant.effects.port import Port
 
-REFERENCE = 25.0  # degC
 
-_K = row("current_sensor_offset")
+def zero(offset: float) -> float:
+    """Return the current in A that the sensor reads at none."""
+    return offset
+
+
+def drifted(temperature: float, drift: float) -> float:
+    """Return by how much in A the zero has moved at a temperature in degC."""
+    return drift * (temperature - REFERENCE)
+
 
 EFFECT = Effect(
     id="current_sensor_offset",
@@ -24,14 +30,7 @@ EFFECT = Effect(
     look_alikes=("friction_asymmetry", "spring_preload_shift"),
     separated_by="zero of the current with the bridge off",
     source="Hall sensor data sheets",
+    terms={Port.CURRENT_ZERO: (zero, drifted)},
+    needs=frozenset({Need.CURRENT}),
+    by_bench=(BenchMeasurement.CURRENT, {"offset": 0.005}),
 )
-
-
-def true_current(current: Vector, temperature: Vector, p: Vector) -> Vector:
-    """Return the current in A behind a measured one (n)."""
-    return current - p[_K] - p[_K + 1] * (temperature - REFERENCE)
-
-
-def measured_current(current: Vector, temperature: Vector, p: Vector) -> Vector:
-    """Return what the sensor makes of a current (n) in A."""
-    return current + p[_K] + p[_K + 1] * (temperature - REFERENCE)

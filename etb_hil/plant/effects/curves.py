@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from etb_hil.base.compiled import njit
 
 _EXPONENTIAL = 1e-4  # a tail below it is none
 _SINE = 1e-6  # a pointedness below it is none

@@ -1,11 +1,19 @@
-"""What an effect says of itself: its equation, its parameters, and what people do with it."""
+"""The declaration of an effect: equation, parameters, terms, states, and what is known of it in practice."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from enum import StrEnum
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum, StrEnum
+from functools import cache
+from inspect import signature
 
-from etb_hil.plant.effects.layout import WIDTH, row
+from etb_hil.plant.effects.layout import row
+from etb_hil.plant.effects.port import FRICTION, Port
+
+Function = Callable[..., object]
+
+REFERENCE = 25.0  # degC at which effects of temperature are none
 
 
 class Parity(StrEnum):
@@ -24,6 +32,40 @@ class Balance(StrEnum):
     ANGLE = "rad"
 
 
+class Need(Enum):
+    """What a record, or the device under test, must have for an effect to be distinguished from the base model."""
+
+    CURRENT = "a measured current"
+    TEMPERATURE = "a measured temperature that changes"
+    PLATE_ANGLE = "a second angle, of the plate"
+    MOTOR_ANGLE = "the motor's angle"
+    OPEN_BRIDGE = "coasting with the bridge open"
+    THROTTLE = "a plate with springs, stops and a gear"
+
+
+class BenchMeasurement(StrEnum):
+    """What can be measured at the bench without running a test; an effect may name one of its own."""
+
+    RESISTANCE = (
+        "measure the winding's resistance at the motor's terminals with a four-wire ohmmeter, in several positions"
+    )
+    CURRENT = "compare the current's reading with a shunt or a clamp meter, at two currents and with the bridge off"
+    MOTOR_CONSTANT = "turn the motor at a known speed, its leads open, and read its voltage"
+    MAGNETS = "turn the motor at a known speed, cold and 40 K warmer, its leads open, and compare its voltages"
+    SPRINGS = "move the plate with a torque gauge from stop to stop, the gear taken out and no air flowing"
+    STOPS = "read the plate's angle at both stops and, let go from either side, at limp-home"
+    FRICTION = (
+        "turn the plate slowly with a torque gauge both ways, the motor's leads open: half the difference, and "
+        "what it takes to break away"
+    )
+    PLAY = (
+        "hold the motor and load the plate's lever both ways under a dial gauge: what gives at once, and with the load"
+    )
+    SUPPLY = "read the supply at the bridge with a voltmeter, at rest and under a known current"
+    BRUSHES = "hold the motor at several currents of both signs and read the voltage at its terminals: its intercept"
+    BRIDGE = "compare the mean voltage at the bridge's output with the duty that is commanded, at several currents"
+
+
 @dataclass(frozen=True, slots=True)
 class EffectParameter:
     """A number of an effect, SI at the throttle shaft unless its unit says otherwise.
@@ -31,7 +73,8 @@ class EffectParameter:
     `starts`: for a strength the physical steps that a search tries, for a shape the grid of its values. A strength at
     zero is no effect, whatever the shapes; one without steps is only fitted, never searched by itself. `scale`: how
     far a shape moves at a time, where a quarter of it is too far. `elsewhere`: where a fit of a finer shape has to
-    begin, too, because no slope leads there.
+    begin, too, because no slope leads there. `is_count`: in a motor it is a whole number. `is_width`: how far about
+    its place the effect reaches, in rad.
     """
 
     name: str
@@ -43,15 +86,61 @@ class EffectParameter:
     is_strength: bool = False
     scale: float = 0.0
     elsewhere: tuple[float, ...] = ()
+    is_count: bool = False
+    is_width: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """A number that an effect remembers from instant to instant; its terms take it as an argument by its name.
+
+    `step` returns the state after `dt` s from the state before (the argument of its name), `start` the state of a
+    device that has long been at rest at a temperature, 0 without it.
+    """
+
+    name: str
+    step: Function
+    start: Function | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SensorMemory:
+    """Numbers (`size` float64, zero at the start) that a sensor remembers; `step` moves them by 50 us, in place."""
+
+    size: int
+    step: Function
+
+
+@dataclass(frozen=True, slots=True)
+class Law:
+    """A law over the temperature in a model file that an effect obeys: that of the first of its `parameters`.
+
+    A coefficient of `per_kelvin` (1/K) is a `strength` of 1. What lags behind the housing's temperature is set by the
+    shape `lag`, if there is one.
+    """
+
+    parameters: tuple[str, ...]
+    strength: str
+    per_kelvin: float
+    lag: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class Effect:
     """An effect of the catalogue.
 
+    `terms` holds the functions of the equation by port: one, or several in their order. A function takes, by the names
+    of its arguments, the effect's parameters, base parameters (fields of `ThrottleParameters`), the port's quantities,
+    and the effect's states. A term is zero (at a chain: the value itself) where the strengths are zero.
+
     `parameters` are what a search fits. `finer`: shapes behind them, 0 for the plain curve, without which a cause is
     found all the same; a last fit in free run alone moves them. `is_one_way`: there is none below zero; what its bounds
-    leave there keeps a fit off them.
+    leave there keeps a fit off them. `curve_over`: it stands for any curve over that coordinate (`angle`, `velocity`).
+
+    `look_alikes`: effects (`id`) and base parameters (`parameter:name`) that are hard to distinguish from it.
+    `in_part_like`: effects that it cannot be distinguished from where less than a period of it is seen.
+    `without_current_like`: likewise where no current was measured. `by_bench`: how its strengths are measured at the
+    bench, with the uncertainty of each.
     """
 
     id: str
@@ -61,17 +150,23 @@ class Effect:
     parameters: tuple[EffectParameter, ...]
     looks_like: str
     check: str
-    look_alikes: tuple[str, ...]
     separated_by: str
     source: str
+    terms: Mapping[Port, Function | tuple[Function, ...]]
+    look_alikes: tuple[str, ...] = ()
+    states: tuple[State, ...] = ()
+    sensor: SensorMemory | None = None
+    finer: tuple[EffectParameter, ...] = ()
+    needs: frozenset[Need] = frozenset()
+    separated_on_drive: str = ""
     limits: str = ""
     is_one_way: bool = False
     is_of_place: bool = False
-    finer: tuple[EffectParameter, ...] = ()
-
-    def __post_init__(self) -> None:
-        if len(self.stated) > WIDTH:
-            raise ValueError(f"{self.id}: at most {WIDTH} parameters")
+    curve_over: str = ""
+    in_part_like: tuple[str, ...] = ()
+    without_current_like: tuple[str, ...] = ()
+    by_bench: tuple[str, Mapping[str, float]] = field(default=("", {}))
+    laws: tuple[Law, ...] = ()
 
     @property
     def indices(self) -> tuple[int, ...]:
@@ -98,6 +193,50 @@ class Effect:
         """Places, among the parameters, of the strengths that a search tries."""
         return tuple(k for k in self.strengths if self.parameters[k].starts)
 
+    @property
+    def orders(self) -> tuple[int, ...]:
+        """Where the shapes that say how often a wave comes in a turn stand in the extended vector."""
+        return tuple(k for k, one in zip(self.indices, self.parameters, strict=True) if one.unit == "1/turn")
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """Where the shapes that are whole numbers in a motor stand in the extended vector."""
+        return tuple(k for k, one in zip(self.indices, self.parameters, strict=True) if one.is_count)
+
+    @property
+    def widths(self) -> tuple[int, ...]:
+        """Where the shapes that are widths stand in the extended vector."""
+        return tuple(k for k, one in zip(self.indices, self.parameters, strict=True) if one.is_width)
+
+    def place(self, name: str) -> int:
+        """Return the index of a parameter in the extended vector, by its name."""
+        return row(self.id) + [parameter.name for parameter in self.stated].index(name)
+
+    def at(self, *ports: Port) -> tuple[Function, ...]:
+        """Return the functions of the terms at some ports."""
+        found = [self.terms[port] for port in ports if port in self.terms]
+        return tuple(one for each in found for one in (each if isinstance(each, tuple) else (each,)))
+
+    def acts_at(self, *ports: Port) -> bool:
+        """Tell whether a term of the effect stands at one of some ports."""
+        return bool(self.at(*ports))
+
+    @property
+    def is_of_friction(self) -> bool:
+        """Whether it changes the level of friction, its curve over the velocity, or the viscosity."""
+        return self.acts_at(*FRICTION)
+
+    @property
+    def is_of_one_motor_constant(self) -> bool:
+        """Whether it changes torque and back-EMF constant alike, as the field of the magnets does."""
+        return self.at(Port.TORQUE_SHARE) == self.at(Port.BACK_EMF_SHARE) != ()
+
+
+@cache
+def arguments(function: Function) -> tuple[str, ...]:
+    """Return the names of a function's arguments, compiled or not."""
+    return tuple(signature(getattr(function, "py_func", function)).parameters)
+
 
 def strength(name: str, unit: str, low: float, high: float, steps: tuple[float, ...], source: str) -> EffectParameter:
     """Return a parameter without which the effect is none."""
@@ -105,10 +244,19 @@ def strength(name: str, unit: str, low: float, high: float, steps: tuple[float, 
 
 
 def shape(
-    name: str, unit: str, low: float, high: float, grid: tuple[float, ...], source: str, scale: float = 0.0
+    name: str,
+    unit: str,
+    low: float,
+    high: float,
+    grid: tuple[float, ...],
+    source: str,
+    scale: float = 0.0,
+    *,
+    is_count: bool = False,
+    is_width: bool = False,
 ) -> EffectParameter:
     """Return a parameter that says what the effect looks like, not how much of it there is."""
-    return EffectParameter(name, unit, low, high, grid, source, scale=scale)
+    return EffectParameter(name, unit, low, high, grid, source, scale=scale, is_count=is_count, is_width=is_width)
 
 
 def finer(

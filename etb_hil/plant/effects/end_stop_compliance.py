@@ -2,14 +2,36 @@
 
 from __future__ import annotations
 
-from numba import njit
+from etb_hil.plant.effects.effect import Balance, Effect, Need, Parity, shape, strength
+from etb_hil.plant.effects.port import Port
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
-from etb_hil.plant.effects.layout import row
-from etb_hil.plant.physics import STOP_HIGH, STOP_LOW, Vector
-
-_K = row("end_stop_compliance")
 _LAYER = "deposits of up to some degrees"
+
+
+def torque(
+    theta: float,
+    omega: float,
+    upper_stiffness: float,
+    lower_stiffness: float,
+    upper_layer: float,
+    lower_layer: float,
+    exponent: float,
+    damping: float,
+    stop_low: float,
+    stop_high: float,
+) -> float:
+    """Return the torque in N·m at an angle and a velocity, positive where it closes the plate; a layer never pulls."""
+    if upper_stiffness == 0.0 and lower_stiffness == 0.0:
+        return 0.0
+    upper = (theta - stop_high) / upper_layer + 1.0
+    lower = (stop_low - theta) / lower_layer + 1.0
+    found = 0.0
+    if upper > 0.0:
+        found += upper_stiffness * upper_layer * upper**exponent * max(1.0 + damping * omega, 0.0)
+    if lower > 0.0:
+        found -= lower_stiffness * lower_layer * lower**exponent * max(1.0 - damping * omega, 0.0)
+    return found
+
 
 EFFECT = Effect(
     id="end_stop_compliance",
@@ -31,19 +53,6 @@ EFFECT = Effect(
     source="chosen form",
     is_of_place=True,
     is_one_way=True,
+    terms={Port.PLATE_TORQUE: torque},
+    needs=frozenset({Need.THROTTLE}),
 )
-
-
-@njit(cache=True, error_model="numpy")
-def torque(theta: float, omega: float, p: Vector) -> float:
-    """Return the torque in N·m at an angle and a velocity, positive where it closes the plate; a layer never pulls."""
-    if p[_K] == 0.0 and p[_K + 1] == 0.0:
-        return 0.0
-    upper = (theta - p[STOP_HIGH]) / p[_K + 2] + 1.0
-    lower = (p[STOP_LOW] - theta) / p[_K + 3] + 1.0
-    found = 0.0
-    if upper > 0.0:
-        found += p[_K] * p[_K + 2] * upper ** p[_K + 4] * max(1.0 + p[_K + 5] * omega, 0.0)
-    if lower > 0.0:
-        found -= p[_K + 1] * p[_K + 3] * lower ** p[_K + 4] * max(1.0 - p[_K + 5] * omega, 0.0)
-    return found

@@ -2,14 +2,32 @@
 
 from __future__ import annotations
 
-from numba import njit
-
 from etb_hil.plant.effects.curves import side
 from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, shape, strength
-from etb_hil.plant.effects.layout import row
-from etb_hil.plant.physics import STRIBECK_VELOCITY, Vector
+from etb_hil.plant.effects.port import Port
 
-_K = row("friction_asymmetry")
+
+def share(
+    omega: float,
+    surplus: float,
+    friction: float,
+    fade: float,
+    one_sided: float,
+    lag: float,
+    evenness: float,
+    stribeck_velocity: float,
+) -> float:
+    """Return what of the friction is added at a velocity, a share of it; `surplus`: the share beyond Coulomb's."""
+    if friction == 0.0:
+        return 0.0
+    settled = side(omega / (fade * stribeck_velocity), lag)
+    return friction * (settled + one_sided) * (1.0 - evenness * surplus)
+
+
+def viscous_share(omega: float, viscosity: float, fade: float, lag: float, stribeck_velocity: float) -> float:
+    """Return what of the viscosity is added at a velocity, a share of it."""
+    return viscosity * side(omega / (fade * stribeck_velocity), lag) if viscosity != 0.0 else 0.0
+
 
 EFFECT = Effect(
     id="friction_asymmetry",
@@ -42,19 +60,6 @@ EFFECT = Effect(
         finer("lag", "1", -1.0, 1.3, "c: 0 the side is settled as tanh, 1 as x / (1 + |x|), -1 along a line", 0.25),
         finer("evenness", "1", -0.5, 1.5, "d: 1 the break-away's surplus is alike on both sides", 0.25),
     ),
+    terms={Port.FRICTION_SHARE: share, Port.VISCOUS_SHARE: viscous_share},
+    separated_on_drive="the axis mounted the other way round: its friction turns with it, a load does not",
 )
-
-
-@njit(cache=True, error_model="numpy")
-def share(omega: float, surplus: float, p: Vector) -> float:
-    """Return what of the friction is added at a velocity, a share of it; `surplus`: the share beyond Coulomb's."""
-    if p[_K] == 0.0:
-        return 0.0
-    settled = side(omega / (p[_K + 2] * p[STRIBECK_VELOCITY]), p[_K + 4])
-    return p[_K] * (settled + p[_K + 3]) * (1.0 - p[_K + 5] * surplus)
-
-
-@njit(cache=True, error_model="numpy")
-def viscous_share(omega: float, p: Vector) -> float:
-    """Return what of the viscosity is added at a velocity, a share of it."""
-    return p[_K + 1] * side(omega / (p[_K + 2] * p[STRIBECK_VELOCITY]), p[_K + 4]) if p[_K + 1] != 0.0 else 0.0

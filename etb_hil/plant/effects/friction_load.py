@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from numba import njit
+from etb_hil.plant.effects.effect import Balance, Effect, Need, Parity, finer, shape, strength
+from etb_hil.plant.effects.port import Port
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, shape, strength
-from etb_hil.plant.effects.layout import row
-from etb_hil.plant.physics import Vector
 
-_K = row("friction_load")
+def torque(
+    load: float, bristle_torque: float, coefficient: float, exponent: float, friction_share: float, threshold: float
+) -> float:
+    """Return the friction level in N·m that is added under a load and a friction, both signed, in N·m."""
+    if coefficient == 0.0:
+        return 0.0
+    carried = max(abs(load + friction_share * bristle_torque) - threshold, 0.0)
+    return coefficient * (carried + 1e-12) ** exponent
+
 
 EFFECT = Effect(
     id="friction_load",
@@ -27,13 +33,6 @@ EFFECT = Effect(
     source="Bittencourt and Gunnarsson 2012; servo gearbox data sheets",
     finer=(finer("threshold", "N·m", 0.0, 0.3, "tau_0: a load that the teeth's film still carries", 0.05),),
     is_one_way=True,
+    terms={Port.FRICTION_TORQUE: torque},
+    needs=frozenset({Need.THROTTLE}),
 )
-
-
-@njit(cache=True, error_model="numpy")
-def torque(load: float, friction: float, p: Vector) -> float:
-    """Return the friction level in N·m that is added under a load and a friction, both signed, in N·m."""
-    if p[_K] == 0.0:
-        return 0.0
-    carried = max(abs(load + p[_K + 2] * friction) - p[_K + 3], 0.0)
-    return p[_K] * (carried + 1e-12) ** p[_K + 1]

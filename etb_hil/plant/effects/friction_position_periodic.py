@@ -2,15 +2,31 @@
 
 from __future__ import annotations
 
-from numba import njit
-
 from etb_hil.plant.effects.curves import wave
 from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, shape, strength
-from etb_hil.plant.effects.layout import row
-from etb_hil.plant.physics import GEAR_RATIO, Vector
+from etb_hil.plant.effects.port import Port
 
-_K = row("friction_position_periodic")
 _SPAN = "bearings and teeth: 2 to 10 % of T_c (Armstrong-Helouvry 1991)"
+
+
+def share(
+    theta: float,
+    surplus: float,
+    sine: float,
+    cosine: float,
+    order: float,
+    second_sine: float,
+    second_cosine: float,
+    pointedness: float,
+    evenness: float,
+    gear_ratio: float,
+) -> float:
+    """Return what of the friction is added at an angle, a share of it; `surplus`: the share beyond Coulomb's."""
+    if sine == 0.0 and cosine == 0.0:
+        return 0.0
+    phase = order * gear_ratio * theta
+    return wave(phase, sine, cosine, pointedness, second_sine, second_cosine) * (1.0 - evenness * surplus)
+
 
 EFFECT = Effect(
     id="friction_position_periodic",
@@ -39,13 +55,6 @@ EFFECT = Effect(
         finer("pointedness", "1", -4.0, 1.0, "p: 1 makes a triangle of the first wave, below 0 it is flat", 0.25),
         finer("evenness", "1", -0.5, 1.5, "e: 1 the break-away's surplus is alike all over the turn", 0.25),
     ),
+    terms={Port.FRICTION_SHARE: share},
+    in_part_like=("friction_position_local",),
 )
-
-
-@njit(cache=True, error_model="numpy")
-def share(theta: float, surplus: float, p: Vector) -> float:
-    """Return what of the friction is added at an angle, a share of it; `surplus`: the share beyond Coulomb's."""
-    if p[_K] == 0.0 and p[_K + 1] == 0.0:
-        return 0.0
-    phase = p[_K + 2] * p[GEAR_RATIO] * theta
-    return wave(phase, p[_K], p[_K + 1], p[_K + 5], p[_K + 3], p[_K + 4]) * (1.0 - p[_K + 6] * surplus)

@@ -4,18 +4,34 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from etb_hil.plant.effects.effect import REFERENCE, Balance, Effect, Law, Need, Parity, finer, strength
+from etb_hil.plant.effects.port import Port
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, strength
-from etb_hil.plant.effects.layout import row
-from etb_hil.plant.physics import Vector
-
-REFERENCE = 25.0  # degC
 PER = 30.0  # K
 COLDEST = -65.0  # degC, which no throttle sees
-
-_K = row("friction_temperature")
 _EXPONENTIAL = 1e-4  # a power below it is none
+
+
+def share(temperature: float, friction_per_30_kelvin: float, curve: float, cold_limit: float) -> float:
+    """Return what of the friction is added at a temperature in degC, a share of it."""
+    # What falls in the cold and levels off there is no film: use does that.
+    felt = max(temperature, COLDEST + cold_limit) if friction_per_30_kelvin < 0.0 else temperature
+    along = friction_per_30_kelvin * (felt - REFERENCE) / PER
+    power = 1.0 + curve
+    if power == 1.0:
+        return along
+    if abs(power) < _EXPONENTIAL:
+        return math.exp(along) - 1.0
+    inside = 1.0 + power * along
+    return inside ** (1.0 / power) - 1.0 if inside > 0.0 else (-1.0 if power > 0.0 else 0.0)
+
+
+def viscous_share(temperature: float, viscosity_per_30_kelvin: float) -> float:
+    """Return what of the viscosity is added at a temperature in degC, a share of it."""
+    if viscosity_per_30_kelvin == 0.0:
+        return 0.0
+    return math.exp(viscosity_per_30_kelvin * (temperature - REFERENCE) / PER) - 1.0
+
 
 EFFECT = Effect(
     id="friction_temperature",
@@ -47,25 +63,7 @@ EFFECT = Effect(
             (80.0, 70.0, 60.0, 50.0, 40.0),
         ),
     ),
+    terms={Port.FRICTION_HEAT: share, Port.VISCOUS_SHARE: viscous_share},
+    needs=frozenset({Need.TEMPERATURE}),
+    laws=(Law(("coulomb", "stiction", "viscous"), "friction_per_30_kelvin", 1.0 / PER),),
 )
-
-
-@njit(cache=True, error_model="numpy")
-def share(temperature: float, p: Vector) -> float:
-    """Return what of the friction is added at a temperature in degC, a share of it."""
-    # What falls in the cold and levels off there is no film: use does that.
-    felt = max(temperature, COLDEST + p[_K + 3]) if p[_K] < 0.0 else temperature
-    along = p[_K] * (felt - REFERENCE) / PER
-    power = 1.0 + p[_K + 2]
-    if power == 1.0:
-        return along
-    if abs(power) < _EXPONENTIAL:
-        return math.exp(along) - 1.0
-    inside = 1.0 + power * along
-    return inside ** (1.0 / power) - 1.0 if inside > 0.0 else (-1.0 if power > 0.0 else 0.0)
-
-
-@njit(cache=True, error_model="numpy")
-def viscous_share(temperature: float, p: Vector) -> float:
-    """Return what of the viscosity is added at a temperature in degC, a share of it."""
-    return math.exp(p[_K + 1] * (temperature - REFERENCE) / PER) - 1.0 if p[_K + 1] != 0.0 else 0.0

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from etb_hil.plant.effects.effect import Balance, BenchMeasurement, Effect, Need, Parity, shape, strength
+from etb_hil.plant.effects.port import Port
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
-from etb_hil.plant.effects.layout import row
-from etb_hil.plant.physics import Vector
 
-_K = row("gear_backlash")
+def lead(load: float, play: float, settling: float) -> float:
+    """Return the angle in rad by which the motor leads the plate under a load in N·m."""
+    return 0.5 * play * math.tanh(load / settling) if play != 0.0 else 0.0
+
 
 EFFECT = Effect(
     id="gear_backlash",
@@ -28,16 +29,7 @@ EFFECT = Effect(
     source="Nordin and Gutman 2002 (mechanical systems with backlash)",
     limits="without the plate's inertia swinging in the play",
     is_one_way=True,
+    terms={Port.PLATE_LEAD: lead},
+    needs=frozenset({Need.THROTTLE}),
+    by_bench=(BenchMeasurement.PLAY, {"play": 0.001}),
 )
-
-
-@njit(cache=True, error_model="numpy")
-def is_there(p: Vector) -> bool:
-    """Tell whether there is play."""
-    return p[_K] != 0.0
-
-
-@njit(cache=True, error_model="numpy")
-def lead(load: float, p: Vector) -> float:
-    """Return the angle in rad by which the motor leads the plate under a load in N·m."""
-    return 0.5 * p[_K] * math.tanh(load / p[_K + 1]) if p[_K] != 0.0 else 0.0

@@ -4,13 +4,21 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from etb_hil.plant.effects.effect import Balance, BenchMeasurement, Effect, Need, Parity, finer, shape, strength
+from etb_hil.plant.effects.port import Port
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, shape, strength
-from etb_hil.plant.effects.layout import row
-from etb_hil.plant.physics import Vector
 
-_K = row("hbridge_dead_time")
+def voltage(current: float, error: float, ripple_current: float, sharpness: float, flatness: float) -> float:
+    """Return the voltage that is lost at a current."""
+    if error == 0.0:
+        return 0.0
+    x = abs(current) / ripple_current
+    if x < 1e-9:
+        return 0.0
+    y = math.pow(x, 1.0 + flatness) if flatness != 0.0 else x
+    share = math.pow(1.0 + math.pow(y, -sharpness), -1.0 / sharpness)
+    return error * (share if current > 0.0 else -share)
+
 
 EFFECT = Effect(
     id="hbridge_dead_time",
@@ -30,18 +38,7 @@ EFFECT = Effect(
     finer=(
         finer("flatness", "1", -0.3, 1.5, "q: 0 in proportion about zero, more: the current is clamped there", 0.25),
     ),
+    terms={Port.BRIDGE_VOLTAGE: voltage},
+    needs=frozenset({Need.CURRENT}),
+    by_bench=(BenchMeasurement.BRIDGE, {"error": 0.02}),
 )
-
-
-@njit(cache=True, error_model="numpy")
-def voltage(current: float, p: Vector) -> float:
-    """Return the voltage that is lost at a current."""
-    if p[_K] == 0.0:
-        return 0.0
-    x = abs(current) / p[_K + 1]
-    if x < 1e-9:
-        return 0.0
-    y = math.pow(x, 1.0 + p[_K + 3]) if p[_K + 3] != 0.0 else x
-    m = p[_K + 2]
-    share = math.pow(1.0 + math.pow(y, -m), -1.0 / m)
-    return p[_K] * (share if current > 0.0 else -share)

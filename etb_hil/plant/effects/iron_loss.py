@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from numba import njit
-
 from etb_hil.plant.effects.curves import side
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, shape, strength
-from etb_hil.plant.effects.layout import row
-from etb_hil.plant.physics import Vector
+from etb_hil.plant.effects.effect import Balance, Effect, Need, Parity, finer, shape, strength
+from etb_hil.plant.effects.port import Port
 
-_K = row("iron_loss")
+
+def torque(omega: float, constant: float, growing: float, onset: float, lag: float) -> float:
+    """Return the torque in N·m that brakes at a velocity."""
+    if constant == 0.0 and growing == 0.0:
+        return 0.0
+    return constant * side(omega / onset, lag) + growing * omega * 0.1
+
 
 EFFECT = Effect(
     id="iron_loss",
@@ -30,12 +33,6 @@ EFFECT = Effect(
     separated_by="coasting with the bridge open at several speeds",
     source="Bertotti 1988 (loss separation)",
     finer=(finer("lag", "1", -1.0, 1.3, "c: how slowly the drag is all there; -1: along a line", 0.25),),
+    terms={Port.DRAG_TORQUE: torque},
+    needs=frozenset({Need.OPEN_BRIDGE}),
 )
-
-
-@njit(cache=True, error_model="numpy")
-def torque(omega: float, p: Vector) -> float:
-    """Return the torque in N·m that brakes at a velocity."""
-    if p[_K] == 0.0 and p[_K + 1] == 0.0:
-        return 0.0
-    return p[_K] * side(omega / p[_K + 2], p[_K + 3]) + p[_K + 1] * omega * 0.1

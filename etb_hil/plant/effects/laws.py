@@ -8,27 +8,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from etb_hil.plant.effects import friction_temperature, magnet_temperature, resistance_temperature
-from etb_hil.plant.effects.layout import row
+from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.effects.effect import REFERENCE
 from etb_hil.plant.measured import Measured
 from etb_hil.plant.parameter import Parameter, TemperatureLaw
 from etb_hil.plant.physics import Vector
 
-REFERENCE = resistance_temperature.REFERENCE  # degC, the others' too
 # A law follows the temperature at once, as far as a simulation's steps can tell.
 _AT_ONCE = 1e-3  # s
-_LAGS = {"resistance": row("resistance_temperature") + 2, "torque_constant": row("magnet_temperature") + 1}
-# What of a law is one of a term's strength, in 1/K.
-_ONE = {
-    "resistance": (row("resistance_temperature"), resistance_temperature.COPPER),
-    "torque_constant": (row("magnet_temperature"), magnet_temperature.FERRITE),
-    "coulomb": (row("friction_temperature"), 1.0 / friction_temperature.PER),
-}
-OF_TERM = {
-    "resistance_temperature": ("resistance",),
-    "magnet_temperature": ("torque_constant", "back_emf_constant"),
-    "friction_temperature": ("coulomb", "stiction", "viscous"),
-}
+
+
+def obeyed_by(effect: str) -> tuple[str, ...]:
+    """Return the parameters whose laws an effect is."""
+    return tuple(name for law in CATALOGUE[effect].laws for name in law.parameters)
 
 
 def laws(parameters: Mapping[str, Parameter]) -> dict[str, TemperatureLaw]:
@@ -61,12 +53,14 @@ def at_reference(
 def put_laws(vector: Vector, parameters: Mapping[str, Parameter]) -> None:
     """Set the terms' strengths to what the laws state (in place); K_e's law is K_t's, for they are one number."""
     its = terms(parameters)
-    for name, (strength, one) in _ONE.items():
-        law = parameters[name].temperature
-        if law is not None and name in its:
-            vector[strength] += law.coefficient / one
-            if name in _LAGS and vector[_LAGS[name]] == 0.0:
-                vector[_LAGS[name]] = _AT_ONCE
+    for effect in CATALOGUE.values():
+        for obeyed in effect.laws:
+            name = obeyed.parameters[0]
+            law = parameters[name].temperature
+            if law is not None and name in its:
+                vector[effect.place(obeyed.strength)] += law.coefficient / obeyed.per_kelvin
+                if obeyed.lag and vector[effect.place(obeyed.lag)] == 0.0:
+                    vector[effect.place(obeyed.lag)] = _AT_ONCE
 
 
 def _times(parameter: Parameter, factor: float, reference: float) -> Parameter:

@@ -2,23 +2,37 @@
 
 from __future__ import annotations
 
-from numba import njit
+from etb_hil.plant.effects.effect import Balance, Effect, Need, Parity, shape, strength
+from etb_hil.plant.effects.port import Port
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
-from etb_hil.plant.effects.layout import row
-from etb_hil.plant.physics import (
-    DEAD_ZONE,
-    LIMP_HOME,
-    PRELOAD_CLOSE,
-    PRELOAD_OPEN,
-    SLOPE_CLOSE,
-    SLOPE_OPEN,
-    Vector,
-)
-
-_K = row("limp_home_dead_zone")
 _WEAR = "wear of the limp-home lever"
 _NARROWEST = 1e-5  # rad
+
+
+def springs(
+    theta: float,
+    above: float,
+    below: float,
+    softness: float,
+    limp_home: float,
+    dead_zone: float,
+    preload_open: float,
+    slope_open: float,
+    preload_close: float,
+    slope_close: float,
+) -> float:
+    """Return the springs' torque in N·m at an angle in rad, positive where it closes the plate, with this zone."""
+    x = theta - limp_home
+    distance = abs(x)
+    wider = above if x > 0.0 else below
+    torque = preload_open + slope_open * distance if x > 0.0 else preload_close + slope_close * distance
+    whole = max(dead_zone + wider, _NARROWEST)
+    if distance < whole:
+        dead = (1.0 - softness) * max(wider, 0.0)
+        u = max((distance - dead) / (whole - dead), 0.0)
+        torque *= u * u * (3.0 - 2.0 * u)
+    return torque if x > 0.0 else -torque
+
 
 EFFECT = Effect(
     id="limp_home_dead_zone",
@@ -36,25 +50,6 @@ EFFECT = Effect(
     separated_by="+-3 deg about limp-home, quasi-static",
     source="seed paper, fig. 3 (dead zone)",
     is_of_place=True,
+    terms={Port.SPRINGS: springs},
+    needs=frozenset({Need.THROTTLE}),
 )
-
-
-@njit(cache=True, error_model="numpy")
-def is_there(p: Vector) -> bool:
-    """Tell whether the zone is another than the base model's."""
-    return p[_K] != 0.0 or p[_K + 1] != 0.0
-
-
-@njit(cache=True, error_model="numpy")
-def spring_torque(theta: float, p: Vector) -> float:
-    """Return the springs' torque in N·m at an angle in rad, positive where it closes the plate, with this zone."""
-    x = theta - p[LIMP_HOME]
-    distance = abs(x)
-    wider = p[_K] if x > 0.0 else p[_K + 1]
-    torque = p[PRELOAD_OPEN] + p[SLOPE_OPEN] * distance if x > 0.0 else p[PRELOAD_CLOSE] + p[SLOPE_CLOSE] * distance
-    whole = max(p[DEAD_ZONE] + wider, _NARROWEST)
-    if distance < whole:
-        dead = (1.0 - p[_K + 2]) * max(wider, 0.0)
-        u = max((distance - dead) / (whole - dead), 0.0)
-        torque *= u * u * (3.0 - 2.0 * u)
-    return torque if x > 0.0 else -torque

@@ -2,17 +2,40 @@
 
 from __future__ import annotations
 
-from numba import njit
-
 from etb_hil.plant.effects.curves import lagged
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
-from etb_hil.plant.effects.layout import row
-from etb_hil.plant.physics import Vector
+from etb_hil.plant.effects.effect import (
+    REFERENCE,
+    Balance,
+    BenchMeasurement,
+    Effect,
+    Law,
+    Need,
+    Parity,
+    State,
+    shape,
+    strength,
+)
+from etb_hil.plant.effects.port import Port
 
-REFERENCE = 25.0  # degC
 FERRITE = -0.002  # 1/K
 
-_K = row("magnet_temperature")
+
+def share(magnet: float, coefficient: float) -> float:
+    """Return what is added to the motor constant at a magnet temperature in degC, a share of it."""
+    return FERRITE * coefficient * (magnet - REFERENCE)
+
+
+def start(temperature: float) -> float:
+    """Return the temperature in degC of magnets that have long been in a housing."""
+    return temperature
+
+
+def follow(magnet: float, temperature: float, dt: float, coefficient: float, time_constant: float) -> float:
+    """Return the magnets' temperature in degC after dt s in a housing."""
+    if coefficient == 0.0:
+        return magnet
+    return lagged(magnet, temperature, dt, time_constant)
+
 
 EFFECT = Effect(
     id="magnet_temperature",
@@ -29,18 +52,10 @@ EFFECT = Effect(
     separated_by="K_e from the voltage balance at speed, cold and hot",
     source="ferrite data sheets: -0.2 %/K",
     limits="needs the temperature logged, and changing",
+    terms={Port.TORQUE_SHARE: share, Port.BACK_EMF_SHARE: share},
+    states=(State("magnet", follow, start),),
+    needs=frozenset({Need.TEMPERATURE}),
+    without_current_like=("resistance_temperature",),
+    by_bench=(BenchMeasurement.MAGNETS, {"coefficient": 0.1}),
+    laws=(Law(("torque_constant", "back_emf_constant"), "coefficient", FERRITE, "time_constant"),),
 )
-
-
-@njit(cache=True, error_model="numpy")
-def share(magnet: float, p: Vector) -> float:
-    """Return what is added to the motor constant at a magnet temperature in degC, a share of it."""
-    return FERRITE * p[_K] * (magnet - REFERENCE)
-
-
-@njit(cache=True, error_model="numpy")
-def followed(magnet: float, temperature: float, dt: float, p: Vector) -> float:
-    """Return the magnets' temperature in degC after dt s in a housing."""
-    if p[_K] == 0.0:
-        return magnet
-    return lagged(magnet, temperature, dt, p[_K + 1])

@@ -2,14 +2,39 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+import math
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, strength
-from etb_hil.plant.effects.layout import row
+from etb_hil.plant.effects.effect import Balance, Effect, Need, Parity, SensorMemory, strength
+from etb_hil.plant.effects.port import Port
 from etb_hil.plant.physics import Vector
 
-_K = row("measurement_delay")
+_TICK = 50e-6  # s
+_LONGEST = 601  # ticks that a current may be late: the bound of the delay
+
+
+def lateness(delay: float, lag: float) -> tuple[float, float]:
+    """Return the delay and the time constant of the reading in s."""
+    return delay, lag
+
+
+def step(memory: Vector, current: float, delay: float, lag: float) -> None:
+    """Take in the current in A of another 50 us: the reading behind the lag, the newest of a ring, the ring."""
+    newest = (int(memory[1]) + 1) % _LONGEST
+    memory[1] = newest
+    memory[2 + newest] = current
+    late = min(max(delay / _TICK, 0.0), _LONGEST - 2.0)  # ahead of time no simulation can be
+    whole = int(late)
+    part = late - whole
+    seen = (1.0 - part) * memory[2 + (newest - whole) % _LONGEST]
+    seen += part * memory[2 + (newest - whole - 1) % _LONGEST]
+    share = 1.0 - math.exp(-_TICK / lag) if lag > 0.0 else 1.0
+    memory[0] += share * (seen - memory[0])
+
+
+def reading(memory: Vector) -> float:
+    """Return the current in A that reaches the sensor."""
+    return memory[0]
+
 
 EFFECT = Effect(
     id="measurement_delay",
@@ -25,11 +50,7 @@ EFFECT = Effect(
     look_alikes=("parameter:inductance", "parameter:viscous", "parameter:motor_inertia"),
     separated_by="voltage steps: alignment of current and voltage",
     source="sampling; first-order filter",
+    terms={Port.CURRENT_LATENESS: lateness, Port.CURRENT_READING: reading},
+    sensor=SensorMemory(2 + _LONGEST, step),
+    needs=frozenset({Need.CURRENT}),
 )
-
-
-def lateness(s: NDArray[np.complex128], p: Vector) -> NDArray[np.complex128] | None:
-    """Return the measured current's spectrum over the true one's at s = j omega; None where nothing is late."""
-    if p[_K] == 0.0 and p[_K + 1] == 0.0:
-        return None
-    return np.exp(-s * p[_K]) / (1.0 + s * p[_K + 1])

@@ -1,38 +1,22 @@
-"""Where effects enter the equations, compiled: one call an effect, shared by the plant and by what explains data."""
+"""Where effects enter the equations, compiled: shared by the plant, by what explains data, and by observers.
+
+Which effects there are at a port, and what they ask for, is in their declarations alone.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
-from numba import njit
 
-from etb_hil.plant.effects import (
-    aerodynamic_torque,
-    brush_drop,
-    cogging_torque,
-    end_stop_compliance,
-    friction_asymmetry,
-    friction_load,
-    friction_position_local,
-    friction_position_periodic,
-    friction_temperature,
-    gear_backlash,
-    hbridge_dead_time,
-    iron_loss,
-    limp_home_dead_zone,
-    magnet_temperature,
-    presliding_hysteresis,
-    resistance_temperature,
-    shaft_compliance,
-    spring_nonlinear,
-    spring_preload_shift,
-    stiction_dwell,
-    stribeck_shape,
-    supply_sag,
-    torque_ripple,
-)
-from etb_hil.plant.effects.effect import Effect
+from etb_hil.base.compiled import njit
+from etb_hil.plant.effects import compose
+from etb_hil.plant.effects.catalogue import OWN
+from etb_hil.plant.effects.effect import Effect, arguments
+from etb_hil.plant.effects.layout import EFFECTS, EXTENDED, SLOW
+from etb_hil.plant.effects.outside import STEPS
+from etb_hil.plant.effects.port import DRAG, ELASTIC, FRICTION, MOTOR_CONSTANT, READINGS, VOLTAGE, Port
 from etb_hil.plant.physics import (
     COULOMB,
     STICTION,
@@ -43,40 +27,76 @@ from etb_hil.plant.physics import (
     stop_torque,
 )
 
-# Slow states: age of contacts (s), memory of reversals, rise of the winding (K), magnets (degC), supply current (A),
-# housing as the winding has followed it (degC).
-AGE, MEMORY, RISE, MAGNET, DRAWN, HOUSING = range(6)
-SLOW = 6
+
+def _at(*ports: Port) -> list[Effect]:
+    return [effect for effect in OWN if effect.acts_at(*ports)]
 
 
-def _strengths(*effects: Effect) -> tuple[int, ...]:
+def _strengths(effects: Iterable[Effect]) -> tuple[int, ...]:
     return tuple(effect.indices[k] for effect in effects for k in effect.strengths)
 
 
+def places(*ports: Port) -> tuple[int, ...]:
+    """Return where all that the terms at some ports depend on stands in the extended vector.
+
+    Those are their effects' parameters and the base parameters that they ask for, of this package's effects, and the
+    room of all effects from outside.
+    """
+    found = set(range(_OUTSIDE, EXTENDED))
+    for effect in _at(*ports):
+        found.update(effect.stated_indices)
+        found.update(
+            compose.BASE[n] for function in effect.at(*ports) for n in arguments(function) if n in compose.BASE
+        )
+        for state in effect.states:
+            found.update(compose.BASE[name] for name in arguments(state.step) if name in compose.BASE)
+    return tuple(sorted(found))
+
+
+def strengths_that_ask(quantity: str, *ports: Port) -> tuple[int, ...]:
+    """Return the strengths of effects whose terms at some ports ask for a quantity, and all that is from outside."""
+    asking = [one for one in _at(*ports) if any(quantity in arguments(f) for f in one.at(*ports))]
+    return (*_strengths(asking), *range(_OUTSIDE, EXTENDED))
+
+
+_OUTSIDE = max((effect.stated_indices[-1] + 1 for effect in OWN), default=EFFECTS)
+
 # Where the strengths stand that each kind of port asks for.
-_FRICTION = _strengths(
-    friction_position_periodic.EFFECT, friction_position_local.EFFECT, friction_temperature.EFFECT,
-    friction_asymmetry.EFFECT, friction_load.EFFECT, stiction_dwell.EFFECT, stribeck_shape.EFFECT,
-)  # fmt: skip
-_ELASTIC = _strengths(
-    spring_nonlinear.EFFECT, spring_preload_shift.EFFECT, limp_home_dead_zone.EFFECT, aerodynamic_torque.EFFECT,
-    end_stop_compliance.EFFECT,
-)  # fmt: skip
-_DRAG = _strengths(cogging_torque.EFFECT, iron_loss.EFFECT, presliding_hysteresis.EFFECT)
-_TORQUE_CONSTANT = _strengths(torque_ripple.EFFECT, magnet_temperature.EFFECT)
-_VOLTAGE = _strengths(brush_drop.EFFECT, hbridge_dead_time.EFFECT, supply_sag.EFFECT, resistance_temperature.EFFECT)
-_SLOW = _strengths(
-    stiction_dwell.EFFECT, presliding_hysteresis.EFFECT, resistance_temperature.EFFECT, magnet_temperature.EFFECT,
-    supply_sag.EFFECT,
-)  # fmt: skip
+_FRICTION = _strengths(_at(*FRICTION))
+_ELASTIC = _strengths(_at(*ELASTIC))
+_LEAD = _strengths(_at(Port.PLATE_LEAD))
+_DRAG = _strengths(_at(*DRAG))
+_MOTOR_CONSTANT = _strengths(_at(*MOTOR_CONSTANT))
+_VOLTAGE = _strengths(_at(*VOLTAGE))
+_SLOW = _strengths(effect for effect in OWN if effect.states)
+
+_friction_outside = compose.outside_at(*(port.index for port in FRICTION))
+_elastic_outside = compose.outside_at(*(port.index for port in ELASTIC))
+_lead_outside = compose.outside_at(Port.PLATE_LEAD.index)
+_drag_outside = compose.outside_at(*(port.index for port in DRAG))
+_constant_outside = compose.outside_at(*(port.index for port in MOTOR_CONSTANT))
+_voltage_outside = compose.outside_at(*(port.index for port in VOLTAGE))
+_slow_outside = compose.outside_at(STEPS)
+
+_starts = compose.starts(OWN, is_open=True)
+_steps = compose.steps(OWN, of_friction=False, is_open=True)
+_friction_steps = compose.steps(OWN, of_friction=True, is_open=True)
+_of = {port: compose.composed(port, OWN, is_open=port.is_open) for port in Port if port not in READINGS}
+_friction_share, _friction_torque = _of[Port.FRICTION_SHARE], _of[Port.FRICTION_TORQUE]
+_friction_age, _friction_heat = _of[Port.FRICTION_AGE], _of[Port.FRICTION_HEAT]
+_viscous_share, _stribeck_peak = _of[Port.VISCOUS_SHARE], _of[Port.STRIBECK_PEAK]
+_springs, _spring_torque, _plate_torque = _of[Port.SPRINGS], _of[Port.SPRING_TORQUE], _of[Port.PLATE_TORQUE]
+_plate_lead, _motor_torque, _drag_torque = _of[Port.PLATE_LEAD], _of[Port.MOTOR_TORQUE], _of[Port.DRAG_TORQUE]
+_torque_share, _back_emf_share = _of[Port.TORQUE_SHARE], _of[Port.BACK_EMF_SHARE]
+_resistance_share = _of[Port.RESISTANCE_SHARE]
+_motor_voltage, _bridge_voltage = _of[Port.MOTOR_VOLTAGE], _of[Port.BRIDGE_VOLTAGE]
 
 
 @njit(cache=True, error_model="numpy")
 def slow_start(temperature: float, p: Vector) -> Vector:
     """Return the slow states (float64, `SLOW`) of a throttle that has long been at a temperature in degC."""
     slow = np.zeros(SLOW)
-    slow[AGE] = stiction_dwell.age_at_start(p)
-    slow[MAGNET] = slow[HOUSING] = temperature
+    _starts(0.0, temperature, slow, p)
     return slow
 
 
@@ -89,70 +109,87 @@ def _any(p: Vector, places: tuple[int, ...]) -> bool:
 
 
 @njit(cache=True, error_model="numpy")
+def _any_outside(p: Vector) -> bool:
+    return _count(p, _OUTSIDE) > 0
+
+
+@njit(cache=True, error_model="numpy")
+def has_effects(p: Vector) -> bool:
+    """Tell whether a parameter vector has effects behind the base parameters."""
+    return _count(p, EFFECTS) > 0
+
+
+@njit(cache=True, error_model="numpy")
+def _count(p: Vector, first: int) -> int:
+    found = 0
+    for place in range(first, EXTENDED):  # all of them: without a way out the loop is eight times as fast
+        found += p[place] != 0.0
+    return found
+
+
+@njit(cache=True, error_model="numpy")
 def acting(p: Vector) -> tuple[bool, bool, bool, bool, bool, bool]:
     """Tell which kinds of effects there are: friction, springs and stops, drag, torque constant, voltage, slow states.
 
     A loop that asks once need not ask every effect at every sample; without effects of a kind its equation is the
     base model's.
     """
+    outside = _any_outside(p)
     return (
-        _any(p, _FRICTION),
-        _any(p, _ELASTIC),
-        _any(p, _DRAG),
-        _any(p, _TORQUE_CONSTANT),
-        _any(p, _VOLTAGE),
-        _any(p, _SLOW),
+        (outside and _friction_outside()) or _any(p, _FRICTION),
+        (outside and _elastic_outside()) or _any(p, _ELASTIC),
+        (outside and _drag_outside()) or _any(p, _DRAG),
+        (outside and _constant_outside()) or _any(p, _MOTOR_CONSTANT),
+        (outside and _voltage_outside()) or _any(p, _VOLTAGE),
+        (outside and _slow_outside()) or _any(p, _SLOW),
     )
 
 
 @njit(cache=True, error_model="numpy")
 def is_loose(p: Vector) -> bool:
     """Tell whether motor and plate are two angles."""
-    return gear_backlash.is_there(p) or shaft_compliance.is_there(p)
+    return _any(p, _LEAD) or (_lead_outside() and _any_outside(p))
 
 
 @njit(cache=True, error_model="numpy")
 def lead(load: float, p: Vector) -> float:
     """Return the angle in rad by which the motor leads the plate under a load in N·m."""
-    return gear_backlash.lead(load, p) + shaft_compliance.lead(load, p)
+    return _plate_lead(0.0, load, p)
 
 
 @njit(cache=True, error_model="numpy")
 def elastic_torque(plate: float, omega: float, p: Vector) -> float:
-    """Return the torque in N·m of springs and stops on the plate, positive where it closes it."""
-    loose = limp_home_dead_zone.is_there(p)
-    springs = limp_home_dead_zone.spring_torque(plate, p) if loose else spring_torque(plate, p)
-    return (
-        springs
-        + stop_torque(plate, omega, p)
-        + spring_nonlinear.torque(plate, p)
-        + spring_preload_shift.torque(plate, p)
-        + aerodynamic_torque.torque(plate, p)
-        + end_stop_compliance.torque(plate, omega, p)
-    )
+    """Return the torque in N·m of springs, stops and what else acts on the plate, positive where it closes it."""
+    springs = _springs(spring_torque(plate, p), plate, p)
+    return _plate_torque(_spring_torque(springs + stop_torque(plate, omega, p), plate, p), plate, omega, p)
 
 
 @njit(cache=True, error_model="numpy")
-def motor_drag(theta: float, omega: float, memory: float, p: Vector) -> float:
+def motor_torque(theta: float, p: Vector) -> float:
+    """Return the torque in N·m on the motor that stores energy and gives it back, at the throttle shaft."""
+    return _motor_torque(0.0, theta, p)
+
+
+@njit(cache=True, error_model="numpy")
+def motor_drag(theta: float, omega: float, slow: Vector, p: Vector) -> float:
     """Return the torque in N·m that brakes the motor besides LuGre friction, at the throttle shaft."""
-    return cogging_torque.torque(theta, p) + iron_loss.torque(omega, p) + presliding_hysteresis.torque(memory, p)
+    return _drag_torque(_motor_torque(0.0, theta, p), theta, omega, slow, p)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def friction_level(
-    theta: float, omega: float, load: float, temperature: float, age: float, friction: float, p: Vector
+    theta: float, omega: float, load: float, temperature: float, bristle_torque: float, slow: Vector, p: Vector
 ) -> float:
     """Return g in N·m: friction of steady sliding without viscosity (seed paper, eq. 2), with what changes it."""
-    surplus = max(p[STICTION] - p[COULOMB], 0.0) * stribeck_shape.peak(omega, p)
+    x = omega / p[STRIBECK_VELOCITY]
+    surplus = max(p[STICTION] - p[COULOMB], 0.0) * _stribeck_peak(math.exp(-x * x), omega, p)
     g = p[COULOMB] + surplus
-    surplus_share = surplus / g
-    share = 1.0 + (
-        friction_position_periodic.share(theta, surplus_share, p) + friction_asymmetry.share(omega, surplus_share, p)
-    )
-    added = friction_position_local.torque(theta, p) + friction_load.torque(load, friction, p)
-    cold = g * share + added + stiction_dwell.torque(age, p)
+    part = surplus / g
+    share = 1.0 + _friction_share(0.0, theta, omega, load, bristle_torque, temperature, part, slow, p)
+    added = _friction_torque(0.0, theta, omega, load, bristle_torque, temperature, part, slow, p)
+    cold = g * share + added
     # Heat changes how slippery a contact is, whatever presses it: the place, the direction and the load.
-    return max(cold * (1.0 + friction_temperature.share(temperature, p)), 0.02 * p[COULOMB])
+    return max(_friction_heat(_friction_age(cold, slow, p), temperature, p), 0.02 * p[COULOMB])
 
 
 @njit(cache=True, error_model="numpy")
@@ -163,53 +200,51 @@ def plain_friction_level(omega: float, p: Vector) -> float:
 
 
 @njit(cache=True, error_model="numpy")
+def friction_heat(temperature: float, p: Vector) -> float:
+    """Return by which factor heat changes friction at a temperature in degC."""
+    return _friction_heat(1.0, temperature, p)
+
+
+@njit(cache=True, error_model="numpy")
 def viscosity(omega: float, temperature: float, p: Vector) -> float:
     """Return sigma_2 in N·m·s/rad with what changes it."""
-    by_heat = 1.0 + friction_temperature.viscous_share(temperature, p)
-    return p[VISCOUS] * (1.0 + friction_asymmetry.viscous_share(omega, p)) * by_heat
+    return _viscous_share(p[VISCOUS], omega, temperature, p)
 
 
 @njit(cache=True, error_model="numpy")
-def torque_share(theta: float, magnet: float, p: Vector) -> float:
+def torque_share(theta: float, slow: Vector, p: Vector) -> float:
     """Return what is added to the torque per ampere, a share of it."""
-    return torque_ripple.share(theta, p) + magnet_temperature.share(magnet, p)
+    return _torque_share(0.0, theta, slow, p)
 
 
 @njit(cache=True, error_model="numpy")
-def back_emf_share(theta: float, magnet: float, p: Vector) -> float:
+def back_emf_share(theta: float, slow: Vector, p: Vector) -> float:
     """Return what is added to the back-EMF constant, a share of it."""
-    return torque_ripple.back_emf_share(theta, p) + magnet_temperature.share(magnet, p)
+    return _back_emf_share(0.0, theta, slow, p)
 
 
 @njit(cache=True, error_model="numpy")
-def resistance_share(housing: float, rise: float, p: Vector) -> float:
+def resistance_share(current: float, slow: Vector, p: Vector) -> float:
     """Return what is added to the resistance, a share of it."""
-    return resistance_temperature.share(housing, rise, p)
+    return _resistance_share(0.0, current, slow, p)
 
 
 @njit(cache=True, error_model="numpy")
-def voltage_loss(current: float, command: float, drawn: float, is_open: bool, p: Vector) -> float:
+def voltage_loss(current: float, command: float, is_open: bool, slow: Vector, p: Vector) -> float:
     """Return the voltage in V lost between command and winding; with the bridge off, what the motor itself loses."""
-    lost = brush_drop.voltage(current, p)
-    if is_open:
-        return lost
-    return lost + hbridge_dead_time.voltage(current, p) + supply_sag.voltage(current, command, drawn, p)
+    lost = _motor_voltage(0.0, current, p)
+    return lost if is_open else _bridge_voltage(lost, current, command, slow, p)
 
 
-@njit(cache=True, error_model="numpy")
-def older(age: float, omega: float, dt: float, p: Vector) -> float:
-    """Return the age of the contacts in s after dt s at a velocity; as it was where nothing depends on it."""
-    return stiction_dwell.older(age, omega, dt, p) if stiction_dwell.is_there(p) else age
+@njit(cache=True, error_model="numpy", forceinline=True)
+def pass_friction_time(slow: Vector, omega: float, travel: float, temperature: float, dt: float, p: Vector) -> None:
+    """Move the slow states that friction has by dt s in place."""
+    _friction_steps(0.0, omega, travel, temperature, dt, slow, p)
 
 
 @njit(cache=True, error_model="numpy")
 def pass_time(
-    slow: Vector, omega: float, way: float, current: float, command: float, temperature: float, dt: float, p: Vector
+    slow: Vector, omega: float, travel: float, current: float, command: float, temperature: float, dt: float, p: Vector
 ) -> None:
     """Move the slow states by dt s in place."""
-    slow[AGE] = older(slow[AGE], omega, dt, p)
-    slow[MEMORY] = presliding_hysteresis.remembered(slow[MEMORY], way, p)
-    slow[RISE] = resistance_temperature.warmed(slow[RISE], current, dt, p)
-    slow[HOUSING] = resistance_temperature.followed(slow[HOUSING], temperature, dt, p)
-    slow[MAGNET] = magnet_temperature.followed(slow[MAGNET], temperature, dt, p)
-    slow[DRAWN] = supply_sag.drawn(slow[DRAWN], current, command, dt, p)
+    _steps(0.0, omega, travel, current, command, temperature, dt, slow, p)

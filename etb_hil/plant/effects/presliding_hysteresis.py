@@ -4,14 +4,28 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from etb_hil.plant.effects.effect import Balance, Effect, Parity, State, finer, shape, strength
+from etb_hil.plant.effects.port import Port
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, shape, strength
-from etb_hil.plant.effects.layout import row
-from etb_hil.plant.physics import Vector
-
-_K = row("presliding_hysteresis")
 _PLAIN = 1e-3  # an exponent as near to Dahl's 1 as that is it
+
+
+def drag(strain: float, torque: float) -> float:
+    """Return the torque in N·m at a strain of the bristles (-1 to 1)."""
+    return torque * strain
+
+
+def strained(strain: float, travel: float, torque: float, way: float, exponent: float) -> float:
+    """Return the strain after a travel in rad, exactly."""
+    if torque == 0.0 or travel == 0.0:
+        return strain
+    side = 1.0 if travel > 0.0 else -1.0
+    x, gap = abs(travel) / way, 1.0 - side * strain
+    if abs(exponent) < _PLAIN or gap <= 0.0:
+        return side * (1.0 - gap * math.exp(-x))
+    inside = gap**-exponent + exponent * x
+    return side * (1.0 - inside ** (-1.0 / exponent)) if inside > 0.0 else side
+
 
 EFFECT = Effect(
     id="presliding_hysteresis",
@@ -29,24 +43,6 @@ EFFECT = Effect(
     source="Dahl 1968; Maxwell-slip elements (Al-Bender 2005)",
     finer=(finer("exponent", "1", -0.9, 1.5, "i: Dahl's over 1: -1 ends at a place, 1 is long in coming", 0.25),),
     is_one_way=True,
+    terms={Port.DRAG_TORQUE: drag},
+    states=(State("strain", strained),),
 )
-
-
-@njit(cache=True, error_model="numpy")
-def torque(memory: float, p: Vector) -> float:
-    """Return the torque in N·m at a state of the memory (-1 to 1)."""
-    return p[_K] * memory
-
-
-@njit(cache=True, error_model="numpy")
-def remembered(memory: float, way: float, p: Vector) -> float:
-    """Return the memory after a way in rad, exactly."""
-    if p[_K] == 0.0 or way == 0.0:
-        return memory
-    side = 1.0 if way > 0.0 else -1.0
-    x, gap = abs(way) / p[_K + 1], 1.0 - side * memory
-    exponent = p[_K + 2]
-    if abs(exponent) < _PLAIN or gap <= 0.0:
-        return side * (1.0 - gap * math.exp(-x))
-    inside = gap**-exponent + exponent * x
-    return side * (1.0 - inside ** (-1.0 / exponent)) if inside > 0.0 else side

@@ -2,17 +2,36 @@
 
 from __future__ import annotations
 
-from numba import njit
-
 from etb_hil.plant.effects.curves import lagged
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
-from etb_hil.plant.effects.layout import row
-from etb_hil.plant.physics import RESISTANCE, Vector
+from etb_hil.plant.effects.effect import REFERENCE, Balance, Effect, Law, Need, Parity, State, shape, strength
+from etb_hil.plant.effects.port import Port
 
-REFERENCE = 25.0  # degC
 COPPER = 0.00393  # 1/K
 
-_K = row("resistance_temperature")
+
+def share(housing: float, rise: float, housing_share: float, self_heating: float) -> float:
+    """Return what of the resistance is added; the housing in degC as the winding has followed it, its rise in K."""
+    return COPPER * (housing_share * (housing - REFERENCE) + self_heating * rise)
+
+
+def warm(rise: float, current: float, dt: float, self_heating: float, time_constant: float, resistance: float) -> float:
+    """Return the winding's rise in K after dt s under a current, at 10 K/W."""
+    if self_heating == 0.0:
+        return rise
+    return lagged(rise, 10.0 * resistance * current * current, dt, time_constant)
+
+
+def start(temperature: float) -> float:
+    """Return the housing's temperature in degC as a winding has it that has long been there."""
+    return temperature
+
+
+def follow(housing: float, temperature: float, dt: float, housing_share: float, time_constant: float) -> float:
+    """Return the housing's temperature in degC as the winding has it after dt s."""
+    if housing_share == 0.0:
+        return housing
+    return lagged(housing, temperature, dt, time_constant)
+
 
 EFFECT = Effect(
     id="resistance_temperature",
@@ -31,26 +50,8 @@ EFFECT = Effect(
     look_alikes=("supply_sag", "brush_drop", "parameter:resistance"),
     separated_by="stalled current at two levels, cold and hot",
     source="IEC 60034-1 (copper, 1 / (234.5 + 20) K)",
+    terms={Port.RESISTANCE_SHARE: share},
+    states=(State("housing", follow, start), State("rise", warm)),
+    needs=frozenset({Need.CURRENT}),
+    laws=(Law(("resistance",), "housing_share", COPPER, "time_constant"),),
 )
-
-
-@njit(cache=True, error_model="numpy")
-def share(housing: float, rise: float, p: Vector) -> float:
-    """Return what of the resistance is added; the housing in degC as the winding has followed it, its rise in K."""
-    return COPPER * (p[_K] * (housing - REFERENCE) + p[_K + 1] * rise)
-
-
-@njit(cache=True, error_model="numpy")
-def warmed(rise: float, current: float, dt: float, p: Vector) -> float:
-    """Return the winding's rise in K after dt s under a current, at 10 K/W."""
-    if p[_K + 1] == 0.0:
-        return rise
-    return lagged(rise, 10.0 * p[RESISTANCE] * current * current, dt, p[_K + 2])
-
-
-@njit(cache=True, error_model="numpy")
-def followed(housing: float, temperature: float, dt: float, p: Vector) -> float:
-    """Return the housing's temperature in degC as the winding has it after dt s."""
-    if p[_K] == 0.0:
-        return housing
-    return lagged(housing, temperature, dt, p[_K + 2])

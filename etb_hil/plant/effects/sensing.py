@@ -1,49 +1,39 @@
 """What the effects of sensors make of the plant, tick by tick, compiled: for simulations that run on.
 
-The effects' own modules transform whole records; here is the same with a memory of its own.
+Memory: the plate and the current as last seen, and behind them what each sensor remembers.
 """
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
-from numba import njit
 
-from etb_hil.plant.effects import (
-    angle_sensor_eccentricity,
-    current_sensor_gain,
-    current_sensor_offset,
-    measurement_delay,
-    sensor_hysteresis,
-)
-from etb_hil.plant.effects.layout import row
+from etb_hil.base.compiled import njit
+from etb_hil.plant.effects import compose
+from etb_hil.plant.effects.catalogue import OWN, strengths_at
+from etb_hil.plant.effects.port import READINGS, Port
 from etb_hil.plant.physics import Vector
 
-_GAIN = row("current_sensor_gain")
-_OFFSET = row("current_sensor_offset")
-_ECCENTRIC = row("angle_sensor_eccentricity")
-_HYSTERESIS = row("sensor_hysteresis")
-_DELAY = row("measurement_delay")
-_STRENGTHS = tuple(
-    effect.indices[k]
-    for effect in (
-        current_sensor_gain.EFFECT, current_sensor_offset.EFFECT, angle_sensor_eccentricity.EFFECT,
-        sensor_hysteresis.EFFECT, measurement_delay.EFFECT,
-    )
-    for k in effect.strengths
-)  # fmt: skip
+_SEEN, _CURRENT, _OWN_MEMORY = range(3)
+_BEGINS: dict[str, int] = {}
+SENSING = _OWN_MEMORY
+for _effect in OWN:
+    if _effect.sensor is not None:
+        _BEGINS[_effect.id] = SENSING
+        SENSING += _effect.sensor.size
 
-# Memory: how far the plate sensor lags, the plate that it saw last, the current behind the lag, a ring of currents.
-_BEHIND, _SEEN, _LAGGED, _NEWEST, _RING = range(5)
-_TICK = 50e-6  # s
-_LONGEST = 601  # ticks that a current may be late: the catalogue's bound
-SENSING = _RING + _LONGEST
+_step_current = compose.sensor_steps(OWN, Port.CURRENT_READING, _BEGINS)
+_step_plate = compose.sensor_steps(OWN, Port.PLATE_READING, _BEGINS)
+_current_reading = compose.sensed(OWN, Port.CURRENT_READING, _BEGINS)
+_plate_reading = compose.sensed(OWN, Port.PLATE_READING, _BEGINS)
+_scaled = compose.composed(Port.CURRENT_SCALE, OWN, is_open=True)
+_shifted = compose.composed(Port.CURRENT_ZERO, OWN, is_open=True)
+_encoder_angle = compose.composed(Port.ENCODER_ANGLE, OWN, is_open=True)
+_ROUNDS = 6  # of the encoder's inverse: each takes what is left down by the slope of its error
 
 
 def is_there(p: Vector) -> bool:
     """Tell whether any sensor tells other than what is."""
-    return any(p[place] != 0.0 for place in _STRENGTHS)
+    return bool(p[strengths_at(*READINGS)].any())
 
 
 def new_sensing(plate: float) -> Vector:
@@ -56,38 +46,50 @@ def new_sensing(plate: float) -> Vector:
 @njit(cache=True, error_model="numpy")
 def pass_tick(memory: Vector, plate: float, current: float, p: Vector) -> None:
     """Move the memory by 50 us to where the plate stands at an angle in rad under a current in A, in place."""
-    half = max(abs(p[_HYSTERESIS]), 1e-6)
-    memory[_BEHIND] = sensor_hysteresis.lagged(memory[_BEHIND], plate - memory[_SEEN], half, p[_HYSTERESIS + 1])
-    memory[_SEEN] = plate
-    newest = (int(memory[_NEWEST]) + 1) % _LONGEST
-    memory[_NEWEST] = newest
-    memory[_RING + newest] = current
-    late = min(max(p[_DELAY] / _TICK, 0.0), _LONGEST - 2.0)  # ahead of time no simulation can be
-    whole = int(late)
-    part = late - whole
-    seen = (1.0 - part) * memory[_RING + (newest - whole) % _LONGEST]
-    seen += part * memory[_RING + (newest - whole - 1) % _LONGEST]
-    share = 1.0 - math.exp(-_TICK / p[_DELAY + 1]) if p[_DELAY + 1] > 0.0 else 1.0
-    memory[_LAGGED] += share * (seen - memory[_LAGGED])
+    travel = plate - memory[_SEEN]
+    memory[_SEEN], memory[_CURRENT] = plate, current
+    _step_plate(memory, travel, current, p)
+    _step_current(memory, travel, current, p)
 
 
 @njit(cache=True, error_model="numpy")
 def current(memory: Vector, temperature: float, p: Vector) -> float:
     """Return what the current sensor is given in A, at a housing's temperature in degC."""
-    scaled = memory[_LAGGED] * (1.0 + p[_GAIN])
-    return scaled + p[_OFFSET] + p[_OFFSET + 1] * (temperature - current_sensor_offset.REFERENCE)
+    return _shifted(_scaled(_current_reading(memory[_CURRENT], memory, p), temperature, p), temperature, p)
+
+
+@njit(cache=True, error_model="numpy")
+def true_current(current: float, temperature: float, p: Vector) -> float:
+    """Return the current in A behind a reading, but for its lateness."""
+    return -_shifted(-current, temperature, p) / _scaled(1.0, temperature, p)  # each term is taken off in its turn
 
 
 @njit(cache=True, error_model="numpy")
 def motor_angle(angle: float, p: Vector) -> float:
     """Return what the encoder is given of a motor angle in rad."""
-    once, twice = p[_ECCENTRIC] * math.sin(angle) + p[_ECCENTRIC + 1] * math.cos(angle), 2.0 * angle
-    return angle + once + p[_ECCENTRIC + 2] * math.sin(twice) + p[_ECCENTRIC + 3] * math.cos(twice)
+    return _encoder_angle(angle, p)
+
+
+@njit(cache=True, error_model="numpy")
+def true_motor_angle(angle: float, p: Vector) -> float:
+    """Return the motor angle in rad behind what the encoder is given."""
+    true = angle
+    for _ in range(_ROUNDS):
+        true = angle - (_encoder_angle(true, p) - true)
+    return true
 
 
 @njit(cache=True, error_model="numpy")
 def plate(memory: Vector, p: Vector) -> float:
     """Return what the plate sensor is given in rad."""
-    if p[_HYSTERESIS] == 0.0:
-        return memory[_SEEN]
-    return memory[_SEEN] - memory[_BEHIND] if p[_HYSTERESIS] > 0.0 else memory[_SEEN] + memory[_BEHIND]
+    return _plate_reading(memory[_SEEN], memory, p)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def plates(angle: Vector, p: Vector) -> Vector:
+    """Return what the plate sensor makes of plate angles (n) in rad, one after the other."""
+    memory, out = np.zeros(SENSING), np.empty_like(angle)
+    for k in range(angle.size):
+        _step_plate(memory, angle[k] - angle[max(k - 1, 0)], 0.0, p)
+        out[k] = _plate_reading(angle[k], memory, p)
+    return out

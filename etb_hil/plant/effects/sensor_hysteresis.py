@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numba import njit
-
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
-from etb_hil.plant.effects.layout import row
+from etb_hil.plant.effects.effect import Balance, Effect, Need, Parity, SensorMemory, shape, strength
+from etb_hil.plant.effects.port import Port
 from etb_hil.plant.physics import Vector
 
-_K = row("sensor_hysteresis")
+
+def step(memory: Vector, travel: float, half_width: float, sharpness: float) -> None:
+    """Take in a travel of the shaft in rad: how far in rad the sensor lags."""
+    half = max(abs(half_width), 1e-6)
+    if memory[0] * travel >= 0.0:
+        travel *= 1.0 - min(abs(memory[0]) / half, 1.0) ** sharpness
+    memory[0] = min(max(memory[0] + travel, -half), half)
+
+
+def reading(plate: float, memory: Vector, half_width: float) -> float:
+    """Return what the sensor makes of a plate angle in rad."""
+    if half_width == 0.0:
+        return plate
+    return plate - memory[0] if half_width > 0.0 else plate + memory[0]
+
 
 EFFECT = Effect(
     id="sensor_hysteresis",
@@ -26,30 +37,7 @@ EFFECT = Effect(
     separated_by="a second sensor on the same shaft",
     source="sensor data sheets",
     is_one_way=True,
+    terms={Port.PLATE_READING: reading},
+    sensor=SensorMemory(1, step),
+    needs=frozenset({Need.PLATE_ANGLE}),
 )
-
-
-def measured_plate(plate: Vector, p: Vector) -> Vector:
-    """Return what the sensor makes of a plate angle (n) in rad."""
-    if p[_K] == 0.0:
-        return plate
-    out = np.empty_like(plate)
-    _lag(plate, max(abs(p[_K]), 1e-6), p[_K + 1], out)
-    return out if p[_K] > 0.0 else 2.0 * plate - out
-
-
-@njit(cache=True, error_model="numpy")
-def lagged(behind: float, way: float, half: float, sharpness: float) -> float:
-    """Return how far in rad a sensor lags that lagged by `behind`, after its shaft has gone a way in rad."""
-    if behind * way >= 0.0:
-        way *= 1.0 - min(abs(behind) / half, 1.0) ** sharpness
-    return min(max(behind + way, -half), half)
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def _lag(plate: Vector, half: float, sharpness: float, out: Vector) -> None:
-    behind = 0.0
-    out[0] = plate[0]
-    for k in range(1, len(plate)):
-        behind = lagged(behind, plate[k] - plate[k - 1], half, sharpness)
-        out[k] = plate[k] - behind

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from numba import njit
+from etb_hil.plant.effects.effect import Balance, BenchMeasurement, Effect, Need, Parity, shape, strength
+from etb_hil.plant.effects.port import Port
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, shape, strength
-from etb_hil.plant.effects.layout import row
-from etb_hil.plant.physics import Vector
 
-_K = row("shaft_compliance")
+def lead(load: float, compliance: float, stiffening: float) -> float:
+    """Return the angle in rad by which the motor leads the plate under a load in N·m."""
+    if compliance == 0.0:
+        return 0.0
+    stiffened = stiffening * abs(load)
+    if stiffened >= 0.0:
+        return compliance * load / (1.0 + stiffened)
+    # What gives way is half as stiff in the end: 1 / (1 + s tau) would twist without end under a stop's impact.
+    return compliance * load * (1.0 - stiffened / (1.0 - stiffened))
+
 
 EFFECT = Effect(
     id="shaft_compliance",
@@ -29,22 +36,7 @@ EFFECT = Effect(
     source="two-mass drive, its resonance far above the bandwidth looked at",
     limits="quasi-static: the resonance of plate and shaft is left out",
     is_one_way=True,
+    terms={Port.PLATE_LEAD: lead},
+    needs=frozenset({Need.THROTTLE}),
+    by_bench=(BenchMeasurement.PLAY, {"compliance": 0.002}),
 )
-
-
-@njit(cache=True, error_model="numpy")
-def is_there(p: Vector) -> bool:
-    """Tell whether the shaft twists."""
-    return p[_K] != 0.0
-
-
-@njit(cache=True, error_model="numpy")
-def lead(load: float, p: Vector) -> float:
-    """Return the angle in rad by which the motor leads the plate under a load in N·m."""
-    if p[_K] == 0.0:
-        return 0.0
-    stiffened = p[_K + 1] * abs(load)
-    if stiffened >= 0.0:
-        return p[_K] * load / (1.0 + stiffened)
-    # What gives way is half as stiff in the end: 1 / (1 + s tau) would twist without end under a stop's impact.
-    return p[_K] * load * (1.0 - stiffened / (1.0 - stiffened))

@@ -2,15 +2,29 @@
 
 from __future__ import annotations
 
-from numba import njit
+from etb_hil.plant.effects.effect import Balance, BenchMeasurement, Effect, Need, Parity, finer, strength
+from etb_hil.plant.effects.port import Port
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, strength
-from etb_hil.plant.effects.layout import row
-from etb_hil.plant.physics import LIMP_HOME, STOP_HIGH, Vector
-
-_K = row("spring_nonlinear")
 _MIDDLE = 0.5  # of the travel
 _SPAN = "chosen: slopes of 0.05 to 0.09 N·m/rad are found over the travel"
+
+
+def torque(
+    theta: float,
+    quadratic: float,
+    cubic: float,
+    quartic: float,
+    kink: float,
+    knee: float,
+    limp_home: float,
+    stop_high: float,
+) -> float:
+    """Return the torque in N·m that brakes opening at an angle."""
+    if theta <= limp_home:
+        return 0.0
+    x = (theta - limp_home) / (stop_high - limp_home)
+    return x * x * (quadratic + x * (cubic + x * quartic)) + kink * max(0.0, x - _MIDDLE - knee)
+
 
 EFFECT = Effect(
     id="spring_nonlinear",
@@ -32,14 +46,8 @@ EFFECT = Effect(
         finer("kink", "N·m", -1.0, 1.0, "k: the slope changes at once, as where coils meet", 0.05),
         finer("knee", "1", -0.4, 0.4, "m: where it does, from the middle of the travel", 0.05),
     ),
+    terms={Port.SPRING_TORQUE: torque},
+    needs=frozenset({Need.THROTTLE}),
+    curve_over="angle",
+    by_bench=(BenchMeasurement.SPRINGS, {"quadratic": 0.005, "cubic": 0.005, "quartic": 0.005}),
 )
-
-
-@njit(cache=True, error_model="numpy")
-def torque(theta: float, p: Vector) -> float:
-    """Return the torque in N·m that brakes opening at an angle."""
-    if theta <= p[LIMP_HOME]:
-        return 0.0
-    x = (theta - p[LIMP_HOME]) / (p[STOP_HIGH] - p[LIMP_HOME])
-    kink = p[_K + 3] * max(0.0, x - _MIDDLE - p[_K + 4])
-    return x * x * (p[_K] + x * (p[_K + 1] + x * p[_K + 2])) + kink

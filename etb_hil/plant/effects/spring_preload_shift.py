@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from numba import njit
+from etb_hil.plant.effects.effect import Balance, Effect, Need, Parity, strength
+from etb_hil.plant.effects.port import Port
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, strength
-from etb_hil.plant.effects.layout import row
-from etb_hil.plant.physics import DEAD_ZONE, LIMP_HOME, Vector
 
-_K = row("spring_preload_shift")
+def torque(theta: float, preload: float, limp_home: float, dead_zone: float) -> float:
+    """Return the torque in N·m that brakes opening at an angle; smoothed over the dead zone as the springs' own."""
+    if preload == 0.0:
+        return 0.0
+    x = theta - limp_home
+    u = min(abs(x) / dead_zone, 1.0)
+    jump = preload * u * u * (3.0 - 2.0 * u)
+    return jump if x > 0.0 else -jump
+
 
 EFFECT = Effect(
     id="spring_preload_shift",
@@ -22,15 +28,6 @@ EFFECT = Effect(
     separated_by="a sweep through limp-home: it changes its sign there",
     source="seed paper, fig. 3",
     is_of_place=True,
+    terms={Port.SPRING_TORQUE: torque},
+    needs=frozenset({Need.THROTTLE}),
 )
-
-
-@njit(cache=True, error_model="numpy")
-def torque(theta: float, p: Vector) -> float:
-    """Return the torque in N·m that brakes opening at an angle; smoothed over the dead zone as the springs' own."""
-    if p[_K] == 0.0:
-        return 0.0
-    x = theta - p[LIMP_HOME]
-    u = min(abs(x) / p[DEAD_ZONE], 1.0)
-    jump = p[_K] * u * u * (3.0 - 2.0 * u)
-    return jump if x > 0.0 else -jump

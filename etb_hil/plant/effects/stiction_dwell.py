@@ -4,14 +4,37 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from etb_hil.plant.effects.effect import Balance, Effect, Parity, State, finer, shape, strength
+from etb_hil.plant.effects.port import Port
 
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, shape, strength
-from etb_hil.plant.effects.layout import row
-from etb_hil.plant.physics import STICTION, Vector
-
-_K = row("stiction_dwell")
 _LOGARITHM = 1e-6  # a power below it is none
+
+
+def torque(age: float, per_decade: float, onset: float, growth: float, stiction: float) -> float:
+    """Return the friction level in N·m that is added at an age of the contacts in s."""
+    if per_decade == 0.0:
+        return 0.0
+    grown = math.log(1.0 + age / onset)
+    if abs(growth) > _LOGARITHM:
+        grown = (math.exp(growth * grown) - 1.0) / growth
+    return per_decade * stiction * 0.4342944819 * grown
+
+
+def start(rested: float) -> float:
+    """Return the age of the contacts in s at the beginning."""
+    return rested
+
+
+def older(age: float, omega: float, dt: float, per_decade: float, renewal: float) -> float:
+    """Return the age in s after dt s at a velocity, exactly for a constant one."""
+    if per_decade == 0.0:
+        return age
+    way = abs(omega) * dt / renewal
+    if way < 1e-9:
+        return age + dt
+    keep = math.exp(-way)
+    return age * keep + dt * (1.0 - keep) / way
+
 
 EFFECT = Effect(
     id="stiction_dwell",
@@ -36,37 +59,6 @@ EFFECT = Effect(
         finer("rested", "s", 0.0, 1000.0, "age of the contacts at the beginning", 1.0),
     ),
     is_one_way=True,
+    terms={Port.FRICTION_AGE: torque},
+    states=(State("age", older, start),),
 )
-
-
-@njit(cache=True, error_model="numpy")
-def is_there(p: Vector) -> bool:
-    """Tell whether the age of the contacts matters."""
-    return p[_K] != 0.0
-
-
-@njit(cache=True, error_model="numpy")
-def age_at_start(p: Vector) -> float:
-    """Return the age of the contacts in s at the beginning."""
-    return p[_K + 4]
-
-
-@njit(cache=True, error_model="numpy")
-def torque(age: float, p: Vector) -> float:
-    """Return the friction level in N·m that is added at an age of the contacts in s."""
-    if p[_K] == 0.0:
-        return 0.0
-    grown = math.log(1.0 + age / p[_K + 1])
-    if abs(p[_K + 3]) > _LOGARITHM:
-        grown = (math.exp(p[_K + 3] * grown) - 1.0) / p[_K + 3]
-    return p[_K] * p[STICTION] * 0.4342944819 * grown
-
-
-@njit(cache=True, error_model="numpy")
-def older(age: float, omega: float, dt: float, p: Vector) -> float:
-    """Return the age in s after dt s at a velocity, exactly for a constant one."""
-    way = abs(omega) * dt / p[_K + 2]
-    if way < 1e-9:
-        return age + dt
-    keep = math.exp(-way)
-    return age * keep + dt * (1.0 - keep) / way

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import math
-
-from numba import njit
-
 from etb_hil.plant.effects.curves import bell
 from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, strength
-from etb_hil.plant.effects.layout import row
-from etb_hil.plant.physics import STRIBECK_VELOCITY, Vector
+from etb_hil.plant.effects.port import Port
 
-_K = row("stribeck_shape")
+
+def peak(omega: float, exponent_change: float, velocity_change: float, tail: float, stribeck_velocity: float) -> float:
+    """Return the share of T_st - T_c that is left at a velocity."""
+    return bell(abs(omega) / (stribeck_velocity * (1.0 + velocity_change)), 2.0 + exponent_change, tail)
+
 
 EFFECT = Effect(
     id="stribeck_shape",
@@ -31,13 +30,5 @@ EFFECT = Effect(
     separated_by="three or more speeds that span omega_s",
     source="Armstrong-Helouvry 1991, exponents of the Stribeck curve",
     finer=(finer("tail", "1", -0.5, 2.0, "1 with an exponent of 2: the rational curve of Hess and Soom 1990", 0.25),),
+    terms={Port.STRIBECK_PEAK: peak},
 )
-
-
-@njit(cache=True, error_model="numpy")
-def peak(omega: float, p: Vector) -> float:
-    """Return the share of T_st - T_c that is left at a velocity."""
-    x = abs(omega) / (p[STRIBECK_VELOCITY] * (1.0 + p[_K + 1]))
-    if p[_K] == 0.0 and p[_K + 1] == 0.0:
-        return math.exp(-x * x)
-    return bell(x, 2.0 + p[_K], p[_K + 2])

@@ -4,14 +4,54 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from etb_hil.base.compiled import njit
 from etb_hil.plant.effects.curves import lagged
-from etb_hil.plant.effects.effect import Balance, Effect, Parity, finer, shape, strength
-from etb_hil.plant.effects.layout import row
-from etb_hil.plant.physics import SUPPLY_VOLTAGE, Vector
+from etb_hil.plant.effects.effect import Balance, BenchMeasurement, Effect, Need, Parity, State, finer, shape, strength
+from etb_hil.plant.effects.port import Port
 
-_K = row("supply_sag")
+
+def voltage(
+    current: float,
+    command: float,
+    drawn: float,
+    source_resistance: float,
+    static_sag: float,
+    duty_exponent: float,
+    time_constant: float,
+    one_way: float,
+    supply_voltage: float,
+) -> float:
+    """Return the voltage that is lost at a current, a commanded voltage and a current drawn from the supply."""
+    if source_resistance == 0.0 and static_sag == 0.0:
+        return 0.0
+    duty = command / supply_voltage
+    own = drawn if time_constant > 0.0 else _taken(current, duty, duty_exponent, one_way)
+    return duty * (source_resistance * own + static_sag)
+
+
+def draw(
+    drawn: float,
+    current: float,
+    command: float,
+    dt: float,
+    duty_exponent: float,
+    time_constant: float,
+    one_way: float,
+    supply_voltage: float,
+) -> float:
+    """Return the current drawn from the battery behind its capacitor after dt s."""
+    if time_constant <= 0.0:
+        return 0.0
+    return lagged(drawn, _taken(current, command / supply_voltage, duty_exponent, one_way), dt, time_constant)
+
+
+@njit(cache=True, error_model="numpy")
+def _taken(current: float, duty: float, duty_exponent: float, one_way: float) -> float:
+    """Return the current that the supply gives."""
+    share = math.pow(abs(duty), duty_exponent) if duty != 0.0 else 0.0
+    drawn = current if duty >= 0.0 else -current
+    return share * (drawn + one_way * (abs(drawn) - drawn))
+
 
 EFFECT = Effect(
     id="supply_sag",
@@ -30,32 +70,8 @@ EFFECT = Effect(
     separated_by="log the supply voltage at the bridge",
     source="Thevenin source",
     finer=(finer("one_way", "1", 0.0, 1.0, "c: 0.5: a diode takes no current back; 1: it sags by it", 0.25),),
+    terms={Port.BRIDGE_VOLTAGE: voltage},
+    states=(State("drawn", draw),),
+    needs=frozenset({Need.CURRENT}),
+    by_bench=(BenchMeasurement.SUPPLY, {"source_resistance": 0.02, "static_sag": 0.03}),
 )
-
-
-@njit(cache=True, error_model="numpy")
-def voltage(current: float, command: float, drawn: float, p: Vector) -> float:
-    """Return the voltage that is lost at a current, a commanded voltage and a current drawn from the supply."""
-    if p[_K] == 0.0 and p[_K + 1] == 0.0:
-        return 0.0
-    duty = command / p[SUPPLY_VOLTAGE]
-    own = drawn if p[_K + 3] > 0.0 else taken(current, command, p)
-    return duty * (p[_K] * own + p[_K + 1])
-
-
-@njit(cache=True, error_model="numpy")
-def taken(current: float, command: float, p: Vector) -> float:
-    """Return the current that the supply gives."""
-    duty = command / p[SUPPLY_VOLTAGE]
-    share = math.pow(abs(duty), p[_K + 2]) if duty != 0.0 else 0.0
-    drawn = current if command >= 0.0 else -current
-    return share * (drawn + p[_K + 4] * (abs(drawn) - drawn))
-
-
-@njit(cache=True, error_model="numpy")
-def drawn(before: float, current: float, command: float, dt: float, p: Vector) -> float:
-    """Return the current drawn from the battery behind its capacitor after dt s."""
-    if p[_K + 3] <= 0.0:
-        return 0.0
-    now = taken(current, command, p)
-    return lagged(before, now, dt, p[_K + 3])

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from numba import njit
-
+from etb_hil.base.compiled import njit
 from etb_hil.plant.effects import ports
 from etb_hil.plant.physics import Vector
 

@@ -1,0 +1,37 @@
+"""The modules that decide, and the files of tests that must find their faults."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Tests:
+    """Files of tests under `tests/`; kernels run in theirs as plain Python, a hundred times slower."""
+
+    plain: str
+    kernels: str = ""
+
+    def tests(self, *, compiled):
+        """Return the files for mutants in compiled code, or for the others."""
+        return [f"tests/{name}.py" for name in (self.kernels if compiled else self.plain).split()]
+
+
+RUNS = "bench/test_seen_off bench/test_safe_stop trusted/test_safe_stop_verbs"
+
+MODULES = {
+    "base/outcome": Tests("report/test_junit bench/test_whole_run cli/test_run_for_ci"),
+    "bench/safe_state": Tests("bench/test_seen_off"),
+    "bench/runner": Tests("bench/test_seen_off bench/test_waking bench/test_prompts_and_triggers bench/test_time_left"),
+    "bench/interlock": Tests("bench/test_interlock"),
+    "bench/supervision": Tests("bench/test_supervision", "bench/test_supervision"),
+    "bench/speed_watch": Tests("bench/test_speed_watch", "bench/test_supervision"),
+    "bench/supply_guard": Tests("bench/test_prompts_and_triggers"),
+    "bench/command_pause": Tests(RUNS),
+    "bench/beat": Tests(f"{RUNS} bench/test_interlock bench/test_prompts_and_triggers bench/test_whole_run"),
+    "bench/stop_signals": Tests("trusted/test_safe_stop_verbs"),
+    "session/attempts": Tests("bench/test_attempts"),
+    "session/answer_time": Tests("bench/test_supervision"),
+    "session/verdict_policy": Tests("canio/test_corruption_doubts bench/test_attempts"),
+    "scenario/condition_watch": Tests("scenario/test_condition_watch"),
+    "canio/dbc/reception": Tests("canio/test_decoder", "canio/test_decoder"),
+    "canio/dbc/protection": Tests("canio/test_protection canio/test_decoder", "canio/test_protection"),
+}

@@ -1,0 +1,174 @@
+"""Compile functions with numba, and keep their machine code on disk under a key of everything it was made from.
+
+Numba's own cache looks at a function's source file only. Machine code that holds other files' functions and constants
+stays in use there when those change. Here the key has the fingerprint of all of them, the argument types, and what
+compiles: Python, numba, llvmlite, numpy and the processor.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import hashlib
+import logging
+import os
+import pickle
+import sys
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from types import FunctionType
+from typing import Any, TypeAlias, TypeVar
+
+import llvmlite
+import numba
+import numpy as np
+from numba.core.base import BaseContext
+from numba.core.caching import _Cache
+from numba.core.codegen import CPUCodegen
+from numba.core.compiler import CompileResult
+from numba.core.dispatcher import Dispatcher
+from numba.core.serialize import dumps
+from numba.core.types import Type
+from numba.core.typing.templates import Signature
+from numba.misc.appdirs import AppDirs
+
+from etb_hil.base.fingerprint import fingerprint, type_fingerprint
+
+_CONFIG: Any = numba.config
+PACKAGE = Path(__file__).resolve().parent.parent
+Function = TypeVar("Function", bound=Callable[..., Any])
+Types: TypeAlias = Signature | tuple[Type, ...]
+LOG = logging.getLogger(__name__)  # one record at level INFO for each function that has to be compiled
+
+_HASH = 16  # hexadecimal digits of a hash in a name: 64 bits
+_CHECKSUM = hashlib.sha256().digest_size
+
+
+def njit(*, cache: bool, **options: object) -> Callable[[Function], Function]:
+    """Return the decorator `numba.njit(**options)`; with `cache` the machine code is kept for later processes."""
+
+    def compiled(function: Function) -> Function:
+        dispatcher = numba.njit(**options)(function)
+        if cache and isinstance(dispatcher, Dispatcher):  # with NUMBA_DISABLE_JIT it is the function itself
+            dispatcher._cache = _MachineCode(dispatcher.py_func)  # noqa: SLF001 (as its `enable_caching` does)
+        return dispatcher
+
+    return compiled
+
+
+def folders() -> list[Path]:
+    """Return where machine code may lie, best first: NUMBA_CACHE_DIR, or beside the package and in the user's cache."""
+    place = f"etb_hil-{_hash(str(PACKAGE))}"
+    if _CONFIG.CACHE_DIR:
+        return [Path(_CONFIG.CACHE_DIR) / place]
+    return [PACKAGE / "__pycache__" / "machine_code", Path(AppDirs("etb_hil", appauthor=False).user_cache_dir) / place]
+
+
+class _MachineCode(_Cache):  # type: ignore[misc] # numba has no types
+    """The machine code of one function, a file for each tuple of argument types."""
+
+    def __init__(self, function: FunctionType) -> None:
+        self._function = function
+        self._name = f"{function.__module__}.{function.__qualname__}".replace("<", "").replace(">", "")
+        self._is_enabled = True
+
+    @property
+    def cache_path(self) -> str:
+        """The best folder."""
+        return str(folders()[0])
+
+    def enable(self) -> None:
+        """Read and write files from now on."""
+        self._is_enabled = True
+
+    def disable(self) -> None:
+        """Compile without files from now on."""
+        self._is_enabled = False
+
+    def flush(self) -> None:
+        """Delete the function's files."""
+        for folder in folders():
+            _delete(folder.glob(f"*/{self._name}-*"))
+
+    def load_overload(self, signature: Types, target_context: BaseContext) -> CompileResult | None:
+        """Return what was compiled for a signature, None if it is not there; then numba compiles it."""
+        target_context.refresh()  # makes numba's own functions known, which the machine code may call
+        name = f"{_environment(target_context.codegen())}/{self._file(signature)}"
+        for folder in folders() if self._is_enabled else ():
+            content = _read(folder / name)
+            if content is not None:
+                return CompileResult._rebuild(target_context, *pickle.loads(content))  # noqa: S301, SLF001 (our own file)
+        LOG.info("compiling %s", self._name)
+        return None
+
+    def save_overload(self, signature: Types, result: CompileResult) -> None:
+        """Keep what was compiled for a signature, in the first folder that takes it."""
+        if not self._is_enabled or result.lifted or result.library.has_dynamic_globals:
+            return
+        content = dumps(result._reduce())  # noqa: SLF001 (as numba's cache does)
+        environment, name = _environment(result.codegen), self._file(signature)
+        for folder in folders():
+            with contextlib.suppress(OSError):  # read-only, or full
+                if not (folder / environment).is_dir():
+                    (folder / environment).mkdir(parents=True, exist_ok=True)
+                    _drop_other_versions(folder, environment)
+                _write(folder / environment / name, content)
+                code = name.rpartition("-")[0]
+                siblings = (folder / environment).glob(f"{self._name}-*")
+                _delete(path for path in siblings if not path.name.startswith(code))
+                return
+
+    def _file(self, signature: Types) -> str:
+        types = [type_fingerprint(one) for one in getattr(signature, "args", signature)]
+        return f"{self._name}-{fingerprint(self._function)[:_HASH]}-{_hash(repr(types))}"
+
+
+@functools.cache
+def _environment(codegen: CPUCodegen) -> str:
+    """Return the name of the folder for what compiles: Python, processor, and a hash of versions and settings."""
+    triple, processor, features = codegen.magic_tuple()
+    versions = (sys.version, numba.__version__, llvmlite.__version__, np.__version__)
+    settings = (str(_CONFIG.OPT), _CONFIG.BOUNDSCHECK, _CONFIG.LOOP_VECTORIZE, _CONFIG.SLP_VECTORIZE)
+    machine = _hash(repr((triple, processor, features)))
+    return f"{sys.implementation.cache_tag}-{machine}-{_hash(repr((versions, settings)))}"
+
+
+def _drop_other_versions(folder: Path, environment: str) -> None:
+    """Delete what other versions compiled for this Python and processor, and what numba's own cache had."""
+    for other in folder.glob(f"{environment.rpartition('-')[0]}-*"):
+        if other.name != environment:
+            _delete(other.iterdir())
+            with contextlib.suppress(OSError):
+                other.rmdir()
+    _delete(PACKAGE.rglob("__pycache__/*.nb[ic]"))
+
+
+def _read(path: Path) -> bytes | None:
+    """Return a file's content; None where there is none, or it is damaged."""
+    try:
+        data = path.read_bytes()
+    except OSError:
+        return None
+    content = data[_CHECKSUM:]
+    return content if hashlib.sha256(content).digest() == data[:_CHECKSUM] else None
+
+
+def _write(path: Path, content: bytes) -> None:
+    """Write a file that is there as a whole or not at all, for others who read or write it at the same time."""
+    part = path.with_name(f"{path.name}.{os.getpid()}")
+    try:
+        part.write_bytes(hashlib.sha256(content).digest() + content)
+        part.replace(path)
+    except OSError:
+        _delete([part])
+        raise
+
+
+def _delete(paths: Iterable[Path]) -> None:
+    for path in paths:
+        with contextlib.suppress(OSError):
+            path.unlink()
+
+
+def _hash(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:_HASH]

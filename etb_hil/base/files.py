@@ -1,0 +1,74 @@
+"""Files that are there whole or not at all: written under another name, flushed to the disk, then renamed."""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from etb_hil.base.errors import InputError, Place, Problem
+
+REMEDY = "choose another place, or make room"
+_KEPT = 40  # last characters of a name that its temporary name keeps: the suffix tells writers the format
+
+
+@contextmanager
+def replacing(path: Path, remedy: str = REMEDY) -> Iterator[Path]:
+    """Yield a temporary path beside `path`, and rename it to `path` once it is written and on the disk.
+
+    An earlier file stays as it was until then. A symbolic link stays; the file it points to is replaced. Raises
+    InputError where the file cannot be written, or where `path` is a device, a pipe or a folder.
+    """
+    with refused_by_name(path, remedy):
+        target = Path(os.path.realpath(path))
+        if target.exists() and not target.is_file():
+            if target.is_dir():
+                raise IsADirectoryError(errno.EISDIR, None)
+            raise InputError(Problem("is a device or a pipe, which no file replaces", Place(path), remedy=remedy))
+        part = target.with_name(f".part-{os.getpid()}-{target.name[-_KEPT:]}")
+        try:
+            yield part
+            _flush(part)
+            part.replace(target)
+        finally:
+            part.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str, remedy: str = REMEDY) -> Path:
+    """Write a text as UTF-8, whole or not at all, and return its path; InputError where it cannot be written."""
+    return write_bytes(path, text.encode(), remedy)
+
+
+def write_bytes(path: Path, content: bytes, remedy: str = REMEDY) -> Path:
+    """Write a file whole or not at all, and return its path; InputError where it cannot be written."""
+    with replacing(path, remedy) as part:
+        part.write_bytes(content)
+    return path
+
+
+def make_folder(folder: Path, remedy: str = REMEDY) -> Path:
+    """Make a folder and those above it, where they are missing, and return it; InputError where that fails."""
+    with refused_by_name(folder, remedy):
+        folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+@contextmanager
+def refused_by_name(path: Path, remedy: str = REMEDY) -> Iterator[None]:
+    """Turn the OSError of a write into an InputError that names `path` and the remedy."""
+    try:
+        yield
+    except OSError as error:
+        # Libraries put words of their own around the system's.
+        reason = os.strerror(error.errno) if error.errno else str(error)
+        raise InputError(Problem(f"cannot be written: {reason}", Place(path), remedy=remedy)) from None
+
+
+def _flush(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDWR)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

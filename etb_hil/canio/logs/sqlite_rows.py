@@ -1,0 +1,80 @@
+"""The frames in python-can's table of an SQLite file, and nothing else that such a file may ask for."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Self
+
+import can
+
+from etb_hil.base.userfile import open_file
+
+_COLUMNS = "ts, arbitration_id, extended, remote, error, dlc, data"
+_LONGEST_VALUE = 4096  # bytes; a payload has 64
+_LEAST_ROW = 10  # bytes of a row of seven columns: a file that gives more rows goes in circles
+_HEADER = 100
+_ALLOWED = (sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ)
+
+
+class SqliteRows:
+    """Messages of the table `messages`, in its order; a file that is damaged raises sqlite3.Error or ValueError.
+
+    A file may define views and functions that never end, and values of any length: no such thing is asked for.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._most_rows = _whole(path) // _LEAST_ROW
+        self._database = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._database.close()
+
+    def __iter__(self) -> Iterator[can.Message]:
+        self._database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, _LONGEST_VALUE)
+        self._database.set_authorizer(_authorize)
+        root = self._database.execute("SELECT rootpage FROM sqlite_master WHERE name = 'messages'").fetchone()
+        if root is not None and not root[0]:
+            raise ValueError("messages is a view, no table")
+        for count, row in enumerate(self._database.execute(f"SELECT {_COLUMNS} FROM messages")):  # noqa: S608 (ours)
+            if count >= self._most_rows:
+                raise ValueError("its pages go in circles")
+            yield _message(row)
+
+
+def _authorize(action: int, *_: object) -> int:
+    return sqlite3.SQLITE_OK if action in _ALLOWED else sqlite3.SQLITE_DENY
+
+
+def _message(row: tuple[object, ...]) -> can.Message:
+    seconds, ident, extended, remote, error, dlc, data = row
+    if not isinstance(seconds, float | int) or not isinstance(ident, int) or not isinstance(dlc, int):
+        raise TypeError("a time, an identifier or a length is no number")
+    if not isinstance(data, bytes | None):
+        raise TypeError("a payload is no BLOB")
+    return can.Message(
+        timestamp=seconds,
+        arbitration_id=ident,
+        is_extended_id=bool(extended),
+        is_remote_frame=bool(remote),
+        is_error_frame=bool(error),
+        dlc=dlc,
+        data=data,
+    )
+
+
+def _whole(path: Path) -> int:
+    """Return the size of a file that is whole: of one that is cut off, SQLite reads what is missing as zeros."""
+    with open_file(path) as file:
+        head = file.read(_HEADER)
+        size = file.seek(0, 2)
+    if head[:15] == b"SQLite format 3" and len(head) == _HEADER:
+        page = int.from_bytes(head[16:18], "big")
+        whole = int.from_bytes(head[28:32], "big") * (65536 if page == 1 else page)
+        if size < whole:
+            raise ValueError(f"{size} of {whole} bytes are there; `sqlite3 {path.name} .recover` finds what is left")
+    return size

@@ -1,0 +1,84 @@
+"""What is known of a run when it is over: measurements are computed from it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, TypeVar
+
+from etb_hil.diagnosis.break_away import READING
+from etb_hil.diagnosis.contradiction import Widening, widened
+from etb_hil.diagnosis.measurement_kind import Estimate
+from etb_hil.diagnosis.prior import CONSTANT
+
+if TYPE_CHECKING:
+    from etb_hil.diagnosis.assessment import Assessment, Interval
+    from etb_hil.diagnosis.break_away import BreakAway, BreakAwayTorque
+    from etb_hil.diagnosis.current_zero import Zero
+    from etb_hil.diagnosis.drift import Drift
+    from etb_hil.diagnosis.limit_laws import DwellLaw
+    from etb_hil.diagnosis.places_seen import Unseen
+    from etb_hil.diagnosis.segments import Segment
+    from etb_hil.diagnosis.tally import LiveReading
+    from etb_hil.diagnosis.uneven_way import UnevenWay
+    from etb_hil.plant.parameters import Model, ThrottleParameters
+    from etb_hil.recording.samples import Float64
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class Findings:
+    """What is known of a run: its fit, its live reading, its segments.
+
+    `throttle` holds the model's parameters at the temperature of the current zero. `fitted` are the parameters of the
+    friction curve with the intervals of the fit alone, empty where there is no fit; `fastest` and `far` rad/s are the
+    highest speed and the speed from which T_c is seen. `unseen` is the widest part of the way that no slow motion
+    covered, None where that is little. `dwell` is the law by which limits follow the time of rest. `series` are the
+    columns of the plots.
+    """
+
+    model: Model
+    throttle: ThrottleParameters
+    zero: Zero
+    assessment: Assessment
+    fitted: Mapping[str, Interval]
+    widening: Widening
+    way: UnevenWay | None
+    drift: Drift | None
+    unseen: Unseen | None
+    fastest: float
+    far: float
+    broken_away: Sequence[BreakAway]
+    dwell: DwellLaw | None
+    reading: LiveReading
+    series: Mapping[str, Float64]
+    segments: Sequence[Segment]
+    _shared: dict[Callable[[Findings], object], object] = field(default_factory=dict, repr=False, compare=False)
+
+    def once(self, make: Callable[[Findings], T]) -> T:
+        """Return what a function makes of this run; it is called once, however many measurements share its result."""
+        if make not in self._shared:
+            self._shared[make] = make(self)
+        return self._shared[make]  # type: ignore[return-value]
+
+    def of(self, *kinds: str) -> list[Segment]:
+        """Return the segments of some kinds of phase, in the order of the run."""
+        return [segment for segment in self.segments if segment.phase.kind in kinds]
+
+    @property
+    def scale(self) -> float:
+        """The torque of the motor over that of the model, from the fit; 1 where there is none."""
+        fit = self.assessment.fit
+        return 1.0 if fit is None else 1.0 + float(fit.parameters[CONSTANT])
+
+    def broken_away_at(self, found: BreakAwayTorque) -> Estimate:
+        """Return the torque of break-aways, at the motor torque that the fit found, with what its reading adds."""
+        value, reading = self.scale * found.value, READING * self.scale * found.value
+        low, high = self.scale * found.low - reading, self.scale * found.high + reading
+        return Estimate(value, *widened(value, low, high, self.widening.gain))
+
+    def with_gain(self, found: Interval, **more: object) -> Estimate:
+        """Return an estimate whose interval holds what the gain of the current sensor leaves open."""
+        low, high = widened(found.value, found.low, found.high, self.widening.gain)
+        return Estimate(found.value, found.low if found.low == 0.0 else low, high, **more)  # type: ignore[arg-type]

@@ -1,0 +1,70 @@
+"""What a measurement declares: one file of `measurements/` holds one declaration and how the value is computed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from etb_hil.diagnosis.findings import Findings
+    from etb_hil.diagnosis.result import Reason
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A value in SI with its 95 % interval, None where unknown.
+
+    `note` says under which conditions it holds. Where a measurement gives several values, `suffix` sets their ids apart
+    (`T_st_at_rate_1`) and `name` their names. `may_pass` is False where the run saw too little of the unit for a pass.
+    `undecided` takes the place of the usual reason where the interval reaches over a limit; `if_failed` is added to the
+    reason of a fail.
+    """
+
+    value: float | None
+    low: float | None = None
+    high: float | None = None
+    note: str = ""
+    suffix: str = ""
+    name: str = ""
+    may_pass: bool = True
+    undecided: Reason | None = None
+    if_failed: str = ""
+
+
+Found = Estimate | Iterable[Estimate] | None
+
+
+@dataclass(frozen=True, slots=True)
+class MeasurementKind:
+    """The declaration of a measurement.
+
+    `id` names it in limits files, results and tables; `name` is what engineers call it, `plain` what technicians call
+    it, `unit` its SI unit. `compute` returns the value from what is known of a run, None where the run does not tell.
+    `order` sorts measurements for people, judged ones first. `source` is the definition: an equation, a standard, a
+    data sheet. `too_high` and `too_low` say what to do with a unit beyond the upper or lower limit; empty: replace it.
+
+    `phases` are the kinds of phase that it is taken from, one of them at least; empty: the motion of the whole run.
+    `roles` are the signals that it needs beside current and motor angle. `is_friction`: a friction torque, which
+    follows temperature and may differ by direction. `friction_of` is the friction torque that the value is reduced by.
+    `is_model_free`: the value holds without the bench's model, and keeps its interval where data contradict that.
+    `judged_at_rest_by` is the measurement whose limit applies where that limit states a law of rest. `least_limit` is
+    the smallest limit that makes sense, in SI.
+    """
+
+    id: str
+    name: str
+    unit: str
+    compute: Callable[[Findings], Found]
+    order: int
+    plain: str = ""
+    source: str = ""
+    too_high: str = ""
+    too_low: str = ""
+    phases: frozenset[str] = frozenset()
+    roles: frozenset[str] = frozenset()
+    is_friction: bool = False
+    friction_of: str = ""
+    is_model_free: bool = False
+    judged_at_rest_by: str = ""
+    least_limit: float | None = None

@@ -1,0 +1,49 @@
+"""The default position: where springs leave the plate, approached from both sides."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from etb_hil.diagnosis.measurement_kind import Estimate, MeasurementKind
+from etb_hil.diagnosis.motion.repeats import combined, error_of_mean
+from etb_hil.diagnosis.motion.returns import returns
+from etb_hil.diagnosis.motion.sensors import plate_rounding
+
+if TYPE_CHECKING:
+    from etb_hil.diagnosis.findings import Findings
+
+
+def _compute(run: Findings) -> Estimate | None:
+    found = returns(run)
+    sides = [[one for one in found if one.is_opening is opening] for opening in (True, False)]
+    if not all(sides) or any(math.isnan(one.plate) for one in found):
+        return None
+    means = [sum(one.plate for one in side) / len(side) for side in sides]
+    # Noise of the sensor is in the scatter of the rests already; alone it is the least that they scatter by.
+    errors = [
+        max(error_of_mean([one.plate for one in side]), max(one.plate_error for one in side) / math.sqrt(len(side)))
+        for side in sides
+    ]
+    value = 0.5 * (means[0] + means[1])
+    reach = combined((plate_rounding(run.model),), 0.5 * math.hypot(*errors))
+    note = (
+        f"mean of {len(sides[1])} returns from the open and {len(sides[0])} from the closed side, by the plate sensor"
+    )
+    return Estimate(value, value - reach, value + reach, note)
+
+
+KIND = MeasurementKind(
+    id="default_position",
+    name="default (limp-home) position",
+    unit="rad",
+    compute=_compute,
+    order=91,
+    plain="rest position of the plate without power",
+    phases=frozenset({"release"}),
+    roles=frozenset({"throttle_angle", "command_mode", "command_position"}),
+    is_model_free=True,
+    source="mean of both approaches; production controllers allow 1 deg about the learnt position (P1683)",
+    too_high="look for a spring that is hung wrongly or a bent stop of the limp-home lever",
+    too_low="look for a spring that is hung wrongly or a bent stop of the limp-home lever",
+)

@@ -1,0 +1,37 @@
+"""How well the plate finds its default position, approached from both sides."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from etb_hil.diagnosis.measurement_kind import Estimate, MeasurementKind
+from etb_hil.diagnosis.motion.encoder import encoder_of
+from etb_hil.diagnosis.motion.returns import returns
+
+if TYPE_CHECKING:
+    from etb_hil.diagnosis.findings import Findings
+
+
+def _compute(run: Findings) -> Estimate | None:
+    found = returns(run)
+    if len({one.is_opening for one in found}) < 2:
+        return None
+    rests = [one.rest for one in found]
+    value, step = max(rests) - min(rests), encoder_of(run).step
+    # Two angles in whole steps: their difference is known within a step, and the largest of several uses that.
+    return Estimate(value, max(value - step, 0.0), value + step, f"of {len(found)} returns, by the encoder")
+
+
+KIND = MeasurementKind(
+    id="default_position_spread",
+    name="spread of the default position",
+    unit="rad",
+    compute=_compute,
+    order=92,
+    plain="how far apart the rest positions without power lie",
+    phases=frozenset({"release"}),
+    roles=frozenset({"command_mode", "command_position"}),
+    is_model_free=True,
+    source="largest less smallest rest, approached from both sides (range of ISO 230-2, bidirectional)",
+    too_high="look for a plate or a gear that sticks near the default position",
+)

@@ -1,0 +1,27 @@
+"""Place of the most slow friction along the way."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from etb_hil.diagnosis.measurement_kind import Estimate, MeasurementKind
+
+if TYPE_CHECKING:
+    from etb_hil.diagnosis.findings import Findings
+
+
+def _friction_most_at(run: Findings) -> Estimate | None:
+    """Return the angle of the most slow friction along the way, where friction differs along the way."""
+    if run.way is None:
+        return None
+    place = run.way.most
+    return Estimate(place.angle)
+
+
+KIND = MeasurementKind(
+    id="friction_most_at",
+    name="place of the most slow friction along the way",
+    unit="rad",
+    compute=_friction_most_at,
+    order=330,
+)

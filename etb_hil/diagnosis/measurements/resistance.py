@@ -1,0 +1,31 @@
+"""Winding resistance of the run."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from etb_hil.diagnosis.half_width import TWO_SIDED_95
+from etb_hil.diagnosis.measurement_kind import Estimate, MeasurementKind
+
+if TYPE_CHECKING:
+    from etb_hil.diagnosis.findings import Findings
+
+
+def _resistance(run: Findings) -> Estimate | None:
+    """Return the constant that voltage, current and speed agree on."""
+    balance = run.assessment.balance
+    if balance is None:
+        return None
+    reach = TWO_SIDED_95 * balance.resistance_error
+    return Estimate(balance.resistance, balance.resistance - reach, balance.resistance + reach)
+
+
+KIND = MeasurementKind(
+    id="resistance",
+    name="resistance R_a",
+    unit="ohm",
+    compute=_resistance,
+    order=160,
+    is_model_free=True,
+    source="seed paper, eq. (4)",
+)

@@ -1,0 +1,30 @@
+"""How long springs take to bring the plate back from wide open, with the bridge off."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from etb_hil.diagnosis.measurement_kind import Estimate, MeasurementKind
+from etb_hil.diagnosis.motion.returns import return_time
+
+if TYPE_CHECKING:
+    from etb_hil.diagnosis.findings import Findings
+
+
+def _compute(run: Findings) -> Estimate | None:
+    return return_time(run, is_opening=False)
+
+
+KIND = MeasurementKind(
+    id="return_time_open",
+    name="unpowered return time from wide open",
+    unit="s",
+    compute=_compute,
+    order=93,
+    plain="time to come back from wide open without power",
+    phases=frozenset({"release"}),
+    roles=frozenset({"command_mode", "command_position"}),
+    is_model_free=True,
+    source="49 CFR 571.124 (FMVSS 124), S5.3; a supplier's sheet: below 500 ms at -40 degC",
+    too_high="look for friction that is too high or a spring that is weak or broken",
+)

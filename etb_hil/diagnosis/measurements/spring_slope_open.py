@@ -1,0 +1,31 @@
+"""The slope of the spring above limp-home."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from etb_hil.diagnosis.measurement_kind import Estimate, MeasurementKind
+from etb_hil.diagnosis.motion.springs import spring_line
+
+if TYPE_CHECKING:
+    from etb_hil.diagnosis.findings import Findings
+
+
+def _compute(run: Findings) -> Estimate | None:
+    found = spring_line(run, is_above=True)
+    return None if found is None else found.slope
+
+
+KIND = MeasurementKind(
+    id="spring_slope_open",
+    name="spring slope above limp-home",
+    unit="N·m/rad",
+    compute=_compute,
+    order=101,
+    plain="how the spring torque grows above limp-home",
+    phases=frozenset({"ramp"}),
+    roles=frozenset({"command_position"}),
+    source="slope of the line through the mean of opening and closing torque; seed paper, fig. 3",
+    too_high="look for a wrong spring",
+    too_low="look for a spring that is weak, broken or hung wrongly",
+)

@@ -1,0 +1,31 @@
+"""Overshoot of the response to a step of the set-point."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from etb_hil.diagnosis.measurement_kind import Estimate, MeasurementKind
+from etb_hil.diagnosis.motion.steps import estimates
+
+if TYPE_CHECKING:
+    from etb_hil.diagnosis.findings import Findings
+
+
+def _compute(run: Findings) -> Iterator[Estimate]:
+    return estimates(run, "overshoot", lambda response: response.overshoot)
+
+
+KIND = MeasurementKind(
+    id="step_overshoot",
+    name="overshoot",
+    unit="1",
+    compute=_compute,
+    order=98,
+    plain="how far the plate goes beyond its new position",
+    phases=frozenset({"step"}),
+    roles=frozenset({"command_mode", "command_position"}),
+    is_model_free=True,
+    source="share of the step beyond the final angle (IEC 60050-351)",
+    too_high="look at play in the gear and at the controller's tuning",
+)

@@ -1,0 +1,31 @@
+"""10-90 % rise time of the response to a step of the set-point."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from etb_hil.diagnosis.measurement_kind import Estimate, MeasurementKind
+from etb_hil.diagnosis.motion.steps import estimates
+
+if TYPE_CHECKING:
+    from etb_hil.diagnosis.findings import Findings
+
+
+def _compute(run: Findings) -> Iterator[Estimate]:
+    return estimates(run, "10-90 % rise time", lambda response: response.rise)
+
+
+KIND = MeasurementKind(
+    id="step_rise",
+    name="10-90 % rise time",
+    unit="s",
+    compute=_compute,
+    order=96,
+    plain="time that a step takes",
+    phases=frozenset({"step"}),
+    roles=frozenset({"command_mode", "command_position"}),
+    is_model_free=True,
+    source="10 to 90 % of the step (IEC 60050-351); a supplier's sheet: below 80 ms for steps over 1 deg",
+    too_high="look at friction, winding resistance and the supply",
+)

@@ -1,0 +1,36 @@
+"""Sliding (Coulomb) torque T_c."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from etb_hil.diagnosis.measurement_kind import MeasurementKind
+from etb_hil.diagnosis.result import Reason
+
+if TYPE_CHECKING:
+    from etb_hil.diagnosis.findings import Findings
+    from etb_hil.diagnosis.measurement_kind import Estimate
+
+
+def _coulomb(run: Findings) -> Estimate | None:
+    """Return the fitted friction far above the Stribeck velocity, less the viscous torque."""
+    found, stiction = run.fitted.get("T_c"), run.fitted.get("T_st")
+    if found is None or stiction is None:
+        return None
+    undecided = None
+    if run.fastest < run.far:
+        text = f"the plate never passed 2.15 omega_s ({run.fastest:.1f} of {run.far:.1f} rad/s)"
+        undecided = Reason("T_c_not_reached", text, "add a dash that passes 2.15 omega_s")
+    return run.with_gain(run.widening.of_coulomb(found, stiction), undecided=undecided)
+
+
+KIND = MeasurementKind(
+    id="T_c",
+    name="Coulomb torque T_c",
+    plain="sliding friction",
+    unit="N·m",
+    compute=_coulomb,
+    order=20,
+    is_friction=True,
+    source="seed paper, eq. (2) far above omega_s",
+)

@@ -1,0 +1,31 @@
+"""Break-away (stiction) torque T_st."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from etb_hil.diagnosis.measurement_kind import MeasurementKind
+
+if TYPE_CHECKING:
+    from etb_hil.diagnosis.findings import Findings
+    from etb_hil.diagnosis.measurement_kind import Estimate
+
+
+def _stiction(run: Findings) -> Estimate | None:
+    """Return the fitted friction of sliding at no speed, as wide as an uneven way makes it."""
+    found = run.fitted.get("T_st")
+    if found is None:
+        return None
+    return run.with_gain(run.widening.of_stiction(found), may_pass=run.unseen is None)
+
+
+KIND = MeasurementKind(
+    id="T_st",
+    name="stiction torque T_st",
+    plain="break-away friction",
+    unit="N·m",
+    compute=_stiction,
+    order=10,
+    is_friction=True,
+    source="seed paper, eq. (2) at zero speed",
+)

@@ -1,0 +1,82 @@
+"""From what is known of a run to its measurements, each held against its limit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+
+from etb_hil.base.outcome import UnitVerdict
+from etb_hil.diagnosis.findings import Findings
+from etb_hil.diagnosis.limits import Limits
+from etb_hil.diagnosis.measurement_kind import Estimate, Found, MeasurementKind
+from etb_hil.diagnosis.measurement_registry import measurement_kinds
+from etb_hil.results.measurement import Measurement
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """A measurement of a run, with its declaration and the estimate that it was made from."""
+
+    kind: MeasurementKind
+    estimate: Estimate
+    measurement: Measurement
+
+
+def measure(run: Findings, limits: Limits) -> Iterator[Measured]:
+    """Yield the measurements of a run, those that decide first."""
+    for kind in measurement_kinds().values():
+        limit = limits.of(kind)
+        low, high = (None, None) if limit is None else limit.at_throttle(run.throttle.gear_ratio, run.zero.temperature)
+        for estimate in _each(kind.compute(run)):
+            one = Measurement(
+                f"{kind.id}{estimate.suffix}",
+                estimate.name or kind.name,
+                estimate.value,
+                kind.unit,
+                estimate.low,
+                estimate.high,
+                low,
+                high,
+                note=estimate.note,
+            )
+            yield Measured(kind, estimate, replace(one, verdict=_verdict(one, estimate, limits.marginal_band)))
+
+
+def _each(found: Found) -> Iterable[Estimate]:
+    if found is None:
+        return ()
+    return (found,) if isinstance(found, Estimate) else found
+
+
+def _verdict(one: Measurement, estimate: Estimate, band: float) -> UnitVerdict | None:
+    if (one.limit_low is None and one.limit_high is None) or one.value is None:
+        return None
+    if one.low is None or one.high is None:
+        return UnitVerdict.INCONCLUSIVE
+    verdict = stand(one.value, one.low, one.high, one.limit_low, one.limit_high, band)
+    return UnitVerdict.INCONCLUSIVE if verdict is UnitVerdict.PASS and not estimate.may_pass else verdict
+
+
+def stand(
+    value: float, low: float, high: float, limit_low: float | None, limit_high: float | None, band: float
+) -> UnitVerdict:
+    """Hold a value's interval against its limits; `band` is a share of the limit, inside which nothing is decided."""
+    verdicts = []
+    if limit_high is not None:
+        margin = band * abs(limit_high)
+        verdicts.append(_side(limit_high - high - margin, low - limit_high - margin))
+    if limit_low is not None:
+        margin = band * abs(limit_low)
+        verdicts.append(_side(low - limit_low - margin, limit_low - high - margin))
+    if not low <= value <= high:
+        return UnitVerdict.INCONCLUSIVE
+    for worst in (UnitVerdict.FAIL, UnitVerdict.INCONCLUSIVE):
+        if worst in verdicts:
+            return worst
+    return UnitVerdict.PASS
+
+
+def _side(inside: float, outside: float) -> UnitVerdict:
+    if outside > 0.0:
+        return UnitVerdict.FAIL
+    return UnitVerdict.PASS if inside > 0.0 else UnitVerdict.INCONCLUSIVE

@@ -1,0 +1,59 @@
+"""The samples of single phases, for measurements that look at a step, a rest or a return and not at the whole run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from etb_hil.diagnosis.phase_use import RunPhase
+from etb_hil.recording.samples import Float64
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """The samples of one phase.
+
+    `time` (n) s since the run's first sample. `columns` (n each) by role in SI, NaN where a sample is missing. In place
+    of `motor_angle` there is `angle`, rad at the throttle shaft with the offset of the encoder taken off. The zero of
+    the sensor is taken off `motor_current`. `command_position` and `command_mode` hold the last command at each sample.
+    """
+
+    phase: RunPhase
+    time: Float64
+    columns: Mapping[str, Float64]
+
+    def column(self, role: str) -> Float64:
+        """Return a column (n), NaN throughout where the controller does not send the role."""
+        found = self.columns.get(role)
+        return np.full(len(self.time), np.nan) if found is None else found
+
+
+class SegmentCollector:
+    """Gathers the samples of the phases whose kinds some measurement needs."""
+
+    def __init__(self, kinds: frozenset[str]) -> None:
+        self._kinds = kinds
+        self._parts: list[tuple[RunPhase, list[tuple[Float64, Mapping[str, Float64]]]]] = []
+
+    def push(self, phase: RunPhase, time: Float64, columns: Mapping[str, Float64]) -> None:
+        """Take samples of a phase; those of kinds that nothing needs are dropped."""
+        if phase.kind not in self._kinds:
+            return
+        if not self._parts or self._parts[-1][0] != phase:
+            self._parts.append((phase, []))
+        self._parts[-1][1].append((time, columns))
+
+    def segments(self) -> Sequence[Segment]:
+        """Return a segment for each phase, in the order of the run."""
+        return [Segment(phase, *_joined(parts)) for phase, parts in self._parts]
+
+
+def _joined(parts: list[tuple[Float64, Mapping[str, Float64]]]) -> tuple[Float64, dict[str, Float64]]:
+    roles = dict.fromkeys(role for _, columns in parts for role in columns)
+    missing = [np.full(len(time), np.nan) for time, _ in parts]
+    return np.concatenate([time for time, _ in parts]), {
+        role: np.concatenate([columns.get(role, gap) for (_, columns), gap in zip(parts, missing, strict=True)])
+        for role in roles
+    }

@@ -1,0 +1,153 @@
+"""One step of the plate's equations, with its derivatives by the state and by the parameters; compiled.
+
+The momentum balance over a step of h s is solved for the way X that the plate goes:
+
+    2 J (X / h - omega) = h (K i - spring(theta + X / 2) - d - F(X)) - sigma_1 (z(X) - z) - sigma_2 X
+
+The bristles follow eq. (2) of the seed paper exactly at the constant velocity X / h; F is their mean torque over the
+step. One Newton step from the explicit prediction solves the balance, and the derivatives are those of the implicit
+function. Every step of a filter needs two things of them: how the way changes, and how the bristles' end changes at a
+given way; the rest is linear in these.
+"""
+
+from __future__ import annotations
+
+from etb_hil.base.compiled import njit
+from etb_hil.plant.exactmath import exp_neg, gauss
+from etb_hil.plant.physics import (
+    BRISTLE_DAMPING,
+    BRISTLE_STIFFNESS,
+    COULOMB,
+    DEAD_ZONE,
+    INERTIA,
+    LIMP_HOME,
+    PRELOAD_CLOSE,
+    PRELOAD_OPEN,
+    SLOPE_CLOSE,
+    SLOPE_OPEN,
+    STICTION,
+    STRIBECK_VELOCITY,
+    TORQUE_PER_AMPERE,
+    VISCOUS,
+    Vector,
+)
+
+# State: angle (rad), velocity (rad/s), bristle torque sigma_0 z (N·m), disturbance torque against the motion (N·m), and
+# the logarithm of the friction level, which scales T_c and T_st alike.
+THETA, OMEGA, BRISTLE, DISTURBANCE, LEVEL = range(5)
+MOVING = 5
+# Behind it, what may be adapted: logarithms of friction's shape and of the inertia, and the springs' torques.
+AT_STICTION, AT_VISCOUS, AT_STIFFNESS, AT_STRIBECK, AT_INERTIA = range(MOVING, MOVING + 5)
+AT_PRELOAD_OPEN, AT_PRELOAD_CLOSE, AT_SLOPE_OPEN, AT_SLOPE_CLOSE = range(MOVING + 5, MOVING + 9)
+STATES = MOVING + 9
+ADAPTED = (
+    STICTION,
+    VISCOUS,
+    BRISTLE_STIFFNESS,
+    STRIBECK_VELOCITY,
+    INERTIA,
+    PRELOAD_OPEN,
+    PRELOAD_CLOSE,
+    SLOPE_OPEN,
+    SLOPE_CLOSE,
+)  # their places in the parameter vector, in the order above
+
+_SERIES_BELOW = 1e-2
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _decay(y: float) -> tuple[float, float, float]:
+    """Return exp(-y), its mean over 0 ... y, and the derivative of that mean."""
+    if y < _SERIES_BELOW:
+        mean = 1.0 - y * (0.5 - y * (1.0 / 6.0 - y * (1.0 / 24.0 - y * (1.0 / 120.0))))
+        return 1.0 - y * mean, mean, -0.5 + y * (1.0 / 3.0 - y * (0.125 - y * (1.0 / 30.0)))
+    end = exp_neg(y)
+    mean = (1.0 - end) / y
+    return end, mean, (end - mean) / y
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def spring(theta: float, p: Vector) -> tuple[float, float, float]:
+    """Return the springs' torque in N·m, its slope in N·m/rad, and the signed share of preload and slope that acts."""
+    x = theta - p[LIMP_HOME]
+    distance, sign = abs(x), 1.0 if x > 0.0 else -1.0
+    preload, rise = (p[PRELOAD_OPEN], p[SLOPE_OPEN]) if x > 0.0 else (p[PRELOAD_CLOSE], p[SLOPE_CLOSE])
+    whole = preload + rise * distance
+    if distance >= p[DEAD_ZONE]:
+        return sign * whole, rise, sign
+    u = distance / p[DEAD_ZONE]
+    share = u * u * (3.0 - 2.0 * u)
+    return sign * whole * share, rise * share + whole * 6.0 * u * (1.0 - u) / p[DEAD_ZONE], sign * share
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _first_way(x: Vector, p: Vector, motor: float, h: float) -> float:
+    """Return the way in rad that the explicit prediction gives, with the bristles' stiffness taken into account."""
+    omega, bristle = x[OMEGA], x[BRISTLE]
+    g = p[COULOMB] + (p[STICTION] - p[COULOMB]) * gauss(omega / p[STRIBECK_VELOCITY])
+    pull, _, _ = spring(x[THETA] + 0.5 * h * omega, p)
+    yields = 1.0 - (1.0 if omega >= 0.0 else -1.0) * bristle / g
+    damping = (0.5 * h * p[BRISTLE_STIFFNESS] + p[BRISTLE_DAMPING]) * yields + p[VISCOUS]
+    free = motor - pull - x[DISTURBANCE] - bristle
+    return (2.0 * p[INERTIA] * omega + h * free) / (2.0 * p[INERTIA] / h + damping)
+
+
+@njit(cache=True, error_model="numpy")
+def advance(x: Vector, p: Vector, current: float, h: float, n: int, r: Vector, f: Vector) -> float:
+    """Move the state by h s under a mean current in A, and fill in the derivatives by the first n states.
+
+    `r` (n): of the way in rad. `f` (n): of the bristle torque at the end, at a given way. Returns the derivative of the
+    latter by the way, N·m/rad.
+    """
+    theta, omega, bristle = x[THETA], x[OMEGA], x[BRISTLE]
+    j, sigma_0, viscous = p[INERTIA], p[BRISTLE_STIFFNESS], p[VISCOUS]
+    lag = p[BRISTLE_DAMPING] / sigma_0
+    motor = p[TORQUE_PER_AMPERE] * current
+    way = _first_way(x, p, motor, h)
+    ratio = way / (h * p[STRIBECK_VELOCITY])
+    shape = gauss(ratio)
+    falls = (p[STICTION] - p[COULOMB]) * shape
+    g = p[COULOMB] + falls
+    pull, stiff, acts = spring(theta + 0.5 * way, p)
+    sign = 1.0 if way >= 0.0 else -1.0
+    y = sigma_0 * abs(way) / g
+    e, mean, slope = _decay(y)
+    away = bristle - g * sign
+    end, average = g * sign + away * e, g * sign + away * mean
+    # Derivatives by y, by g at a given way, and by the way.
+    end_by_y, average_by_y = -away * e, away * slope
+    end_by_g = sign * (1.0 - e) - end_by_y * y / g
+    load_by_g = h * (sign * (1.0 - mean) - average_by_y * y / g) + lag * end_by_g
+    g_by_way = -2.0 * falls * ratio / (h * p[STRIBECK_VELOCITY])
+    y_by_way = sigma_0 * sign / g
+    end_by_way = end_by_y * y_by_way + end_by_g * g_by_way
+    load_by_y = h * average_by_y + lag * end_by_y
+    gains = 2.0 * j * (way / h - omega)
+    drag = lag * (end - bristle)
+    balance = gains - h * (motor - pull - x[DISTURBANCE] - average) + drag + viscous * way
+    by_way = 2.0 * j / h + 0.5 * h * stiff + viscous + load_by_y * y_by_way + load_by_g * g_by_way
+    per = -1.0 / by_way
+    way += balance * per
+    end += end_by_way * balance * per
+    r[THETA], r[OMEGA], r[BRISTLE] = h * stiff * per, -2.0 * j * per, (h * mean + lag * (e - 1.0)) * per
+    r[DISTURBANCE], r[LEVEL] = h * per, load_by_g * g * per
+    f[THETA] = f[OMEGA] = f[DISTURBANCE] = 0.0
+    f[BRISTLE], f[LEVEL] = e, end_by_g * g
+    if n > MOVING:
+        by_stiction, by_stribeck = p[STICTION] * shape, 2.0 * falls * ratio * ratio
+        r[AT_STICTION], f[AT_STICTION] = load_by_g * by_stiction * per, end_by_g * by_stiction
+        r[AT_STRIBECK], f[AT_STRIBECK] = load_by_g * by_stribeck * per, end_by_g * by_stribeck
+        r[AT_STIFFNESS], f[AT_STIFFNESS] = (load_by_y * y - drag) * per, end_by_y * y
+        r[AT_VISCOUS], r[AT_INERTIA] = viscous * way * per, gains * per
+        _by_springs(theta + 0.5 * way - p[LIMP_HOME], h * acts * per, r)
+    x[THETA], x[OMEGA], x[BRISTLE] = theta + way, 2.0 * way / h - omega, end
+    return end_by_way
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _by_springs(away: float, by_torque: float, r: Vector) -> None:
+    """Fill in the derivatives by preloads and slopes, `away` rad from limp-home."""
+    opening, closing = (by_torque, 0.0) if away > 0.0 else (0.0, by_torque)
+    distance = abs(away)
+    r[AT_PRELOAD_OPEN], r[AT_PRELOAD_CLOSE] = opening, closing
+    r[AT_SLOPE_OPEN], r[AT_SLOPE_CLOSE] = opening * distance, closing * distance

@@ -1,0 +1,1 @@
+"""The observers that a bench file can name, one file each; `registry` finds them."""

@@ -1,0 +1,99 @@
+"""The observer that knows LuGre friction and adapts its own parameters: an extended Kalman filter."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from etb_hil.estimation import friction_filter as settings
+from etb_hil.estimation.friction_filter import CARRIED, SETTINGS, run_filter
+from etb_hil.estimation.motion import (
+    ADAPTED,
+    AT_INERTIA,
+    AT_PRELOAD_OPEN,
+    LEVEL,
+    MOVING,
+    STATES,
+)
+from etb_hil.observer.estimate import Estimate, SensorNoise
+from etb_hil.observer.registry import ObserverKind
+from etb_hil.plant.exactmath import exp_neg
+from etb_hil.plant.parameters import Model, ThrottleParameters
+from etb_hil.plant.physics import COULOMB, STICTION
+from etb_hil.recording.samples import Float64, Int64
+
+_LEAST_LEVEL = 1.0  # half width of ln T_c: a faulty unit's is what the observer is there to find
+_REACH, _HIGHEST = 20.0, 5.0  # friction's parameters stay within this factor of the stated ones; T_c and T_st below
+_ENCODER_ZERO = 1e-3  # rad: the encoder's zero against the plate
+
+
+class AdaptiveObserver:
+    """Estimates angle, velocity and friction torque, and states the standard deviation of the latter.
+
+    `tolerances` are half widths of the parameters; where all are zero, nothing is adapted but the friction level. The
+    torque constant is never adapted: its tolerance is part of the standard deviation.
+    """
+
+    def __init__(self, throttle: ThrottleParameters, noise: SensorNoise, tolerances: ThrottleParameters) -> None:
+        self._p = p = throttle.vector()
+        half = tolerances.vector()
+        self._n = STATES if np.any(half[list(ADAPTED)] > 0.0) else MOVING
+        self._x = np.zeros(MOVING)
+        self._cov = _spread(p, half)
+        self._lowest, self._highest = _bounds(p, half)
+        self._settings = _settings(throttle, noise, tolerances)
+        self._carried = np.zeros(CARRIED)
+        self._last_ns = np.zeros(1, np.int64)
+        self._work = np.zeros((4, STATES))
+
+    def push(self, time_ns: Int64, current: Float64, angle: Float64) -> Estimate:
+        """Take samples and return velocity and friction torque at their instants; see `Observer.push`."""
+        velocity, friction, deviation = (np.empty(len(time_ns)) for _ in range(3))
+        carried = (self._x, self._cov, self._p, self._carried, self._last_ns)
+        known = (self._settings, self._lowest, self._highest, self._work)
+        run_filter(time_ns, current, angle, self._n, *carried, *known, velocity, friction, deviation)
+        return Estimate(time_ns, velocity, friction, np.zeros(len(time_ns), np.int64), deviation)
+
+
+def _spread(p: Float64, half: Float64) -> Float64:
+    """Return the covariance of the parameters before any data: uniform within their half widths."""
+    cov = np.zeros((STATES, STATES))
+    cov[LEVEL, LEVEL] = max(half[COULOMB] / p[COULOMB], _LEAST_LEVEL) ** 2 / 3.0
+    for row, at in enumerate(ADAPTED, start=MOVING):
+        width = half[at] if row >= AT_PRELOAD_OPEN else half[at] / max(p[at], 1e-12)
+        cov[row, row] = width * width / 3.0
+    return cov
+
+
+def _bounds(p: Float64, half: Float64) -> tuple[Float64, Float64]:
+    """Return what parameters stay between: tolerances, and for friction's a wide factor; T_c comes last."""
+    places = [*ADAPTED, COULOMB]
+    low, high = p[places] / _REACH, p[places] * _REACH
+    high[0] = high[-1] = p[STICTION] * _HIGHEST
+    base = slice(AT_INERTIA - MOVING, len(ADAPTED))
+    low[base], high[base] = (p[places] - half[places])[base], (p[places] + half[places])[base]
+    return low, high
+
+
+def _settings(throttle: ThrottleParameters, noise: SensorNoise, tolerances: ThrottleParameters) -> Float64:
+    """Return what the compiled function takes of sensors and tolerances."""
+    step = noise.angle_step
+    white = max(noise.angle * noise.angle - step * step / 12.0, 0.0)
+    s = np.zeros(SETTINGS)
+    s[settings.ANGLE_NOISE], s[settings.ANGLE_STEP] = white, step
+    # How much of a rounding error noise leaves standing: the first harmonic of the rounding's sawtooth, squared.
+    s[settings.LASTING] = exp_neg(4.0 * math.pi**2 * white / (step * step)) if step > 0.0 else 0.0
+    s[settings.CURRENT_NOISE] = noise.current * noise.current
+    s[settings.CONSTANT] = (tolerances.torque_per_ampere / throttle.torque_per_ampere) ** 2 / 3.0
+    s[settings.LIMP_TOLERANCE] = tolerances.limp_home + _ENCODER_ZERO
+    s[settings.STOP_TOLERANCE] = max(tolerances.stop_low, tolerances.stop_high) + _ENCODER_ZERO
+    s[settings.NOMINAL] = throttle.stiction
+    return s
+
+
+def _of_model(model: Model, throttle: ThrottleParameters, noise: SensorNoise) -> AdaptiveObserver:
+    return AdaptiveObserver(throttle, noise, model.tolerances)
+
+
+OBSERVER = ObserverKind("extended Kalman filter along LuGre friction; adapts friction, springs and inertia", _of_model)

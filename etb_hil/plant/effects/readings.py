@@ -1,0 +1,100 @@
+"""What sensors make of whole records, and what was there before them: the terms of all sensors' effects in turn."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.plant.effects import sensing
+from etb_hil.plant.effects.catalogue import acting_at, places_at, strengths_at
+from etb_hil.plant.effects.compose import called
+from etb_hil.plant.effects.port import READINGS, Port
+from etb_hil.plant.physics import Vector
+
+_ROUNDS = 6  # of the encoder's inverse: each takes what is left down by the slope of its error
+
+
+def key(p: Vector) -> bytes:
+    """Return what the readings of all sensors depend on."""
+    return p[places_at(*READINGS)].tobytes()
+
+
+def current_scale(temperature: Vector | float, p: Vector) -> Vector | float:
+    """Return by which factor the current's reading is too large at a temperature in degC, one or at every sample."""
+    found: Vector | float = 1.0
+    for effect in acting_at(Port.CURRENT_SCALE):
+        for function in effect.at(Port.CURRENT_SCALE):
+            found = found * (1.0 + called(effect, function, p, temperature=temperature))
+    return found
+
+
+def current_zero(current: Vector, temperature: Vector, p: Vector, sign: float = 1.0) -> Vector:
+    """Return a current (n) in A with the sensor's zero added, or with a `sign` of -1 taken off."""
+    for effect in acting_at(Port.CURRENT_ZERO):
+        for function in effect.at(Port.CURRENT_ZERO):
+            current = current + sign * called(effect, function, p, temperature=temperature)
+    return current
+
+
+def measured_current(current: Vector, temperature: Vector, p: Vector) -> Vector:
+    """Return what the sensor makes of a current (n) in A that reaches it."""
+    return current_zero(current * current_scale(temperature, p), temperature, p)
+
+
+def true_current(current: Vector, temperature: Vector, p: Vector) -> Vector:
+    """Return the current (n) in A behind a measured one, but for its lateness."""
+    return current_zero(current, temperature, p, -1.0) / current_scale(temperature, p)
+
+
+def without_zero(p: Vector) -> Vector:
+    """Return extended parameters with sensors that read no current where there is none."""
+    found = p.copy()
+    found[strengths_at(Port.CURRENT_ZERO)] = 0.0
+    return found
+
+
+def late_by(p: Vector) -> tuple[float, float]:
+    """Return the delay and the time constant in s of the current's reading."""
+    for effect in acting_at(Port.CURRENT_LATENESS):
+        (function,) = effect.at(Port.CURRENT_LATENESS)
+        delay, lag = called(effect, function, p)
+        return float(delay), float(lag)
+    return 0.0, 0.0
+
+
+def lateness(s: NDArray[np.complex128], p: Vector) -> NDArray[np.complex128] | None:
+    """Return the measured current's spectrum over the true one's at s = j omega; None where nothing is late."""
+    delay, lag = late_by(p)
+    if delay == 0.0 and lag == 0.0:
+        return None
+    return np.exp(-s * delay) / (1.0 + s * lag)
+
+
+def measured_angle(angle: Vector, p: Vector) -> Vector:
+    """Return what the encoder makes of a motor angle (n) in rad."""
+    if p[strengths_at(Port.ENCODER_ANGLE)].any():
+        for effect in acting_at(Port.ENCODER_ANGLE):
+            for function in effect.at(Port.ENCODER_ANGLE):
+                angle = called(effect, function, p, angle=angle)
+    return angle
+
+
+def true_angle(angle: Vector, p: Vector) -> Vector:
+    """Return the motor angle in rad behind a measured one (n)."""
+    true = angle
+    for _ in range(_ROUNDS):  # the error's slope is far below one
+        seen = measured_angle(true, p)
+        if seen is true:
+            break
+        true = angle - (seen - true)
+    return true
+
+
+def has_plate_errors(p: Vector) -> bool:
+    """Tell whether the plate sensor tells other than what is."""
+    return bool(p[strengths_at(Port.PLATE_READING)].any())
+
+
+def measured_plate(plate: Vector, p: Vector) -> Vector:
+    """Return what the sensor makes of a plate angle (n) in rad."""
+    return sensing.plates(plate, p) if has_plate_errors(p) else plate

@@ -1,0 +1,161 @@
+"""Machine code on disk is used as long as everything it was made from is the same, and never longer.
+
+Each test edits a copy of the package and starts processes that call one compiled function, a control law, which holds
+functions and constants of other files.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import etb_hil
+
+CALL = """
+import numpy as np
+from etb_hil.cli.compiling import announce_compiling
+announce_compiling()
+from etb_hil.controller.laws.choice import law_torque
+print(law_torque({law}, np.array([2.0, 4.0, 8.0, 16.0]), np.array([1.0, 0.0]), 1.0, 0.5))
+"""
+PD, PID = 0, 1
+PD_FILE = "controller/laws/pd.py"
+PD_TORQUE = "return gain[0] * error + gain[1] * rate"
+NOTICE = "Compiling for this machine. Later starts take the machine code from a cache.\n"
+
+
+class Installation:
+    """A copy of the package in a folder of its own, with caches of its own."""
+
+    def __init__(self, folder: Path) -> None:
+        self.package = folder / "site" / "etb_hil"
+        self._environment = {"PATH": os.environ["PATH"], "PYTHONPATH": str(folder / "site")}
+        self.user_cache = folder / "user"
+        self.set("XDG_CACHE_HOME", self.user_cache)
+        shutil.copytree(Path(etb_hil.__file__).parent, self.package, ignore=shutil.ignore_patterns("__pycache__"))
+
+    def set(self, name: str, value: Path) -> None:
+        """Set an environment variable for later starts."""
+        self._environment[name] = str(value)
+
+    def start(self, law: int = PD) -> tuple[float, bool]:
+        """Start a process; return a law's torque, and whether the process said that it compiles."""
+        done = subprocess.run(
+            [sys.executable, "-c", CALL.format(law=law)],
+            cwd=self.user_cache.parent, env=self._environment, capture_output=True, text=True, check=True,
+        )  # fmt: skip
+        assert done.stderr in {"", NOTICE}
+        return float(done.stdout), done.stderr == NOTICE
+
+    def edit(self, name: str, old: str, new: str) -> None:
+        """Replace text in a source file; its time is that of an old archive, as an upgraded wheel has it."""
+        path = self.package / name
+        text = path.read_text("utf-8")
+        assert old in text
+        path.write_text(text.replace(old, new), "utf-8")
+        os.utime(path, (1e9, 1e9))
+
+    def files(self) -> set[Path]:
+        """Return the files of machine code beside the package."""
+        return set((self.package / "__pycache__" / "machine_code").glob("*/*"))
+
+
+@pytest.fixture
+def installation(tmp_path):
+    return Installation(tmp_path)
+
+
+def _in_a_shared_folder(installation, folder):
+    installation.set("NUMBA_CACHE_DIR", folder / "shared")
+    return folder / "shared"
+
+
+def _beside_the_package(installation, _folder):
+    return installation.package / "__pycache__" / "machine_code"
+
+
+def _where_the_package_is_read_only(installation, _folder):
+    (installation.package / "__pycache__").mkdir()
+    (installation.package / "__pycache__" / "machine_code").touch()  # so that not even root can write there
+    return installation.user_cache
+
+
+@pytest.mark.parametrize("place", [_beside_the_package, _in_a_shared_folder, _where_the_package_is_read_only])
+def test_a_changed_function_of_another_file_runs_at_once_wherever_the_machine_code_lies(installation, tmp_path, place):
+    folder = place(installation, tmp_path)
+    assert installation.start() == (4.0, True)
+    assert [*folder.rglob("*law_torque*")]
+    assert installation.start() == (4.0, False)
+    installation.edit(PD_FILE, PD_TORQUE, PD_TORQUE.replace("+", "-"))
+    assert installation.start() == (0.0, True)
+    assert installation.start() == (0.0, False)
+
+
+def test_a_changed_constant_of_another_file_is_used_at_once(installation):
+    assert installation.start(PID) == (4.0, True)
+    installation.edit("controller/laws/interface.py", "CUT_OFF = 0", "CUT_OFF = 1")
+    assert installation.start(PID) == (12.0, True)  # no torque was cut off there: the integral takes 8 N·m
+
+
+def test_an_edit_of_what_is_not_compiled_compiles_nothing(installation):
+    installation.start()
+    installation.edit("controller/laws/choice.py", "no such control law", "unknown control law")
+    installation.edit("base/errors.py", "; allowed: ", "; expected: ")
+    installation.edit(PD_FILE, "Return the torque in N·m for", "# one more line\n    Return, in N·m, the torque for")
+    installation.edit(PD_FILE, "BANDWIDTH = 180.0", "BANDWIDTH = 170.0")
+    assert installation.start() == (4.0, False)
+
+
+def test_an_edit_of_one_function_leaves_no_machine_code_behind(installation):
+    installation.start()
+    before = installation.files()
+    installation.edit(PD_FILE, PD_TORQUE, f"{PD_TORQUE} + 1.0")
+    assert installation.start() == (5.0, True)
+    after = installation.files()
+    assert len(after) == len(before)
+    assert {path.name.split("-")[0] for path in before - after} == {
+        "etb_hil.controller.laws.choice.law_torque",
+        "etb_hil.controller.laws.pd.torque",
+    }
+
+
+def test_machine_code_of_other_versions_and_of_earlier_releases_is_deleted(installation):
+    installation.start()
+    (folder,) = {path.parent for path in installation.files()}
+    other = folder.rename(folder.with_name(f"{folder.name.rpartition('-')[0]}-0123456789abcdef"))
+    of_numba = installation.package / "controller" / "__pycache__" / "pd.torque-26.py311.1.nbc"
+    of_numba.touch()
+    assert installation.start() == (4.0, True)
+    assert folder.is_dir()
+    assert not other.exists()
+    assert not of_numba.exists()
+
+
+def test_a_damaged_file_is_compiled_again(installation):
+    installation.start()
+    for path in installation.files():
+        path.write_bytes(path.read_bytes()[:-100])
+    assert installation.start() == (4.0, True)
+    assert installation.start() == (4.0, False)
+
+
+def test_without_a_folder_to_write_to_everything_still_runs(installation, tmp_path):
+    (tmp_path / "file").touch()
+    installation.set("NUMBA_CACHE_DIR", tmp_path / "file")
+    assert installation.start() == (4.0, True)
+    assert installation.start() == (4.0, True)
+
+
+def test_no_function_of_the_package_is_compiled_past_this_cache():
+    package = Path(etb_hil.__file__).parent
+    sources = {path.relative_to(package).as_posix(): path.read_text("utf-8") for path in package.rglob("*.py")}
+    assert {name for name, text in sources.items() if "njit(" in text} > {"base/compiled.py", "plant/step.py"}
+    # What is written out from declarations has no file of its own: it is compiled into the kernels that call it.
+    written_out = {"plant/effects/compose.py", "plant/effects/outside.py"}
+    assert {name for name, text in sources.items() if "from numba import" in text} == written_out
+    assert not any("cache=True" in sources[name] for name in written_out)

@@ -1,0 +1,31 @@
+"""No command's exit code changes, and none ends in a traceback, where its output is lost or cannot be encoded."""
+
+from pathlib import Path
+
+import output_study
+import pytest
+
+pytestmark = pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
+LIGHT = [name for name in output_study.COMMANDS if name not in output_study.HEAVY]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("commands")
+    output_study.prepare(folder)
+    return folder
+
+
+@pytest.mark.parametrize(("sink", "encoding"), [("full disk", "cp932"), ("closed pipe", "ascii")])
+@pytest.mark.parametrize("name", LIGHT)
+def test_a_command_ends_as_on_a_terminal(folder, name, sink, encoding):
+    code, said = output_study.outcome(folder, name, sink, encoding)
+    assert output_study.is_right(name, sink, code, said), f"{code}: {said}"
+    if sink == "full disk":
+        assert "standard output: cannot be written: No space left on device; make room, then repeat" in said
+
+
+@pytest.mark.parametrize("name", ["replay SESSION", "history"])
+def test_a_screen_without_our_characters_gets_the_whole_text(folder, name):
+    code, said = output_study.outcome(folder, name, "head", "ascii")
+    assert output_study.is_right(name, "head", code, said), f"{code}: {said}"

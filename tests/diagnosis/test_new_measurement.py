@@ -1,0 +1,91 @@
+"""A new measurement is one file: limits judge it, and results, report, JUnit, baseline and history show it."""
+
+import pytest
+
+from etb_hil.base.errors import InputError
+from etb_hil.base.outcome import UnitVerdict
+from etb_hil.base.stock import find
+from etb_hil.bench.job import JobFiles, execute, prepare
+from etb_hil.diagnosis import measurements
+from etb_hil.diagnosis.limits_file import load_limits
+from etb_hil.diagnosis.measurement_registry import measurement_kinds, phases_needed
+from etb_hil.history.history import histories
+from etb_hil.history.runs import read_runs
+from etb_hil.history.tables import rows
+from etb_hil.report.html_report import write_report
+from etb_hil.report.junit import Reported, junit_text
+from etb_hil.report.verdict import verdict_text
+from etb_hil.session.baseline import baseline_text
+
+FILE = '''
+"""Mean current of the dashes."""
+
+import numpy as np
+
+from etb_hil.diagnosis.measurement_kind import Estimate, MeasurementKind
+
+
+def compute(run):
+    current = np.concatenate([np.abs(one.column("motor_current")) for one in run.of("dash")])
+    mean = float(np.nanmean(current))
+    return Estimate(mean, mean - 0.002, mean + 0.002)
+
+
+KIND = MeasurementKind(
+    id="dash_current", name="mean current of the dashes", plain="current in fast motion", unit="A", compute=compute,
+    order=400, phases=frozenset({"dash"}), too_high="Look for a tight bearing.",
+)
+'''
+LIMITS = """\
+schema: etb_hil/limits/2
+part_number: A-1
+revision: "2"
+limits:
+  T_st: {max: 0.26 N·m}
+  dash_current: {max: 1 mA, source: chosen}
+marginal_band: 3 %
+"""
+
+
+@pytest.fixture
+def added(tmp_path, monkeypatch):
+    """Add the file to those of the measurements, as if it stood there."""
+    folder = tmp_path / "measurements"
+    folder.mkdir()
+    (folder / "dash_current.py").write_text(FILE)
+    monkeypatch.setattr(measurements, "__path__", [*measurements.__path__, str(folder)])
+    for known in (measurement_kinds, phases_needed):
+        known.cache_clear()
+    yield
+    for known in (measurement_kinds, phases_needed):
+        known.cache_clear()
+
+
+@pytest.mark.usefixtures("added")
+def test_everything_shows_a_measurement_that_one_file_adds(tmp_path):
+    limits = tmp_path / "limits.yaml"
+    limits.write_text(LIMITS)
+    stock = {kind: find(kind, name) for kind, name in (("bench", "virtual_classic"), ("model", "default"))}
+    finished = execute(prepare(JobFiles(find("scenario", "friction_check"), limits=limits, **stock)), tmp_path, "A1", 1)
+    results = finished.results
+    measured = results.measurements["dash_current"]
+    assert measured.verdict is UnitVerdict.FAIL
+    assert results.unit.verdict is UnitVerdict.FAIL
+    assert results.unit.reason_id == "dash_current_beyond_limit"
+    assert "Current in fast motion is" in verdict_text(results)
+    assert "Look for a tight bearing." in verdict_text(results)
+    assert "mean current of the dashes" in write_report(results, finished.series, tmp_path).read_text("utf-8")
+    assert '<testcase name="dash_current"' in junit_text([Reported(results)])
+    assert "dash_current: {value: " in baseline_text(results, "a run")
+    runs, _ = read_runs([tmp_path / "results.db"])
+    (history,) = histories(runs)
+    assert [one.id for one in history.numbers] == ["T_st", "T_c", "dash_current"]
+    assert rows([history])[0]["dash_current"] == measured.value
+    assert {run.numbers["dash_current"].unit for run in runs} == {"A"}
+
+
+def test_a_limit_of_an_unknown_measurement_is_refused_with_its_line(tmp_path):
+    path = tmp_path / "limits.yaml"
+    path.write_text(LIMITS)
+    with pytest.raises(InputError, match=r"limits\.yaml:6: limits\.dash_current: no measurement has this id"):
+        load_limits(path)

@@ -1,0 +1,67 @@
+"""The mutation tool puts faults into code, and says which of them the tests find."""
+
+import ast
+import textwrap
+
+from mutation_operators import mutants_of
+from mutation_trial import killed, watched
+
+CODE = '''
+"""A limit."""
+LIMIT = 5.0
+
+
+def is_above(value, margin=0):
+    """Return whether a value is above the limit."""
+    return value - margin > LIMIT
+
+
+def never_called(flag):
+    if flag:
+        raise ValueError(f"{flag + 1}")
+'''
+TESTS = """
+from decided.limit import is_above
+
+
+def test_it():
+    assert is_above(5.5)
+    assert not is_above(4.5)
+    assert not is_above(6.5, 2)
+"""
+
+
+def changes(code):
+    return {(m.before, m.after) for m in mutants_of(ast.parse(code))}
+
+
+def test_operators_change_comparisons_conditions_numbers_and_calls():
+    assert changes("if a < 3 and not b: x.y = min(c, -d)") >= {
+        ("a < 3", "a <= 3"), ("3", "4"), ("a < 3 and (not b)", "a < 3"), ("a < 3 and (not b)", "not b"), ("not b", "b"),
+        ("a < 3 and (not b)", "not (a < 3 and (not b))"), ("min(c, -d)", "max(c, -d)"), ("-d", "d"),
+        ("x.y = min(c, -d)", "pass"),
+    }  # fmt: skip
+    assert changes("x = [a for a in b if abs(a) > 0.5]") == {
+        ("abs(a) > 0.5", "abs(a) >= 0.5"), ("abs(a) > 0.5", "True"), ("abs(a)", "a"), ("0.5", "1.0"), ("0.5", "0.25"),
+    }  # fmt: skip
+
+
+def test_messages_types_and_documents_are_left_alone():
+    code = 'def f(x: int | None) -> "int | None":\n    "1 + 1"\n    raise ValueError(f"{x + 1}", 2)\n'
+    assert changes(code) == {("raise ValueError(f'{x + 1}', 2)", "pass")}
+
+
+def test_a_mutant_is_killed_by_tests_that_run_its_line(tmp_path):
+    path = tmp_path / "decided" / "limit.py"
+    path.parent.mkdir()
+    path.write_text(CODE)
+    (tmp_path / "test_limit.py").write_text(textwrap.dedent(TESTS))
+    (tmp_path / "conftest.py").write_text("")
+    syntax = ast.parse(CODE)
+    watch = watched(tmp_path, path, ["test_limit.py"], compiled=True)
+    survived = {(m.before, m.after) for m in mutants_of(syntax) if not killed(tmp_path, path, syntax, m, watch)}
+    assert survived == {
+        ("value - margin > LIMIT", "value - margin >= LIMIT"),
+        ("flag", "not flag"),
+        ("raise ValueError(f'{flag + 1}')", "pass"),
+    }

@@ -1,0 +1,118 @@
+"""The adaptive observer: its error, its own standard deviation, and what it stays steady through."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from independent_throttle import ELASTO_PLASTIC, FAULTY, MAXWELL_SLIP, Unit, friction_check, off_by_tolerances, sense
+from throttle_as_model import bench_model, noise, parameters
+
+from etb_hil.observer.kinds.adaptive import AdaptiveObserver
+
+RATE, EVERY = 1000, 20
+CLEAR = 0.02  # rad from limp-home and stops
+
+
+def _check(unit):
+    truth, _ = friction_check(unit)
+    return truth, sense(unit, truth, RATE, np.random.default_rng(11), current_offset=0.0)
+
+
+@pytest.fixture(scope="module")
+def healthy():
+    return _check(Unit())
+
+
+def _observe(unit, sensed, stated=None, current=None, angle=None):
+    bench = bench_model(stated or unit)
+    observer = AdaptiveObserver(parameters(stated or unit), noise(), bench.tolerances)
+    angle = sensed.motor_angle / unit.gear_ratio if angle is None else angle
+    return observer.push(sensed.time_ns, sensed.current if current is None else current, angle)
+
+
+def _clear(unit, truth):
+    """Return where friction can be told from springs and stops, after the first second."""
+    angle = truth.angle[::EVERY]
+    inside = (angle > unit.stop_low + CLEAR) & (angle < unit.stop_high - CLEAR)
+    return inside & (np.abs(angle - unit.limp_home) > CLEAR) & (truth.time[::EVERY] > 1.1)
+
+
+def _error(unit, truth, estimate, where=slice(None)):
+    """Return the error in % of T_c, root of the mean square."""
+    error = (estimate.friction - truth.friction[::EVERY])[_clear(unit, truth)][where]
+    return 100.0 * np.sqrt(np.mean(error**2)) / unit.coulomb
+
+
+@pytest.mark.parametrize(
+    ("unit", "stated", "most"),
+    [
+        (Unit(), Unit(), 1.0),
+        (FAULTY, Unit(), 3.0),
+        (Unit(), off_by_tolerances(Unit(), np.random.default_rng(3)), 4.0),
+        (replace(Unit(), exponent=1.0), Unit(), 3.0),
+        (replace(Unit(), bump=0.25, bump_angle=0.9, bump_width=0.05), Unit(), 4.0),
+        (replace(Unit(), law=ELASTO_PLASTIC), Unit(), 5.0),
+        (replace(Unit(), law=MAXWELL_SLIP), Unit(), 5.0),
+    ],
+    ids=["exact", "three times the stiction", "model off", "exponent 1", "bump", "elasto-plastic", "Maxwell slip"],
+)
+def test_error_and_its_own_deviation(unit, stated, most):
+    truth, sensed = _check(unit)
+    estimate = _observe(unit, sensed, stated)
+    where = _clear(unit, truth)
+    error = np.abs(estimate.friction - truth.friction[::EVERY])[where]
+    assert _error(unit, truth, estimate) < most
+    assert np.mean(error < 2.0 * estimate.deviation[where]) > 0.90
+
+
+def test_limp_home_somewhere_else_costs_nothing_beyond_it(healthy):
+    truth, sensed = healthy
+    estimate = _observe(Unit(), sensed, replace(Unit(), limp_home=Unit().limp_home + 0.005))
+    assert _error(Unit(), truth, estimate) < 1.5
+
+
+def test_stops_are_left_without_a_trace():
+    """Pressed against both stops and away again: friction is known as before within 50 ms of the way back."""
+    unit = Unit(stop_high=1.2, stop_low=0.3)
+    truth, sensed = _check(unit)
+    estimate = _observe(unit, sensed)
+    angle, speed = truth.angle[::EVERY], truth.velocity[::EVERY]
+    pressed = (angle < unit.stop_low + CLEAR) | (angle > unit.stop_high - CLEAR)
+    free = ~(np.convolve(pressed, np.ones(51), "full")[: len(pressed)] > 0) & (np.abs(speed) > 0.02)
+    free &= np.abs(angle - unit.limp_home) > CLEAR
+    error = np.abs(estimate.friction - truth.friction[::EVERY])[free & (truth.time[::EVERY] > 1.1)]
+    assert np.sqrt(np.mean(error**2)) < 0.1 * unit.coulomb
+    assert np.all(np.isfinite(estimate.friction[pressed][100:]))
+
+
+@pytest.mark.parametrize("wrong", [0.01, -0.3, 3.0])
+def test_a_sensor_that_jumps_is_recovered_from_within_50_ms(healthy, wrong):
+    """The angle is wrong for 20 ms; 50 ms later the estimate is as it was, and never is it not a number."""
+    truth, sensed = healthy
+    angle = sensed.motor_angle / 18.0
+    bad = slice(3000, 3020)
+    jumping = angle.copy()
+    jumping[bad] += wrong
+    estimate = _observe(Unit(), sensed, angle=jumping)
+    after = slice(bad.stop + 50, bad.stop + 1000)
+    error = (estimate.friction - truth.friction[::EVERY])[after]
+    assert np.sqrt(np.mean(error**2)) < 0.05 * Unit().coulomb
+    assert np.all(np.isfinite(estimate.friction[100:]))
+
+
+def test_a_current_that_saturates_at_its_sensor_does_not_last(healthy):
+    truth, sensed = healthy
+    clipped = np.clip(sensed.current, -3.0, 3.0)
+    estimate = _observe(Unit(), sensed, current=clipped)
+    since = np.convolve(clipped != sensed.current, np.ones(100), "full")[: len(clipped)]
+    where = _clear(Unit(), truth) & (since == 0)
+    error = (estimate.friction - truth.friction[::EVERY])[where]
+    assert np.sqrt(np.mean(error**2)) < 0.1 * Unit().coulomb
+    assert np.all(np.isfinite(estimate.friction[100:]))
+
+
+def test_friction_that_steps_is_followed():
+    """Friction rises by 30 % with a time constant of a second, as grease that cools: the level follows it."""
+    unit = replace(Unit(), drift=0.3, drift_ends=1.0)
+    truth, sensed = _check(unit)
+    assert _error(unit, truth, _observe(unit, sensed, Unit())) < 5.0

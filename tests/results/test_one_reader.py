@@ -1,0 +1,54 @@
+"""Results are objects: nothing but the file's own module reads them by string keys."""
+
+import ast
+from pathlib import Path
+
+import etb_hil
+
+PACKAGE = Path(etb_hil.__file__).parent
+READER = PACKAGE / "results" / "json_file.py"
+OF_RESULTS = ("results", "result", "read_results", "result_as_dict")
+
+
+def is_result(node):
+    """Return whether an expression stands for results: a name, an attribute or a call of that name."""
+    if isinstance(node, ast.Subscript):
+        return is_result(node.value)
+    if isinstance(node, ast.Call):
+        return is_result(node.func)
+    name = node.id if isinstance(node, ast.Name) else node.attr if isinstance(node, ast.Attribute) else ""
+    return name in OF_RESULTS
+
+
+def string_keys(tree):
+    """Yield the lines at which results are read by a string key."""
+    for node in ast.walk(tree):
+        key, of = None, None
+        if isinstance(node, ast.Subscript):
+            key, of = node.slice, node.value
+        elif (
+            isinstance(node, ast.Call)
+            and isinstance(node.func, ast.Attribute)
+            and node.func.attr == "get"
+            and node.args
+        ):
+            key, of = node.args[0], node.func.value
+        if isinstance(key, ast.Constant) and isinstance(key.value, str) and is_result(of):
+            yield node.lineno
+
+
+def test_the_walk_finds_string_keys():
+    tree = ast.parse(
+        "a = results['unit']['verdict']\nb = session.read_results().get('bench')\nc = results.unit.verdict"
+    )
+    assert sorted(set(string_keys(tree))) == [1, 2]
+
+
+def test_no_module_reads_results_by_string_keys():
+    found = [
+        f"{path.relative_to(PACKAGE)}:{line}"
+        for path in PACKAGE.rglob("*.py")
+        if path != READER
+        for line in string_keys(ast.parse(path.read_text("utf-8")))
+    ]
+    assert found == []
