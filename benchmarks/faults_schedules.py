@@ -31,7 +31,7 @@ from etb_hil.base.errors import EtbHilError, InputError
 from etb_hil.bench import job as job_room
 from etb_hil.bench.job import execute
 from etb_hil.controller.virtual_controller import VirtualController
-from etb_hil.replay.session_replay import replay
+from etb_hil.replays.session_replay import replay
 from etb_hil.session.differences import first_difference
 
 MOST = 4

@@ -18,7 +18,7 @@ from etb_hil.bench.job import JobFiles, execute, prepare
 from etb_hil.canio.frames import FrameFlag, concatenate_frames
 from etb_hil.canio.logs.blf import read_blf
 from etb_hil.canio.logs.writing import write_log
-from etb_hil.replay.export import export
+from etb_hil.replays.export import export
 
 BENCH = "virtual_classic"
 SHORT = 400  # frames of the logs that are only read

@@ -16,8 +16,8 @@ import numpy as np
 
 from etb_hil.base.stock import find
 from etb_hil.bench.job import JobFiles, execute, prepare
-from etb_hil.history.history import histories
-from etb_hil.history.runs import read_runs
+from etb_hil.histories.history import histories
+from etb_hil.histories.runs import read_runs
 from etb_hil.report.history_text import history_text
 
 BENCHES = ("virtual_classic", "virtual_fd")

@@ -21,7 +21,7 @@ from pathlib import Path
 
 import can
 
-from etb_hil.replay.session_replay import replay
+from etb_hil.replays.session_replay import replay
 from etb_hil.session.events import read_events
 
 ALLOWED_S = 0.1

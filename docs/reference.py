@@ -16,7 +16,7 @@ from etb_hil.results.json_file import results_schema
 PACKAGE = Path(__file__).parents[1] / "etb_hil"
 ROOMS = (
     "base", "recording", "plant", "observer", "diagnosis", "discrepancy", "canio", "controller", "scenario", "session",
-    "bench", "replay", "history", "station", "report", "paper",
+    "bench", "replays", "histories", "station", "report", "paper",
 )  # fmt: skip
 
 

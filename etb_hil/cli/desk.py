@@ -13,7 +13,7 @@ from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.bench.job import JobFiles
 from etb_hil.cli.batch import checked_serial
-from etb_hil.history.runs import Run, read_runs, run_of_results
+from etb_hil.histories.runs import Run, read_runs, run_of_results
 from etb_hil.session.store import STORE
 from etb_hil.station.admission import admitted_part, compared, require_fit_bench
 from etb_hil.station.station_file import load_station

@@ -175,7 +175,7 @@ def _bench_of(data: Path, limits: Limits) -> Judge | None:
     """Return how the bench judges a session of its own again, None for data of others."""
     if not data.is_dir():
         return None
-    from etb_hil.replay.session_replay import judged_under
+    from etb_hil.replays.session_replay import judged_under
 
     return lambda model: judged_under(data, model, limits)
 

@@ -23,7 +23,7 @@ def run(options: argparse.Namespace) -> int:
     """Write the file, and say what it could not hold."""
     from etb_hil.base.errors import InputError, Place, Problem
     from etb_hil.canio.logs.reading import read_log
-    from etb_hil.replay.export import export
+    from etb_hil.replays.export import export
 
     raw = options.source / "raw.blf" if (options.source / "session.json").exists() else options.source
     if options.out.exists() and raw.exists() and options.out.samefile(raw):

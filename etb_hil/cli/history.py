@@ -30,8 +30,8 @@ def run(options: argparse.Namespace) -> int:
         import scipy  # noqa: F401 (said here, once)
     except ImportError:
         raise InputError(Problem("scipy is not installed", remedy="pip install 'etb-hil[history]'")) from None
-    from etb_hil.history.history import histories
-    from etb_hil.history.runs import read_runs
+    from etb_hil.histories.history import histories
+    from etb_hil.histories.runs import read_runs
     from etb_hil.report.history_text import history_text
 
     runs, notes = read_runs(options.sources)
@@ -41,7 +41,7 @@ def run(options: argparse.Namespace) -> int:
     for note in notes:
         print(f"note: {note}")
     if options.out is not None:
-        from etb_hil.history.tables import write_tables
+        from etb_hil.histories.tables import write_tables
         from etb_hil.report.history_plot import plot_history
         from etb_hil.report.history_temperature_plot import plot_over_temperature
 

@@ -9,17 +9,17 @@ from etb_hil.base.errors import InputError
 from etb_hil.base.outcome import ExitCode
 from etb_hil.cli.replay_options import against_baseline, baseline_of, stretch_of, units_of, window_of, worst
 from etb_hil.cli.replay_session import compared
-from etb_hil.replay.against import beside_session
-from etb_hil.replay.log_frames import Frames
-from etb_hil.replay.log_replay import LogJob, judge_stretches
-from etb_hil.replay.outcome import rank
+from etb_hil.replays.against import beside_session
+from etb_hil.replays.log_frames import Frames
+from etb_hil.replays.log_replay import LogJob, judge_stretches
+from etb_hil.replays.outcome import rank
 from etb_hil.report.verdict import verdict_text
 
 if TYPE_CHECKING:
     import argparse
     from collections.abc import Iterator
 
-    from etb_hil.replay.session_replay import RuleFiles
+    from etb_hil.replays.session_replay import RuleFiles
     from etb_hil.session.finished import Finished
 
 

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 from etb_hil.base.outcome import BenchOutcome, ExitCode
 from etb_hil.cli.replay_options import own_rules, stretch_of, units_of, window_of, worst
-from etb_hil.replay.many_logs import judge_many, tasks_for
-from etb_hil.replay.outcome import JUDGED
-from etb_hil.replay.parquet import write_parquet
-from etb_hil.replay.workers import DaskWorkers, LocalProcesses
+from etb_hil.replays.many_logs import judge_many, tasks_for
+from etb_hil.replays.outcome import JUDGED
+from etb_hil.replays.parquet import write_parquet
+from etb_hil.replays.workers import DaskWorkers, LocalProcesses
 
 if TYPE_CHECKING:
     import argparse
 
-    from etb_hil.replay.outcome import Outcome
+    from etb_hil.replays.outcome import Outcome
 
 
 def replay_many(options: argparse.Namespace) -> int:

@@ -11,8 +11,8 @@ from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.canio.bus.link import open_link
 from etb_hil.cli.replay_options import is_session, window_of
-from etb_hil.replay.log_frames import Frames
-from etb_hil.replay.onto_bus import send_log
+from etb_hil.replays.log_frames import Frames
+from etb_hil.replays.onto_bus import send_log
 from etb_hil.session.session import RAW_LOG
 
 if TYPE_CHECKING:

@@ -9,9 +9,9 @@ from etb_hil.base.outcome import ExitCode
 from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.cli.ci_output import held_against
-from etb_hil.replay.log_replay import STRETCH_S
-from etb_hil.replay.session_replay import RuleFiles, rule_files
-from etb_hil.replay.window import Window
+from etb_hil.replays.log_replay import STRETCH_S
+from etb_hil.replays.session_replay import RuleFiles, rule_files
+from etb_hil.replays.window import Window
 from etb_hil.session.baseline import compare, load_baseline
 from etb_hil.session.session import MANIFEST, open_session
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from etb_hil.base.outcome import ExitCode
 from etb_hil.cli.replay_options import against_baseline, baseline_of, own_rules, window_of
-from etb_hil.replay.session_replay import replay
+from etb_hil.replays.session_replay import replay
 from etb_hil.report.verdict import verdict_text
 from etb_hil.session.differences import beside_live, changes, changes_text, first_divergence
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from datetime import datetime
 
-    from etb_hil.history.runs import Run
+    from etb_hil.histories.runs import Run
     from etb_hil.station.station_file import Retention
 
 _MB = 1e6
@@ -31,7 +31,7 @@ def run(options: argparse.Namespace) -> int:
     from etb_hil.base.outcome import ExitCode
     from etb_hil.base.stock import find
     from etb_hil.bench.bench_file import load_bench
-    from etb_hil.history.runs import read_runs
+    from etb_hil.histories.runs import read_runs
     from etb_hil.session.store import STORE
     from etb_hil.station.admission import require_fit_bench
     from etb_hil.station.station_file import load_station

@@ -12,8 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 from matplotlib.figure import Figure
 
-from etb_hil.history.control_chart import FEWEST, ControlChart
-from etb_hil.history.history import FRICTION, History, NumberHistory
+from etb_hil.histories.control_chart import FEWEST, ControlChart
+from etb_hil.histories.history import FRICTION, History, NumberHistory
 from etb_hil.report.drawing import INK, LIMIT, MEASURED, MUTED, STYLE, legend_below, save_png, say_empty
 from etb_hil.report.show import printable
 

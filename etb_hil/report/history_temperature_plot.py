@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from etb_hil.history.history import FRICTION, History, NumberHistory
-from etb_hil.history.temperature import REFERENCE, TemperatureEffect
+from etb_hil.histories.history import FRICTION, History, NumberHistory
+from etb_hil.histories.temperature import REFERENCE, TemperatureEffect
 from etb_hil.recording.samples import Float64
 from etb_hil.report.drawing import INK, LIMIT, MUTED, STYLE, legend_below, save_png, say_empty
 from etb_hil.report.show import printable

@@ -9,15 +9,15 @@ from collections.abc import Iterator
 import numpy as np
 
 from etb_hil.base.outcome import BenchOutcome
-from etb_hil.history.capability import Capability, Index
-from etb_hil.history.control_chart import FEWEST
-from etb_hil.history.drift import FEWEST as LEAST
-from etb_hil.history.drift import Drift
-from etb_hil.history.gauge import GaugeStudy
-from etb_hil.history.history import FRICTION, History, NumberHistory
-from etb_hil.history.rise import Rises
-from etb_hil.history.temperature import FEWEST as FEWEST_UNITS
-from etb_hil.history.temperature import LEAST_SPREAD, REFERENCE, TemperatureEffect
+from etb_hil.histories.capability import Capability, Index
+from etb_hil.histories.control_chart import FEWEST
+from etb_hil.histories.drift import FEWEST as LEAST
+from etb_hil.histories.drift import Drift
+from etb_hil.histories.gauge import GaugeStudy
+from etb_hil.histories.history import FRICTION, History, NumberHistory
+from etb_hil.histories.rise import Rises
+from etb_hil.histories.temperature import FEWEST as FEWEST_UNITS
+from etb_hil.histories.temperature import LEAST_SPREAD, REFERENCE, TemperatureEffect
 from etb_hil.report.show import printable
 from etb_hil.results.shown import plain, quantity, unit_shown
 

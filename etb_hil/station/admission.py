@@ -7,7 +7,7 @@ from datetime import datetime
 
 from etb_hil.base.errors import BenchFault, InputError, Problem
 from etb_hil.base.outcome import BenchOutcome
-from etb_hil.history.runs import Run
+from etb_hil.histories.runs import Run
 from etb_hil.station.serial_pattern import LONGEST
 from etb_hil.station.station_file import Golden, Part, Station
 

@@ -9,7 +9,7 @@ from whole_run import files, run_on
 from etb_hil.base.stock import find
 from etb_hil.bench import job as job_room
 from etb_hil.bench.job import prepare
-from etb_hil.replay.session_replay import replay
+from etb_hil.replays.session_replay import replay
 from etb_hil.session.differences import first_difference
 
 ZERO = "- {id: zero, kind: current_zero, duration: 0.3 s}\n"

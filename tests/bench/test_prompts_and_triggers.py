@@ -14,7 +14,7 @@ from etb_hil.bench.supply_guard import SupplyGuard
 from etb_hil.cli.keyboard import Keyboard
 from etb_hil.cli.terminal_operator import TerminalOperator
 from etb_hil.recording.samples import SampleBlock
-from etb_hil.replay.session_replay import replay
+from etb_hil.replays.session_replay import replay
 from etb_hil.scenario.condition import Condition
 from etb_hil.session.differences import first_difference
 from etb_hil.session.events import read_events

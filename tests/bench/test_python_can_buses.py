@@ -13,7 +13,7 @@ import pytest
 from etb_hil.base.outcome import ExitCode
 from etb_hil.base.stock import find
 from etb_hil.plant.parameters import load_model
-from etb_hil.replay.session_replay import replay
+from etb_hil.replays.session_replay import replay
 from etb_hil.results.json_file import result_from_dict
 from etb_hil.session.differences import first_difference
 

@@ -13,7 +13,7 @@ from etb_hil.base.stock import find
 from etb_hil.bench.job import JobFiles, prepare
 from etb_hil.canio.frames import concatenate_frames
 from etb_hil.controller.virtual_controller import VirtualController
-from etb_hil.replay.session_replay import replay
+from etb_hil.replays.session_replay import replay
 from etb_hil.session.differences import first_difference
 
 ZERO = "  - {id: zero, kind: current_zero, duration: 0.3 s}\n"

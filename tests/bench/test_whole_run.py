@@ -6,7 +6,7 @@ from whole_run import run_on
 
 from etb_hil.base.stock import find
 from etb_hil.plant.parameters import load_model
-from etb_hil.replay.session_replay import replay
+from etb_hil.replays.session_replay import replay
 from etb_hil.session.differences import first_difference
 
 

@@ -9,9 +9,9 @@ from etb_hil.bench.job import JobFiles, execute, prepare
 from etb_hil.diagnosis import measurements
 from etb_hil.diagnosis.limits_file import load_limits
 from etb_hil.diagnosis.measurement_registry import measurement_kinds, phases_needed
-from etb_hil.history.history import histories
-from etb_hil.history.runs import read_runs
-from etb_hil.history.tables import rows
+from etb_hil.histories.history import histories
+from etb_hil.histories.runs import read_runs
+from etb_hil.histories.tables import rows
 from etb_hil.report.html_report import write_report
 from etb_hil.report.junit import Reported, junit_text
 from etb_hil.report.verdict import verdict_text

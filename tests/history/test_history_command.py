@@ -12,9 +12,9 @@ from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.base.stock import find
 from etb_hil.cli.main import main
 from etb_hil.diagnosis.limits_file import load_limits
-from etb_hil.history.history import histories
-from etb_hil.history.runs import read_runs
-from etb_hil.history.tables import write_tables
+from etb_hil.histories.history import histories
+from etb_hil.histories.runs import read_runs
+from etb_hil.histories.tables import write_tables
 from etb_hil.report.history_plot import plot_history
 from etb_hil.report.history_temperature_plot import plot_over_temperature
 from etb_hil.report.history_text import history_text

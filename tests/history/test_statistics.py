@@ -8,14 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from etb_hil.history.capability import capability
-from etb_hil.history.control_chart import control_chart
-from etb_hil.history.drift import deviations, drifts
-from etb_hil.history.gauge import balanced, gauge_study
-from etb_hil.history.history import histories
-from etb_hil.history.tables import rows
-from etb_hil.history.temperature import MOST_DOUBT, REFERENCE, unit_laws
-from etb_hil.history.tolerance import tolerance_limit
+from etb_hil.histories.capability import capability
+from etb_hil.histories.control_chart import control_chart
+from etb_hil.histories.drift import deviations, drifts
+from etb_hil.histories.gauge import balanced, gauge_study
+from etb_hil.histories.history import histories
+from etb_hil.histories.tables import rows
+from etb_hil.histories.temperature import MOST_DOUBT, REFERENCE, unit_laws
+from etb_hil.histories.tolerance import tolerance_limit
 from etb_hil.report.history_text import history_text
 
 # AIAG, Measurement Systems Analysis, 4th edition (2010), figure III-B 15: ten parts, three appraisers, three trials.

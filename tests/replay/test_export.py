@@ -15,8 +15,8 @@ from etb_hil.base.errors import InputError
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
 from etb_hil.canio.logs.reading import read_log
 from etb_hil.cli.main import main
-from etb_hil.replay.export import export
-from etb_hil.replay.losses import losses
+from etb_hil.replays.export import export
+from etb_hil.replays.losses import losses
 
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::ResourceWarning")
 

@@ -23,13 +23,13 @@ from etb_hil.canio.frames import concatenate_frames
 from etb_hil.canio.logs.blf import BlfLog, read_blf
 from etb_hil.cli import replay as command
 from etb_hil.cli.main import main as command_line
-from etb_hil.replay.log_replay import STRETCH_S
-from etb_hil.replay.many_logs import PROGRESS, judge_many, judge_task, tasks_for
-from etb_hil.replay.outcome import CRASHED, JUDGED, REFUSED, SHOWS_TOO_LITTLE, rank
-from etb_hil.replay.parquet import write_parquet
-from etb_hil.replay.session_replay import RuleFiles, rule_files
-from etb_hil.replay.window import Window
-from etb_hil.replay.workers import DaskWorkers, LocalProcesses
+from etb_hil.replays.log_replay import STRETCH_S
+from etb_hil.replays.many_logs import PROGRESS, judge_many, judge_task, tasks_for
+from etb_hil.replays.outcome import CRASHED, JUDGED, REFUSED, SHOWS_TOO_LITTLE, rank
+from etb_hil.replays.parquet import write_parquet
+from etb_hil.replays.session_replay import RuleFiles, rule_files
+from etb_hil.replays.window import Window
+from etb_hil.replays.workers import DaskWorkers, LocalProcesses
 from etb_hil.report.wording import UNIT_REASONS
 
 

@@ -7,10 +7,10 @@ import pytest
 
 from etb_hil.canio.frames import FrameFlag, concatenate_frames
 from etb_hil.canio.logs.reading import read_log
-from etb_hil.history.runs import read_runs
-from etb_hil.replay.log_frames import Frames
-from etb_hil.replay.log_replay import LogJob, judge
-from etb_hil.replay.session_replay import replay, rule_files
+from etb_hil.histories.runs import read_runs
+from etb_hil.replays.log_frames import Frames
+from etb_hil.replays.log_replay import LogJob, judge
+from etb_hil.replays.session_replay import replay, rule_files
 from etb_hil.session.session import open_session
 
 RELEASES = sorted((Path(__file__).resolve().parents[1] / "releases").iterdir())

@@ -13,10 +13,10 @@ from etb_hil.canio.logs.blf import BlfLog
 from etb_hil.canio.logs.writing import write_log
 from etb_hil.cli.main import main
 from etb_hil.cli.replay_options import worst
-from etb_hil.replay.against import beside_session
-from etb_hil.replay.log_frames import Frames
-from etb_hil.replay.log_replay import LogJob
-from etb_hil.replay.session_replay import rule_files
+from etb_hil.replays.against import beside_session
+from etb_hil.replays.log_frames import Frames
+from etb_hil.replays.log_replay import LogJob
+from etb_hil.replays.session_replay import rule_files
 
 MINUTE_NS = 60_000_000_000
 

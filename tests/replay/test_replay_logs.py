@@ -13,11 +13,11 @@ from etb_hil.canio.bus.virtual_network import VirtualNetwork
 from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
 from etb_hil.canio.logs.blf import BlfLog
 from etb_hil.cli.main import main
-from etb_hil.replay.log_frames import Frames
-from etb_hil.replay.log_replay import LogJob, judge, stretches
-from etb_hil.replay.onto_bus import LEAD_NS, send_log
-from etb_hil.replay.session_replay import replay, rule_files
-from etb_hil.replay.window import Window
+from etb_hil.replays.log_frames import Frames
+from etb_hil.replays.log_replay import LogJob, judge, stretches
+from etb_hil.replays.onto_bus import LEAD_NS, send_log
+from etb_hil.replays.session_replay import replay, rule_files
+from etb_hil.replays.window import Window
 from etb_hil.session.differences import changes, changes_text, first_difference, first_divergence
 from etb_hil.session.events import read_events
 from etb_hil.session.record import record_of

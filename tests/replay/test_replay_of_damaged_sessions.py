@@ -7,7 +7,7 @@ from whole_run import run_on
 
 from etb_hil.base.errors import InputError
 from etb_hil.cli.main import main
-from etb_hil.replay.session_replay import replay
+from etb_hil.replays.session_replay import replay
 
 
 @pytest.fixture

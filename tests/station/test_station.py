@@ -11,7 +11,7 @@ from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.base.stock import find
 from etb_hil.cli.main import main
 from etb_hil.diagnosis.limits_file import load_limits
-from etb_hil.history.runs import Measured, Run
+from etb_hil.histories.runs import Measured, Run
 from etb_hil.results.json_file import result_from_dict
 from etb_hil.results.measurement import Measurement, Measurements
 from etb_hil.results.run_result import Bench, RunResult, Unit

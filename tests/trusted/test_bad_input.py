@@ -23,7 +23,7 @@ from etb_hil.canio.logs.reading import read_log
 from etb_hil.cli.main import main
 from etb_hil.diagnosis.limits_file import load_limits
 from etb_hil.plant.parameters import load_model
-from etb_hil.replay.session_replay import replay
+from etb_hil.replays.session_replay import replay
 from etb_hil.report.html_report import write_report
 from etb_hil.scenario.scenario_file import load_scenario
 

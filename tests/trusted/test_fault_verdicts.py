@@ -11,7 +11,7 @@ from faults_study import EXPECTED, job_of, judge, run_with, seed_of
 
 from etb_hil.canio.bus.faults import Forged, Lost, StuckCounter, Window, protections_of
 from etb_hil.canio.bus.virtual_network import VirtualNetwork
-from etb_hil.replay.session_replay import replay
+from etb_hil.replays.session_replay import replay
 from etb_hil.session.differences import first_difference
 
 pytestmark = pytest.mark.spoilt

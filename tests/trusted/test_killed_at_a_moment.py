@@ -13,7 +13,7 @@ from etb_hil.bench import tap
 from etb_hil.bench.job import execute, prepare
 from etb_hil.bench.operator import Unattended
 from etb_hil.canio.logs.blf import BlfLog
-from etb_hil.replay.session_replay import replay
+from etb_hil.replays.session_replay import replay
 from etb_hil.session import attempts, store
 from etb_hil.session.differences import first_difference
 from etb_hil.session.events import EventLog, read_events

@@ -7,7 +7,7 @@ import pytest
 from whole_run import run_on
 
 from etb_hil.base.errors import InputError
-from etb_hil.replay.session_replay import replay
+from etb_hil.replays.session_replay import replay
 from etb_hil.session.differences import first_difference
 from etb_hil.session.store import STORE, open_store
 

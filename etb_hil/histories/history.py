@@ -10,14 +10,14 @@ import numpy as np
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.diagnosis.measurement_registry import measurement_kinds
-from etb_hil.history.capability import Capability, capability
-from etb_hil.history.control_chart import ControlChart, control_chart
-from etb_hil.history.drift import Drift, deviations, drifts
-from etb_hil.history.gauge import GaugeStudy, balanced, gauge_study
-from etb_hil.history.rise import Rises, rises
-from etb_hil.history.runs import Run
-from etb_hil.history.temperature import LEAST_SPREAD, REFERENCE, TemperatureEffect, unit_laws
-from etb_hil.history.tolerance import tolerance_limit
+from etb_hil.histories.capability import Capability, capability
+from etb_hil.histories.control_chart import ControlChart, control_chart
+from etb_hil.histories.drift import Drift, deviations, drifts
+from etb_hil.histories.gauge import GaugeStudy, balanced, gauge_study
+from etb_hil.histories.rise import Rises, rises
+from etb_hil.histories.runs import Run
+from etb_hil.histories.temperature import LEAST_SPREAD, REFERENCE, TemperatureEffect, unit_laws
+from etb_hil.histories.tolerance import tolerance_limit
 from etb_hil.recording.samples import Float64
 
 FRICTION = ("T_st", "T_c")  # what the table of runs and the plots over temperature show

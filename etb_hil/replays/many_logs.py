@@ -15,18 +15,18 @@ from etb_hil import __version__
 from etb_hil.base.errors import EtbHilError, InputError
 from etb_hil.base.files import make_folder, refused_by_name
 from etb_hil.base.userfile import digest, open_file, read_bytes
-from etb_hil.replay.log_frames import Frames
-from etb_hil.replay.log_replay import STRETCH_S, LogJob, judge_stretches
-from etb_hil.replay.outcome import CRASHED, JUDGED, REFUSED, outcome_of, part_of
-from etb_hil.replay.session_replay import RuleFiles, replay
+from etb_hil.replays.log_frames import Frames
+from etb_hil.replays.log_replay import STRETCH_S, LogJob, judge_stretches
+from etb_hil.replays.outcome import CRASHED, JUDGED, REFUSED, outcome_of, part_of
+from etb_hil.replays.session_replay import RuleFiles, replay
 from etb_hil.session.differences import beside_live
 from etb_hil.session.session import EVENTS, MANIFEST, RAW_LOG
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from etb_hil.replay.outcome import Outcome
-    from etb_hil.replay.window import Window
+    from etb_hil.replays.outcome import Outcome
+    from etb_hil.replays.window import Window
 
 PROGRESS = "progress.jsonl"
 _LINE = re.compile(rb'\{"sha256": "([0-9a-f]{64})", "outcome": (.*)\}\n')

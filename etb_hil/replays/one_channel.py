@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.canio.frames import FrameFlag
-from etb_hil.replay.log_frames import channels_of
+from etb_hil.replays.log_frames import channels_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from etb_hil.replay.outcome import Outcome
+    from etb_hil.replays.outcome import Outcome
 
 LOGS, EXCEEDANCES = "logs.parquet", "exceedances.parquet"
 

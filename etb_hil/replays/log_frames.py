@@ -8,7 +8,7 @@ import numpy as np
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.canio.logs.reading import read_log
-from etb_hil.replay.window import within
+from etb_hil.replays.window import within
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from etb_hil.canio.frames import FrameBlock
     from etb_hil.canio.logs.log_reader import LogReader
-    from etb_hil.replay.window import Window
+    from etb_hil.replays.window import Window
 
 _DATE_STEP_NS = 1_000_000  # dates in headers are rounded down to a millisecond
 

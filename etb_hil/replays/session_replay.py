@@ -14,7 +14,7 @@ from etb_hil.canio.logs.blf import read_blf
 from etb_hil.diagnosis.limits_file import load_limits
 from etb_hil.observer.registry import require_observer
 from etb_hil.plant.parameters import load_model
-from etb_hil.replay.window import within
+from etb_hil.replays.window import within
 from etb_hil.results.run_result import InputFile
 from etb_hil.scenario.scenario_file import load_scenario
 from etb_hil.session.analysis import Analysis
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from etb_hil.diagnosis.limits import Limits
     from etb_hil.diagnosis.result import DiagnosisResult
     from etb_hil.plant.parameters import Model
-    from etb_hil.replay.window import Window
+    from etb_hil.replays.window import Window
     from etb_hil.scenario.condition import Condition
     from etb_hil.session.record import RunRecord
 

@@ -13,16 +13,16 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from etb_hil.base.errors import BenchFault, InputError, Problem
-from etb_hil.replay.many_logs import failed, judge_task
-from etb_hil.replay.outcome import CRASHED
+from etb_hil.replays.many_logs import failed, judge_task
+from etb_hil.replays.outcome import CRASHED
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from concurrent.futures import Future
     from multiprocessing.connection import Connection
 
-    from etb_hil.replay.many_logs import Task
-    from etb_hil.replay.outcome import Outcome
+    from etb_hil.replays.many_logs import Task
+    from etb_hil.replays.outcome import Outcome
 
 _AHEAD = 2  # tasks a process that wait for it
 _DIED = "the process that read it died"

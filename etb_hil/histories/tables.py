@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from etb_hil.base.files import make_folder, replacing, write_text
-from etb_hil.history.history import History, NumberHistory
-from etb_hil.history.runs import Measured
+from etb_hil.histories.history import History, NumberHistory
+from etb_hil.histories.runs import Measured
 
 SCHEMA = "etb_hil/history/1"
 _TEXTS = (

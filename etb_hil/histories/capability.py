@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from statistics import NormalDist
 
-from etb_hil.history.control_chart import ControlChart
+from etb_hil.histories.control_chart import ControlChart
 
 ENOUGH = 25  # units; below, the manual calls a capability preliminary (AIAG, SPC, 2nd edition 2005)
 _Z95 = NormalDist().inv_cdf(0.975)

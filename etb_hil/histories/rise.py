@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etb_hil.history.temperature import LEAST_SPREAD, TemperatureEffect, UnitLaws
-from etb_hil.history.tolerance import change_limit
+from etb_hil.histories.temperature import LEAST_SPREAD, TemperatureEffect, UnitLaws
+from etb_hil.histories.tolerance import change_limit
 from etb_hil.recording.samples import Float64
 
 

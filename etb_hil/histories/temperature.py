@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from etb_hil.history.tolerance import change_limit
+from etb_hil.histories.tolerance import change_limit
 from etb_hil.recording.samples import Float64
 
 REFERENCE = 20.0  # degC

@@ -6,9 +6,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError, Place, Problem
-from etb_hil.replay.log_replay import NothingToJudgeError, judge
-from etb_hil.replay.one_channel import one_channel_each
-from etb_hil.replay.session_replay import conditions_of
+from etb_hil.replays.log_replay import NothingToJudgeError, judge
+from etb_hil.replays.one_channel import one_channel_each
+from etb_hil.replays.session_replay import conditions_of
 from etb_hil.session.events import read_events
 from etb_hil.session.record import record_of
 from etb_hil.session.session import open_session
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from etb_hil.canio.frames import FrameBlock
-    from etb_hil.replay.log_frames import Frames
-    from etb_hil.replay.log_replay import LogJob
+    from etb_hil.replays.log_frames import Frames
+    from etb_hil.replays.log_replay import LogJob
     from etb_hil.session.finished import Finished
     from etb_hil.session.record import RunRecord
 

@@ -16,8 +16,8 @@ from etb_hil.canio.dbc.columns import ColumnDecoder
 from etb_hil.canio.frames import gathered
 from etb_hil.canio.logs.reading import read_log
 from etb_hil.canio.logs.writing import held, log_suffix, require_writable, write_log
-from etb_hil.replay.log_frames import channels_of
-from etb_hil.replay.losses import by_kind, losses
+from etb_hil.replays.log_frames import channels_of
+from etb_hil.replays.losses import by_kind, losses
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from etb_hil.canio.dbc.columns import MessageColumns
     from etb_hil.canio.frames import FrameBlock
     from etb_hil.canio.logs.mf4_writer import Mf4Log
-    from etb_hil.replay.losses import Losses
+    from etb_hil.replays.losses import Losses
 
 _REMEDY = "give another path, or make room"
 _TOO_WRONG_NS = 1_000_000_000  # a stamp that comes back so wrong is none

@@ -9,7 +9,7 @@ import numpy as np
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.bench.results import results_of
-from etb_hil.replay.one_channel import one_channel_each
+from etb_hil.replays.one_channel import one_channel_each
 from etb_hil.scenario.phases import LOG
 from etb_hil.session.analysis import Analysis
 from etb_hil.session.finished import Finished
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from etb_hil.canio.frames import FrameBlock
-    from etb_hil.replay.log_frames import Frames
-    from etb_hil.replay.session_replay import RuleFiles, Rules
+    from etb_hil.replays.log_frames import Frames
+    from etb_hil.replays.session_replay import RuleFiles, Rules
     from etb_hil.scenario.condition import Condition
 
 _LOOK = "check what was recorded, and that the file is of the format that its name says"
