@@ -9,7 +9,7 @@ Each schedule runs in a process of its own, which it may kill. What must hold at
 - the bridge is off, by the controller's own log, wherever the results say that this was verified;
 - no healthy unit failed, no faulty one passed;
 - the run ended with results or with an error of ours, no other exception;
-- the session, where one was begun, can be replayed, to the same results where the run had any.
+- the session, where one was begun, can be replayed, to the same results where the run had any and its log is whole.
 """
 
 import argparse
@@ -205,7 +205,8 @@ def read_again(folder):
     for session in folder.glob("*/session.json"):
         try:
             again = replay(session.parent)
-            if (session.parent / "results.json").exists() and (found := first_difference(again)) is not None:
+            is_whole = again.record.is_recorded and (session.parent / "results.json").exists()
+            if is_whole and (found := first_difference(again)) is not None:
                 return f"another result: {found}"
         except InputError as error:
             if (session.parent / "raw.blf").stat().st_size > 1_000:

@@ -104,6 +104,7 @@ class Beat:
         blocks = self._tap.receive()
         trip = self._supervise(blocks, self._clock.now_ns(), is_waking=is_waking)  # a stall may have come in between
         self._refuse(trip)
+        self._tap.check_recording()
         if now_ns >= self._show_due_ns:
             self._show_due_ns = now_ns + round(WATCH_S * 1e9)
             self._show(now_ns)

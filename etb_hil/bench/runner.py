@@ -232,6 +232,7 @@ class Runner:
         try:
             self._tap.finish()
         except RecordingFault as fault:
+            self._record.is_recorded = False
             if self._record.outcome is BenchOutcome.OK:
                 self._record.outcome, self._record.reason_id = BenchOutcome.FAULT, "not_recorded"
                 self._record.reason = str(fault)

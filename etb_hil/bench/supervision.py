@@ -53,7 +53,7 @@ class Supervisor:
         self._gear_ratio = gear_ratio
         self._newest_ns: dict[str, int] = {}  # of the roles that are due
         self._seen: set[str] = set()
-        self._newest_status_ns = start_ns
+        self._start_ns = self._newest_status_ns = start_ns
         self._statuses = 0
         self._answer = AnswerWatch(self._frame_age_ns)
         self._speed = SpeedWatch()
@@ -120,13 +120,26 @@ class Supervisor:
         status_ns = self._newest_status_ns if self._reports_status else now_ns
         for role, newest in self._newest_ns.items():
             if abs(now_ns - newest) > self._frame_age_ns:
-                return _age_trip(f"measured sample of {role.replace('_', ' ')}", newest - now_ns, self._frame_age_ns)
+                return self._age_trip(
+                    f"measured sample of {role.replace('_', ' ')}", newest, now_ns, self._frame_age_ns
+                )
         if not -self._frame_age_ns <= now_ns - status_ns <= self._frame_age_ns * STATUS_AGE:
-            return _age_trip("status frame", status_ns - now_ns, self._frame_age_ns * STATUS_AGE)
+            return self._age_trip("status frame", status_ns, now_ns, self._frame_age_ns * STATUS_AGE)
         warm_ns = now_ns if self._newest_temperature_ns is None else self._newest_temperature_ns
         if now_ns - warm_ns > TEMPERATURE_AGE_NS:
-            return _age_trip("temperature", warm_ns - now_ns, TEMPERATURE_AGE_NS)
+            return self._age_trip("temperature", warm_ns, now_ns, TEMPERATURE_AGE_NS)
         return None
+
+    def _age_trip(self, name: str, stamp_ns: int, now_ns: int, allowed_ns: int) -> Trip:
+        """Return what a stamp says that is so far ahead of the clock, or so far behind it."""
+        ahead_ms = (stamp_ns - now_ns) * 1e-6
+        if ahead_ms > 0:
+            reason = f"a {name} is stamped {ahead_ms:.0f} ms ahead of the clock: nobody can tell how old it is"
+            return Trip("clock_stepped", reason)
+        if stamp_ns < self._start_ns:
+            before_ms = (self._start_ns - stamp_ns) * 1e-6
+            return Trip("clock_stepped", f"a {name} is stamped {before_ms:.0f} ms before the run began")
+        return Trip("frames_stopped", f"no {name} for {-ahead_ms:.0f} ms (allowed: {allowed_ns * 1e-6:.0f} ms)")
 
     def _look_at(self, block: SampleBlock) -> Trip | None:
         columns = block.columns
@@ -200,14 +213,6 @@ class Supervisor:
                 self.faults = int(value)
                 reported |= self.faults
         return reported
-
-
-def _age_trip(name: str, ahead_ns: int, allowed_ns: int) -> Trip:
-    """Return what a stamp so far ahead of the clock, or so far behind it, says."""
-    if ahead_ns > 0:
-        reason = f"a {name} is stamped {ahead_ns * 1e-6:.0f} ms ahead of the clock: nobody can tell how old it is"
-        return Trip("clock_stepped", reason)
-    return Trip("frames_stopped", f"no {name} for {-ahead_ns * 1e-6:.0f} ms (allowed: {allowed_ns * 1e-6:.0f} ms)")
 
 
 def _fault_trip(faults: int) -> Trip:

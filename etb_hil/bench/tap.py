@@ -52,7 +52,7 @@ class Tap:
         self._log = log
         self._clock = clock
         self._flushed = time.monotonic()
-        self._is_lost = False
+        self._lost: RecordingFault | None = None
         self.events = events
         self.reports_enable = analysis.reports("enable")
         self.reports_interlock = analysis.reports(INTERLOCK)
@@ -83,13 +83,13 @@ class Tap:
         )
 
     def receive(self) -> list[SampleBlock]:
-        """Return the samples of all frames that arrived since the last call."""
+        """Return the samples of all frames that arrived since the last call, whether or not the raw log could be kept.
+
+        A run that is no longer recorded still has to be seen to end safely: `check_recording` says that it is not.
+        """
         frames = self._link.receive()
-        unwritten = self._keep(frames)
-        blocks = self._analysis.push(frames)
-        if unwritten is not None:
-            raise unwritten
-        return blocks
+        self._keep(frames)
+        return self._analysis.push(frames)
 
     @property
     def current_zero(self) -> float:
@@ -101,14 +101,19 @@ class Tap:
         return self._link.health()
 
     def finish(self) -> None:
-        """Hand all frames to the operating system: judging them takes seconds. RecordingFault where it refuses."""
-        if not self._is_lost:
-            self._log.flush()
+        """Hand all frames to the operating system: judging them takes seconds. RecordingFault where some are lost."""
+        self.check_recording()
+        self._log.flush()
 
-    def _keep(self, frames: FrameBlock) -> RecordingFault | None:
-        """Write frames to the raw log; where that fails, say so once, and go on without one."""
-        if self._is_lost:
-            return None
+    def check_recording(self) -> None:
+        """Raise RecordingFault where a frame that was received could not be written to the raw log."""
+        if self._lost is not None:
+            raise self._lost
+
+    def _keep(self, frames: FrameBlock) -> None:
+        """Write frames to the raw log until it refuses some: from then on there is none."""
+        if self._lost is not None:
+            return
         try:
             if len(frames):
                 self._log.write(frames)
@@ -116,9 +121,7 @@ class Tap:
                 self._log.flush()
                 self._flushed = time.monotonic()
         except BenchFault as fault:
-            self._is_lost = True
-            return RecordingFault(str(fault))
-        return None
+            self._lost = RecordingFault(str(fault))
 
     def _send(self, values: dict[str, float]) -> None:
         """Send what this controller can be told; what a scenario needs of it was checked before."""

@@ -102,6 +102,10 @@ def beside_live(finished: Finished) -> tuple[str | None, ExitCode]:
 
 def _beside(finished: Finished) -> tuple[str | None, ExitCode]:
     """Return the first difference from the live results, and the exit code that it makes of a pass."""
+    if not finished.record.is_recorded:  # such a run says nothing of the unit, live or now
+        return "the run received frames that could not be recorded; these are the results of those that were", (
+            ExitCode.DONE
+        )
     try:
         live = finished.session.read_results()
     except InputError as error:

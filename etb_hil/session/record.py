@@ -45,7 +45,10 @@ class Answered:
 
 @dataclass(slots=True)
 class RunRecord:
-    """Start and end, phases, how the bench fared; `health` holds the fields of `BusHealth` at the end."""
+    """Start and end, phases, how the bench fared; `health` holds the fields of `BusHealth` at the end.
+
+    A run that is not `is_recorded` received frames that its log does not hold.
+    """
 
     start_ns: int = 0
     end_ns: int = 0
@@ -59,6 +62,7 @@ class RunRecord:
     late_mean_ns: int = 0
     age_worst_ns: int = 0  # of the newest sample at a tick
     age_mean_ns: int = 0
+    is_recorded: bool = True
     health: dict[str, Any] = field(default_factory=dict)
 
     @property

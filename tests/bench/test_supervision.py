@@ -282,6 +282,7 @@ MEASURED = {"motor_current": [0.0], "motor_angle": [0.0], "throttle_angle": [0.0
         (0, 1_000_000_001, "frames_stopped"),
         (1_100_000_000, 1_000_000_000, None),
         (1_100_000_001, 1_000_000_000, "clock_stepped"),
+        (-1, 1_000_000_000, "clock_stepped"),  # the run began at 0
     ],
 )
 def test_a_status_may_be_ten_times_as_old_as_a_sample(supervisor, status_ns, now_ns, reason):
