@@ -107,7 +107,7 @@ def _beside(finished: Finished) -> tuple[str | None, ExitCode]:
             ExitCode.DONE
         )
     try:
-        live = finished.session.read_results()
+        live = finished.session.read_results_unchecked()
     except InputError as error:
         return str(error), ExitCode.BAD_INPUT
     found = _difference(result_as_dict(live), result_as_dict(finished.results), "")

@@ -6,6 +6,7 @@ import hashlib
 import json
 import platform
 import re
+import shutil
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cache
@@ -15,10 +16,11 @@ from typing import Any
 
 from etb_hil import __version__
 from etb_hil.base.errors import InputError, Place, Problem, RecordingFault
-from etb_hil.base.files import write_bytes, write_text
+from etb_hil.base.files import refused_by_name, write_bytes, write_text
 from etb_hil.base.userfile import read_bytes
 from etb_hil.results.json_file import result_as_dict, result_from_dict
 from etb_hil.results.run_result import InputFile, RunResult
+from etb_hil.session.checksum import require_unchanged, write_checked
 
 INPUT_KINDS = ("scenario", "bench", "model", "limits", "dbc", "unit", "station")
 RAW_LOG = "raw.blf"
@@ -61,10 +63,10 @@ class Session:
         return self.folder / EVENTS
 
     def write_results(self, results: RunResult) -> Path:
-        """Write `results.json` whole or not at all; RecordingFault where it cannot be written."""
+        """Write `results.json` whole or not at all, and its checksum; RecordingFault where that fails."""
         text = json.dumps(result_as_dict(results), indent=1, ensure_ascii=False) + "\n"
         try:
-            return write_text(self.folder / RESULTS, text, "make room, then judge the session again by a replay")
+            return write_checked(self.folder / RESULTS, text, "make room, then judge the session again by a replay")
         except InputError as error:
             raise RecordingFault(str(error)) from None
 
@@ -74,7 +76,12 @@ class Session:
         return (self.folder / RESULTS).exists()
 
     def read_results(self) -> RunResult:
-        """Return what `results.json` holds; InputError where the run left none, or where it is damaged."""
+        """Return what `results.json` holds; InputError where the run left none, or it is damaged or was changed."""
+        require_unchanged(self.folder / RESULTS)
+        return self.read_results_unchecked()
+
+    def read_results_unchecked(self) -> RunResult:
+        """Return what `results.json` holds now, to be held against the results of a replay."""
         path = self.folder / RESULTS
         return result_from_dict(_read_json(path), str(path))
 
@@ -103,18 +110,21 @@ def create(
     """Make a session folder under `parent`, with copies of the inputs, and return it."""
     now = datetime.now(UTC)
     label = "_".join(part for part in (_slug(scenario), _slug(serial)) if part)
-    stem = f"{now:%Y%m%d-%H%M%S}_{label}"
+    contents = {kind: read_bytes(path) for kind, path in inputs.items()}
+    entries = tuple(
+        InputFile(kind, f"{kind}{inputs[kind].suffix}", hashlib.sha256(content).hexdigest())
+        for kind, content in contents.items()
+    )
+    remedy = "give another folder with --out, or make room"
+    with refused_by_name(parent, remedy):
+        folder = _new_folder(parent, f"{now:%Y%m%d-%H%M%S}_{label}")
     try:
-        folder = _new_folder(parent, stem)
-        (folder / "inputs").mkdir()
-        entries = []
-        for kind, path in inputs.items():
-            name = f"{kind}{path.suffix}"
-            content = read_bytes(path)
-            write_bytes(folder / "inputs" / name, content)
-            entries.append(InputFile(kind, name, hashlib.sha256(content).hexdigest()))
+        with refused_by_name(folder, remedy):
+            (folder / "inputs").mkdir()
+        for entry in entries:
+            write_bytes(folder / "inputs" / entry.name, contents[entry.kind], remedy)
         started = now.isoformat(timespec="milliseconds")
-        session = Session(folder, folder.name, serial, started, tuple(entries), scenario, model, seed, observer)
+        session = Session(folder, folder.name, serial, started, entries, scenario, model, seed, observer)
         manifest = {
             "schema": SCHEMA,
             "run_id": session.run_id,
@@ -129,15 +139,10 @@ def create(
             ],
             "versions": versions(),
         }
-        write_text(folder / MANIFEST, json.dumps(manifest, indent=1) + "\n")
-    except OSError as error:
-        raise InputError(
-            Problem(
-                f"the session folder cannot be written: {error.strerror}",
-                Place(parent),
-                remedy="give another folder with --out, or make room",
-            )
-        ) from None
+        write_text(folder / MANIFEST, json.dumps(manifest, indent=1) + "\n", remedy)
+    except InputError:
+        shutil.rmtree(folder, ignore_errors=True)  # nothing was measured yet, and half a session is none
+        raise
     return session
 
 

@@ -2,13 +2,16 @@
 
 import json
 import re
+import subprocess
 
 import pytest
 from whole_run import run_on
 
 from etb_hil.base.errors import InputError
+from etb_hil.cli.main import main
 from etb_hil.replays.session_replay import replay
 from etb_hil.session.differences import first_difference
+from etb_hil.session.session import open_session
 from etb_hil.session.store import STORE, open_store
 
 SCENARIO = """schema: etb_hil/scenario/1
@@ -68,6 +71,22 @@ def test_results_that_lack_everything_are_not_the_same_results(folder, changed):
     assert first_difference(again) is None
     changed("results.json", lambda _: "{}")
     assert first_difference(again) is not None
+
+
+@pytest.mark.parametrize("command", [["history"], ["baseline"]])
+def test_results_that_were_changed_are_not_believed(changed, capsys, command):
+    folder = changed("results.json", lambda text: text.replace('"serial": ""', '"serial": "another"'))
+    assert main([*command, str(folder)]) == 2
+    assert "results.json: was changed after the run" in capsys.readouterr().err
+
+
+def test_results_are_checked_by_the_common_tool_and_those_of_earlier_versions_are_believed(folder, changed):
+    assert subprocess.run(["sha256sum", "-c", "SHA256SUMS"], cwd=folder, check=False).returncode == 0
+    changed("SHA256SUMS", lambda _: "")
+    with pytest.raises(InputError, match="another checksum"):
+        open_session(folder).read_results()
+    (folder / "SHA256SUMS").unlink()
+    assert open_session(folder).read_results().unit.serial == ""
 
 
 def test_a_folder_in_the_store_s_place_is_refused(tmp_path):
