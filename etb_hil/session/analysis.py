@@ -92,13 +92,23 @@ class Analysis:
         return begins_ns
 
     def push(self, frames: FrameBlock) -> list[SampleBlock]:
-        """Take frames in the order of their stamps; return the samples that they brought."""
-        if len(frames):
-            self._newest_ns = max(self._newest_ns, int(frames.stamp_ns.max()))
-        blocks = self.decoder.push(frames)
-        self._watches.push(blocks, self._newest_ns)
-        if self._newest_ns - self._judged_ns >= JUDGE_NS:
-            self._catch_up()
+        """Take frames in the order of their arrival; return the samples that they brought.
+
+        Where stretches end is decided by the frames, not by the calls: stamps of a clock that was set back do not tell
+        which command a sample came after, only the order of arrival within a stretch does.
+        """
+        blocks: list[SampleBlock] = []
+        while len(frames):
+            ends = int(np.argmax(frames.stamp_ns >= self._judged_ns + JUDGE_NS))
+            is_whole = frames.stamp_ns[ends] >= self._judged_ns + JUDGE_NS
+            part = frames.rows(slice(0, ends + 1)) if is_whole else frames
+            self._newest_ns = max(self._newest_ns, int(part.stamp_ns.max()))
+            found = self.decoder.push(part)
+            self._watches.push(found, self._newest_ns)
+            blocks += found
+            if is_whole:
+                self._catch_up()
+            frames = frames.rows(slice(len(part), None))
         return blocks
 
     def snapshot(self) -> Snapshot:
