@@ -15,6 +15,8 @@ class Tests:
         return [f"tests/{name}.py" for name in (self.kernels if compiled else self.plain).split()]
 
 
+HISTORY = "history/test_tolerance_and_charts history/test_statistics"
+LIMITS = "diagnosis/test_limits_file diagnosis/test_diagnosis_verdicts diagnosis/test_new_measurement"
 RUNS = "bench/test_seen_off bench/test_safe_stop trusted/test_safe_stop_verbs"
 
 MODULES = {
@@ -31,6 +33,21 @@ MODULES = {
     "session/attempts": Tests("bench/test_attempts"),
     "session/answer_time": Tests("bench/test_supervision"),
     "session/verdict_policy": Tests("canio/test_corruption_doubts bench/test_attempts"),
+    "session/baseline": Tests("bench/test_baseline"),
+    "diagnosis/limits": Tests(LIMITS),
+    "diagnosis/limits_file": Tests(LIMITS),
+    "diagnosis/limit_laws": Tests(LIMITS),
+    "diagnosis/measuring": Tests(f"diagnosis/test_verdict {LIMITS}"),
+    "diagnosis/verdict": Tests("diagnosis/test_verdict"),
+    "diagnosis/exceedance": Tests("diagnosis/test_exceedance", "diagnosis/test_exceedance"),
+    "diagnosis/plausibility": Tests("diagnosis/test_plausibility", "diagnosis/test_plausibility"),
+    "histories/capability": Tests(HISTORY),
+    "histories/control_chart": Tests(HISTORY),
+    "histories/drift": Tests(HISTORY),
+    "histories/gauge": Tests(HISTORY),
+    "histories/rise": Tests(HISTORY),
+    "histories/temperature": Tests(HISTORY),
+    "histories/tolerance": Tests(HISTORY),
     "scenario/condition_watch": Tests("scenario/test_condition_watch"),
     "canio/dbc/reception": Tests("canio/test_decoder", "canio/test_decoder"),
     "canio/dbc/protection": Tests("canio/test_protection canio/test_decoder", "canio/test_protection"),

@@ -1,11 +1,17 @@
-"""The current's zero, held against itself wherever the bridge is commanded off."""
+"""What speaks against samples: each check on both sides of its limit, and how a stream is cut changes nothing."""
+
+import itertools
+import math
+import re
+from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
 
 from etb_hil.base.modes import Mode
 from etb_hil.base.stock import find
-from etb_hil.diagnosis.plausibility import OFF_CURRENT, Plausibility
+from etb_hil.diagnosis.motor_balance import worst_residual
+from etb_hil.diagnosis.plausibility import DRIFT, ENCODER, MISSING, OFF_CURRENT, RATE, STEP_NS, TRACKS, Plausibility
 from etb_hil.plant.parameters import load_model
 from etb_hil.recording.samples import SampleBlock
 
@@ -39,3 +45,370 @@ def test_a_current_that_the_bridge_drives_is_no_zero():
 
 def test_where_commands_are_not_recorded_nothing_is_said():
     assert doubts((0.0, np.nan), (1.0, np.nan)) == []
+
+
+MODEL = load_model(find("model", "default"))
+GEAR = MODEL.values.gear_ratio
+MS = 1_000_000
+MIDDLE = 0.7  # rad, between limp-home and the upper stop
+
+
+@dataclass
+class Record:
+    """Rows at 1 kHz of a plate that swings, with all its sensors in order; a test spoils what it is about."""
+
+    count: int = 2_000
+    seed: int = 3
+    speed: float = 0.0  # rad/s, up and down every second
+    columns: dict = field(default_factory=dict)
+
+    def __post_init__(self):
+        rng = np.random.default_rng(self.seed)
+        t = np.arange(self.count) * 1e-3
+        angle = MIDDLE + self.speed / math.tau * np.sin(math.tau * t)
+        self.time_ns = np.arange(self.count) * MS + 5 * MS
+        self.stamp_ns = self.time_ns + 200_000
+        self.columns = {
+            "motor_current": 0.5 + rng.normal(0.0, 0.005, self.count),
+            "motor_angle": GEAR * (angle - 0.1),  # an encoder counts from anywhere
+            "throttle_angle": angle.copy(),
+            "throttle_angle_2": angle.copy(),
+            "command_mode": np.full(self.count, float(Mode.POSITION)),
+        }
+
+    def block(self):
+        return SampleBlock("joined", self.time_ns, self.stamp_ns, self.columns, np.zeros(len(self.time_ns), np.int64))
+
+    def found(self, *, moving=True, asked=None, pieces=1, model=MODEL):
+        watch = Plausibility(model)
+        if asked is not None:
+            watch.ask(asked, 0)
+        edges = np.linspace(0, len(self.time_ns), pieces + 1).astype(int)
+        for start, end in itertools.pairwise(edges):
+            watch.push(self.block().rows(slice(start, end)), 0, moving=moving)
+        return watch.doubts()
+
+    def ids(self, **how):
+        return [doubt.id for doubt in self.found(**how)]
+
+    def keep(self, chosen):
+        self.time_ns, self.stamp_ns = self.time_ns[chosen], self.stamp_ns[chosen]
+        self.columns = {name: values[chosen] for name, values in self.columns.items()}
+        return self
+
+
+@pytest.mark.parametrize("speed", [0.0, 1.0, 5.0])
+def test_a_bench_in_order_has_no_doubts(speed):
+    assert Record(speed=speed).ids(asked=1000.0) == []
+
+
+@pytest.mark.parametrize(("apart", "samples", "seen"), [(1.05, 5, True), (1.05, 4, False), (0.95, 500, False)])
+def test_plate_tracks_that_disagree(apart, samples, seen):
+    record = Record()
+    record.columns["throttle_angle_2"][100 : 100 + samples] += apart * TRACKS
+    doubts = record.found()
+    assert [d.id for d in doubts] == (["tracks_disagree"] if seen else [])
+    assert not seen or f"in {samples} samples" in doubts[0].text
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(("apart", "samples", "seen"), [(1.05, 5, True), (1.05, 4, False), (0.95, 500, False)])
+def test_a_plate_that_parts_from_the_encoder(apart, samples, seen, sign):
+    record = Record()
+    for name in ("throttle_angle", "throttle_angle_2"):
+        record.columns[name][100 : 100 + samples] += sign * apart * ENCODER
+    doubts = record.found()
+    assert [d.id for d in doubts] == (["angles_disagree"] if seen else [])
+    assert not seen or f"in {samples} samples" in doubts[0].text
+
+
+@pytest.mark.parametrize(("late", "seen"), [(0.9, False), (1.1, True)])
+def test_a_plate_sensor_may_lag_by_a_millisecond_of_motion(late, seen):
+    """Where the plate turns at 5 rad/s: 5 mrad more than at rest."""
+    record = Record(speed=5.0)
+    fastest = np.flatnonzero(np.cos(math.tau * np.arange(record.count) * 1e-3) > 0.9999)
+    fastest = fastest[fastest > 100]  # the first ones tell where the encoder counts from
+    for name in ("throttle_angle", "throttle_angle_2"):
+        record.columns[name][fastest] -= ENCODER + late * 5e-3
+    assert record.ids() == (["angles_disagree"] if seen else [])
+
+
+def test_where_the_encoder_counts_from_is_told_by_the_first_samples():
+    record = Record()
+    record.columns["motor_angle"] += GEAR * 3.0
+    assert record.ids() == []
+
+
+def wild(size, where, at=0.0):
+    """Return a record whose encoder is off by `size` times what a motor's step of a millisecond may bend."""
+    values = MODEL.values
+    torque = values.torque_per_ampere * values.voltage_limit / values.resistance
+    torque += max(values.preload_open, values.preload_close) + values.stiction
+    bend = 3.0 * torque / values.inertia * 1e-6 + 3.0 * math.tau / MODEL.sensors.motor_counts_per_turn / GEAR
+    record = Record()
+    record.columns["motor_angle"][where] += GEAR * size * bend
+    if at:
+        for name in ("throttle_angle", "throttle_angle_2"):
+            record.columns[name] += at
+    return record
+
+
+@pytest.mark.parametrize(
+    ("size", "where", "jumps"),
+    [
+        (1.05, [500], 3),  # one wrong angle bends three times: by its size, by twice that, by its size
+        (1.05, [500, 600], 6),
+        (0.95, [500, 600], 0),  # two bends of twice its size
+        (0.95, [500, 600, 700], 3),
+        (0.49, [500, 600, 700, 800], 0),
+    ],
+)
+def test_an_encoder_that_jumps(size, where, jumps):
+    doubts = wild(size, where).found()
+    assert [d.id for d in doubts] == (["angle_jumps"] if jumps else [])
+    assert not jumps or f"{jumps} times" in doubts[0].text
+
+
+def test_an_encoder_that_jumps_back_is_seen_as_well():
+    assert wild(-1.05, [500, 600]).ids() == ["angle_jumps"]
+
+
+def test_a_plate_next_to_a_stop_may_be_thrown_back():
+    """0.05 rad next to a stop, it is the stop that accelerates."""
+    for stop, outwards in ((MODEL.values.stop_high, 1.0), (MODEL.values.stop_low, -1.0)):
+        assert wild(1.05, [500, 600], at=stop - outwards * 0.06 - MIDDLE).ids() == ["angle_jumps"]
+        assert wild(1.05, [500, 600], at=stop - outwards * 0.04 - MIDDLE).ids() == []
+
+
+def test_without_a_plate_sensor_an_encoders_jumps_are_seen_still():
+    record = wild(1.05, [500, 600])
+    for name in ("throttle_angle", "throttle_angle_2"):
+        del record.columns[name]
+    assert record.ids() == ["angle_jumps"]
+
+
+def test_over_a_gap_nothing_is_said_of_the_encoder():
+    record = wild(1.05, [500, 600])
+    chosen = np.full(record.count, True)
+    chosen[[499, 501, 599, 601]] = False  # each wrong angle stands between gaps
+    assert record.keep(chosen).ids() == []
+
+
+def test_a_current_that_stands_still_is_frozen():
+    """A step of 1 mA and noise of 5 mA repeat one reading with a chance of 0.056."""
+    chance = 1.0 / (5.0 * 2.0 * math.sqrt(math.pi))
+    needed = 2 * math.ceil(70.0 / -math.log(chance))
+    for count, seen in ((needed, False), (needed + 1, True)):
+        record = Record()
+        record.columns["motor_current"][300 : 300 + count] = 0.4
+        doubts = record.found()
+        assert [d.id for d in doubts] == (["current_frozen"] if seen else [])
+        assert not seen or f"for {count} samples" in doubts[0].text
+
+
+def test_a_current_that_stands_still_for_less_than_20_ms_may_be_held():
+    record = Record()
+    record.time_ns = 5 * MS + np.arange(record.count) * 100_000  # 10 kHz
+    record.stamp_ns = record.time_ns + 200_000
+    record.columns["motor_current"][300:500] = 0.4
+    assert record.ids() == []
+    record.columns["motor_current"][300:501] = 0.4
+    assert record.ids() == ["current_frozen"]
+
+
+def test_the_longest_stretch_of_a_frozen_current_is_said():
+    record = Record()
+    record.columns["motor_current"][300:600] = 0.4
+    record.columns["motor_current"][700:800] = 0.4
+    assert "for 300 samples" in record.found()[0].text
+
+
+@pytest.mark.parametrize(("share", "seen"), [(0.96, False), (1.04, True)])
+def test_samples_that_are_missing_while_the_plate_moves(share, seen):
+    chosen = np.full(2_000, True)
+    chosen[1_000 : 1_000 + round(share * MISSING * 2_000)] = False
+    assert Record().keep(chosen).ids() == (["samples_missing"] if seen else [])
+    assert Record().keep(chosen).ids(moving=False) == []
+
+
+def test_samples_that_are_a_little_late_are_not_missing():
+    record = Record()
+    record.time_ns = record.time_ns + np.where(np.arange(record.count) % 2, 150_000, 0)
+    record.stamp_ns = record.time_ns + 200_000
+    assert record.ids() == []
+
+
+@pytest.mark.parametrize(
+    ("asked", "seen"), [(1000.0, False), (780.0, False), (750.0, False), (690.0, True), (1280.0, False), (1350.0, True)]
+)
+def test_samples_come_as_they_were_asked_for(asked, seen):
+    doubts = Record().found(asked=asked)
+    assert [d.id for d in doubts] == (["not_as_asked"] if seen else [])
+    assert not seen or f"at 1000 Hz; {asked:.0f} Hz" in doubts[0].text
+    assert seen == (abs(1.0 / 1000.0 - 1.0 / asked) > RATE / asked)
+
+
+def test_the_rate_counts_from_a_tenth_of_a_second_after_the_request():
+    """What was asked for before is still on its way."""
+    record = Record()
+    early = np.concatenate([np.arange(90) * 500_000, 50 * MS + np.arange(record.count - 90) * MS])
+    record.time_ns, record.stamp_ns = early, early + 200_000
+    assert record.ids(asked=1000.0, moving=False) == []
+    late = np.concatenate([np.arange(300) * 500_000, 200 * MS + np.arange(record.count - 300) * MS])
+    record.time_ns, record.stamp_ns = late, late + 200_000
+    assert record.ids(asked=1000.0, moving=False) == ["not_as_asked"]
+
+
+def test_each_request_has_its_own_rate():
+    record = Record()
+    watch = Plausibility(MODEL)
+    watch.ask(1000.0, 0)
+    watch.ask(2000.0, int(record.stamp_ns[1_000]))
+    watch.push(record.block(), 0, moving=True)
+    doubts = watch.doubts()
+    assert [d.id for d in doubts] == ["not_as_asked"]
+    assert "at 1000 Hz; 2000 Hz" in doubts[0].text
+
+
+def test_nothing_is_said_of_a_rate_that_nobody_asked_for():
+    assert Record().ids(asked=0.0) == []
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize(("moved", "seen"), [(0.9, False), (1.1, True)])
+def test_a_host_clock_that_was_set(moved, seen, sign):
+    """20 ms, and one in a thousand of the time that has passed: a second before, two at the end."""
+    record = Record(count=4_000)
+    record.stamp_ns = record.stamp_ns + sign * 200 * MS
+    record.stamp_ns[2_000:] += sign * round(moved * (STEP_NS + DRIFT * 4_000 * MS))
+    doubts = record.found(moving=False)
+    assert [d.id for d in doubts] == (["clocks_disagree"] if seen else [])
+    if seen:
+        parted = int(re.search(r"part by (\d+) ms", doubts[0].text)[1])
+        assert parted == round(moved * (20 + 4))
+
+
+def test_frames_that_are_late_now_and_then_are_no_clock_that_was_set():
+    record = Record(count=4_000)
+    record.stamp_ns = record.stamp_ns + np.where(np.arange(4_000) % 7 == 3, 0, 80 * MS)
+    assert record.ids() == []
+
+
+def test_rows_without_current_or_angle_are_passed_over():
+    record = Record()
+    record.columns["motor_current"][100:110] = math.nan
+    record.columns["motor_angle"][400:410] = math.nan
+    assert record.ids() == []
+
+
+@pytest.mark.parametrize("pieces", [2, 7, 400])
+def test_how_the_rows_are_cut_changes_no_doubt(pieces):
+    record = wild(1.05, [500, 600])
+    record.columns["throttle_angle_2"][100:300] += 2 * TRACKS
+    record.columns["motor_current"][700:1_000] = 0.4
+    assert record.found(pieces=pieces) == record.found()
+    assert len(record.found()) == 3
+
+
+def bridge_off(*means, length=1_000, settle=99):
+    """Return a record with the bridge off in stretches, between them on; the current settles slowly in each."""
+    record = Record(count=len(means) * (length + 100))
+    for number, mean in enumerate(means):
+        start = number * (length + 100)
+        record.columns["command_mode"][start : start + length] = float(Mode.OFF)
+        record.columns["motor_current"][start : start + length] += mean - 0.5
+        record.columns["motor_current"][start : start + settle] += 0.3
+    return record
+
+
+def test_a_current_that_dies_away_is_no_zero_that_moves():
+    assert bridge_off(0.0, 0.0, settle=99).ids() == []
+    assert bridge_off(0.0, 0.0, settle=120).ids() == ["current_zero_moves"]
+
+
+def test_a_zero_needs_fifty_samples():
+    assert bridge_off(0.0, 0.1, length=148).ids() == []
+    doubts = bridge_off(0.0, 0.1, length=151).found()
+    assert [d.id for d in doubts] == ["current_zero_moves"]
+    low, high = (float(v) for v in re.search(r"reads (-?[\d.]+) to (-?[\d.]+) A", doubts[0].text).groups())
+    assert (low, high) == (pytest.approx(0.0, abs=3e-3), pytest.approx(0.1, abs=3e-3))
+
+
+def driven(volts=0.0, where=slice(0, 0), count=6_000, seed=9, gap=None):
+    """Return a motor driven by its own equation, whose voltmeter is off by some volts somewhere."""
+    rng, values = np.random.default_rng(seed), MODEL.values
+    record = Record(count=count, speed=2.0)
+    t = np.arange(count) * 1e-3
+    current = 0.8 * np.sin(math.tau * 0.7 * t) + 0.3 * np.sin(math.tau * 3.1 * t)
+    slope = 0.8 * math.tau * 0.7 * np.cos(math.tau * 0.7 * t) + 0.3 * math.tau * 3.1 * np.cos(math.tau * 3.1 * t)
+    omega = 2.0 * np.cos(math.tau * t)
+    record.columns["motor_current"] = current + rng.normal(0.0, 0.005, count)
+    voltage = values.resistance * current + values.back_emf * omega + values.inductance * slope
+    record.columns["motor_voltage"] = voltage + rng.normal(0.0, 0.02, count)
+    record.columns["motor_voltage"][where] += volts
+    return record if gap is None else record.keep(np.r_[0 : gap[0], gap[1] : count])
+
+
+def test_a_voltmeter_that_is_off_for_a_while_contradicts_current_and_velocity():
+    assert driven().ids() == []
+    doubts = driven(0.6, slice(3_000, 3_100)).found()
+    assert [d.id for d in doubts] == ["motor_balance"]
+    assert "contradict each other by up to 0." in doubts[0].text
+    assert driven(0.15, slice(3_000, 3_100)).ids() == []
+
+
+def test_the_motors_balance_is_the_same_however_the_rows_are_cut():
+    assert driven(0.6, slice(3_000, 3_100)).found(pieces=40) == driven(0.6, slice(3_000, 3_100)).found()
+
+
+def test_a_gap_in_the_samples_is_no_contradiction_of_the_motor():
+    assert driven(gap=(3_000, 3_037)).ids() == []
+    assert driven(volts=math.nan, where=slice(3_000, 3_037)).ids() == []
+
+
+def windows(count=200, seed=4):
+    rng = np.random.default_rng(seed)
+    found = rng.normal(0.0, 1.0, (count, 6)) * [1.0, 1.0, 2.0, 50.0, 100.0, 0.0]
+    found[:, 0] = 1.5 * found[:, 1] + 0.36 * found[:, 2] + 1.5e-3 * found[:, 3] + 1e-4 * found[:, 4] + 0.2
+    found[:, 0] += rng.normal(0.0, 1e-3, count)
+    return found
+
+
+def test_the_balance_needs_fifty_windows():
+    spoilt = windows(50)
+    spoilt[10, 0] += 5.0
+    assert worst_residual(spoilt) is not None
+    assert worst_residual(spoilt[:49]) is None
+
+
+@pytest.mark.parametrize(
+    ("off", "where", "seen"),
+    [(0.24, [50, 51], False), (0.27, [50, 51], True), (0.27, [50, 52], False), (0.48, [50], False), (0.52, [50], True)],
+)
+def test_a_quarter_of_a_volt_twice_or_half_a_volt_once(off, where, seen):
+    spoilt = windows()
+    spoilt[where, 0] += off
+    said = worst_residual(spoilt)
+    assert (said is not None) == seen
+    if seen:
+        assert f"for {0.02 * len(where):.2f} s" in said
+        assert float(re.search(r"up to ([\d.]+) V", said)[1]) == pytest.approx(off, abs=0.015)
+
+
+def test_a_voltage_that_steps_between_two_samples_may_be_off_by_more():
+    spoilt = windows()
+    spoilt[[50, 51], 0] += 0.5
+    spoilt[[50, 51], 5] = 0.09
+    assert worst_residual(spoilt) is None
+    spoilt[[50, 51], 5] = 0.07
+    assert worst_residual(spoilt) is not None
+
+
+def test_a_noisy_bench_is_held_to_eight_times_its_own_residual():
+    rng = np.random.default_rng(6)
+    noisy = windows()
+    noisy[:, 0] += 0.1 * rng.choice([-1.0, 1.0], len(noisy))
+    for off, seen in ((0.7, False), (1.1, True)):
+        spoilt = noisy.copy()
+        spoilt[[50, 51], 0] += off
+        assert (worst_residual(spoilt) is not None) == seen

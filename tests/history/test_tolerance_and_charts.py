@@ -1,0 +1,205 @@
+"""Edges of the statistics: the fewest values that tell something, and each rule one value before it speaks."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.stats import chi2, norm
+
+from etb_hil.histories.capability import capability
+from etb_hil.histories.control_chart import control_chart
+from etb_hil.histories.gauge import balanced, gauge_study
+from etb_hil.histories.tolerance import change_limit, factor, tolerance_limit
+
+HALF_WAY = 0.5 * math.log(1.25)
+
+
+@pytest.mark.parametrize("count", [8, 20, 43, 300])
+def test_the_tolerance_factor_is_that_of_the_handbook(count):
+    """NIST/SEMATECH e-Handbook, 7.2.6.3 (after Natrella 1963), written out for 99 % of a population, 95 % sure."""
+    z_content, z_sure = norm.ppf(0.99), norm.ppf(0.95)
+    a = 1 - z_sure**2 / (2 * (count - 1))
+    b = z_content**2 - z_sure**2 / count
+    assert factor(count) == pytest.approx((z_content + math.sqrt(z_content**2 - a * b)) / a, rel=2e-5)
+
+
+def test_a_tolerance_limit_needs_eight_values_above_zero():
+    values = np.exp(np.array([0.1, -0.1] * 4))
+    expected = math.exp(factor(8) * math.sqrt(8 * 0.01 / 7))
+    assert tolerance_limit(values) == pytest.approx(expected)
+    assert tolerance_limit(values[:7]) is None
+    assert tolerance_limit(np.append(values, 0.0)) is None
+    assert tolerance_limit(np.append(values, -1.0)) is None
+
+
+def test_a_change_limit_is_half_way_to_what_matters_unless_units_scatter_by_more():
+    quiet, rough = np.array([1e-4, -1e-4] * 4), np.array([0.2, -0.2] * 4)
+    assert change_limit(quiet) == pytest.approx(HALF_WAY)
+    assert change_limit(rough[:7]) == pytest.approx(HALF_WAY)
+    assert change_limit(rough) == pytest.approx(1.4826 * 0.2 * factor(8))
+    assert change_limit(rough + 0.5) == pytest.approx(0.5 + 1.4826 * 0.2 * factor(8))
+
+
+def test_a_chart_is_drawn_from_eight_values_on():
+    assert control_chart(np.arange(7.0)) is None
+    chart = control_chart(np.array([1.0, 3.0] * 4))
+    assert (chart.centre, chart.mean_range) == (2.0, 2.0)
+    assert chart.sigma == pytest.approx(2.0 / 1.128)
+    assert (chart.low, chart.high) == (pytest.approx(2.0 - 6.0 / 1.128), pytest.approx(2.0 + 6.0 / 1.128))
+    assert chart.range_high == pytest.approx(6.534)
+
+
+def run_up_to(index, speaks):
+    """Return how many values in a row up to `index` speak, by a test of each place."""
+    count = 0
+    while index - count >= 0 and speaks(index - count):
+        count += 1
+    return count
+
+
+def said_of(values, index):
+    """Return what Nelson's first three tests say of a value, each written out as it is defined."""
+    centre = sum(values) / len(values)
+    ranges = [abs(b - a) for a, b in itertools.pairwise(values)]
+    if abs(values[index] - centre) > 3 * sum(ranges) / len(ranges) / 1.128:
+        return "beyond the limits"
+    above = run_up_to(index, lambda k: values[k] > centre)
+    below = run_up_to(index, lambda k: values[k] < centre)
+    if max(above, below) >= 9:
+        return f"{max(above, below)} in a row on one side of the centre"
+    rising = 1 + run_up_to(index, lambda k: k > 0 and values[k] > values[k - 1])
+    falling = 1 + run_up_to(index, lambda k: k > 0 and values[k] < values[k - 1])
+    if max(rising, falling) >= 6:
+        return f"{max(rising, falling)} in a row {'rising' if rising > falling else 'falling'}"
+    return None
+
+
+@given(st.lists(st.integers(-3, 3), min_size=1, max_size=12), st.lists(st.integers(-40, 40), min_size=4, max_size=30))
+def test_the_rules_as_they_are_defined(steps, more):
+    """Whole numbers in sixteens, of which the mean is exact: values on the centre and equal ones occur."""
+    values = [float(v) for v in (list(np.cumsum(np.repeat(steps, 4))) + more)]
+    values = values[: len(values) // 16 * 16] or [0.0, 1.0] * 8
+    expected = {k: said for k in range(len(values)) if (said := said_of(values, k)) is not None}
+    assert control_chart(np.array(values)).signals == expected
+
+
+def test_a_chart_of_a_process_that_rises_jumps_and_stays():
+    values = (
+        [0.0, 6.0] * 4 + [0.0, 1.0, 2.0, 3.0, 4.0, 5.0] + [2.0, 1.0] * 5 + [40.0] + [5.0, 4.0, 3.0, 2.0, 1.0, 0.0, 3.0]
+    )
+    expected = {k: said for k in range(len(values)) if (said := said_of(values, k)) is not None}
+    assert control_chart(np.array(values)).signals == expected
+    assert {said.split(" in a row ")[-1] for said in expected.values()} == {
+        "rising", "falling", "beyond the limits", "on one side of the centre",
+    }  # fmt: skip
+
+
+def test_capability_is_the_nearer_limit_over_three_sigma_with_published_intervals():
+    values = np.array([10.0, 11.0] * 15)
+    chart = control_chart(values)
+    found = capability(chart, 4.0, 18.0)
+    sigma, overall = 1.0 / 1.128, values.std(ddof=1)
+    assert found.count == 30
+    assert found.cpk.value == pytest.approx(6.5 / (3 * sigma))
+    assert found.ppk.value == pytest.approx(6.5 / (3 * overall))
+    assert found.cp.value == pytest.approx(14.0 / (6 * sigma))
+    freedom = 0.605 * 29  # of moving ranges: Cryer and Ryan 1990
+    for index, degrees in ((found.cpk, freedom), (found.ppk, 29.0)):  # Bissell 1990
+        half = norm.ppf(0.975) * math.sqrt(1 / (9 * 30) + index.value**2 / (2 * degrees))
+        assert (index.low, index.high) == (pytest.approx(index.value - half), pytest.approx(index.value + half))
+    for edge, beyond in ((found.cp.low, 0.025), (found.cp.high, 0.975)):
+        assert edge == pytest.approx(found.cp.value * math.sqrt(chi2.ppf(beyond, freedom) / freedom))
+    assert capability(chart, 4.5, 17.0).cpk.value == pytest.approx(6.0 / (3 * sigma))
+    assert capability(chart, 8.0, None).cpk.value == pytest.approx(2.5 / (3 * sigma))
+    assert capability(chart, None, 13.0).cpk.value == pytest.approx(2.5 / (3 * sigma))
+    assert capability(chart, 8.0, None).cp is None
+    assert capability(chart, None, 13.0).cp is None
+
+
+def test_capability_widens_by_what_all_values_may_be_off_together():
+    chart = control_chart(np.array([10.0, 11.0] * 15))
+    sure, unsure = capability(chart, None, 14.0), capability(chart, None, 14.0, unsure=0.3)
+    for name, spread in (("cpk", chart.sigma), ("ppk", chart.values.std(ddof=1))):
+        narrow, wide = getattr(sure, name), getattr(unsure, name)
+        assert narrow.value == wide.value
+        half = math.hypot(narrow.high - narrow.value, 0.3 / (3.0 * spread))
+        assert wide.high - wide.value == pytest.approx(half)
+        assert wide.value - wide.low == pytest.approx(half)
+
+
+@pytest.mark.parametrize(("count", "preliminary"), [(24, True), (25, False)])
+def test_a_capability_of_fewer_than_25_units_is_preliminary(count, preliminary):
+    values = np.resize([10.0, 11.0], count)
+    assert capability(control_chart(values), None, 14.0).is_preliminary is preliminary
+
+
+def test_no_capability_without_spread():
+    assert capability(control_chart(np.ones(9)), 0.0, 2.0) is None
+
+
+def test_a_gauge_tells_so_many_groups_of_units_apart():
+    rng = np.random.default_rng(21)
+    unit, bench = rng.normal(0, 5, (10, 1, 1)), rng.normal(0, 0.5, (1, 3, 1))
+    study = gauge_study(unit + bench + rng.normal(0, 0.4, (10, 3, 3)))
+    assert (study.units, study.benches, study.trials) == (10, 3, 3)
+    assert study.gauge == pytest.approx(math.sqrt(study.repeatability**2 + study.reproducibility**2))
+    assert study.total == pytest.approx(math.sqrt(study.gauge**2 + study.part**2))
+    assert study.share(study.part) == pytest.approx(study.part / study.total)
+    assert study.categories == math.floor(1.41 * study.part / study.gauge) > 1
+
+
+def test_gauge_of_benches_that_repeat_exactly():
+    values = np.zeros((3, 2, 2)) + np.array([0.0, 1.0, 2.0])[:, None, None]
+    study = gauge_study(values)
+    assert (study.gauge, study.categories) == (0.0, 0)
+    assert all(row.ratio is None for row in study.anova)
+    assert study.part == pytest.approx(1.0)
+
+
+def test_one_bench_has_its_units_and_its_repeats_only():
+    rng = np.random.default_rng(22)
+    values = rng.normal(0, 2, (6, 1, 1)) + rng.normal(0, 0.1, (6, 1, 4))
+    study = gauge_study(values)
+    assert [row.source for row in study.anova] == ["units", "repeatability"]
+    assert not study.pooled
+    within = values.var(axis=2, ddof=1).mean()
+    between = 4 * values.mean(axis=(1, 2)).var(ddof=1)
+    assert study.repeatability == pytest.approx(math.sqrt(within))
+    assert study.part == pytest.approx(math.sqrt((between - within) / 4))
+    assert study.anova[0].ratio == pytest.approx(between / within)
+
+
+def test_negative_variances_count_as_zero():
+    values = np.array([[[0.0, 2.0], [2.0, 0.0]], [[2.0, 0.0], [0.0, 2.0]], [[0.0, 2.0], [0.0, 2.0]]])
+    study = gauge_study(values)
+    assert (study.reproducibility, study.part) == (0.0, 0.0)
+
+
+@given(st.integers(2, 6), st.integers(2, 4), st.integers(2, 4), st.integers(0, 2**31))
+def test_the_anova_takes_the_whole_variation_apart(units, benches, trials, seed):
+    values = np.random.default_rng(seed).normal(size=(units, benches, trials))
+    rows = {row.source: row for row in gauge_study(values).anova}
+    sources = ("units", "benches", "units x benches", "repeatability")
+    assert sum(rows[s].squares for s in sources) == pytest.approx(((values - values.mean()) ** 2).sum())
+    assert sum(rows[s].freedom for s in sources) == values.size - 1
+
+
+def test_more_benches_come_before_more_values():
+    cells = {("a", "x"): [1.0, 2.0, 3.0], ("b", "x"): [4.0, 5.0, 6.0], ("a", "y"): [7.0, 8.0], ("b", "y"): [9.0, 10.0]}
+    units, benches, values = balanced(cells)
+    assert (units, benches, values.tolist()) == (
+        ["a", "b"],
+        ["x", "y"],
+        [[[2.0, 3.0], [7.0, 8.0]], [[5.0, 6.0], [9.0, 10.0]]],
+    )
+    units, benches, values = balanced({**cells, ("b", "y"): [9.0]})
+    assert (units, benches, values.tolist()) == (["a", "b"], ["x"], [[[1.0, 2.0, 3.0]], [[4.0, 5.0, 6.0]]])
+
+
+def test_benches_that_share_one_unit_alone_are_no_study_together():
+    cells = {(u, "x"): [1.0, 2.0] for u in "abc"} | {(u, "y"): [1.0, 2.0] for u in "cd"}
+    units, benches, _ = balanced(cells)
+    assert (units, benches) == (["a", "b", "c"], ["x"])
