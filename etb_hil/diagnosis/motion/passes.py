@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from etb_hil.diagnosis.motion.commands import reports
 from etb_hil.diagnosis.segments import Segment
 from etb_hil.recording.samples import Float64, Int64
 
 SLOW = 1.0  # rad/s, the highest speed of a slow pass
-_SAME = 0.03  # share by which a speed may differ and still be the same
+_SAME = 0.1  # share by which the speeds of passes may differ: friction and springs do not tell them apart
 _SETTLE_S = 0.06  # after the set-point's speed became steady: bristles have turned round, the loop has settled
+_FEWEST = 10  # commands of a pass without its ends: its speed is known to a percent
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,25 +51,77 @@ def slow_passes(segments: Sequence[Segment], value: str, width: float) -> Bins:
 def _passes(segment: Segment, value: str) -> list[tuple[float, Float64, Float64]]:
     """Return speed in rad/s, angles and values of each stretch in which the set-point moved at one slow speed."""
     position = segment.column("command_position")
-    at: Int64 = np.flatnonzero(np.diff(position) != 0.0) + 1
-    if len(at) < 3:
-        return []
     fresh = np.zeros(len(position), bool)
-    fresh[reports(segment).first] = True
-    # Commands come at one rate: their instants are known to a sample's period only, their usual interval is not.
-    speed = np.diff(position[at]) / float(np.median(np.diff(segment.time[at])))
+    how = reports(segment)
+    fresh[how.first] = True
     fresh &= np.isfinite(segment.column("angle")) & np.isfinite(segment.column(value))
     found = []
-    begin = 0
-    for k in range(1, len(speed) + 1):
-        if k < len(speed) and abs(speed[k] - speed[begin]) <= _SAME * abs(speed[begin]):
-            continue
-        start, end = float(segment.time[at[begin]]) + _SETTLE_S, float(segment.time[at[k]])
-        if end > start and 0.0 < abs(speed[begin]) <= SLOW:
-            taken = fresh & (segment.time > start) & (segment.time < end)
-            found.append((float(speed[begin]), segment.column("angle")[taken], segment.column(value)[taken]))
-        begin = k
+    for speed, start, end in _steady(segment.time, position, how.period):
+        if abs(speed) <= SLOW:
+            taken = fresh & (segment.time > start + _SETTLE_S) & (segment.time < end)
+            found.append((speed, segment.column("angle")[taken], segment.column(value)[taken]))
     return found
+
+
+def _steady(time: Float64, position: Float64, period: float) -> Iterator[tuple[float, float, float]]:
+    """Yield speed in rad/s, begin and end in s of each stretch in which the set-point follows a straight line.
+
+    The set-point is a staircase of commands that come late, are rounded, and are seen up to a `period` s after they
+    came. A single step tells a speed badly; the line through a whole stretch tells it well.
+    """
+    at: Int64 = np.flatnonzero(np.abs(np.diff(position)) > 0.0) + 1
+    if len(at) < _FEWEST:
+        return
+    when, where = time[at], position[at]
+    wide = float(np.median(np.diff(when))) + period
+    high = float(np.min(np.abs(where - position[at - 1])))
+    taken = np.zeros(len(at), bool)
+    for stretch in sorted(_straight(when, where, wide, high), key=lambda ends: ends[0] - ends[1]):
+        begin, end = stretch
+        for _ in range(2):  # with the speed of the part, then with that of all which lies on its line
+            inside = ~taken & (when >= when[begin] + _SETTLE_S) & (when <= when[end - 1] - _SETTLE_S)
+            if np.count_nonzero(inside) < _FEWEST:
+                break
+            speed, away = _line(when, where, inside)
+            off = np.flatnonzero((away > abs(speed) * wide + high) | taken)
+            middle = (begin + end) // 2
+            begin = int(np.max(off[off < middle], initial=-1)) + 1
+            end = int(np.min(off[off >= middle], initial=len(at)))
+        else:
+            taken[begin:end] = True
+            # Soft ends lie within a stair of the line as well, but farther from it than commands scatter.
+            scatter = 2.0 * float(np.sqrt(np.mean(away[inside] * away[inside])))
+            on_line = when[begin:end][away[begin:end] <= max(scatter, abs(speed) * period + high)]
+            if len(on_line):
+                yield speed, float(on_line[0]), float(on_line[-1])
+
+
+def _line(when: Float64, where: Float64, inside: NDArray[np.bool_]) -> tuple[float, Float64]:
+    """Return the slope of the line through the commands inside, and how far every command is away from that line."""
+    middle = float(np.mean(when[inside])), float(np.mean(where[inside]))
+    since = when - middle[0]
+    speed = float(np.sum(since[inside] * (where[inside] - middle[1])) / np.sum(since[inside] * since[inside]))
+    return speed, np.abs(where - middle[1] - speed * since)
+
+
+def _straight(when: Float64, where: Float64, wide: float, high: float) -> Iterator[tuple[int, int]]:
+    """Yield the stretches (first command, end) that stay within a stair of a straight line through their first one.
+
+    A stair is `wide` s, the usual time between two commands and that between two samples, and `high` rad. A set-point
+    that stands still for longer than two stairs ends a stretch, and so does one that turns round.
+    """
+    begin = 0
+    slowest, quickest = 0.0, np.inf
+    for k in range(1, len(when)):
+        way = 1.0 if where[begin + 1] > where[begin] else -1.0
+        passed, far = float(when[k] - when[begin]), way * float(where[k] - where[begin])
+        slowest = max(slowest, (far - high) / (passed + wide))
+        quickest = min(quickest, (far + high) / (passed - wide) if passed > wide else np.inf)
+        turns = way * float(where[k] - where[k - 1]) < 0.0
+        if turns or slowest > quickest or when[k] - when[k - 1] > 2.0 * wide:
+            yield begin, k
+            begin, slowest, quickest = k - 1 if turns else k, 0.0, np.inf
+    yield begin, len(when)
 
 
 def _binned(parts: list[tuple[Float64, Float64]], width: float) -> dict[int, tuple[float, float, float]]:
