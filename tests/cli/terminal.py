@@ -14,7 +14,8 @@ import pyte
 
 PATIENCE_S = 240.0  # for a loaded machine that has to compile first; nothing waits that long on a good day
 # A leader of a session that opens a terminal has it as its own; a hook before exec would fork beside threads.
-ON_TERMINAL = ("sh", "-c", 'exec "$@" <"$ON" >"$ON" 2>&1', "sh")
+# A hang-up ends what runs on a terminal, also where the tests themselves were started to outlive one (`nohup`).
+ON_TERMINAL = ("env", "--default-signal=HUP", "sh", "-c", 'exec "$@" <"$ON" >"$ON" 2>&1', "sh")
 ETB_HIL = (sys.executable, "-m", "etb_hil.cli.main")
 # Phases of a scenario that holds the plate until somebody ends it; a wait is rehearsed in a second.
 HELD = """  - {id: zero, kind: current_zero, duration: 0.3 s}

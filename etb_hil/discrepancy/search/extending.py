@@ -35,7 +35,7 @@ def extended_model(findings: Findings, whole: Vector | None = None) -> Model:
     effects = tuple(EffectEntry(id=id_, strengths=entry_of(CATALOGUE[id_], p)) for id_ in CATALOGUE if id_ in there)
     extended = calibrated_model(findings.model, p)
     # What a term says of heat, no law says again.
-    said = {name for id_ in there for name in obeyed_by(id_)}
+    said = {name for entry in effects for name in obeyed_by(entry.id)}
     parameters = {n: replace(its, temperature=None) if n in said else its for n, its in extended.parameters.items()}
     return replace(extended, parameters=parameters, effects=effects, measured={})
 
