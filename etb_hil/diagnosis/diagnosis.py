@@ -82,6 +82,7 @@ class Diagnosis:
         self._samples = self._lost = 0
         self._last: tuple[int, RunPhase] | None = None
         self._phases: set[str] = set()
+        self._roles: set[str] = set()
         self._segments = SegmentCollector(phases_needed())
         self._longest_gap, self._gap_in = 0, ""
         self._lowest, self._highest, self._highest_current = math.inf, -math.inf, 0.0
@@ -99,6 +100,7 @@ class Diagnosis:
             self._start_ns = int(rows.time_ns[0])
         self._cover(rows, phase)
         self._phases.add(phase.kind)
+        self._roles |= {r for r, column in rows.columns.items() if r not in self._roles and np.isfinite(column).any()}
         missing = np.full(len(rows), np.nan)
         current, motor_angle = rows.columns["motor_current"], rows.columns["motor_angle"]
         temperature = rows.columns.get("temperature", missing)
@@ -231,6 +233,8 @@ class Diagnosis:
             complete=complete,
             limited=[kind for kind in measurement_kinds().values() if kind.id in self._limits.by_id],
             phases=frozenset(self._phases),
+            roles=frozenset(self._roles),
+            has_curve=fit is not None,
         )
         verdict, reasons = conclude(measured, grounds)
         measurements = Measurements(_told(one, is_withheld=bool(withheld), is_untold=bool(untold)) for one in measured)

@@ -60,7 +60,8 @@ class Excess:
 class Grounds:
     """What a verdict is made from, beside the measurements.
 
-    `limited` are the measurements that a limit is stated for, `phases` the kinds of phase that the run has.
+    `limited` are the measurements that a limit is stated for, `phases` the kinds of phase that the run has, `roles`
+    those that it has samples of; `has_curve`: a friction curve was fitted.
     `withholding` and `remarks` are what contradicts the bench's model; `excess` is friction that may be locally
     above the limit of T_st, None where there is none; `unexplained` are live episodes that the fit does not
     explain; `far` rad/s, where the Stribeck curve has come down; `follows` is the share of ticks behind which none
@@ -92,6 +93,8 @@ class Grounds:
     complete: bool
     limited: Sequence[MeasurementKind]
     phases: frozenset[str]
+    roles: frozenset[str]
+    has_curve: bool
 
 
 def far_above(assessment: Assessment, reading: LiveReading, stribeck_velocity: float) -> tuple[float, float]:

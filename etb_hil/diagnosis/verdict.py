@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from etb_hil.base.outcome import UnitVerdict
+from etb_hil.base.roles import ROLES
 from etb_hil.diagnosis.grounds import Coverage, Grounds, longest_by_kind
 from etb_hil.diagnosis.measuring import Measured
 from etb_hil.diagnosis.places_seen import MOST_UNSEEN
@@ -32,14 +33,17 @@ def conclude(measured: Sequence[Measured], grounds: Grounds) -> tuple[UnitVerdic
     """
     judged = [one for one in measured if one.measurement.is_judged]
     found = {one.kind.id for one in judged}
-    missing = [kind for kind in grounds.limited if kind.id not in found and kind.phases & grounds.phases]
-    no_curve = [kind.id for kind in grounds.limited if kind.id not in found and not kind.phases]
+    missing = [k for k in grounds.limited if k.id not in found and (not k.phases or k.phases & grounds.phases)]
+    without_signal = [_without_signal(kind, grounds) for kind in missing if not kind.roles <= grounds.roles]
+    missing = [kind for kind in missing if kind.roles <= grounds.roles]
+    no_curve = [kind.id for kind in missing if not kind.phases and not grounds.has_curve]
     withholding = [*_lost(grounds.coverage), *grounds.withholding]
     broken = _limits_broken(judged)
     fails = [*broken, *_locally(judged, grounds), *_stuck(grounds, no_curve)]
     doubts = [
+        *without_signal,
         *_poor_evidence(grounds, no_curve),
-        *_not_measured(missing),
+        *(_not_measured(kind) for kind in missing if kind.id not in no_curve),
         *_not_seen(grounds),
         *_undecided(judged, grounds),
         *_locally_undecided(judged, grounds),
@@ -51,9 +55,9 @@ def conclude(measured: Sequence[Measured], grounds: Grounds) -> tuple[UnitVerdic
     remarks = (*grounds.remarks, *_not_judged(grounds))
     without_model = _limits_broken([one for one in judged if one.kind.is_model_free])
     if without_model and not _lost(grounds.coverage) and grounds.withholding:
-        return UnitVerdict.FAIL, (*without_model, *grounds.withholding, *remarks)
+        return UnitVerdict.FAIL, (*without_model, *grounds.withholding, *without_signal, *remarks)
     if grounds.withholding:  # friction by another model is no reason
-        return UnitVerdict.INCONCLUSIVE, (*withholding, *remarks)
+        return UnitVerdict.INCONCLUSIVE, (*withholding, *without_signal, *remarks)
     if withholding:
         return UnitVerdict.INCONCLUSIVE, (*withholding, *fails, *doubts, *remarks)
     if fails:
@@ -70,15 +74,22 @@ def _degrees(angle: float) -> str:
     return shown.quantity(angle, "rad", 1)
 
 
-def _not_measured(missing: Sequence[MeasurementKind]) -> list[Reason]:
-    return [
-        Reason(
-            f"{kind.id}_not_measured",
-            f"{kind.name} was not measured, although the run has a phase for it ({', '.join(sorted(kind.phases))})",
-            "look at the frames lost in that phase, then repeat the check",
-        )
-        for kind in missing
-    ]
+def _without_signal(kind: MeasurementKind, grounds: Grounds) -> Reason:
+    names = ", ".join(f"{role} ({ROLES[role].meaning})" for role in sorted(kind.roles - grounds.roles))
+    return Reason(
+        f"{kind.id}_without_signal",
+        f"{kind.name} was not measured: the run has no samples of {names}",
+        "give the bench file these roles, and check that the controller sends their signals",
+    )
+
+
+def _not_measured(kind: MeasurementKind) -> Reason:
+    text = f"{kind.name} was not measured: the motion of this run does not show it"
+    step = "run a scenario that shows it, as friction_check and end_of_line do"
+    if kind.phases:
+        text = f"{kind.name} was not measured, although the run has a phase for it ({', '.join(sorted(kind.phases))})"
+        step = "look at the frames lost in that phase, then repeat the check"
+    return Reason(f"{kind.id}_not_measured", text, step)
 
 
 def _not_judged(grounds: Grounds) -> list[Reason]:

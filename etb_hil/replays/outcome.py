@@ -39,7 +39,9 @@ def rank(verdict: str | None, reason_id: str) -> int:
 
 def _shows_too_little(reason_id: str) -> bool:
     """Return whether a reason is that of a stretch that shows too little, or of a value too close to its limit."""
-    of = reason_id.removesuffix("_undecided").removesuffix("_not_measured")
+    of = reason_id
+    for ending in ("_undecided", "_not_measured", "_without_signal"):
+        of = of.removesuffix(ending)
     return reason_id in SHOWS_TOO_LITTLE or of in measurement_kinds()
 
 

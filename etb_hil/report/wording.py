@@ -18,6 +18,7 @@ _REPLACE = "Replace the throttle body, or clean it and test again. Keep this rep
 _NOT_FITTED = "Do not fit this unit to a vehicle. " + _REPLACE
 _SENSORS = "Check the unit's plug and the sensor's wiring, then repeat. This says nothing of the unit's friction."
 _OTHER = "Check that model file, bench file and unit belong together, then repeat."
+_ADD_SIGNAL = "Have an engineer add the signal to the bench file, or take the limit out of the limits file."
 _AGAIN = "Repeat the test. Where it happens again, have an engineer look at the plots."
 
 
@@ -251,7 +252,8 @@ _BENCH_DEFAULTS = {
     BenchOutcome.ABORTED: Wording("The run was ended before it was done.", "Repeat the test."),
 }
 
-_BEYOND, _UNDECIDED, _NOT_MEASURED = "_beyond_limit", "_undecided", "_not_measured"
+_BEYOND, _UNDECIDED = "_beyond_limit", "_undecided"
+_NOT_MEASURED, _WITHOUT_SIGNAL = "_not_measured", "_without_signal"
 _UNSAFE, _UNEVEN = f"return_margin{_BEYOND}", "uneven_way"
 _MOST_NAMED = 3  # measurements in the sentence of a pass
 _STICKS = {"T_st_exceeded", "plate_stuck"}
@@ -288,7 +290,7 @@ def _within(results: RunResult) -> str:
 
 def _of_limit(reason_id: str, results: RunResult) -> Wording | None:
     """Return the words for a measurement beyond, or too close to, its limit; None of any other reason."""
-    for ending in (_BEYOND, _UNDECIDED, _NOT_MEASURED):
+    for ending in (_BEYOND, _UNDECIDED, _NOT_MEASURED, _WITHOUT_SIGNAL):
         kind = measurement_kinds().get(reason_id.removesuffix(ending)) if reason_id.endswith(ending) else None
         if kind is None:
             continue
@@ -300,6 +302,8 @@ def _of_limit(reason_id: str, results: RunResult) -> Wording | None:
             return Wording(f"{name} is {one}; the limit is {one.limit}.", todo or _REPLACE)
         if ending == _UNDECIDED:
             return Wording(f"{name} {one} is too close to its limit {one.limit} to tell.", _AGAIN)
+        if ending == _WITHOUT_SIGNAL:
+            return Wording(f"{name} needs a signal that this bench does not have.", _ADD_SIGNAL, True)
         return Wording(f"{name} could not be measured in this run.", "Check the CAN wiring, then repeat.", True)
     return None
 

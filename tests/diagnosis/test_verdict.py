@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from etb_hil.base.outcome import UnitVerdict
+from etb_hil.base.roles import ROLES
 from etb_hil.diagnosis.exceedance import Exceedance
 from etb_hil.diagnosis.grounds import Coverage, Excess, Grounds
 from etb_hil.diagnosis.measurement_kind import Estimate
@@ -26,7 +27,7 @@ GROUNDS = Grounds(
     moved=1.4, fastest=8.0, far=1.0, windows=(300, 300), follows=1.0, seen=(0.2, 1.3), unseen=None,
     current_verified=True, highest_current=3.0, withholding=(), remarks=(), is_uneven=False, by_direction=0.0,
     excess=None, unexplained=(), current_plausible=True, band=0.03, complete=True,
-    limited=(KINDS["T_st"], KINDS["T_c"]), phases=frozenset({"ramp"}),
+    limited=(KINDS["T_st"], KINDS["T_c"]), phases=frozenset({"ramp"}), roles=frozenset(ROLES), has_curve=False,
 )  # fmt: skip
 EXCESS = Excess(torque=0.3, low=0.28, high=0.32, limit=0.26, angle=0.8, is_one_way=False, is_certain=True)
 

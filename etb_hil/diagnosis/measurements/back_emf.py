@@ -26,6 +26,7 @@ KIND = MeasurementKind(
     unit="V·s/rad",
     compute=_back_emf,
     order=150,
+    roles=frozenset({"motor_voltage"}),
     is_model_free=True,
     source="seed paper, eq. (4)",
 )

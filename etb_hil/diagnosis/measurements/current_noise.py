@@ -21,5 +21,6 @@ KIND = MeasurementKind(
     unit="A",
     compute=_current_noise,
     order=220,
+    phases=frozenset({"current_zero"}),
     is_model_free=True,
 )

@@ -21,5 +21,6 @@ KIND = MeasurementKind(
     unit="A",
     compute=_current_zero,
     order=210,
+    phases=frozenset({"current_zero"}),
     is_model_free=True,
 )

@@ -26,6 +26,7 @@ KIND = MeasurementKind(
     unit="ohm",
     compute=_resistance,
     order=160,
+    roles=frozenset({"motor_voltage"}),
     is_model_free=True,
     source="seed paper, eq. (4)",
 )

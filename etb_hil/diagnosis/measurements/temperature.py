@@ -22,5 +22,7 @@ KIND = MeasurementKind(
     unit="degC",
     compute=_temperature,
     order=230,
+    phases=frozenset({"current_zero"}),
+    roles=frozenset({"temperature"}),
     is_model_free=True,
 )
