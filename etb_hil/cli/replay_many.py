@@ -25,20 +25,21 @@ def replay_many(options: argparse.Namespace) -> int:
     folder = options.out or Path("replays")
     outcomes = judge_many(tasks, folder, pool)
     for outcome in outcomes:
-        if outcome["status"] != JUDGED:
-            error, path = outcome["error"], outcome["path"]
-            print(f"{outcome['status']}: {error if error.startswith(path) else f'{path}: {error}'}")
-        elif outcome.get("differs"):
-            print(f"not as live: {outcome['path']}: {outcome['differs']}")
+        if outcome.status != JUDGED:
+            error = outcome.error or ""
+            print(f"{outcome.status}: {error if error.startswith(outcome.path) else f'{outcome.path}: {error}'}")
+        elif outcome.differs:
+            print(f"not as live: {outcome.path}: {outcome.differs}")
     words = [_word(outcome) for outcome in outcomes]
     print(", ".join(f"{words.count(word)} {word}" for word in dict.fromkeys(words)))
     for path in write_parquet(outcomes, folder):
         print(path)
-    return worst(o["exit_code"] if o["status"] == JUDGED else ExitCode.BAD_INPUT for o in outcomes)
+    return worst(ExitCode.BAD_INPUT if o.judged is None else o.judged.exit_code for o in outcomes)
 
 
 def _word(outcome: Outcome) -> str:
     """Return what a log is counted as: its verdict, or why it has none."""
-    if outcome["status"] != JUDGED:
-        return str(outcome["status"])
-    return str(outcome["verdict"] or {BenchOutcome.FAULT: "bench fault"}.get(outcome["bench_outcome"], "aborted"))
+    part = outcome.judged
+    if part is None:
+        return outcome.status
+    return part.verdict or {str(BenchOutcome.FAULT): "bench fault"}.get(part.bench_outcome, "aborted")

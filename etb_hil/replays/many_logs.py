@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import re
 import time
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,7 +16,7 @@ from etb_hil.base.files import make_folder, refused_by_name
 from etb_hil.base.userfile import digest, open_file, read_bytes
 from etb_hil.replays.log_frames import Frames
 from etb_hil.replays.log_replay import STRETCH_S, LogJob, judge_stretches
-from etb_hil.replays.outcome import CRASHED, JUDGED, REFUSED, outcome_of, part_of
+from etb_hil.replays.outcome import CRASHED, JUDGED, REFUSED, Outcome, as_json, from_json, part_of, together
 from etb_hil.replays.session_replay import RuleFiles, replay
 from etb_hil.session.differences import beside_live
 from etb_hil.session.session import EVENTS, MANIFEST, RAW_LOG
@@ -25,7 +24,6 @@ from etb_hil.session.session import EVENTS, MANIFEST, RAW_LOG
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from etb_hil.replays.outcome import Outcome
     from etb_hil.replays.window import Window
 
 PROGRESS = "progress.jsonl"
@@ -112,18 +110,18 @@ def judge_many(
     """
     path = make_folder(folder, _REMEDY) / PROGRESS
     done = _read_progress(path)
-    left = [task for task in tasks if done.get(task.key, {}).get("status") != JUDGED]
+    left = [task for task in tasks if task.key not in done or done[task.key].status != JUDGED]
     with refused_by_name(path, _REMEDY), path.open("a", encoding="utf-8", buffering=1) as progress:
         if path.stat().st_size:
             progress.write("\n")  # behind half a line that a killed run may have left
         for outcome in pool(left):
-            done[outcome["key"]] = outcome
+            done[outcome.key] = outcome
             progress.write(_line(outcome))
     return [done[task.key] for task in tasks]
 
 
 def _line(outcome: Outcome) -> str:
-    text = json.dumps(outcome)
+    text = as_json(outcome)
     return f'{{"sha256": "{hashlib.sha256(text.encode()).hexdigest()}", "outcome": {text}}}\n'
 
 
@@ -135,8 +133,9 @@ def _read_progress(path: Path) -> dict[str, Outcome]:
     with open_file(path, _REMEDY) as lines:
         for found in filter(None, map(_LINE.fullmatch, lines)):  # a killed run leaves half a line
             if hashlib.sha256(found[2]).hexdigest().encode() == found[1]:
-                outcome = json.loads(found[2])
-                done[outcome["key"]] = outcome
+                outcome = from_json(found[2])
+                if outcome is not None:
+                    done[outcome.key] = outcome
             else:
                 changed += 1
     if changed:
@@ -148,38 +147,39 @@ def _read_progress(path: Path) -> dict[str, Outcome]:
 def judge_task(task: Task) -> Outcome:
     """Judge one log; what goes wrong with it is part of the outcome."""
     start, spent = time.perf_counter(), time.process_time()
-    outcome = _about(task)
     try:
-        outcome |= _judged(task)
+        outcome = _judged(task)
     except EtbHilError as error:
-        outcome |= failed(task, REFUSED, str(error))
+        outcome = failed(task, REFUSED, str(error))
     except Exception as error:  # noqa: BLE001 (one log must not stop a hundred thousand; its error is kept)
-        outcome |= failed(task, CRASHED, f"{type(error).__name__}: {error}")
-    return outcome | {"wall_s": time.perf_counter() - start, "processor_s": time.process_time() - spent}
+        outcome = failed(task, CRASHED, f"{type(error).__name__}: {error}")
+    return replace(outcome, wall_s=time.perf_counter() - start, processor_s=time.process_time() - spent)
 
 
 def failed(task: Task, status: str, error: str) -> Outcome:
     """Return the outcome of a log that could not be judged."""
-    return {**_about(task), "status": status, "error": error, "exceedances": []}
+    return replace(_about(task, status), error=error)
 
 
-def _about(task: Task) -> Outcome:
+def _about(task: Task, status: str) -> Outcome:
     bench = None if task.rules is None else task.rules.bench.name
-    return {"key": task.key, "path": str(task.source), "bench": bench, "channel": task.channel}
+    return Outcome(task.key, str(task.source), status, bench, task.channel)
 
 
 def _judged(task: Task) -> Outcome:
+    about = _about(task, JUDGED)
     if task.rules is None:
         finished = replay(task.source, task.model, task.limits, task.window)
-        outcome = outcome_of([part_of(finished, finished.record.start_ns)], finished.analysis.recording.notes)
-        is_own = not (task.model or task.limits or task.window) and finished.session.has_results
-        if is_own:
-            outcome["differs"], outcome["exit_code"] = beside_live(finished)
-        return outcome
+        part, differs = part_of(finished, finished.record.start_ns), None
+        if not (task.model or task.limits or task.window) and finished.session.has_results:
+            differs, code = beside_live(finished)
+            part = replace(part, exit_code=int(code))
+        notes = "\n".join(finished.analysis.recording.notes)
+        return replace(about, judged=part, stretches=1, notes=notes, differs=differs)
     frames = Frames([task.source], task.channel, task.window)
     job = LogJob((task.source,), task.rules, task.rules.read(), keep=False)
     parts = [
         part_of(finished, frames.start_ns or 0)
         for finished in judge_stretches(job, frames, round(task.stretch_s * 1e9))
     ]
-    return outcome_of(parts, frames.notes)
+    return replace(about, judged=together(parts), stretches=len(parts), notes="\n".join(frames.notes))

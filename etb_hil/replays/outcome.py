@@ -1,13 +1,16 @@
-"""What is kept of one log among many: a row of plain values, and its exceedances."""
+"""What is kept of one log among many: the verdict with its reason, what was measured, and the exceedances."""
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
-from typing import TYPE_CHECKING, Any
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING
 
 from etb_hil import __version__
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.diagnosis.measurement_registry import measurement_kinds
+from etb_hil.results.run_result import Exceedance
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,9 +23,59 @@ SHOWS_TOO_LITTLE = frozenset({
     "too_little_motion", "too_few_windows", "no_samples", "run_not_finished", "T_c_not_reached", "one_way",
     "places_not_seen", "limits_not_judged",
 })  # fmt: skip
-_SUMMED = ("duration_s", "frames", "lost", "crc_failures")
 
-Outcome = dict[str, Any]
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A session, or one stretch of a log: its times count from `start_ns`, in s; `deciding_s` is when it began.
+
+    `measurements` holds value and 95 % interval in SI by id, None where unknown.
+    """
+
+    verdict: str | None
+    reason_id: str
+    reason: str
+    serial: str
+    part_number: str
+    revision: str
+    bench_outcome: str
+    exit_code: int
+    start_ns: int
+    duration_s: float | None
+    deciding_s: float
+    timestamp_grade: str
+    frames: int
+    lost: int
+    crc_failures: int
+    measurements: Mapping[str, tuple[float | None, float | None, float | None]]
+    exceedances: tuple[Exceedance, ...]
+    version: str = __version__
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What came of a log and unit: the part that decides, with the sums and exceedances of all; None if not judged.
+
+    `key` is that of its task. `differs` is what a session's replay has otherwise than the live run.
+    """
+
+    key: str
+    path: str
+    status: str
+    bench: str | None = None
+    channel: int | None = None
+    error: str | None = None
+    judged: Part | None = None
+    stretches: int = 0
+    notes: str | None = None
+    differs: str | None = None
+    wall_s: float | None = None
+    processor_s: float | None = None
+
+    @property
+    def exceedances(self) -> tuple[Exceedance, ...]:
+        """The exceedances of all parts."""
+        return () if self.judged is None else self.judged.exceedances
 
 
 def rank(verdict: str | None, reason_id: str) -> int:
@@ -45,40 +98,57 @@ def _shows_too_little(reason_id: str) -> bool:
     return reason_id in SHOWS_TOO_LITTLE or of in measurement_kinds()
 
 
-def part_of(finished: Finished, origin_ns: int) -> Outcome:
+def part_of(finished: Finished, origin_ns: int) -> Part:
     """Return what is kept of a session, or of one stretch of a log; its times count from `origin_ns`, in seconds."""
     results = finished.results
     unit, messages = results.unit, results.bus.messages
     later = (finished.record.start_ns - origin_ns) * 1e-9
-    return {
-        "verdict": None if unit.verdict is None else str(unit.verdict),
-        **{key: getattr(unit, key) for key in ("reason_id", "reason", "serial", "part_number", "revision")},
-        "bench_outcome": str(results.bench.outcome),
-        "exit_code": results.exit_code,
-        "start_ns": origin_ns,
-        "duration_s": results.duration_s,
-        "deciding_s": later,
-        "timestamp_grade": results.timestamp_grade,
-        "frames": sum(message.frames for message in messages),
-        "lost": sum(message.lost or 0 for message in messages),
-        "crc_failures": sum(message.crc_failures for message in messages),
-        "measurements": {one.id: [one.value, one.low, one.high] for one in results.measurements.values()},
-        "exceedances": [
-            asdict(replace(episode, start_s=episode.start_s + later, end_s=episode.end_s + later))
+    return Part(
+        verdict=None if unit.verdict is None else str(unit.verdict),
+        reason_id=unit.reason_id,
+        reason=unit.reason,
+        serial=unit.serial,
+        part_number=unit.part_number,
+        revision=unit.revision,
+        bench_outcome=str(results.bench.outcome),
+        exit_code=int(results.code),
+        start_ns=origin_ns,
+        duration_s=results.duration_s,
+        deciding_s=later,
+        timestamp_grade=results.timestamp_grade,
+        frames=sum(message.frames for message in messages),
+        lost=sum(message.lost or 0 for message in messages),
+        crc_failures=sum(message.crc_failures for message in messages),
+        measurements={one.id: (one.value, one.low, one.high) for one in results.measurements.values()},
+        exceedances=tuple(
+            replace(episode, start_s=episode.start_s + later, end_s=episode.end_s + later)
             for episode in results.exceedances
-        ],
-        "version": __version__,
-    }
+        ),
+    )
 
 
-def outcome_of(parts: Sequence[Outcome], notes: Sequence[str]) -> Outcome:
-    """Return the row of a log judged in parts, at least one: the first of those that decide, sums, all exceedances."""
-    deciding = min(parts, key=lambda part: rank(part["verdict"], part["reason_id"]))
-    return {
-        **deciding,
-        **{name: sum(part[name] for part in parts) for name in _SUMMED},
-        "status": JUDGED,
-        "stretches": len(parts),
-        "exceedances": [episode for part in parts for episode in part["exceedances"]],
-        "notes": "\n".join(notes),
-    }
+def together(parts: Sequence[Part]) -> Part:
+    """Return a log judged in parts, at least one: the first of those that decide, sums, all exceedances."""
+    return replace(
+        min(parts, key=lambda part: rank(part.verdict, part.reason_id)),
+        duration_s=sum(part.duration_s or 0.0 for part in parts),
+        frames=sum(part.frames for part in parts),
+        lost=sum(part.lost for part in parts),
+        crc_failures=sum(part.crc_failures for part in parts),
+        exceedances=tuple(episode for part in parts for episode in part.exceedances),
+    )
+
+
+def as_json(outcome: Outcome) -> str:
+    """Return an outcome as a JSON object."""
+    return json.dumps(asdict(outcome))
+
+
+def from_json(text: str | bytes) -> Outcome | None:
+    """Return the outcome of a JSON object that `as_json` made; None of any other, as another version may have it."""
+    from pydantic import TypeAdapter, ValidationError  # noqa: PLC0415 (only who goes on with earlier work needs it)
+
+    try:
+        return TypeAdapter(Outcome).validate_python(json.loads(text))
+    except ValidationError:
+        return None

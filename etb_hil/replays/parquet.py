@@ -8,20 +8,25 @@ from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.files import replacing
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from etb_hil.replays.outcome import Outcome
 
 LOGS, EXCEEDANCES = "logs.parquet", "exceedances.parquet"
 
-_TEXTS = (
-    "path", "key", "bench", "status", "error", "verdict", "reason_id", "reason", "serial", "part_number", "revision",
-    "bench_outcome", "timestamp_grade", "notes", "differs", "version",
-)  # fmt: skip
-_COUNTS = ("channel", "exit_code", "stretches", "start_ns", "frames", "lost", "crc_failures", "exceedances")
-_VALUES = ("duration_s", "deciding_s", "wall_s", "processor_s")
+_ABOUT: Mapping[str, str] = {
+    "path": "string", "key": "string", "bench": "string", "status": "string", "error": "string", "notes": "string",
+    "differs": "string", "channel": "int64", "stretches": "int64", "wall_s": "float64", "processor_s": "float64",
+}  # fmt: skip
+_JUDGED: Mapping[str, str] = {
+    "verdict": "string", "reason_id": "string", "reason": "string", "serial": "string", "part_number": "string",
+    "revision": "string", "bench_outcome": "string", "timestamp_grade": "string", "version": "string",
+    "exit_code": "int64", "start_ns": "int64", "frames": "int64", "lost": "int64", "crc_failures": "int64",
+    "duration_s": "float64", "deciding_s": "float64",
+}  # fmt: skip
 _EPISODE = ("start_s", "end_s", "peak", "allowance", "limit", "angle", "velocity", "temperature")
+_UNKNOWN = (None, None, None)
 
 
 def write_parquet(outcomes: Sequence[Outcome], folder: Path) -> tuple[Path, Path]:
@@ -35,19 +40,21 @@ def write_parquet(outcomes: Sequence[Outcome], folder: Path) -> tuple[Path, Path
         from pyarrow import parquet  # noqa: PLC0415
     except ImportError:
         raise InputError(Problem("pyarrow is not installed", remedy="pip install 'etb-hil[logs]'")) from None
-    names = sorted({name for outcome in outcomes for name in outcome.get("measurements", {})})
+    parts = [outcome.judged for outcome in outcomes]
     columns: dict[str, Any] = {}
-    for kind, group in ((pa.string(), _TEXTS), (pa.int64(), _COUNTS), (pa.float64(), _VALUES)):
-        for name in group:
-            values = [len(o["exceedances"]) if name == "exceedances" else o.get(name) for o in outcomes]
-            columns[name] = pa.array(values, kind)
-    for name in names:
+    for name, kind in _ABOUT.items():
+        columns[name] = pa.array([getattr(outcome, name) for outcome in outcomes], kind)
+    for name, kind in _JUDGED.items():
+        columns[name] = pa.array([None if part is None else getattr(part, name) for part in parts], kind)
+    columns["exceedances"] = pa.array([len(outcome.exceedances) for outcome in outcomes], "int64")
+    for name in sorted({name for part in parts if part is not None for name in part.measurements}):
+        found = [_UNKNOWN if part is None else part.measurements.get(name, _UNKNOWN) for part in parts]
         for index, suffix in enumerate(("", "_low", "_high")):
-            values = [o.get("measurements", {}).get(name, [None] * 3)[index] for o in outcomes]
-            columns[name + suffix] = pa.array(values, pa.float64())
-    episodes = [{"path": o["path"], "key": o["key"], **e} for o in outcomes for e in o["exceedances"]]
-    rows = {name: pa.array([e[name] for e in episodes], pa.string()) for name in ("path", "key", "kind", "phase")}
-    rows |= {name: pa.array([e[name] for e in episodes], pa.float64()) for name in _EPISODE}
+            columns[name + suffix] = pa.array([one[index] for one in found], "float64")
+    episodes = [(outcome, episode) for outcome in outcomes for episode in outcome.exceedances]
+    rows = {name: pa.array([getattr(outcome, name) for outcome, _ in episodes], "string") for name in ("path", "key")}
+    rows |= {name: pa.array([getattr(one, name) for _, one in episodes], "string") for name in ("kind", "phase")}
+    rows |= {name: pa.array([getattr(one, name) for _, one in episodes], "float64") for name in _EPISODE}
     paths = folder / LOGS, folder / EXCEEDANCES
     for path, table in zip(paths, (columns, rows), strict=True):
         with replacing(path) as part:

@@ -1,6 +1,7 @@
 """Many logs: one bad one costs only itself, interrupted work goes on, and the tables are those of a database."""
 
 import contextlib
+import hashlib
 import json
 import os
 import shutil
@@ -25,7 +26,7 @@ from etb_hil.cli import replay as command
 from etb_hil.cli.main import main as command_line
 from etb_hil.replays.log_replay import STRETCH_S
 from etb_hil.replays.many_logs import PROGRESS, judge_many, judge_task, tasks_for
-from etb_hil.replays.outcome import CRASHED, JUDGED, REFUSED, SHOWS_TOO_LITTLE, rank
+from etb_hil.replays.outcome import CRASHED, JUDGED, REFUSED, SHOWS_TOO_LITTLE, Outcome, rank
 from etb_hil.replays.parquet import write_parquet
 from etb_hil.replays.session_replay import RuleFiles, rule_files
 from etb_hil.replays.window import Window
@@ -59,19 +60,19 @@ def one_after_the_other(tasks):
 def dies_at_bad_logs(task):
     if task.source.name == "bad.blf":
         os._exit(9)
-    return {"key": task.key, "path": str(task.source), "status": JUDGED, "exceedances": []}
+    return Outcome(task.key, str(task.source), JUDGED)
 
 
 def test_each_log_has_its_outcome(live, tasks, tmp_path):
     session, bad, log = judge_many(tasks, tmp_path / "out", one_after_the_other)
-    assert (session["status"], bad["status"], log["status"]) == (JUDGED, REFUSED, JUDGED)
-    assert "is no BLF file" in bad["error"]
-    assert session["verdict"] == "fail"
-    assert session["serial"] == "A7"
-    numbers = {n.id: [n.value, n.low, n.high] for n in live.results.measurements.values()}
-    assert session["measurements"] == numbers
-    assert len(session["exceedances"]) == len(live.results.exceedances)
-    assert log["frames"] == session["frames"] > 1000
+    assert (session.status, bad.status, log.status) == (JUDGED, REFUSED, JUDGED)
+    assert "is no BLF file" in bad.error
+    assert session.judged.verdict == "fail"
+    assert session.judged.serial == "A7"
+    numbers = {n.id: (n.value, n.low, n.high) for n in live.results.measurements.values()}
+    assert session.judged.measurements == numbers
+    assert len(session.exceedances) == len(live.results.exceedances)
+    assert log.judged.frames == session.judged.frames > 1000
 
 
 def test_interrupted_work_goes_on(tasks, tmp_path):
@@ -91,7 +92,7 @@ def test_interrupted_work_goes_on(tasks, tmp_path):
         progress.write('{"key": "half a li')
     outcomes = judge_many(tasks, folder, stops_after_one)
     assert asked == [3, 2]
-    assert [outcome["key"] for outcome in outcomes] == [task.key for task in tasks]
+    assert [outcome.key for outcome in outcomes] == [task.key for task in tasks]
     judge_many(tasks, folder, stops_after_one)
     assert asked == [3, 2, 1]  # what was refused may have been put right
 
@@ -104,22 +105,43 @@ def test_a_verdict_that_was_edited_is_not_believed(tasks, tmp_path):
     (folder / PROGRESS).write_text(text.replace('"verdict": "fail"', '"verdict": "pass"').replace(": 10,", ": 0,"))
     with pytest.warns(UserWarning, match=r"progress.jsonl: \d outcomes? do.* not match the checksum; the logs"):
         again = judge_many(tasks, folder, one_after_the_other)
-    assert [outcome.get("verdict") for outcome in again] == [outcome.get("verdict") for outcome in truth]
-    assert [outcome.get("exit_code") for outcome in again] == [outcome.get("exit_code") for outcome in truth]
+    assert [outcome.judged and outcome.judged.verdict for outcome in again] == [
+        outcome.judged and outcome.judged.verdict for outcome in truth
+    ]
+    assert [outcome.judged and outcome.judged.exit_code for outcome in again] == [
+        outcome.judged and outcome.judged.exit_code for outcome in truth
+    ]
 
 
 @pytest.mark.parametrize(
-    "damage", [b'{"key": []}', b"[" * 100_000, b"\xff\xfe\x00", b'{"sha256": "0", "outcome": {}}', b'{"key": "x"', b"7"]
+    "damage",
+    [
+        b'{"key": []}',
+        b"[" * 100_000,
+        b"\xff\xfe\x00",
+        b'{"sha256": "0", "outcome": {}}',
+        b'{"key": "x"',
+        b"7",
+    ],
 )
 def test_damaged_progress_costs_only_time(tasks, tmp_path, damage):
     folder = tmp_path / "out"
     folder.mkdir()
     (folder / PROGRESS).write_bytes(b"\n".join([damage, *(damage.replace(b"x", t.key.encode()) for t in tasks)]))
-    assert [outcome["status"] for outcome in judge_many(tasks, folder, one_after_the_other)] == [
+    assert [outcome.status for outcome in judge_many(tasks, folder, one_after_the_other)] == [
         JUDGED,
         REFUSED,
         JUDGED,
     ]
+
+
+def test_an_outcome_of_another_version_is_judged_again(tasks, tmp_path):
+    folder = tmp_path / "out"
+    folder.mkdir()
+    text = json.dumps({"key": tasks[0].key, "status": JUDGED, "verdict": "pass"}).encode()
+    line = b'{"sha256": "%s", "outcome": %s}\n' % (hashlib.sha256(text).hexdigest().encode(), text)
+    (folder / PROGRESS).write_bytes(line)
+    assert judge_many(tasks[:1], folder, one_after_the_other)[0].judged.verdict == "fail"
 
 
 def test_a_pipe_in_the_place_of_progress_is_refused(tasks, tmp_path):
@@ -176,8 +198,8 @@ def test_a_log_that_changed_or_other_limits_are_new_work(live, sources, tasks):
 
 
 def test_a_process_that_dies_costs_only_its_log(tasks):
-    outcomes = {outcome["path"]: outcome for outcome in LocalProcesses(2, dies_at_bad_logs)(tasks)}
-    assert [outcomes[str(task.source)]["status"] for task in tasks] == [JUDGED, CRASHED, JUDGED]
+    outcomes = {outcome.path: outcome for outcome in LocalProcesses(2, dies_at_bad_logs)(tasks)}
+    assert [outcomes[str(task.source)].status for task in tasks] == [JUDGED, CRASHED, JUDGED]
 
 
 def test_units_on_channels_of_one_log_are_judged_each_by_itself(live, sources, tmp_path, capsys):
@@ -193,10 +215,10 @@ def test_units_on_channels_of_one_log_are_judged_each_by_itself(live, sources, t
     alone = judge_task(tasks_for([sources[2]], [(rules, None)], None, None)[0])
     tasks = tasks_for([path], [(rules, 0), (rules, 1)], None, None)
     outcomes = judge_many(tasks, tmp_path / "out", one_after_the_other)
-    assert [outcome["channel"] for outcome in outcomes] == [0, 1]
+    assert [outcome.channel for outcome in outcomes] == [0, 1]
     for outcome in outcomes:
         for key in ("verdict", "reason", "frames", "lost", "crc_failures", "measurements"):
-            assert outcome[key] == alone[key]
+            assert getattr(outcome.judged, key) == getattr(alone.judged, key)
     assert command_line(["replay", str(path), "--bench", str(rules.bench), "--channel", "0", "--channel", "1"]) == 10
     said = capsys.readouterr().out
     assert f"{rules.bench.name}, channel 1:" in said
@@ -208,11 +230,11 @@ def test_the_tables_open_in_a_database(tasks, tmp_path):
     outcomes = judge_many(tasks, tmp_path / "out", one_after_the_other)
     logs, exceedances = write_parquet(outcomes, tmp_path / "out")
     rows = duckdb.sql(f"select status, verdict, T_st, T_st_low from '{logs}'").fetchall()  # noqa: S608
-    assert [row[:2] for row in rows] == [(JUDGED, "fail"), (REFUSED, None), (JUDGED, outcomes[2]["verdict"])]
-    assert rows[0][2:] == tuple(outcomes[0]["measurements"]["T_st"][:2])
+    assert [row[:2] for row in rows] == [(JUDGED, "fail"), (REFUSED, None), (JUDGED, outcomes[2].judged.verdict)]
+    assert rows[0][2:] == outcomes[0].judged.measurements["T_st"][:2]
     both = f"'{logs}' l join '{exceedances}' using (key)"
     found = duckdb.sql(f"select count(*) from {both} where l.path like '%log.blf'")  # noqa: S608
-    assert found.fetchall() == [(len(outcomes[2]["exceedances"]),)]
+    assert found.fetchall() == [(len(outcomes[2].exceedances),)]
     write_parquet(outcomes[1:2], tmp_path / "out")  # none judged: the columns stay
     assert duckdb.sql(f"select count(*), count(verdict) from '{logs}'").fetchall() == [(1, 0)]  # noqa: S608
 
@@ -224,9 +246,7 @@ def test_a_dask_cluster_gives_the_same(tasks, tmp_path):
         there = judge_many(tasks, tmp_path / "dask", DaskWorkers(cluster.scheduler_address))
     here = judge_many(tasks, tmp_path / "here", one_after_the_other)
     for ours, theirs in zip(here, there, strict=True):
-        for cost in ("wall_s", "processor_s"):
-            ours.pop(cost), theirs.pop(cost)
-        assert json.dumps(ours) == json.dumps(theirs)
+        assert replace(ours, wall_s=None, processor_s=None) == replace(theirs, wall_s=None, processor_s=None)
 
 
 def test_a_cluster_that_does_not_answer_is_said(tasks):
@@ -251,21 +271,21 @@ def test_the_times_of_a_log_count_from_its_first_frame(live, tmp_path):
     rules = rule_files(live.session)
     found = judge_task(tasks_for([tmp_path / "log.blf"], [(rules, None)], None, None)[0])
     alone = judge_task(tasks_for([live.session.raw_log], [(rules, None)], None, None)[0])
-    assert found["start_ns"] == int(other.stamp_ns[0])
-    assert (found["stretches"], found["deciding_s"]) == (1, 90.0)
-    assert "1 of 2 stretches" in found["notes"]
-    assert len(found["exceedances"]) > 0
-    for episode, expected in zip(found["exceedances"], alone["exceedances"], strict=True):
-        assert episode["start_s"] == pytest.approx(expected["start_s"] + 90.0, abs=1e-6)
+    assert found.judged.start_ns == int(other.stamp_ns[0])
+    assert (found.stretches, found.judged.deciding_s) == (1, 90.0)
+    assert "1 of 2 stretches" in found.notes
+    assert len(found.exceedances) > 0
+    for episode, expected in zip(found.exceedances, alone.exceedances, strict=True):
+        assert episode.start_s == pytest.approx(expected.start_s + 90.0, abs=1e-6)
 
 
 def test_a_missing_log_is_an_outcome_and_is_tried_again(live, tmp_path):
     source, rules = tmp_path / "late.blf", rule_files(live.session)
     tasks = tasks_for([source], [(rules, None)], None, None)
-    assert judge_many(tasks, tmp_path / "out", one_after_the_other)[0]["status"] == REFUSED
-    assert "cannot be read" in judge_many(tasks, tmp_path / "out", one_after_the_other)[0]["error"]
+    assert judge_many(tasks, tmp_path / "out", one_after_the_other)[0].status == REFUSED
+    assert "cannot be read" in judge_many(tasks, tmp_path / "out", one_after_the_other)[0].error
     source.write_bytes(live.session.raw_log.read_bytes())
-    assert judge_many(tasks, tmp_path / "out", one_after_the_other)[0]["status"] == JUDGED
+    assert judge_many(tasks, tmp_path / "out", one_after_the_other)[0].status == JUDGED
 
 
 def test_a_session_is_new_work_when_one_of_its_files_changed(live, tmp_path):
@@ -282,19 +302,19 @@ def test_what_of_a_session_could_not_be_read_stands_in_its_row(live, tmp_path):
     folder = shutil.copytree(live.session.folder, tmp_path / "session")
     raw = folder / "raw.blf"
     raw.write_bytes(raw.read_bytes()[:-300])
-    assert "cut off" in judge_task(tasks_for([folder], [], None, None)[0])["notes"]
+    assert "cut off" in judge_task(tasks_for([folder], [], None, None)[0]).notes
 
 
 def test_a_session_that_gives_other_results_than_live_is_marked_and_no_pass(tmp_path):
     passed = run_on(tmp_path, unit="default").session.folder
     whole = judge_task(tasks_for([passed], [], None, None)[0])
-    assert (whole["verdict"], whole["differs"], whole["exit_code"]) == ("pass", None, 0)
+    assert (whole.judged.verdict, whole.differs, whole.judged.exit_code) == ("pass", None, 0)
     kept = json.loads((passed / "results.json").read_text("utf-8"))
     kept["measurements"][0]["value"] *= 1.01  # as if the frames were not those of then
     (passed / "results.json").write_text(json.dumps(kept), "utf-8")
     other = judge_task(tasks_for([passed], [], None, None)[0])
-    assert "measurements.0.value" in other["differs"]
-    assert other["exit_code"] == 4
+    assert "measurements.0.value" in other.differs
+    assert other.judged.exit_code == 4
 
 
 @pytest.mark.parametrize(
@@ -325,7 +345,7 @@ def test_tasks_mean_the_same_in_every_folder(live, monkeypatch, tmp_path):
     )
     task = tasks_for([Path("raw.blf")], [(rules, None)], None, Path("inputs") / rules.limits.name)[0]
     monkeypatch.chdir(tmp_path)
-    assert judge_task(task)["verdict"] == "fail"
+    assert judge_task(task).judged.verdict == "fail"
 
 
 def test_a_window_of_each_log_is_judged(live):
@@ -334,5 +354,5 @@ def test_a_window_of_each_log_is_judged(live):
         judge_task(tasks_for([live.session.raw_log], rules, None, None, window=window)[0])
         for window in (None, Window(0, 5_000_000_000))
     )
-    assert part["duration_s"] == pytest.approx(5.0, abs=0.01)
-    assert part["key"] != whole["key"]
+    assert part.judged.duration_s == pytest.approx(5.0, abs=0.01)
+    assert part.key != whole.key

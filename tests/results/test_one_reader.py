@@ -7,7 +7,9 @@ import etb_hil
 
 PACKAGE = Path(etb_hil.__file__).parent
 READER = PACKAGE / "results" / "json_file.py"
-OF_RESULTS = ("results", "result", "read_results", "result_as_dict")
+OF_RESULTS = ("results", "result", "read_results", "result_as_dict", "outcome", "outcomes")
+# Fields that results alone have: read by these keys, an object of any name is a result.
+OWN = {"reason_id", "measurements", "numbers", "exceedances", "exit_code", "timestamp_grade", "limit_low", "limit_high"}
 
 
 def is_result(node):
@@ -24,7 +26,7 @@ def string_keys(tree):
     """Yield the lines at which results are read by a string key."""
     for node in ast.walk(tree):
         key, of = None, None
-        if isinstance(node, ast.Subscript):
+        if isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Load):
             key, of = node.slice, node.value
         elif (
             isinstance(node, ast.Call)
@@ -33,15 +35,16 @@ def string_keys(tree):
             and node.args
         ):
             key, of = node.args[0], node.func.value
-        if isinstance(key, ast.Constant) and isinstance(key.value, str) and is_result(of):
+        if isinstance(key, ast.Constant) and isinstance(key.value, str) and (is_result(of) or key.value in OWN):
             yield node.lineno
 
 
 def test_the_walk_finds_string_keys():
     tree = ast.parse(
-        "a = results['unit']['verdict']\nb = session.read_results().get('bench')\nc = results.unit.verdict"
+        "a = results['unit']['verdict']\nb = session.read_results().get('bench')\nc = results.unit.verdict\n"
+        "d = row['reason_id']\ne = row['id']"
     )
-    assert sorted(set(string_keys(tree))) == [1, 2]
+    assert sorted(set(string_keys(tree))) == [1, 2, 4]
 
 
 def test_no_module_reads_results_by_string_keys():
