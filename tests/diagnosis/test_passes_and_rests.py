@@ -39,6 +39,33 @@ def test_only_the_slowest_of_several_speeds_counts():
     assert len(slow_passes([fast], "of", 0.02)) == 0
 
 
+def test_each_place_has_its_slowest_passes():
+    """A slow ramp over a part of the way adds to the faster one over all of it."""
+    whole = ramps([0.8], 1000, lambda a, v: np.abs(v) + 0.0 * a)
+    part = ramps([0.3], 1000, lambda a, v: np.abs(v) + 0.0 * a, low=0.5, high=0.8)
+    found = slow_passes([whole, part], "of", 0.02)
+    is_slow = (found.angle > 0.55) & (found.angle < 0.75)
+    assert found.value[is_slow] == pytest.approx(0.3)
+    assert found.value[(found.angle < 0.5) | (found.angle > 0.8)] == pytest.approx(0.8)
+    assert np.max(np.diff(found.angle[0])) < 0.05
+
+
+def test_the_way_over_which_friction_turns_round_is_left_out():
+    """Friction comes from its value in the other direction by a factor e each 0.02 rad."""
+
+    def turning(angle, velocity):
+        return np.where(velocity > 0.0, 1.0 - 2.0 * np.exp(-(angle - 0.2) / 0.02), -1.0)
+
+    made = ramps([0.4], 1000, turning)
+    assert slow_passes([made], "of", 0.02, 0.14).value[0] == pytest.approx(1.0, abs=3e-3)
+    assert np.min(slow_passes([made], "of", 0.02).value[0]) < 0.9
+
+
+def test_a_bin_that_a_pass_has_just_touched_is_left_out():
+    found = slow_passes([ramps([0.4], 1000, lambda a, _: a)], "of", 0.02)
+    assert np.max(found.error) < 2.0 * np.min(found.error)
+
+
 def test_in_bursts_only_samples_with_a_value_of_their_own_count():
     """The plate's angle is sampled once in ten: between two of its samples it lags."""
     made = ramps([0.4], 20000, lambda a, _: a)

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from etb_hil.diagnosis.measurement_kind import Estimate, MeasurementKind
-from etb_hil.diagnosis.motion.repeats import combined, error_of_mean
+from etb_hil.diagnosis.motion.repeats import combined, error_of_means
 from etb_hil.diagnosis.motion.returns import returns
 from etb_hil.diagnosis.motion.sensors import plate_rounding
 
@@ -19,14 +19,11 @@ def _compute(run: Findings) -> Estimate | None:
     sides = [[one for one in found if one.is_opening is opening] for opening in (True, False)]
     if not all(sides) or any(math.isnan(one.plate) for one in found):
         return None
-    means = [sum(one.plate for one in side) / len(side) for side in sides]
+    plates = [[one.plate for one in side] for side in sides]
+    value = 0.5 * sum(sum(side) / len(side) for side in plates)
     # Noise of the sensor is in the scatter of the rests already; alone it is the least that they scatter by.
-    errors = [
-        max(error_of_mean([one.plate for one in side]), max(one.plate_error for one in side) / math.sqrt(len(side)))
-        for side in sides
-    ]
-    value = 0.5 * (means[0] + means[1])
-    reach = combined((plate_rounding(run.model),), 0.5 * math.hypot(*errors))
+    noise = math.hypot(*(max(one.plate_error for one in side) / math.sqrt(len(side)) for side in sides))
+    reach = combined((plate_rounding(run.model),), 0.5 * max(error_of_means(plates), noise))
     note = (
         f"mean of {len(sides[1])} returns from the open and {len(sides[0])} from the closed side, by the plate sensor"
     )

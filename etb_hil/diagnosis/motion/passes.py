@@ -1,4 +1,4 @@
-"""Slow passes over the way at one speed, up and down: what differs by direction cancels in their mean."""
+"""Slow passes up and down at one speed: what differs by direction cancels in their mean."""
 
 from __future__ import annotations
 
@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 
 from etb_hil.diagnosis.motion.commands import reports
 from etb_hil.diagnosis.segments import Segment
+from etb_hil.plant.parameters import Model
 from etb_hil.recording.samples import Float64, Int64
 
 SLOW = 1.0  # rad/s, the highest speed of a slow pass
 _SAME = 0.1  # share by which the speeds of passes may differ: friction and springs do not tell them apart
-_SETTLE_S = 0.06  # after the set-point's speed became steady: bristles have turned round, the loop has settled
+_SETTLE_S = 0.1  # after the set-point's speed became steady: the loop has settled
+_TURNED = 7.0  # factors e: a thousandth is left
 _FEWEST = 10  # commands of a pass without its ends: its speed is known to a percent
 
 
@@ -33,22 +35,33 @@ class Bins:
         return self.angle.shape[1]
 
 
-def slow_passes(segments: Sequence[Segment], value: str, width: float) -> Bins:
-    """Return the means of a column over bins of `width` rad, from the slowest steady passes of the segments."""
-    found = [part for segment in segments for part in _passes(segment, value)]
-    if not found:
-        return Bins(*(np.empty((2, 0)) for _ in range(3)))
-    slowest = min(abs(speed) for speed, _, _ in found)
-    sides = []
-    for sign in (1.0, -1.0):
-        parts = [(a, v) for speed, a, v in found if 0.0 < sign * speed <= slowest * (1.0 + _SAME)]
-        sides.append(_binned(parts, width))
-    both = sorted(sides[0].keys() & sides[1].keys())
-    table = np.array([[side[key] for key in both] for side in sides]).reshape(2, len(both), 3)
-    return Bins(table[:, :, 0], table[:, :, 1], table[:, :, 2])
+def slow_passes(segments: Sequence[Segment], value: str, width: float, presliding: float = 0.0) -> Bins:
+    """Return the means of a column over bins of `width` rad, each from the slowest steady passes that met it.
+
+    Of each pass, the first `presliding` rad are left out: friction, or the lag of a sensor, turns round there.
+    """
+    parts = (part for segment in segments for part in _passes(segment, value, presliding))
+    found = sorted(parts, key=lambda part: abs(part[0]))
+    both: dict[int, list[tuple[float, float, float]]] = {}
+    while found:
+        same = [part for part in found if abs(part[0]) <= abs(found[0][0]) * (1.0 + _SAME)]
+        sides = [_binned([(a, v) for speed, a, v in same if sign * speed > 0.0], width) for sign in (1.0, -1.0)]
+        for key in sides[0].keys() & sides[1].keys():
+            both.setdefault(key, [side[key] for side in sides])
+        found = found[len(same) :]
+    table = np.array([both[key] for key in sorted(both)]).reshape(len(both), 2, 3)
+    return Bins(table[:, :, 0].T, table[:, :, 1].T, table[:, :, 2].T)
 
 
-def _passes(segment: Segment, value: str) -> list[tuple[float, Float64, Float64]]:
+def presliding(model: Model) -> float:
+    """Return the way in rad over which friction turns round to a thousandth, with the softest bristles of the model.
+
+    Friction approaches its steady value by a factor e over the way T_st / sigma_0 (seed paper, eq. (1)).
+    """
+    return _TURNED * model.values.stiction / (model.values.bristle_stiffness - model.tolerance("bristle_stiffness"))
+
+
+def _passes(segment: Segment, value: str, presliding: float) -> list[tuple[float, Float64, Float64]]:
     """Return speed in rad/s, angles and values of each stretch in which the set-point moved at one slow speed."""
     position = segment.column("command_position")
     fresh = np.zeros(len(position), bool)
@@ -58,7 +71,8 @@ def _passes(segment: Segment, value: str) -> list[tuple[float, Float64, Float64]
     found = []
     for speed, start, end in _steady(segment.time, position, how.period):
         if abs(speed) <= SLOW:
-            taken = fresh & (segment.time > start + _SETTLE_S) & (segment.time < end)
+            begin = start + max(_SETTLE_S, presliding / abs(speed))
+            taken = fresh & (segment.time > begin) & (segment.time < end)
             found.append((speed, segment.column("angle")[taken], segment.column(value)[taken]))
     return found
 
@@ -125,16 +139,22 @@ def _straight(when: Float64, where: Float64, wide: float, high: float) -> Iterat
 
 
 def _binned(parts: list[tuple[Float64, Float64]], width: float) -> dict[int, tuple[float, float, float]]:
-    """Return mean angle, mean value and its standard error by the number of the bin."""
-    if not parts:
+    """Return mean angle, mean value and its standard error by the number of the bin.
+
+    The noise is that of all bins together: a few samples tell their own badly. A bin that a pass has just touched, with
+    less than half of the usual samples, is left out.
+    """
+    angle = np.concatenate([np.empty(0), *(a for a, _ in parts)])
+    value = np.concatenate([np.empty(0), *(v for _, v in parts)])
+    if not len(angle):
         return {}
-    angle = np.concatenate([a for a, _ in parts])
-    value = np.concatenate([v for _, v in parts])
-    keys = np.floor(angle / width).astype(np.int64)
-    order = np.argsort(keys, kind="stable")
-    found = {}
-    for part in np.split(order, np.flatnonzero(np.diff(keys[order])) + 1):
-        if len(part) >= 3:
-            error = float(np.std(value[part], ddof=1)) / float(np.sqrt(len(part)))
-            found[int(keys[part[0]])] = (float(np.mean(angle[part])), float(np.mean(value[part])), error)
-    return found
+    numbers = np.floor(angle / width).astype(np.int64)
+    keys, place, count = np.unique(numbers, return_inverse=True, return_counts=True)
+    mean = np.bincount(place, value) / count
+    apart = value - mean[place]
+    noise = float(np.sqrt(np.sum(apart * apart) / max(len(value) - len(keys), 1)))
+    enough = (count >= 3) & (count >= 0.5 * np.median(count))
+    rows = zip(keys, np.bincount(place, angle) / count, mean, noise / np.sqrt(count), strict=True)
+    return {
+        int(key): (float(a), float(v), float(e)) for (key, a, v, e), is_in in zip(rows, enough, strict=True) if is_in
+    }

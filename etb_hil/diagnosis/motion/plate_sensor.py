@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from statistics import NormalDist
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.measurement_kind import Estimate
-from etb_hil.diagnosis.motion.passes import Bins, slow_passes
+from etb_hil.diagnosis.motion.passes import Bins, presliding, slow_passes
 from etb_hil.diagnosis.motion.sensors import plate_rounding
 from etb_hil.recording.samples import Float64
 
@@ -44,7 +45,7 @@ def hysteresis(run: Findings) -> Estimate | None:
     values = np.abs(found.value[0] - found.value[1])
     largest = int(np.argmax(values))
     error = math.hypot(*found.error[:, largest].tolist())
-    by_chance = _by_chance(2 * len(values)) * error
+    by_chance = _by_chance(len(values)) * error
     return _largest(float(values[largest]), by_chance, error, math.sqrt(2.0) * plate_rounding(run.model), len(found))
 
 
@@ -54,13 +55,13 @@ def difference(run: Findings) -> Bins | None:
     for segment in run.of("ramp"):
         difference: Float64 = segment.column("throttle_angle") - segment.column("angle")
         segments.append(replace(segment, columns={**segment.columns, _DIFFERENCE: difference}))
-    found = slow_passes(segments, _DIFFERENCE, _BIN)
+    found = slow_passes(segments, _DIFFERENCE, _BIN, presliding(run.model))
     return found if len(found) >= _FEWEST else None
 
 
 def _by_chance(count: int) -> float:
-    """Return by how many standard errors the largest of so many errors exceeds zero at most, on average."""
-    return math.sqrt(2.0 * math.log(count))
+    """Return how many standard errors the largest of so many errors exceeds zero by at most, in 95 % of cases."""
+    return float(NormalDist().inv_cdf(0.95 ** (1.0 / count)))
 
 
 def _largest(value: float, by_chance: float, error: float, rounding: float, bins: int) -> Estimate:

@@ -31,7 +31,13 @@ def student(degrees: int) -> float:
 
 def error_of_mean(values: Sequence[float]) -> float:
     """Return the standard deviation of a mean, widened so that 1.96 of it are Student's 95 %; 0 of a single value."""
-    count = len(values)
-    if count < 2:
+    return error_of_means([values])
+
+
+def error_of_means(groups: Sequence[Sequence[float]]) -> float:
+    """Return the same of a sum of means, one of each group: what repeats scatter by is alike in all groups."""
+    degrees = sum(len(values) - 1 for values in groups)
+    if degrees < 1:
         return 0.0
-    return float(np.std(values, ddof=1)) / math.sqrt(count) * student(count - 1)
+    squares = sum(float(np.var(values)) * len(values) for values in groups)
+    return math.sqrt(squares / degrees * sum(1.0 / len(values) for values in groups)) * student(degrees)

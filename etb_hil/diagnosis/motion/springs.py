@@ -11,7 +11,7 @@ import numpy as np
 from etb_hil.diagnosis.assessment import Interval
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.measurement_kind import Estimate
-from etb_hil.diagnosis.motion.passes import Bins, slow_passes
+from etb_hil.diagnosis.motion.passes import Bins, presliding, slow_passes
 from etb_hil.diagnosis.motion.repeats import student
 from etb_hil.diagnosis.prior import CONSTANT
 
@@ -65,4 +65,4 @@ def spring_line(run: Findings, *, is_above: bool) -> SpringLine | None:
 
 
 def _current(run: Findings) -> Bins:
-    return slow_passes(run.of("ramp"), "motor_current", _BIN)
+    return slow_passes(run.of("ramp"), "motor_current", _BIN, presliding(run.model))

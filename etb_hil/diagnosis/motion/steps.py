@@ -110,14 +110,15 @@ def _response(
     tenth = _passed(time, share, 0.1, _first_above(share, 0.1, first), size, encoder)
     ninth = _passed(time, share, 0.9, _first_above(share, 0.9, first), size, encoder)
     settled = _settled(time, share, first, size, encoder)
-    most = float(share[peak])
+    half_step = 0.5 * encoder.step / abs(size)
+    most = float(share[peak]) + 0.0625 * bend  # the peak lies up to an eighth of the bend above the highest sample
     return StepResponse(
         before[2],
         after[2],
         Value(tenth.value - command.time, (*command.bounds, *tenth.bounds), tenth.error),
         Value(ninth.value - tenth.value, (*tenth.bounds, *ninth.bounds), math.hypot(tenth.error, ninth.error)),
         Value(settled.value - command.time, (*command.bounds, *settled.bounds), settled.error),
-        Value(max(most - 1.0, 0.0), (0.125 * bend, encoder.step / abs(size)), encoder.share_error(size, most)),
+        Value(max(most - 1.0, 0.0), (0.0625 * bend, half_step, half_step), encoder.share_error(size, most)),
     )
 
 
