@@ -256,8 +256,10 @@ def _not_seen(grounds: Grounds) -> list[Reason]:
 def _undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
     reasons = []
     for one in judged:
-        if one.measurement.verdict is not UnitVerdict.INCONCLUSIVE or not one.estimate.may_pass:
+        if one.measurement.verdict is not UnitVerdict.INCONCLUSIVE:
             continue
+        if grounds.unseen is not None and not one.estimate.may_pass:
+            continue  # the way that was not seen is a doubt by itself, and repeating narrows no interval of it
         step = "repeat the check, more often or slower, to narrow the interval"
         if grounds.is_uneven and not one.kind.phases:
             step = "see the friction over angle: repeating does not narrow the interval of an uneven way"

@@ -243,8 +243,38 @@ def test_an_estimate_that_may_not_pass_says_so_itself():
     assert said(found) == (INCONCLUSIVE, ["T_c_too_slow"])
 
 
+def test_an_estimate_that_may_not_pass_never_passes():
+    found = [measured("T_st", INCONCLUSIVE, may_pass=False), measured("T_c", PASS)]
+    assert said(found) == (INCONCLUSIVE, ["T_st_undecided"])
+    unseen = Unseen(start=0.4, end=0.7, share=0.2)
+    assert said(found, unseen=unseen) == (INCONCLUSIVE, ["places_not_seen"])  # one cause, one reason
+
+
+def test_a_limit_of_a_phase_that_was_measured_is_not_missing():
+    of_phase = next(kind for kind in KINDS.values() if kind.phases and "ramp" not in kind.phases)
+    found = [*both(), measured(of_phase.id, PASS, value=0.1)]
+    run = {"limited": (*GROUNDS.limited, of_phase), "phases": frozenset({"ramp", *of_phase.phases})}
+    assert said(found, **run) == (PASS, ["within_limits"])
+
+
+def test_a_lower_limit_alone_is_no_limit_of_friction_by_direction():
+    low = measured("T_st", PASS, high=None)
+    assert said([low, measured("T_c", PASS)], by_direction=0.01)[0] is PASS
+    unknown = replace(low, measurement=replace(low.measurement, limit_high=0.26, high=None))
+    assert said([unknown, measured("T_c", PASS)], by_direction=0.01)[0] is PASS
+
+
+def test_what_to_do_with_a_unit_that_failed():
+    _, reasons = conclude([measured("T_st", FAIL), measured("return_time_open", FAIL)], GROUNDS)
+    assert "plots" in reasons[0].next_step
+    assert reasons[1].next_step == "reject the unit"
+
+
 def test_an_uneven_way_is_not_narrowed_by_repeating():
     _, reasons = conclude(both(INCONCLUSIVE), GROUNDS)
+    assert reasons[0].next_step.startswith("repeat")
+    of_phase = next(kind for kind in KINDS.values() if kind.phases)
+    _, reasons = conclude([measured(of_phase.id, INCONCLUSIVE)], replace(GROUNDS, is_uneven=True, limited=()))
     assert reasons[0].next_step.startswith("repeat")
     _, reasons = conclude(both(INCONCLUSIVE), replace(GROUNDS, is_uneven=True))
     assert "does not narrow" in reasons[0].next_step
