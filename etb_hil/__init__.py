@@ -1,3 +1,10 @@
-"""Hardware-in-the-loop bench for electronic throttle bodies over CAN."""
+"""Hardware-in-the-loop bench for electronic throttle bodies over CAN.
+
+What is public stands in `__init__.pyi`; each name is loaded when it is first used.
+"""
+
+import lazy_loader
 
 __version__ = "0.1.0"
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -11,10 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from etb_hil.api.explaining import Explanation
     from etb_hil.base.errors import Problem
-    from etb_hil.diagnosis.limits import Limits
-    from etb_hil.discrepancy.answer.consequence import Judge
-    from etb_hil.discrepancy.explain import Answer
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -47,21 +45,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Explain the data, write the answer and print its verdict."""
     with _saying("the data were being read; nothing was fitted and nothing was written"):
+        from etb_hil.api.explaining import explain
+        from etb_hil.api.models import as_limits, as_model
+        from etb_hil.api.recordings import read
         from etb_hil.base.errors import InputError
         from etb_hil.base.outcome import ExitCode
-        from etb_hil.base.stock import find
-        from etb_hil.cli.recordings import recording_of
-        from etb_hil.diagnosis.limits_file import load_limits
-        from etb_hil.discrepancy.explain import explain
         from etb_hil.discrepancy.slow.sweeps import slow_remark
-        from etb_hil.plant.drive_file import load_plant
         from etb_hil.report.what_is_left import what_is_left
-        from etb_hil.scenario.planning import stock_plans
 
         _must_take_an_answer(options.out, _inputs(options))
-        model, is_drive = load_plant(find("model", options.model))
-        recordings = [recording_of(path, options.bench, options.map) for path in options.data]
-        limits = load_limits(_limits(options))
+        model = as_model(options.model)
+        recordings = [read(path, bench=options.bench, columns=options.map) for path in options.data]
+        limits = as_limits(_limits(options))
         if remark := slow_remark(recordings[0]):
             print(remark, file=sys.stderr)
     answer = explain(
@@ -69,15 +64,13 @@ def run(options: argparse.Namespace) -> int:
         model,
         progress=_progress,
         limits=limits,
-        judge=_bench_of(options.data[0], limits),
-        plans=None if is_drive else lambda: stock_plans(model.values),
         fit_on=options.fit_on,
         is_same_unit=options.same_unit,
     )
     with _saying("the report was being written; explanation.json may be there without it"):
         paths, problem = _write(answer, options.out)
     _progress("")
-    found = answer.explanation
+    found = answer.data
     print(f"verdict: {found['verdict']}")
     if left := what_is_left(found):
         print(f"  {left}")
@@ -96,18 +89,12 @@ def run(options: argparse.Namespace) -> int:
     return int(ExitCode.INCONCLUSIVE if found["verdict"] == "insufficient_data" else ExitCode.DONE)
 
 
-def _write(answer: Answer, folder: Path) -> tuple[list[Path], Problem | None]:
+def _write(answer: Explanation, folder: Path) -> tuple[list[Path], Problem | None]:
     """Return the files that hold an answer, or what kept it from being written: a full disk must not cost its name."""
     from etb_hil.base.errors import InputError, Place, Problem
-    from etb_hil.discrepancy.answer.pictures import coarse_pictures, pictures
-    from etb_hil.discrepancy.explain import write
-    from etb_hil.report.explain_report import write_explanation
 
-    series = coarse_pictures(answer.coarse) if answer.coarse else None
-    if answer.findings and answer.holdout:
-        series = pictures(answer.findings, answer.holdout)
     try:
-        return [*write(answer, folder), write_explanation(answer.explanation, series, folder)], None
+        return answer.write(folder), None
     except InputError as error:  # somebody put files of their own there meanwhile
         return [], error.problems[0]
     except OSError as error:
@@ -163,21 +150,11 @@ def _must_take_an_answer(folder: Path, inputs: list[Path]) -> None:
 
 
 def _limits(options: argparse.Namespace) -> Path:
+    from etb_hil.api.explaining import limits_of
     from etb_hil.base.stock import find
-    from etb_hil.session.session import open_session
 
-    if options.limits or not options.data[0].is_dir():
-        return find("limits", options.limits or "default")
-    return open_session(options.data[0]).input_path("limits")
-
-
-def _bench_of(data: Path, limits: Limits) -> Judge | None:
-    """Return how the bench judges a session of its own again, None for data of others."""
-    if not data.is_dir():
-        return None
-    from etb_hil.replays.session_replay import judged_under
-
-    return lambda model: judged_under(data, model, limits)
+    first = options.data[0]
+    return find("limits", str(options.limits or limits_of(first if first.is_dir() else None)))
 
 
 def _progress(what: str) -> None:

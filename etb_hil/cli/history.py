@@ -24,21 +24,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print the history of each part, and write tables and plots where a folder was named."""
-    from etb_hil.base.errors import InputError, Problem
-
-    try:
-        import scipy  # noqa: F401 (said here, once)
-    except ImportError:
-        raise InputError(Problem("scipy is not installed", remedy="pip install 'etb-hil[history]'")) from None
-    from etb_hil.histories.history import histories
-    from etb_hil.histories.runs import read_runs
+    from etb_hil.api.past import history as history_of
     from etb_hil.report.history_text import history_text
 
-    runs, notes = read_runs(options.sources)
-    found = histories(runs)
+    past = history_of(options.sources)
+    found = past.parts
     for history in found:
         print(history_text(history, max(options.rows, 1)))
-    for note in notes:
+    for note in past.notes:
         print(f"note: {note}")
     if options.out is not None:
         from etb_hil.histories.tables import write_tables

@@ -17,10 +17,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write the picture, and print what it shows: each role's samples and range."""
-    from etb_hil.cli.recordings import recording_of
+    from etb_hil.api.recordings import read
     from etb_hil.report.recording_plot import plot_recording, range_text, worth_showing
 
-    recording = recording_of(options.data, options.bench, options.map)
+    recording = read(options.data, bench=options.bench, columns=options.map)
     recording.origin = str(options.data)  # of a session its name, not that of the log in it
     roles = options.roles or worth_showing(recording)
     page = options.out or Path(f"{options.data.resolve().stem}.png")

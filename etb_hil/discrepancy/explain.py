@@ -38,10 +38,8 @@ from etb_hil.discrepancy.search.naming import search
 from etb_hil.discrepancy.slow.coarse import Coarse, explain_coarsely
 from etb_hil.discrepancy.slow.sweeps import is_slow, sweeps_of
 from etb_hil.plant.drive_file import is_drive
-from etb_hil.plant.drive_text import drive_text
 from etb_hil.plant.effects.laws import laws
 from etb_hil.plant.model_check import impossible
-from etb_hil.plant.model_text import model_text
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
 from etb_hil.recording.recording import Recording
@@ -58,6 +56,14 @@ class Answer:
     findings: Findings | None = None
     holdout: Holdout | None = None
     coarse: Coarse | None = None
+
+    @property
+    def model(self) -> Model | None:
+        """The model with what was found, None where nothing was fitted."""
+        if self.findings is not None:
+            return extended_model(self.findings, _best(self.findings, self.holdout))
+        is_judged = self.coarse is not None and self.explanation["verdict"] != "insufficient_data"
+        return self.coarse.model if self.coarse is not None and is_judged else None
 
 
 def explain(
@@ -336,14 +342,11 @@ def write(answer: Answer, folder: Path) -> list[Path]:
         (folder / name).unlink(missing_ok=True)
     paths = [folder / ANSWER_NAME]
     write_text(paths[0], json.dumps(answer.explanation, indent=1, ensure_ascii=False))
-    if answer.findings is not None:
+    if (model := answer.model) is not None:
         paths.append(folder / MODEL_NAME)
-        text = drive_text if is_drive(answer.findings.model) else model_text
-        description = "base parameters as calibrated, effects as found"
-        write_text(paths[1], text(extended_model(answer.findings, _best(answer.findings, answer.holdout)), description))
-    if answer.coarse is not None and answer.explanation["verdict"] != "insufficient_data":
-        paths.append(folder / MODEL_NAME)
-        write_text(paths[1], model_text(answer.coarse.model, "base parameters as fitted in free run"))
+        in_balances = "base parameters as calibrated, effects as found"
+        description = in_balances if answer.findings is not None else "base parameters as fitted in free run"
+        model.write(paths[1], description)
     test = answer.explanation.get("next_test")
     if test and test["scenario"]:
         paths.append(folder / TEST_NAME)

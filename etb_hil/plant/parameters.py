@@ -41,6 +41,23 @@ class Model:
     measured: Mapping[str, Measured] = field(default_factory=dict)
     has_laws_as_terms: bool = False
 
+    @classmethod
+    def load(cls, source: str | Path) -> Model:
+        """Read a throttle's or a drive's model file, by path or by the name of a stock one; InputError of problems."""
+        from etb_hil.base.stock import find  # noqa: PLC0415 (its own file loads this one)
+        from etb_hil.plant.drive_file import load_plant  # noqa: PLC0415
+
+        return load_plant(find("model", str(source)))[0]
+
+    def write(self, path: str | Path, description: str = "") -> None:
+        """Write a model file that `load` reads as the same model; InputError where it cannot be written."""
+        from etb_hil.base.files import write_text  # noqa: PLC0415
+        from etb_hil.plant.drive_file import is_drive  # noqa: PLC0415
+        from etb_hil.plant.drive_text import drive_text  # noqa: PLC0415
+        from etb_hil.plant.model_text import model_text  # noqa: PLC0415
+
+        write_text(Path(path), (drive_text if is_drive(self) else model_text)(self, description or self.name))
+
     def with_laws_as_terms(self, temperature: float) -> Model:
         """Return the model for data whose temperature is known: what has a law is stated at the terms' reference.
 

@@ -87,7 +87,7 @@ class Recording:
     def joined(self, roles: Iterable[str]) -> SampleBlock:
         """Return the instants at which all of the roles were sampled, with their values."""
         wanted = list(roles)
-        sources = list(dict.fromkeys(self._source_of(role) for role in wanted))
+        sources = list(dict.fromkeys(self.source_of(role) for role in wanted))
         rows = Joiner(sources).push(self.block(source) for source in sources)
         if rows is None:
             empty = np.empty(0, np.int64)
@@ -106,7 +106,8 @@ class Recording:
                 found.append(Gap(source, start, int(block.time_ns[index]), lost if lost > 0 else None))
         return found
 
-    def _source_of(self, role: str) -> str:
+    def source_of(self, role: str) -> str:
+        """Return the source that delivers a role; InputError names the roles that are there."""
         for source, parts in self._blocks.items():
             if role in parts[0].columns:
                 return source

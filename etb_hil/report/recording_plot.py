@@ -8,6 +8,7 @@ from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.figure import Figure
 
 from etb_hil.base.errors import InputError
 from etb_hil.base.roles import ROLES
@@ -31,9 +32,14 @@ _TALL, _FLAT = 1.7, 0.7  # inches of a role that moves, and of one that never do
 _CLOCKS = {"sample_counter", "controller_time"}
 
 
-@mpl.rc_context(STYLE)
 def plot_recording(recording: Recording, roles: Sequence[str], path: Path) -> None:
-    """Write a PNG with one plot a role over time, gaps shaded; angles in degrees, shares in per cent.
+    """Write `figure_of` a recording as PNG; InputError where it cannot be written."""
+    save_png(figure_of(recording, roles), path)
+
+
+@mpl.rc_context(STYLE)
+def figure_of(recording: Recording, roles: Sequence[str]) -> Figure:
+    """Draw one plot a role over time, gaps shaded; angles in degrees, shares in per cent.
 
     Raises InputError where the recording has no signal for a role, naming those it has, or where no role is given.
     """
@@ -66,7 +72,7 @@ def plot_recording(recording: Recording, roles: Sequence[str], path: Path) -> No
             axes.axvspan(*span, color=LIMIT, alpha=0.25, label="samples missing" if first else None)
             first = False
     legend_below(figure, 1)
-    save_png(figure, path)
+    return figure
 
 
 def worth_showing(recording: Recording) -> list[str]:

@@ -9,7 +9,7 @@ from etb_hil.discrepancy.explain import explain, write
 from etb_hil.report.explain_report import write_explanation
 
 
-def _interrupts(*_):
+def _interrupts(*_, **__):
     raise KeyboardInterrupt
 
 
@@ -110,7 +110,7 @@ def test_while_the_data_are_made_ready_it_is_said_that_nothing_was_done(cogging_
 
 
 def test_in_the_first_seconds_of_the_command_it_says_that_nothing_was_written(monkeypatch, tmp_path, capsys):
-    monkeypatch.setattr("etb_hil.cli.recordings.recording_of", _interrupts)
+    monkeypatch.setattr("etb_hil.api.recordings.read", _interrupts)
     code = main(["explain", "data.csv", "--model", "default", "--out", str(tmp_path / "there")])
     assert code == ExitCode.ABORTED
     assert "the data were being read; nothing was fitted and nothing was written" in capsys.readouterr().err

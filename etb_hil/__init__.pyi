@@ -1,0 +1,23 @@
+from .api.diagnosing import diagnose as diagnose
+from .api.explaining import Cause as Cause
+from .api.explaining import Explanation as Explanation
+from .api.explaining import explain as explain
+from .api.past import Histories as Histories
+from .api.past import history as history
+from .api.recordings import Recording as Recording
+from .api.recordings import read as read
+from .api.replaying import Replayed as Replayed
+from .api.replaying import replay as replay
+from .api.runs import Run as Run
+from .api.runs import run as run
+from .api.simulation import simulate as simulate
+from .base.errors import BenchFault as BenchFault
+from .base.errors import EtbHilError as EtbHilError
+from .base.errors import InputError as InputError
+from .base.outcome import UnitVerdict as UnitVerdict
+from .diagnosis.result import DiagnosisResult as DiagnosisResult
+from .plant.parameters import Model as Model
+from .results.measurement import Measurement as Measurement
+from .results.run_result import RunResult as RunResult
+
+__version__: str

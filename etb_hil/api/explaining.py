@@ -1,0 +1,190 @@
+"""What the simulation gets wrong of a measurement: the causes, the model extended by them, and the gain."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from etb_hil.api.recordings import read
+
+if TYPE_CHECKING:
+    from etb_hil.api.recordings import Recording
+    from etb_hil.diagnosis.limits import Limits
+    from etb_hil.discrepancy.answer.consequence import Judge
+    from etb_hil.discrepancy.explain import Answer
+    from etb_hil.plant.parameters import Model
+
+
+@dataclass(frozen=True, slots=True)
+class Size:
+    """How large a parameter of a cause is: value with its 95 % interval, in `unit`."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class Cause:
+    """A cause that was taken in: the effect's id, those that the data cannot tell from it, and its share of the error.
+
+    `sizes` are its parameters by name.
+    """
+
+    id: str
+    indistinguishable: tuple[str, ...]
+    share: float
+    sizes: Mapping[str, Size]
+
+
+def _size(found: Mapping[str, Any], unit: str) -> Size:
+    low, high = found["interval"]
+    return Size(found["value"], low, high, unit)
+
+
+class Explanation:
+    """The answer of `explain`; `data` is all of it, as `explanation.json` holds it."""
+
+    def __init__(self, answer: Answer) -> None:
+        self._answer = answer
+        self.data: dict[str, Any] = answer.explanation
+
+    @property
+    def verdict(self) -> str:
+        """One of adequate, explained, ambiguous, unexplained and insufficient_data."""
+        return str(self.data["verdict"])
+
+    @property
+    def causes(self) -> tuple[Cause, ...]:
+        """The causes that were taken in, the most probable first."""
+        return tuple(
+            Cause(
+                one["effect"],
+                tuple(one["class"]),
+                float(one["share_of_error"]),
+                {name: _size(size, size["unit"]) for name, size in one["parameters"].items()},
+            )
+            for one in self.data["causes"]
+        )
+
+    @property
+    def ambiguity_groups(self) -> tuple[tuple[str, ...], ...]:
+        """Ids of causes of which the data cannot tell which one it is, a group for each that was taken in."""
+        return tuple((one.id, *one.indistinguishable) for one in self.causes if one.indistinguishable)
+
+    @property
+    def gain(self) -> Size | None:
+        """By what share the extended model errs less than the calibrated one on data that it never saw; None: unknown.
+
+        The error is that of the throttle angle in free run.
+        """
+        found = self.data.get("gain")
+        return None if found is None else _size(found, "1")
+
+    @property
+    def model(self) -> Model | None:
+        """The model with what was found, for `simulate` and `Model.write`; None where nothing was fitted."""
+        return self._answer.model
+
+    def write(self, folder: str | Path) -> list[Path]:
+        """Write explanation.json, model.yaml, the next test and explanation.html into a folder; return the paths."""
+        from etb_hil.discrepancy.explain import write
+        from etb_hil.report.explain_report import write_explanation
+
+        to = Path(folder)
+        return [*write(self._answer, to), write_explanation(self._answer.explanation, self._pictures(), to)]
+
+    def figure(self) -> Any:  # noqa: ANN401 (matplotlib is loaded when drawn)
+        """Return a matplotlib figure of the part that the model gets most wrong, before and after; None without one."""
+        from etb_hil.report.explain_plots import before_and_after
+
+        series = self._pictures()
+        return None if series is None else before_and_after(series)
+
+    def residual_figures(self) -> list[Any]:
+        """Return matplotlib figures of what the model lacks over angle, speed and so on, before and after."""
+        from etb_hil.report.explain_plots import left_over
+
+        series = self._pictures()
+        return [] if series is None else [left_over(left) for left in series.left]
+
+    def _pictures(self) -> Any:  # noqa: ANN401 (its module draws nothing, and takes its time to load)
+        from etb_hil.discrepancy.answer.pictures import coarse_pictures, pictures
+
+        answer = self._answer
+        if answer.findings and answer.holdout:
+            return pictures(answer.findings, answer.holdout)
+        return coarse_pictures(answer.coarse) if answer.coarse else None
+
+    def __repr__(self) -> str:
+        return f"Explanation(verdict={self.verdict!r}, causes={[one.id for one in self.causes]})"
+
+    def _repr_html_(self) -> str:
+        from etb_hil.api.html import page, table
+        from etb_hil.report.what_is_left import what_is_left
+
+        rows = []
+        for one in self.causes:
+            sizes = "; ".join(
+                f"{name} {size.value:.4g} {size.unit} ({size.low:.4g} to {size.high:.4g})".replace(" 1 (", " (")
+                for name, size in one.sizes.items()
+            )
+            rows.append((one.id, ", ".join(one.indistinguishable), f"{one.share:.0%}", sizes))
+        causes = table(("cause", "or", "share of the error", "sizes (95 %)"), rows) if rows else ""
+        notes = [left] if (left := what_is_left(self.data)) else []
+        figures = [] if (figure := self.figure()) is None else [figure]
+        return page(self.verdict.replace("_", " "), causes, notes, *figures)
+
+
+def explain(
+    recordings: Sequence[Recording | str | Path],
+    model: Model | str | Path = "default",
+    *,
+    limits: Limits | str | Path | None = None,
+    fit_on: Sequence[float] = (),
+    is_same_unit: bool = False,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Explanation:
+    """Explain what a model gets wrong of the first of some recordings, and try the causes on the others.
+
+    A recording may be a path that `read` takes by itself. `limits` are by default those of the first one's session,
+    else the stock ones. `is_same_unit`: all are of one unit, so that what any of them tells apart is told apart.
+    `fit_on`: of data too slow to name causes by, the conditions whose runs are fitted. `progress` is told what is being
+    done. Raises InputError where data and model do not fit; an interrupt ends the search with what is known by then.
+    """
+    from etb_hil.api.models import as_limits, as_model
+    from etb_hil.discrepancy.explain import explain as search
+    from etb_hil.plant.drive_file import is_drive
+    from etb_hil.scenario.planning import stock_plans
+
+    given = [read(one) if isinstance(one, str | Path) else one for one in recordings]
+    session = given[0].session if given else None
+    known, allowed = as_model(model), as_limits(limits_of(session) if limits is None else limits)
+    answer = search(
+        given,
+        known,
+        progress=progress,
+        limits=allowed,
+        judge=None if session is None else _bench_of(session, allowed),
+        plans=None if is_drive(known) else lambda: stock_plans(known.values),
+        fit_on=fit_on,
+        is_same_unit=is_same_unit,
+    )
+    return Explanation(answer)
+
+
+def limits_of(session: Path | None) -> Path | str:
+    """Return the limits that a session was judged by, or the name of the stock ones."""
+    from etb_hil.session.session import open_session
+
+    return "default" if session is None else open_session(session).input_path("limits")
+
+
+def _bench_of(session: Path, limits: Limits) -> Judge:
+    """Return how the bench judges a session of its own again."""
+    from etb_hil.replays.session_replay import judged_under
+
+    return lambda model: judged_under(session, model, limits)

@@ -1,0 +1,79 @@
+"""What many runs say of units, production and benches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from etb_hil.histories.history import History
+
+
+class Table:
+    """Rows of plain values by column."""
+
+    def __init__(self, rows: Sequence[dict[str, Any]]) -> None:
+        self.rows = list(rows)
+        self.columns = list(rows[0]) if rows else []
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Return a DataFrame; InputError where pandas is not installed."""
+        from etb_hil.api.recordings import library
+
+        pandas = library("pandas")
+        frame: pd.DataFrame = pandas.DataFrame(self.rows, columns=self.columns)
+        return frame
+
+    def _repr_html_(self) -> str:
+        from etb_hil.api.html import table
+
+        return table(self.columns, [list(row.values()) for row in self.rows])
+
+
+@dataclass(frozen=True, slots=True)
+class Histories:
+    """The histories of some runs, one for each part, revision and scenario; `notes` say what was left out."""
+
+    parts: list[History]
+    notes: list[str]
+
+    @property
+    def measurements(self) -> Table:
+        """A row a run, with its verdict and what was measured, as `history.csv` has it."""
+        from etb_hil.histories.tables import rows
+
+        return Table(rows(self.parts))
+
+    def __str__(self) -> str:
+        """Return the text that the command line prints."""
+        from etb_hil.report.history_text import history_text
+
+        return "\n".join([*(history_text(part, 20) for part in self.parts), *(f"note: {note}" for note in self.notes)])
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        return f"<pre>{escape(str(self))}</pre>"
+
+
+def history(sources: str | Path | Iterable[str | Path] = "sessions") -> Histories:
+    """Return the histories of runs in folders of sessions, sessions, and stores of results.
+
+    Raises InputError where a source is none of these, holds no finished run, or scipy is not installed.
+    """
+    from etb_hil.api.recordings import library
+
+    library("scipy", "pip install 'etb-hil[history]'")
+    from etb_hil.histories.history import histories
+    from etb_hil.histories.runs import read_runs
+
+    paths = [Path(one) for one in ([sources] if isinstance(sources, str | Path) else sources)]
+    runs, notes = read_runs(paths)
+    return Histories(histories(runs), notes)

@@ -1,0 +1,178 @@
+"""Measured data as people name it (a session, a CAN log, a table), and as other libraries take it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.roles import ROLES
+from etb_hil.recording import recording
+from etb_hil.recording.table_writer import column_name, write_table
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import polars as pl
+    import pyarrow as pa
+    import xarray as xr
+    from numpy.typing import NDArray
+
+    from etb_hil.recording.recording import Series
+    from etb_hil.recording.samples import Float64, Int64
+
+TIME = "time_s"
+
+
+class Recording(recording.Recording):
+    """Signals in SI units over time, by role; `recording["motor_current"]` is one of them.
+
+    Other libraries get a table: `time_s` and a column for each role, named with its unit as in the CSV files that this
+    project reads and writes (`motor_current_A`). Where roles were sampled at different instants, the table has all of
+    these, and NaN where a role has no sample. `session` is the folder of the session that it is from, if it is.
+    """
+
+    session: Path | None = None
+
+    @classmethod
+    def of(cls, plain: recording.Recording, session: Path | None = None) -> Recording:
+        """Return a recording with the samples of another one."""
+        found = cls(plain.origin, plain.clock, plain.notes)
+        found.session = session
+        found.append(plain.block(source) for source in plain.sources)
+        return found
+
+    def __getitem__(self, role: str) -> Series:
+        """Return one role over time; InputError names the roles that are there."""
+        return self.series(role)
+
+    def __contains__(self, role: object) -> bool:
+        return role in self.roles
+
+    def __repr__(self) -> str:
+        return f"Recording({self.origin!r}, roles={self.roles})"
+
+    @property
+    def duration(self) -> float:
+        """The time from the first sample to the last one, in s."""
+        ends = [self.block(source).time_ns[[0, -1]] for source in self.sources]
+        return float(max(end for _, end in ends) - min(first for first, _ in ends)) * 1e-9 if ends else 0.0
+
+    def table(self, roles: Iterable[str] | None = None) -> tuple[Int64, dict[str, Float64]]:
+        """Return the instants (n) in ns at which any of the roles was sampled, and columns (n) by role, NaN between.
+
+        All roles where none are named. Raises InputError where a role has no signal.
+        """
+        signals = [self.series(role) for role in (self.roles if roles is None else roles)]
+        if not signals:
+            return np.empty(0, np.int64), {}
+        instants = np.unique(np.concatenate([signal.time_ns for signal in signals]))
+        columns = {}
+        for signal in signals:
+            column = columns[signal.role] = np.full(len(instants), np.nan)
+            np.put(column, np.searchsorted(instants, signal.time_ns), signal.values)
+        return instants, columns
+
+    def to_numpy(self, roles: Iterable[str] | None = None) -> dict[str, NDArray[np.float64]]:
+        """Return arrays (n) by the names of the table's columns."""
+        time_ns, columns = self.table(roles)
+        named = {column_name(role): column for role, column in columns.items()}
+        return {TIME: np.asarray(time_ns * 1e-9, np.float64), **named}
+
+    def to_pandas(self, roles: Iterable[str] | None = None) -> pd.DataFrame:
+        """Return a DataFrame over `time_s`; each column's `attrs["unit"]` is its SI unit."""
+        pandas: Any = library("pandas")
+        table = self.to_numpy(roles)
+        frame: pd.DataFrame = pandas.DataFrame(table).set_index(TIME)
+        frame.attrs["units"] = self._units(roles)
+        return frame
+
+    def to_polars(self, roles: Iterable[str] | None = None) -> pl.DataFrame:
+        """Return a polars DataFrame; units stand in the names of the columns."""
+        polars: Any = library("polars")
+        frame: pl.DataFrame = polars.DataFrame(self.to_numpy(roles))
+        return frame
+
+    def to_xarray(self, roles: Iterable[str] | None = None) -> xr.Dataset:
+        """Return a Dataset with a variable for each role over `time_s`; `attrs["units"]` of each is its SI unit."""
+        xarray: Any = library("xarray")
+        time_ns, columns = self.table(roles)
+        variables = {role: (TIME, values, {"units": ROLES[role].unit}) for role, values in columns.items()}
+        dataset: xr.Dataset = xarray.Dataset(variables, {TIME: (TIME, time_ns * 1e-9, {"units": "s"})})
+        dataset.attrs["origin"] = self.origin
+        return dataset
+
+    def to_arrow(self, roles: Iterable[str] | None = None) -> pa.Table:
+        """Return an Arrow table; the metadata of each field has its SI `unit`."""
+        pyarrow: Any = library("pyarrow")
+        table, units = self.to_numpy(roles), {TIME: "s", **self._units(roles)}
+        fields = [pyarrow.field(name, pyarrow.float64(), metadata={"unit": units[name]}) for name in table]
+        arrow: pa.Table = pyarrow.table(list(table.values()), pyarrow.schema(fields))
+        return arrow
+
+    def write(self, path: str | Path, roles: Iterable[str] | None = None) -> None:
+        """Write the table as `.csv` or `.parquet`, which `read` and every command take; InputError where it cannot."""
+        write_table(Path(path), *self.table(roles))
+
+    def figure(self, roles: Iterable[str] | None = None) -> Any:  # noqa: ANN401 (matplotlib is loaded when drawn)
+        """Return a matplotlib figure with one plot a role over time, gaps shaded."""
+        from etb_hil.report.recording_plot import figure_of, worth_showing
+
+        return figure_of(self, worth_showing(self) if roles is None else list(roles))
+
+    def _units(self, roles: Iterable[str] | None) -> dict[str, str]:
+        return {column_name(role): ROLES[role].unit for role in (self.roles if roles is None else roles)}
+
+    def _repr_html_(self) -> str:
+        from etb_hil.api.html import page, table
+
+        rows = []
+        for role, values in ((role, np.asarray(self.series(role).values)) for role in self.roles):
+            good = values[np.isfinite(values)]
+            span = (f"{good.min():.5g}", f"{good.max():.5g}") if len(good) else ("-", "-")
+            rows.append((role, ROLES[role].unit, len(values), *span))
+        about = f"{Path(self.origin).name}: {self.duration:.3f} s, time by {self.clock.value}"
+        return page(about, table(("role", "unit", "samples", "least", "most"), rows), self.notes, self.figure())
+
+
+def read(source: str | Path, *, bench: str | Path | None = None, columns: str | Path | None = None) -> Recording:
+    """Read a session's folder, a CAN log in the dialect of a bench file, or, without a bench, a table.
+
+    `bench` is a path or a stock file's name; `columns` is a map file that says which column of a table is which role.
+    Raises InputError where the data cannot be read.
+    """
+    from etb_hil.recording.tables import FORMATS, read_table
+
+    path = Path(source)
+    if path.is_dir() or bench is not None:
+        return Recording.of(_of_can(path, bench), path if path.is_dir() else None)
+    if path.is_file() and path.suffix.lower() not in FORMATS:
+        remedy = "of a CAN log, --bench says which signal is which role, as docs/examples/passat.bench.yaml does"
+        raise InputError(Problem("is no table", Place(path), path.suffix, ", ".join(FORMATS), remedy))
+    return Recording.of(read_table(path, None if columns is None else Path(columns)))
+
+
+def _of_can(path: Path, bench: str | Path | None) -> recording.Recording:
+    """Read a session's folder, or a CAN log; a table needs no DBC reader, which takes its time to import."""
+    from etb_hil.base.stock import find
+    from etb_hil.bench.bench_file import load_bench
+    from etb_hil.canio.logs.recording import record_log
+    from etb_hil.session.session import open_session
+
+    if path.is_dir():
+        session = open_session(path)
+        setup = load_bench(session.input_path("bench"), session.input_path("dbc"))
+        return record_log(session.raw_log, setup.dialect)
+    return record_log(path, load_bench(find("bench", str(bench))).dialect)
+
+
+def library(name: str, remedy: str = "") -> Any:  # noqa: ANN401 (a module)
+    """Import a library that is no dependency; InputError says how to get it."""
+    from importlib import import_module
+
+    try:
+        return import_module(name)
+    except ImportError:
+        raise InputError(Problem(f"{name} is not installed", remedy=remedy or f"pip install {name}")) from None

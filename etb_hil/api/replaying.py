@@ -1,0 +1,89 @@
+"""Sessions and logs judged again, one or a hundred thousand; one that cannot be read costs only itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from etb_hil.base.outcome import UnitVerdict
+    from etb_hil.replays.outcome import Outcome
+
+
+@dataclass(frozen=True, slots=True)
+class Replayed:
+    """What came of one source.
+
+    `verdict` is None where the bench failed, the run was aborted, or, with an `error`, the source could not be judged.
+    `measurements` are values in SI with their 95 % intervals, (value, low, high), by id. `differs` says where a session
+    first differs from its live run.
+    """
+
+    path: Path
+    verdict: UnitVerdict | None = None
+    reason_id: str = ""
+    reason: str = ""
+    error: str = ""
+    differs: str = ""
+    serial: str = ""
+    measurements: Mapping[str, tuple[float | None, float | None, float | None]] = field(default_factory=dict)
+
+
+def replay(
+    sources: str | Path | Iterable[str | Path],
+    *,
+    bench: str | Path = "virtual_classic",
+    model: str | Path | None = None,
+    limits: str | Path | None = None,
+    observer: str | None = None,
+    channel: int | None = None,
+    jobs: int = 1,
+    dask: str | None = None,
+) -> Iterator[Replayed]:
+    """Judge each source, a session's folder or a CAN log, and yield what came of it as it comes.
+
+    A session is judged by its own files where none are given; a log by `bench`, `model` and `limits`, the last two by
+    default the stock ones, on a `channel` (from 0) or all. `jobs` processes work side by side, or the workers of the
+    `dask` scheduler at an address. Raises InputError where a file to judge by is wrong, before the first one is judged.
+    """
+    from etb_hil.base.stock import find
+    from etb_hil.replays.many_logs import judge_task, tasks_for
+    from etb_hil.replays.session_replay import RuleFiles
+    from etb_hil.replays.workers import DaskWorkers, LocalProcesses
+
+    paths = [Path(one) for one in ([sources] if isinstance(sources, str | Path) else sources)]
+    own_model = None if model is None else find("model", str(model))
+    own_limits = None if limits is None else find("limits", str(limits))
+    files = RuleFiles(
+        find("bench", str(bench)),
+        own_model or find("model", "default"),
+        own_limits or find("limits", "default"),
+        observer=observer,
+    )
+    files.read()
+    tasks = tasks_for(paths, [(files, channel)], own_model, own_limits)
+    if dask is not None:
+        outcomes = DaskWorkers(dask)(tasks)
+    else:
+        outcomes = LocalProcesses(jobs)(tasks) if jobs > 1 else map(judge_task, tasks)
+    return map(_replayed, outcomes)
+
+
+def _replayed(outcome: Outcome) -> Replayed:
+    from etb_hil.base.outcome import UnitVerdict
+    from etb_hil.replays.outcome import JUDGED
+
+    path = Path(outcome["path"])
+    if outcome["status"] != JUDGED:
+        return Replayed(path, error=outcome["error"])
+    return Replayed(
+        path,
+        None if outcome["verdict"] is None else UnitVerdict(outcome["verdict"]),
+        outcome["reason_id"],
+        outcome["reason"],
+        differs=outcome.get("differs") or "",
+        serial=outcome["serial"],
+        measurements={id_: (value, low, high) for id_, (value, low, high) in outcome["measurements"].items()},
+    )

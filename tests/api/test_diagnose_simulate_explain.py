@@ -1,0 +1,104 @@
+"""A log judged, explained, and the extended model simulated, as an engineer's script does it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import etb_hil as etb
+
+
+def test_a_recording_judged_is_the_log_judged(faulty):
+    recording = etb.read(faulty.folder / "raw.blf", bench="virtual_classic")
+    result = etb.diagnose(recording)
+    (one,) = etb.replay(faulty.folder / "raw.blf", bench="virtual_classic")
+    assert result.verdict is one.verdict
+    assert {id_: (m.value, m.low, m.high) for id_, m in result.measurements.items()} == dict(one.measurements)
+
+
+def test_limits_and_model_may_be_objects(faulty):
+    limits = etb.Run.open(faulty.folder)
+    model = etb.Model.load("default")
+    assert etb.diagnose(faulty.recording, model=model).verdict is etb.diagnose(faulty.recording).verdict
+    assert limits.verdict is etb.UnitVerdict.FAIL
+
+
+def test_a_recording_without_a_current_is_refused(tmp_path):
+    table = tmp_path / "x.csv"
+    table.write_text("time_s,motor_voltage_V\n0,1\n0.001,2\n0.002,1\n")
+    with pytest.raises(etb.InputError, match="has no motor_current and no motor_angle"):
+        etb.diagnose(etb.read(table))
+
+
+def test_a_model_is_written_and_read_back(tmp_path):
+    model = etb.Model.load("default")
+    parameters = {**model.parameters, "stiction": replace(model.parameters["stiction"], value=0.3)}
+    changed = replace(model, parameters=parameters)
+    changed.write(tmp_path / "own.yaml")
+    again = etb.Model.load(tmp_path / "own.yaml")
+    assert again.values == changed.values
+    with pytest.raises(etb.InputError, match="no model file 'nosuch'"):
+        etb.Model.load("nosuch")
+
+
+def test_a_scenario_and_a_voltage_simulated():
+    found = etb.simulate("default", "friction_check", rate="500 Hz", seed=4)
+    assert {"motor_voltage", "motor_current", "throttle_angle"} <= set(found.roles)
+    assert np.diff(found["throttle_angle"].time_ns) == pytest.approx(2_000_000)
+    again = etb.simulate("default", voltage=found, start_angle=float(found["throttle_angle"].values[0]))
+    assert again["motor_voltage"].values == pytest.approx(found["motor_voltage"].values)
+    error = again["throttle_angle"].values - found["throttle_angle"].values
+    assert np.sqrt(np.mean(error**2)) < 0.2
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"rate": 1e6}, "no rate of samples"),
+        ({"rate": "5 m"}, "--rate"),
+        ({"scenario": "friction_check", "voltage": "x.csv"}, "a scenario and a voltage were given"),
+        ({"unit": "nosuch"}, "no model file 'nosuch'"),
+    ],
+)
+def test_what_cannot_be_simulated_is_refused(wrong, said):
+    with pytest.raises(etb.InputError, match=said):
+        etb.simulate(**wrong)
+
+
+@pytest.fixture(scope="module")
+def why(faulty):
+    said = []
+    found = etb.explain([faulty.folder], model="default", progress=said.append)
+    assert said
+    return found
+
+
+def test_a_faulty_units_session_is_explained_by_its_friction(why):
+    assert why.verdict in {"explained", "ambiguous"}
+    (cause,) = why.causes[:1]
+    assert "parameter:stiction" in {cause.id, *cause.indistinguishable}
+    assert cause.share > 0.5
+    for size in cause.sizes.values():
+        assert size.low <= size.value <= size.high
+        assert size.unit
+    assert why.ambiguity_groups == tuple((c.id, *c.indistinguishable) for c in why.causes if c.indistinguishable)
+    assert why.data["verdict"] == why.verdict
+
+
+def test_the_extended_model_is_simulated_and_written(why, faulty, tmp_path):
+    assert why.model.values.stiction > 1.2 * etb.Model.load("default").values.stiction
+    simulated = etb.simulate(why.model, voltage=faulty.recording)
+    assert len(simulated["throttle_angle"].values) == len(faulty.recording["motor_voltage"].values)
+    names = {path.name for path in why.write(tmp_path / "answer")}
+    assert {"explanation.json", "model.yaml", "explanation.html"} <= names
+    assert etb.Model.load(tmp_path / "answer" / "model.yaml").values.stiction == pytest.approx(
+        why.model.values.stiction
+    )
+
+
+def test_a_notebook_shows_causes_and_a_picture(why):
+    page = why._repr_html_()
+    assert why.causes[0].id in page
+    assert page.count("<svg") == 1
+    assert why.figure().axes
+    assert why.residual_figures()
