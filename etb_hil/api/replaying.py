@@ -73,17 +73,16 @@ def replay(
 
 def _replayed(outcome: Outcome) -> Replayed:
     from etb_hil.base.outcome import UnitVerdict
-    from etb_hil.replays.outcome import JUDGED
 
-    path = Path(outcome["path"])
-    if outcome["status"] != JUDGED:
-        return Replayed(path, error=outcome["error"])
+    path, judged = Path(outcome.path), outcome.judged
+    if judged is None:
+        return Replayed(path, error=outcome.error or outcome.status)
     return Replayed(
         path,
-        None if outcome["verdict"] is None else UnitVerdict(outcome["verdict"]),
-        outcome["reason_id"],
-        outcome["reason"],
-        differs=outcome.get("differs") or "",
-        serial=outcome["serial"],
-        measurements={id_: (value, low, high) for id_, (value, low, high) in outcome["measurements"].items()},
+        None if judged.verdict is None else UnitVerdict(judged.verdict),
+        judged.reason_id,
+        judged.reason,
+        differs=outcome.differs or "",
+        serial=judged.serial,
+        measurements=judged.measurements,
     )

@@ -25,6 +25,7 @@ def simulate(
     scenario: str | Path | None = None,
     *,
     voltage: recording.Recording | str | Path | None = None,
+    columns: str | Path | None = None,
     model: Model | str | Path = "default",
     law: str = "pd",
     rate: float | str = "1 kHz",
@@ -35,8 +36,9 @@ def simulate(
 
     `unit` is what is simulated. Of a scenario: `model` is what the controller takes the unit for, `law` its position
     law, `rate` that of the samples ('1 kHz', or a number in Hz), `seed` that of the sensors' noise. Of a voltage: a
-    recording or table with the role motor_voltage; `start_angle` ('12 deg', or rad) is where the plate begins, by
-    default at the recording's first angle, else at limp-home. Raises InputError where they do not fit.
+    recording or table (`columns` is its map file) with the role motor_voltage; `start_angle` ('12 deg', or rad) is
+    where the plate begins, by default at the recording's first angle, else at limp-home. Raises InputError where they
+    do not fit.
     """
     from etb_hil.api.models import as_throttle
 
@@ -44,11 +46,11 @@ def simulate(
         raise InputError(Problem("a scenario and a voltage were given", remedy="give one of them"))
     what = as_throttle(unit)
     if voltage is None:
-        time_ns, columns = _scenario(what, as_throttle(model), str(scenario or "friction_check"), law, rate, seed)
+        time_ns, found = _scenario(what, as_throttle(model), str(scenario or "friction_check"), law, rate, seed)
     else:
-        given = read(voltage) if isinstance(voltage, str | Path) else voltage
-        time_ns, columns = _voltage(what, given, start_angle)
-    return _recording(f"simulation of '{what.name}'", time_ns, columns)
+        given = read(voltage, columns=columns) if isinstance(voltage, str | Path) else voltage
+        time_ns, found = _voltage(what, given, start_angle)
+    return _recording(f"simulation of '{what.name}'", time_ns, found)
 
 
 def _recording(origin: str, time_ns: Int64, columns: dict[str, Float64]) -> Recording:

@@ -25,7 +25,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Simulate, write the table, and say what is in it."""
     from etb_hil.api.models import as_model
-    from etb_hil.api.recordings import read
     from etb_hil.api.simulation import simulate
     from etb_hil.recording.table_writer import check_writable, column_name
 
@@ -34,7 +33,8 @@ def run(options: argparse.Namespace) -> int:
     found = simulate(
         unit,
         options.scenario,
-        voltage=None if options.voltage is None else read(options.voltage, columns=options.map),
+        voltage=options.voltage,
+        columns=options.map,
         model=options.model,
         law=options.law,
         rate=options.rate,
