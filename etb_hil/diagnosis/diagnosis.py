@@ -29,7 +29,7 @@ from etb_hil.diagnosis.findings import Findings
 from etb_hil.diagnosis.grounds import Coverage, Grounds, far_above, local_excess, unexplained
 from etb_hil.diagnosis.limits import Limits, without_temperature
 from etb_hil.diagnosis.local_friction import local_friction
-from etb_hil.diagnosis.measurement_registry import measurement_kinds, phases_needed
+from etb_hil.diagnosis.measurement_registry import kind_of, phases_needed
 from etb_hil.diagnosis.measuring import Measured, measure
 from etb_hil.diagnosis.phase_use import RunPhase, Use
 from etb_hil.diagnosis.places_seen import seen_slowly, too_wide_unseen
@@ -231,7 +231,7 @@ class Diagnosis:
             current_plausible=None if at_rest is None else resistance_fits(at_rest, 0.0, self._model, throttle),
             band=band,
             complete=complete,
-            limited=[kind for kind in measurement_kinds().values() if kind.id in self._limits.by_id],
+            limited={name: kind for name in self._limits.by_id if (kind := kind_of(name)) is not None},
             phases=frozenset(self._phases),
             roles=frozenset(self._roles),
             has_curve=fit is not None,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,8 +60,8 @@ class Excess:
 class Grounds:
     """What a verdict is made from, beside the measurements.
 
-    `limited` are the measurements that a limit is stated for, `phases` the kinds of phase that the run has, `roles`
-    those that it has samples of; `has_curve`: a friction curve was fitted.
+    `limited` are the measurements that a limit is stated for, by the limit's id; `phases` are the kinds of phase that
+    the run has, `roles` those that it has samples of; `has_curve`: a friction curve was fitted.
     `withholding` and `remarks` are what contradicts the bench's model; `excess` is friction that may be locally
     above the limit of T_st, None where there is none; `unexplained` are live episodes that the fit does not
     explain; `far` rad/s, where the Stribeck curve has come down; `follows` is the share of ticks behind which none
@@ -91,7 +91,7 @@ class Grounds:
     current_plausible: bool | None
     band: float
     complete: bool
-    limited: Sequence[MeasurementKind]
+    limited: Mapping[str, MeasurementKind]
     phases: frozenset[str]
     roles: frozenset[str]
     has_curve: bool

@@ -42,7 +42,7 @@ class Limit:
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What is allowed of a part: a limit for each measurement that is judged, by its id.
+    """What is allowed of a part: a limit for each measurement that is judged, by its id or that of one of its values.
 
     Inside `marginal_band`, a share of each limit on either side of it, nothing is decided. `hint` says what to change
     in a file of an older schema.
@@ -55,9 +55,9 @@ class Limits:
     description: str = ""
     hint: str = ""
 
-    def of(self, kind: MeasurementKind) -> Limit | None:
-        """Return the limit that applies to a measurement, or None."""
-        own = self.by_id.get(kind.id)
+    def of(self, kind: MeasurementKind, suffix: str = "") -> Limit | None:
+        """Return the limit that applies to a measurement, or None; that of a single value comes before that of all."""
+        own = self.by_id.get(f"{kind.id}{suffix}") or self.by_id.get(kind.id)
         if own is None and kind.judged_at_rest_by:
             stated = self.by_id.get(kind.judged_at_rest_by)
             return stated if stated is not None and stated.dwell is not None else None

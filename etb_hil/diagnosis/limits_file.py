@@ -16,7 +16,7 @@ from etb_hil.base.yamlfile import Document, FileModel, load, parse
 from etb_hil.diagnosis.limit_laws import DwellLaw, TemperatureLaw
 from etb_hil.diagnosis.limits import Limit, Limits
 from etb_hil.diagnosis.measurement_kind import MeasurementKind
-from etb_hil.diagnosis.measurement_registry import measurement_kinds
+from etb_hil.diagnosis.measurement_registry import kind_of, measurement_kinds
 from etb_hil.plant.table_one import Shaft
 
 Text = Annotated[str, Field(min_length=1, max_length=2000)]
@@ -101,7 +101,7 @@ def _limits(
     problems: list[Problem] = []
     found: dict[str, Limit] = {}
     for name, entry in entries.items():
-        kind = measurement_kinds().get(name)
+        kind = kind_of(name)
         if kind is None:
             near = difflib.get_close_matches(name, measurement_kinds(), n=1)
             remedy = f"did you mean '{near[0]}'?" if near else "see docs/reference/measurements.md for their ids"
@@ -123,11 +123,15 @@ def _limits(
 
 
 def _si(stated: str | float | None, kind: MeasurementKind) -> float | None:
-    return None if stated is None else parse_quantity(stated, _dimension(kind))
-
-
-def _dimension(kind: MeasurementKind) -> str:
-    return dimension_of_unit(kind.unit) or "ratio"
+    if stated is None:
+        return None
+    dimension = dimension_of_unit(kind.unit)
+    if dimension is not None:
+        return parse_quantity(stated, dimension)
+    number, _, unit = str(stated).strip().partition(" ")
+    if unit.strip() != kind.unit:
+        raise ValueError(f"'{unit.strip()}' is not the unit; write the value in {kind.unit}")
+    return parse_quantity(number, "ratio")
 
 
 def _wrong(
@@ -150,7 +154,8 @@ def _wrong(
         values[side] = value
         least = kind.least_limit if kind.least_limit is not None else (0.0 if kind.is_friction else -math.inf)
         if value < least or (kind.is_friction and value == least):
-            allowed = f"{'above' if kind.is_friction else 'from'} {format_quantity(least, _dimension(kind))}"
+            of = dimension_of_unit(kind.unit) or "ratio"
+            allowed = f"{'above' if kind.is_friction else 'from'} {format_quantity(least, of)}"
             yield Problem("out of range", document.place(*key, side), text, allowed)
     if not values and None in stated.values():
         yield Problem("states no limit", document.place(*key), remedy=f"add 'max' or 'min' in {kind.unit}")

@@ -44,6 +44,7 @@ class MeasurementKind:
     `order` sorts measurements for people, judged ones first. `source` is the definition: an equation, a standard, a
     data sheet. `too_high` and `too_low` say what to do with a unit beyond the upper or lower limit; empty: replace it.
 
+    `suffixes` is the pattern of what sets several values apart, as in `Estimate.suffix` without its underscore.
     `phases` are the kinds of phase that it is taken from, one of them at least; empty: the motion of the whole run.
     `roles` are the signals that it needs beside current and motor angle. `is_friction`: a friction torque, which
     follows temperature and may differ by direction. `friction_of` is the friction torque that the value is reduced by.
@@ -61,6 +62,7 @@ class MeasurementKind:
     source: str = ""
     too_high: str = ""
     too_low: str = ""
+    suffixes: str = ""
     phases: frozenset[str] = frozenset()
     roles: frozenset[str] = frozenset()
     is_friction: bool = False

@@ -25,9 +25,11 @@ class Measured:
 def measure(run: Findings, limits: Limits) -> Iterator[Measured]:
     """Yield the measurements of a run, those that decide first."""
     for kind in measurement_kinds().values():
-        limit = limits.of(kind)
-        low, high = (None, None) if limit is None else limit.at_throttle(run.throttle.gear_ratio, run.zero.temperature)
         for estimate in _each(kind.compute(run)):
+            limit = limits.of(kind, estimate.suffix)
+            low, high = None, None
+            if limit is not None:
+                low, high = limit.at_throttle(run.throttle.gear_ratio, run.zero.temperature)
             one = Measurement(
                 f"{kind.id}{estimate.suffix}",
                 estimate.name or kind.name,

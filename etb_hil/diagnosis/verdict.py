@@ -32,18 +32,24 @@ def conclude(measured: Sequence[Measured], grounds: Grounds) -> tuple[UnitVerdic
     measured for a pass, where the run has the phases for it; limits that need other phases are said to be not judged.
     """
     judged = [one for one in measured if one.measurement.is_judged]
-    found = {one.kind.id for one in judged}
-    missing = [k for k in grounds.limited if k.id not in found and (not k.phases or k.phases & grounds.phases)]
-    without_signal = [_without_signal(kind, grounds) for kind in missing if not kind.roles <= grounds.roles]
-    missing = [kind for kind in missing if kind.roles <= grounds.roles]
-    no_curve = [kind.id for kind in missing if not kind.phases and not grounds.has_curve]
+    found = {name for one in judged for name in (one.kind.id, one.measurement.id)}
+    missing = {
+        name: kind
+        for name, kind in grounds.limited.items()
+        if name not in found and (not kind.phases or kind.phases & grounds.phases)
+    }
+    without_signal = [
+        _without_signal(name, kind, grounds) for name, kind in missing.items() if not kind.roles <= grounds.roles
+    ]
+    missing = {name: kind for name, kind in missing.items() if kind.roles <= grounds.roles}
+    no_curve = [name for name, kind in missing.items() if not kind.phases and not grounds.has_curve]
     withholding = [*_lost(grounds.coverage), *grounds.withholding]
     broken = _limits_broken(judged)
     fails = [*broken, *_locally(judged, grounds), *_stuck(grounds, no_curve)]
     doubts = [
         *without_signal,
         *_poor_evidence(grounds, no_curve),
-        *(_not_measured(kind) for kind in missing if kind.id not in no_curve),
+        *(_not_measured(name, kind) for name, kind in missing.items() if name not in no_curve),
         *_not_seen(grounds),
         *_undecided(judged, grounds),
         *_locally_undecided(judged, grounds),
@@ -74,30 +80,35 @@ def _degrees(angle: float) -> str:
     return shown.quantity(angle, "rad", 1)
 
 
-def _without_signal(kind: MeasurementKind, grounds: Grounds) -> Reason:
+def _without_signal(name: str, kind: MeasurementKind, grounds: Grounds) -> Reason:
     names = ", ".join(f"{role} ({ROLES[role].meaning})" for role in sorted(kind.roles - grounds.roles))
     return Reason(
-        f"{kind.id}_without_signal",
-        f"{kind.name} was not measured: the run has no samples of {names}",
+        f"{name}_without_signal",
+        f"{_named(name, kind)} was not measured: the run has no samples of {names}",
         "give the bench file these roles, and check that the controller sends their signals",
     )
 
 
-def _not_measured(kind: MeasurementKind) -> Reason:
-    text = f"{kind.name} was not measured: the motion of this run does not show it"
+def _named(name: str, kind: MeasurementKind) -> str:
+    return kind.name if name == kind.id else f"{kind.name} ({name})"
+
+
+def _not_measured(name: str, kind: MeasurementKind) -> Reason:
+    text = f"{_named(name, kind)} was not measured: the motion of this run does not show it"
     step = "run a scenario that shows it, as friction_check and end_of_line do"
     if kind.phases:
-        text = f"{kind.name} was not measured, although the run has a phase for it ({', '.join(sorted(kind.phases))})"
+        phases = ", ".join(sorted(kind.phases))
+        text = f"{_named(name, kind)} was not measured, although the run has a phase for it ({phases})"
         step = "look at the frames lost in that phase, then repeat the check"
-    return Reason(f"{kind.id}_not_measured", text, step)
+    return Reason(f"{name}_not_measured", text, step)
 
 
 def _not_judged(grounds: Grounds) -> list[Reason]:
     """Return a remark on limits whose measurements this scenario has no phase for."""
-    unseen = [kind for kind in grounds.limited if kind.phases and not kind.phases & grounds.phases]
+    unseen = {k.id: k for k in grounds.limited.values() if k.phases and not k.phases & grounds.phases}
     if not unseen:
         return []
-    names = ", ".join(f"{kind.name} ({' or '.join(sorted(kind.phases))})" for kind in unseen)
+    names = ", ".join(f"{kind.name} ({' or '.join(sorted(kind.phases))})" for kind in unseen.values())
     step = "run a scenario with those phases, as end_of_line has them"
     return [Reason("limits_not_judged", f"limits that this run has no phase for: {names}", step)]
 
@@ -113,7 +124,7 @@ def _lost(coverage: Coverage) -> list[Reason]:
 def _limits_broken(judged: Sequence[Measured]) -> list[Reason]:
     return [
         Reason(
-            f"{one.kind.id}_beyond_limit",
+            f"{one.measurement.id}_beyond_limit",
             shown.sentence(one.measurement) + one.estimate.if_failed,
             "reject the unit; see where friction rises in the plots" if one.kind.is_friction else "reject the unit",
         )
@@ -260,9 +271,15 @@ def _undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
             continue
         if grounds.unseen is not None and not one.estimate.may_pass:
             continue  # the way that was not seen is a doubt by itself, and repeating narrows no interval of it
+        if one.measurement.interval is None:
+            text = f"{shown.sentence(one.measurement)}; without an interval it is held against no limit"
+            reasons.append(
+                Reason(f"{one.measurement.id}_without_interval", text, "take the limit out of the limits file")
+            )
+            continue
         step = "repeat the check, more often or slower, to narrow the interval"
         if grounds.is_uneven and not one.kind.phases:
             step = "see the friction over angle: repeating does not narrow the interval of an uneven way"
-        usual = Reason(f"{one.kind.id}_undecided", shown.sentence(one.measurement), step)
+        usual = Reason(f"{one.measurement.id}_undecided", shown.sentence(one.measurement), step)
         reasons.append(one.estimate.undecided or usual)
     return reasons

@@ -18,7 +18,7 @@ from etb_hil.session.store import STORE
 TEMPERATURE = "temperature"
 _Row = tuple[float | None, float | None, float | None, float | None, float | None, str]
 _LARGEST = 1e100  # of a value in SI units: squares of it are numbers still
-_UNDECIDED = "_undecided"  # a sound measurement, too close to its limit for a verdict
+_UNDECIDED = ("_undecided", "_without_interval")  # a sound measurement that its limit does not decide
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from etb_hil import __version__
 from etb_hil.base.outcome import UnitVerdict
-from etb_hil.diagnosis.measurement_registry import measurement_kinds
+from etb_hil.diagnosis.measurement_registry import kind_of
 from etb_hil.results.run_result import Exceedance
 
 if TYPE_CHECKING:
@@ -93,9 +93,9 @@ def rank(verdict: str | None, reason_id: str) -> int:
 def _shows_too_little(reason_id: str) -> bool:
     """Return whether a reason is that of a stretch that shows too little, or of a value too close to its limit."""
     of = reason_id
-    for ending in ("_undecided", "_not_measured", "_without_signal"):
+    for ending in ("_undecided", "_not_measured", "_without_signal", "_without_interval"):
         of = of.removesuffix(ending)
-    return reason_id in SHOWS_TOO_LITTLE or of in measurement_kinds()
+    return reason_id in SHOWS_TOO_LITTLE or kind_of(of) is not None
 
 
 def part_of(finished: Finished, origin_ns: int) -> Part:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
-from etb_hil.diagnosis.measurement_registry import measurement_kinds
+from etb_hil.diagnosis.measurement_registry import kind_of
 from etb_hil.results import shown
 from etb_hil.results.measurement import Measurement
 from etb_hil.results.run_result import RunResult
@@ -19,6 +19,7 @@ _NOT_FITTED = "Do not fit this unit to a vehicle. " + _REPLACE
 _SENSORS = "Check the unit's plug and the sensor's wiring, then repeat. This says nothing of the unit's friction."
 _OTHER = "Check that model file, bench file and unit belong together, then repeat."
 _ADD_SIGNAL = "Have an engineer add the signal to the bench file, or take the limit out of the limits file."
+_NO_LIMIT = "Have an engineer take the limit out of the limits file."
 _AGAIN = "Repeat the test. Where it happens again, have an engineer look at the plots."
 
 
@@ -253,7 +254,7 @@ _BENCH_DEFAULTS = {
 }
 
 _BEYOND, _UNDECIDED = "_beyond_limit", "_undecided"
-_NOT_MEASURED, _WITHOUT_SIGNAL = "_not_measured", "_without_signal"
+_NOT_MEASURED, _WITHOUT_SIGNAL, _WITHOUT_INTERVAL = "_not_measured", "_without_signal", "_without_interval"
 _UNSAFE, _UNEVEN = f"return_margin{_BEYOND}", "uneven_way"
 _MOST_NAMED = 3  # measurements in the sentence of a pass
 _STICKS = {"T_st_exceeded", "plate_stuck"}
@@ -290,27 +291,38 @@ def _within(results: RunResult) -> str:
 
 def _of_limit(reason_id: str, results: RunResult) -> Wording | None:
     """Return the words for a measurement beyond, or too close to, its limit; None of any other reason."""
-    for ending in (_BEYOND, _UNDECIDED, _NOT_MEASURED, _WITHOUT_SIGNAL):
-        kind = measurement_kinds().get(reason_id.removesuffix(ending)) if reason_id.endswith(ending) else None
+    for ending in (_BEYOND, _UNDECIDED, _NOT_MEASURED, _WITHOUT_SIGNAL, _WITHOUT_INTERVAL):
+        of = reason_id.removesuffix(ending)
+        kind = kind_of(of) if reason_id.endswith(ending) else None
         if kind is None:
             continue
-        name = _plain(kind.id)
-        name = name[0].upper() + name[1:]
-        one = _Shown(results.measurements.get(kind.id))
+        name = _sentence(_plain(of))
+        one = _Shown(results.measurements.get(of))
         if ending == _BEYOND:
             todo = kind.too_high if one.is_high else kind.too_low
-            return Wording(f"{name} is {one}; the limit is {one.limit}.", todo or _REPLACE)
+            return Wording(f"{name} is {one}; the limit is {one.limit}.", _sentence(todo, ".") or _REPLACE)
         if ending == _UNDECIDED:
             return Wording(f"{name} {one} is too close to its limit {one.limit} to tell.", _AGAIN)
+        if ending == _WITHOUT_INTERVAL:
+            unknown = f"Its uncertainty is unknown: the limit of {one.limit} was not applied."
+            return Wording(f"{name} is {one}. {unknown}", _NO_LIMIT)
         if ending == _WITHOUT_SIGNAL:
             return Wording(f"{name} needs a signal that this bench does not have.", _ADD_SIGNAL, True)
         return Wording(f"{name} could not be measured in this run.", "Check the CAN wiring, then repeat.", True)
     return None
 
 
+def _sentence(text: str, end: str = "") -> str:
+    """Return a text with a capital at its begin, and `end` behind it unless it is there."""
+    return text[:1].upper() + text[1:].removesuffix(end) + end if text else ""
+
+
 def _plain(measurement_id: str) -> str:
-    kind = measurement_kinds().get(measurement_id)
-    return measurement_id if kind is None else kind.plain or kind.name
+    kind = kind_of(measurement_id)
+    if kind is None:
+        return measurement_id
+    words = measurement_id.removeprefix(kind.id).strip("_").replace("_", ", ")
+    return f"{kind.plain or kind.name} ({words})" if words else kind.plain or kind.name
 
 
 def bench_wording(results: RunResult) -> Wording:

@@ -82,9 +82,16 @@ def measured(one: Measurement) -> str:
 
 
 def limit(one: Measurement) -> str:
-    """Return the limit of a measurement with its unit, the upper one where there are two; `-` where there is none."""
-    stated = one.limit_low if one.limit_high is None else one.limit_high
-    return quantity(stated, one.unit, decimals(one))
+    """Return the limit of a measurement with its unit, the nearer one where there are two; `-` where there is none."""
+    return quantity(nearer_limit(one), one.unit, decimals(one))
+
+
+def nearer_limit(one: Measurement) -> float | None:
+    """Return the limit of a measurement in SI, the one that its value is nearer to; None where there is none."""
+    if one.limit_low is None or one.limit_high is None:
+        return one.limit_low if one.limit_high is None else one.limit_high
+    middle = 0.5 * (one.limit_low + one.limit_high)
+    return one.limit_low if one.value is not None and one.value < middle else one.limit_high
 
 
 def interval(one: Measurement) -> str:

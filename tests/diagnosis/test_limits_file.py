@@ -6,6 +6,7 @@ from etb_hil.base.errors import InputError
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.limits_file import load_limits
+from etb_hil.diagnosis.measurement_registry import kind_of, measurement_kinds
 from etb_hil.diagnosis.measuring import stand
 
 TEXT = """\
@@ -119,3 +120,27 @@ def test_interval_against_a_lower_limit(low, high, verdict):
 def test_a_value_that_is_no_number_decides_nothing():
     nan = float("nan")
     assert stand(nan, nan, nan, None, 1.0, 0.05) is UnitVerdict.INCONCLUSIVE
+
+
+def written(tmp_path, limits):
+    path = tmp_path / "limits.yaml"
+    path.write_text(f'schema: etb_hil/limits/2\npart_number: A\nrevision: "1"\nlimits: {limits}\nmarginal_band: 3 %\n')
+    return path
+
+
+def test_a_limit_may_name_one_of_several_values(tmp_path):
+    limits = load_limits(written(tmp_path, "{step_delay: {max: 31 ms}, step_delay_large_opening: {max: 20 ms}}"))
+    kind = measurement_kinds()["step_delay"]
+    assert limits.of(kind, "_large_opening").high == pytest.approx(0.020)
+    assert limits.of(kind, "_small_opening").high == pytest.approx(0.031)
+    assert kind_of("step_delay_large_opening") is kind
+    assert kind_of("T_st_local") is None
+    with pytest.raises(InputError, match="step_delay_large: no measurement has this id"):
+        load_limits(written(tmp_path, "{step_delay_large: {max: 31 ms}}"))
+
+
+def test_a_unit_that_no_dimension_has_is_that_of_the_measurement(tmp_path):
+    assert load_limits(written(tmp_path, "{friction_drift: {max: 0.1 1/s}}")).by_id["friction_drift"].high == 0.1
+    for wrong in ("10 %", "0.1 s", "0.1"):
+        with pytest.raises(InputError, match="write the value in 1/s"):
+            load_limits(written(tmp_path, f"{{friction_drift: {{max: {wrong}}}}}"))

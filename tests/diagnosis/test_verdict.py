@@ -27,7 +27,8 @@ GROUNDS = Grounds(
     moved=1.4, fastest=8.0, far=1.0, windows=(300, 300), follows=1.0, seen=(0.2, 1.3), unseen=None,
     current_verified=True, highest_current=3.0, withholding=(), remarks=(), is_uneven=False, by_direction=0.0,
     excess=None, unexplained=(), current_plausible=True, band=0.03, complete=True,
-    limited=(KINDS["T_st"], KINDS["T_c"]), phases=frozenset({"ramp"}), roles=frozenset(ROLES), has_curve=False,
+    limited={name: KINDS[name] for name in ("T_st", "T_c")}, phases=frozenset({"ramp"}),
+    roles=frozenset(ROLES), has_curve=False,
 )  # fmt: skip
 EXCESS = Excess(torque=0.3, low=0.28, high=0.32, limit=0.26, angle=0.8, is_one_way=False, is_certain=True)
 
@@ -73,8 +74,8 @@ def test_a_pass_says_every_value_and_where_the_plate_was_seen():
 
 def test_without_anything_judged_there_is_no_pass():
     free = [replace(one, measurement=replace(one.measurement, verdict=None)) for one in both()]
-    assert said(free, limited=()) == (INCONCLUSIVE, [])
-    assert said([], limited=()) == (INCONCLUSIVE, [])
+    assert said(free, limited={}) == (INCONCLUSIVE, [])
+    assert said([], limited={}) == (INCONCLUSIVE, [])
 
 
 def test_what_withholds_a_verdict_outranks_a_fail_of_the_model():
@@ -180,7 +181,7 @@ def test_a_plate_that_is_held_fails_where_the_current_is_certain():
     assert said([], **HELD)[1][0] == "plate_stuck"
     for spoilt in ({"current_verified": False}, {"current_plausible": False}, {"current_plausible": None}):
         assert said([], **{**HELD, **spoilt})[0] is INCONCLUSIVE
-    assert said([], **{**HELD, "limited": ()})[0] is INCONCLUSIVE
+    assert said([], **{**HELD, "limited": {}})[0] is INCONCLUSIVE
 
 
 @pytest.mark.parametrize(("moved", "stuck"), [(0.2, True), (0.21, False)])
@@ -230,7 +231,7 @@ def test_a_limit_without_a_curve_names_why():
 
 def test_a_limit_whose_phase_the_run_has_must_be_measured():
     of_phase = next(kind for kind in KINDS.values() if kind.phases and "ramp" not in kind.phases)
-    limited = (*GROUNDS.limited, of_phase)
+    limited = {**GROUNDS.limited, of_phase.id: of_phase}
     verdict, ids = said(both(), limited=limited, phases=frozenset({"ramp", *of_phase.phases}))
     assert (verdict, ids) == (INCONCLUSIVE, [f"{of_phase.id}_not_measured"])
     verdict, ids = said(both(), limited=limited)

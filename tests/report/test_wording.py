@@ -1,5 +1,6 @@
 """Every reason has words, and what is said of P2119 follows the numbers."""
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -132,3 +133,30 @@ def test_p2119_is_not_spoken_of_for_a_good_unit():
 def test_nothing_is_shown_as_minus_zero():
     assert shown.plain(-1e-5, "A") == "0.000"
     assert shown.plain(-0.0123, "A") == "-0.012"
+
+
+def worded(reason_id, one):
+    unit = Unit(UnitVerdict.FAIL, reason_id)
+    return unit_wording(sample_run.results(unit=unit, measurements=Measurements([one])))
+
+
+def test_one_of_several_values_is_said_with_its_place():
+    one = Measurement("step_delay_small_opening", "delay", 0.035, "s", 0.034, 0.036, None, 0.031, UnitVerdict.FAIL)
+    found = worded("step_delay_small_opening_beyond_limit", one)
+    assert found.reason == ("Time until the plate follows a step (small, opening) is 0.0350 s; the limit is 0.0310 s.")
+    assert found.next_step == "Look at friction, winding resistance and the supply."
+
+
+@pytest.mark.parametrize(("value", "limit"), [(6.5, "7.00 deg"), (9.5, "9.00 deg")])
+def test_the_limit_that_is_said_is_the_one_that_was_passed(value, limit):
+    edges = (math.radians(value - 0.1), math.radians(value + 0.1), math.radians(7.0), math.radians(9.0))
+    one = Measurement("default_position", "default position", math.radians(value), "rad", *edges, UnitVerdict.FAIL)
+    assert f"the limit is {limit}." in worded("default_position_beyond_limit", one).reason
+
+
+def test_a_value_without_an_interval_is_not_too_close_to_its_limit():
+    one = Measurement("temperature", "temperature", 40.0, "degC", None, None, None, 10.0, UnitVerdict.INCONCLUSIVE)
+    found = worded("temperature_without_interval", one)
+    assert "40.0 °C" in found.reason
+    assert "too close" not in found.reason
+    assert "limits file" in found.next_step

@@ -38,4 +38,5 @@ KIND = MeasurementKind(
     unit="1",
     compute=_bumps,
     order=350,
+    suffixes=r"\d+",
 )

@@ -36,6 +36,7 @@ KIND = MeasurementKind(
     unit="A",
     compute=_compute,
     order=104,
+    suffixes=r"\d+",
     plain="current that holds the plate",
     phases=frozenset({"hold"}),
     roles=frozenset({"command_mode", "command_position"}),

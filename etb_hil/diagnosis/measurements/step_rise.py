@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from etb_hil.diagnosis.measurement_kind import Estimate, MeasurementKind
-from etb_hil.diagnosis.motion.steps import estimates
+from etb_hil.diagnosis.motion.steps import SUFFIXES, estimates
 
 if TYPE_CHECKING:
     from etb_hil.diagnosis.findings import Findings
@@ -22,6 +22,7 @@ KIND = MeasurementKind(
     unit="s",
     compute=_compute,
     order=96,
+    suffixes=SUFFIXES,
     plain="time that a step takes",
     phases=frozenset({"step"}),
     roles=frozenset({"command_mode", "command_position"}),

@@ -27,4 +27,5 @@ KIND = MeasurementKind(
     unit="N·m",
     compute=_at_rates,
     order=90,
+    suffixes=r"\d+",
 )

@@ -20,6 +20,7 @@ from etb_hil.recording.samples import Float64
 if TYPE_CHECKING:
     from etb_hil.diagnosis.findings import Findings
 
+SUFFIXES = "(small|large)_(opening|closing)"
 SMALL = math.radians(10.0)  # a step below this is a small one
 SETTLED = 0.05  # share of the step about the final angle
 _LEAST = math.radians(1.0)  # a supplier states delay and rise for steps over 1 deg
