@@ -254,7 +254,7 @@ def test_an_estimate_that_may_not_pass_never_passes():
 def test_a_limit_of_a_phase_that_was_measured_is_not_missing():
     of_phase = next(kind for kind in KINDS.values() if kind.phases and "ramp" not in kind.phases)
     found = [*both(), measured(of_phase.id, PASS, value=0.1)]
-    run = {"limited": (*GROUNDS.limited, of_phase), "phases": frozenset({"ramp", *of_phase.phases})}
+    run = {"limited": {**GROUNDS.limited, of_phase.id: of_phase}, "phases": frozenset({"ramp", *of_phase.phases})}
     assert said(found, **run) == (PASS, ["within_limits"])
 
 
@@ -275,7 +275,7 @@ def test_an_uneven_way_is_not_narrowed_by_repeating():
     _, reasons = conclude(both(INCONCLUSIVE), GROUNDS)
     assert reasons[0].next_step.startswith("repeat")
     of_phase = next(kind for kind in KINDS.values() if kind.phases)
-    _, reasons = conclude([measured(of_phase.id, INCONCLUSIVE)], replace(GROUNDS, is_uneven=True, limited=()))
+    _, reasons = conclude([measured(of_phase.id, INCONCLUSIVE)], replace(GROUNDS, is_uneven=True, limited={}))
     assert reasons[0].next_step.startswith("repeat")
     _, reasons = conclude(both(INCONCLUSIVE), replace(GROUNDS, is_uneven=True))
     assert "does not narrow" in reasons[0].next_step
