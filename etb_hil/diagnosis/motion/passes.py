@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.diagnosis.motion.commands import reports
 from etb_hil.diagnosis.segments import Segment
-from etb_hil.plant.parameters import Model
 from etb_hil.recording.samples import Float64, Int64
+
+if TYPE_CHECKING:
+    from etb_hil.diagnosis.findings import Findings
 
 SLOW = 1.0  # rad/s, the highest speed of a slow pass
 _SAME = 0.1  # share by which the speeds of passes may differ: friction and springs do not tell them apart
@@ -53,12 +56,14 @@ def slow_passes(segments: Sequence[Segment], value: str, width: float, preslidin
     return Bins(table[:, :, 0].T, table[:, :, 1].T, table[:, :, 2].T)
 
 
-def presliding(model: Model) -> float:
+def presliding(run: Findings) -> float:
     """Return the way in rad over which friction turns round to a thousandth, with the softest bristles of the model.
 
     Friction approaches its steady value by a factor e over the way T_st / sigma_0 (seed paper, eq. (1)).
     """
-    return _TURNED * model.values.stiction / (model.values.bristle_stiffness - model.tolerance("bristle_stiffness"))
+    model, fitted = run.model, run.fitted.get("T_st")
+    stiction = model.values.stiction if fitted is None else max(fitted.high, model.values.stiction)
+    return _TURNED * stiction / (model.values.bristle_stiffness - model.tolerance("bristle_stiffness"))
 
 
 def _passes(segment: Segment, value: str, presliding: float) -> list[tuple[float, Float64, Float64]]:

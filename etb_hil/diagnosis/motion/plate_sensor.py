@@ -55,7 +55,7 @@ def difference(run: Findings) -> Bins | None:
     for segment in run.of("ramp"):
         difference: Float64 = segment.column("throttle_angle") - segment.column("angle")
         segments.append(replace(segment, columns={**segment.columns, _DIFFERENCE: difference}))
-    found = slow_passes(segments, _DIFFERENCE, _BIN, presliding(run.model))
+    found = slow_passes(segments, _DIFFERENCE, _BIN, presliding(run))
     return found if len(found) >= _FEWEST else None
 
 

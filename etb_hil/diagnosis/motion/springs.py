@@ -65,4 +65,4 @@ def spring_line(run: Findings, *, is_above: bool) -> SpringLine | None:
 
 
 def _current(run: Findings) -> Bins:
-    return slow_passes(run.of("ramp"), "motor_current", _BIN, presliding(run.model))
+    return slow_passes(run.of("ramp"), "motor_current", _BIN, presliding(run))
