@@ -1,3 +1,5 @@
+from .api.connecting import ConnectedBench as ConnectedBench
+from .api.connecting import connect as connect
 from .api.diagnosing import diagnose as diagnose
 from .api.explaining import Cause as Cause
 from .api.explaining import Explanation as Explanation

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -45,15 +46,22 @@ if TYPE_CHECKING:
     from etb_hil.canio.bus.budget import BusBudget
 
 
+# What a bench runs that own code commands step by step.
+OWN_CODE = Document(
+    Path("own code"), Scenario.model_construct(schema_="etb_hil/scenario/1", name="own code", phases=()), {}
+)
+
+
 @dataclass(frozen=True, slots=True)
 class JobFiles:
-    """The files of a run; `unit` is the virtual unit's model, which only the virtual controller reads.
+    """The files of a run; without a `scenario`, own code commands.
 
-    Without a `unit`, the virtual one is the stock default; without a `dbc`, it is the one that the bench file names. A
-    `station` file is kept with the session. An `observer` takes the place of the bench file's.
+    `unit` is the virtual unit's model, which only the virtual controller reads. Without a `unit`, the virtual one is
+    the stock default; without a `dbc`, it is the one that the bench file names. A `station` file is kept with the
+    session. An `observer` takes the place of the bench file's.
     """
 
-    scenario: Path
+    scenario: Path | None
     bench: Path
     model: Path
     limits: Path
@@ -93,7 +101,7 @@ def prepare(files: JobFiles, *, attended: bool = False) -> Job:
     """
     if files.observer is not None:
         require_observer(files.observer)
-    scenario = load_scenario(files.scenario)
+    scenario = OWN_CODE if files.scenario is None else load_scenario(files.scenario)
     setup = load_bench(files.bench, files.dbc)
     model = load_model(files.model)
     limits = load_limits(files.limits, model.values.gear_ratio)
@@ -115,7 +123,8 @@ def prepare(files: JobFiles, *, attended: bool = False) -> Job:
     if not attended:
         check_unattended(scenario)
     budgets = check_scenario(scenario, setup, model.values)
-    rehearse(scenario, setup.bench, model, limits)
+    if files.scenario is not None:
+        rehearse(scenario, setup.bench, model, limits)
     return Job(files, scenario, setup, model, limits, unit, budgets)
 
 
@@ -127,15 +136,17 @@ def execute(
     watcher: Watcher = nobody,
     operator: Operator | None = None,
     signals: StopSignals | None = None,
+    runner: Callable[..., Runner] = Runner,
 ) -> Finished:
     """Run the scenario and judge the unit, again where the scenario wants it; return the attempt that counts.
 
     The session lies in a new folder under `folder`. Raises BenchFault where somebody else sends its commands.
     From the moment at which the run begins `signals` are held; whoever gives them lets them go. For who gives none, an
-    order that comes once the run is over is a KeyboardInterrupt, as soon as its results are written.
+    order that comes once the run is over is a KeyboardInterrupt, as soon as its results are written. `runner` makes
+    what runs the steps.
     """
     inputs = {
-        "scenario": job.files.scenario,
+        **({} if job.files.scenario is None else {"scenario": job.files.scenario}),
         "bench": job.files.bench,
         "model": job.files.model,
         "limits": job.files.limits,
@@ -165,7 +176,7 @@ def execute(
         attempt, spent_ns = 1, 0
         warnings: list[str] = []
         while True:
-            finished = _attempt(job, session, seed, attempt, spent_ns, watcher, operator, heard)
+            finished = _attempt(job, session, seed, attempt, spent_ns, watcher, operator, heard, runner)
             lasted_ns = finished.record.end_ns - finished.record.start_ns
             spent_ns += lasted_ns
             warnings += finished.warnings
@@ -198,6 +209,7 @@ def _attempt(
     watcher: Watcher,
     operator: Operator | None,
     signals: StopSignals,
+    runner: Callable[..., Runner],
 ) -> Finished:
     scenario = job.scenario.content
     with ExitStack() as open_things:
@@ -214,7 +226,7 @@ def _attempt(
         encoder = CommandEncoder(job.setup.dialect)
         tap = Tap(link, encoder, analysis, log, store.watching(events, analysis), clock)
         signals.hold()  # until results and store are written, at least: what hangs before may be interrupted
-        record = Runner(
+        record = runner(
             job.setup.bench,
             scenario.steps,
             analysis,

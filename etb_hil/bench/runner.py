@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 
 from etb_hil.base.clock import Clock
@@ -110,13 +110,17 @@ class Runner:
         beat = self._beat
         try:
             self._wake_controller()
-            for step in self._steps:
+            for step in self._next_steps():
                 self._run_phase(step)
         except StopInOrder:
             beat.is_ending = True
             if beat.commanded.enable:
                 self._follow(move(beat.supervisor.angle, self._throttle.limp_home, HOMEWARD), None)
             raise RunStopped(BenchOutcome.ABORTED, "stopped_by_operator", f"stopped by {beat.signals.cause}") from None
+
+    def _next_steps(self) -> Iterator[Step]:
+        """Yield the steps, each when the one before it has been run."""
+        yield from self._steps
 
     def _wake_controller(self) -> None:
         """Ask for samples with the drive off, until the first ones arrive and no fault of an earlier run is left.

@@ -86,7 +86,8 @@ def _each_by_itself(files: JobFiles, problems: list[Problem]) -> Bench | None:
     from etb_hil.plant.parameters import load_model
     from etb_hil.scenario.scenario_file import load_scenario
 
-    _tried(lambda: load_scenario(files.scenario), problems)
+    if (scenario := files.scenario) is not None:
+        _tried(lambda: load_scenario(scenario), problems)
     _tried(lambda: load_model(files.model), problems)
     _tried(lambda: load_limits(files.limits), problems)
     _tried(lambda: load_bench(files.bench), problems)

@@ -138,7 +138,9 @@ def _judged(session: Session, rules: Rules, window: Window | None) -> tuple[RunR
 
 
 def conditions_of(session: Session) -> dict[str, Condition | None]:
-    """Return what ends each phase of a session's scenario, where something does."""
+    """Return what ends each phase of a session's scenario, where something does; own code has no scenario."""
+    if not any(entry.kind == "scenario" for entry in session.inputs):
+        return {}
     scenario = load_scenario(session.input_path("scenario")).content
     return {step.id: step.phase.until for step in scenario.steps}
 

@@ -1,0 +1,79 @@
+"""What a motion that own code asks for is held against before it moves anything, and what a run says so far."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.yamlfile import Document
+from etb_hil.bench.preflight import check_scenario
+from etb_hil.bench.rehearsal import rehearse
+from etb_hil.scenario.phases import Phase
+from etb_hil.scenario.scenario_file import Scenario
+
+if TYPE_CHECKING:
+    from etb_hil.api.runs import Run
+    from etb_hil.bench.job import Job
+
+_PHASE: TypeAdapter[Any] = TypeAdapter(Phase)
+_SOURCE = Path("own code")
+
+
+def checked_phase(entry: dict[str, Any], held_at: float | None, known: set[str], job: Job) -> None:
+    """Raise InputError where a phase is wrong, leaves the bench's limits, or does so on the bench's model.
+
+    `held_at` is where the plate is held before it, in rad, None with the bridge off; `known` are ids that are taken.
+    """
+    if entry["id"] in known:
+        raise InputError(Problem("this phase id stands twice", value=entry["id"], remedy="give it another one"))
+    if "until" in entry:
+        raise InputError(Problem("'until' is for scenario files", remedy="look at `seen` between short motions"))
+    if entry["kind"] == "prompt":
+        raise InputError(Problem("a prompt is for scenario files", remedy="ask in your own code"))
+    before = (
+        []
+        if held_at is None
+        else [{"kind": "hold", "id": "before", "position": f"{held_at!r} rad", "duration": "0.1 s"}]
+    )
+    try:
+        phases = tuple(_PHASE.validate_python(one) for one in (*before, entry))
+    except ValidationError as error:
+        found = error.errors()[0]
+        key = ".".join(str(part) for part in found["loc"][1:])
+        what = f"phase '{entry['id']}'{f', {key}' if key else ''}: {found['msg'].removeprefix('Value error, ')}"
+        raise InputError(Problem(what, value=found["input"] if key else entry["kind"])) from None
+    scenario = Document(
+        _SOURCE, Scenario.model_construct(schema_="etb_hil/scenario/1", name="own code", phases=phases), {}
+    )
+    check_scenario(scenario, job.setup, job.model.values)
+    rehearse(scenario, job.setup.bench, job.model, job.limits)
+
+
+def end_of(entry: dict[str, Any], job: Job) -> float | None:
+    """Return where a phase leaves the set-point, in rad; None where it leaves the bridge off."""
+    throttle = job.model.values
+    trajectory = _PHASE.validate_python(entry).trajectory(throttle.limp_home, throttle)
+    last = trajectory.at(trajectory.duration)
+    return float(last.position) if last.enable else None
+
+
+def judged_so_far(folder: Path, job: Job, limits: Path | None) -> Run:
+    """Judge the frames that a run has left on the disk, as if it ended there."""
+    from etb_hil.api.runs import Run
+    from etb_hil.replays.log_frames import Frames
+    from etb_hil.replays.log_replay import LogJob, judge
+    from etb_hil.replays.session_replay import RuleFiles
+    from etb_hil.session.events import read_events
+    from etb_hil.session.record import record_of
+    from etb_hil.session.session import open_session
+
+    session = open_session(folder)
+    files = RuleFiles(job.files.bench, job.files.model, limits or job.files.limits, job.setup.dbc, job.observer)
+    phases = tuple(record_of(read_events(session.events)).phases)
+    log = LogJob((session.raw_log,), files, files.read(), phases)
+    finished = judge(log, Frames([session.raw_log]))
+    return Run(replace(finished, session=session))
