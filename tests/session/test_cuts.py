@@ -39,13 +39,15 @@ def judged(run, frames, cuts):
     return analysis.finish().measurements
 
 
-@pytest.mark.parametrize("back_ms", [0, 1, 20])
+@pytest.mark.parametrize("back_ms", [0, 1, 5, 20])
 def test_the_cuts_change_nothing(run, back_ms):
     frames = concatenate_frames(list(read_blf(run[1].session.raw_log)))
     stamp_ns = frames.stamp_ns - back_ms * MS * (frames.stamp_ns // (100 * MS) % 2)  # set back and on, every 100 ms
     frames = replace(frames, stamp_ns=stamp_ns)
     whole = judged(run, frames, [])
-    assert "spring_torque_open" in whole
+    assert ("spring_torque_open" in whole) == (
+        back_ms < 10
+    )  # set back by more than a command's time, no pass is steady
     for seed in range(5):
         rng = np.random.default_rng(seed)
         places = np.unique(rng.integers(1, len(frames), size=10 ** int(rng.integers(1, 4))))
