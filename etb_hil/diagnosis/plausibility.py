@@ -169,7 +169,7 @@ def _equal_readings(noise: float, step: float) -> int:
     """Return how many equal readings in a row no noise of this size gives; 0 where readings may well be equal."""
     if noise < 0.5 * step or noise <= 0.0:
         return 0
-    chance = min(step / (noise * 2.0 * math.sqrt(math.pi)), 0.6)
+    chance = step / (noise * 2.0 * math.sqrt(math.pi))  # at most 0.56, here
     return 2 * math.ceil(_SURE / -math.log(chance))
 
 

@@ -53,12 +53,12 @@ class Sensors(FileModel):
 
     motor_counts_per_turn: Annotated[int, Field(ge=4, le=1 << 24, description="quadrature counts a motor turn")]
     plate_bits: Annotated[int, Field(ge=6, le=24, description="resolution of each plate track")]
-    plate_range: Angle
-    plate_noise: Angle
-    current_step: Current
-    current_noise: Current
-    voltage_step: Voltage
-    voltage_noise: Voltage
+    plate_range: Annotated[Angle, Field(gt=0.0)]
+    plate_noise: Annotated[Angle, Field(ge=0.0)]
+    current_step: Annotated[Current, Field(gt=0.0, description="what one count of the converter is worth")]
+    current_noise: Annotated[Current, Field(ge=0.0)]
+    voltage_step: Annotated[Voltage, Field(gt=0.0)]
+    voltage_noise: Annotated[Voltage, Field(ge=0.0)]
 
 
 class EffectEntry(FileModel):

@@ -3,7 +3,7 @@
 import itertools
 import math
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
@@ -292,6 +292,46 @@ def test_frames_that_are_late_now_and_then_are_no_clock_that_was_set():
     record = Record(count=4_000)
     record.stamp_ns = record.stamp_ns + np.where(np.arange(4_000) % 7 == 3, 0, 80 * MS)
     assert record.ids() == []
+
+
+@pytest.mark.parametrize("role", ["motor_current", "motor_angle"])
+def test_samples_without_a_value_are_missing_ones(role):
+    record = Record()
+    record.columns[role][1_000:1_120] = math.nan
+    assert record.ids() == ["samples_missing"]
+
+
+def test_a_slower_request_is_not_held_against_the_samples_before_it():
+    record = Record()
+    fast = 5 * MS + np.arange(1_000) * 500_000
+    record.time_ns = np.concatenate([fast, fast[-1] + MS + np.arange(1_000) * MS])
+    record.stamp_ns = record.time_ns + 200_000
+    watch = Plausibility(MODEL)
+    watch.ask(2000.0, 0)
+    watch.ask(1000.0, int(record.stamp_ns[1_000]))
+    watch.push(record.block(), 0, moving=False)
+    assert watch.doubts() == []
+
+
+@pytest.mark.parametrize(("size", "seen"), [(0.9, False), (1.1, True)])
+def test_at_a_fast_rate_an_angle_may_jump_by_three_counts_of_the_encoder(size, seen):
+    values = MODEL.values
+    torque = values.torque_per_ampere * values.voltage_limit / values.resistance
+    torque += max(values.preload_open, values.preload_close) + values.stiction
+    bend = 3.0 * torque / values.inertia * (50e-6) ** 2 + 3.0 * math.tau / MODEL.sensors.motor_counts_per_turn / GEAR
+    record = Record()
+    record.time_ns = 5 * MS + np.arange(record.count) * 50_000
+    record.stamp_ns = record.time_ns + 200_000
+    record.columns["motor_angle"][[500, 600, 700]] += 0.5 * GEAR * size * bend  # bends twice that in the middle
+    assert record.ids() == (["angle_jumps"] if seen else [])
+
+
+def test_readings_of_a_coarse_sensor_may_well_be_equal():
+    sensors = MODEL.sensors.model_copy(update={"current_step": 0.011, "current_noise": 0.005})
+    record = Record()
+    record.columns["motor_current"][300:1_500] = 0.4
+    assert record.ids(model=replace(MODEL, sensors=sensors)) == []
+    assert record.ids() == ["current_frozen"]
 
 
 def test_rows_without_current_or_angle_are_passed_over():

@@ -97,6 +97,13 @@ def test_a_chart_of_a_process_that_rises_jumps_and_stays():
     }  # fmt: skip
 
 
+def test_a_value_on_the_centre_ends_a_run_on_one_side():
+    values = [1.0, 2.0] * 4 + [0.0, 1.0, -6.5, -6.5]
+    assert sum(values) == 0.0
+    assert 9 not in control_chart(np.array(values)).signals
+    assert said_of(values, 9) is None
+
+
 def test_capability_is_the_nearer_limit_over_three_sigma_with_published_intervals():
     values = np.array([10.0, 11.0] * 15)
     chart = control_chart(values)
@@ -164,12 +171,31 @@ def test_one_bench_has_its_units_and_its_repeats_only():
     values = rng.normal(0, 2, (6, 1, 1)) + rng.normal(0, 0.1, (6, 1, 4))
     study = gauge_study(values)
     assert [row.source for row in study.anova] == ["units", "repeatability"]
+    assert (study.units, study.benches, study.trials) == (6, 1, 4)
     assert not study.pooled
     within = values.var(axis=2, ddof=1).mean()
     between = 4 * values.mean(axis=(1, 2)).var(ddof=1)
     assert study.repeatability == pytest.approx(math.sqrt(within))
     assert study.part == pytest.approx(math.sqrt((between - within) / 4))
     assert study.anova[0].ratio == pytest.approx(between / within)
+
+
+def test_an_interaction_counts_as_reproducibility():
+    """Random effects, by their expected mean squares (AIAG, Measurement Systems Analysis, appendix A)."""
+    cell = np.array([[0.0, 3.0, 1.0], [4.0, 1.0, 2.0], [2.0, 2.0, 7.0], [9.0, 5.0, 6.0]])
+    trial = np.array([-0.1, 0.1])
+    study = gauge_study(cell[:, :, None] + trial)
+    units, benches, trials = 4, 3, 2
+    mean = cell.mean()
+    both = trials * ((cell - cell.mean(1, keepdims=True) - cell.mean(0) + mean) ** 2).sum() / 6
+    bench = units * trials * ((cell.mean(0) - mean) ** 2).sum() / 2
+    unit = benches * trials * ((cell.mean(1) - mean) ** 2).sum() / 3
+    error = 24 * 0.01 / 12
+    assert not study.pooled
+    assert study.repeatability == pytest.approx(math.sqrt(error))
+    between = max((bench - both) / (units * trials), 0.0)
+    assert study.reproducibility == pytest.approx(math.sqrt(between + (both - error) / trials))
+    assert study.part == pytest.approx(math.sqrt(max((unit - both) / (benches * trials), 0.0)))
 
 
 def test_negative_variances_count_as_zero():

@@ -243,3 +243,27 @@ def test_a_spoilt_line_is_an_input_error_or_a_model(tmp_path_factory, text, line
         except InputError as error:
             problems = error.problems
     assert all(str(path) in str(p) for p in problems)
+
+
+@pytest.mark.parametrize(
+    ("stated", "instead", "said"),
+    [
+        (
+            "current_step: 1 mA",
+            "current_step: 0 mA",
+            "sensors.current_step: out of range (it is '0 mA'); allowed: above 0",
+        ),
+        ("voltage_step: 10 mV", "voltage_step: 0 V", "sensors.voltage_step"),
+        ("current_noise: 5 mA", "current_noise: -1 mA", "sensors.current_noise"),
+        ("plate_noise: 0.01 deg", "plate_noise: -1 deg", "sensors.plate_noise"),
+        ("plate_range: 90 deg", "plate_range: 0 deg", "sensors.plate_range"),
+    ],
+)
+def test_a_sensor_that_cannot_be_is_refused(tmp_path, stated, instead, said):
+    text = find("model", "default").read_text("utf-8")
+    assert stated in text
+    path = tmp_path / "model.yaml"
+    path.write_text(text.replace(stated, instead), "utf-8")
+    with pytest.raises(InputError) as caught:
+        load_model(path)
+    assert said in str(caught.value)
