@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -95,7 +96,7 @@ def _steady(time: Float64, position: Float64, period: float) -> Iterator[tuple[f
     wide = float(np.median(np.diff(when))) + period
     high = float(np.min(np.abs(where - position[at - 1])))
     taken = np.zeros(len(at), bool)
-    for stretch in sorted(_straight(when, where, wide, high), key=lambda ends: ends[0] - ends[1]):
+    for stretch in sorted(_straight(when.tolist(), where.tolist(), wide, high), key=lambda ends: ends[0] - ends[1]):
         begin, end = stretch
         for _ in range(2):  # with the speed of the part, then with that of all which lies on its line
             inside = ~taken & (when >= when[begin] + _SETTLE_S) & (when <= when[end - 1] - _SETTLE_S)
@@ -123,23 +124,23 @@ def _line(when: Float64, where: Float64, inside: NDArray[np.bool_]) -> tuple[flo
     return speed, np.abs(where - middle[1] - speed * since)
 
 
-def _straight(when: Float64, where: Float64, wide: float, high: float) -> Iterator[tuple[int, int]]:
+def _straight(when: list[float], where: list[float], wide: float, high: float) -> Iterator[tuple[int, int]]:
     """Yield the stretches (first command, end) that stay within a stair of a straight line through their first one.
 
     A stair is `wide` s, the usual time between two commands and that between two samples, and `high` rad. A set-point
     that stands still for longer than two stairs ends a stretch, and so does one that turns round.
     """
     begin = 0
-    slowest, quickest = 0.0, np.inf
+    slowest, quickest = 0.0, math.inf
     for k in range(1, len(when)):
         way = 1.0 if where[begin + 1] > where[begin] else -1.0
-        passed, far = float(when[k] - when[begin]), way * float(where[k] - where[begin])
+        passed, far = when[k] - when[begin], way * (where[k] - where[begin])
         slowest = max(slowest, (far - high) / (passed + wide))
-        quickest = min(quickest, (far + high) / (passed - wide) if passed > wide else np.inf)
-        turns = way * float(where[k] - where[k - 1]) < 0.0
+        quickest = min(quickest, (far + high) / (passed - wide) if passed > wide else math.inf)
+        turns = way * (where[k] - where[k - 1]) < 0.0
         if turns or slowest > quickest or when[k] - when[k - 1] > 2.0 * wide:
             yield begin, k
-            begin, slowest, quickest = k - 1 if turns else k, 0.0, np.inf
+            begin, slowest, quickest = k - 1 if turns else k, 0.0, math.inf
     yield begin, len(when)
 
 
