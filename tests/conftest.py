@@ -5,10 +5,12 @@ And each run of a bench ends with a look at its bus.
 
 import json
 import os
+from pathlib import Path
 
 import pytest
 from bus_truth import VIRTUAL, assert_bus_truth, assert_bus_was_healthy
 from hypothesis import HealthCheck, settings
+from quick import QUICK
 
 from etb_hil.results.json_file import result_from_dict
 
@@ -17,6 +19,15 @@ settings.register_profile(
     "etb_hil", deadline=None, suppress_health_check=[HealthCheck.too_slow], derandomize="CI" in os.environ
 )
 settings.load_profile("etb_hil")
+
+
+def pytest_collection_modifyitems(items):
+    """Mark the tests of the quick files."""
+    tests = Path(__file__).parent
+    quick = {tests / f"{name}.py" for name in QUICK}
+    for item in items:
+        if item.path in quick:
+            item.add_marker("quick")
 
 
 @pytest.fixture(autouse=True, scope="session")
