@@ -240,6 +240,8 @@ def connect(
     from etb_hil.base.stock import find
     from etb_hil.bench.job import JobFiles, prepare
 
+    if not idle > 0.0:
+        raise InputError(Problem("idle: no time to give an order in", value=idle, allowed="above 0 s"))
     files = JobFiles(
         None,
         find("bench", str(bench)),

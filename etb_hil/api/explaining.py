@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from etb_hil.api.recordings import read
+from etb_hil.api.recordings import Recording, read
+from etb_hil.base.errors import InputError, Problem
 
 if TYPE_CHECKING:
-    from etb_hil.api.recordings import Recording
     from etb_hil.diagnosis.limits import Limits
     from etb_hil.discrepancy.answer.consequence import Judge
     from etb_hil.discrepancy.explain import Answer
@@ -140,7 +140,7 @@ class Explanation:
 
 
 def explain(
-    recordings: Sequence[Recording | str | Path],
+    recordings: Recording | str | Path | Sequence[Recording | str | Path],
     model: Model | str | Path = "default",
     *,
     limits: Limits | str | Path | None = None,
@@ -160,8 +160,11 @@ def explain(
     from etb_hil.plant.drive_file import is_drive
     from etb_hil.scenario.planning import stock_plans
 
-    given = [read(one) if isinstance(one, str | Path) else one for one in recordings]
-    session = given[0].session if given else None
+    several = [recordings] if isinstance(recordings, Recording | str | Path) else recordings
+    given = [read(one) if isinstance(one, str | Path) else one for one in several]
+    if not given:
+        raise InputError(Problem("there is nothing to explain", remedy="give a recording, or a path"))
+    session = given[0].session
     known, allowed = as_model(model), as_limits(limits_of(session) if limits is None else limits)
     answer = search(
         given,

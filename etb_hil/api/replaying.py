@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from etb_hil.base.errors import InputError, Problem
+
 if TYPE_CHECKING:
     from etb_hil.base.outcome import UnitVerdict
     from etb_hil.replays.outcome import Outcome
@@ -53,6 +55,8 @@ def replay(
     from etb_hil.replays.session_replay import RuleFiles
     from etb_hil.replays.workers import DaskWorkers, LocalProcesses
 
+    if jobs < 1:
+        raise InputError(Problem("jobs: so many processes cannot work", value=jobs, allowed="1 or more"))
     paths = [Path(one) for one in ([sources] if isinstance(sources, str | Path) else sources)]
     own_model = None if model is None else find("model", str(model))
     own_limits = None if limits is None else find("limits", str(limits))

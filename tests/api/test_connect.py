@@ -194,6 +194,12 @@ def test_an_unknown_file_is_refused_before_a_process_starts():
     assert children() == before
 
 
+@pytest.mark.parametrize("idle", [0.0, -1.0, float("nan")])
+def test_no_time_to_give_an_order_in_is_refused(idle):
+    with pytest.raises(etb.InputError, match=r"idle: .*allowed: above 0 s"):
+        etb.connect(idle=idle)
+
+
 def test_before_the_block_is_left_there_is_no_whole_run(one_bench):
     with pytest.raises(etb.InputError, match="the run goes on"):
         _ = one_bench.run

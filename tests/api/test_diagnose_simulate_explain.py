@@ -65,10 +65,19 @@ def test_what_cannot_be_simulated_is_refused(wrong, said):
         etb.simulate(**wrong)
 
 
+@pytest.mark.parametrize(
+    ("recordings", "said"),
+    [([], "nothing to explain"), ("nosuch.csv", "nosuch.csv: cannot be read"), (["nosuch.csv"], "cannot be read")],
+)
+def test_what_cannot_be_explained_is_refused(recordings, said):
+    with pytest.raises(etb.InputError, match=said):
+        etb.explain(recordings)
+
+
 @pytest.fixture(scope="module")
 def why(faulty):
     said = []
-    found = etb.explain([faulty.folder], model="default", progress=said.append)
+    found = etb.explain(faulty.folder, model="default", progress=said.append)
     assert said
     return found
 

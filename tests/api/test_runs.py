@@ -60,6 +60,11 @@ def test_replay_refuses_wrong_rules_before_the_first_log(faulty):
         etb.replay(faulty.folder, limits="nosuch")
 
 
+def test_no_process_judges_nothing(faulty):
+    with pytest.raises(etb.InputError, match=r"jobs: .*allowed: 1 or more"):
+        etb.replay(faulty.folder, jobs=0)
+
+
 def test_one_log_by_itself(faulty):
     (one,) = etb.replay(faulty.folder / "raw.blf", bench="virtual_classic")
     assert one.verdict is etb.UnitVerdict.FAIL
