@@ -1,5 +1,6 @@
 from .api.connecting import ConnectedBench as ConnectedBench
 from .api.connecting import connect as connect
+from .api.diagnosing import Judgement as Judgement
 from .api.diagnosing import diagnose as diagnose
 from .api.explaining import Cause as Cause
 from .api.explaining import Explanation as Explanation
@@ -17,7 +18,6 @@ from .base.errors import BenchFault as BenchFault
 from .base.errors import EtbHilError as EtbHilError
 from .base.errors import InputError as InputError
 from .base.outcome import UnitVerdict as UnitVerdict
-from .diagnosis.result import DiagnosisResult as DiagnosisResult
 from .plant.parameters import Model as Model
 from .results.measurement import Measurement as Measurement
 from .results.run_result import RunResult as RunResult

@@ -2,18 +2,42 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from etb_hil.base.errors import InputError, Problem
+from etb_hil.diagnosis.result import DiagnosisResult
 
 if TYPE_CHECKING:
     from etb_hil.diagnosis.limits import Limits
-    from etb_hil.diagnosis.result import DiagnosisResult
     from etb_hil.plant.parameters import Model
     from etb_hil.recording.recording import Recording
 
 NEEDED = ("motor_current", "motor_angle")
+
+
+class Judgement(DiagnosisResult):
+    """What a recording says of the unit: `verdict`, `reasons` (the first decided), `measurements`, `exceedances`."""
+
+    __slots__ = ()
+
+    def figure(self) -> Any:  # noqa: ANN401 (matplotlib is loaded when drawn)
+        """Return a matplotlib figure of friction over speed, with the fitted curve and the limits."""
+        from etb_hil.base.outcome import BenchOutcome
+        from etb_hil.report.plots import friction_over_speed
+        from etb_hil.report.series import ReportSeries
+        from etb_hil.results.run_result import Bench, RunResult, Unit
+
+        results = RunResult("", Unit(self.verdict), Bench(BenchOutcome.OK), measurements=self.measurements)
+        return friction_over_speed(ReportSeries.from_mapping(self.series), results)
+
+    def _repr_html_(self) -> str:
+        from etb_hil.api.html import measurements, page
+
+        about = f"{str(self.verdict).upper()}: {'; '.join(reason.text for reason in self.reasons[:1])}"
+        further = [reason.text for reason in self.reasons[1:]]
+        return page(about, measurements(self.measurements), further, self.figure())
 
 
 def diagnose(
@@ -22,7 +46,7 @@ def diagnose(
     model: Model | str | Path = "default",
     limits: Limits | str | Path = "default",
     observer: str | None = None,
-) -> DiagnosisResult:
+) -> Judgement:
     """Judge the unit in a recording as a log without phases: all of it is taken for motion under the bridge.
 
     Needs the roles `motor_current` and `motor_angle`. A session has phases, which `Run.open` and `replay` go by: of its
@@ -50,4 +74,5 @@ def diagnose(
     if rows is not None:
         diagnosis.push(rows, RunPhase(0, LOG, LOG, Use.FITTED))
         plausibility.push(rows, 0, moving=True)
-    return withheld(diagnosis.finish(), plausibility.doubts())
+    found = withheld(diagnosis.finish(), plausibility.doubts())
+    return Judgement(**{field.name: getattr(found, field.name) for field in fields(found)})

@@ -16,6 +16,16 @@ def test_a_recording_judged_is_the_log_judged(faulty):
     assert {id_: (m.value, m.low, m.high) for id_, m in result.measurements.items()} == dict(one.measurements)
 
 
+def test_a_notebook_shows_the_judgement(faulty):
+    result = etb.diagnose(faulty.recording)
+    page = result._repr_html_()
+    assert page.startswith("<div")
+    assert "FAIL: " in page
+    assert "T_st" in page
+    assert page.count("<svg") == 1
+    assert result.figure().axes
+
+
 def test_limits_and_model_may_be_objects(faulty):
     limits = etb.Run.open(faulty.folder)
     model = etb.Model.load("default")

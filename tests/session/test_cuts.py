@@ -45,9 +45,8 @@ def test_the_cuts_change_nothing(run, back_ms):
     stamp_ns = frames.stamp_ns - back_ms * MS * (frames.stamp_ns // (100 * MS) % 2)  # set back and on, every 100 ms
     frames = replace(frames, stamp_ns=stamp_ns)
     whole = judged(run, frames, [])
-    assert ("spring_torque_open" in whole) == (
-        back_ms < 10
-    )  # set back by more than a command's time, no pass is steady
+    is_steady = back_ms < 10  # set back by more than the time between two commands, no pass is on a line
+    assert ("spring_torque_open" in whole) == is_steady
     for seed in range(5):
         rng = np.random.default_rng(seed)
         places = np.unique(rng.integers(1, len(frames), size=10 ** int(rng.integers(1, 4))))

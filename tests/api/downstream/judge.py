@@ -17,7 +17,7 @@ def margin(run: etb.Run) -> float:
 def judged(log: Path) -> list[str]:
     recording: etb.Recording = etb.read(log, bench="virtual_fd")
     current: npt.NDArray[np.float64] = recording["motor_current"].values
-    result: etb.DiagnosisResult = etb.diagnose(recording, limits="default")
+    result: etb.Judgement = etb.diagnose(recording, limits="default")
     words = [reason.text for reason in result.reasons]
     if result.verdict is etb.UnitVerdict.FAIL and current.size:
         why: etb.Explanation = etb.explain([recording, log], model=etb.Model.load("default"), progress=print)
