@@ -136,14 +136,14 @@ def execute(
     watcher: Watcher = nobody,
     operator: Operator | None = None,
     signals: StopSignals | None = None,
-    runner: Callable[..., Runner] = Runner,
+    runner: Callable[..., Runner] | None = None,
 ) -> Finished:
     """Run the scenario and judge the unit, again where the scenario wants it; return the attempt that counts.
 
     The session lies in a new folder under `folder`. Raises BenchFault where somebody else sends its commands.
     From the moment at which the run begins `signals` are held; whoever gives them lets them go. For who gives none, an
     order that comes once the run is over is a KeyboardInterrupt, as soon as its results are written. `runner` makes
-    what runs the steps.
+    what runs the steps, where that is none of scenarios.
     """
     inputs = {
         **({} if job.files.scenario is None else {"scenario": job.files.scenario}),
@@ -209,7 +209,7 @@ def _attempt(
     watcher: Watcher,
     operator: Operator | None,
     signals: StopSignals,
-    runner: Callable[..., Runner],
+    runner: Callable[..., Runner] | None,
 ) -> Finished:
     scenario = job.scenario.content
     with ExitStack() as open_things:
@@ -226,7 +226,7 @@ def _attempt(
         encoder = CommandEncoder(job.setup.dialect)
         tap = Tap(link, encoder, analysis, log, store.watching(events, analysis), clock)
         signals.hold()  # until results and store are written, at least: what hangs before may be interrupted
-        record = runner(
+        record = (runner or Runner)(
             job.setup.bench,
             scenario.steps,
             analysis,
