@@ -61,6 +61,8 @@ class Unit:
     drift: float = 0.0  # share of friction that a second adds, at first: grease that warms, cools or is run in
     drift_ends: float = 0.0  # s, time constant with which that comes to an end; 0: it goes on
     law: float = 0.0  # of presliding: 0 LuGre, 1 elasto-plastic bristles, 2 Maxwell slip
+    weight: float = 0.0  # N·m of a centre of mass beside the shaft, which closes the plate
+    weight_angle: float = 0.0  # rad: its torque is weight sin(angle + weight_angle)
 
     def vector(self):
         return np.array([getattr(self, name) for name in self.__dataclass_fields__], float)
@@ -112,7 +114,7 @@ def _derivative(y, u, mode, p, out):
     """Fill out with d/dt of (angle, velocity, bristle, current); return the friction torque."""
     (
         r, inductance, ke, kt, _, j, po, pc, so, sc, lh, dz, lo, hi, ks, ds, tc, ts, ws, s0, s1, s2, _,
-        ba, bw, b, every, exponent, rise, by_direction, way, _, _, law,
+        ba, bw, b, every, exponent, rise, by_direction, way, _, _, law, weight, weight_angle,
     ) = p  # fmt: skip
     a, w, z, i = y[0], y[1], y[2], y[3]
     gap = a - lh
@@ -124,6 +126,7 @@ def _derivative(y, u, mode, p, out):
         spring = po * gap / dz
     else:
         spring = pc * gap / dz
+    spring += weight * math.sin(a + weight_angle)
     stop = 0.0
     if a < lo:
         stop = min(ks * (a - lo) + ds * w, 0.0)

@@ -37,6 +37,7 @@ QUICK = (
     "plant/test_effects_are_one_file",
     "plant/test_models",
     "plant/test_physics",
+    "plugins/test_refused",
     "recording/test_joiner",
     "recording/test_tables",
     "replay/test_older_releases",

@@ -6,20 +6,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ValidationError
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.yamlfile import Document
 from etb_hil.bench.preflight import check_scenario
 from etb_hil.bench.rehearsal import rehearse
-from etb_hil.scenario.phases import Phase
+from etb_hil.scenario.phases import read_phase
 from etb_hil.scenario.scenario_file import Scenario
 
 if TYPE_CHECKING:
     from etb_hil.api.runs import Run
     from etb_hil.bench.job import Job
 
-_PHASE: TypeAdapter[Any] = TypeAdapter(Phase)
 _SOURCE = Path("own code")
 
 
@@ -40,7 +39,7 @@ def checked_phase(entry: dict[str, Any], held_at: float | None, known: set[str],
         else [{"kind": "hold", "id": "before", "position": f"{held_at!r} rad", "duration": "0.1 s"}]
     )
     try:
-        phases = tuple(_PHASE.validate_python(one) for one in (*before, entry))
+        phases = tuple(read_phase(one) for one in (*before, entry))
     except ValidationError as error:
         found = error.errors()[0]
         key = ".".join(str(part) for part in found["loc"][1:])
@@ -56,7 +55,7 @@ def checked_phase(entry: dict[str, Any], held_at: float | None, known: set[str],
 def end_of(entry: dict[str, Any], job: Job) -> float | None:
     """Return where a phase leaves the set-point, in rad; None where it leaves the bridge off."""
     throttle = job.model.values
-    trajectory = _PHASE.validate_python(entry).trajectory(throttle.limp_home, throttle)
+    trajectory = read_phase(entry).trajectory(throttle.limp_home, throttle)
     last = trajectory.at(trajectory.duration)
     return float(last.position) if last.enable else None
 

@@ -157,7 +157,7 @@ def read(source: str | Path, *, bench: str | Path | None = None, columns: str | 
 def _of_can(path: Path, bench: str | Path | None) -> recording.Recording:
     """Read a session's folder, or a CAN log; a table needs no DBC reader, which takes its time to import."""
     from etb_hil.base.stock import find
-    from etb_hil.bench.bench_file import load_bench
+    from etb_hil.bench.bench_file import load_bench, load_plugins
     from etb_hil.canio.logs.recording import record_log
     from etb_hil.session.session import open_session
 
@@ -165,7 +165,9 @@ def _of_can(path: Path, bench: str | Path | None) -> recording.Recording:
         session = open_session(path)
         setup = load_bench(session.input_path("bench"), session.input_path("dbc"))
         return record_log(session.raw_log, setup.dialect)
-    return record_log(path, load_bench(find("bench", str(bench))).dialect)
+    file = find("bench", str(bench))
+    load_plugins(file)
+    return record_log(path, load_bench(file).dialect)
 
 
 def library(name: str, remedy: str = "") -> Any:  # noqa: ANN401 (a module)

@@ -51,6 +51,7 @@ def replay(
     `dask` scheduler at an address. Raises InputError where a file to judge by is wrong, before the first one is judged.
     """
     from etb_hil.base.stock import find
+    from etb_hil.bench.bench_file import load_plugins
     from etb_hil.replays.many_logs import judge_task, tasks_for
     from etb_hil.replays.session_replay import RuleFiles
     from etb_hil.replays.workers import DaskWorkers, LocalProcesses
@@ -66,6 +67,7 @@ def replay(
         own_limits or find("limits", "default"),
         observer=observer,
     )
+    load_plugins(files.bench)
     files.read()
     tasks = tasks_for(paths, [(files, channel)], own_model, own_limits)
     if dask is not None:

@@ -8,15 +8,18 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from etb_hil.base.errors import InputError
+from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.quantity import Frequency, Ratio
 from etb_hil.base.stock import find
-from etb_hil.base.yamlfile import Document, FileModel, load
+from etb_hil.base.yamlfile import Document, FileModel, parse
+from etb_hil.base.yamlfile import load as load_file
 from etb_hil.bench.safety_limits import SafetyLimits
 from etb_hil.canio.bus.bus_settings import VIRTUAL, BusSettings
 from etb_hil.canio.dbc.dialect import Dialect
 from etb_hil.canio.dbc.role_map import ProtectionSettings, RoleMap
+from etb_hil.controller.laws.registry import law_names
 from etb_hil.observer.registry import DEFAULT, observer_names
+from etb_hil.plugins import load
 from etb_hil.scenario.phase import Measure
 
 
@@ -34,9 +37,12 @@ class Bench(FileModel):
     measure: Annotated[Measure, Field(description="what the controller is asked to send")] = Measure()
     bus_share: Annotated[Ratio, Field(gt=0, le=1, description="largest share of the bus that may be planned")] = 0.8
     law: Annotated[
-        Literal["pd", "pid", "sliding-mode"] | None,
+        str | None,
         Field(description="position law of the controller that a virtual bench has inside; pd where none is given"),
     ] = None
+    plugins: Annotated[
+        tuple[str, ...], Field(description="Python files with plug-ins; paths, also beside this file")
+    ] = ()
     observer: Annotated[str, Field(description="the observer that estimates friction while a run goes on")] = DEFAULT
     limits: SafetyLimits
 
@@ -45,6 +51,13 @@ class Bench(FileModel):
     def _is_an_observer(cls, name: str) -> str:
         if name not in observer_names():
             raise ValueError(f"there is no such observer; there are {', '.join(observer_names())}")
+        return name
+
+    @field_validator("law")
+    @classmethod
+    def _is_a_law(cls, name: str | None) -> str | None:
+        if name is not None and name not in law_names():
+            raise ValueError(f"there is no such control law; there are {', '.join(law_names())}")
         return name
 
     @model_validator(mode="after")
@@ -84,9 +97,25 @@ class BenchSetup:
         return self.document.content
 
 
+def load_plugins(path: Path) -> None:
+    """Take in the plug-ins that a bench file names; InputError says which one cannot be taken in, and why.
+
+    To be called for files that the user names alone: it runs the code of the plug-ins. A session's copy of a bench file
+    is read without.
+    """
+    data, lines = parse(path)
+    names = data.get("plugins") if isinstance(data, dict) else None
+    for number, name in enumerate(names if isinstance(names, list) else ()):
+        file = path.parent / str(name)
+        if not file.is_file():
+            place = Place(path, lines.get(("plugins", number)), f"plugins[{number}]")
+            raise InputError(Problem("no such Python file", place, name, remedy="check the path"))
+        load(file)
+
+
 def load_bench(path: Path, dbc: Path | None = None) -> BenchSetup:
     """Read a bench file and its DBC (or the one given instead); InputError lists every problem with its place."""
-    document = load(path, Bench)
+    document = load_file(path, Bench)
     bench = document.content
     dbc = dbc or _dbc_of(document, path)
     dialect = Dialect.load(

@@ -21,13 +21,11 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pydantic import TypeAdapter
-
 from etb_hil.base.errors import EtbHilError
 from etb_hil.bench.guided import End, GuidedRunner, Seen
 from etb_hil.bench.job import JobFiles, execute, prepare
 from etb_hil.bench.stop_signals import StopSignals
-from etb_hil.scenario.phases import Phase
+from etb_hil.scenario.phases import read_phase
 from etb_hil.scenario.scenario_file import Step
 
 if TYPE_CHECKING:
@@ -35,7 +33,6 @@ if TYPE_CHECKING:
 
 _LOOK_S = 0.2  # how often a process that waits looks whether its parent lives
 _GONE = End("program_gone", "the program that commanded the bench ended without leaving it")
-_PHASE: TypeAdapter[Any] = TypeAdapter(Phase)
 
 
 class OrdersOnAPipe:
@@ -54,7 +51,7 @@ class OrdersOnAPipe:
             return None
         if "end" in order:
             raise End(order["end"], order["reason"])
-        phase = _PHASE.validate_python(order["phase"])
+        phase = read_phase(order["phase"])
         return Step(phase.id, phase, ("phases", 0))
 
     def tell(self, seen: Seen, folder: str) -> None:

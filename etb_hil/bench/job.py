@@ -14,7 +14,7 @@ from etb_hil.base.outcome import BenchOutcome
 from etb_hil.base.steady import steady
 from etb_hil.base.stock import find
 from etb_hil.base.yamlfile import Document
-from etb_hil.bench.bench_file import BenchSetup, load_bench
+from etb_hil.bench.bench_file import BenchSetup, load_bench, load_plugins
 from etb_hil.bench.controller_lock import bench_lock
 from etb_hil.bench.operator import Operator, check_unattended
 from etb_hil.bench.preflight import check_scenario
@@ -99,6 +99,7 @@ def prepare(files: JobFiles, *, attended: bool = False) -> Job:
 
     `attended` says that somebody is there to answer the scenario's prompts.
     """
+    load_plugins(files.bench)
     if files.observer is not None:
         require_observer(files.observer)
     scenario = OWN_CODE if files.scenario is None else load_scenario(files.scenario)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from etb_hil.base.errors import InputError, Problem
+from etb_hil.scenario.waiting import PromptPhase
 
 if TYPE_CHECKING:
     from etb_hil.base.yamlfile import Document
     from etb_hil.scenario.scenario_file import Scenario
-    from etb_hil.scenario.waiting import PromptPhase
 
 
 class Operator(Protocol):
@@ -60,7 +60,7 @@ def check_unattended(scenario: Document[Scenario]) -> None:
             remedy="run it at a terminal, or give the prompt an 'unattended' answer",
         )
         for step in scenario.content.steps
-        if step.phase.kind == "prompt" and step.phase.unattended is None
+        if isinstance(step.phase, PromptPhase) and step.phase.unattended is None
     }
     if problems:
         raise InputError(*problems.values())

@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from etb_hil.base.outcome import BenchOutcome, SafeState, exit_code
+from etb_hil.base.plugins import plugins
 from etb_hil.bench.controller_needs import not_watched
 from etb_hil.results import run_result
 from etb_hil.results.run_result import RunResult
@@ -53,6 +54,7 @@ def results_of(
         ),
         bus=_bus(bench, record, analysis),
         versions=versions(),
+        plugins=plugins(),
         inputs=session.inputs,
     )
 

@@ -81,11 +81,12 @@ def _print_plan(job: Job) -> None:
 def _each_by_itself(files: JobFiles, problems: list[Problem]) -> Bench | None:
     """Add what is wrong with each file, not only with the first one; return the bench file's contents where it can."""
     from etb_hil.base.yamlfile import load
-    from etb_hil.bench.bench_file import Bench, load_bench
+    from etb_hil.bench.bench_file import Bench, load_bench, load_plugins
     from etb_hil.diagnosis.limits_file import load_limits
     from etb_hil.plant.parameters import load_model
     from etb_hil.scenario.scenario_file import load_scenario
 
+    _tried(lambda: load_plugins(files.bench), problems)
     if (scenario := files.scenario) is not None:
         _tried(lambda: load_scenario(scenario), problems)
     _tried(lambda: load_model(files.model), problems)

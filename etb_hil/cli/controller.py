@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--interface", help="python-can's name of the interface, in place of the bench file's")
     parser.add_argument("--channel", help="channel of the interface, in place of the bench file's")
     parser.add_argument("--fd", action="store_true", help="CAN FD: the stock vcan_fd where no bench file is given")
-    parser.add_argument("--law", default="pd", help="position law: pd, pid or sliding-mode (default: pd)")
+    parser.add_argument("--law", default="pd", help="position law: pd, pid, sliding-mode or a plug-in's (default: pd)")
     parser.add_argument("--seed", type=int, default=1, help="of all noise (default: 1)")
     parser.add_argument("--start-angle", metavar="ANGLE", help="where the plate stands at power-on, as '8 deg'")
     parser.add_argument("--ambient", metavar="TEMPERATURE", default="20 degC", help="as '20 degC' (the default)")
@@ -39,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
     from etb_hil.base.outcome import ExitCode
     from etb_hil.base.steady import DEVICE, steady
     from etb_hil.base.stock import find
-    from etb_hil.bench.bench_file import load_bench
+    from etb_hil.bench.bench_file import load_bench, load_plugins
     from etb_hil.bench.controller_lock import sender_lock
     from etb_hil.bench.stop_signals import StopSignals
     from etb_hil.canio.bus.bus_settings import VIRTUAL
@@ -48,7 +48,9 @@ def run(args: argparse.Namespace) -> int:
     from etb_hil.controller.virtual_controller import VirtualController
     from etb_hil.plant.parameters import load_model
 
-    setup = load_bench(find("bench", args.bench or ("vcan_fd" if args.fd else "vcan_classic")))
+    file = find("bench", args.bench or ("vcan_fd" if args.fd else "vcan_classic"))
+    load_plugins(file)
+    setup = load_bench(file)
     chosen = {key: value for key in ("interface", "channel") if (value := getattr(args, key)) is not None}
     settings = setup.bench.bus.model_copy(update=chosen)
     if settings.interface == VIRTUAL:

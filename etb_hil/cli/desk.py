@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from etb_hil.base.errors import BenchFault, InputError, Problem
 from etb_hil.base.outcome import BenchOutcome, ExitCode
 from etb_hil.base.stock import find
-from etb_hil.bench.bench_file import load_bench
+from etb_hil.bench.bench_file import load_bench, load_plugins
 from etb_hil.bench.job import JobFiles
 from etb_hil.cli.batch import checked_serial
 from etb_hil.histories.runs import Run, read_runs, run_of_results
@@ -63,6 +63,7 @@ class Desk:
             names = ", ".join(given or ["bench"])
             raise InputError(Problem("the station file decides on this", value=names, remedy="leave it out"))
         bench = find("bench", options.bench or document.content.bench, beside=path)
+        load_plugins(bench)
         unit = None if options.unit is None else find("model", options.unit)
         return Desk(document, bench, load_bench(bench).bench.name, options.out, unit)
 

@@ -117,6 +117,13 @@ def _parser(command: str | None) -> argparse.ArgumentParser:
         sub = commands.add_parser(name, help=summary, description=summary.capitalize() + ".", epilog=EXIT_CODES)
         if name == command:
             importlib.import_module(f"etb_hil.cli.{name}").add_arguments(sub)
+            sub.add_argument(
+                "--plugin",
+                action="append",
+                default=[],
+                metavar="FILE.py",
+                help="take in a plug-in from a Python file; may be given several times",
+            )
     return parser
 
 
@@ -130,6 +137,11 @@ def _guarded(run: object, options: argparse.Namespace) -> int:
     from etb_hil.base.outcome import ExitCode
 
     try:
+        if options.plugin:
+            from etb_hil.plugins import load
+
+            for path in options.plugin:
+                load(path)
         return int(run(options))  # type: ignore[operator]
     except InputError as error:
         print(error, file=sys.stderr)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.outcome import ExitCode
 from etb_hil.base.stock import find
-from etb_hil.bench.bench_file import load_bench
+from etb_hil.bench.bench_file import load_bench, load_plugins
 from etb_hil.cli.ci_output import held_against
 from etb_hil.replays.log_replay import STRETCH_S
 from etb_hil.replays.session_replay import RuleFiles, rule_files
@@ -133,6 +133,7 @@ def _rule_files(options: argparse.Namespace, bench_name: str | None) -> RuleFile
     if options.against and not bench_name:
         return rule_files(open_session(options.against), model, limits, options.observer)
     bench = find("bench", bench_name or "virtual_classic")
+    load_plugins(bench)
     return RuleFiles(
         bench,
         model or find("model", "default"),

@@ -15,7 +15,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--model", default="default", help="what the controller takes the unit for (default: %(default)s)"
     )
-    parser.add_argument("--law", default="pd", help="position law: pd, pid or sliding-mode (default: %(default)s)")
+    parser.add_argument("--law", default="pd", help="position law: pd, pid, sliding-mode, a plug-in's (default: pd)")
     parser.add_argument("--rate", default="1 kHz", help="of the samples of a scenario (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=1, help="of the sensors' noise (default: %(default)s)")
     parser.add_argument("--start-angle", metavar="ANGLE", help="at the start of a voltage (default: the table's)")

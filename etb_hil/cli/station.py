@@ -30,7 +30,7 @@ def run(options: argparse.Namespace) -> int:
     from etb_hil.base.errors import BenchFault
     from etb_hil.base.outcome import ExitCode
     from etb_hil.base.stock import find
-    from etb_hil.bench.bench_file import load_bench
+    from etb_hil.bench.bench_file import load_bench, load_plugins
     from etb_hil.histories.runs import read_runs
     from etb_hil.session.store import STORE
     from etb_hil.station.admission import require_fit_bench
@@ -38,7 +38,9 @@ def run(options: argparse.Namespace) -> int:
 
     document = load_station(options.station)
     station = document.content
-    bench = load_bench(find("bench", station.bench, beside=document.path)).bench.name
+    file = find("bench", station.bench, beside=document.path)
+    load_plugins(file)
+    bench = load_bench(file).bench.name
     store, now = options.out / STORE, datetime.now(UTC)
     runs = read_runs([store])[0] if store.is_file() else []
     print(f"{station.name}, bench {bench}")

@@ -270,7 +270,7 @@ class Diagnosis:
                 self._zero = Zero(z.current, z.current_error, z.noise, float(plate_less_encoder[0]), z.temperature)
             throttle = self._throttle()
             self._running = _Running(
-                self._observer_kind.make(self._model, throttle, _noise(self._model)),
+                self._observer_kind.make(self._model, throttle, SensorNoise.of_bench(self._model)),
                 Tally(throttle),
                 ExceedanceDetector(self._model, throttle, *self._most()),
                 self._compensation(),
@@ -330,11 +330,3 @@ def _told(one: Measured, *, is_withheld: bool, is_untold: bool) -> Measurement:
         return one.measurement
     found = replace(one.measurement, verdict=None) if is_withheld else one.measurement
     return replace(found, low=None, high=None) if is_untold else found
-
-
-def _noise(model: Model) -> SensorNoise:
-    sensors = model.sensors
-    turn = 2.0 * math.pi / sensors.motor_counts_per_turn
-    return SensorNoise.of_steps(
-        turn / model.values.gear_ratio, float(sensors.current_step), current_noise=float(sensors.current_noise)
-    )

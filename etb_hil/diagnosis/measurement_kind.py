@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import inspect
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from etb_hil.base.roles import ROLES
 
 if TYPE_CHECKING:
     from etb_hil.diagnosis.findings import Findings
@@ -70,3 +74,39 @@ class MeasurementKind:
     is_model_free: bool = False
     judged_at_rest_by: str = ""
     least_limit: float | None = None
+
+
+def misstatements(kind: MeasurementKind, others: Collection[str]) -> list[str]:
+    """Return what is wrong with a declaration beside the measurements of other ids, in sentences."""
+    return list(_misstatements(kind, others))
+
+
+def _misstatements(kind: MeasurementKind, others: Collection[str]) -> Iterator[str]:
+    if not kind.id.isidentifier():
+        yield f"the id of a measurement is a name of letters, digits and underscores (it is {kind.id!r})"
+    if kind.id in others:
+        yield f"there is a measurement with the id {kind.id} already"
+    for name in ("name", "unit"):
+        if not getattr(kind, name).strip():
+            yield f"`{name}` is empty"
+    if not _takes_one(kind.compute):
+        yield "`compute` must be a function of one argument, the findings of a run"
+    if unknown := sorted(kind.roles - ROLES.keys()):
+        yield f"there is no role {', '.join(unknown)}"
+    try:
+        re.compile(kind.suffixes)
+    except re.error as error:
+        yield f"`suffixes` is no regular expression: {error}"
+    for other in filter(None, (kind.friction_of, kind.judged_at_rest_by)):
+        if other not in others:
+            yield f"there is no measurement {other}"
+
+
+def _takes_one(function: object) -> bool:
+    if not callable(function):
+        return False
+    try:
+        inspect.signature(function).bind(None)
+    except TypeError:
+        return False
+    return True

@@ -1,25 +1,40 @@
-"""The measurements that there are: every file of `measurements/` holds one as `KIND`."""
+"""The measurements that there are: each file of `measurements/` holds one as `MEASUREMENT`; plug-ins add theirs."""
 
 from __future__ import annotations
 
 import pkgutil
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from etb_hil.base.errors import InputError
+from etb_hil.base.plugins import Part, parts, when_changed
 from etb_hil.diagnosis import measurements
+from etb_hil.diagnosis.measurement_kind import Estimate, MeasurementKind, misstatements
 
 if TYPE_CHECKING:
-    from etb_hil.diagnosis.measurement_kind import MeasurementKind
+    from collections.abc import Callable
+
+    from etb_hil.diagnosis.findings import Findings
+    from etb_hil.diagnosis.measurement_kind import Found
 
 
 @cache
 def measurement_kinds() -> Mapping[str, MeasurementKind]:
-    """Return the declarations of all measurements by id, in the order in which people read them."""
+    """Return the declarations of all measurements by id, in the order in which people read them.
+
+    Raises InputError where a plug-in's declaration breaks the contract.
+    """
     names = [module.name for module in pkgutil.iter_modules(measurements.__path__)]
-    kinds: list[MeasurementKind] = [import_module(f"{measurements.__name__}.{name}").KIND for name in names]
+    kinds: list[MeasurementKind] = [import_module(f"{measurements.__name__}.{name}").MEASUREMENT for name in names]
+    for part in parts("measurements"):
+        part.require(MeasurementKind)
+        if wrong := misstatements(part.value, {kind.id for kind in kinds}):
+            raise InputError(*(problem for one in wrong for problem in part.refused(one).problems))
+        kinds.append(replace(part.value, compute=_guarded(part)))
     return {kind.id: kind for kind in sorted(kinds, key=lambda kind: (kind.order, kind.id))}
 
 
@@ -40,3 +55,33 @@ def kind_of(measurement_id: str) -> MeasurementKind | None:
 def phases_needed() -> frozenset[str]:
     """Return the kinds of phase whose samples some measurement is taken from."""
     return frozenset(phase for kind in measurement_kinds().values() for phase in kind.phases)
+
+
+def _guarded(part: Part) -> Callable[[Findings], Found]:
+    """Return the function of a plug-in's measurement, which gives no value and says why where it fails.
+
+    What was recorded and all other measurements outlive a fault of a plug-in.
+    """
+    compute = part.value.compute
+
+    def guarded(run: Findings) -> Found:
+        try:
+            with part.guarded("computing"):
+                found = compute(run)
+                return found if found is None or isinstance(found, Estimate) else _estimates(found)
+        except InputError as error:
+            return Estimate(None, note=str(error))
+
+    return guarded
+
+
+def _estimates(found: Iterable[Estimate]) -> tuple[Estimate, ...]:
+    several = tuple(found)
+    if not all(isinstance(one, Estimate) for one in several):
+        raise TypeError("it returned something else than Estimate, several of them, or None")
+    return several
+
+
+when_changed(measurement_kinds.cache_clear)
+when_changed(phases_needed.cache_clear)
+when_changed(measurement_kinds)

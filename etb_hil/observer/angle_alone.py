@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from etb_hil.observer.estimate import Estimate
+from etb_hil.observer.estimate import FrictionEstimate
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.recording.samples import Float64, Int64
 
@@ -28,10 +28,10 @@ class AngleAlone:
         self._state = np.zeros(states)
         self._whole = np.zeros(2, np.int64)
 
-    def push(self, time_ns: Int64, current: Float64, angle: Float64) -> Estimate:
+    def push(self, time_ns: Int64, current: Float64, angle: Float64) -> FrictionEstimate:
         """Take samples and return velocity and friction torque at their instants; see `Observer.push`."""
         velocity, friction = np.empty(len(time_ns)), np.empty(len(time_ns))
         delay_ns = np.empty(len(time_ns), np.int64)
         carried = (self._p, self._tuning, self._state, self._whole)
         self._observe(time_ns, current, angle, *carried, velocity, friction, delay_ns)
-        return Estimate(time_ns, velocity, friction, delay_ns)
+        return FrictionEstimate(time_ns, velocity, friction, delay_ns)

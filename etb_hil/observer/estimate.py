@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from etb_hil.recording.samples import Float64, Int64
+
+if TYPE_CHECKING:
+    from etb_hil.plant.parameters import Model
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,9 +34,18 @@ class SensorNoise:
             angle_step,
         )
 
+    @staticmethod
+    def of_bench(model: Model) -> SensorNoise:
+        """Return the noise of the sensors that a model states: a motor encoder, and a current sensor."""
+        sensors = model.sensors
+        turn = 2.0 * math.pi / sensors.motor_counts_per_turn
+        return SensorNoise.of_steps(
+            turn / model.values.gear_ratio, float(sensors.current_step), current_noise=float(sensors.current_noise)
+        )
+
 
 @dataclass(frozen=True, slots=True)
-class Estimate:
+class FrictionEstimate:
     """Velocity and friction torque at the instants of the samples that were pushed.
 
     `time_ns` (n); `velocity` rad/s and `friction` N·m (n), at the throttle shaft, NaN while the observer settles and
@@ -51,6 +63,6 @@ class Estimate:
 class Observer(Protocol):
     """An estimator of the friction torque that runs on a stream; the same bits however the stream is cut."""
 
-    def push(self, time_ns: Int64, current: Float64, angle: Float64) -> Estimate:
+    def push(self, time_ns: Int64, current: Float64, angle: Float64) -> FrictionEstimate:
         """Take samples (n): instants in ns, motor current in A, throttle-shaft angle in rad; NaN is a bad sample."""
         ...

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etb_hil.observer.estimate import Estimate, SensorNoise
+from etb_hil.observer.estimate import FrictionEstimate, SensorNoise
 from etb_hil.observer.gains import SlidingModeSettings
 from etb_hil.observer.kinds.sliding_mode import ImplicitSlidingModeObserver, SlidingModeObserver
 from etb_hil.paper.setups import Motion, healthy
@@ -28,7 +28,7 @@ def paper_settings(cutoff: float = CUTOFF) -> SlidingModeSettings:
 
 def estimate(
     motion: Motion, settings: SlidingModeSettings | None = None, known: ThrottleParameters | None = None
-) -> Estimate:
+) -> FrictionEstimate:
     """Return what eq. (4) to (6) make of current, angle and velocity at 20 kHz; `known` defaults to the healthy unit.
 
     The observer's model holds springs, inertia and motor constant; of friction it takes M alone.
@@ -37,7 +37,7 @@ def estimate(
     return observer.push(motion.time_ns, motion.current, motion.angle, motion.velocity)
 
 
-def without_switching(motion: Motion, settings: SlidingModeSettings) -> Estimate:
+def without_switching(motion: Motion, settings: SlidingModeSettings) -> FrictionEstimate:
     """Return the same with the sign taken at the end of the step: what is left is the filter's doing alone."""
     observer = ImplicitSlidingModeObserver(healthy(), _EXACT, settings)
     return observer.push(motion.time_ns, motion.current, motion.angle, motion.velocity)
@@ -72,7 +72,7 @@ class Numbers:
         return 1.0 - self.stiction / self.reached
 
 
-def numbers_of(motion: Motion, found: Estimate) -> Numbers:
+def numbers_of(motion: Motion, found: FrictionEstimate) -> Numbers:
     """Return the numbers of a motion and its estimate."""
     throttle, counted = motion.throttle, motion.counted & np.isfinite(found.friction)
     speed = np.abs(motion.velocity)

@@ -10,7 +10,7 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, MaxNLocator, NullFormatter
 
-from etb_hil.observer.estimate import Estimate
+from etb_hil.observer.estimate import FrictionEstimate
 from etb_hil.paper.estimation import CUTOFF, Numbers
 from etb_hil.paper.properties import SlowEnough, bristles_along
 from etb_hil.paper.setups import Motion, friction_torque, stribeck_friction
@@ -82,7 +82,7 @@ def spring_over_angle(throttle: ThrottleParameters) -> Figure:
 
 @mpl.rc_context(STYLE)
 def estimated_friction(
-    title: str, motion: Motion, found: Estimate, numbers: Numbers, span: tuple[float, float]
+    title: str, motion: Motion, found: FrictionEstimate, numbers: Numbers, span: tuple[float, float]
 ) -> Figure:
     """Draw one of figures 4 to 7 over `span` in s: friction torque, estimate and motion, the peak enlarged."""
     figure = Figure(figsize=(9.0, 5.2), layout="constrained")

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.diagnosis.result import DiagnosisResult
-from etb_hil.observer.estimate import Estimate
+from etb_hil.observer.estimate import FrictionEstimate
 from etb_hil.paper import figures
 from etb_hil.paper.estimation import Numbers, estimate, numbers_of
 from etb_hil.paper.production import diagnosed
@@ -39,7 +39,7 @@ class SetUp:
     title: str
     kind: str
     motion: Motion
-    found: Estimate
+    found: FrictionEstimate
     numbers: Numbers
     diagnosis: DiagnosisResult
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.plugins import missing
 from etb_hil.base.userfile import digest
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.bench.results import results_of
@@ -103,6 +104,17 @@ def replay(
     """
     session = open_session(folder)
     _require_untouched(session)
+    absent = missing(session.plugins)
+    try:
+        finished = _replayed(session, model, limits, window, observer)
+    except InputError as error:  # it may name what a plug-in had
+        raise InputError(*error.problems, *absent) from error
+    return replace(finished, warnings=absent)
+
+
+def _replayed(
+    session: Session, model: Path | None, limits: Path | None, window: Window | None, observer: str | None
+) -> Finished:
     files = rule_files(session, model, limits, observer)
     if model or limits:
         kept = tuple(entry for entry in session.inputs if entry.kind in {"scenario", "unit"})

@@ -106,7 +106,8 @@ def render_page(results: RunResult, drawn: Mapping[str, str], texts: Mapping[str
     at_rates = [one for one in results.measurements.values() if one.id.startswith(_AT_RATE)]
     numbers = sorted((one for one in results.measurements.values() if one not in at_rates), key=_how_urgent)
     shown_first = min(max(_MOST_NUMBERS, len(results.judged)), _MOST_JUDGED)
-    versions = ", ".join(f"{name} {version}" for name, version in results.versions.items())
+    made_by = [*results.versions.items(), *((f"plug-in {one.name}", one.version) for one in results.plugins)]
+    versions = ", ".join(f"{name} {version}".strip() for name, version in made_by)
     return environment.get_template("report.html.jinja").render(
         results=results,
         verdict=verdict,

@@ -99,6 +99,8 @@ def _properties(run: Reported) -> Iterable[tuple[str, object]]:
     yield "timestamp_grade", results.timestamp_grade
     for name, version in results.versions.items():
         yield f"version.{name}", version
+    for plugin in results.plugins:
+        yield f"plugin.{plugin.name}", f"{plugin.version} sha256:{plugin.sha256}".strip()
 
 
 def _bench(results: RunResult) -> ET.Element:

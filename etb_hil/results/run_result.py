@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from etb_hil.base.outcome import BenchOutcome, ExitCode, UnitVerdict, exit_code
+from etb_hil.base.plugins import Plugin
 from etb_hil.results.measurement import Measurement, Measurements
 
 SCHEMA_VERSION = 2
@@ -206,6 +207,7 @@ class RunResult:
     attempts: tuple[Attempt, ...] = ()
     bus: Bus = field(default_factory=Bus)
     versions: Mapping[str, str] = field(default_factory=dict)
+    plugins: tuple[Plugin, ...] = ()
     inputs: tuple[InputFile, ...] = ()
 
     @property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 
@@ -11,6 +11,10 @@ from etb_hil.base.quantity import Angle, AngularVelocity, Duration, Frequency, f
 from etb_hil.base.yamlfile import FileModel
 from etb_hil.diagnosis.phase_use import Use
 from etb_hil.scenario.condition import Until
+
+if TYPE_CHECKING:
+    from etb_hil.plant.parameters import ThrottleParameters
+    from etb_hil.scenario.trajectory import Trajectory
 
 NAME = re.compile(r"^[a-z][a-z0-9_]{0,39}$")
 LEAST = 1e-3  # of a speed, an angle, a time, a frequency in SI: below it nothing moves or ends
@@ -63,7 +67,10 @@ class Measure(FileModel):
 
 
 class PhaseModel(FileModel):
-    """Base of all phases."""
+    """Base of all phases; a kind of phase declares its name as `kind: Literal["name"]`, and its other settings."""
+
+    if TYPE_CHECKING:
+        kind: str
 
     angles: ClassVar[tuple[str, ...]] = ()  # keys whose values the plate is sent to
     speeds: ClassVar[tuple[str, ...]] = ()  # keys whose values are velocities of the plate
@@ -72,3 +79,7 @@ class PhaseModel(FileModel):
     id: Annotated[Name, Field(description="name of the phase, once a scenario")]
     measure: Annotated[Measure | None, Field(description="in place of the bench's usual request")] = None
     until: Annotated[Until | None, Field(description="what ends the phase before its time")] = None
+
+    def trajectory(self, start: float, throttle: ThrottleParameters) -> Trajectory:
+        """Return the set-points over time of a phase that begins with the plate at `start` rad."""
+        raise NotImplementedError

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal, get_args
+import math
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Union, get_args
 
-from pydantic import Field
+from pydantic import Field, GetCoreSchemaHandler, TypeAdapter
 
+from etb_hil.base.plugins import Part, parts, when_changed
 from etb_hil.base.quantity import Angle
 from etb_hil.diagnosis.phase_use import Use
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.scenario.excitations import BreakAwayPhase, MultisinePhase, ReversalsPhase, SinusoidPhase, WarmUpPhase
 from etb_hil.scenario.phase import (
+    NAME,
     Between,
     PhaseModel,
     PositiveAngle,
@@ -20,7 +24,7 @@ from etb_hil.scenario.phase import (
     Speeds,
 )
 from etb_hil.scenario.release import ReleasePhase
-from etb_hil.scenario.trajectory import Chain, Held, Released, Steps, Trajectory, dash, move
+from etb_hil.scenario.trajectory import Chain, Held, Released, SetPoint, Steps, Trajectory, dash, move
 from etb_hil.scenario.waiting import PromptPhase, WaitPhase
 
 PRESS_S = 0.3  # how long homing presses on a stop
@@ -156,29 +160,97 @@ class HoldPhase(PhaseModel):
         return Chain(move(start, self.position, self.approach), Held(self.position, self.duration))
 
 
-Phase = Annotated[
-    OffPhase
-    | CurrentZeroPhase
-    | HomePhase
-    | RampPhase
-    | DashPhase
-    | SinusoidPhase
-    | MultisinePhase
-    | StepPhase
-    | HoldPhase
-    | ReleasePhase
-    | BreakAwayPhase
-    | ReversalsPhase
-    | WarmUpPhase
-    | WaitPhase
-    | PromptPhase,
-    Field(discriminator="kind"),
-]
+_OWN: tuple[type[PhaseModel], ...] = (
+    OffPhase, CurrentZeroPhase, HomePhase, RampPhase, DashPhase, SinusoidPhase, MultisinePhase, StepPhase, HoldPhase,
+    ReleasePhase, BreakAwayPhase, ReversalsPhase, WarmUpPhase, WaitPhase, PromptPhase,
+)  # fmt: skip
+
+
+@cache
+def phase_kinds() -> dict[str, type[PhaseModel]]:
+    """Return the kinds of phase by name, ours first; InputError where a plug-in's breaks the contract."""
+    found = {kind_name(phase): phase for phase in _OWN}
+    for part in parts("phases"):
+        name = _name_of(part)
+        if name in found or name in {"group", LOG}:
+            raise part.refused(f"there is a kind of phase {name} already")
+        found[name] = _guarded(part)
+    return found
+
+
+def kind_name(phase: type[PhaseModel]) -> str:
+    """Return the name by which scenarios choose a kind of phase."""
+    return str(get_args(phase.model_fields["kind"].annotation)[0])
+
+
+def _name_of(part: Part) -> str:
+    phase = part.value
+    if not (isinstance(phase, type) and issubclass(phase, PhaseModel)):
+        raise part.refused("PHASE is no subclass of PhaseModel", "write class MyPhase(PhaseModel), and PHASE = MyPhase")
+    field = phase.model_fields.get("kind")
+    names = () if field is None else get_args(field.annotation)
+    if len(names) != 1 or not NAME.fullmatch(str(names[0])):
+        raise part.refused("its field `kind` has no single name", 'write kind: Literal["my_phase"]')
+    if phase.trajectory is PhaseModel.trajectory:
+        raise part.refused("it has no method `trajectory`", "write one that returns the set-points")
+    return str(names[0])
+
+
+def _guarded(part: Part) -> type[PhaseModel]:
+    """Return a plug-in's kind of phase whose set-points are checked, and whose faults name the plug-in."""
+    phase: type[PhaseModel] = part.value
+
+    def trajectory(self: PhaseModel, start: float, throttle: ThrottleParameters) -> Trajectory:
+        with part.guarded("its trajectory"):
+            found = phase.trajectory(self, start, throttle)
+            if not (math.isfinite(found.duration) and found.duration > 0.0 and isinstance(found.at(0.0), SetPoint)):
+                raise TypeError("it returned no set-points over a time above 0 s")
+        return found
+
+    space = {"__module__": phase.__module__, "__doc__": phase.__doc__, "trajectory": trajectory}
+    return type(phase.__name__, (phase,), space)
+
+
+class AnyPhase:
+    """The kinds of phase, and others beside them, as a type for pydantic.
+
+    Rebuilding a model takes in what plug-ins added.
+    """
+
+    def __init__(self, *others: Any) -> None:  # noqa: ANN401 (types, and names of types)
+        self._others = others
+
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> Any:  # noqa: ANN401
+        kinds: Any = Union[(*phase_kinds().values(), *self._others)]
+        return handler.generate_schema(Annotated[kinds, Field(discriminator="kind")])
+
+
+if TYPE_CHECKING:
+    Phase = PhaseModel
+else:
+    Phase = Annotated[PhaseModel, AnyPhase()]
 
 LOG = "log"  # a bare log is one phase of this kind: nothing says what was asked of the unit
-_USES = {get_args(kind.model_fields["kind"].annotation)[0]: kind.use for kind in get_args(get_args(Phase)[0])}
+
+
+@cache
+def _adapter() -> TypeAdapter[PhaseModel]:
+    return TypeAdapter(Phase)
+
+
+def read_phase(entry: object) -> PhaseModel:
+    """Return the phase that a mapping describes, as in a scenario file; ValidationError where it is wrong."""
+    return _adapter().validate_python(entry)
 
 
 def use_of(kind: str) -> Use:
     """Return what the diagnosis does with the samples of a kind of phase; of one that is not known, nothing."""
-    return Use.FITTED if kind == LOG else _USES.get(kind, Use.NOTHING)
+    if kind == LOG:
+        return Use.FITTED
+    known = phase_kinds().get(kind)
+    return Use.NOTHING if known is None else known.use
+
+
+for _known in (phase_kinds, _adapter):
+    when_changed(_known.cache_clear)
+when_changed(phase_kinds)

@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, model_validator
 
 from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.plugins import when_changed
 from etb_hil.base.quantity import Voltage
 from etb_hil.base.yamlfile import Document, FileModel, load
 from etb_hil.scenario.condition import Condition
-from etb_hil.scenario.phase import Name, Repeat
-from etb_hil.scenario.phases import Phase
+from etb_hil.scenario.phase import Name, PhaseModel, Repeat
+from etb_hil.scenario.phases import AnyPhase, Phase
 
 MOST_STEPS = 2000  # phases of a run, repeats counted
 SUPPLY_HOLD_S = 0.05  # a dip of the supply that is shorter does nobody harm
@@ -29,7 +30,10 @@ class Group(FileModel):
     phases: Annotated[tuple[Entry, ...], Field(min_length=1, max_length=200)]
 
 
-Entry = Annotated[Phase | Group, Field(discriminator="kind")]
+if TYPE_CHECKING:
+    Entry = Phase | Group
+else:
+    Entry = Annotated[PhaseModel | Group, AnyPhase(Group)]
 Group.model_rebuild()
 
 
@@ -85,6 +89,14 @@ class Scenario(FileModel):
         window = tuple(f"{bound!r} V" for bound in self.supply)
         hold = f"{SUPPLY_HOLD_S!r} s"
         return Condition.model_validate({"role": "supply_voltage", "outside": window, "for": hold})
+
+
+def _take_plugins() -> None:
+    for model in (Group, Scenario):
+        model.model_rebuild(force=True)
+
+
+when_changed(_take_plugins)
 
 
 def load_scenario(path: Path) -> Document[Scenario]:

@@ -111,13 +111,17 @@ def _beside(finished: Finished) -> tuple[str | None, ExitCode]:
     except InputError as error:
         return str(error), ExitCode.BAD_INPUT
     found = _difference(result_as_dict(live), result_as_dict(finished.results), "")
-    is_other = found is not None and live.versions == finished.results.versions
+    is_other = found is not None and _made_by(live) == _made_by(finished.results)
     return found, ExitCode.INCONCLUSIVE if is_other else ExitCode.DONE
+
+
+def _made_by(results: RunResult) -> object:
+    return results.versions, results.plugins
 
 
 def _difference(before: object, now: object, key: str) -> str | None:
     if isinstance(before, dict) and isinstance(now, dict):
-        names = [name for name in dict.fromkeys((*before, *now)) if f"{key}{name}" != "versions"]
+        names = [name for name in dict.fromkeys((*before, *now)) if f"{key}{name}" not in {"versions", "plugins"}]
         pairs = [(f"{key}{name}", before.get(name), now.get(name)) for name in names]
     elif isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
         pairs = [(f"{key}{index}", *pair) for index, pair in enumerate(zip(before, now, strict=True))]

@@ -7,7 +7,7 @@ import json
 import platform
 import re
 import shutil
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from functools import cache
 from importlib import metadata
@@ -17,6 +17,7 @@ from typing import Any
 from etb_hil import __version__
 from etb_hil.base.errors import InputError, Place, Problem, RecordingFault
 from etb_hil.base.files import refused_by_name, write_bytes, write_text
+from etb_hil.base.plugins import Plugin, plugins
 from etb_hil.base.userfile import read_bytes
 from etb_hil.results.json_file import result_as_dict, result_from_dict
 from etb_hil.results.run_result import InputFile, RunResult
@@ -44,6 +45,7 @@ class Session:
     model: str = ""
     seed: int | None = None
     observer: str = BEFORE_IT_WAS_NAMED
+    plugins: tuple[Plugin, ...] = ()
 
     def input_path(self, kind: str) -> Path:
         """Return the session's own copy of an input; InputError where it has none of that kind."""
@@ -124,7 +126,7 @@ def create(
         for entry in entries:
             write_bytes(folder / "inputs" / entry.name, contents[entry.kind], remedy)
         started = now.isoformat(timespec="milliseconds")
-        session = Session(folder, folder.name, serial, started, entries, scenario, model, seed, observer)
+        session = Session(folder, folder.name, serial, started, entries, scenario, model, seed, observer, plugins())
         manifest = {
             "schema": SCHEMA,
             "run_id": session.run_id,
@@ -138,6 +140,7 @@ def create(
                 {"kind": e.kind, "name": e.name, "sha256": e.sha256, "given_as": str(inputs[e.kind])} for e in entries
             ],
             "versions": versions(),
+            "plugins": [asdict(plugin) for plugin in session.plugins],
         }
         write_text(folder / MANIFEST, json.dumps(manifest, indent=1) + "\n", remedy)
     except InputError:
@@ -156,13 +159,24 @@ def open_session(folder: Path) -> Session:
     try:
         entries = tuple(InputFile(e["kind"], _plain_name(folder, e["name"]), e["sha256"]) for e in manifest["inputs"])
         told = {key: manifest[key] for key in ("scenario", "model", "seed", "observer") if key in manifest}
+        parts = tuple(_plugin(entry) for entry in manifest.get("plugins", ()))
         return Session(
-            folder, manifest["run_id"], manifest.get("serial", ""), manifest.get("started", ""), entries, **told
+            folder,
+            manifest["run_id"],
+            manifest.get("serial", ""),
+            manifest.get("started", ""),
+            entries,
+            plugins=parts,
+            **told,
         )
     except (KeyError, TypeError) as error:
         raise InputError(
             Problem(f"is damaged: {error}", Place(folder / MANIFEST), remedy="restore it from a copy of the session")
         ) from None
+
+
+def _plugin(entry: dict[str, Any]) -> Plugin:
+    return Plugin(str(entry["name"]), str(entry["version"]), str(entry["sha256"]), tuple(map(str, entry["parts"])))
 
 
 def _plain_name(folder: Path, name: str) -> str:

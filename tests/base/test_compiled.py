@@ -104,7 +104,7 @@ def test_a_changed_constant_of_another_file_is_used_at_once(installation):
 
 def test_an_edit_of_what_is_not_compiled_compiles_nothing(installation):
     installation.start()
-    installation.edit("controller/laws/choice.py", "no such control law", "unknown control law")
+    installation.edit("controller/laws/registry.py", "no such control law", "unknown control law")
     installation.edit("base/errors.py", "; allowed: ", "; expected: ")
     installation.edit(PD_FILE, "Return the torque in N·m for", "# one more line\n    Return, in N·m, the torque for")
     installation.edit(PD_FILE, "BANDWIDTH = 180.0", "BANDWIDTH = 170.0")

@@ -31,7 +31,7 @@ def compute(run):
     return Estimate(mean, mean - 0.002, mean + 0.002)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="dash_current", name="mean current of the dashes", plain="current in fast motion", unit="A", compute=compute,
     order=400, phases=frozenset({"dash"}), too_high="Look for a tight bearing.",
 )

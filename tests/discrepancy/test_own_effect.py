@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from synthetic import MODEL, measurement
 
+from etb_hil import plugins
 from etb_hil.base.errors import InputError
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.search.extending import extended_model
 from etb_hil.discrepancy.search.naming import search
 from etb_hil.plant.effects import ports
-from etb_hil.plant.effects.catalogue import CATALOGUE, register, register_file, unregister
+from etb_hil.plant.effects.catalogue import CATALOGUE, register, unregister
 from etb_hil.plant.effects.effect import Balance, Effect, Parity, State, strength
 from etb_hil.plant.effects.port import Port
 from etb_hil.plant.model_file import EffectEntry
@@ -34,8 +35,8 @@ def file(tmp_path):
 
 @pytest.fixture
 def gravity(file):
-    yield register_file(file)
-    unregister("gravity_torque")
+    yield plugins.load(file)
+    plugins.unload(file)
 
 
 def _unit(moment=0.08, phase=0.3):
@@ -66,15 +67,15 @@ def test_the_script_of_the_how_to_runs(tmp_path, monkeypatch, capsys):
     try:
         exec(compile(SHOWN["hide_and_find.py"], "hide_and_find.py", "exec"), {})  # noqa: S102 (our own page)
     finally:
-        unregister("gravity_torque")
+        plugins.unload("gravity_torque.py")
     assert "gravity_torque" in capsys.readouterr().out.splitlines()[-1]
 
 
 def test_the_plant_feels_it_and_feels_it_no_more_without_it(file):
     plain = _run(MODEL)
-    register_file(file)
+    plugins.load(file)
     with_it, at_zero = _run(_unit()), _run(_unit(moment=0.0))
-    unregister("gravity_torque")
+    plugins.unload(file)
     assert np.abs(with_it.angle - plain.angle).max() > 0.01
     np.testing.assert_allclose(at_zero.angle, plain.angle, atol=1e-6)
     np.testing.assert_array_equal(_run(MODEL).angle, plain.angle)
@@ -174,22 +175,6 @@ def test_what_breaks_the_contract_is_refused_and_nothing_is_taken_in(changes, sa
     np.testing.assert_array_equal(_run(MODEL).angle, plain)
     register(WEAR)  # its room is free, still
     unregister("wear")
-
-
-@pytest.mark.parametrize(
-    ("text", "says"),
-    [
-        ("x = 1\n", "the file declares no effect"),
-        ("EFFECT = 1 / 0\n", "ZeroDivisionError"),
-        (None, "no such Python file"),
-    ],
-)
-def test_a_file_without_an_effect_is_refused_by_name(text, says, tmp_path):
-    path = tmp_path / "mine.py"
-    if text is not None:
-        path.write_text(text, "utf-8")
-    with pytest.raises(InputError, match=f"mine.py: .*{says}"):
-        register_file(path)
 
 
 def test_only_what_came_from_outside_can_be_taken_out():

@@ -19,6 +19,7 @@ from etb_hil.base.lean_imports import bring_asammdf_back
 from etb_hil.base.userfile import require_file
 from etb_hil.canio.frames import FrameBlock
 from etb_hil.canio.logs.line_source import LineSource, reader_warnings
+from etb_hil.canio.logs.log_reader import TABLES
 from etb_hil.canio.logs.notes import Notes
 from etb_hil.canio.logs.sqlite_rows import SqliteRows
 from etb_hil.canio.messages import from_messages
@@ -28,7 +29,6 @@ MAX_CHANNEL = 255
 MAX_IDENT = 0x1FFFFFFF
 _FAR = "channel"  # kind of a note
 Note = Callable[[str, str], None]  # takes what could not be read, and of what kind that is
-TABLES = "a table of signals is no log of frames: `etb-hil explain` and `etb-hil plot` read tables"
 MAX_SECONDS = 9e9  # what int64 holds in nanoseconds
 _INDEX = re.compile(r"[0-9]+\Z")
 
@@ -77,15 +77,10 @@ class ForeignLog:
 
     def __init__(self, path: Path) -> None:
         suffix = Path(path.stem).suffix if path.suffix.lower() == ".gz" else path.suffix
-        known = FORMATS.get(suffix.lower())
-        if known is None:
-            allowed = f".blf, {', '.join(FORMATS)}, each also with .gz"
-            what = "is no log format that can be read"
-            raise InputError(Problem(what, Place(path), path.name, allowed=allowed, remedy=TABLES))
         self.path = path
         self.notes: list[str] = []
         self.begin_ns: int | None = 0
-        self._format = known
+        self._format = FORMATS[suffix.lower()]
 
     def __iter__(self) -> Iterator[FrameBlock]:
         """Yield the frames in blocks; InputError where not even the first frame can be read."""

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol
 
 from etb_hil.canio.frames import FrameBlock
+
+TABLES = "a table of signals is no log of frames: `etb-hil explain` and `etb-hil plot` read tables"
 
 
 class LogReader(Protocol):
@@ -21,3 +25,12 @@ class LogReader(Protocol):
     def __iter__(self) -> Iterator[FrameBlock]:
         """Yield the frames in the file's order; InputError where none can be read."""
         ...
+
+
+@dataclass(frozen=True, slots=True)
+class Reader:
+    """A log format: what it is in a line, the suffixes of its files (`.xyz`), and what opens one."""
+
+    summary: str
+    suffixes: tuple[str, ...]
+    open: Callable[[Path], LogReader]

@@ -45,14 +45,14 @@ _EVENT = re.compile(rb"\s*\d")  # of an ASC log: it starts with its time
 class TextLog:
     """A log in text, read anew by each iteration; afterwards `notes` says what could not be read, and where.
 
-    `suffix` is `.asc` or `.log`; a path that ends in `.gz` is unpacked on the way.
+    The path ends in `.asc` or `.log`, or in `.gz` behind that: then it is unpacked on the way.
     """
 
-    def __init__(self, path: Path, suffix: str) -> None:
+    def __init__(self, path: Path) -> None:
         self.path = path
         self.notes: list[str] = []
         self.begin_ns: int | None = 0
-        self._suffix = suffix
+        self._suffix = (path.with_suffix("") if path.suffix.lower() == ".gz" else path).suffix.lower()
         self._frames = self._line = 0
         self._base = 16
         self._width = 8

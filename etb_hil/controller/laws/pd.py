@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from etb_hil.base.compiled import njit
+from etb_hil.controller.laws.interface import ControlLaw
 from etb_hil.plant.physics import Vector
 from etb_hil.plant.values import ThrottleParameters
 
@@ -24,3 +25,6 @@ def gains(nominal: ThrottleParameters) -> Vector:
 def torque(gain: Vector, memory: Vector, error: float, rate: float) -> float:  # noqa: ARG001 (every law's signature)
     """Return the torque in N·m for an angle error in rad and a velocity error in rad/s."""
     return gain[0] * error + gain[1] * rate
+
+
+LAW = ControlLaw("PD, what production throttles use", gains, torque)

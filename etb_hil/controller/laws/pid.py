@@ -6,7 +6,7 @@ import numpy as np
 
 from etb_hil.base.compiled import njit
 from etb_hil.controller.laws import pd
-from etb_hil.controller.laws.interface import CONTROL_PERIOD, CUT_OFF
+from etb_hil.controller.laws.interface import CONTROL_PERIOD, CUT_OFF, ControlLaw
 from etb_hil.plant.physics import Vector
 from etb_hil.plant.values import ThrottleParameters
 
@@ -30,3 +30,6 @@ def torque(gain: Vector, memory: Vector, error: float, rate: float) -> float:
     if memory[CUT_OFF] * error <= 0.0:
         memory[_INTEGRAL] = min(max(memory[_INTEGRAL] + gain[2] * error, -gain[3]), gain[3])
     return gain[0] * error + gain[1] * rate + memory[_INTEGRAL]
+
+
+LAW = ControlLaw("PD with an integral that stops while the bridge is at its limit", gains, torque)

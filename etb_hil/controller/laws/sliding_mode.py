@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from etb_hil.base.compiled import njit
+from etb_hil.controller.laws.interface import ControlLaw
 from etb_hil.plant.physics import Vector
 from etb_hil.plant.values import ThrottleParameters
 
@@ -27,3 +28,6 @@ def torque(gain: Vector, memory: Vector, error: float, rate: float) -> float:  #
     surface = rate + gain[0] * error
     reaching = min(max(surface * gain[3], -1.0), 1.0)
     return gain[1] * gain[0] * rate + gain[2] * reaching
+
+
+LAW = ControlLaw("sliding mode with a boundary layer", gains, torque)

@@ -20,7 +20,7 @@ def _back_emf(run: Findings) -> Estimate | None:
     return Estimate(balance.back_emf, balance.back_emf - reach, balance.back_emf + reach)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="back_emf",
     name="back-EMF constant K_e G_r",
     unit="V·s/rad",

@@ -17,7 +17,7 @@ def _per_decade(run: Findings) -> Estimate | None:
     return None if found is None or found.per_decade is None else Estimate(*found.per_decade)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="break_away_per_decade",
     name="more T_st per ten times longer rest",
     unit="1",

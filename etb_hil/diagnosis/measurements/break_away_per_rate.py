@@ -17,7 +17,7 @@ def _per_rate(run: Findings) -> Estimate | None:
     return None if found is None or found.per_rate is None else Estimate(*found.per_rate)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="break_away_per_rate",
     name="more T_st per ten times quicker ramp",
     unit="1",

@@ -32,7 +32,7 @@ def _bumps(run: Findings) -> Iterator[Estimate]:
         )
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="bump",
     name="friction above the curve",
     unit="1",

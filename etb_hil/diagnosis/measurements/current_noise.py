@@ -15,7 +15,7 @@ def _current_noise(run: Findings) -> Estimate:
     return Estimate(run.zero.noise if run.zero.is_measured else None)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="current_noise",
     name="noise of the current sensor",
     unit="A",

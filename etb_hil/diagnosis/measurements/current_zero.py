@@ -15,7 +15,7 @@ def _current_zero(run: Findings) -> Estimate:
     return Estimate(run.zero.current if run.zero.is_measured else None)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="current_zero",
     name="zero of the current sensor",
     unit="A",

@@ -30,7 +30,7 @@ def _compute(run: Findings) -> Estimate | None:
     return Estimate(value, value - reach, value + reach, note)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="default_position",
     name="default (limp-home) position",
     unit="rad",

@@ -22,7 +22,7 @@ def _compute(run: Findings) -> Estimate | None:
     return Estimate(value, max(value - step, 0.0), value + step, f"of {len(found)} returns, by the encoder")
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="default_position_spread",
     name="spread of the default position",
     unit="rad",

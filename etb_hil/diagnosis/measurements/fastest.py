@@ -15,7 +15,7 @@ def _fastest(run: Findings) -> Estimate:
     return Estimate(run.reading.fastest)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="fastest",
     name="highest speed",
     unit="rad/s",

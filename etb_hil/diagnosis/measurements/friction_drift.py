@@ -19,7 +19,7 @@ def _drift(run: Findings) -> Estimate | None:
     return Estimate(run.drift.rate, run.drift.rate - reach, run.drift.rate + reach)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="friction_drift",
     name="change of friction in a second",
     unit="1/s",

@@ -18,7 +18,7 @@ def _friction_least(run: Findings) -> Estimate | None:
     return Estimate(place.torque, note=f"{place.excess:+.1%} off the curve")
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="friction_least",
     name="least slow friction along the way",
     unit="N·m",

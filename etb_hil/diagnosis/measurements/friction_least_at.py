@@ -18,7 +18,7 @@ def _friction_least_at(run: Findings) -> Estimate | None:
     return Estimate(place.angle)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="friction_least_at",
     name="place of the least slow friction along the way",
     unit="rad",

@@ -18,7 +18,7 @@ def _friction_most(run: Findings) -> Estimate | None:
     return Estimate(place.torque, note=f"{place.excess:+.1%} off the curve")
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="friction_most",
     name="most slow friction along the way",
     unit="N·m",

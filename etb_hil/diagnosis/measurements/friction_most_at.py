@@ -18,7 +18,7 @@ def _friction_most_at(run: Findings) -> Estimate | None:
     return Estimate(place.angle)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="friction_most_at",
     name="place of the most slow friction along the way",
     unit="rad",

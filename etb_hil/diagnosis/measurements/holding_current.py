@@ -30,7 +30,7 @@ def _compute(run: Findings) -> Iterator[Estimate]:
         yield run.with_gain(interval, note=note, suffix="" if number == 1 else f"_{number}")
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="holding_current",
     name="holding current",
     unit="A",

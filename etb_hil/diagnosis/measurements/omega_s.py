@@ -18,7 +18,7 @@ def _stribeck_velocity(run: Findings) -> Estimate | None:
     return Estimate(found.value, found.low, found.high)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="omega_s",
     name="Stribeck velocity omega_s",
     plain="Stribeck velocity",

@@ -15,7 +15,7 @@ def _compute(run: Findings) -> Estimate | None:
     return deviation(run)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="plate_sensor_deviation",
     name="largest deviation, plate sensor from encoder",
     unit="rad",

@@ -15,7 +15,7 @@ def _compute(run: Findings) -> Estimate | None:
     return hysteresis(run)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="plate_sensor_hysteresis",
     name="hysteresis, plate sensor against encoder",
     unit="rad",

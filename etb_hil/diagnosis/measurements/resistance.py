@@ -20,7 +20,7 @@ def _resistance(run: Findings) -> Estimate | None:
     return Estimate(balance.resistance, balance.resistance - reach, balance.resistance + reach)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="resistance",
     name="resistance R_a",
     unit="ohm",

@@ -21,7 +21,7 @@ def _margin(run: Findings) -> Estimate | None:
     return run.with_gain(margin, may_pass=run.unseen is None, if_failed=holds)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="return_margin",
     name="return margin",
     plain="return margin",

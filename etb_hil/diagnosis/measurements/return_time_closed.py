@@ -15,7 +15,7 @@ def _compute(run: Findings) -> Estimate | None:
     return return_time(run, is_opening=True)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="return_time_closed",
     name="unpowered return time from the closed stop",
     unit="s",

@@ -15,7 +15,7 @@ def _compute(run: Findings) -> Estimate | None:
     return return_time(run, is_opening=False)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="return_time_open",
     name="unpowered return time from wide open",
     unit="s",

@@ -16,7 +16,7 @@ def _compute(run: Findings) -> Estimate | None:
     return None if found is None else found.slope
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="spring_slope_close",
     name="spring slope below limp-home",
     unit="N·m/rad",

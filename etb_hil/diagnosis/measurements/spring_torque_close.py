@@ -16,7 +16,7 @@ def _compute(run: Findings) -> Estimate | None:
     return None if found is None else found.torque
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="spring_torque_close",
     name="spring torque below limp-home",
     unit="N·m",

@@ -16,7 +16,7 @@ def _compute(run: Findings) -> Estimate | None:
     return None if found is None else found.torque
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="spring_torque_open",
     name="spring torque above limp-home",
     unit="N·m",

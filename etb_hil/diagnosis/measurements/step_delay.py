@@ -16,7 +16,7 @@ def _compute(run: Findings) -> Iterator[Estimate]:
     return estimates(run, "delay", lambda response: response.delay)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="step_delay",
     name="delay",
     unit="s",

@@ -16,7 +16,7 @@ def _compute(run: Findings) -> Iterator[Estimate]:
     return estimates(run, "overshoot", lambda response: response.overshoot)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="step_overshoot",
     name="overshoot",
     unit="1",

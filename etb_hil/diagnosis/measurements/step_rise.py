@@ -16,7 +16,7 @@ def _compute(run: Findings) -> Iterator[Estimate]:
     return estimates(run, "10-90 % rise time", lambda response: response.rise)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="step_rise",
     name="10-90 % rise time",
     unit="s",

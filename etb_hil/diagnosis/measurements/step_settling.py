@@ -16,7 +16,7 @@ def _compute(run: Findings) -> Iterator[Estimate]:
     return estimates(run, "settling time", lambda response: response.settling)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="step_settling",
     name="settling time",
     unit="s",

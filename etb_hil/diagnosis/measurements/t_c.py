@@ -24,7 +24,7 @@ def _coulomb(run: Findings) -> Estimate | None:
     return run.with_gain(run.widening.of_coulomb(found, stiction), undecided=undecided)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="T_c",
     name="Coulomb torque T_c",
     plain="sliding friction",

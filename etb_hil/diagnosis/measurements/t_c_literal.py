@@ -15,7 +15,7 @@ def _t_c_literal(run: Findings) -> Estimate:
     return Estimate(run.reading.coulomb_literal, note="seed paper, section III.C, strategy 2 as printed")
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="T_c_literal",
     name="friction beyond 2.15 omega_s",
     unit="N·m",

@@ -15,7 +15,7 @@ def _t_c_live(run: Findings) -> Estimate:
     return Estimate(run.reading.coulomb, note="seed paper, section III.C, strategy 2, corrected")
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="T_c_live",
     name="friction beyond 2.15 omega_s less viscosity",
     unit="N·m",

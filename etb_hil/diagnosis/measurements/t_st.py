@@ -19,7 +19,7 @@ def _stiction(run: Findings) -> Estimate | None:
     return run.with_gain(run.widening.of_stiction(found), may_pass=run.unseen is None)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="T_st",
     name="stiction torque T_st",
     plain="break-away friction",

@@ -21,7 +21,7 @@ def _at_rates(run: Findings) -> Iterator[Estimate]:
         yield replace(run.broken_away_at(found), note=f"mean of {found.count}", suffix=f"_{k}", name=name)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="T_st_at_rate",
     name="T_st breaking away",
     unit="N·m",

@@ -25,7 +25,7 @@ def _break_away(run: Findings) -> Estimate | None:
     return replace(run.broken_away_at(found), note=note)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="T_st_break_away",
     name="T_st from break-aways",
     plain="break-away friction after a rest",

@@ -15,7 +15,7 @@ def _t_st_live(run: Findings) -> Estimate:
     return Estimate(run.reading.stiction)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="T_st_live",
     name="T_st from slow sliding, live",
     unit="N·m",

@@ -15,7 +15,7 @@ def _t_st_peak(run: Findings) -> Estimate:
     return Estimate(run.reading.peak, note="seed paper, section III.C, strategy 1")
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="T_st_peak",
     name="highest estimate below omega_s",
     unit="N·m",

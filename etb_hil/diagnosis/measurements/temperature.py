@@ -16,7 +16,7 @@ def _temperature(run: Findings) -> Estimate:
     return Estimate(None if math.isnan(run.zero.temperature) else run.zero.temperature)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="temperature",
     name="temperature when the current's zero was measured",
     unit="degC",

@@ -19,7 +19,7 @@ def _viscous(run: Findings) -> Estimate | None:
     return run.with_gain(found)
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="viscous",
     name="viscous coefficient sigma_2",
     plain="viscous friction",

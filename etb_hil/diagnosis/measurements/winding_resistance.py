@@ -45,7 +45,7 @@ def _compute(run: Findings) -> Estimate | None:
     )
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="winding_resistance",
     name="winding resistance at 20 degC",
     unit="ohm",

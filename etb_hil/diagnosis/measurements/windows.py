@@ -15,7 +15,7 @@ def _windows(run: Findings) -> Estimate:
     return Estimate(float(len(run.assessment.windows)))
 
 
-KIND = MeasurementKind(
+MEASUREMENT = MeasurementKind(
     id="windows",
     name="windows behind the fit",
     unit="1",

@@ -16,7 +16,7 @@ from etb_hil.estimation.motion import (
     MOVING,
     STATES,
 )
-from etb_hil.observer.estimate import Estimate, SensorNoise
+from etb_hil.observer.estimate import FrictionEstimate, SensorNoise
 from etb_hil.observer.registry import ObserverKind
 from etb_hil.plant.exactmath import exp_neg
 from etb_hil.plant.parameters import Model, ThrottleParameters
@@ -47,13 +47,13 @@ class AdaptiveObserver:
         self._last_ns = np.zeros(1, np.int64)
         self._work = np.zeros((4, STATES))
 
-    def push(self, time_ns: Int64, current: Float64, angle: Float64) -> Estimate:
+    def push(self, time_ns: Int64, current: Float64, angle: Float64) -> FrictionEstimate:
         """Take samples and return velocity and friction torque at their instants; see `Observer.push`."""
         velocity, friction, deviation = (np.empty(len(time_ns)) for _ in range(3))
         carried = (self._x, self._cov, self._p, self._carried, self._last_ns)
         known = (self._settings, self._lowest, self._highest, self._work)
         run_filter(time_ns, current, angle, self._n, *carried, *known, velocity, friction, deviation)
-        return Estimate(time_ns, velocity, friction, np.zeros(len(time_ns), np.int64), deviation)
+        return FrictionEstimate(time_ns, velocity, friction, np.zeros(len(time_ns), np.int64), deviation)
 
 
 def _spread(p: Float64, half: Float64) -> Float64:

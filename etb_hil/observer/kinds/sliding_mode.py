@@ -13,7 +13,7 @@ import numpy as np
 
 from etb_hil.base.compiled import njit
 from etb_hil.observer.differentiator import differentiate, reach
-from etb_hil.observer.estimate import Estimate, SensorNoise
+from etb_hil.observer.estimate import FrictionEstimate, SensorNoise
 from etb_hil.observer.gains import (
     FINDING_S,
     FOLLOWED,
@@ -58,14 +58,14 @@ class _VelocityObserver:
 
     def push(
         self, time_ns: Int64, current: Float64, angle: Float64, measured_velocity: Float64 | None = None
-    ) -> Estimate:
+    ) -> FrictionEstimate:
         """Take samples, with the velocity (n) in rad/s where one is measured; see `Observer.push`."""
         velocity, friction = np.empty(len(time_ns)), np.empty(len(time_ns))
         delay_ns = np.empty(len(time_ns), np.int64)
         _known(current, angle, self._p, friction)  # stays there until a sample's turn comes
         state = (self._p, self._tuning, self._state, self._whole)
         _observe(time_ns, current, angle, measured_velocity, *state, self._switches, velocity, friction, delay_ns)
-        return Estimate(time_ns, velocity, friction, delay_ns)
+        return FrictionEstimate(time_ns, velocity, friction, delay_ns)
 
 
 class SlidingModeObserver(_VelocityObserver):

@@ -1,18 +1,18 @@
-"""All effects, by id: those of this package's modules, and those that were taken in from outside."""
+"""All effects, by id: those of this package's modules, and those of plug-ins."""
 
 from __future__ import annotations
 
 import importlib
-import importlib.util
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
-from types import MappingProxyType, ModuleType
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.plugins import first_line, parts, when_changed
 from etb_hil.plant.effects import compose, outside
 from etb_hil.plant.effects.contract import closed_ports, misfits, misstatements
 from etb_hil.plant.effects.effect import Effect
@@ -75,7 +75,7 @@ def register(effect: Effect, place: Place | None = None) -> None:
         problems = misfits(effect)
     except Exception as error:
         take_room(effect.id)
-        what = f"{effect.id}: its functions cannot be compiled: {_first_line(error)}"
+        what = f"{effect.id}: its functions cannot be compiled: {first_line(error)}"
         raise InputError(Problem(what, place)) from error
     if problems:
         take_room(effect.id)
@@ -83,15 +83,6 @@ def register(effect: Effect, place: Place | None = None) -> None:
     _effects[effect.id] = effect
     outside.put_in(functions)
     _forget()
-
-
-def register_file(path: Path) -> Effect:
-    """Take in the effect that a Python file declares as `EFFECT`, and return it; InputError as for `register`."""
-    effect = getattr(_loaded(path), "EFFECT", None)
-    if not isinstance(effect, Effect):
-        raise InputError(Problem("the file declares no effect", Place(path), remedy="set EFFECT = Effect(...)"))
-    register(effect, Place(path))
-    return effect
 
 
 def unregister(id_: str) -> None:
@@ -133,18 +124,21 @@ def _callbacks(effects: list[Effect]) -> dict[int, object]:
     return found
 
 
-def _loaded(path: Path) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(f"etb_hil_effect_{path.stem}", path)
-    if spec is None or spec.loader is None or not path.is_file():
-        raise InputError(Problem("no such Python file", Place(path)))
-    module = importlib.util.module_from_spec(spec)
-    try:
-        spec.loader.exec_module(module)
-    except Exception as error:
-        raise InputError(Problem(f"the file cannot be loaded: {_first_line(error)}", Place(path))) from error
-    return module
+def _take_plugins() -> None:
+    """Have exactly the effects of the plug-ins that there are now beside those that `register` took in."""
+    wanted = {}
+    for part in parts("effects"):
+        part.require(Effect)
+        wanted[part.value.id] = part
+    for id_ in _of_plugins - wanted.keys():
+        _of_plugins.remove(id_)
+        unregister(id_)
+    for id_, part in wanted.items():
+        if id_ not in _of_plugins:
+            register(part.value, part.place)
+            _of_plugins.add(id_)
 
 
-def _first_line(error: Exception) -> str:
-    lines = [line for line in str(error).splitlines() if line.strip()]
-    return f"{type(error).__name__}: {lines[0] if lines else ''}".strip()
+_of_plugins: set[str] = set()
+_take_plugins()
+when_changed(_take_plugins)

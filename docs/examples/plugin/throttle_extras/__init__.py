@@ -1,0 +1,1 @@
+"""Parts for etb_hil: one of each kind, one file each."""

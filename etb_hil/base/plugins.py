@@ -1,0 +1,276 @@
+"""Plug-ins: installed packages and Python files that add parts to a registry; each registry asks for its own kind.
+
+An installed package names a part as an entry point of the group `etb_hil.KIND`. A file declares one as a constant.
+Files are listed in the environment, so that every process of a run has the same ones.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import importlib.util
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+from etb_hil.base.errors import InputError, Place, Problem
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
+# kind of part, which is the end of its entry points' group -> the constant by which a file declares one
+KINDS = {
+    "effects": "EFFECT",
+    "laws": "LAW",
+    "measurements": "MEASUREMENT",
+    "observers": "OBSERVER",
+    "phases": "PHASE",
+    "readers": "READER",
+}
+FILES = "ETB_HIL_PLUGINS"  # paths of files, as in PATH
+
+
+@dataclass(frozen=True, slots=True)
+class Plugin:
+    """A plug-in as results record it: a package and its version, or a file's name; `sha256` is that of its code.
+
+    `parts` are its parts as `kind: name`; `file` is the path of a file that was loaded by itself.
+    """
+
+    name: str
+    version: str
+    sha256: str
+    parts: tuple[str, ...] = field(default=(), compare=False)
+    file: str = field(default="", compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A part of a plug-in: its name (of the entry point, or the file's), what was declared, and where."""
+
+    kind: str
+    name: str
+    value: Any
+    place: Place
+
+    def require(self, expected: type) -> None:
+        """Raise InputError where the part is of another type than its registry holds."""
+        if not isinstance(self.value, expected):
+            what = f"{KINDS[self.kind]} is of the type {type(self.value).__name__}"
+            raise self.refused(what, f"set {KINDS[self.kind]} = {expected.__name__}(...)")
+
+    def refused(self, what: str, remedy: str = "change the plug-in, or run without it") -> InputError:
+        """Return the error of a part that breaks its contract."""
+        return InputError(Problem(f"the plug-in's {self.kind[:-1]} {self.name!r}: {what}", self.place, remedy=remedy))
+
+    @contextmanager
+    def guarded(self, doing: str) -> Iterator[None]:
+        """Turn what the part's code raises into an InputError that names the plug-in."""
+        try:
+            yield
+        except InputError:
+            raise
+        except Exception as error:
+            raise self.refused(f"{doing} failed: {first_line(error)}") from error
+
+
+_changed: list[Callable[[], object]] = []
+
+
+def when_changed(forget: Callable[[], object]) -> None:
+    """Have something called whenever a file is added or removed; InputError from it refuses the file."""
+    _changed.append(forget)
+
+
+def parts(kind: str) -> tuple[Part, ...]:
+    """Return the parts of a kind, those of installed packages first; InputError names one that cannot be loaded."""
+    found = [_of_package(entry) for entry in _entry_points(kind)]
+    for path in files():
+        module = _module(path)
+        if hasattr(module, KINDS[kind]):
+            found.append(Part(kind, path.stem, getattr(module, KINDS[kind]), Place(path)))
+    found += [one for one in _temporary if one.kind == kind]
+    for one in found:
+        if [other.name for other in found].count(one.name) > 1:
+            places = " and ".join(str(other.place) for other in found if other.name == one.name)
+            raise one.refused(f"two plug-ins have this name ({places})")
+    return tuple(found)
+
+
+_temporary: list[Part] = []
+
+
+@contextmanager
+def temporary_part(kind: str, name: str, value: object) -> Iterator[None]:
+    """Have a part in this process alone for as long as a block runs; InputError where a registry refuses it."""
+    part = Part(kind, name, value, Place("a test"))
+    _temporary.append(part)
+    try:
+        _tell()
+        yield
+    finally:
+        _temporary.remove(part)
+        _tell()
+
+
+def files() -> tuple[Path, ...]:
+    """Return the paths of the files that are plug-ins."""
+    return tuple(Path(one).absolute() for one in os.environ.get(FILES, "").split(os.pathsep) if one)
+
+
+def add_file(path: Path) -> None:
+    """Take in a file; where a registry refuses a part of it, none of it is taken in."""
+    path = path.absolute()
+    if path in files():
+        return
+    if os.pathsep in str(path):
+        raise InputError(Problem(f"the path of a plug-in cannot have {os.pathsep!r} in it", Place(path)))
+    if not declared(path):
+        allowed = ", ".join(KINDS.values())
+        raise InputError(Problem("the file declares no part", Place(path), allowed=allowed, remedy="declare one"))
+    before = files()
+    try:
+        _set_files((*before, path))
+    except InputError:
+        _set_files(before)
+        raise
+
+
+def declared(path: Path) -> tuple[str, ...]:
+    """Return the kinds of part that a file declares; InputError where it cannot be loaded."""
+    module = _module(path)
+    return tuple(kind for kind, constant in KINDS.items() if hasattr(module, constant))
+
+
+def remove_file(path: Path) -> None:
+    """Take out a file that was added; InputError where it was not."""
+    path = path.absolute()
+    if path not in files():
+        raise InputError(Problem("this file is no plug-in of this process", Place(path)))
+    _set_files(tuple(one for one in files() if one != path))
+
+
+def plugins() -> tuple[Plugin, ...]:
+    """Return the plug-ins of this process."""
+    found: dict[tuple[str, str], list[str]] = {}
+    roots: dict[tuple[str, str], Path] = {}
+    for kind in KINDS:
+        for entry in _entry_points(kind):
+            key = (entry.dist.name, entry.dist.version) if entry.dist else (entry.module, "")
+            found.setdefault(key, []).append(f"{kind}: {entry.name}")
+            roots.setdefault(key, _root(entry))
+    packages = [Plugin(*key, _digest(roots[key]), tuple(names)) for key, names in found.items()]
+    alone = [
+        Plugin(path.name, _version(path), _digest(path), tuple(f"{k}: {path.stem}" for k in declared(path)), str(path))
+        for path in files()
+    ]
+    return (*packages, *alone)
+
+
+def first_line(error: BaseException) -> str:
+    """Return the type of an error and the first line of what it says."""
+    lines = [line for line in str(error).splitlines() if line.strip()]
+    return f"{type(error).__name__}: {lines[0] if lines else ''}".strip(": ")
+
+
+def _set_files(paths: tuple[Path, ...]) -> None:
+    os.environ[FILES] = os.pathsep.join(map(str, paths))
+    _tell()
+
+
+def _tell() -> None:
+    for forget in _changed:
+        forget()
+
+
+@cache
+def _entry_points(kind: str) -> tuple[EntryPoint, ...]:
+    from importlib.metadata import entry_points  # noqa: PLC0415 (50 ms, for the commands that use a registry)
+
+    return tuple(sorted(entry_points(group=f"etb_hil.{kind}"), key=lambda entry: entry.name))
+
+
+@cache
+def _of_package(entry: EntryPoint) -> Part:
+    place = Place(_package(entry), key=f"{entry.group}: {entry.name}")
+    remedy = f"update or uninstall {entry.dist.name if entry.dist else entry.module}"
+    try:
+        value = entry.load()
+    except (Exception, SystemExit) as error:
+        what = f"the plug-in cannot be loaded: {first_line(error)}"
+        raise InputError(Problem(what, place, entry.value, remedy=remedy)) from error
+    return Part(entry.group.removeprefix("etb_hil."), entry.name, value, place)
+
+
+def _package(entry: EntryPoint) -> str:
+    return f"{entry.dist.name} {entry.dist.version}" if entry.dist else entry.module
+
+
+def _root(entry: EntryPoint) -> Path:
+    """Return the folder or file that holds the code of an entry point's package."""
+    spec = importlib.util.find_spec(entry.module.partition(".")[0])
+    if spec is None or spec.origin is None:
+        return Path(entry.module)
+    origin = Path(spec.origin)
+    return origin.parent if origin.name == "__init__.py" else origin
+
+
+def _digest(root: Path) -> str:
+    """Return the SHA-256 of a file, or of a folder's Python files and their names."""
+    if root.is_file():
+        return hashlib.sha256(root.read_bytes()).hexdigest()
+    found = hashlib.sha256()
+    for path in sorted(root.rglob("*.py")):
+        found.update(str(path.relative_to(root)).encode() + b"\0" + path.read_bytes())
+    return found.hexdigest()
+
+
+_modules: dict[Path, ModuleType] = {}
+_begun: set[Path] = set()
+
+
+def _module(path: Path) -> ModuleType:
+    """Return the module that a file is; it is run once a process."""
+    if path in _modules:
+        return _modules[path]
+    if path in _begun:
+        remedy = "import from `etb_hil.plugins` alone"
+        raise InputError(Problem("the plug-in imports what needs the plug-in itself", Place(path), remedy=remedy))
+    spec = importlib.util.spec_from_file_location(f"etb_hil_plugin_{path.stem}", path)
+    if spec is None or spec.loader is None or not path.is_file():
+        raise InputError(Problem("no such Python file", Place(path), allowed="a file NAME.py", remedy="check the path"))
+    module = importlib.util.module_from_spec(spec)
+    _begun.add(path)
+    try:
+        spec.loader.exec_module(module)
+    except InputError:
+        raise
+    except (Exception, SystemExit) as error:
+        what = f"the plug-in cannot be loaded: {first_line(error)}"
+        raise InputError(Problem(what, Place(path), remedy="change the plug-in, or run without it")) from error
+    finally:
+        _begun.remove(path)
+    _modules[path] = module
+    return module
+
+
+def _version(path: Path) -> str:
+    return str(getattr(_module(path), "__version__", ""))
+
+
+def missing(recorded: tuple[Plugin, ...]) -> tuple[str, ...]:
+    """Return, in sentences, which plug-ins of a record are not here, or are other ones."""
+    here: Mapping[str, Plugin] = {one.name: one for one in plugins()}
+    said = []
+    for one in recorded:
+        name = f"{one.name} {one.version}".strip()
+        if one.name not in here:
+            said.append(f"the plug-in {name} took part in the run and is not here ({', '.join(one.parts)})")
+        elif here[one.name] != one:
+            said.append(f"the plug-in {name} was changed since the run")
+    return tuple(said)

@@ -1,0 +1,13 @@
+"""What an effect is declared with; `EFFECT = Effect(...)`."""
+
+from etb_hil.plant.effects.effect import Balance as Balance
+from etb_hil.plant.effects.effect import Effect as Effect
+from etb_hil.plant.effects.effect import EffectParameter as EffectParameter
+from etb_hil.plant.effects.effect import Law as Law
+from etb_hil.plant.effects.effect import Need as Need
+from etb_hil.plant.effects.effect import Parity as Parity
+from etb_hil.plant.effects.effect import State as State
+from etb_hil.plant.effects.effect import finer as finer
+from etb_hil.plant.effects.effect import shape as shape
+from etb_hil.plant.effects.effect import strength as strength
+from etb_hil.plant.effects.port import Port as Port

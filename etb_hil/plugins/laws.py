@@ -1,0 +1,8 @@
+"""What a position law is declared with; `LAW = ControlLaw(...)`."""
+
+from etb_hil.controller.laws.interface import CONTROL_PERIOD as CONTROL_PERIOD
+from etb_hil.controller.laws.interface import CUT_OFF as CUT_OFF
+from etb_hil.controller.laws.interface import GAINS as GAINS
+from etb_hil.controller.laws.interface import MEMORY as MEMORY
+from etb_hil.controller.laws.interface import ControlLaw as ControlLaw
+from etb_hil.plant.values import ThrottleParameters as ThrottleParameters

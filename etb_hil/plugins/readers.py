@@ -1,0 +1,6 @@
+"""What a log reader is declared with; `READER = Reader(...)`."""
+
+from etb_hil.canio.frames import FrameBlock as FrameBlock
+from etb_hil.canio.frames import FrameFlag as FrameFlag
+from etb_hil.canio.logs.log_reader import LogReader as LogReader
+from etb_hil.canio.logs.log_reader import Reader as Reader

@@ -1,0 +1,217 @@
+"""A plug-in that cannot be loaded, clashes or breaks its contract: one error with file and reason, nothing taken in."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import etb_hil
+from etb_hil import plugins
+from etb_hil.base.errors import InputError
+from etb_hil.canio.logs.reading import read_log
+from etb_hil.controller.laws.registry import law_names
+from etb_hil.diagnosis.measurement_registry import measurement_kinds
+from etb_hil.observer.registry import observer_names
+from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.scenario.phases import phase_kinds
+
+EFFECT = """
+from etb_hil.plugins.effects import Balance, Effect, Parity, Port, strength
+
+def torque(theta, moment):
+    return moment * theta
+
+EFFECT = Effect(
+    id="leaning", equation="m theta", balance=Balance.TORQUE, parity=Parity.EVEN,
+    parameters=(strength("moment", "N·m", -1.0, 1.0, (0.1,), "chosen"),),
+    looks_like="a spring", check="look", separated_by="nothing", source="chosen", terms={Port.PLATE_TORQUE: torque},
+)
+"""
+LAW = """
+from etb_hil.plugins.laws import ControlLaw
+LAW = ControlLaw("none", lambda nominal: [1.0], lambda gain, memory, error, rate: gain[0] * error)
+"""
+MEASUREMENT = """
+from etb_hil.plugins.measurements import Estimate, MeasurementKind
+MEASUREMENT = MeasurementKind(id="mine", name="mine", unit="A", compute=lambda run: Estimate(1.0), order=400)
+"""
+OBSERVER = """
+from etb_hil.plugins.observers import ObserverKind
+OBSERVER = ObserverKind("none", lambda model, throttle, noise: None)
+"""
+PHASE = """
+from typing import Literal
+from etb_hil.plugins.phases import PhaseModel, Released
+
+class Rest(PhaseModel):
+    kind: Literal["rest"]
+
+    def trajectory(self, start, throttle):
+        return Released(1.0)
+
+PHASE = Rest
+"""
+READER = """
+from etb_hil.plugins.readers import Reader
+READER = Reader("mine", (".mine",), open)
+"""
+SOUND = {
+    "effect": EFFECT,
+    "law": LAW,
+    "measurement": MEASUREMENT,
+    "observer": OBSERVER,
+    "phase": PHASE,
+    "reader": READER,
+}
+
+
+def _known():
+    return [*CATALOGUE], law_names(), [*measurement_kinds()], observer_names(), [*phase_kinds()]
+
+
+def _refused(path, text, says):
+    path.write_text(text, "utf-8")
+    before = _known()
+    with pytest.raises(InputError) as refused:
+        plugins.load(path)
+    assert str(path) in str(refused.value)
+    assert re.search(says, str(refused.value)), str(refused.value)
+    assert _known() == before
+    assert plugins.loaded() == ()
+
+
+@pytest.mark.parametrize("text", SOUND.values(), ids=SOUND)
+def test_a_sound_file_is_taken_in_and_taken_out_again(text, tmp_path):
+    path = tmp_path / "mine.py"
+    path.write_text(text, "utf-8")
+    before = _known()
+    (kind,) = [part.partition(":")[0] for part in plugins.load(path).parts]
+    assert kind == "readers" or _known() != before
+    plugins.unload(path)
+    assert _known() == before
+
+
+@pytest.mark.parametrize(
+    ("kind", "old", "new", "says"),
+    [
+        ("effect", '"leaning"', '"brush_drop"', "there is an effect of this id already"),
+        ("effect", "moment * theta", "1.0 + moment * theta", "not zero where its strengths are zero"),
+        ("effect", "EFFECT = Effect(", "EFFECT = dict(", r"EFFECT is of the type dict; set EFFECT = Effect\(...\)"),
+        ("law", "LAW = ControlLaw(", "LAW = tuple, (", "LAW is of the type tuple"),
+        ("measurement", 'id="mine"', 'id="T_st"', "there is a measurement with the id T_st already"),
+        ("measurement", 'id="mine"', 'id="my own"', "the id of a measurement is a name"),
+        ("measurement", 'unit="A"', 'unit=""', "`unit` is empty"),
+        ("measurement", "lambda run:", "lambda:", "`compute` must be a function of one argument"),
+        ("measurement", "order=400", 'order=400, roles=frozenset({"light"})', "there is no role light"),
+        ("measurement", "order=400", 'order=400, suffixes="("', "`suffixes` is no regular expression"),
+        ("measurement", "order=400", 'order=400, friction_of="T_x"', "there is no measurement T_x"),
+        ("observer", "ObserverKind(", "str(", "OBSERVER is of the type"),
+        ("phase", '"rest"', '"hold"', "there is a kind of phase hold already"),
+        ("phase", '"rest"', '"group"', "there is a kind of phase group already"),
+        ("phase", '"rest"', '"My rest"', "its field `kind` has no single name"),
+        ("phase", "def trajectory", "def other", "it has no method `trajectory`"),
+        ("phase", "PHASE = Rest", "PHASE = Rest(kind='rest', id='x')", "PHASE is no subclass of PhaseModel"),
+        ("reader", '".mine"', '".blf"', "there is a reader of .blf files already"),
+        ("reader", '".mine"', '"mine"', "a suffix is a dot and small letters"),
+    ],
+)
+def test_what_breaks_a_contract_is_refused(kind, old, new, says, tmp_path):
+    assert old in SOUND[kind]
+    text = SOUND[kind].replace(old, new)
+    if old == "ObserverKind(":
+        text = 'OBSERVER = "mine"'
+    _refused(tmp_path / "mine.py", text, says)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("x = 1\n", "the file declares no part; allowed: EFFECT, LAW, MEASUREMENT, OBSERVER, PHASE, READER"),
+        ("EFFECT = 1 / 0\n", "cannot be loaded: ZeroDivisionError: division by zero"),
+        ("EFFECT = (\n", "cannot be loaded: SyntaxError"),
+        ("import no_such_module\n", "cannot be loaded: ModuleNotFoundError: No module named 'no_such_module'"),
+        ("raise SystemExit(0)\n", "cannot be loaded: SystemExit"),
+    ],
+)
+def test_a_file_that_is_no_plugin_is_refused(text, says, tmp_path):
+    _refused(tmp_path / "mine.py", text, says)
+
+
+def test_a_file_that_is_not_there_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"mine\.py: no such Python file"):
+        plugins.load(tmp_path / "mine.py")
+
+
+def test_of_a_file_with_one_wrong_part_nothing_is_taken_in(tmp_path):
+    text = EFFECT + PHASE + MEASUREMENT.replace('id="mine"', 'id="T_c"')
+    _refused(tmp_path / "mine.py", text, "there is a measurement with the id T_c already")
+
+
+def test_two_files_with_the_same_part_clash(tmp_path):
+    one, other = tmp_path / "one.py", tmp_path / "other.py"
+    for path in (one, other):
+        path.write_text(MEASUREMENT, "utf-8")
+    plugins.load(one)
+    with pytest.raises(InputError, match=r"other\.py: .*there is a measurement with the id mine already"):
+        plugins.load(other)
+    assert "mine" in measurement_kinds()
+    assert [loaded.name for loaded in plugins.loaded()] == ["one.py"]
+
+
+def test_a_file_is_taken_in_once(tmp_path):
+    path = tmp_path / "mine.py"
+    path.write_text(MEASUREMENT, "utf-8")
+    assert plugins.load(path) == plugins.load(path)
+    assert len(plugins.loaded()) == 1
+
+
+def test_only_what_was_loaded_can_be_taken_out(tmp_path):
+    with pytest.raises(InputError, match="this file is no plug-in of this process"):
+        plugins.unload(tmp_path / "mine.py")
+
+
+def test_a_suffix_that_nothing_reads_is_refused_with_those_that_are_read(tmp_path, part):
+    path = tmp_path / "a.frames"
+    path.write_text("", "utf-8")
+    with pytest.raises(InputError, match=r"is no log format .*allowed: \.blf, .*\.mf4, each also with \.gz"):
+        read_log(path)
+    plugins.load(part("frame_lines"))
+    assert list(read_log(path)) == []
+
+
+@pytest.fixture
+def package(tmp_path):
+    """Return what installs a package of one module with an entry point, and runs a command that asks for it."""
+
+    def run(text, *, entry="mine:OBSERVER"):
+        (tmp_path / "mine.py").write_text(text, "utf-8")
+        about = tmp_path / "their_package-2.1.dist-info"
+        about.mkdir()
+        (about / "METADATA").write_text("Metadata-Version: 2.1\nName: their-package\nVersion: 2.1\n", "utf-8")
+        (about / "entry_points.txt").write_text(f"[etb_hil.observers]\nmine = {entry}\n", "utf-8")
+        path = os.pathsep.join([str(tmp_path), str(Path(etb_hil.__file__).parents[1])])
+        command = [sys.executable, "-m", "etb_hil", "run", "friction_check", "--observer", "mine"]
+        environment = {**os.environ, "PYTHONPATH": path}
+        return subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path, env=environment)
+
+    return run
+
+
+@pytest.mark.parametrize(
+    ("text", "entry", "says"),
+    [
+        ("1 / 0", "mine:OBSERVER", "the plug-in cannot be loaded: ZeroDivisionError"),
+        ("", "mine:OBSERVER", "the plug-in cannot be loaded: AttributeError"),
+        ("", "nowhere:OBSERVER", "the plug-in cannot be loaded: ModuleNotFoundError"),
+        ("OBSERVER = 1", "mine:OBSERVER", "OBSERVER is of the type int; set OBSERVER = ObserverKind(...)"),
+    ],
+)
+def test_a_broken_package_is_named_in_one_error(text, entry, says, package):
+    done = package(text, entry=entry)
+    assert done.returncode == 2
+    assert "their-package 2.1: etb_hil.observers: mine" in done.stderr
+    assert says in done.stderr
+    assert "Traceback" not in done.stderr

@@ -1,0 +1,264 @@
+"""Parts of plug-ins where the project uses its own: in runs, results, reports, histories and replays."""
+
+import json
+import shutil
+import subprocess
+import sys
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+import etb_hil as etb
+from etb_hil import plugins
+from etb_hil.base.errors import InputError
+from etb_hil.base.outcome import BenchOutcome, UnitVerdict
+from etb_hil.base.stock import find
+from etb_hil.canio.logs.reading import read_log
+from etb_hil.histories.history import histories
+from etb_hil.histories.runs import read_runs
+from etb_hil.report.junit import Reported, junit_text
+
+NUDGES = "  - {kind: nudges, id: nudging, between: [20 deg, 40 deg], size: 5 deg, hold: 0.2 s}\n"
+LIMITS = """\
+schema: etb_hil/limits/2
+part_number: A-1
+revision: "2"
+limits:
+  nudge_current: {max: 10 mA, source: chosen}
+marginal_band: 3 %
+"""
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    stock = find("scenario", "friction_check").read_text("utf-8")
+    path = tmp_path / "nudging.yaml"
+    path.write_text(f"{stock}\n{NUDGES}", "utf-8")
+    return path
+
+
+@pytest.fixture
+def limits(tmp_path):
+    path = tmp_path / "limits.yaml"
+    path.write_text(LIMITS, "utf-8")
+    return path
+
+
+def _bench(tmp_path, **more):
+    stock = yaml.safe_load(find("bench", "virtual_classic").read_text("utf-8"))
+    path = tmp_path / "bench.yaml"
+    path.write_text(yaml.safe_dump({**stock, **more}, sort_keys=False), "utf-8")
+    return path
+
+
+def test_a_phase_is_run_and_a_measurement_is_judged_and_shown(part, scenario, limits, tmp_path):
+    plugins.load(part("nudges"))
+    plugins.load(part("nudge_current"))
+    run = etb.run(scenario, limits=limits, serial="A1", folder=tmp_path / "sessions")
+    assert [phase.id for phase in run.result.phases][-1] == "nudging"
+    measured = run.measurements["nudge_current"]
+    assert 0.1 < measured.value < 10.0
+    assert measured.verdict is UnitVerdict.FAIL
+    assert run.result.unit.reason_id == "nudge_current_beyond_limit"
+    assert "Current in small steps is" in str(run)
+    assert "Look for a shaft that binds." in str(run)
+    assert "largest current of the nudges" in run.report().read_text("utf-8")
+    assert '<testcase name="nudge_current"' in junit_text([Reported(run.result)])
+    (history,) = histories(read_runs([tmp_path / "sessions" / "results.db"])[0])
+    assert "nudge_current" in [one.id for one in history.numbers]
+    assert etb.Run.open(run.folder).measurements == run.measurements
+
+
+@pytest.mark.parametrize(("bandwidth", "is_same"), [("180.0", True), ("90.0", False)])
+def test_a_law_drives_the_virtual_controller(bandwidth, is_same, part, tmp_path):
+    """At the bandwidth of the project's own PD it is that law, bit for bit."""
+    _changed(part("soft_pd"), "BANDWIDTH = 90.0", f"BANDWIDTH = {bandwidth}")
+    ours, usual = (
+        etb.run("friction_check", bench=_bench(tmp_path, law=law), folder=tmp_path).recording["motor_current"].values
+        for law in ("soft-pd", "pd")
+    )
+    assert np.array_equal(ours, usual) is is_same
+
+
+def test_an_observer_is_chosen_by_name(part, tmp_path):
+    plugins.load(part("differences"))
+    run = etb.run("friction_check", observer="differences", folder=tmp_path)
+    usual = etb.run("friction_check", folder=tmp_path)
+    assert run.result.bench.outcome is BenchOutcome.OK
+    assert not np.array_equal(run.series["friction"], usual.series["friction"], equal_nan=True)
+    assert etb.Run.open(run.folder).result == run.result
+
+
+@pytest.fixture
+def lines(tmp_path):
+    """The frames of a session as lines of JSON."""
+    run = etb.run("friction_check", folder=tmp_path)
+    path = tmp_path / "drive.frames"
+    with path.open("w") as file:
+        for block in read_log(run.folder / "raw.blf"):
+            for k in range(len(block)):
+                data = block.data[k, : block.length[k]].tobytes().hex()
+                file.write(json.dumps({"t": block.stamp_ns[k] * 1e-9, "id": int(block.ident[k]), "data": data}) + "\n")
+    return path, run
+
+
+def test_a_reader_opens_a_log_for_every_command(part, lines, tmp_path):
+    path, run = lines
+    reader = part("frame_lines")
+    plugins.load(reader)
+    recording = etb.read(path, bench="virtual_classic")
+    np.testing.assert_allclose(recording["motor_current"].values, run.recording["motor_current"].values)
+    (one,) = etb.replay([path], bench="virtual_classic", jobs=1)
+    assert one.error == ""
+    assert one.measurements["T_c"][0] == pytest.approx(run.measurements["T_c"].value, rel=0.05)
+    other = Path(shutil.copy(path, tmp_path / "other.frames"))
+    several = list(etb.replay([path, other], bench="virtual_classic", jobs=2))  # in processes of their own
+    assert [found.measurements["T_c"] for found in several] == [one.measurements["T_c"]] * 2
+    plugins.unload(reader)
+    command = [sys.executable, "-m", "etb_hil", "replay", str(path), "--bench", "virtual_classic"]
+    refused = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert (refused.returncode, "is no log format that can be read" in refused.stderr) == (2, True)
+    done = subprocess.run(
+        [*command, "--plugin", str(reader)], capture_output=True, text=True, check=False, cwd=tmp_path
+    )
+    assert done.returncode in {0, 4}, done.stderr
+    assert f"{one.measurements['T_c'][0]:.3f} N·m" in done.stdout
+
+
+def test_a_bench_file_names_its_plugins_beside_itself(part, tmp_path):
+    part("soft_pd")
+    bench = _bench(tmp_path, plugins=["soft_pd.py"], law="soft-pd")
+    run = etb.run("friction_check", bench=bench, folder=tmp_path)
+    (plugin,) = run.result.plugins
+    assert (plugin.name, plugin.parts) == ("soft_pd.py", ("laws: soft_pd",))
+    wrong = _bench(tmp_path, plugins=["nowhere.py"])
+    with pytest.raises(InputError, match=r"bench\.yaml:\d+: plugins\[0\]: no such Python file \(it is 'nowhere\.py'\)"):
+        etb.run("friction_check", bench=wrong, folder=tmp_path)
+
+
+def test_results_and_session_say_which_plugins_took_part(part, tmp_path):
+    plugin = plugins.load(part("nudge_current"))
+    run = etb.run("friction_check", folder=tmp_path)
+    assert run.result.plugins == (plugin,)
+    manifest = json.loads((run.folder / "session.json").read_text("utf-8"))
+    assert manifest["plugins"] == [json.loads(json.dumps(asdict(plugin)))]
+    assert "nudge_current.py" in run.report().read_text("utf-8")
+
+
+def test_a_replay_without_a_plugin_says_which_is_missing(part, scenario, limits, tmp_path):
+    files = [part("nudges"), part("nudge_current")]
+    for file in files:
+        plugins.load(file)
+    judged = etb.run(scenario, limits=limits, folder=tmp_path)
+    for file in files:
+        plugins.unload(file)
+    with pytest.raises(InputError) as refused:
+        etb.Run.open(judged.folder)
+    assert "no measurement has this id" in str(refused.value)
+    for file in files:
+        assert f"the plug-in {file.name} took part in the run and is not here" in str(refused.value)
+
+
+def test_a_replay_says_that_a_plugin_is_missing_that_nothing_asks_for(part, tmp_path):
+    file = part("nudge_current")
+    plugins.load(file)
+    run = etb.run("friction_check", folder=tmp_path)
+    plugins.unload(file)
+    (warning,) = etb.Run.open(run.folder).warnings
+    assert "nudge_current.py took part in the run and is not here (measurements: nudge_current)" in warning
+    file.write_text(file.read_text("utf-8") + "# another one\n", "utf-8")
+    plugins.load(file)
+    assert etb.Run.open(run.folder).warnings == ("the plug-in nudge_current.py was changed since the run",)
+
+
+def test_a_session_from_elsewhere_never_runs_code(part, tmp_path):
+    """Its copy of the bench file names a plug-in; only files that the user names are run."""
+    file = part("soft_pd")
+    bench = _bench(tmp_path, plugins=["soft_pd.py"])
+    run = etb.run("friction_check", bench=bench, folder=tmp_path)
+    plugins.unload(file)
+    witness = tmp_path / "it_ran"
+    for place in (file, run.folder / "inputs" / "soft_pd.py"):
+        place.write_text(f"open({str(witness)!r}, 'w')\nLAW = 1\n", "utf-8")
+    assert etb.Run.open(run.folder).verdict is run.verdict
+    assert not witness.exists()
+
+
+def _changed(file, old, new):
+    text = file.read_text("utf-8")
+    assert old in text
+    file.write_text(text.replace(old, new), "utf-8")
+    plugins.load(file)
+
+
+def test_a_measurement_that_fails_costs_only_itself(part, scenario, limits, tmp_path):
+    plugins.load(part("nudges"))
+    _changed(part("nudge_current"), "segments = run.of", "segments = 1 / 0 * run.of")
+    run = etb.run(scenario, limits=limits, folder=tmp_path)
+    assert run.verdict is UnitVerdict.INCONCLUSIVE
+    assert run.measurements["T_c"].value > 0.0
+    failed = run.measurements["nudge_current"]
+    assert failed.value is None
+    assert "nudge_current.py" in failed.note
+    assert "ZeroDivisionError" in failed.note
+
+
+@pytest.mark.parametrize(
+    ("new", "says"),
+    [("return 1 / 0 #", "ZeroDivisionError"), ("return None #", "something else than FrictionEstimate")],
+)
+def test_an_observer_that_fails_is_a_bench_fault_and_the_drive_is_off(new, says, part, tmp_path):
+    _changed(part("differences"), "return FrictionEstimate(", new + "(")
+    with pytest.raises(etb.BenchFault, match=rf"differences\.py: .*{says}"):
+        etb.run("friction_check", observer="differences", folder=tmp_path)
+    (raw,) = tmp_path.glob("*/raw.blf")
+    assert sum(len(block) for block in read_log(raw)) > 0  # what was recorded is kept
+
+
+@pytest.mark.parametrize(("new", "says"), [("1 / 0", "ZeroDivisionError"), ("None", "AttributeError")])
+def test_a_phase_that_fails_is_refused_before_anything_moves(new, says, part, scenario, tmp_path):
+    _changed(part("nudges"), "return Chain(", f"return {new} and Chain(")
+    with pytest.raises(InputError, match=rf"nudges\.py: .*its trajectory failed: {says}"):
+        etb.run(scenario, folder=tmp_path / "sessions")
+    assert not (tmp_path / "sessions").exists()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("return np.array([", "return 1 / 0 * np.array([", "designing its gains failed: ZeroDivisionError"),
+        ("return np.array([", "return 5 * [1.0] or ([", "its gains must be up to 4 finite numbers"),
+        ("return np.array([", "return [np.nan] or ([", "its gains must be up to 4 finite numbers"),
+        ("float(gain[0]", "nowhere(gain[0]", "compiling its torque failed"),
+    ],
+)
+def test_a_law_that_fails_is_refused_before_anything_moves(old, new, says, part, tmp_path):
+    _changed(part("soft_pd"), old, new)
+    with pytest.raises(InputError, match=rf"soft_pd\.py: .*{says}"):
+        etb.run("friction_check", bench=_bench(tmp_path, law="soft-pd"), folder=tmp_path / "sessions")
+
+
+def test_a_reader_that_fails_costs_nothing_that_came_before(part, lines):
+    path, run = lines
+    _changed(part("frame_lines"), "yield self._block(chunk)", "yield self._block(chunk); 1 / 0")
+    recording = etb.read(path, bench="virtual_classic")
+    assert 0 < len(recording["motor_current"].values) < len(run.recording["motor_current"].values)
+    assert any("frame_lines.py" in note and "ZeroDivisionError" in note for note in recording.notes)
+    path.write_text("", "utf-8")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("yield self._block(chunk)", "yield chunk", "it yielded list in place of FrameBlock"),
+        ("channel=np.zeros(count, np.uint8)", "channel=np.zeros(1, np.uint8)", "the columns of a FrameBlock have 1, "),
+    ],
+)
+def test_a_reader_that_yields_something_else_is_refused(old, new, says, part, lines):
+    path, _ = lines
+    _changed(part("frame_lines"), old, new)
+    with pytest.raises(InputError, match=rf"frame_lines\.py: .*{says}"):
+        etb.read(path, bench="virtual_classic")
