@@ -11,8 +11,15 @@ import reference  # noqa: E402 (it stands beside this file)
 reference.write(HERE / "reference")
 
 project = "etb_hil"
-extensions = ["myst_parser"]
+extensions = ["myst_nb", "sphinx.ext.autodoc"]
 myst_heading_anchors = 3
+
+# Every build runs the notebooks, each in a temporary folder, by its own interpreter; one that fails stops it.
+nb_execution_mode = "force"
+nb_execution_in_temp = True
+nb_execution_raise_on_error = True
+nb_execution_timeout = 900  # seconds for a cell; a machine that has not run the package yet compiles for minutes
+nb_merge_streams = True
 html_theme = "alabaster"
 html_theme_options = {
     "description": "A hardware-in-the-loop bench for electronic throttle bodies",
@@ -20,4 +27,7 @@ html_theme_options = {
 }
 html_show_copyright = False
 highlight_language = "none"
+default_role = "literal"  # single backticks in docstrings
+autodoc_typehints = "signature"
+autodoc_member_order = "bysource"
 exclude_patterns = ["examples"]

@@ -1,9 +1,11 @@
 """Writes the reference from the code itself: commands, files, roles, effects, reasons, and each room's public names."""
 
 import ast
+import inspect
 import os
 from pathlib import Path
 
+import etb_hil
 from etb_hil.base.roles import COMMANDED, ROLES
 from etb_hil.cli.file_kinds import KINDS, file_schema
 from etb_hil.cli.main import COMMANDS, EXIT_CODES, _parser
@@ -30,6 +32,7 @@ def write(folder):
         "effects": effects(),
         "measurements": measurements(),
         "reasons": reasons(),
+        "python": python(),
         **{f"room_{room}": room_page(room) for room in ROOMS},
     }
     listed = "\n".join(pages)
@@ -188,6 +191,40 @@ def reasons():
         parts += [f"| `{name}` | {_cell(w.reason)} | {_cell(w.next_step)} |" for name, w in table.items()]
         parts.append("")
     return "\n".join(parts)
+
+
+def python():
+    """Return the page of the Python interface: a table that links, and what autodoc makes of each public name."""
+    kinds = {"functions": [], "classes": [], "errors": []}
+    for name in etb_hil.__all__:
+        kinds[_kind_of(getattr(etb_hil, name))].append(name)
+    parts = [
+        (
+            "# Python interface\n\nThe public names of `etb_hil`; [how to use them](../howto/python.md). "
+            "All quantities are in SI units where nothing else is stated.\n"
+        ),
+        "| name | |\n|---|---|",
+    ]
+    for name in (name for names in kinds.values() for name in names):
+        first = inspect.getdoc(getattr(etb_hil, name)).splitlines()[0]
+        parts.append(f"| {{py:obj}}`~etb_hil.{name}` | {_cell(first)} |")
+    for kind, names in kinds.items():
+        parts.append(f"\n## {kind.capitalize()}\n")
+        directive = {"functions": "autofunction", "classes": "autoclass", "errors": "autoexception"}[kind]
+        for name in names:
+            members = "" if kind == "functions" else ":members:\n:inherited-members: Exception, Mapping, StrEnum\n"
+            parts.append(f"```{{eval-rst}}\n.. {directive}:: etb_hil.{name}\n{_indented(members)}```\n")
+    return "\n".join(parts)
+
+
+def _kind_of(public):
+    if not inspect.isclass(public):
+        return "functions"
+    return "errors" if issubclass(public, Exception) else "classes"
+
+
+def _indented(options):
+    return "".join(f"   {line}\n" for line in options.splitlines())
 
 
 def room_page(room):

@@ -1,0 +1,43 @@
+"""The notebooks use what is public alone, and the reference lists all of it; a build of the documents runs them."""
+
+import ast
+import re
+import subprocess
+import sys
+
+import documents
+import pytest
+
+import etb_hil
+
+NOTEBOOKS = sorted((documents.DOCS / "notebooks").glob("*.md"))
+
+
+def test_there_are_notebooks():
+    assert len(NOTEBOOKS) >= 3
+
+
+@pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_notebook_is_listed_and_uses_what_is_public(notebook):
+    assert f"\nnotebooks/{notebook.stem}\n" in (documents.DOCS / "index.md").read_text("utf-8")
+    cells = re.findall(r"```{code-cell}[^\n]*\n(.*?)```", notebook.read_text("utf-8"), re.DOTALL)
+    assert cells
+    code = "\n".join(line for line in "\n".join(cells).splitlines() if not line.startswith("%"))
+    nodes = list(ast.walk(ast.parse(code)))
+    imported = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+    imported |= {node.module for node in nodes if isinstance(node, ast.ImportFrom)}
+    assert "etb_hil" in imported
+    assert not [name for name in imported if name.startswith("etb_hil.")]
+    used = {node.attr for node in nodes if isinstance(node, ast.Attribute) and ast.unparse(node.value) == "etb"}
+    assert used <= set(etb_hil.__all__)
+
+
+def test_the_reference_has_every_public_name(tmp_path):
+    code = f"import sys, pathlib; sys.path.insert(0, {str(documents.DOCS)!r}); import reference; "
+    code += f"reference.write(pathlib.Path({str(tmp_path)!r}))"
+    subprocess.run([sys.executable, "-c", code], check=True)
+    page = (tmp_path / "python.md").read_text("utf-8")
+    for name in etb_hil.__all__:
+        assert re.search(rf":: etb_hil\.{name}$", page, re.MULTILINE), name
+        assert f"`~etb_hil.{name}`" in page
+    assert "\npython\n" in (tmp_path / "index.md").read_text("utf-8")
