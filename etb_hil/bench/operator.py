@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from etb_hil.base.errors import InputError, Problem
-from etb_hil.scenario.waiting import PromptPhase
+from etb_hil.scenario.kinds.prompt import PromptPhase
 
 if TYPE_CHECKING:
     from etb_hil.base.yamlfile import Document

@@ -25,9 +25,12 @@ from etb_hil.controller.virtual_controller import VirtualController
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.port import Port
 from etb_hil.scenario.condition import Until
-from etb_hil.scenario.excitations import WarmUpPhase
-from etb_hil.scenario.phases import CurrentZeroPhase, HomePhase, OffPhase
-from etb_hil.scenario.waiting import PromptPhase, WaitPhase
+from etb_hil.scenario.kinds.current_zero import CurrentZeroPhase
+from etb_hil.scenario.kinds.home import HomePhase
+from etb_hil.scenario.kinds.off import OffPhase
+from etb_hil.scenario.kinds.prompt import PromptPhase
+from etb_hil.scenario.kinds.wait import WaitPhase
+from etb_hil.scenario.kinds.warm_up import WarmUpPhase
 from etb_hil.session.analysis import Analysis
 from etb_hil.session.record import PhaseEnd
 

@@ -17,10 +17,10 @@ from etb_hil.bench.snapshot import Snapshot, Watcher, nobody
 from etb_hil.bench.stop_signals import StopSignals, Verb
 from etb_hil.bench.tap import Tap
 from etb_hil.scenario.condition import Condition, Until
+from etb_hil.scenario.kinds.prompt import PromptPhase
 from etb_hil.scenario.phase import Measure
 from etb_hil.scenario.scenario_file import Step
 from etb_hil.scenario.trajectory import OFF, Trajectory, move
-from etb_hil.scenario.waiting import PromptPhase
 from etb_hil.session.analysis import Analysis
 from etb_hil.session.record import Answered, PhaseEnd, PhaseTime, RunRecord
 

@@ -14,9 +14,9 @@ from etb_hil.plant.parameters import Model
 from etb_hil.recording.samples import Float64, Int64, SampleBlock, concatenate
 from etb_hil.scenario.condition import Condition
 from etb_hil.scenario.condition_watch import ConditionWatch
+from etb_hil.scenario.kinds.prompt import PromptPhase
 from etb_hil.scenario.scenario_file import Step
 from etb_hil.scenario.trajectory import OFF, SetPoint, Trajectory
-from etb_hil.scenario.waiting import PromptPhase
 
 BOTH = 3.0  # current and encoder
 COMMAND_RATE = 100.0

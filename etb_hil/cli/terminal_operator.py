@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TextIO
 
 if TYPE_CHECKING:
     from etb_hil.cli.keyboard import Keyboard
-    from etb_hil.scenario.waiting import PromptPhase
+    from etb_hil.scenario.kinds.prompt import PromptPhase
 
 STOP, REPEAT, ABORT = "s", "r", "a"
 KEYS = f"{STOP} stop (plate led home)   {REPEAT} stop and repeat   {ABORT} abort (drive off now)"

@@ -4,9 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from pydantic import Field
 
 from etb_hil.base.modes import Mode
-from etb_hil.scenario.trajectory import SetPoint
+from etb_hil.base.quantity import Angle
+from etb_hil.plant.parameters import ThrottleParameters
+from etb_hil.scenario.phase import PhaseModel, PositiveAngle, PositiveSpeed, PositiveTime
+from etb_hil.scenario.trajectory import Chain, Held, SetPoint, Trajectory, move
+
+REST_S = 0.1  # at the centre, before a sine begins
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,3 +67,21 @@ def _grown(angular_frequency: float, t: float) -> tuple[float, float]:
     if phase >= 2.0 * math.pi:
         return 1.0, 0.0
     return 0.5 * (1.0 - math.cos(0.5 * phase)), 0.25 * angular_frequency * math.sin(0.5 * phase)
+
+
+class SinePhase(PhaseModel):
+    """Base of the phases that follow a sine about a centre."""
+
+    angles: ClassVar = ("centre",)
+    speeds: ClassVar = ("approach",)
+
+    centre: Angle
+    amplitude: PositiveAngle
+    angular_frequency: Annotated[PositiveSpeed, Field(description="of the sine, in rad/s")]
+    duration: PositiveTime
+    approach: PositiveSpeed = 1.5
+
+    def trajectory(self, start: float, throttle: ThrottleParameters) -> Trajectory:  # noqa: ARG002 (one signature for all)
+        """Return the phase's set-points."""
+        sine = Sinusoid(self.centre, self.amplitude, self.angular_frequency, self.duration)
+        return Chain(move(start, self.centre, self.approach), Held(self.centre, REST_S), sine)

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from conftest import EXAMPLE
 from independent_throttle import Unit, friction_check, sense
 from throttle_as_model import bench_model
 
@@ -31,6 +30,7 @@ limits:
 marginal_band: 3 %
 """
 ROOT = Path(etb.__file__).resolve().parents[1]
+EXAMPLE = Path(__file__).resolve().parents[2] / "docs" / "examples" / "plugin"
 
 
 @pytest.fixture(scope="module")

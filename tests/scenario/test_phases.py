@@ -12,7 +12,7 @@ from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.bench.preflight import check_scenario
 from etb_hil.plant.parameters import load_model
-from etb_hil.scenario.phases import HoldPhase
+from etb_hil.scenario.kinds.hold import HoldPhase
 from etb_hil.scenario.scenario_file import Scenario, load_scenario
 from etb_hil.scenario.sines import Multisine
 

@@ -1,4 +1,4 @@
-"""The phase that lets the plate go from a position: how fast springs bring it back, and to where."""
+"""The phase `release`: springs alone bring the plate back."""
 
 from __future__ import annotations
 
@@ -27,3 +27,6 @@ class ReleasePhase(PhaseModel):
     def trajectory(self, start: float, throttle: ThrottleParameters) -> Trajectory:  # noqa: ARG002 (one signature for all)
         """Return the phase's set-points."""
         return Chain(move(start, self.position, self.approach), Held(self.position, self.hold), Released(self.release))
+
+
+PHASE = ReleasePhase

@@ -1,4 +1,4 @@
-"""Phases that wait for something outside the bench: a signal, or the operator."""
+"""The phase `prompt`: a question to the operator."""
 
 from __future__ import annotations
 
@@ -7,24 +7,10 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from etb_hil.plant.parameters import ThrottleParameters
-from etb_hil.scenario.condition import Until
 from etb_hil.scenario.phase import PhaseModel, PositiveTime
-from etb_hil.scenario.trajectory import Held, Released, Trajectory
+from etb_hil.scenario.trajectory import Released, Trajectory
 
 Answer = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9 ,.%-]{0,39}$")]
-
-
-class WaitPhase(PhaseModel):
-    """Waits for a condition, with the bridge off or with the plate held where it is."""
-
-    kind: Literal["wait"]
-    until: Annotated[Until, Field(description="what is waited for")]
-    timeout: Annotated[PositiveTime, Field(description="the longest that it may take")]
-    drive: Literal["off", "hold"] = "off"
-
-    def trajectory(self, start: float, throttle: ThrottleParameters) -> Trajectory:  # noqa: ARG002 (one signature for all)
-        """Return the phase's set-points."""
-        return Held(start, self.timeout) if self.drive == "hold" else Released(self.timeout)
 
 
 def _ends_by_its_answer(value: object) -> object:
@@ -60,3 +46,6 @@ class PromptPhase(PhaseModel):
     def trajectory(self, start: float, throttle: ThrottleParameters) -> Trajectory:  # noqa: ARG002 (one signature for all)
         """Return the phase's set-points."""
         return Released(self.timeout)
+
+
+PHASE = PromptPhase

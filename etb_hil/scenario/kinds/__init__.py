@@ -1,0 +1,1 @@
+"""The kinds of phase: each one a file that declares it as `PHASE`."""
