@@ -90,8 +90,10 @@ def slcan(stack, tmp_path):
     return benches
 
 
-@pytest.mark.parametrize("bus", ["udp_multicast", "slcan"])
-@pytest.mark.parametrize(("unit", "expected"), [("default", ExitCode.DONE), ("faulty", ExitCode.UNIT_FAILED)])
+@pytest.mark.parametrize(
+    ("bus", "unit", "expected"),
+    [("udp_multicast", "default", ExitCode.DONE), ("slcan", "faulty", ExitCode.UNIT_FAILED)],
+)
 def test_the_verdict_is_right_and_the_bus_truth_is_told(request, tmp_path, bus, unit, expected):
     here, there = request.getfixturevalue(bus)
     etb_hil = (sys.executable, "-m", "etb_hil")

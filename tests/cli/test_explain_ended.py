@@ -29,6 +29,7 @@ def test_what_was_known_is_kept(session, tmp_path, ending):
     assert (tmp_path / "answer" / "explanation.html").is_file()
 
 
+@pytest.mark.study
 def test_what_nobody_ended_is_answered_whole(session, tmp_path):
     """Of a unit whose friction is too high, a base parameter of the model is what explains the session."""
     done = subprocess.run(

@@ -15,6 +15,7 @@ from explain_study import searched
             {"view": "plate_only"},
             {"parameter:inductance"},
             id="base parameters where no row is skew",
+            marks=pytest.mark.study,
         ),
         pytest.param(
             90397,
@@ -38,6 +39,7 @@ from explain_study import searched
             {},
             {"stribeck_shape"},
             id="a rival that takes nearly all as it was fitted",
+            marks=pytest.mark.study,
         ),
         pytest.param(
             100035,
@@ -45,6 +47,7 @@ from explain_study import searched
             {},
             {"parameter:coulomb", "parameter:stiction"},
             id="base parameters beside another shape that fits as well",
+            marks=pytest.mark.study,
         ),
         pytest.param(
             111018,
@@ -52,6 +55,7 @@ from explain_study import searched
             {"level": "medium"},
             {"parameter:stiction", "parameter:viscous"},
             id="base parameters beside another curve that fits better",
+            marks=pytest.mark.study,
         ),
         pytest.param(
             100012,
@@ -66,6 +70,7 @@ from explain_study import searched
             {"view": "no_current"},
             {"resistance_temperature"},
             id="a winding that warms up, where no current tells",
+            marks=pytest.mark.study,
         ),
     ],
 )
@@ -77,7 +82,7 @@ def test_what_does_nearly_the_same_is_named_beside_it(seed, effects, options, ot
     assert findings.verdict == "ambiguous"
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_current_that_reads_wrong_is_not_taken_for_one_wrong_number_alone():
     """All torques off by one factor, most of them inside their tolerances: what is left is the inertia's part of it."""
     (found,) = searched(hidden_case(212013, ("current_sensor_gain",), view="coarse_encoder")).accepted
@@ -93,6 +98,7 @@ def test_a_current_that_reads_wrong_is_not_taken_for_one_wrong_number_alone():
             "parameter:bristle_stiffness",
             {"current_sensor_gain"},
             id="a gain that is the number that was found, and the base",
+            marks=pytest.mark.study,
         ),
         pytest.param(
             175105,

@@ -23,7 +23,9 @@ def _searched(seed, effect, level):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [5, 85085])  # the second one rests for most of its last third
+@pytest.mark.parametrize(
+    "seed", [5, pytest.param(85085, marks=pytest.mark.study)]
+)  # the second one rests for most of its last third
 def test_running_in_is_no_temperatures_even_where_all_is_within_its_band(seed):
     findings = _searched(seed, "running_in", "medium")
     (first, *_) = findings.rounds
@@ -39,7 +41,7 @@ def test_running_in_is_no_temperatures_even_where_all_is_within_its_band(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("level", ["weak", "strong"])
+@pytest.mark.parametrize("level", [pytest.param("weak", marks=pytest.mark.study), "strong"])
 def test_a_law_of_the_temperature_keeps_its_name(level):
     findings = _searched(3, "friction_temperature", level)
     assert [each.winner.id for each in findings.accepted] == ["friction_temperature"]
@@ -67,7 +69,7 @@ def test_no_knot_is_where_nothing_slides():
     np.testing.assert_allclose(drifting._knots(seconds, 0.01 * speed), knots)  # a drive that is slow throughout
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_spring_that_weakens_with_heat_is_no_magnet_that_does():
     findings = _searched(5, "spring_thermal_drift", "medium")
     assert findings.rounds[0].winner.id == "magnet_temperature"

@@ -16,7 +16,7 @@ def test_a_healthy_drive_is_adequate_though_nobody_knows_its_bristles(motion):
     assert {f"travel_{unit}", f"angle_noise_{unit}"} <= data_quality(findings.balances, findings.model)[0].keys()
 
 
-@pytest.mark.parametrize("motion", ["linear", "rotary"])
+@pytest.mark.parametrize("motion", ["linear", pytest.param("rotary", marks=pytest.mark.study)])
 def test_a_force_that_reads_too_large_is_no_wrong_number_alone(motion):
     """Every number is off by the same factor then, and nothing but their tolerances tells."""
     found = [searched(draw_axis(222101 + k, motion, force_scale=1.25)) for k in range(3)]

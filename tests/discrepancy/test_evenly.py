@@ -29,7 +29,11 @@ def test_rows_of_a_balance_weigh_alike_at_rest_too():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("seed", "effect", "others"), [(701, "friction_asymmetry", set()), (703, "iron_loss", {"parameter:viscous"})]
+    ("seed", "effect", "others"),
+    [
+        pytest.param(701, "friction_asymmetry", set(), marks=pytest.mark.study),
+        (703, "iron_loss", {"parameter:viscous"}),
+    ],
 )
 def test_what_base_parameters_leave_is_a_share_of_the_torque(seed, effect, others):
     (found, *_) = searched(hidden_case(seed, (effect,))).accepted

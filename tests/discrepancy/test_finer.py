@@ -106,7 +106,7 @@ def test_a_search_bends_a_law_of_the_temperature_to_its_limit_in_the_cold(limit)
     assert max(-20.0, found) == pytest.approx(coldest, abs=2.0)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_the_model_file_has_the_finer_curve_where_the_plain_one_was_enough_for_a_name():
     effects, level, form = drawn("strong", 83004)
     findings = searched(hidden_case(83004, effects, level, form=form))

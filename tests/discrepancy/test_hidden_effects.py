@@ -6,14 +6,14 @@ from explain_study import one_case, searched
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [5011, 5012])
+@pytest.mark.parametrize("seed", [5011, pytest.param(5012, marks=pytest.mark.study)])
 def test_nothing_hidden_is_never_named(seed):
     scored, row = one_case("nothing", seed)
     assert scored.outcome in ("right", "unexplained"), row
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [5004, 5006, 5014, 5025])
+@pytest.mark.parametrize("seed", [*(pytest.param(seed, marks=pytest.mark.study) for seed in (5004, 5006, 5014)), 5025])
 def test_a_strong_effect_is_the_first_suspect(seed):
     scored, row = one_case("strong", seed)
     assert scored.best_in_class, row
@@ -21,7 +21,7 @@ def test_a_strong_effect_is_the_first_suspect(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [5010, 60752])
+@pytest.mark.parametrize("seed", [5010, pytest.param(60752, marks=pytest.mark.study)])
 def test_without_its_own_term_an_effect_gets_no_other_name(seed):
     scored, row = one_case("removed", seed)
     assert scored.outcome != "wrong_confident", row
@@ -39,7 +39,10 @@ def test_without_a_current_a_wrong_resistance_is_not_told_from_other_losses():
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("seed", "effect", "other"),
-    [(901, "gear_backlash", "shaft_compliance"), (902, "shaft_compliance", "gear_backlash")],
+    [
+        pytest.param(901, "gear_backlash", "shaft_compliance", marks=pytest.mark.study),
+        (902, "shaft_compliance", "gear_backlash"),
+    ],
 )
 def test_the_torque_alone_does_not_tell_play_from_a_soft_shaft(seed, effect, other):
     (found, *_) = searched(hidden_case(seed, (effect,))).accepted
@@ -47,7 +50,7 @@ def test_the_torque_alone_does_not_tell_play_from_a_soft_shaft(seed, effect, oth
     assert other in found.alike
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_wave_of_another_curve_is_no_bump():
     findings = searched(hidden_case(80094, ("friction_position_periodic",), "medium", form=1))
     assert [(found.winner.id, found.alike) for found in findings.accepted] == [("friction_position_periodic", [])]

@@ -50,7 +50,11 @@ def test_after_the_search_the_causes_are_kept(cogging_recording):
 
 
 @pytest.mark.parametrize(
-    "moment", ["fitting a last time, in free run", "fitting a last time, in free run, without each part"]
+    "moment",
+    [
+        "fitting a last time, in free run",
+        pytest.param("fitting a last time, in free run, without each part", marks=pytest.mark.study),
+    ],
 )
 def test_in_the_last_fit_the_held_out_errors_are_kept(cogging_recording, tmp_path, moment):
     answer = _interrupted_at(cogging_recording, moment)

@@ -179,7 +179,7 @@ def test_rows_that_are_too_slow_are_refused_as_they_are(healthy, every):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [SEED + 5, SEED + 6])
+@pytest.mark.parametrize("seed", [SEED + 5, pytest.param(SEED + 6, marks=pytest.mark.study)])
 def test_a_healthy_unit_on_a_bench_with_all_of_it_is_not_accused(seed):
     hidden = hidden_case(seed, view="rough_bench")
     stretches = measurements_of(hidden.recording, hidden.model)

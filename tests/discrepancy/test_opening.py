@@ -129,7 +129,7 @@ def test_a_healthy_unit_is_adequate_without_a_current(scenario):
     assert found.verdict == "adequate"
 
 
-@pytest.mark.parametrize("sees_current", [True, False])
+@pytest.mark.parametrize("sees_current", [pytest.param(True, marks=pytest.mark.study), False])
 def test_the_opening_is_found_before_rows_are_thinned(sees_current):
     """At 5 kHz the diodes' row would be half of a mean with the row behind it, and too low to be known."""
     roles = ("motor_voltage", "motor_current", "motor_angle", "throttle_angle", "temperature")

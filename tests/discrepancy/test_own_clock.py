@@ -10,7 +10,7 @@ VIEW = "own_clock"
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [225300, 225301])
+@pytest.mark.parametrize("seed", [225300, pytest.param(225301, marks=pytest.mark.study)])
 def test_a_healthy_unit_stays_adequate_and_its_rows_are_found_beside_the_ticks(seed):
     findings = searched(hidden_case(seed, view=VIEW))
     assert findings.verdict == "adequate"
@@ -19,7 +19,9 @@ def test_a_healthy_unit_stays_adequate_and_its_rows_are_found_beside_the_ticks(s
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("effect", ["friction_position_local", "measurement_delay"])
+@pytest.mark.parametrize(
+    "effect", [pytest.param("friction_position_local", marks=pytest.mark.study), "measurement_delay"]
+)
 def test_what_is_hidden_is_named_all_the_same(effect):
     findings = searched(hidden_case(225302, (effect,), view=VIEW))
     assert findings.verdict == "explained"

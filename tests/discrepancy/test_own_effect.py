@@ -59,7 +59,7 @@ def test_the_how_to_from_the_file_to_its_name_in_hidden_data():
     assert float(str(entry.strengths["phase"]).split()[0]) == pytest.approx(0.3, abs=0.05)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.usefixtures("file")
 def test_the_script_of_the_how_to_runs(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

@@ -19,7 +19,7 @@ def _causes(findings):
     return {found.winner.id for found in findings.accepted}
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_what_stood_in_for_two_effects_gives_way_to_them(two_hidden):
     findings = searched(two_hidden)
     assert _causes(findings) == set(HIDDEN)
@@ -31,7 +31,7 @@ def test_what_stood_in_for_two_effects_gives_way_to_them(two_hidden):
     assert findings.final_groups is groups
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_interrupted_while_asking_again_the_causes_stay(two_hidden):
     def progress(what):
         if interrupted or what.startswith("asking again"):

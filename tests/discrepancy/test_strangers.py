@@ -185,17 +185,19 @@ def test_friction_that_falls_as_it_cools_may_be_wear(course, per_30_kelvin, is_w
         pytest.param(
             147012, "stribeck_shape", "strong", ("stribeck_shape",), id="three strangers", marks=pytest.mark.study
         ),
-        pytest.param(131110, "air_drag", "medium", (), id="a number beside a curve"),
-        pytest.param(132050, "current_sensor_curvature", "medium", (), id="one who touched only half"),
+        pytest.param(131110, "air_drag", "medium", (), id="a number beside a curve", marks=pytest.mark.study),
+        pytest.param(
+            132050, "current_sensor_curvature", "medium", (), id="one who touched only half", marks=pytest.mark.study
+        ),
         pytest.param(131086, "spring_thermal_drift", "medium", (), id="a spring and no magnets"),
-        pytest.param(132014, "running_in", "medium", (), id="wear and no grease"),
+        pytest.param(132014, "running_in", "medium", (), id="wear and no grease", marks=pytest.mark.study),
     ],
 )
 def test_what_is_no_suspect_is_unexplained(seed, hidden, level, without):
     assert searched(hidden_case(seed, (hidden,), level), without).verdict == "unexplained"
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_part_of_a_wave_is_also_friction_at_one_place_where_that_leaves_little_more():
     findings = searched(hidden_case(196004, ("friction_load",)), ("friction_load",))
     first, wave = findings.accepted
@@ -205,7 +207,7 @@ def test_a_part_of_a_wave_is_also_friction_at_one_place_where_that_leaves_little
     assert findings.verdict == "ambiguous"
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_part_of_a_wave_that_nothing_else_comes_near_is_one():
     findings = searched(hidden_case(218092, ("friction_position_periodic",)))
     (wave,) = findings.accepted

@@ -28,15 +28,13 @@ def test_a_cause_that_harms_a_balance_alone_stands_with_the_one_that_was_missing
 WAVES = {"cogging_torque", "friction_position_periodic"}
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.parametrize(
     ("seed", "hidden"),
     [
-        pytest.param(
-            72068, {"measurement_delay", "magnet_temperature"}, id="what stood in begins again", marks=pytest.mark.study
-        ),
-        pytest.param(80180, WAVES, id="a look-alike of an earlier cause is one", marks=pytest.mark.study),
-        pytest.param(80402, WAVES, id="two that take a half each are no class", marks=pytest.mark.study),
+        pytest.param(72068, {"measurement_delay", "magnet_temperature"}, id="what stood in begins again"),
+        pytest.param(80180, WAVES, id="a look-alike of an earlier cause is one"),
+        pytest.param(80402, WAVES, id="two that take a half each are no class"),
         pytest.param(160026, {"magnet_temperature", "supply_sag"}, id="what their shapes leave is no third"),
     ],
 )
@@ -46,11 +44,11 @@ def test_both_causes_are_found_and_no_third(seed, hidden):
     assert findings.verdict == "explained"
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.parametrize(
     ("seed", "first"),
     [
-        pytest.param(162023, "stiction_dwell", id="two others were fitted to the end", marks=pytest.mark.study),
+        pytest.param(162023, "stiction_dwell", id="two others were fitted to the end"),
         pytest.param(162006, "friction_position_local", id="it is a look-alike of the first cause"),
     ],
 )
@@ -61,13 +59,13 @@ def test_a_load_that_comes_near_the_best_suspect_is_fitted_as_far_and_named(seed
     assert findings.verdict == "ambiguous"
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_later_cause_is_certain_by_what_it_takes_over_the_floor():
     findings = searched(hidden_case(72224, pair=True))
     assert _causes(findings) == {"presliding_hysteresis", "stiction_dwell"}
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_later_cause_that_base_parameters_imitate_is_named_with_them_where_nothing_else_comes_near():
     findings = searched(hidden_case(80168, pair=True))
     assert _causes(findings) == {"friction_temperature", "presliding_hysteresis"}
@@ -76,7 +74,7 @@ def test_a_later_cause_that_base_parameters_imitate_is_named_with_them_where_not
     assert findings.verdict == "ambiguous"
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_later_cause_that_is_imitated_is_judged_by_what_it_takes_over_the_floor():
     findings = searched(hidden_case(145035, pair=True))
     assert _causes(findings) == {"friction_temperature", "presliding_hysteresis"}
@@ -89,7 +87,7 @@ def test_a_later_cause_that_is_imitated_is_judged_by_what_it_takes_over_the_floo
     assert findings.verdict == "ambiguous"
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_later_cause_that_base_parameters_imitate_is_none_where_another_suspect_does_nearly_as_well():
     findings = searched(hidden_case(80317, ("air_drag",), "medium"))  # to which a viscosity and a memory come near
     assert _causes(findings) == {"parameter:viscous"}
@@ -97,13 +95,11 @@ def test_a_later_cause_that_base_parameters_imitate_is_none_where_another_suspec
     assert findings.verdict == "unexplained"
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.parametrize(
     ("seed", "other"),
     [
-        pytest.param(
-            122003, "presliding_hysteresis", id="a stand-in that left its rivals far behind", marks=pytest.mark.study
-        ),
+        pytest.param(122003, "presliding_hysteresis", id="a stand-in that left its rivals far behind"),
         pytest.param(90282, "friction_load", id="beside a stand-in it harms a balance, too"),
     ],
 )
@@ -129,7 +125,7 @@ def test_what_is_imitated_is_refused_and_all_is_as_before_where_nothing_replaces
     assert findings.verdict == "unexplained"
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_what_base_parameters_imitate_from_their_edges_is_found_begun_as_they_are_stated():
     findings = searched(hidden_case(160014, pair=True))
     assert _causes(findings) == {"spring_nonlinear", "end_stop_compliance"}
@@ -141,7 +137,7 @@ def test_what_base_parameters_imitate_from_their_edges_is_found_begun_as_they_ar
     assert findings.verdict == "ambiguous"  # the springs' class
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_rival_of_the_first_cause_that_takes_nearly_all_of_the_rest_is_there_too():
     findings = searched(hidden_case(80362, pair=True))
     assert _causes(findings) == {"spring_nonlinear", "resistance_temperature"}
@@ -150,7 +146,7 @@ def test_a_rival_of_the_first_cause_that_takes_nearly_all_of_the_rest_is_there_t
     assert findings.verdict == "ambiguous"
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_knee_in_the_springs_is_taken_with_them_and_leaves_no_spline_anything():
     findings = searched(hidden_case(80024, pair=True))
     assert findings.rest[0].share < 0.02  # a polynomial in its place had left more than PLACEHOLDER
@@ -165,7 +161,7 @@ def test_a_cause_that_holds_on_other_segments_only_beside_another_is_found_with_
     assert not any(objections.fails_on_other_segments(found, findings) for found in findings.accepted)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_what_holds_on_other_segments_neither_alone_nor_beside_another_is_no_cause():
     asked = []
     findings = searched(hidden_case(85021, ("running_in",)), progress=asked.append)
@@ -187,13 +183,11 @@ def test_what_harms_alone_is_refused_and_all_is_as_before():
     assert findings.verdict == "unexplained"
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.parametrize(
     ("seed", "other"),
     [
-        pytest.param(
-            145013, "friction_asymmetry", id="bent to its longest period by a direction", marks=pytest.mark.study
-        ),
+        pytest.param(145013, "friction_asymmetry", id="bent to its longest period by a direction"),
         pytest.param(145016, "friction_temperature", id="by a temperature, which is a factor of the wave, too"),
     ],
 )
@@ -206,7 +200,7 @@ def test_a_wave_without_a_period_stands_with_the_cause_that_bent_it(seed, other)
     assert findings.verdict == "explained"
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_wave_that_has_no_period_beside_the_next_cause_either_is_none():
     findings = searched(hidden_case(72287, ("friction_position_local",)), ("friction_position_local",))
     assert findings.accepted == []
@@ -215,7 +209,7 @@ def test_a_wave_that_has_no_period_beside_the_next_cause_either_is_none():
     assert findings.verdict == "unexplained"
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_two_that_each_take_nearly_all_beside_the_other_are_both_there():
     asked = []
     findings = searched(hidden_case(150020, pair=True), progress=asked.append)

@@ -115,7 +115,7 @@ def test_what_a_motor_does_comes_a_whole_number_of_times_a_turn(id_, order, is_d
     assert bool(objections.is_no_motors(found, findings)) is speaks
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_springs_that_are_no_line_are_no_flow_that_opens_beside_others():
     """Their own term taken out, a flow that opens, a slope and a wave of 0.8 of a motor turn did it together."""
     findings = searched(hidden_case(219025, ("spring_nonlinear",)), ("spring_nonlinear",))
@@ -164,7 +164,7 @@ def test_drag_of_the_air_that_two_effects_and_numbers_on_their_edges_imitate_is_
     assert findings.verdict == "unexplained"
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_no_soft_stop_leads_the_calibration_over_a_hill():
     findings = searched(hidden_case(96113, ("current_sensor_curvature",), "medium"))
     assert "end_stop_compliance" not in [found.winner.id for found in findings.accepted]
