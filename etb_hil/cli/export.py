@@ -14,7 +14,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("source", type=Path, help="folder of a session, or a log of any format")
     parser.add_argument(
-        "out", type=Path, help="file to write: .blf, .asc, .log, .trc, .csv, .db, .mf4 or, signals alone, .parquet"
+        "out",
+        type=Path,
+        help="file to write: .blf, .asc, .log, .trc, .db, .mf4 or, signals alone, .parquet; .csv has the signals of a "
+        "session by role, as `plot` and `explain` read them, and the frames of a log",
     )
     parser.add_argument("--dbc", help="DBC file of the signals (default: the session's own)")
 
@@ -25,7 +28,10 @@ def run(options: argparse.Namespace) -> int:
     from etb_hil.canio.logs.reading import read_log
     from etb_hil.replays.export import export
 
-    raw = options.source / "raw.blf" if (options.source / "session.json").exists() else options.source
+    is_session = (options.source / "session.json").exists()
+    if is_session and options.out.suffix.lower() == ".csv":
+        return _table(options)
+    raw = options.source / "raw.blf" if is_session else options.source
     if options.out.exists() and raw.exists() and options.out.samefile(raw):
         raise InputError(Problem("would be written over itself", Place(options.out), remedy="give another name"))
     log = read_log(raw)
@@ -35,6 +41,22 @@ def run(options: argparse.Namespace) -> int:
         raise InputError(*error.problems, *log.notes) from None
     print(done)
     for note in log.notes:
+        print(f"note: {note}")
+    return 0
+
+
+def _table(options: argparse.Namespace) -> int:
+    """Write the signals of a session as a table in SI units, a column a role."""
+    from etb_hil.api.recordings import read
+    from etb_hil.base.errors import InputError, Problem
+
+    if options.dbc:
+        what = "--dbc does not go with .csv: the session's own files say which signal is which role"
+        raise InputError(Problem(what, value=options.dbc, remedy="leave --dbc out, or export to .parquet"))
+    recording = read(options.source)
+    recording.write(options.out)
+    print(f"signals of {recording.duration:.3f} s by role, in SI units: {', '.join(recording.roles)}")
+    for note in recording.notes:
         print(f"note: {note}")
     return 0
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +33,7 @@ def read_table(path: Path, map_file: Path | None = None) -> Recording:
 
     Without a map file the columns' names say role and unit, for instance `t_ms, motor_voltage_V, throttle_angle_deg`.
     Signals of a log in an export as Parquet state their units apart; messages as fast as the fastest share its rows.
+    Slower columns of a table that are filled in other rows than the fastest ones have these rows alone.
     The time column is the sample clock; of rows with the same time the first is kept, and a note says so. Raises
     InputError with file, line, column, value and what to do.
     """
@@ -51,27 +52,53 @@ def read_table(path: Path, map_file: Path | None = None) -> Recording:
     is_of_log = isinstance(table, ParquetTable) and table.is_of_log
     recording = Recording(str(path), ClockGrade.RECEIVE_STAMPS if is_of_log else ClockGrade.TABLE)
     blocks = []
-    for source, rows, uses in _sources(table, path, plan.roles, len(time_ns)):
+    for source, rows, uses in _sources(table, path, plan.roles, raw):
         columns = {use.role: _to_si(raw[use.column][rows], use.factor, use.offset) for use in uses}
         if rows.any():
             blocks.append(_block(recording, source, time_ns[rows], columns))
-    recording.append(paired(blocks) if len(blocks) > 1 else blocks)
+    recording.append(paired(blocks) if is_of_log and len(blocks) > 1 else blocks)
     if not recording.sources:
         raise InputError(Problem("has no rows", Place(path), remedy="give a table with measured values"))
     return recording
 
 
 def _sources(
-    table: CsvTable | MatTable | ParquetTable, path: Path, uses: Sequence[Conversion], count: int
+    table: CsvTable | MatTable | ParquetTable, path: Path, uses: Sequence[Conversion], raw: Mapping[str, Float64]
 ) -> list[tuple[str, NDArray[np.bool_], list[Conversion]]]:
     """Return what was sampled together: its name, its rows (n) and its roles; of a log's signals by message."""
     if not isinstance(table, ParquetTable) or not table.is_of_log:
-        return [(path.stem, np.ones(count, np.bool_), list(uses))]
+        return _sampled_together(path.stem, uses, raw)
     by_message: dict[str, list[Conversion]] = {}
     for use in uses:
         by_message.setdefault(use.column.partition(".")[0], []).append(use)
     rows = table.rows_by_message(by_message)
     return [(message, rows[message], own) for message, own in by_message.items()]
+
+
+def _sampled_together(
+    name: str, uses: Sequence[Conversion], raw: Mapping[str, Float64]
+) -> list[tuple[str, NDArray[np.bool_], list[Conversion]]]:
+    """Return the columns of a table in groups that were sampled together, fastest first.
+
+    A table of several rates has a row for each instant of each of them, with empty cells for the others. A column that
+    is less than half as fast as the fastest, and mostly filled in rows of its own, is sampled apart.
+    """
+    filled = {use.column: np.isfinite(raw[use.column]) for use in uses}
+    counts = {column: int(rows.sum()) for column, rows in filled.items()}
+    groups: list[tuple[NDArray[np.bool_], list[Conversion]]] = []
+    for use in sorted(uses, key=lambda use: -counts[use.column]):
+        own, count = filled[use.column], counts[use.column]
+        for k, (rows, of_group) in enumerate(groups):
+            is_as_fast = k == 0 and 2 * count >= rows.sum()
+            if is_as_fast or 2 * (own & rows).sum() >= count:
+                np.logical_or(rows, own, out=rows)
+                of_group.append(use)
+                break
+        else:
+            groups.append((own.copy(), [use]))
+    if len(groups) == 1:
+        return [(name, np.ones_like(groups[0][0]), list(uses))]
+    return [(name if k == 0 else f"{name} {k + 1}", rows, own) for k, (rows, own) in enumerate(groups)]
 
 
 def _block(recording: Recording, source: str, time_ns: Int64, columns: dict[str, Float64]) -> SampleBlock:

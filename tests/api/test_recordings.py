@@ -112,6 +112,24 @@ def test_what_is_written_is_read_back(recording, tmp_path, suffix):
         assert after[1][role] == pytest.approx(before[1][role], rel=1e-6, nan_ok=True)
 
 
+def test_the_signals_of_a_session_as_csv_are_those_of_the_session(healthy, recording, tmp_path, capsys):
+    """Each signal keeps its own samples: slow ones make no rows of the fast ones."""
+    from etb_hil.cli.main import main  # noqa: PLC0415
+
+    path = tmp_path / "signals.csv"
+    assert main(["export", str(healthy.folder), str(path)]) == 0
+    assert "motor_current" in capsys.readouterr().out
+    again = etb.read(path)
+    assert set(again.roles) == set(recording.roles)
+    for role in recording.roles:
+        good = np.isfinite(recording[role].values)
+        assert again[role].values == pytest.approx(recording[role].values[good], rel=1e-6), role
+    assert again["motor_current"].time_ns == pytest.approx(recording["motor_current"].time_ns, abs=1000)
+    assert main(["plot", str(path), "--out", str(tmp_path / "signals.png")]) == 0
+    assert main(["export", str(healthy.folder), str(path), "--dbc", "etb"]) == 2
+    assert "--dbc does not go with .csv" in capsys.readouterr().err
+
+
 def test_errors_are_those_of_the_command_line(tmp_path, capsys):
     from etb_hil.cli.main import main  # noqa: PLC0415
 

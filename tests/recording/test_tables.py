@@ -33,7 +33,7 @@ def problems(path, map_file=None):
 
 
 @given(data=st.data(), times_us=TIMES_US, delimiter=st.sampled_from(",;\t"))
-def test_what_was_written_is_read_back_exactly(tmp_path_factory, data, times_us, delimiter):
+def test_every_value_that_was_written_is_read_back_exactly_at_its_time(tmp_path_factory, data, times_us, delimiter):
     roles = data.draw(st.lists(st.sampled_from(sorted(ROLES)), min_size=1, max_size=5, unique=True))
     columns = {role: data.draw(st.lists(VALUES, min_size=len(times_us), max_size=len(times_us))) for role in roles}
     comma = delimiter != "," and data.draw(st.booleans())
@@ -50,8 +50,27 @@ def test_what_was_written_is_read_back_exactly(tmp_path_factory, data, times_us,
     for role in roles:
         series = recording.series(role)
         assert series.unit == ROLES[role].unit
-        np.testing.assert_array_equal(series.time_ns, np.array(times_us) * 1000)
-        np.testing.assert_array_equal(series.values, columns[role])
+        rows = np.searchsorted(np.array(times_us) * 1000, series.time_ns)
+        np.testing.assert_array_equal(series.time_ns, np.array(times_us)[rows] * 1000)
+        np.testing.assert_array_equal(series.values, np.array(columns[role])[rows])
+        assert set(np.flatnonzero(~np.isnan(columns[role]))) <= set(rows)
+
+
+def test_a_slow_column_in_rows_of_its_own_makes_no_rows_of_the_fast_ones(tmp_path):
+    fast = [f"{k}.0,{k}," for k in range(100)]
+    slow = [f"{k}.5,,{k}" for k in range(0, 100, 10)]
+    lines = sorted((*fast, *slow), key=lambda line: float(line.split(",")[0]))
+    recording = read_table(table(tmp_path, "time_ms,motor_current_A,temperature_degC\n" + "\n".join(lines) + "\n"))
+    assert len(recording.series("motor_current").values) == 100
+    assert recording.series("temperature").values.tolist() == list(range(0, 100, 10))
+    assert not recording.block(recording.source_of("motor_current")).lost_before.any()
+
+
+def test_a_slow_column_in_rows_of_the_fast_ones_stays_there(tmp_path):
+    lines = [f"{k},{k},{20 if k % 10 == 0 else ''}" for k in range(100)]
+    recording = read_table(table(tmp_path, "time_ms,motor_current_A,temperature_degC\n" + "\n".join(lines) + "\n"))
+    assert list(recording.sources) == ["table"]
+    assert np.isfinite(recording.series("temperature").values).sum() == 10
 
 
 @given(text=st.text(max_size=300))
