@@ -7,6 +7,8 @@ import json
 import os
 from pathlib import Path
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy is loaded: as the command does it
+
 import pytest
 from bus_truth import VIRTUAL, assert_bus_truth, assert_bus_was_healthy
 from hypothesis import HealthCheck, settings

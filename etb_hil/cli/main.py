@@ -51,6 +51,8 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _process() -> int:
     """Run the command of this process, whose streams, warnings and signals are ours."""
+    # Before NumPy is loaded: its BLAS starts a thread a core, which spin between small products beside our own threads.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     _open_standard_streams()
     use_safe_streams()
     hide_asammdf()

@@ -108,7 +108,7 @@ def _descended(
             normal = found.T @ found
             is_fresh = True
         before = at.cost
-        at, damping, kept_word = _step(residual, at, unknowns, normal, -found.T @ at.residual, damping)
+        at, damping, kept_word = _step(residual, at, unknowns, normal, -(found.T @ at.residual), damping)
         if 1.0 - at.cost / before >= tolerance:
             is_fresh, is_trusted = False, kept_word
         elif is_fresh:

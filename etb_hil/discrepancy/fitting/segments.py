@@ -57,7 +57,7 @@ def held_out(
     x = np.clip(x, low, high)
     rows = [np.flatnonzero(segment == k) for k in range(segments)]
     normals = [columns[r].T @ columns[r] for r in rows]
-    rights = [-columns[r].T @ fit.residual[r] for r in rows]
+    rights = [-(columns[r].T @ fit.residual[r]) for r in rows]
     stated = np.array([0.0 if "." in u.name else _PRIOR for u in unknowns])  # effects' parameters have no tolerance
     normal, right = sum(normals) + np.diag(stated), sum(rights) - stated * x
     cost = np.empty(segments)

@@ -52,7 +52,7 @@ class Linear:
         low = np.array([u.low for u in calibration.unknowns])
         high = np.array([u.high for u in calibration.unknowns])
         normal = columns.T @ columns + _RIDGE * np.eye(len(x))
-        right = -columns.T @ fit.residual
+        right = -(columns.T @ fit.residual)
         return Linear(calibration, normal, right, low, high, np.clip(x, low, high))
 
 
