@@ -1,1 +1,1 @@
-"""The throttle as a state-space model: one step of its equations, its filter and its likelihood."""
+"""The throttle as a state-space model: one step of its equations, its filter, likelihood, sensitivities and fit."""

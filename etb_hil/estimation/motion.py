@@ -2,8 +2,9 @@
 
 The momentum balance over a step of h s is solved for the way X that the plate goes:
 
-    2 J (X / h - omega) = h (K i - spring(theta + X / 2) - d - F(X)) - sigma_1 (z(X) - z) - sigma_2 X
+    2 J (X / h - omega) = h (M(X) - spring(theta + X / 2) - d - F(X)) - sigma_1 (z(X) - z) - sigma_2 X
 
+M is the motor's mean torque, linear in the way: a winding's back-EMF and the end stops depend on it.
 The bristles follow eq. (2) of the seed paper exactly at the constant velocity X / h; F is their mean torque over the
 step. One Newton step from the explicit prediction solves the balance, and the derivatives are those of the implicit
 function. Every step of a filter needs two things of them: how the way changes, and how the bristles' end changes at a
@@ -27,7 +28,6 @@ from etb_hil.plant.physics import (
     SLOPE_OPEN,
     STICTION,
     STRIBECK_VELOCITY,
-    TORQUE_PER_AMPERE,
     VISCOUS,
     Vector,
 )
@@ -56,7 +56,7 @@ _SERIES_BELOW = 1e-2
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _decay(y: float) -> tuple[float, float, float]:
+def decay(y: float) -> tuple[float, float, float]:
     """Return exp(-y), its mean over 0 ... y, and the derivative of that mean."""
     if y < _SERIES_BELOW:
         mean = 1.0 - y * (0.5 - y * (1.0 / 6.0 - y * (1.0 / 24.0 - y * (1.0 / 120.0))))
@@ -81,7 +81,7 @@ def spring(theta: float, p: Vector) -> tuple[float, float, float]:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _first_way(x: Vector, p: Vector, motor: float, h: float) -> float:
+def _first_way(x: Vector, p: Vector, motor: float, by_way: float, h: float) -> float:
     """Return the way in rad that the explicit prediction gives, with the bristles' stiffness taken into account."""
     omega, bristle = x[OMEGA], x[BRISTLE]
     g = p[COULOMB] + (p[STICTION] - p[COULOMB]) * gauss(omega / p[STRIBECK_VELOCITY])
@@ -89,12 +89,14 @@ def _first_way(x: Vector, p: Vector, motor: float, h: float) -> float:
     yields = 1.0 - (1.0 if omega >= 0.0 else -1.0) * bristle / g
     damping = (0.5 * h * p[BRISTLE_STIFFNESS] + p[BRISTLE_DAMPING]) * yields + p[VISCOUS]
     free = motor - pull - x[DISTURBANCE] - bristle
-    return (2.0 * p[INERTIA] * omega + h * free) / (2.0 * p[INERTIA] / h + damping)
+    return (2.0 * p[INERTIA] * omega + h * free) / (2.0 * p[INERTIA] / h + damping - h * by_way)
 
 
 @njit(cache=True, error_model="numpy")
-def advance(x: Vector, p: Vector, current: float, h: float, n: int, r: Vector, f: Vector) -> float:
-    """Move the state by h s under a mean current in A, and fill in the derivatives by the first n states.
+def advance(x: Vector, p: Vector, motor: float, motor_by_way: float, h: float, n: int, r: Vector, f: Vector) -> float:
+    """Move the state by h s under the motor's mean torque in N·m, and fill in the derivatives by the first n states.
+
+    `motor`: the torque where the plate stays, `motor_by_way`: its derivative by the way, N·m/rad.
 
     `r` (n): of the way in rad. `f` (n): of the bristle torque at the end, at a given way. Returns the derivative of the
     latter by the way, N·m/rad.
@@ -102,8 +104,7 @@ def advance(x: Vector, p: Vector, current: float, h: float, n: int, r: Vector, f
     theta, omega, bristle = x[THETA], x[OMEGA], x[BRISTLE]
     j, sigma_0, viscous = p[INERTIA], p[BRISTLE_STIFFNESS], p[VISCOUS]
     lag = p[BRISTLE_DAMPING] / sigma_0
-    motor = p[TORQUE_PER_AMPERE] * current
-    way = _first_way(x, p, motor, h)
+    way = _first_way(x, p, motor, motor_by_way, h)
     ratio = way / (h * p[STRIBECK_VELOCITY])
     shape = gauss(ratio)
     falls = (p[STICTION] - p[COULOMB]) * shape
@@ -111,7 +112,7 @@ def advance(x: Vector, p: Vector, current: float, h: float, n: int, r: Vector, f
     pull, stiff, acts = spring(theta + 0.5 * way, p)
     sign = 1.0 if way >= 0.0 else -1.0
     y = sigma_0 * abs(way) / g
-    e, mean, slope = _decay(y)
+    e, mean, slope = decay(y)
     away = bristle - g * sign
     end, average = g * sign + away * e, g * sign + away * mean
     # Derivatives by y, by g at a given way, and by the way.
@@ -124,8 +125,8 @@ def advance(x: Vector, p: Vector, current: float, h: float, n: int, r: Vector, f
     load_by_y = h * average_by_y + lag * end_by_y
     gains = 2.0 * j * (way / h - omega)
     drag = lag * (end - bristle)
-    balance = gains - h * (motor - pull - x[DISTURBANCE] - average) + drag + viscous * way
-    by_way = 2.0 * j / h + 0.5 * h * stiff + viscous + load_by_y * y_by_way + load_by_g * g_by_way
+    balance = gains - h * (motor + motor_by_way * way - pull - x[DISTURBANCE] - average) + drag + viscous * way
+    by_way = 2.0 * j / h + 0.5 * h * stiff - h * motor_by_way + viscous + load_by_y * y_by_way + load_by_g * g_by_way
     per = -1.0 / by_way
     way += balance * per
     end += end_by_way * balance * per

@@ -14,7 +14,7 @@ from etb_hil.plant.physics import COULOMB, STICTION, TORQUE_PER_AMPERE, spring_t
 def _end(x, p, current, h):
     """Return angle, velocity and bristle torque after a step, without its derivatives."""
     state, r, f = x.copy(), np.zeros(STATES), np.zeros(STATES)
-    advance(state, p, current, h, STATES, r, f)
+    advance(state, p, p[TORQUE_PER_AMPERE] * current, 0.0, h, STATES, r, f)
     return state[:3]
 
 
@@ -51,7 +51,7 @@ def test_derivatives_are_those_of_the_step(theta, omega, bent, pushed, h):
     x = np.array([theta, omega, settled if abs(omega) > 0.1 else bent * Unit().coulomb, 0.01, 0.0])
     current = (spring_torque(theta, p) + x[2]) / p[TORQUE_PER_AMPERE] + pushed
     r, f, state = np.zeros(STATES), np.zeros(STATES), x.copy()
-    end_by_way = advance(state, p, current, h, STATES, r, f)
+    end_by_way = advance(state, p, p[TORQUE_PER_AMPERE] * current, 0.0, h, STATES, r, f)
     scale = np.ones(STATES)
     scale[:3] = 1e-3, 0.1, 0.1
     for row in range(STATES):
@@ -76,6 +76,6 @@ def test_a_run_of_steps_follows_the_independent_throttle(every):
     worst = 0.0
     for k in range(every, 200 * 20, every):
         current = np.mean(truth.current[k - every : k + 1 : max(every // 2, 1)])
-        advance(x, p, current, h, STATES, r, f)
+        advance(x, p, p[TORQUE_PER_AMPERE] * current, 0.0, h, STATES, r, f)
         worst = max(worst, abs(x[0] - truth.angle[k]))
     assert worst < 2e-3

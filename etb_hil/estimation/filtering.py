@@ -1,0 +1,188 @@
+"""Filter a record under parameters: likelihood, states, and the sensitivities of the innovations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from etb_hil.estimation import forces, kalman
+from etb_hil.estimation.record import Record
+from etb_hil.estimation.smoother import smooth
+from etb_hil.estimation.tangents import normal_matrix
+from etb_hil.estimation.throttle import FORCES, STATES, TORQUE, VOLTAGE
+from etb_hil.plant.effects.catalogue import OWN
+from etb_hil.plant.effects.effect import Effect
+from etb_hil.plant.effects.port import READINGS, Port
+from etb_hil.recording.samples import Float64, Int64
+
+_ERRS = (*READINGS, Port.PLATE_LEAD)
+
+
+@dataclass(frozen=True, slots=True)
+class Disturbance:
+    """Standard deviations of what the equations lack: a torque in N·m and a voltage in V."""
+
+    torque: float
+    voltage: float
+
+
+@dataclass(frozen=True, slots=True)
+class Filtered:
+    """A filtered record of n samples; see `kalman.run`.
+
+    `states` (n, `STATES`) after the readings; `whitened` and `roots` (n, 3); the rest is there for sensitivities only.
+    """
+
+    parameters: Float64
+    active: Int64
+    disturbance: Disturbance
+    log_likelihood: float
+    rescued: int
+    outlying: int
+    states: Float64
+    whitened: Float64
+    roots: Float64
+    slopes: Float64
+    gains: Float64
+    moves: Float64
+    responses: Float64
+
+    @property
+    def needed(self) -> tuple[float, float]:
+        """Root mean squares of the disturbance torque in N·m and voltage in V that the filter needs."""
+        return tuple(float(np.sqrt(np.mean(self.states[:, at] ** 2))) for at in (TORQUE, VOLTAGE))  # type: ignore[return-value]
+
+
+@dataclass(frozen=True, slots=True)
+class Smoothed:
+    """Smoothed states (n, `STATES`) and covariances (n, `STATES`, `STATES`)."""
+
+    states: Float64
+    covariances: Float64
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """What sensitivities are asked of: a parameter of the vector, an effect's strength, or a unit in one channel.
+
+    `place` of the parameter that moves by `step`, where it moves from `parameters`; -1 for a unit in a channel
+    (`forces.BRAKING` ...). `effect`: it belongs to. `shape` (n): what its force is multiplied by, None for 1. `tied`
+    moves along in proportion, -1 for none.
+    """
+
+    name: str
+    step: float
+    place: int = -1
+    effect: Effect | None = None
+    channel: int = -1
+    parameters: Float64 | None = field(default=None, repr=False)
+    shape: Float64 | None = field(default=None, repr=False)
+    tied: int = -1
+
+
+@dataclass(frozen=True, slots=True)
+class Normal:
+    """Normal matrix (c, c) and gradient (c) of the columns, in their units; `rows` (n, 3, c) where kept."""
+
+    matrix: Float64
+    gradient: Float64
+    rows: Float64
+
+
+def active_in(parameters: Float64) -> Int64:
+    """Return the indices of the effects that a vector has."""
+    found = [
+        forces.INDEX[effect.id] for effect in OWN if any(parameters[effect.indices[k]] != 0.0 for k in effect.strengths)
+    ]
+    return np.array(found, np.int64)
+
+
+def filtered(record: Record, parameters: Float64, disturbance: Disturbance, *, is_kept: bool = False) -> Filtered:
+    """Filter a record; `is_kept`: with what sensitivities need."""
+    found, *_ = _run(record, parameters, disturbance, is_kept=is_kept, has_covariances=False)
+    return found
+
+
+def smoothed(record: Record, parameters: Float64, disturbance: Disturbance) -> Smoothed:
+    """Return the states of a record by all of its readings, before and after (Rauch, Tung and Striebel 1965)."""
+    found, covariances, ahead, spreads = _run(record, parameters, disturbance, is_kept=True, has_covariances=True)
+    states = found.states.copy()
+    smooth(states, covariances, found.moves, ahead, spreads)
+    return Smoothed(states, covariances)
+
+
+def _run(
+    record: Record, parameters: Float64, disturbance: Disturbance, *, is_kept: bool, has_covariances: bool
+) -> tuple[Filtered, Float64, Float64, Float64]:
+    n, kept, all_ = len(record), len(record) if is_kept else 0, len(record) if has_covariances else 0
+    p, active = parameters.copy(), active_in(parameters)
+    settings = record.settings.copy()
+    settings[kalman.Q_TORQUE], settings[kalman.Q_VOLTAGE] = disturbance.torque**2, disturbance.voltage**2
+    states, whitened, roots = np.empty((n, STATES)), np.empty((n, 3)), np.empty((n, 3))
+    slopes, gains = np.empty((kept, 3)), np.empty((kept, 3, STATES))
+    moves, responses = np.empty((kept, STATES, STATES)), np.empty((kept, STATES, FORCES))
+    covariances, ahead = np.empty((all_, STATES, STATES)), np.empty((all_, STATES))
+    spreads, totals = np.empty((all_, STATES, STATES)), np.zeros(kalman.TOTALS)
+    kalman.run(
+        record.dt, record.voltage, record.temperature, record.readings, p, active, settings, is_kept, states, whitened,
+        roots, slopes, gains, moves, responses, covariances, ahead, spreads, totals,
+    )  # fmt: skip
+    found = Filtered(
+        p, active, disturbance, float(totals[kalman.LIKELIHOOD]), int(totals[kalman.RESCUED]),
+        int(totals[kalman.OUTLYING]), states, whitened, roots, slopes, gains, moves, responses,
+    )  # fmt: skip
+    return found, covariances, ahead, spreads
+
+
+def sensitivities(record: Record, at: Filtered, columns: Sequence[Column], *, is_kept: bool = False) -> Normal:
+    """Return what the innovations of a filtered record know of some columns; base parameters may come in any order."""
+    base = [k for k, one in enumerate(columns) if one.effect is None and one.place >= 0]
+    rest = [k for k in range(len(columns)) if k not in set(base)]
+    width = len(at.parameters)
+    moved = np.array([_moved(at.parameters, columns[k]) for k in base]).reshape(len(base), width)
+    away = np.array([_moved(at.parameters, columns[k]) for k in rest]).reshape(len(rest), width)
+    shapes, modulations = _shapes([columns[k].shape for k in rest], len(record))
+    effects = np.array([_index(columns[k]) for k in rest], np.int64)
+    kinds = np.array([_kind(columns[k], at) for k in rest], np.int64)
+    matrix, gradient = np.zeros((len(columns), len(columns))), np.zeros(len(columns))
+    rows = np.zeros((len(record) if is_kept else 0, 3, len(columns)))
+    normal_matrix(
+        record.dt, record.voltage, record.temperature, at.parameters, at.active, at.states, at.whitened, at.roots,
+        at.slopes, at.gains, at.moves, at.responses, moved, np.array([columns[k].step for k in base], float), effects,
+        away, np.array([columns[k].step if columns[k].place >= 0 else 1.0 for k in rest], float), kinds, shapes,
+        modulations, matrix, gradient, rows,
+    )  # fmt: skip
+    order = np.argsort([*base, *rest])
+    return Normal(matrix[np.ix_(order, order)], gradient[order], rows[:, :, order])
+
+
+def _moved(parameters: Float64, column: Column) -> Float64:
+    found = (parameters if column.parameters is None else column.parameters).copy()
+    if column.place >= 0:
+        value = found[column.place]
+        found[column.place] = value + column.step
+        if column.tied >= 0:
+            found[column.tied] *= (value + column.step) / value
+    return found
+
+
+def _index(column: Column) -> int:
+    return -1 - column.channel if column.effect is None else forces.INDEX[column.effect.id]
+
+
+def _kind(column: Column, at: Filtered) -> int:
+    """Return the bits of `tangents.normal_matrix`: errs in a reading, is there already, remembers."""
+    effect = column.effect
+    if effect is None:
+        return 0
+    is_there = forces.INDEX[effect.id] in at.active
+    return effect.acts_at(*_ERRS) + 2 * is_there + 4 * bool(effect.states or effect.sensor)
+
+
+def _shapes(shapes: Sequence[Float64 | None], n: int) -> tuple[Int64, Float64]:
+    """Return which row of the modulations each column has, -1 for none, and the modulations (m, n)."""
+    given = np.array([shape is not None for shape in shapes], bool)
+    rows = np.where(given, np.cumsum(given) - 1, -1).astype(np.int64)
+    return rows, np.array([shape for shape in shapes if shape is not None]).reshape(int(given.sum()), n)

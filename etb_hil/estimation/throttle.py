@@ -1,0 +1,117 @@
+"""One step of the whole throttle: winding, plate and two disturbances, with its derivatives; compiled.
+
+The winding's equation is solved exactly under the step's constant voltage and the mean back-EMF of its way; the mean
+current drives the momentum balance of `motion`. The disturbance torque and voltage are Ornstein-Uhlenbeck processes:
+beside random walks a constant torque, or a current's offset, would carry no information at all.
+"""
+
+from __future__ import annotations
+
+import math
+
+from etb_hil.base.compiled import njit
+from etb_hil.estimation.motion import MOVING, advance, decay
+from etb_hil.plant.exactmath import gauss
+from etb_hil.plant.physics import (
+    BACK_EMF,
+    COULOMB,
+    INDUCTANCE,
+    RESISTANCE,
+    STICTION,
+    STOP_DAMPING,
+    STOP_HIGH,
+    STOP_LOW,
+    STOP_STIFFNESS,
+    STRIBECK_VELOCITY,
+    TORQUE_PER_AMPERE,
+    Vector,
+    stop_torque,
+)
+from etb_hil.recording.samples import Float64
+
+# State: angle (rad), velocity (rad/s), bristle torque (N·m), disturbance torque against the motion (N·m), current (A),
+# and disturbance voltage, which is lost before the winding (V).
+THETA, OMEGA, BRISTLE, TORQUE, CURRENT, VOLTAGE = range(6)
+STATES = 6
+CORRELATED = 0.5  # s, time constant of both disturbances
+
+# What acts from outside the base equations, held over a step: a braking torque and its derivatives by angle and
+# velocity, a share of the friction level, and a lost voltage. The first three are `FORCES` of the response.
+BRAKING, LEVEL, LOST, BY_ANGLE, BY_VELOCITY = range(5)
+ACTING = 5
+FORCES = 3
+_BENT_MOST = 1.2  # times the friction level: bristles bent further turn the sign of the velocity
+
+
+@njit(cache=True, error_model="numpy")
+def step(x: Vector, p: Vector, voltage: float, h: float, acting: Vector, f: Float64, b: Float64, work: Float64) -> None:
+    """Move the state by h s under a voltage in V, and fill in the derivatives of its end.
+
+    `acting` (`ACTING`): what effects add. `f` (`STATES`, `STATES`): by the state before. `b` (`STATES`, `FORCES`): by
+    the braking torque, the share of the friction level and the lost voltage. `work` (2, at least `MOVING`).
+    """
+    r, by = work[0], work[1]
+    coulomb, stiction = p[COULOMB], p[STICTION]
+    p[COULOMB], p[STICTION] = coulomb * (1.0 + acting[LEVEL]), stiction * (1.0 + acting[LEVEL])
+    end, mean, _ = decay(p[RESISTANCE] * h / p[INDUCTANCE])
+    k, resistance, omega = p[TORQUE_PER_AMPERE], p[RESISTANCE], x[OMEGA]
+    driven = voltage - x[VOLTAGE] - acting[LOST]
+    half = 0.5 * h * omega
+    push, stiffness, damping = _stop(x[THETA] + half, omega, p)
+    stiffness += acting[BY_ANGLE]
+    damping += acting[BY_VELOCITY]
+    by_way = -k * (1.0 - mean) * p[BACK_EMF] / (resistance * h) - 0.5 * stiffness - damping / h
+    braking = push + acting[BRAKING] - stiffness * half - damping * omega
+    motor = k * (mean * x[CURRENT] + (1.0 - mean) * driven / resistance) - braking
+    before = x[THETA]
+    bend = advance(x, p, motor, by_way, h, MOVING, r, by)
+    way = x[THETA] - before
+    p[COULOMB], p[STICTION] = coulomb, stiction
+    fades = math.exp(-h / CORRELATED)
+    x[CURRENT] = end * x[CURRENT] + (1.0 - end) / resistance * (driven - p[BACK_EMF] * way / h)
+    x[TORQUE] *= fades
+    x[VOLTAGE] *= fades
+    per = r[TORQUE]
+    by_level = r[MOVING - 1] / (1.0 + acting[LEVEL])
+    r[THETA] += stiffness * per
+    r[CURRENT] = -per * k * mean
+    r[VOLTAGE] = per * k * (1.0 - mean) / resistance
+    emf = (1.0 - end) * p[BACK_EMF] / (resistance * h)
+    for j in range(STATES):
+        f[THETA, j] = r[j]
+        f[OMEGA, j] = 2.0 * r[j] / h
+        f[BRISTLE, j] = bend * r[j]
+        f[TORQUE, j] = f[VOLTAGE, j] = 0.0
+        f[CURRENT, j] = -emf * r[j]
+    f[THETA, THETA] += 1.0
+    f[OMEGA, OMEGA] -= 1.0
+    f[BRISTLE, BRISTLE] += by[BRISTLE]
+    f[TORQUE, TORQUE] = f[VOLTAGE, VOLTAGE] = fades
+    f[CURRENT, CURRENT] += end
+    f[CURRENT, VOLTAGE] -= (1.0 - end) / resistance
+    for j in range(STATES):
+        b[j, BRAKING] = f[j, TORQUE]
+        b[j, LOST] = f[j, VOLTAGE]
+    b[TORQUE, BRAKING] = b[VOLTAGE, LOST] = b[TORQUE, LEVEL] = b[VOLTAGE, LEVEL] = 0.0
+    b[THETA, LEVEL], b[OMEGA, LEVEL] = by_level, 2.0 * by_level / h
+    b[BRISTLE, LEVEL] = bend * by_level + by[MOVING - 1] / (1.0 + acting[LEVEL])
+    b[CURRENT, LEVEL] = -emf * by_level
+
+
+@njit(cache=True, error_model="numpy")
+def keep_bristle(x: Vector, p: Vector, level: float) -> None:
+    """Keep bristles from being bent further than friction bends them, in place; `level`: share added to it.
+
+    A filter that lets them wind up gets the sign of the velocity wrong; then its disturbance runs away.
+    """
+    g = (p[COULOMB] + (p[STICTION] - p[COULOMB]) * gauss(x[OMEGA] / p[STRIBECK_VELOCITY])) * (1.0 + level)
+    x[BRISTLE] = min(max(x[BRISTLE], -_BENT_MOST * g), _BENT_MOST * g)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _stop(theta: float, omega: float, p: Vector) -> tuple[float, float, float]:
+    """Return the stops' torque in N·m with its derivatives by the angle and the velocity."""
+    torque = stop_torque(theta, omega, p)
+    if torque == 0.0 or p[STOP_LOW] <= theta <= p[STOP_HIGH]:
+        return 0.0, 0.0, 0.0
+    return torque, p[STOP_STIFFNESS], p[STOP_DAMPING]

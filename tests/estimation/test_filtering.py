@@ -1,0 +1,205 @@
+"""The filter of the whole throttle against the independent one: likelihood, whiteness, coverage, sensitivities."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from independent_throttle import Unit, friction_check, off_by_tolerances, sense
+from throttle_as_model import bench_model, parameters
+
+from etb_hil.base.errors import InputError
+from etb_hil.estimation.calibration import base_unknowns, calibrated
+from etb_hil.estimation.filtering import Column, Disturbance, filtered, sensitivities, smoothed
+from etb_hil.estimation.record import record
+from etb_hil.estimation.throttle import BRISTLE, CURRENT, OMEGA, THETA
+from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.extended import advance_extended, new_extended_state
+from etb_hil.plant.physics import COULOMB, VISCOUS, stribeck
+
+RATE = 2000
+SMALL = Disturbance(1e-3, 1e-2)
+
+
+def _record(unit, bench, seed):
+    """Return a record of a friction check until the bridge opens, its model, and the truth at its samples."""
+    truth, phases = friction_check(unit, speeds=(1.6,), dashes=1)
+    seen = sense(unit, truth, RATE, np.random.default_rng(seed), current_offset=0.0)
+    rows = slice(0, phases[-1][1] * RATE // 20000)
+    model = bench_model(bench)
+    angles = {"motor": seen.motor_angle[rows] / unit.gear_ratio, "plate": seen.throttle_angle[rows]}
+    made = record(seen.time_ns[rows] * 1e-9, seen.voltage[rows], model, current=seen.current[rows], **angles)
+    at = slice(0, phases[-1][1], 20000 // RATE)
+    return made, model, np.column_stack([truth.angle[at], truth.velocity[at]])
+
+
+@pytest.fixture(scope="module")
+def healthy():
+    return _record(Unit(), Unit(), 51)
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    """Calibrate a unit that differs from the bench's idea of it within tolerances."""
+    made, model, _ = _record(Unit(), off_by_tolerances(Unit(), np.random.default_rng(52)), 52)
+    return made, model, calibrated(made, model.vector(), base_unknowns(model))
+
+
+def _true_vector(model, unit):
+    p, true = model.vector(), parameters(unit).vector()
+    p[: VISCOUS + 1] = true[: VISCOUS + 1]
+    return p
+
+
+def test_states_of_a_healthy_record_are_true(healthy):
+    made, model, truth = healthy
+    found = filtered(made, model.vector(), SMALL)
+    assert np.std(found.states[200:, THETA] - truth[200:, 0]) < 1e-5
+    assert np.std(found.states[200:, OMEGA] - truth[200:, 1]) < 0.01
+
+
+def test_innovations_at_the_true_parameters_are_white(healthy):
+    """No larger than the data sheet's noise, and hardly correlated from sample to sample."""
+    made, model, _ = healthy
+    found = filtered(made, model.vector(), Disturbance(1e-5, 3e-4))
+    w = found.whitened[200:]
+    assert found.rescued == 0
+    assert np.all(np.mean(w**2, axis=0) < 1.1)
+    assert np.all(np.abs(np.mean(w[1:] * w[:-1], axis=0)) < 0.15)
+
+
+def test_the_likelihood_is_largest_near_the_truth(healthy):
+    made, model, _ = healthy
+    at_truth = filtered(made, model.vector(), SMALL).log_likelihood
+    for place in (COULOMB, VISCOUS):
+        for share in (0.9, 1.1):
+            p = model.vector()
+            p[place] *= share
+            assert filtered(made, p, SMALL).log_likelihood < at_truth
+
+
+def test_calibration_finds_the_true_parameters_within_their_intervals(fitted):
+    """Every parameter, and as many within one standard deviation as a Gaussian has."""
+    _, model, fit = fitted
+    true = _true_vector(model, Unit())
+    deviation = np.sqrt(np.diag(fit.covariance))
+    away = np.array([fit.parameters[one.place] - true[one.place] for one in fit.unknowns]) / deviation
+    assert np.max(np.abs(away)) < 3.5
+    assert np.mean(np.abs(away) < 2.0) > 0.7
+
+
+def test_a_calibrated_healthy_record_needs_no_disturbance(fitted):
+    """It ends where the truth does: below 0.1 % of the friction, and no less likely."""
+    made, model, fit = fitted
+    torque, voltage = fit.filtered.needed
+    assert torque < 1e-3 * Unit().coulomb
+    assert voltage < 1e-3
+    true = filtered(made, _true_vector(model, Unit()), fit.disturbance)
+    assert fit.filtered.log_likelihood > true.log_likelihood - 10.0
+
+
+def test_what_tolerances_cannot_hide_stays_visible():
+    """An inertia that is 30 % off is not swallowed by a prior alone."""
+    made, model, _ = _record(Unit(), replace(Unit(), inertia=0.7 * Unit().inertia), 53)
+    fit = calibrated(made, model.vector(), base_unknowns(model))
+    value, _ = fit.value("inertia")
+    assert value < 0.85 * Unit().inertia
+    assert fit.filtered.needed[0] > 0.01 * Unit().coulomb
+
+
+@pytest.mark.parametrize("name", ["coulomb", "viscous", "resistance", "back_emf", "torque_per_ampere"])
+def test_sensitivities_to_base_parameters_are_differences(healthy, name):
+    made, model, _ = healthy
+    place = list(Unit.__dataclass_fields__).index(name)  # the same order
+    _same_as_difference(made, model.vector(), Column(name, 1e-4 * getattr(Unit(), name), place), 0.1)
+
+
+@pytest.mark.parametrize(
+    "name", ["friction_asymmetry", "cogging_torque", "spring_preload_shift", "iron_loss", "supply_sag", "friction_load"]
+)
+def test_sensitivities_to_effects_are_differences(healthy, name):
+    made, model, _ = healthy
+    effect, p = CATALOGUE[name], model.vector()
+    for one, place in zip(effect.parameters, effect.indices, strict=True):
+        if not one.is_strength:
+            p[place] = one.starts[-1]
+    first = effect.parameters[effect.searched[0]]
+    column = Column(name, 1e-3 * first.starts[0], effect.indices[effect.searched[0]], effect, parameters=p)
+    _same_as_difference(made, p, column, 0.06)
+
+
+def _same_as_difference(made, p, column, share):
+    """Compare where innovations change most: gains that follow the parameter are left out, and make the rest."""
+    at = filtered(made, p, SMALL, is_kept=True)
+    found = sensitivities(made, at, [column], is_kept=True).rows[200:, :, 0]
+    moved = p.copy()
+    moved[column.place] += column.step
+    difference = (filtered(made, moved, SMALL).whitened - at.whitened)[200:] / column.step
+    channel = np.argmax(np.linalg.norm(difference, axis=0))
+    error = np.linalg.norm(found[:, channel] - difference[:, channel])
+    assert error < share * np.linalg.norm(difference[:, channel])
+
+
+def test_a_wave_over_the_angle_does_not_lock_the_filter_out(healthy):
+    """The torque's slope over the angle is in the Jacobian: the states of a cogging plant stay true."""
+    made, model, _ = healthy
+    p = model.vector()
+    effect = CATALOGUE["cogging_torque"]
+    p[effect.place("sine")], p[effect.place("order")] = 0.03, 12.0
+    state, truth = new_extended_state(model.values.limp_home, 25.0, p), []
+    for volts in made.voltage:
+        truth.append(state[:4].copy())
+        advance_extended(state, p, volts, 10, 25.0)
+    truth = np.array(truth)
+    rng = np.random.default_rng(54)
+    noise = rng.standard_normal((2, len(made)))
+    current, motor = truth[:, 3] + 5e-3 * noise[0], truth[:, 0] + 1e-5 * noise[1]
+    seen = record(made.time, made.voltage, model, current=current, motor=motor)
+    with_it, without = (filtered(seen, q, Disturbance(1e-4, 1e-3)) for q in (p, model.vector()))
+    assert np.std(with_it.states[200:, OMEGA] - truth[200:, 1]) < 0.02
+    assert with_it.rescued == 0
+    assert with_it.log_likelihood > without.log_likelihood + 1000.0
+
+
+def test_interference_is_survived(healthy):
+    """After bursts of wrong readings the states are true again within 50 ms, and bristles were never wound up."""
+    made, model, truth = healthy
+    readings = made.readings.copy()
+    readings[4000:4010, 1:] += 0.5
+    readings[6000, 0] = 30.0
+    p = model.vector()
+    found = filtered(replace(made, readings=readings), p, SMALL)
+    assert np.all(np.isfinite(found.states))
+    for end in (4010 + 100, 6000 + 100):
+        assert np.max(np.abs(found.states[end : end + 200, THETA] - truth[end : end + 200, 0])) < 1e-4
+    bent = [abs(x[BRISTLE]) / stribeck(x[OMEGA], p) for x in found.states]
+    assert max(bent) <= 1.2 + 1e-9
+
+
+def test_readings_may_be_missing(healthy):
+    """Without the current, or without the encoder, the motion is still found."""
+    made, model, truth = healthy
+    for missing in (0, 1):
+        readings = made.readings.copy()
+        readings[:, missing] = np.nan
+        found = filtered(replace(made, readings=readings), model.vector(), SMALL)
+        assert np.std(found.states[200:, OMEGA] - truth[200:, 1]) < 0.1
+        assert np.all(found.roots[:, missing] == 0.0)
+
+
+def test_the_smoother_is_nearer_to_the_truth_and_knows_how_near(healthy):
+    made, model, truth = healthy
+    once, twice = filtered(made, model.vector(), SMALL), smoothed(made, model.vector(), SMALL)
+    error = twice.states[200:-200, OMEGA] - truth[200:-200, 1]
+    assert np.std(error) < np.std(once.states[200:-200, OMEGA] - truth[200:-200, 1])
+    within = np.abs(error) < 2.0 * np.sqrt(twice.covariances[200:-200, OMEGA, OMEGA])
+    assert np.mean(within) > 0.9
+    assert np.all(np.isfinite(twice.states[:, CURRENT]))
+
+
+def test_a_record_without_an_angle_or_with_a_clock_that_stands_is_refused(healthy):
+    _, model, _ = healthy
+    time, volts = np.arange(10) * 5e-4, np.zeros(10)
+    with pytest.raises(InputError, match="angle"):
+        record(time, volts, model, current=volts)
+    with pytest.raises(InputError, match="grow"):
+        record(np.zeros(10), volts, model, motor=volts)
