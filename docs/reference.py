@@ -14,11 +14,12 @@ from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.port import Port
 from etb_hil.report.wording import BENCH_REASONS, UNIT_REASONS
 from etb_hil.results.json_file import results_schema
+from etb_hil.uds.trouble_codes import CODES
 
 PACKAGE = Path(__file__).parents[1] / "etb_hil"
 ROOMS = (
-    "base", "recording", "plant", "observer", "diagnosis", "discrepancy", "canio", "controller", "scenario", "session",
-    "bench", "replays", "histories", "station", "report", "paper",
+    "base", "recording", "plant", "observer", "diagnosis", "discrepancy", "canio", "uds", "controller", "scenario",
+    "session", "bench", "replays", "histories", "station", "report", "paper",
 )  # fmt: skip
 
 
@@ -32,6 +33,7 @@ def write(folder):
         "effects": effects(),
         "measurements": measurements(),
         "reasons": reasons(),
+        "trouble_codes": trouble_codes(),
         "python": python(),
         **{f"room_{room}": room_page(room) for room in ROOMS},
     }
@@ -39,6 +41,15 @@ def write(folder):
     pages["index"] = f"# Reference\n\nMade from the code.\n\n```{{toctree}}\n:maxdepth: 1\n\n{listed}\n```\n"
     for name, text in pages.items():
         (folder / f"{name}.md").write_text(text, "utf-8")
+
+
+def trouble_codes():
+    """Return which trouble codes speak of a throttle body, and which measurements they are held against."""
+    rows = [
+        f"| {code} | {meaning.text} | {', '.join(f'`{one}`' for one in meaning.measurements)} |"
+        for code, meaning in CODES.items()
+    ]
+    return "\n".join(["# Trouble codes\n", "| code | what it says | measurements |", "|---|---|---|", *rows, ""])
 
 
 def commands():

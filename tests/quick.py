@@ -51,4 +51,5 @@ QUICK = (
     "station/test_serial_pattern",
     "trusted/test_closed_streams",
     "trusted/test_tampered_session",
+    "uds/test_uds_services",
 )

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 # kind of part, which is the end of its entry points' group -> the constant by which a file declares one
 KINDS = {
     "effects": "EFFECT",
+    "keys": "KEY",
     "laws": "LAW",
     "measurements": "MEASUREMENT",
     "observers": "OBSERVER",

@@ -79,22 +79,27 @@ class Beat:
         self._interlock = Interlock(round(bench.limits.frame_age * 1e9)) if tap.reports_interlock else None
         self.signals = signals
         self.commanded = OFF
+        self._moves = False
         self.is_ending = False
 
-    def __call__(self, set_point: SetPoint, *, is_waking: bool = False) -> None:
+    def __call__(self, set_point: SetPoint | None, *, is_waking: bool = False) -> None:
         """Send one command, wait for the next tick, and take in what arrived.
 
-        While the controller is waking, nothing has to be there yet, and its fault bits are of what was before.
+        While the controller is waking, nothing has to be there yet, and its fault bits are of what was before. Without
+        a set-point no command is sent: the unit moves by itself, and is watched as if it were driven.
         """
         self._heed_signals()
-        self._refuse(self.supervisor.allows(set_point))
-        if set_point.enable and self._interlock is not None:
+        self._moves = set_point is None or bool(set_point.enable)
+        if set_point is not None:
+            self._refuse(self.supervisor.allows(set_point))
+        if self._moves and self._interlock is not None:
             self._refuse(self._interlock.trip(self._clock.now_ns()))
-        if set_point.enable:
+        if self._moves:
             self._refuse(self._supply_trip())
-        self._tap.command(set_point)
-        self._pause.note(self._clock.now_ns())
-        self.commanded = set_point
+        if set_point is not None:
+            self._tap.command(set_point)
+            self._pause.note(self._clock.now_ns())
+            self.commanded = set_point
         self.next_ns += self.tick_ns
         self._clock.sleep_until_ns(self.next_ns)
         now_ns = self._clock.now_ns()
@@ -133,11 +138,11 @@ class Beat:
                 trip = Trip("bus_off", f"the CAN interface is bus-off; {trip.reason}")
         if self._interlock is not None:
             self._interlock.push(blocks)
-            if trip is None and self.commanded.enable:
+            if trip is None and self._moves:
                 trip = self._interlock.trip(now_ns)
         if self._supply is not None:
             self._supply.push(blocks)
-        if trip is None and self.commanded.enable:
+        if trip is None and self._moves:
             trip = self._supply_trip()
         if trip is None and now_ns > self._end_ns:
             trip = Trip("duration_limit", f"the run is longer than the limit of {self._limits.duration:g} s")

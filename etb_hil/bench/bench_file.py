@@ -21,6 +21,7 @@ from etb_hil.controller.laws.registry import law_names
 from etb_hil.observer.registry import DEFAULT, observer_names
 from etb_hil.plugins import load
 from etb_hil.scenario.phase import Measure
+from etb_hil.uds.settings import UdsSettings
 
 
 class Bench(FileModel):
@@ -44,6 +45,7 @@ class Bench(FileModel):
         tuple[str, ...], Field(description="Python files with plug-ins; paths, also beside this file")
     ] = ()
     observer: Annotated[str, Field(description="the observer that estimates friction while a run goes on")] = DEFAULT
+    uds: Annotated[UdsSettings | None, Field(description="how the unit's own diagnostics are asked")] = None
     limits: SafetyLimits
 
     @field_validator("observer")
@@ -125,7 +127,27 @@ def load_bench(path: Path, dbc: Path | None = None) -> BenchSetup:
         id_offset=bench.id_offset,
         place=document.place,
     )
+    _refuse_shared_identifiers(document, dialect)
     return BenchSetup(document, dbc, dialect)
+
+
+def _refuse_shared_identifiers(document: Document[Bench], dialect: Dialect) -> None:
+    uds = document.content.uds
+    if uds is None:
+        return
+    problems = [
+        Problem(
+            f"message '{message.name}' has this identifier",
+            document.place("uds", name),
+            hex(message.ident),
+            remedy="give the identifiers of the unit's diagnostic frames",
+        )
+        for name in ("request", "response")
+        for message in dialect.messages
+        if (message.ident, message.extended) == (getattr(uds, name), uds.extended)
+    ]
+    if problems:
+        raise InputError(*problems)
 
 
 def _dbc_of(document: Document[Bench], path: Path) -> Path:

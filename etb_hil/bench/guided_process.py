@@ -96,7 +96,7 @@ def main() -> None:
     given = json.loads(sys.stdin.readline())
     orders = OrdersOnAPipe(sys.stdin, answers)
     try:
-        paths = {name: Path(path) for name, path in given["files"].items() if path is not None}
+        paths: dict[str, Any] = {name: Path(path) for name, path in given["files"].items() if path is not None}
         job = prepare(JobFiles(scenario=None, observer=given["observer"], **paths))
         runner = partial(GuidedRunner, orders=orders, idle=given["idle"], is_virtual=job.is_virtual)
         signals = StopSignals()

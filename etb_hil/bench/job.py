@@ -16,6 +16,7 @@ from etb_hil.base.stock import find
 from etb_hil.base.yamlfile import Document
 from etb_hil.bench.bench_file import BenchSetup, load_bench, load_plugins
 from etb_hil.bench.controller_lock import bench_lock
+from etb_hil.bench.expected_unit import ExpectedUnit
 from etb_hil.bench.operator import Operator, check_unattended
 from etb_hil.bench.preflight import check_scenario
 from etb_hil.bench.rehearsal import rehearse
@@ -43,6 +44,7 @@ from etb_hil.session.session import Session, create
 from etb_hil.session.store import STORE, RunInStore
 
 if TYPE_CHECKING:
+    from etb_hil.bench.unit_talk import UnitTalk
     from etb_hil.canio.bus.budget import BusBudget
 
 
@@ -58,7 +60,7 @@ class JobFiles:
 
     `unit` is the virtual unit's model, which only the virtual controller reads. Without a `unit`, the virtual one is
     the stock default; without a `dbc`, it is the one that the bench file names. A `station` file is kept with the
-    session. An `observer` takes the place of the bench file's.
+    session, and `expected` is what it says of the unit. An `observer` takes the place of the bench file's.
     """
 
     scenario: Path | None
@@ -69,11 +71,12 @@ class JobFiles:
     dbc: Path | None = None
     station: Path | None = None
     observer: str | None = None
+    expected: ExpectedUnit | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """Files that were read and found to fit together."""
+    """Files that were read and found to fit together; `serial` is the unit's, once it is known."""
 
     files: JobFiles
     scenario: Document[Scenario]
@@ -82,6 +85,7 @@ class Job:
     limits: Limits
     unit: Model
     budgets: list[BusBudget]
+    serial: str = ""
 
     @property
     def observer(self) -> str:
@@ -174,6 +178,7 @@ def execute(
             seed=noise,
             observer=job.observer,
         )
+        job = replace(job, serial=serial)
         attempt, spent_ns = 1, 0
         warnings: list[str] = []
         while True:
@@ -225,7 +230,7 @@ def _attempt(
         store = open_things.enter_context(RunInStore(session.folder.parent / STORE, in_store, *names, job.limits))
         analysis = Analysis(job.setup.dialect, job.model, job.limits, str(session.folder), observer=job.observer)
         encoder = CommandEncoder(job.setup.dialect)
-        tap = Tap(link, encoder, analysis, log, store.watching(events, analysis), clock)
+        tap = Tap(link, encoder, analysis, log, store.watching(events, analysis), clock, _talk(job, clock))
         signals.hold()  # until results and store are written, at least: what hangs before may be interrupted
         record = (runner or Runner)(
             job.setup.bench,
@@ -246,6 +251,16 @@ def _attempt(
     return Finished(session, results, record, analysis, found, (store.warning,) if store.warning else ())
 
 
+def _talk(job: Job, clock: Clock) -> UnitTalk | None:
+    settings = job.setup.bench.uds
+    if settings is None:
+        return None
+    from etb_hil.bench.unit_talk import UnitTalk  # noqa: PLC0415 (a bench without UDS starts without it)
+
+    expected = job.files.expected
+    return UnitTalk(settings, clock, expected and replace(expected, serial=job.serial))
+
+
 def connect(job: Job, seed: int) -> tuple[Link, Clock]:
     """Open the bench's bus; on the virtual one, switch the virtual controller with its unit on."""
     bench = job.setup.bench
@@ -253,6 +268,9 @@ def connect(job: Job, seed: int) -> tuple[Link, Clock]:
         clock = WallClock()
         return open_link(bench.bus, clock), clock
     network = VirtualNetwork(int(bench.bus.bitrate), int(bench.bus.data_bitrate), fd=bench.bus.fd)
-    controller = VirtualController(job.unit, job.setup.dialect, seed, nominal=job.model, law=bench.law or "pd")
+    identity = {"part_number": job.limits.part_number} | ({"serial": job.serial} if job.serial else {})
+    controller = VirtualController(
+        job.unit, job.setup.dialect, seed, nominal=job.model, law=bench.law or "pd", uds=bench.uds, identity=identity
+    )
     network.attach(controller, controller.sends)
     return VirtualLink(network), network.clock

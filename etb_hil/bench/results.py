@@ -52,6 +52,7 @@ def results_of(
             run_result.Prompt(said.id, said.text, said.answer, said.by, (said.stamp_ns - record.start_ns) * 1e-9)
             for said in record.answers
         ),
+        unit_diagnostics=record.diagnostics,
         bus=_bus(bench, record, analysis),
         versions=versions(),
         plugins=plugins(),
@@ -78,9 +79,16 @@ def _bench(bench: Bench, record: RunRecord, analysis: Analysis) -> run_result.Be
         lateness=run_result.Lateness(record.late_mean_ns * 1e-6, record.late_worst_ns * 1e-6),
         frame_age=run_result.FrameAge(record.age_mean_ns * 1e-6, record.age_worst_ns * 1e-6),
         answer_time=answer_time(analysis.recording),
-        set_point_jitter=set_point_jitter(analysis.recording, bench.command_rate),
+        set_point_jitter=set_point_jitter(analysis.recording, bench.command_rate, _pauses(record)),
         not_watched=tuple(not_watched(analysis.dialect)),
     )
+
+
+def _pauses(record: RunRecord) -> list[tuple[int, int]]:
+    """Return when the unit ran routines of its own, in ns."""
+    routines = () if record.diagnostics is None else record.diagnostics.routines
+    origin = record.start_ns
+    return [(origin + round(one.start_s * 1e9), origin + round(one.end_s * 1e9)) for one in routines]
 
 
 def _exceedance(episode: Exceedance, record: RunRecord) -> run_result.Exceedance:

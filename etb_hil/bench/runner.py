@@ -26,6 +26,7 @@ from etb_hil.session.record import Answered, PhaseEnd, PhaseTime, RunRecord
 
 ANSWER_S = 1.0  # how long the controller may take to send its first samples
 ASK_S = 0.05  # how often it is asked for them
+TELLING = {"controller_fault", "controller_overcurrent"}  # ends of a run of which the unit's own codes tell more
 HOMEWARD = 1.0  # rad/s, how fast a stop in order leads the plate back
 
 
@@ -98,6 +99,7 @@ class Runner:
                 raise
             finally:
                 self._make_safe()
+            self._ask_after()
         self._finish_log()
         record.end_ns = self._clock.now_ns()
         record.late_worst_ns, record.late_mean_ns = beat.lateness.worst_ns, beat.lateness.mean_ns
@@ -110,13 +112,42 @@ class Runner:
         beat = self._beat
         try:
             self._wake_controller()
+            if (talk := self._tap.talk) is not None:
+                talk.origin_ns = self._record.start_ns
+                talk.before(self._rest, self._watch)
             for step in self._next_steps():
                 self._run_phase(step)
+            if talk is not None:
+                talk.run_routines("after", self._rest, self._watch)
         except StopInOrder:
             beat.is_ending = True
             if beat.commanded.enable:
                 self._follow(move(beat.supervisor.angle, self._throttle.limp_home, HOMEWARD), None)
             raise RunStopped(BenchOutcome.ABORTED, "stopped_by_operator", f"stopped by {beat.signals.cause}") from None
+
+    def _rest(self) -> None:
+        """Let one beat pass with the drive off."""
+        self._beat(OFF)
+
+    def _watch(self) -> None:
+        """Let one beat pass without a command, while the unit moves by itself."""
+        self._beat(None)
+
+    def _ask_after(self) -> None:
+        """Ask the unit for its trouble codes after a run, also after one that its controller ended."""
+        talk, record = self._tap.talk, self._record
+        if talk is None:
+            return
+        try:
+            if record.outcome is BenchOutcome.OK or record.reason_id in TELLING:
+                self._beat.next_ns = self._clock.now_ns()  # the safe stop kept a time of its own
+                talk.after(lambda: self._beat(OFF, is_waking=True))
+        except (RunStopped, StopInOrder, BenchFault) as stop:
+            if record.outcome is BenchOutcome.OK:
+                record.outcome = BenchOutcome.FAULT
+                record.reason_id, record.reason = getattr(stop, "reason_id", "bus_fault"), str(stop)
+        record.diagnostics = talk.found
+        self._tap.events.add(self._clock.now_ns(), "unit_diagnostics", **asdict(talk.found))
 
     def _next_steps(self) -> Iterator[Step]:
         """Yield the steps, each when the one before it has been run."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from etb_hil.base.clock import Clock
 from etb_hil.base.errors import BenchFault, RecordingFault
@@ -18,6 +18,9 @@ from etb_hil.scenario.phase import Measure
 from etb_hil.scenario.trajectory import SetPoint
 from etb_hil.session.analysis import Analysis
 from etb_hil.session.events import EventSink
+
+if TYPE_CHECKING:
+    from etb_hil.bench.unit_talk import UnitTalk
 
 FLUSH_S = 0.02  # what a killed run may lose is this and one beat, and as long as the host stalls
 SIGNAL_BITS = {"current": 1, "encoder": 2}
@@ -43,7 +46,14 @@ class Tap:
     """Sends commands, receives frames, logs both, and hands what arrived to the analysis."""
 
     def __init__(
-        self, link: Link, encoder: CommandEncoder, analysis: Analysis, log: RawLog, events: EventSink, clock: Clock
+        self,
+        link: Link,
+        encoder: CommandEncoder,
+        analysis: Analysis,
+        log: RawLog,
+        events: EventSink,
+        clock: Clock,
+        talk: UnitTalk | None = None,
     ) -> None:
         self._link = link
         self._encoder = encoder
@@ -53,6 +63,7 @@ class Tap:
         self._clock = clock
         self._flushed = time.monotonic()
         self._lost: RecordingFault | None = None
+        self.talk = talk
         self.events = events
         self.reports_enable = analysis.reports("enable")
         self.reports_interlock = analysis.reports(INTERLOCK)
@@ -89,6 +100,8 @@ class Tap:
         """
         frames = self._link.receive()
         self._keep(frames)
+        if self.talk is not None and (asked := self.talk.hear(frames)) is not None:
+            self._link.send(asked)
         return self._analysis.push(frames)
 
     @property

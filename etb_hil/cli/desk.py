@@ -11,6 +11,7 @@ from etb_hil.base.errors import BenchFault, InputError, Problem
 from etb_hil.base.outcome import BenchOutcome, ExitCode
 from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench, load_plugins
+from etb_hil.bench.expected_unit import ExpectedUnit
 from etb_hil.bench.job import JobFiles
 from etb_hil.cli.batch import checked_serial
 from etb_hil.histories.runs import Run, read_runs, run_of_results
@@ -85,6 +86,7 @@ class Desk:
             unit=self.unit,
             dbc=None if part.dbc is None else find("dbc", part.dbc, beside=path),
             station=path,
+            expected=ExpectedUnit("", part.number, part.software or "", part.clear_trouble_codes),
         )
 
     def require_fit_bench(self, serial: str) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from etb_hil.bench.job import JobFiles
@@ -26,8 +26,9 @@ def job_files(options: argparse.Namespace) -> JobFiles:
     from etb_hil.base.stock import find
     from etb_hil.bench.job import JobFiles
 
+    paths: dict[str, Any] = {kind: find(kind, getattr(options, kind) or name) for kind, name in DEFAULTS.items()}
     return JobFiles(
-        **{kind: find(kind, getattr(options, kind) or name) for kind, name in DEFAULTS.items()},
+        **paths,
         unit=None if options.unit is None else find("model", options.unit),
         observer=options.observer,
     )

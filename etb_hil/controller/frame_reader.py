@@ -97,15 +97,26 @@ class FrameReader:
 
     def push(self, frames: FrameBlock) -> None:
         """Take frames in the order of their stamps; those of other senders' messages are passed over."""
-        room = self._waiting + 2 * len(frames)
-        if room > len(self._stamps):
-            self._stamps = np.concatenate([self._stamps, np.zeros(room, np.int64)])
-            self._events = np.concatenate([self._events, np.zeros((room, EVENT_WIDTH))])
+        self._grow(self._waiting + 2 * len(frames))
         self._waiting = _read(
             frames.stamp_ns, frames.ident, frames.flags, frames.length, frames.data,
             self._messages, self._data_ids, self._counters, self._roles, self._places, self._factors, self._values,
             self._stamps, self._events, self._waiting,
         )  # fmt: skip
+
+    def insert(self, stamp_ns: int, event: list[float]) -> None:
+        """Put an event of the controller's own among those that wait, behind all that came before it."""
+        at = int(np.searchsorted(self.stamp_ns, stamp_ns, side="right"))
+        self._grow(self._waiting + 1)
+        self._stamps[at + 1 : self._waiting + 1] = self._stamps[at : self._waiting].copy()
+        self._events[at + 1 : self._waiting + 1] = self._events[at : self._waiting].copy()
+        self._stamps[at], self._events[at] = stamp_ns, event
+        self._waiting += 1
+
+    def _grow(self, room: int) -> None:
+        if room > len(self._stamps):
+            self._stamps = np.concatenate([self._stamps, np.zeros(room, np.int64)])
+            self._events = np.concatenate([self._events, np.zeros((room, EVENT_WIDTH))])
 
     def drop(self, used: int) -> None:
         """Forget the first events, which have taken effect."""

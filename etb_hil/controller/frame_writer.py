@@ -110,6 +110,22 @@ class FrameWriter:
         block = FrameBlock(stamp_ns, ident, flags, length, data, channel)
         return block if count == most else block.rows(slice(0, count))
 
+    def plain(self, stamp_ns: int, ident: int, extended: bool, payloads: list[bytes]) -> FrameBlock:
+        """Return classic frames with one identifier, whose data (up to 8 bytes each) somebody else made."""
+        count = len(payloads)
+        data = np.zeros((count, self._width), np.uint8)
+        for row, payload in enumerate(payloads):
+            data[row, : len(payload)] = np.frombuffer(payload, np.uint8)
+        flag = int(FrameFlag.EXTENDED) if extended else 0
+        return FrameBlock(
+            np.full(count, stamp_ns, np.int64),
+            np.full(count, ident, np.uint32),
+            np.full(count, flag, np.uint8),
+            np.array([len(payload) for payload in payloads], np.uint8),
+            data,
+            np.zeros(count, np.uint8),
+        )
+
     def joined(self, blocks: list[FrameBlock]) -> FrameBlock:
         """Return blocks of this writer end to end, as wide as its frames also where there are none."""
         return concatenate_frames(blocks) if any(map(len, blocks)) else self._nothing

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from etb_hil.base.compiled import njit
 from etb_hil.base.modes import Mode
-from etb_hil.controller import events, reference, sensors, supervision
+from etb_hil.controller import events, monitors, reference, sensors, supervision
 from etb_hil.controller.drive import drive_voltage
 from etb_hil.controller.laws.interface import CONTROL_PERIOD
 from etb_hil.controller.state import (
@@ -73,7 +73,9 @@ def run_ticks(
             while used < len(event_ns) and event_ns[used] <= now_ns:
                 events.apply_event(s, settings, now_ns, event_ns[used], event[used])
                 used += 1
-            if _control(s, settings, sheet, plant, unit, nominal, now_ns):
+            switched_now = _control(s, settings, sheet, plant, unit, nominal, now_ns)
+            monitors.watch(s, nominal)
+            if switched_now:
                 row = switches[switched]
                 row.tick, row.on, row.mode = s.tick, s.driving, s.mode
                 row.faults, row.command_ns = s.faults, s.command_ns
@@ -104,10 +106,10 @@ def _control(
     s: State, settings: Settings, sheet: DataSheet, plant: Vector, unit: Vector, nominal: Vector, now_ns: int
 ) -> bool:
     """Do one control tick; return whether the bridge was switched on or off."""
-    current = sensors.measured_current(told_current(plant, s.temperature, unit), s.tick, sheet)
+    s.current = sensors.measured_current(told_current(plant, s.temperature, unit), s.tick, sheet)
     supervision.warm_up(s, settings, unit, plant[CURRENT], CONTROL_PERIOD)
     supervision.watch(s, now_ns)
-    supervision.protect(s, current, nominal)
+    supervision.protect(s, s.current, nominal)
     _show_refusals(s)
     was = s.driving
     s.driving = 1 if s.mode != 0 and not s.released and supervision.may_drive(s) else 0
@@ -128,7 +130,7 @@ def _control(
 def _measure(s: State, plant: Vector, unit: Vector, nominal: Vector, sheet: DataSheet) -> None:
     """Read encoder and plate tracks: the tracks say, slowly, where the encoder's origin is."""
     encoder = sensors.encoder_angle(told_motor_angle(plant, unit), sheet) / nominal[GEAR_RATIO]
-    track, track_2 = sensors.track_angles(told_plate(plant, unit), s.tick, sheet)
+    s.track, s.track_2 = track, track_2 = sensors.track_angles(told_plate(plant, unit), s.tick, sheet)
     s.origin_samples = min(s.origin_samples + 1, SLOWEST_ORIGIN)
     s.encoder_origin += (0.5 * (track + track_2) - encoder - s.encoder_origin) / s.origin_samples
     velocity = (encoder - s.encoder) / CONTROL_PERIOD

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Problem
+from etb_hil.controller import monitors
 from etb_hil.controller.kernel import ARRIVED, run_ticks
 from etb_hil.controller.laws.choice import law_gains, law_number
 from etb_hil.controller.noise import generator
@@ -57,7 +58,7 @@ class Machine:
 
     `nominal` is what the controller believes of the unit and need not be true; `law` names its position law. Without a
     `start_angle` the plate rests where springs and friction may have left it. `has_single` and `has_burst` say for
-    which kinds of measurement there are frames.
+    which kinds of measurement there are frames. `track_2_offset` (rad) is a fault of the second plate track.
     """
 
     def __init__(
@@ -72,6 +73,7 @@ class Machine:
         ambient: float = AMBIENT_C,
         has_single: bool = True,
         has_burst: bool = True,
+        track_2_offset: float = 0.0,
     ) -> None:
         values, known = unit.values_at(ambient), nominal.values
         angle = resting_angle(values, seed) if start_angle is None else _inside_the_stops(start_angle, values)
@@ -90,6 +92,7 @@ class Machine:
         self._settings["heating"] = HEATING_K_PER_W
         self._settings["heating_time"] = HEATING_TIME_S
         self._sheet = data_sheet(unit.sensors, values.gear_ratio, angle, seed)
+        self._sheet["track_2_offset"] = track_2_offset
         base = values.vector()
         change = unit.values_at(ambient + 1.0).vector() - base
         if unit.effects:
@@ -136,6 +139,42 @@ class Machine:
     def temperature(self) -> float:
         """The housing's temperature in degC."""
         return float(self._state["temperature"][0])
+
+    @property
+    def is_driving(self) -> bool:
+        """Whether the bridge is on."""
+        return bool(self._state["driving"][0])
+
+    @property
+    def mode(self) -> int:
+        """The mode that the last command set."""
+        return int(self._state["mode"][0])
+
+    @property
+    def measured_position(self) -> float:
+        """The plate's angle in rad as encoder and tracks tell it."""
+        return float(self._state["measured_position"][0])
+
+    @property
+    def measured_velocity(self) -> float:
+        """The plate's velocity in rad/s as the encoder tells it."""
+        return float(self._state["measured_velocity"][0])
+
+    @property
+    def codes(self) -> tuple[int, int, int]:
+        """The trouble codes that fail now, that failed, and that were tested since they were cleared, as bits."""
+        return int(self._state["failing"][0]), int(self._state["failed"][0]), int(self._state["tested"][0])
+
+    def judge_code(self, code: int, *, fails: bool) -> None:
+        """Note what the test of a code says that no sensor sets by itself (a bit of `monitors`)."""
+        monitors.judge(self._records[0], code, fails)
+
+    def forget_codes(self, codes: int) -> None:
+        """Clear trouble codes (bits): what still fails is set again by its next test."""
+        for name in ("failing", "failed", "tested"):
+            self._state[name] &= ~codes
+        if codes & monitors.NO_RETURN:
+            self._state["off_ms"] = 0
 
     def run(
         self,

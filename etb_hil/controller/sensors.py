@@ -54,7 +54,8 @@ def encoder_angle(motor_angle: float, sheet: DataSheet) -> float:
 def track_angles(theta: float, counter: int, sheet: DataSheet) -> tuple[float, float]:
     """Return both plate tracks in rad; the second one falls as the plate opens and is given as the angle it means."""
     one = rounded(theta + normal(sheet.seed, counter, TRACK) * sheet.track_noise, sheet.track_step)
-    two = -rounded(-theta + normal(sheet.seed, counter, TRACK_2) * sheet.track_noise, sheet.track_step)
+    noise = normal(sheet.seed, counter, TRACK_2) * sheet.track_noise
+    two = -rounded(-theta - sheet.track_2_offset + noise, sheet.track_step)
     low, high = sheet.track_low, sheet.track_high
     return min(max(one, low), high), min(max(two, low), high)
 

@@ -84,6 +84,17 @@ class State:
     over_current_ms: int
     over_duty_ms: int
     temperature: float  # degC of the housing
+    # what the trouble codes' tests have seen (`monitors.py`), and for how many ms
+    track: float
+    track_2: float
+    current: float
+    far_ms: int
+    stuck_ms: int
+    apart_ms: int
+    off_ms: int
+    failing: int
+    failed: int  # since the codes were cleared
+    tested: int
     # the measurement that is under way
     sample_ticks: int  # between samples, 0 when nothing is asked for
     sample_end: int  # first tick without samples
@@ -115,6 +126,7 @@ class DataSheet:
     track_low: float
     track_high: float
     track_noise: float  # rad rms
+    track_2_offset: float  # rad that the second track is off by: a fault
     current_step: float  # A
     current_noise: float  # A rms
     voltage_step: float  # V

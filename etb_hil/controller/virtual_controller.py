@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from etb_hil import __version__
 from etb_hil.base.modes import Mode
 from etb_hil.canio.frames import FrameBlock
 from etb_hil.controller.frame_reader import FrameReader
 from etb_hil.controller.frame_writer import FrameWriter
 from etb_hil.controller.machine import AMBIENT_C, Machine
-from etb_hil.controller.state import LATCHED, TICK_NS, Fault
+from etb_hil.controller.state import CONTROL_NS, CONTROL_TICKS, LATCHED, TICK_NS, Fault
 
 if TYPE_CHECKING:
     import numpy as np
 
     from etb_hil.canio.dbc.dialect import Dialect
+    from etb_hil.controller.uds.faults import UdsFault
+    from etb_hil.controller.uds.server import UdsServer
     from etb_hil.plant.parameters import Model
     from etb_hil.plant.physics import Vector
+    from etb_hil.uds.settings import UdsSettings
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +42,8 @@ class VirtualController:
     `unit` is what the throttle is; `nominal` is what the controller takes it for (the unit itself where none is
     given); `law` names its position law. It is switched on at `start_ns` of the bus's clock, with its plate at
     `start_angle` (rad) or where springs and friction may have left it, in a housing at `ambient` (degC). All noise
-    follows from `seed`. `on_switch` is told each time the bridge goes on or off.
+    follows from `seed`. `on_switch` is told each time the bridge goes on or off. With `uds` it answers UDS, as what
+    `identity` says by name, with `uds_faults`; `track_2_offset` (rad) is a fault of its second plate track.
     """
 
     def __init__(
@@ -53,6 +58,10 @@ class VirtualController:
         start_angle: float | None = None,
         ambient: float = AMBIENT_C,
         on_switch: Callable[[DriveSwitch], None] | None = None,
+        uds: UdsSettings | None = None,
+        identity: Mapping[str, str] | None = None,
+        uds_faults: tuple[UdsFault, ...] = (),
+        track_2_offset: float = 0.0,
     ) -> None:
         self._reader = FrameReader(dialect)
         self._writer = FrameWriter(dialect, start_ns)
@@ -66,15 +75,23 @@ class VirtualController:
             ambient=ambient,
             has_single=self._writer.has_single,
             has_burst=self._writer.has_burst,
+            track_2_offset=track_2_offset,
         )
+        self._uds: UdsServer | None = None
+        if uds is not None:
+            from etb_hil.controller.uds.server import UdsServer  # noqa: PLC0415 (few benches need it)
+
+            known = {"serial": "VIRTUAL", "part_number": unit.name, "software": __version__} | dict(identity or {})
+            self._uds = UdsServer(uds, self._machine, (nominal or unit).values, known, uds_faults)
         self._on_switch = on_switch
         self.driving = False
         self.start_ns = start_ns
+        self._acted_ns = start_ns - CONTROL_NS
 
     @property
     def sends(self) -> list[tuple[int, bool]]:
         """The identifiers of its frames, and whether they are extended."""
-        return self._writer.idents
+        return [*self._writer.idents, *(() if self._uds is None else (self._uds.sends,))]
 
     @property
     def time(self) -> float:
@@ -94,6 +111,29 @@ class VirtualController:
         """
         if inbox is not None and len(inbox):
             self._reader.push(inbox)
+        if self._uds is None:
+            return self._writer.joined(self._lived(until_ns))
+        return self._writer.joined(self._lived_with(self._uds, until_ns, inbox))
+
+    def _lived_with(self, uds: UdsServer, until_ns: int, inbox: FrameBlock | None) -> list[FrameBlock]:
+        """Live until `until_ns`, and stop at each control tick at which the UDS server has something to do."""
+        if inbox is not None and len(inbox):
+            uds.take(inbox)
+        blocks: list[FrameBlock] = []
+        while True:
+            done = self.start_ns + -(-self._machine.tick // CONTROL_TICKS) * CONTROL_NS
+            tick_ns = uds.next_ns(max(done, self._acted_ns + CONTROL_NS))
+            if tick_ns is None or tick_ns >= until_ns:
+                return blocks + self._lived(until_ns)
+            blocks += self._lived(tick_ns)
+            data, command = uds.act(tick_ns)
+            self._acted_ns = tick_ns
+            if command is not None:
+                self._reader.insert(tick_ns, command)
+            if data:
+                blocks.append(self._writer.plain(tick_ns, *uds.sends, data))
+
+    def _lived(self, until_ns: int) -> list[FrameBlock]:
         used, outputs = self._machine.run(until_ns, self._reader.stamp_ns, self._reader.events)
         self._reader.drop(used)
         blocks = []
@@ -101,7 +141,7 @@ class VirtualController:
             blocks.append(self._writer.frames(output.samples, output.statuses))
             for row in output.switches:
                 self._note(row)
-        return blocks[0] if len(blocks) == 1 else self._writer.joined(blocks)
+        return blocks
 
     def _note(self, row: np.void) -> None:
         self.driving = bool(row["on"])

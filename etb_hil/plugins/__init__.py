@@ -12,6 +12,7 @@ __all__ = ["Plugin", "load", "loaded", "unload"]
 # kind of part -> the module that holds its registry
 _REGISTRIES = {
     "effects": "etb_hil.plant.effects.catalogue",
+    "keys": "etb_hil.uds.keys",
     "laws": "etb_hil.controller.laws.registry",
     "measurements": "etb_hil.diagnosis.measurement_registry",
     "observers": "etb_hil.observer.registry",
@@ -21,7 +22,9 @@ _REGISTRIES = {
 
 
 def load(path: str | Path) -> Plugin:
-    """Take in the parts that a Python file declares (`EFFECT`, `LAW`, `MEASUREMENT`, `OBSERVER`, `PHASE`, `READER`).
+    """Take in the parts that a Python file declares.
+
+    They are its constants `EFFECT`, `KEY`, `LAW`, `MEASUREMENT`, `OBSERVER`, `PHASE` and `READER`.
 
     This process has them from then on, and those that it starts. Raises InputError, naming file and reason, where one
     cannot be loaded, has the name of another one or breaks its contract; nothing of the file is taken in then.

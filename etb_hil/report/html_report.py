@@ -18,6 +18,7 @@ from etb_hil.report.drawing import inline_svg, save_png
 from etb_hil.report.grades import bus_facts, timing_facts
 from etb_hil.report.series import ReportSeries
 from etb_hil.report.show import phase_name
+from etb_hil.report.unit_codes import facts, measured_for
 from etb_hil.report.verdict import unit_line, verdict_of
 from etb_hil.results import shown
 from etb_hil.results.measurement import Measurement
@@ -28,6 +29,7 @@ REPORT_NAME = "report.html"
 # What two printed pages hold; the rest is in results.json, and the page says so.
 _MOST_NUMBERS, _MOST_PHASES, _MOST_EXCEEDANCES, _MOST_MESSAGES, _MOST_INPUTS = 16, 16, 7, 7, 6
 _MOST_PROMPTS, _MOST_RATES, _MOST_JUDGED = 4, 8, 40
+_MOST_CODES = 8
 _LONGEST_WORD, _LONGEST_NAME, _LONGEST_PHRASE, _LONGEST_VERSIONS, _LONGEST_SENTENCE = 20, 40, 56, 160, 480
 _LARGEST_INPUT = 200_000  # bytes of a file that the page carries
 _SAFE_STATE = {True: "yes, seen in the measured current", False: "NOT VERIFIED", None: "not looked at"}
@@ -103,6 +105,7 @@ def render_page(results: RunResult, drawn: Mapping[str, str], texts: Mapping[str
         count=lambda value: shown.UNKNOWN if value is None else str(value),
     )
     verdict = verdict_of(results, next_step)
+    says = results.unit_diagnostics
     at_rates = [one for one in results.measurements.values() if one.id.startswith(_AT_RATE)]
     numbers = sorted((one for one in results.measurements.values() if one not in at_rates), key=_how_urgent)
     shown_first = min(max(_MOST_NUMBERS, len(results.judged)), _MOST_JUDGED)
@@ -118,6 +121,11 @@ def render_page(results: RunResult, drawn: Mapping[str, str], texts: Mapping[str
         safe_state=_SAFE_STATE[results.bench.safe_state],
         grades=[(name, _sentence(text)) for name, text in (*bus_facts(results), *timing_facts(results))],
         phase_name=phase_name,
+        unit_facts=[] if says is None else [(name, _sentence(text)) for name, text in facts(says)],
+        codes=[
+            (code.code, _sentence(code.text or "not a code of a throttle body"), _sentence(measured_for(code, results)))
+            for code in (says and (says.codes_after or says.codes_before)) or ()
+        ][:_MOST_CODES],
         numbers=numbers[:shown_first],
         of_numbers=len(numbers),
         at_rates=at_rates[:_MOST_RATES],

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.report import show
+from etb_hil.report.unit_codes import codes_line
 from etb_hil.report.verdict import unit_line, verdict_of
 from etb_hil.report.wording import bench_wording
 from etb_hil.results import shown
@@ -88,6 +89,13 @@ def _properties(run: Reported) -> Iterable[tuple[str, object]]:
         for key in ("low", "high", "limit_low", "limit_high"):
             if (value := getattr(one, key)) is not None:
                 yield f"{one.id}.{key}", value
+    if (says := results.unit_diagnostics) is not None:
+        for identity in says.identity:
+            yield f"unit.{identity.name}", identity.value
+        yield "unit.codes_before", codes_line(says.codes_before)
+        yield "unit.codes_after", codes_line(says.codes_after)
+        for routine in says.routines:
+            yield f"unit.{routine.name}.{routine.when}", routine.outcome
     bus = results.bus
     yield "bus", bus.name
     yield "bus_load", bus.load

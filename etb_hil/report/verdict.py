@@ -9,6 +9,7 @@ from pathlib import Path
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.report import show
+from etb_hil.report.unit_codes import code_sentences
 from etb_hil.report.wording import attempts_sentence, bench_wording, further_reasons, spring_or_friction, unit_wording
 from etb_hil.results.run_result import RunResult
 
@@ -64,7 +65,7 @@ def verdict_of(results: RunResult, next_step: str = "") -> Verdict:
     if results.bench.outcome is BenchOutcome.ABORTED:
         return Verdict("ABORTED", "unsure", bench.reason, bench.next_step, not_the_unit)
     unit = unit_wording(results)
-    further = [*further_reasons(results), spring_or_friction(results), attempts]
+    further = [*further_reasons(results), spring_or_friction(results), *code_sentences(results), attempts]
     headline, tone = {
         UnitVerdict.PASS: ("PASS", "good"),
         UnitVerdict.FAIL: ("FAIL", "bad"),

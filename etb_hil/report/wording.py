@@ -146,6 +146,32 @@ BENCH_REASONS = {
     "no_answer": Wording(
         "The controller did not answer.", "Check its supply, the CAN plug and the bench's bit rate, then repeat."
     ),
+    "wrong_unit": Wording(
+        "The unit says that it is another one than the station expects.",
+        "Check the label and the part that was chosen, then scan again.",
+        True,
+    ),
+    "uds_no_answer": Wording(
+        "The unit did not answer the bench's diagnostic request in time.",
+        "Check the identifiers of the bench file's 'uds' section and the unit's supply, then repeat.",
+        True,
+    ),
+    "uds_bad_answer": Wording(
+        "The unit's diagnostic answer breaks the protocol.",
+        "Check the CAN wiring and that no other tool talks to the unit, then repeat.",
+        True,
+    ),
+    "uds_refused": Wording(
+        "The unit refused a diagnostic request.",
+        "Have an engineer check session, security access and identifiers of the bench file's 'uds' section.",
+        True,
+    ),
+    "uds_second_tester": Wording(
+        "Another diagnostic tester talks to the unit.", "Unplug the other tester, then repeat.", True
+    ),
+    "uds_routine": Wording(
+        "A routine of the unit did not end.", "Check with the supply off that the plate moves freely.", True
+    ),
     "controller_overcurrent": Wording(
         "The run ended early: the controller took the drive off because of too much current.",
         "Check with the supply off whether the plate moves freely by hand.",
@@ -375,6 +401,11 @@ def spring_or_friction(results: RunResult) -> str:
         cause = "it is the return spring: friction is within its limits, and the spring has too little left over it."
     else:
         cause = "the spring has too little left over friction; which of the two is at fault, this run does not tell."
+    diagnostics = results.unit_diagnostics
+    if diagnostics is not None and diagnostics.codes_after is not None:  # then nobody has to guess the code
+        if not any(code.code == "P2119" for code in diagnostics.codes_after):
+            return ""
+        return f"P2119 does not say whether the return spring failed or friction rose: here {cause}{preload}"
     return (
         "A vehicle may set P2119 (throttle body range/performance) for this unit. The code does not say whether the "
         f"return spring failed or friction rose: here {cause}{preload}"

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from etb_hil.base.outcome import BenchOutcome, ExitCode, UnitVerdict, exit_code
 from etb_hil.base.plugins import Plugin
 from etb_hil.results.measurement import Measurement, Measurements
+from etb_hil.results.unit_diagnostics import UnitDiagnostics
 
 SCHEMA_VERSION = 2
 
@@ -205,6 +206,7 @@ class RunResult:
     phases: tuple[Phase, ...] = ()
     prompts: tuple[Prompt, ...] = ()
     attempts: tuple[Attempt, ...] = ()
+    unit_diagnostics: UnitDiagnostics | None = None
     bus: Bus = field(default_factory=Bus)
     versions: Mapping[str, str] = field(default_factory=dict)
     plugins: tuple[Plugin, ...] = ()

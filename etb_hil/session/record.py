@@ -8,6 +8,7 @@ from enum import StrEnum
 from typing import Any
 
 from etb_hil.base.outcome import BenchOutcome, SafeState
+from etb_hil.results.unit_diagnostics import UnitDiagnostics, diagnostics_from
 from etb_hil.session.events import Event
 
 CUT_SHORT = "the run was cut short: its end was never written"
@@ -64,6 +65,7 @@ class RunRecord:
     age_mean_ns: int = 0
     is_recorded: bool = True
     health: dict[str, Any] = field(default_factory=dict)
+    diagnostics: UnitDiagnostics | None = None
 
     @property
     def is_complete(self) -> bool:
@@ -73,7 +75,7 @@ class RunRecord:
     def details(self) -> dict[str, Any]:
         """Return what the last event of a run keeps."""
         plain = asdict(self)
-        del plain["phases"], plain["answers"]
+        del plain["phases"], plain["answers"], plain["diagnostics"]
         return plain
 
 
@@ -93,9 +95,12 @@ def record_of(events: Iterable[Event]) -> RunRecord:
         elif event.event == "answer":
             said = {key: details[key] for key in ("id", "text", "answer", "by")}
             record.answers.append(Answered(**said, stamp_ns=event.stamp_ns))
+        elif event.event == "unit_diagnostics":
+            record.diagnostics = diagnostics_from(details)
         elif event.event == "end":
             details["outcome"] = BenchOutcome(details["outcome"])
             details["safe_state"] = SafeState(details["safe_state"])
+            details["diagnostics"] = record.diagnostics
             return RunRecord(**details, phases=record.phases, answers=record.answers)
         record.end_ns = max(record.end_ns, event.stamp_ns)
     return record

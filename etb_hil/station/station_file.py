@@ -42,6 +42,10 @@ class Part(FileModel):
     limits: Text
     model: Text
     scenario: Text = "friction_check"
+    software: Annotated[Text | None, Field(description="what the unit itself says of its software, by UDS")] = None
+    clear_trouble_codes: Annotated[
+        bool, Field(description="whether the unit's own trouble codes are cleared before a run, after they were read")
+    ] = False
     dbc: Annotated[Text | None, Field(description="instead of the one that the bench file names")] = None
 
     @field_validator("serial")

@@ -1,0 +1,48 @@
+"""Key functions of security access: ours for the virtual controller, and those of plug-ins."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+
+from etb_hil.base.plugins import parts, when_changed
+
+DEFAULT_KEY = "example"
+
+
+@dataclass(frozen=True, slots=True)
+class SecurityKey:
+    """A function that makes the key (bytes) of a seed (bytes) and a security level (odd number)."""
+
+    compute: Callable[[bytes, int], bytes]
+
+
+def _example(seed: bytes, level: int) -> bytes:
+    """Return each byte of the seed turned over, plus the level: a key for trying things out, and no secret."""
+    return bytes((byte ^ 0xFF) + level & 0xFF for byte in seed)
+
+
+@cache
+def _keys() -> dict[str, SecurityKey]:
+    found = {DEFAULT_KEY: SecurityKey(_example)}
+    for part in parts("keys"):
+        part.require(SecurityKey)
+        if part.name in found:
+            raise part.refused(f"there is a key function {part.name} already")
+        found[part.name] = part.value
+    return found
+
+
+def key_names() -> tuple[str, ...]:
+    """Return the names of all key functions, ours first; InputError where a plug-in breaks the contract."""
+    return tuple(_keys())
+
+
+def key_of(name: str, seed: bytes, level: int) -> bytes:
+    """Return the key that a function makes of a seed; KeyError where there is no such function."""
+    return _keys()[name].compute(seed, level)
+
+
+when_changed(_keys.cache_clear)
+when_changed(_keys)

@@ -1,0 +1,169 @@
+"""A run on a bench with UDS: identity, codes before and after, routines; and what ends it as a bench fault."""
+
+import json
+from dataclasses import replace
+
+import pytest
+from uds_bench import UDS, frames_of
+from whole_run import files
+
+from etb_hil.base.outcome import BenchOutcome, UnitVerdict
+from etb_hil.bench import job as job_room
+from etb_hil.bench.expected_unit import ExpectedUnit
+from etb_hil.bench.job import execute, prepare
+from etb_hil.canio.bus.link import VirtualLink
+from etb_hil.canio.bus.virtual_network import VirtualNetwork
+from etb_hil.controller.uds.faults import UdsFault, UdsFaultKind
+from etb_hil.controller.virtual_controller import VirtualController
+from etb_hil.replays.session_replay import replay
+from etb_hil.report.html_report import render_page
+from etb_hil.report.junit import Reported, junit_text
+from etb_hil.report.verdict import verdict_text
+from etb_hil.results.json_file import result_from_dict
+
+SHORT = """
+schema: etb_hil/scenario/1
+name: Short
+phases:
+  - {id: current_zero, kind: current_zero, duration: 0.6 s}
+  - {id: ramp, kind: ramp, between: [10 deg, 20 deg], speed: 1 rad/s}
+  - {id: return, kind: off, duration: 0.6 s}
+"""
+PLOTS = dict.fromkeys(("friction_over_speed", "friction_over_angle", "time_traces"), "<svg/>")
+
+
+@pytest.fixture
+def short(tmp_path):
+    path = tmp_path / "short.yaml"
+    path.write_text(SHORT, "utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def faulty(tmp_path_factory):
+    chosen = replace(files(bench="virtual_uds", unit="faulty"), expected=ExpectedUnit(part_number="default-throttle"))
+    return execute(prepare(chosen), tmp_path_factory.mktemp("sessions"), "ETB-0042", 3)
+
+
+def run(short, tmp_path, monkeypatch=None, *, faults=(), expected=None, node=None, **options):
+    chosen = replace(files(scenario=short, bench="virtual_uds"), expected=expected)
+    if monkeypatch is not None:
+
+        def connect(job, seed):
+            bench = job.setup.bench
+            network = VirtualNetwork(int(bench.bus.bitrate))
+            controller = VirtualController(
+                job.unit, job.setup.dialect, seed, nominal=job.model, uds=bench.uds, uds_faults=faults, **options
+            )
+            network.attach(controller, controller.sends)
+            if node is not None:
+                network.attach(node)
+            return VirtualLink(network), network.clock
+
+        monkeypatch.setattr(job_room, "connect", connect)
+    return execute(prepare(chosen), tmp_path / "sessions", "ETB-0042", 3)
+
+
+def test_the_unit_reports_its_code_beside_the_measurement(faulty):
+    results = faulty.results
+    assert (results.bench.outcome, results.unit.verdict) == (BenchOutcome.OK, UnitVerdict.FAIL)
+    found = results.unit_diagnostics
+    assert [one.value for one in found.identity[:2]] == ["ETB-0042", "default-throttle"]
+    assert found.codes_before == ()
+    assert [code.code for code in found.codes_after] == ["P2119"]
+    assert [(one.name, one.when, one.outcome) for one in found.routines] == [("learn_stops", "before", "done")]
+    text = " ".join(verdict_text(results).split())
+    assert "The unit reports P2119; measured: stiction torque T_st 0.567 N·m" in text
+    assert "spring torque above limp-home 0.3" in text
+
+
+def test_report_and_junit_show_it(faulty):
+    page = render_page(faulty.results, PLOTS, {})
+    assert "own diagnostics report" in page
+    assert "P2119" in page
+    document = junit_text([Reported(faulty.results)])
+    assert '<property name="unit.codes_after" value="P2119"' in document
+    assert '<property name="unit.serial" value="ETB-0042"' in document
+
+
+def test_a_replay_and_the_file_give_the_same(faulty):
+    assert replay(faulty.session.folder).results.unit_diagnostics == faulty.results.unit_diagnostics
+    kept = json.loads((faulty.session.folder / "results.json").read_text("utf-8"))
+    assert result_from_dict(kept) == faulty.results
+
+
+def test_another_unit_than_the_station_expects_does_not_move(short, tmp_path):
+    results = run(short, tmp_path, expected=ExpectedUnit(part_number="other-part", software="9.9")).results
+    assert (results.bench.outcome, results.bench.reason_id) == (BenchOutcome.FAULT, "wrong_unit")
+    assert results.phases == ()
+    assert results.unit.verdict is None
+    assert "part number 'default-throttle', not 'other-part'" in results.bench.reason
+    assert results.bench.safe_state
+
+
+def test_codes_are_cleared_where_the_station_says_so(short, tmp_path):
+    results = run(short, tmp_path, expected=ExpectedUnit(clears_codes=True)).results
+    assert results.unit_diagnostics.cleared
+    assert results.bench.outcome is BenchOutcome.OK
+
+
+@pytest.mark.parametrize(
+    ("kind", "reason"),
+    [
+        (UdsFaultKind.NO_ANSWER, "uds_no_answer"),
+        (UdsFaultKind.PENDING_FOR_EVER, "uds_no_answer"),
+        (UdsFaultKind.SLOW, None),
+        (UdsFaultKind.WRONG_LENGTH, "uds_bad_answer"),
+        (UdsFaultKind.WRONG_SEQUENCE, "uds_bad_answer"),
+        (UdsFaultKind.WRONG_SERVICE, "uds_bad_answer"),
+    ],
+)
+def test_faults_of_the_unit_are_bench_faults_in_bounded_time(kind, reason, short, tmp_path, monkeypatch):
+    faults = (UdsFault(kind, 0x22 if kind is not UdsFaultKind.SLOW else 0x19),)
+    results = run(short, tmp_path, monkeypatch, faults=faults).results
+    if reason is None:
+        assert results.bench.outcome is BenchOutcome.OK
+        return
+    assert (results.bench.outcome, results.bench.reason_id) == (BenchOutcome.FAULT, reason)
+    assert results.unit.verdict is None
+    assert results.phases == ()
+    assert results.duration_s < UDS.timing.longest + 1.5
+
+
+def test_a_fault_after_the_run_gives_no_verdict(short, tmp_path, monkeypatch):
+    class SilentLater:
+        """Strikes once the codes have been read for the first time."""
+
+        kind, asked = UdsFaultKind.NO_ANSWER, 0
+
+        def strikes(self, kind, service):
+            self.asked += kind is UdsFaultKind.NO_ANSWER and service == 0x19
+            return kind is UdsFaultKind.NO_ANSWER and service == 0x19 and self.asked > 1
+
+    results = run(short, tmp_path, monkeypatch, faults=(SilentLater(),)).results
+    assert len(results.phases) == 3
+    assert (results.bench.outcome, results.bench.reason_id) == (BenchOutcome.FAULT, "uds_no_answer")
+    assert results.unit.verdict is None
+    assert results.bench.safe_state
+
+
+class SecondTester:
+    """Asks the unit as well, every 20 ms."""
+
+    def __init__(self):
+        self._next = 0
+
+    def run(self, until_ns, _inbox):
+        due = []
+        while self._next < until_ns:
+            due.append(self._next)
+            self._next += 20_000_000
+        frames = frames_of(UDS.request, [bytes.fromhex("023e80")] * len(due))
+        frames.stamp_ns[:] = due
+        return frames
+
+
+def test_a_second_tester_is_named(short, tmp_path, monkeypatch):
+    results = run(short, tmp_path, monkeypatch, node=SecondTester()).results
+    assert (results.bench.outcome, results.bench.reason_id) == (BenchOutcome.FAULT, "uds_second_tester")
+    assert results.unit.verdict is None
