@@ -129,7 +129,7 @@ def test_what_breaks_a_contract_is_refused(kind, old, new, says, tmp_path):
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("x = 1\n", "the file declares no part; allowed: EFFECT, LAW, MEASUREMENT, OBSERVER, PHASE, READER"),
+        ("x = 1\n", "the file declares no part; allowed: EFFECT, KEY, LAW, MEASUREMENT, OBSERVER, PHASE, READER"),
         ("EFFECT = 1 / 0\n", "cannot be loaded: ZeroDivisionError: division by zero"),
         ("EFFECT = (\n", "cannot be loaded: SyntaxError"),
         ("import no_such_module\n", "cannot be loaded: ModuleNotFoundError: No module named 'no_such_module'"),
