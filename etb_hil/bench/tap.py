@@ -64,6 +64,7 @@ class Tap:
         self._flushed = time.monotonic()
         self._lost: RecordingFault | None = None
         self.talk = talk
+        self._asked: FrameBlock | None = None  # frames to the unit's diagnostics that wait for the next command
         self.events = events
         self.reports_enable = analysis.reports("enable")
         self.reports_interlock = analysis.reports(INTERLOCK)
@@ -81,6 +82,7 @@ class Tap:
                 "command_voltage": set_point.voltage,
             }
         )
+        self._ask()  # behind the set-point, which waits for nothing
 
     def request(self, measure: Measure) -> None:
         """Ask the controller for samples until told otherwise."""
@@ -100,8 +102,9 @@ class Tap:
         """
         frames = self._link.receive()
         self._keep(frames)
-        if self.talk is not None and (asked := self.talk.hear(frames)) is not None:
-            self._link.send(asked)
+        if self.talk is not None:
+            self._ask()  # what no command has taken along
+            self._asked = self.talk.hear(frames)
         return self._analysis.push(frames)
 
     @property
@@ -135,6 +138,11 @@ class Tap:
                 self._flushed = time.monotonic()
         except BenchFault as fault:
             self._lost = RecordingFault(str(fault))
+
+    def _ask(self) -> None:
+        if self._asked is not None:
+            self._link.send(self._asked)
+            self._asked = None
 
     def _send(self, values: dict[str, float]) -> None:
         """Send what this controller can be told; what a scenario needs of it was checked before."""

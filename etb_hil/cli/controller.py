@@ -29,6 +29,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=int, default=1, help="of all noise (default: 1)")
     parser.add_argument("--start-angle", metavar="ANGLE", help="where the plate stands at power-on, as '8 deg'")
     parser.add_argument("--ambient", metavar="TEMPERATURE", default="20 degC", help="as '20 degC' (the default)")
+    parser.add_argument("--serial", default="VIRTUAL", help="serial number that it reports by UDS (default: VIRTUAL)")
+    parser.add_argument("--part-number", help="part number that it reports by UDS (default: the unit's name)")
     parser.add_argument("--log", type=Path, metavar="FILE", help="JSON lines: drive on and off with controller time")
 
 
@@ -78,6 +80,8 @@ def run(args: argparse.Namespace) -> int:
             start_angle=start_angle,
             ambient=ambient,
             on_switch=log.switch,
+            uds=setup.bench.uds,
+            identity={"serial": args.serial, "part_number": args.part_number or unit.name},
         )
         rehearsing = power_on()
         stack.enter_context(sender_lock(settings, rehearsing.sends, f"controller of '{unit.name}'"))
