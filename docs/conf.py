@@ -26,6 +26,8 @@ html_theme_options = {
     "page_width": "70rem",
 }
 html_show_copyright = False
+html_static_path = ["static"]
+html_css_files = ["pages.css"]
 highlight_language = "none"
 default_role = "literal"  # single backticks in docstrings
 autodoc_typehints = "signature"
