@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import IntFlag
 from typing import Any
@@ -68,6 +68,24 @@ class FrameBlock:
             self.data[part],
             self.channel[part],
         )
+
+
+def classic_frames(
+    stamp_ns: int, ident: int, payloads: Sequence[bytes], *, extended: bool = False, width: int = 8
+) -> FrameBlock:
+    """Return classic frames of one identifier at one instant; `payloads` have up to 8 bytes, rows are `width` wide."""
+    count = len(payloads)
+    data = np.zeros((count, width), np.uint8)
+    for row, payload in enumerate(payloads):
+        data[row, : len(payload)] = np.frombuffer(payload, np.uint8)
+    return FrameBlock(
+        np.full(count, stamp_ns, np.int64),
+        np.full(count, ident, np.uint32),
+        np.full(count, int(FrameFlag.EXTENDED) if extended else 0, np.uint8),
+        np.array([len(payload) for payload in payloads], np.uint8),
+        data,
+        np.zeros(count, np.uint8),
+    )
 
 
 def clear_behind(data: NDArray[np.uint8], length: NDArray[np.integer[Any]]) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from etb_hil.base.compiled import njit
 from etb_hil.canio.dbc.protection import write_protection
 from etb_hil.canio.dbc.signal_bits import Overflow, write_value
-from etb_hil.canio.frames import FrameBlock, FrameFlag, concatenate_frames
+from etb_hil.canio.frames import FrameBlock, FrameFlag, classic_frames, concatenate_frames
 from etb_hil.controller.signal_tables import signal_tables
 from etb_hil.controller.state import BURST_SAMPLES, CURRENT_SIGNALS, ENCODER_SIGNALS, TICK_NS, Sample, Status
 
@@ -112,19 +112,7 @@ class FrameWriter:
 
     def plain(self, stamp_ns: int, ident: int, extended: bool, payloads: list[bytes]) -> FrameBlock:
         """Return classic frames with one identifier, whose data (up to 8 bytes each) somebody else made."""
-        count = len(payloads)
-        data = np.zeros((count, self._width), np.uint8)
-        for row, payload in enumerate(payloads):
-            data[row, : len(payload)] = np.frombuffer(payload, np.uint8)
-        flag = int(FrameFlag.EXTENDED) if extended else 0
-        return FrameBlock(
-            np.full(count, stamp_ns, np.int64),
-            np.full(count, ident, np.uint32),
-            np.full(count, flag, np.uint8),
-            np.array([len(payload) for payload in payloads], np.uint8),
-            data,
-            np.zeros(count, np.uint8),
-        )
+        return classic_frames(stamp_ns, ident, payloads, extended=extended, width=self._width)
 
     def joined(self, blocks: list[FrameBlock]) -> FrameBlock:
         """Return blocks of this writer end to end, as wide as its frames also where there are none."""

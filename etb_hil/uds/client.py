@@ -11,7 +11,7 @@ import numpy as np
 from udsoncan import Response
 from udsoncan.ResponseCode import ResponseCode
 
-from etb_hil.canio.frames import FrameBlock, FrameFlag
+from etb_hil.canio.frames import FrameBlock, FrameFlag, classic_frames
 from etb_hil.canio.isotp import IsoTpEnd, TransportError, TransportTiming
 
 if TYPE_CHECKING:
@@ -74,7 +74,9 @@ class UdsClient:
             raise UdsError(_KINDS.get(error.kind, "uds_bad_answer"), text) from None
         if response is None and self._service is not None:
             self._require_in_time(now_ns)
-        return (self._frames(data) if data else None), response
+        settings = self._settings
+        out = classic_frames(now_ns, settings.request, data, extended=settings.extended) if data else None
+        return out, response
 
     def _take(self, frames: FrameBlock) -> None:
         ours = (frames.ident == self._settings.request) | (frames.ident == self._settings.response)
@@ -126,18 +128,3 @@ class UdsClient:
             raise UdsError("uds_no_answer", f"{self._name}: the unit has not answered within {waited:.1f} s; {said}")
         if now_ns > self._due_ns:
             raise UdsError("uds_no_answer", f"{self._name}: the unit has not answered within {waited * 1e3:.0f} ms")
-
-    def _frames(self, payloads: list[bytes]) -> FrameBlock:
-        count = len(payloads)
-        data = np.zeros((count, 8), np.uint8)
-        for row, payload in enumerate(payloads):
-            data[row, : len(payload)] = np.frombuffer(payload, np.uint8)
-        flag = int(FrameFlag.EXTENDED) if self._settings.extended else 0
-        return FrameBlock(
-            np.zeros(count, np.int64),
-            np.full(count, self._settings.request, np.uint32),
-            np.full(count, flag, np.uint8),
-            np.array([len(payload) for payload in payloads], np.uint8),
-            data,
-            np.zeros(count, np.uint8),
-        )

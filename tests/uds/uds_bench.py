@@ -11,7 +11,7 @@ from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.canio.bus.link import VirtualLink
 from etb_hil.canio.bus.virtual_network import VirtualNetwork
-from etb_hil.canio.frames import FrameBlock
+from etb_hil.canio.frames import classic_frames
 from etb_hil.controller.virtual_controller import VirtualController
 from etb_hil.plant.parameters import load_model
 from etb_hil.uds.client import UdsClient
@@ -24,13 +24,7 @@ LEARN = UDS.routines["learn_stops"]
 
 def frames_of(ident, payloads):
     """Return classic frames that go out now."""
-    count = len(payloads)
-    data = np.zeros((count, 8), np.uint8)
-    for row, payload in enumerate(payloads):
-        data[row, : len(payload)] = list(payload)
-    length = np.array([len(payload) for payload in payloads], np.uint8)
-    flags = np.zeros(count, np.uint8)
-    return FrameBlock(np.zeros(count, np.int64), np.full(count, ident, np.uint32), flags, length, data, flags.copy())
+    return classic_frames(0, ident, payloads)
 
 
 class OtherEnd:
