@@ -39,8 +39,8 @@ from etb_hil.diagnosis.limits import Limit
 from etb_hil.diagnosis.limits_file import load_limits
 from etb_hil.diagnosis.measuring import stand
 from etb_hil.histories.history import histories
-from etb_hil.histories.runs import Measured, Run
 from etb_hil.histories.tolerance import tolerance_limit
+from etb_hil.store.run import Measured, Run
 
 LIMITS = load_limits(find("limits", "default"))
 LAW, LAW_SCATTER, UNIT_SPREAD, REFERENCE = -0.003, 0.10, 0.10, 20.0

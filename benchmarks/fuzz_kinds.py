@@ -166,7 +166,7 @@ def _store(rng, folder, given):
     path = folder / "results.db"
     source = sqlite3.connect(given.sessions["default"].parent / "results.db")
     with sqlite3.connect(path) as database:
-        for table in ("runs", "phases", "numbers"):
+        for table in ("runs", "phases", "measurements", "alembic_version"):
             cursor = source.execute(f"SELECT * FROM {table}")  # noqa: S608
             names = [column[0] for column in cursor.description]
             if rng.random() < 0.1:

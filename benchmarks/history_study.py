@@ -14,7 +14,7 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 
 from etb_hil.histories.history import histories
-from etb_hil.histories.runs import Measured, Run
+from etb_hil.store.run import Measured, Run
 
 START = datetime(2026, 1, 5, tzinfo=UTC)
 LEVEL, SPREAD, NOISE, LIMIT = 0.17, 0.04, 0.01, 0.2

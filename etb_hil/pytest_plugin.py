@@ -96,14 +96,15 @@ class EtbBench:
         """
         from etb_hil.base.errors import BenchFault
         from etb_hil.base.outcome import BenchOutcome
-        from etb_hil.bench.job import execute, prepare
+        from etb_hil.bench.job import deliver, execute, prepare
         from etb_hil.report.verdict import verdict_text
 
         settings = self._settings(scenario, changes)
         job = prepare(self._files(settings))
         finished = execute(job, self._sessions, str(settings["serial"]), int(settings["seed"]))
         results = finished.results
-        self._node.add_report_section("call", "etb-hil", "\n".join([verdict_text(results), *finished.warnings]))
+        late = deliver(job, self._sessions)
+        self._node.add_report_section("call", "etb-hil", "\n".join([verdict_text(results), *finished.warnings, *late]))
         if results.bench.outcome is BenchOutcome.ABORTED:
             raise KeyboardInterrupt(results.bench.reason)
         if results.bench.outcome is BenchOutcome.FAULT:

@@ -63,9 +63,19 @@ class Histories:
         return f"<pre>{escape(str(self))}</pre>"
 
 
-def history(sources: str | Path | Iterable[str | Path] = "sessions") -> Histories:
+def history(
+    sources: str | Path | Iterable[str | Path] = "sessions",
+    *,
+    part: str | None = None,
+    serial: str | None = None,
+    since: str | None = None,
+    until: str | None = None,
+    latest: int | None = None,
+) -> Histories:
     """Return the histories of runs in folders of sessions, sessions, and stores of results.
 
+    A store on a server is named by its URL. `part` (its number) and `serial` choose runs, and so do `since` and `until`
+    (UTC, as 2026-11-24 or 2026-11-24T08:00) and the `latest` so many.
     Raises InputError where a source is none of these, holds no finished run, or scipy is not installed.
     """
     from etb_hil.api.recordings import library
@@ -73,7 +83,10 @@ def history(sources: str | Path | Iterable[str | Path] = "sessions") -> Historie
     library("scipy", "pip install 'etb-hil[history]'")
     from etb_hil.histories.history import histories
     from etb_hil.histories.runs import read_runs
+    from etb_hil.store.address import store_address
+    from etb_hil.store.selection import Selection
 
-    paths = [Path(one) for one in ([sources] if isinstance(sources, str | Path) else sources)]
-    runs, notes = read_runs(paths)
+    places = [store_address(one) for one in ([sources] if isinstance(sources, str | Path) else sources)]
+    serials = None if serial is None else (serial,)
+    runs, notes = read_runs(places, Selection(part, serials=serials, since=since, until=until, latest=latest))
     return Histories(histories(runs), notes)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -139,7 +140,7 @@ def run(
     Raises InputError where files are wrong or do not fit, before anything moves.
     """
     from etb_hil.base.stock import find
-    from etb_hil.bench.job import JobFiles, execute, prepare
+    from etb_hil.bench.job import JobFiles, deliver, execute, prepare
 
     files = JobFiles(
         find("scenario", str(scenario)),
@@ -150,4 +151,7 @@ def run(
         None if dbc is None else find("dbc", str(dbc)),
         observer=observer,
     )
-    return Run(execute(prepare(files), Path(folder), serial, seed))
+    job = prepare(files)
+    finished = execute(job, Path(folder), serial, seed)
+    late = deliver(job, Path(folder))
+    return Run(replace(finished, warnings=(*finished.warnings, *late)))

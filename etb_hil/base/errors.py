@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
 # What stands in a file, or in another library's message about it, may be of any length.
+_PASSWORD = re.compile(r"(://[^\s/:@'\"]*:|password=)[^\s@&'\"]+", re.IGNORECASE)
 MOST_QUOTED, _MOST_SAID, _MOST_ALLOWED = 80, 400, 4000  # letters of a value, of a sentence, and of names to choose from
 MOST_PROBLEMS = 50  # that one error tells
 
@@ -17,6 +19,11 @@ def shortened(text: str, most: int = MOST_QUOTED) -> str:
 
 class EtbHilError(Exception):
     """Root of every error that etb_hil raises on purpose."""
+
+
+def without_password(text: str) -> str:
+    """Return a text that may hold the address of a database, without the password in it."""
+    return _PASSWORD.sub(r"\1***", text)
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +61,7 @@ class Problem:
         what = shortened(self.what, _MOST_SAID)
         text = f"{self.place}: {what}" if self.place is not None and str(self.place) else what
         if self.value is not None:
-            text += f" (it is {shortened(repr(self.value), MOST_QUOTED)})"
+            text += f" (it is {shortened(without_password(repr(self.value)), MOST_QUOTED)})"
         if self.allowed:
             text += f"; allowed: {shortened(self.allowed, _MOST_ALLOWED)}"
         if self.remedy:

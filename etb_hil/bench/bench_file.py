@@ -21,6 +21,7 @@ from etb_hil.controller.laws.registry import law_names
 from etb_hil.observer.registry import DEFAULT, observer_names
 from etb_hil.plugins import load
 from etb_hil.scenario.phase import Measure
+from etb_hil.store.address import StoreText
 from etb_hil.uds.settings import UdsSettings
 
 
@@ -46,6 +47,7 @@ class Bench(FileModel):
     ] = ()
     observer: Annotated[str, Field(description="the observer that estimates friction while a run goes on")] = DEFAULT
     uds: Annotated[UdsSettings | None, Field(description="how the unit's own diagnostics are asked")] = None
+    store: StoreText | None = None
     limits: SafetyLimits
 
     @field_validator("observer")

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 from etb_hil.base.errors import EtbHilError
 from etb_hil.bench.guided import End, GuidedRunner, Seen
-from etb_hil.bench.job import JobFiles, execute, prepare
+from etb_hil.bench.job import JobFiles, deliver, execute, prepare
 from etb_hil.bench.stop_signals import StopSignals
 from etb_hil.scenario.phases import read_phase
 from etb_hil.scenario.scenario_file import Step
@@ -114,7 +114,7 @@ def main() -> None:
             "outcome": str(bench.outcome),
             "reason": bench.reason,
             "safe_state": bench.safe_state,
-            "warnings": list(done.warnings),
+            "warnings": [*done.warnings, *deliver(job, Path(given["folder"]))],
         }
     )
 

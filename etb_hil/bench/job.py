@@ -41,11 +41,13 @@ from etb_hil.session.attempts import earlier_attempts, is_tried_again, set_aside
 from etb_hil.session.events import EventLog
 from etb_hil.session.finished import Finished
 from etb_hil.session.session import Session, create
-from etb_hil.session.store import STORE, RunInStore
+from etb_hil.store.address import STORE, StoreAddress, store_address
+from etb_hil.store.queue import Queue
 
 if TYPE_CHECKING:
     from etb_hil.bench.unit_talk import UnitTalk
     from etb_hil.canio.bus.budget import BusBudget
+    from etb_hil.results.run_result import RunResult
 
 
 # What a bench runs that own code commands step by step.
@@ -60,7 +62,8 @@ class JobFiles:
 
     `unit` is the virtual unit's model, which only the virtual controller reads. Without a `unit`, the virtual one is
     the stock default; without a `dbc`, it is the one that the bench file names. A `station` file is kept with the
-    session, and `expected` is what it says of the unit. An `observer` takes the place of the bench file's.
+    session, and `expected` is what it says of the unit. An `observer` takes the place of the bench file's, and so
+    does a `store`.
     """
 
     scenario: Path | None
@@ -72,6 +75,7 @@ class JobFiles:
     station: Path | None = None
     observer: str | None = None
     expected: ExpectedUnit | None = None
+    store: StoreAddress | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +100,10 @@ class Job:
     def is_virtual(self) -> bool:
         """Whether the bench is the embedded one, with the virtual controller in this process."""
         return self.setup.bench.bus.interface == VIRTUAL
+
+    def store(self, sessions: Path) -> StoreAddress:
+        """Return where results go to: the store that the files name, or the one in the folder of sessions."""
+        return self.files.store or bench_store(self.setup, sessions)
 
 
 def prepare(files: JobFiles, *, attended: bool = False) -> Job:
@@ -225,13 +233,10 @@ def _attempt(
         open_things.callback(log.close)
         events = EventLog(session.events)
         open_things.callback(events.close)
-        names = (job.setup.bench.name, scenario.name)
-        in_store = session if attempt == 1 else replace(session, run_id=f"{session.run_id}_attempt-{attempt}")
-        store = open_things.enter_context(RunInStore(session.folder.parent / STORE, in_store, *names, job.limits))
         analysis = Analysis(job.setup.dialect, job.model, job.limits, str(session.folder), observer=job.observer)
         encoder = CommandEncoder(job.setup.dialect)
-        tap = Tap(link, encoder, analysis, log, store.watching(events, analysis), clock, _talk(job, clock))
-        signals.hold()  # until results and store are written, at least: what hangs before may be interrupted
+        tap = Tap(link, encoder, analysis, log, events, clock, _talk(job, clock))
+        signals.hold()  # until the results are written, at least: what hangs before may be interrupted
         record = (runner or Runner)(
             job.setup.bench,
             scenario.steps,
@@ -247,8 +252,31 @@ def _attempt(
         found = analysis.finish(complete=record.is_complete)
         results = results_of(session, job.setup.bench, job.limits, record, analysis, found)
         session.write_results(results)
-        store.finish(results)
-    return Finished(session, results, record, analysis, found, (store.warning,) if store.warning else ())
+        run_id = session.run_id if attempt == 1 else f"{session.run_id}_attempt-{attempt}"
+        warnings = _queued(session, results, run_id)
+    return Finished(session, results, record, analysis, found, warnings)
+
+
+def _queued(session: Session, results: RunResult, run_id: str) -> tuple[str, ...]:
+    try:
+        Queue(session.folder.parent).add(results, session.folder, run_id)
+    except InputError as error:
+        return (f"the store of results lacks this run: {error}; the session holds everything",)
+    return ()
+
+
+def bench_store(setup: BenchSetup, sessions: Path) -> StoreAddress:
+    """Return the store that a bench file names, or the one in the folder of sessions."""
+    named = setup.bench.store
+    return StoreAddress(sessions / STORE) if named is None else store_address(named, setup.document.path)
+
+
+def deliver(job: Job, sessions: Path) -> tuple[str, ...]:
+    """Write the runs that wait in a folder of sessions into the store; return what went wrong, a sentence each.
+
+    To be called once the verdict was said: a server that does not answer takes some seconds.
+    """
+    return Queue(sessions).deliver(job.store(sessions)).warnings
 
 
 def _talk(job: Job, clock: Clock) -> UnitTalk | None:

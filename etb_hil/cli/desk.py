@@ -12,12 +12,13 @@ from etb_hil.base.outcome import BenchOutcome, ExitCode
 from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench, load_plugins
 from etb_hil.bench.expected_unit import ExpectedUnit
-from etb_hil.bench.job import JobFiles
+from etb_hil.bench.job import JobFiles, bench_store
 from etb_hil.cli.batch import checked_serial
-from etb_hil.histories.runs import Run, read_runs, run_of_results
-from etb_hil.session.store import STORE
+from etb_hil.histories.runs import run_of_results, runs_at
 from etb_hil.station.admission import admitted_part, compared, require_fit_bench
 from etb_hil.station.station_file import load_station
+from etb_hil.store.address import StoreAddress, store_address
+from etb_hil.store.selection import Selection
 
 if TYPE_CHECKING:
     import argparse
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from etb_hil.base.yamlfile import Document
     from etb_hil.results.run_result import RunResult
     from etb_hil.station.station_file import Part, Station
+    from etb_hil.store.run import Run
 
 STATION_FILE = "station.yaml"
 
@@ -53,6 +55,7 @@ class Desk:
     bench: Path
     bench_name: str
     sessions: Path
+    store: StoreAddress
     unit: Path | None
 
     @staticmethod
@@ -66,18 +69,21 @@ class Desk:
         bench = find("bench", options.bench or document.content.bench, beside=path)
         load_plugins(bench)
         unit = None if options.unit is None else find("model", options.unit)
-        return Desk(document, bench, load_bench(bench).bench.name, options.out, unit)
+        setup = load_bench(bench)
+        named = document.content.store
+        store = bench_store(setup, options.out) if named is None else store_address(named, path)
+        return Desk(document, bench, setup.bench.name, options.out, store, unit)
 
     def check(self, text: str) -> str:
         """Return a serial number that may be tested; InputError says why not."""
         serial = checked_serial(text)
-        admitted_part(self.document.content, serial, self._runs())
+        admitted_part(self.document.content, serial, self._runs(serial))
         return serial
 
     def files(self, serial: str) -> JobFiles:
         """Return the files by which a unit is tested; InputError where it may not be."""
         path = self.document.path
-        part: Part = admitted_part(self.document.content, serial, self._runs())
+        part: Part = admitted_part(self.document.content, serial, self._runs(serial))
         return JobFiles(
             scenario=find("scenario", part.scenario, beside=path),
             bench=self.bench,
@@ -87,11 +93,12 @@ class Desk:
             dbc=None if part.dbc is None else find("dbc", part.dbc, beside=path),
             station=path,
             expected=ExpectedUnit("", part.number, part.software or "", part.clear_trouble_codes),
+            store=self.store,
         )
 
     def require_fit_bench(self, serial: str) -> None:
         """Raise BenchFault where the bench may not judge units now."""
-        require_fit_bench(self.document.content, self.bench_name, serial, self._runs(), datetime.now(UTC))
+        require_fit_bench(self.document.content, self.bench_name, serial, self._runs(serial), datetime.now(UTC))
 
     def standing(self) -> str:
         """Return why the bench may not judge units now, or an empty text."""
@@ -118,9 +125,10 @@ class Desk:
         lines.append("the bench is NOT fit to judge units: find out why, then repeat")
         return Conclusion(_as_bench_fault(results, wrong), lines, "")
 
-    def _runs(self) -> list[Run]:
-        store = self.sessions / STORE
-        return read_runs([store])[0] if store.is_file() else []
+    def _runs(self, serial: str) -> list[Run]:
+        golden = self.document.content.golden
+        serials = (serial,) if golden is None else (serial, golden.serial)
+        return runs_at(self.sessions, self.store, Selection(serials=serials))
 
 
 def _as_bench_fault(results: RunResult, reason: str) -> RunResult:

@@ -12,12 +12,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument(
         "sources",
-        type=Path,
         nargs="*",
-        default=[Path("sessions")],
+        default=["sessions"],
         metavar="SOURCE",
-        help="folder of sessions, session, or store of results (default: sessions)",
+        help="folder of sessions, session, or store of results: a file or postgresql://... (default: sessions)",
     )
+    parser.add_argument("--part", metavar="NUMBER", help="runs of this part alone")
+    parser.add_argument("--serial", help="runs of this unit alone")
+    parser.add_argument("--since", metavar="TIME", help="runs from this time on, UTC: 2026-11-24 or 2026-11-24T08:00")
+    parser.add_argument("--until", metavar="TIME", help="runs before this time")
+    parser.add_argument("--latest", type=int, metavar="N", help="the latest N runs")
     parser.add_argument("--rows", type=int, default=ROWS, help="latest runs to print (default: %(default)s)")
     parser.add_argument("--out", type=Path, help="folder for history.csv, .json, .parquet and the plots of each part")
 
@@ -27,7 +31,14 @@ def run(options: argparse.Namespace) -> int:
     from etb_hil.api.past import history as history_of
     from etb_hil.report.history_text import history_text
 
-    past = history_of(options.sources)
+    past = history_of(
+        options.sources,
+        part=options.part,
+        serial=options.serial,
+        since=options.since,
+        until=options.until,
+        latest=None if options.latest is None else max(options.latest, 1),
+    )
     found = past.parts
     for history in found:
         print(history_text(history, max(options.rows, 1)))

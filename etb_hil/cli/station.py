@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from datetime import datetime
 
-    from etb_hil.histories.runs import Run
     from etb_hil.station.station_file import Retention
+    from etb_hil.store.address import StoreAddress
 
 _MB = 1e6
 _DAY_S = 86400.0
@@ -31,18 +31,22 @@ def run(options: argparse.Namespace) -> int:
     from etb_hil.base.outcome import ExitCode
     from etb_hil.base.stock import find
     from etb_hil.bench.bench_file import load_bench, load_plugins
-    from etb_hil.histories.runs import read_runs
-    from etb_hil.session.store import STORE
+    from etb_hil.bench.job import bench_store
+    from etb_hil.histories.runs import runs_at
     from etb_hil.station.admission import require_fit_bench
     from etb_hil.station.station_file import load_station
+    from etb_hil.store.address import store_address
+    from etb_hil.store.selection import Selection
 
     document = load_station(options.station)
     station = document.content
     file = find("bench", station.bench, beside=document.path)
     load_plugins(file)
-    bench = load_bench(file).bench.name
-    store, now = options.out / STORE, datetime.now(UTC)
-    runs = read_runs([store])[0] if store.is_file() else []
+    setup, now = load_bench(file), datetime.now(UTC)
+    bench = setup.bench.name
+    store = bench_store(setup, options.out) if station.store is None else store_address(station.store, document.path)
+    serials = () if station.golden is None else (station.golden.serial,)
+    runs = runs_at(options.out, store, Selection(serials=serials))
     print(f"{station.name}, bench {bench}")
     for part in station.parts:
         print(f"part      {part.number} revision {part.revision}, approved by {part.approver}")
@@ -51,7 +55,7 @@ def run(options: argparse.Namespace) -> int:
         left = (entry.due - now.date()).days
         print(f"calibrate {entry.of}, certificate {entry.certificate}: until {entry.due} ({left} days)")
     if station.retention is not None:
-        _keep(options, station.retention, runs, now)
+        _keep(options, station.retention, store, now)
     try:
         require_fit_bench(station, bench, "", runs, now)
     except BenchFault as fault:
@@ -61,10 +65,12 @@ def run(options: argparse.Namespace) -> int:
     return ExitCode.DONE
 
 
-def _keep(options: argparse.Namespace, rules: Retention, runs: list[Run], now: datetime) -> None:
+def _keep(options: argparse.Namespace, rules: Retention, store: StoreAddress, now: datetime) -> None:
     from etb_hil.station.retention import expired, remove
+    from etb_hil.store.reading import known_runs
 
-    found = expired(options.out, rules, {run.run_id for run in runs}, now)
+    known = known_runs(store) if store.is_server or store.path.is_file() else set[str]()
+    found = expired(options.out, rules, known, now)
     size = sum(session.size for session in found) / _MB
     for session in found:
         print(

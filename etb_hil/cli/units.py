@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple, TextIO
 
 from etb_hil.base.errors import BenchFault
 from etb_hil.base.outcome import BenchOutcome
-from etb_hil.bench.job import prepare
+from etb_hil.bench.job import deliver, prepare
 from etb_hil.bench.stop_signals import StopSignals
 from etb_hil.cli.batch import checked_serial
 from etb_hil.cli.files import job_files
@@ -97,4 +97,7 @@ class Units:
         show_finished(finished, signals, words, next_step, pictures=self.options.pictures)
         for line in [] if said is None else said.lines:
             print(f"  Station  {line}", file=words)
-        return Judged(finished.results, self.output.add(finished.results, finished.session.folder), again)
+        judged = Judged(finished.results, self.output.add(finished.results, finished.session.folder), again)
+        for warning in deliver(screen.job, self.options.out):
+            print(warning, file=sys.stderr)
+        return judged

@@ -15,10 +15,10 @@ from etb_hil.histories.control_chart import ControlChart, control_chart
 from etb_hil.histories.drift import Drift, deviations, drifts
 from etb_hil.histories.gauge import GaugeStudy, balanced, gauge_study
 from etb_hil.histories.rise import Rises, rises
-from etb_hil.histories.runs import Run
 from etb_hil.histories.temperature import LEAST_SPREAD, REFERENCE, TemperatureEffect, unit_laws
 from etb_hil.histories.tolerance import tolerance_limit
 from etb_hil.recording.samples import Float64
+from etb_hil.store.run import Run
 
 FRICTION = ("T_st", "T_c")  # what the table of runs and the plots over temperature show
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from etb_hil.base.files import make_folder, replacing, write_text
 from etb_hil.histories.history import History, NumberHistory
-from etb_hil.histories.runs import Measured
+from etb_hil.store.run import Measured
 
 SCHEMA = "etb_hil/history/1"
 _TEXTS = (

@@ -7,9 +7,9 @@ from datetime import datetime
 
 from etb_hil.base.errors import BenchFault, InputError, Problem
 from etb_hil.base.outcome import BenchOutcome
-from etb_hil.histories.runs import Run
 from etb_hil.station.serial_pattern import LONGEST
 from etb_hil.station.station_file import Golden, Part, Station
+from etb_hil.store.run import Run
 
 
 def admitted_part(station: Station, serial: str, runs: Sequence[Run]) -> Part:

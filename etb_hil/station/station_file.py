@@ -16,6 +16,7 @@ from etb_hil.base.stock import find
 from etb_hil.base.yamlfile import Document, FileModel, load
 from etb_hil.diagnosis.limits_file import load_limits
 from etb_hil.station.serial_pattern import LONGEST, check_serial_pattern
+from etb_hil.store.address import StoreText
 
 Text = Annotated[str, Field(min_length=1, max_length=200)]
 
@@ -117,6 +118,7 @@ class Station(FileModel):
     golden: Golden | None = None
     calibration: tuple[Calibration, ...] = ()
     retention: Retention | None = None
+    store: StoreText | None = None
 
     def part(self, number: str) -> Part | None:
         """Return a part by its number."""

@@ -22,7 +22,7 @@ STOCK += [("bench", path) for path in sorted(EXAMPLES.glob("*.bench.yaml"))]
 STOCK += [(kind, EXAMPLES / "ci" / f"{kind}.yaml") for kind in ("limits", "baseline")]
 
 
-WRITTEN_BY_THE_BENCH = {"session", "events", "history", "explanation"}  # and by nobody else
+WRITTEN_BY_THE_BENCH = {"waiting_run", "session", "events", "history", "explanation"}  # and by nobody else
 
 
 def test_every_kind_of_file_that_the_package_reads_has_a_schema():

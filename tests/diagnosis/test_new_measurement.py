@@ -77,7 +77,7 @@ def test_everything_shows_a_measurement_that_one_file_adds(tmp_path):
     assert "mean current of the dashes" in write_report(results, finished.series, tmp_path).read_text("utf-8")
     assert '<testcase name="dash_current"' in junit_text([Reported(results)])
     assert "dash_current: {value: " in baseline_text(results, "a run")
-    runs, _ = read_runs([tmp_path / "results.db"])
+    runs, _ = read_runs([tmp_path])
     (history,) = histories(runs)
     assert [one.id for one in history.numbers] == ["T_st", "T_c", "dash_current"]
     assert rows([history])[0]["dash_current"] == measured.value

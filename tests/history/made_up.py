@@ -4,7 +4,7 @@ from datetime import UTC, datetime, timedelta
 
 import numpy as np
 
-from etb_hil.histories.runs import Measured, Run
+from etb_hil.store.run import Measured, Run
 
 START = datetime(2026, 1, 5, 8, 0, tzinfo=UTC)
 

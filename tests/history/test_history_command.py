@@ -2,7 +2,6 @@
 
 import csv
 import json
-from dataclasses import replace
 
 import made_up
 import numpy as np
@@ -11,7 +10,6 @@ import pytest
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.base.stock import find
 from etb_hil.cli.main import main
-from etb_hil.diagnosis.limits_file import load_limits
 from etb_hil.histories.history import histories
 from etb_hil.histories.runs import read_runs
 from etb_hil.histories.tables import write_tables
@@ -21,7 +19,8 @@ from etb_hil.report.history_text import history_text
 from etb_hil.results.measurement import Measurement, Measurements
 from etb_hil.results.run_result import Bench, RunResult, Unit
 from etb_hil.session.session import create
-from etb_hil.session.store import STORE, RunInStore
+from etb_hil.store.address import STORE, StoreAddress
+from etb_hil.store.queue import Queue
 
 
 def results(session, value):
@@ -40,12 +39,11 @@ def results(session, value):
 
 @pytest.fixture
 def sessions(tmp_path):
-    limits = replace(load_limits(find("limits", "default")), part_number="p", revision="1")
     for value in (0.17, 0.18):
         session = create(tmp_path, "Friction check", "A1", {"scenario": find("scenario", "friction_check")})
         session.write_results(results(session, value))
-        with RunInStore(tmp_path / STORE, session, "b", "Friction check", limits) as store:
-            store.finish(results(session, value))
+        Queue(tmp_path).add(results(session, value), session.folder)
+    Queue(tmp_path).deliver(StoreAddress(tmp_path / STORE))
     create(tmp_path, "killed", "", {"scenario": find("scenario", "friction_check")})
     return tmp_path
 
@@ -143,7 +141,7 @@ def test_friction_over_temperature_is_drawn_where_its_law_is_known(tmp_path):
     [
         (lambda folder: folder / "nowhere", "is not there"),
         (lambda folder: folder, "there is no finished run"),
-        (lambda folder: _written(folder / "a.db", b"no database" * 99), "is no store of results"),
+        (lambda folder: _written(folder / "a.db", b"no database" * 99), "is no store of results: file is not"),
         (lambda folder: _written(folder / "empty.db", b""), "is no store of results"),
     ],
 )

@@ -10,16 +10,16 @@ from etb_hil.base.errors import BenchFault, InputError
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.base.stock import find
 from etb_hil.cli.main import main
-from etb_hil.diagnosis.limits_file import load_limits
-from etb_hil.histories.runs import Measured, Run
 from etb_hil.results.json_file import result_from_dict
 from etb_hil.results.measurement import Measurement, Measurements
 from etb_hil.results.run_result import Bench, RunResult, Unit
 from etb_hil.session.session import create, open_session
-from etb_hil.session.store import STORE, RunInStore
 from etb_hil.station.admission import admitted_part, compared, require_fit_bench
 from etb_hil.station.retention import expired, remove
 from etb_hil.station.station_file import Retention, load_station
+from etb_hil.store.address import STORE, StoreAddress
+from etb_hil.store.queue import Queue
+from etb_hil.store.run import Measured, Run
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "line.station.yaml"
 NOW = datetime(2026, 11, 20, 12, 0, tzinfo=UTC)
@@ -167,14 +167,15 @@ def test_sessions_are_kept_as_long_as_they_must(tmp_path):
 
 def in_store(folder, serial, *, stiction=0.171):
     """Put a run of a golden unit into a store, as the runner does."""
-    limits = load_limits(find("limits", "default"))
     made = create(folder, "Friction check", serial, {"limits": find("limits", "default")})
-    with RunInStore(folder / STORE, made, "Virtual bench on classic CAN", "Friction check", limits) as store:
-        measured = Measurements(
-            Measurement(name, name, value, "N·m") for name, value in (("T_st", stiction), ("T_c", 0.145))
-        )
-        unit, bench = Unit(UnitVerdict.PASS, "within_limits"), Bench(BenchOutcome.OK)
-        store.finish(RunResult(made.run_id, unit, bench, duration_s=1.0, exit_code=0, measurements=measured))
+    measured = Measurements(
+        Measurement(name, name, value, "N·m") for name, value in (("T_st", stiction), ("T_c", 0.145))
+    )
+    unit = Unit(UnitVerdict.PASS, "within_limits", serial=serial, part_number="default-throttle", revision="1")
+    bench = Bench(BenchOutcome.OK, name="Virtual bench on classic CAN")
+    queue = Queue(folder)
+    queue.add(RunResult(made.run_id, unit, bench, started=made.started, measurements=measured), made.folder)
+    assert queue.deliver(StoreAddress(folder / STORE)).arrived == 1
 
 
 def command(tmp_path, *words):

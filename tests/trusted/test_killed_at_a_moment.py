@@ -10,14 +10,16 @@ import pytest
 from whole_run import files
 
 from etb_hil.bench import tap
-from etb_hil.bench.job import execute, prepare
+from etb_hil.bench.job import deliver, execute, prepare
 from etb_hil.bench.operator import Unattended
 from etb_hil.canio.logs.blf import BlfLog
 from etb_hil.replays.session_replay import replay
-from etb_hil.session import attempts, store
+from etb_hil.session import attempts
 from etb_hil.session.differences import first_difference
 from etb_hil.session.events import EventLog, read_events
-from etb_hil.session.store import STORE
+from etb_hil.store import queue
+from etb_hil.store.address import STORE
+from etb_hil.store.queue import Queue
 
 SCENARIO = """schema: etb_hil/scenario/1
 name: Short
@@ -65,16 +67,19 @@ def at_event(event, phase=None):
     return arm
 
 
-def within_the_store_s_last_transaction():
-    class Dying(sqlite3.Connection):
-        def cursor(self, *arguments):  # of the results alone: phases are written without one
-            cursor = super().cursor(*arguments)
-            cursor.execute("BEGIN IMMEDIATE")
-            cursor.execute("UPDATE runs SET ended = 1, verdict = 'pass'")
+def after_call(owner, name):
+    """Return what makes a process die once a function has returned."""
+
+    def arm():
+        original = getattr(owner, name)
+
+        def called(*arguments, **named):
+            original(*arguments, **named)
             die()
 
-    connect = sqlite3.connect
-    store.sqlite3.connect = lambda *arguments, **named: connect(*arguments, factory=Dying, **named)
+        setattr(owner, name, called)
+
+    return arm
 
 
 FILES = 7  # six inputs and the manifest, written when a session begins
@@ -88,15 +93,24 @@ MOMENTS = {  # and how many of the four phases have ended by then
     "drive off": (at_event("safe_stop"), 4),
     "before the results": (at_call(Path, "write_bytes", FILES + 1), 4),
     "half the results": (at_call(Path, "replace", FILES + 1), 4),
-    "the store's transaction": (within_the_store_s_last_transaction, 4),
+    "before it waits for the store": (at_call(Queue, "add"), 4),
+    "in the store's transaction": (at_call(queue, "read_bytes", 2), 4),  # the first one reads the run that waits
+    "in the store, and waiting": (after_call(queue, "write_run"), 4),
     "closing the log": (at_call(BlfLog, "_header", 2), 4),
     "before the second attempt": (at_call(attempts.shutil, "copytree"), 4),
     "naming the first attempt": (at_call(Path, "rename"), 4),
     "taking away the first attempt": (
-        at_call(Path, "unlink", FILES + 3),
+        at_call(Path, "unlink", FILES + 4),
         4,
-    ),  # after the temporary names of manifest and results
+    ),  # after the temporary names of manifest, results and waiting run
 }
+
+
+# attempts of the killed run whose results were written, and wait for the store or are in it
+STORED = {
+    "closing the log": 1, "before the second attempt": 1, "naming the first attempt": 1,
+    "taking away the first attempt": 1, "in the store's transaction": 2, "in the store, and waiting": 2,
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -117,11 +131,12 @@ def test_what_is_left_is_whole_and_the_next_run_goes_on(job, tmp_path, moment):
             tap.FLUSH_S = 0.0  # virtual time runs ahead of the machine's
             arm()
             execute(job, tmp_path, "SN 1", 1)
+            deliver(job, tmp_path)
         finally:
             os._exit(1)
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == -signal.SIGKILL
 
-    (session,) = (path for path in tmp_path.iterdir() if path.is_dir())
+    (session,) = (path.parent for path in tmp_path.glob("*/session.json"))
     first = session / "attempts" / "1"
     whole = first if first.is_dir() else session
     with can.BLFReader(whole / "raw.blf") as reader:
@@ -135,11 +150,12 @@ def test_what_is_left_is_whole_and_the_next_run_goes_on(job, tmp_path, moment):
 
     after = execute(job, tmp_path, "SN 2", 1)
     assert after.results.bench.outcome == "ok"
+    assert deliver(job, tmp_path) == ()
     connection = sqlite3.connect(tmp_path / STORE)
-    rows = connection.execute("SELECT serial, ended, verdict FROM runs ORDER BY started").fetchall()
-    stored = connection.execute("SELECT phase_id FROM phases JOIN runs USING (run_id) WHERE serial = 'SN 1'").fetchall()
+    rows = connection.execute("SELECT serial, verdict, run_id FROM runs ORDER BY started").fetchall()
     assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
     connection.close()
-    assert ("SN 2", 1, "inconclusive") in rows
-    assert all(verdict != "pass" for _, _, verdict in rows)
-    assert len(stored) >= ended - 1  # the last one may have been on its way
+    assert len({run_id for _, _, run_id in rows}) == len(rows)
+    assert ("SN 2", "inconclusive", after.session.run_id) in rows
+    assert sum(serial == "SN 1" for serial, _, _ in rows) == STORED.get(moment, 0)
+    assert not Queue(tmp_path).paths()

@@ -75,7 +75,7 @@ def struck(tmp_path):
         assert result_from_dict(json.loads((tmp_path / "out.json").read_text())) == results
         store = tmp_path / "sessions" / "results.db"
         with sqlite3.connect(store) as rows:
-            assert rows.execute("SELECT ended FROM runs").fetchall() == [(1,)]
+            assert rows.execute("SELECT count(*) FROM runs").fetchall() == [(1,)]
         return done, session, results
 
     return run

@@ -10,9 +10,11 @@ from whole_run import run_on
 from etb_hil.base.errors import InputError
 from etb_hil.cli.main import main
 from etb_hil.replays.session_replay import replay
+from etb_hil.results.run_result import Bench, RunResult, Unit
 from etb_hil.session.differences import first_difference
 from etb_hil.session.session import open_session
-from etb_hil.session.store import STORE, open_store
+from etb_hil.store.address import STORE, StoreAddress
+from etb_hil.store.queue import Queue
 
 SCENARIO = """schema: etb_hil/scenario/1
 name: Short
@@ -89,7 +91,10 @@ def test_results_are_checked_by_the_common_tool_and_those_of_earlier_versions_ar
     assert open_session(folder).read_results().unit.serial == ""
 
 
-def test_a_folder_in_the_store_s_place_is_refused(tmp_path):
+def test_a_folder_in_the_store_s_place_is_named(tmp_path):
     (tmp_path / STORE).mkdir()
-    with pytest.raises(InputError, match="cannot serve as the store of results"):
-        open_store(tmp_path / STORE)
+    queue = Queue(tmp_path)
+    queue.add(RunResult("r", Unit(None), Bench("ok")), tmp_path / "r")
+    delivered = queue.deliver(StoreAddress(tmp_path / STORE))
+    assert delivered.waiting == 1
+    assert "unable to open database file" in delivered.warnings[0]

@@ -1,0 +1,71 @@
+"""Where a store of results is: a file beside the sessions, or a PostgreSQL server that a lab shares."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import AfterValidator, Field
+
+from etb_hil.base.errors import InputError, Problem
+
+STORE = "results.db"  # the embedded store's name in a folder of sessions
+SERVER = ("postgresql://", "postgres://")
+_PASSWORD = re.compile(r"password=|://[^/@]*:[^@]*@", re.IGNORECASE)
+_REMEDY = "leave the password out; set PGPASSWORD, or name a password file in PGPASSFILE (~/.pgpass by default)"
+
+
+@dataclass(frozen=True, slots=True)
+class StoreAddress:
+    """The address of a store: the `path` of an SQLite file, or the `url` of a PostgreSQL database.
+
+    The URL never holds a password: the PostgreSQL client reads it from the environment or from a password file.
+    """
+
+    path: Path = Path(STORE)
+    url: str = ""
+
+    @property
+    def is_server(self) -> bool:
+        """Whether a server keeps the store."""
+        return bool(self.url)
+
+    def __str__(self) -> str:
+        return self.url or str(self.path)
+
+
+def _without_password(text: str) -> str:
+    """Return the text that names a store; ValueError where it holds a password, which the message does not show."""
+    if _PASSWORD.search(text):
+        raise ValueError(f"the store's password is in its address; {_REMEDY}")
+    return text
+
+
+StoreText = Annotated[
+    str,
+    AfterValidator(_without_password),
+    Field(
+        min_length=1, description="store of results: a file, also beside this one, or postgresql://USER@HOST/DATABASE"
+    ),
+]
+
+
+def store_address(text: str | Path, beside: Path | None = None) -> StoreAddress:
+    """Return the address that a text names; a relative path starts at the folder of the file `beside`.
+
+    Raises InputError where the URL holds a password, or is of another kind of database.
+    """
+    if isinstance(text, Path):
+        return StoreAddress(text)
+    if text.startswith(SERVER):
+        try:
+            _without_password(text)
+        except ValueError as error:
+            raise InputError(Problem(str(error))) from None
+        return StoreAddress(url=text)
+    if "://" in text:
+        allowed = "a file, or postgresql://USER@HOST/DATABASE"
+        raise InputError(Problem("no such kind of store", value=text.partition("://")[0], allowed=allowed))
+    return StoreAddress((beside.parent if beside else Path()) / Path(text).expanduser())

@@ -1,0 +1,1 @@
+"""How a store's tables get from each version to the next."""

@@ -1,0 +1,91 @@
+"""Runs out of a store: those of a part, a unit or a time, the latest first to be chosen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import sqlalchemy as sa
+from sqlalchemy.exc import DBAPIError, SQLAlchemyError
+
+from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.store.address import STORE, StoreAddress
+from etb_hil.store.connection import failure, require_schema, require_store
+from etb_hil.store.engine import engine_of
+from etb_hil.store.run import OF_RUN, VALUES, Run, Values, run_of
+from etb_hil.store.schema import measurements, runs
+from etb_hil.store.selection import EVERYTHING, Selection
+
+
+def read_store(address: StoreAddress, selection: Selection = EVERYTHING) -> list[Run]:
+    """Return the finished runs of a store in order of time.
+
+    Raises InputError where it is no store, or cannot be reached. An embedded store of an earlier version is brought up
+    to date first.
+    """
+    chosen = _chosen(selection)
+    columns = [measurements.c[name] for name in VALUES]
+    numbers: dict[int, dict[str, Values]] = {}
+    with reading(address) as connection:
+        try:
+            entries = connection.execute(chosen).fetchall()
+            ids = chosen.subquery()
+            found = sa.select(measurements.c.run, measurements.c.id, *columns).join(ids, ids.c.id == measurements.c.run)
+            if selection.measured is not None:
+                found = found.where(measurements.c.id.in_(selection.measured))
+            for run, name, *values in connection.execute(found):
+                numbers.setdefault(run, {})[name] = (*values,)
+            return [_run(entry, numbers.get(entry[0], {})) for entry in reversed(entries)]
+        except TypeError as error:
+            raise _no_store(address, str(error)) from None
+
+
+def known_runs(address: StoreAddress) -> set[str]:
+    """Return the ids of all finished runs of a store; InputError as `read_store`."""
+    with reading(address) as connection:
+        return set(connection.scalars(sa.select(runs.c.run_id).where(runs.c.bench_outcome.is_not(None))))
+
+
+@contextmanager
+def reading(address: StoreAddress) -> Iterator[sa.Connection]:
+    """Yield a connection that reads; InputError where the store cannot be reached, or is none."""
+    require_store(address)
+    engine = engine_of(address)
+    try:
+        require_schema(address)
+        with engine.connect() as connection:
+            yield connection
+    except ConnectionError as error:  # StoreDown
+        raise _no_store(address, str(error)) from None
+    except DBAPIError as error:
+        raise _no_store(address, failure(address, error.orig or error)) from None
+    except SQLAlchemyError as error:
+        raise _no_store(address, str(error)) from None
+    finally:
+        engine.dispose()
+
+
+def _run(entry: Any, numbers: dict[str, Values]) -> Run:  # noqa: ANN401 (a row)
+    return run_of(entry[1:5], entry[5:8], (*entry[8:10], entry[10] or ""), numbers)
+
+
+def _chosen(selection: Selection) -> sa.Select[Any]:
+    """Return the query for id and columns of the runs that are selected, the latest first."""
+    query = sa.select(runs.c.id, *(runs.c[name] for name in OF_RUN)).where(runs.c.bench_outcome.is_not(None))
+    for name in ("part_number", "revision", "scenario", "bench"):
+        if (wanted := getattr(selection, name)) is not None:
+            query = query.where(runs.c[name] == wanted)
+    if selection.serials is not None:
+        query = query.where(runs.c.serial.in_(selection.serials))
+    if selection.since is not None:
+        query = query.where(runs.c.started >= selection.since)
+    if selection.until is not None:
+        query = query.where(runs.c.started < selection.until)
+    query = query.order_by(runs.c.started.desc(), runs.c.run_id.desc())
+    return query if selection.latest is None else query.limit(selection.latest)
+
+
+def _no_store(address: StoreAddress, error: str) -> InputError:
+    allowed = "a store that answers" if address.is_server else f"a {STORE} that runs have written"
+    return InputError(Problem(f"is no store of results: {error}", Place(str(address)), allowed=allowed))

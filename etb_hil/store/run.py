@@ -1,0 +1,91 @@
+"""A finished run as a history reads it: who and what, how it came out, and its measurements."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+
+from etb_hil.base.outcome import BenchOutcome, UnitVerdict
+from etb_hil.store.row_values import RunRows
+
+TEMPERATURE = "temperature"
+_LARGEST = 1e100  # of a value in SI units: squares of it are numbers still
+_UNDECIDED = ("_undecided", "_without_interval")  # a sound measurement that its limit does not decide
+OF_RUN = (
+    "run_id", "started", "bench", "scenario", "serial", "part_number", "revision", "bench_outcome", "verdict", "reason",
+)  # fmt: skip
+VALUES = ("value", "low", "high", "limit_low", "limit_high", "unit")
+Values = tuple[float | None, float | None, float | None, float | None, float | None, str]
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """A number of a run in SI units, with its 95 % interval and its limits; None where there is none."""
+
+    value: float
+    low: float | None
+    high: float | None
+    limit_low: float | None
+    limit_high: float | None
+    unit: str = "N·m"
+
+    @property
+    def has_limit(self) -> bool:
+        """Whether a limit applied to it."""
+        return self.limit_low is not None or self.limit_high is not None
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """A finished run; `numbers` by id, `temperature` of the housing in degC."""
+
+    run_id: str
+    started: str
+    bench: str
+    scenario: str
+    serial: str
+    part_number: str
+    revision: str
+    bench_outcome: str
+    verdict: str | None
+    reason_id: str
+    temperature: float | None
+    numbers: Mapping[str, Measured]
+
+    @property
+    def counts(self) -> bool:
+        """Whether its numbers were measured soundly: a bench fault or a withheld verdict says nothing of a unit."""
+        if self.bench_outcome != BenchOutcome.OK or self.verdict is None:
+            return False
+        return self.verdict != UnitVerdict.INCONCLUSIVE or self.reason_id.endswith(_UNDECIDED)
+
+
+def run_of(
+    run: tuple[str, str, str, str],
+    unit: tuple[str, str, str],
+    outcome: tuple[str, str | None, str],
+    numbers: Mapping[str, Values],
+) -> Run:
+    """Return a run from id, start, bench and scenario; serial, part and revision; outcome, verdict and reason.
+
+    `numbers` maps ids to value, low, high, limits and unit. Raises TypeError where one of these is of another type.
+    """
+    units = (row[-1] for row in numbers.values())
+    texts = (*run, *unit, outcome[0], outcome[2], *numbers, *units, "" if outcome[1] is None else outcome[1])
+    if not all(isinstance(text, str) for text in texts):
+        raise TypeError("a name, a time or a verdict of a run is no text")
+    values = [value for row in numbers.values() for value in row[:-1] if value is not None]
+    if not all(isinstance(value, int | float) and abs(value) <= _LARGEST for value in values):  # nan, too
+        raise TypeError("a number of a run is none")
+    measured = {name: Measured(row[0], *row[1:]) for name, row in numbers.items() if row[0] is not None}
+    temperature = measured.pop(TEMPERATURE, None)
+    return Run(*run, *unit, *outcome, None if temperature is None else temperature.value, measured)
+
+
+def waiting_runs(rows: Iterable[RunRows]) -> Iterator[Run]:
+    """Yield the runs that wait for a store, from their rows."""
+    for tables in rows:
+        (run,) = tables["runs"]
+        entry = [run[name] for name in OF_RUN]
+        numbers = {row["id"]: tuple(row[name] for name in VALUES) for row in tables["measurements"]}
+        yield run_of((*entry[:4],), (*entry[4:7],), (*entry[7:],), numbers)

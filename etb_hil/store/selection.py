@@ -1,0 +1,38 @@
+"""Which runs of a store are read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from etb_hil.store.run import Run
+
+
+@dataclass(frozen=True, slots=True)
+class Selection:
+    """Which runs are read; what is None selects nothing. `since` and `until` are ISO 8601 in UTC, or a beginning of it.
+
+    `latest` limits the number of runs. `measured` are the measurements that are read with them.
+    """
+
+    part_number: str | None = None
+    revision: str | None = None
+    scenario: str | None = None
+    serials: tuple[str, ...] | None = None
+    bench: str | None = None
+    since: str | None = None
+    until: str | None = None
+    latest: int | None = None
+    measured: tuple[str, ...] | None = None
+
+    def takes(self, run: Run) -> bool:
+        """Return whether a run is selected; `latest` aside."""
+        wanted = (self.part_number, self.revision, self.scenario, self.bench)
+        has = (run.part_number, run.revision, run.scenario, run.bench)
+        if any(one is not None and one != other for one, other in zip(wanted, has, strict=True)):
+            return False
+        if self.serials is not None and run.serial not in self.serials:
+            return False
+        return (self.since or "") <= run.started and (self.until is None or run.started < self.until)
+
+
+EVERYTHING = Selection()

@@ -1,0 +1,191 @@
+"""What every store does, in a file and on a server: each run once, read as it was written, migrated."""
+
+import json
+import sqlite3
+import subprocess
+import sys
+
+import pytest
+from alembic.autogenerate import compare_metadata
+from alembic.migration import MigrationContext
+from made_up_runs import LIMITS, result, session
+
+from etb_hil.base.errors import InputError
+from etb_hil.histories.runs import read_runs, run_of_results, runs_at
+from etb_hil.results.run_result import Unit
+from etb_hil.store.address import STORE, StoreAddress, store_address
+from etb_hil.store.connection import connected
+from etb_hil.store.engine import engine_of
+from etb_hil.store.queue import Queue
+from etb_hil.store.reading import known_runs, read_store
+from etb_hil.store.schema import metadata
+from etb_hil.store.selection import Selection
+
+WRITER = """
+import sys
+from pathlib import Path
+from made_up_runs import result, session
+from etb_hil.store.address import store_address
+from etb_hil.store.queue import Queue
+queue = Queue(Path(sys.argv[1]))
+for number in range(15):
+    queue.add(result(number, sys.argv[2]), session(queue.sessions), f"{sys.argv[2]} {number}")
+    print(*queue.deliver(store_address(sys.argv[3])).warnings)
+"""
+OF_VERSION_1 = """
+CREATE TABLE runs (run_id TEXT PRIMARY KEY, bench TEXT NOT NULL, scenario TEXT NOT NULL, serial TEXT NOT NULL,
+    part_number TEXT NOT NULL, revision TEXT NOT NULL, started TEXT NOT NULL, ended INTEGER NOT NULL DEFAULT 0,
+    bench_outcome TEXT, bench_reason TEXT, verdict TEXT, reason TEXT, exit_code INTEGER, duration_s REAL) STRICT;
+CREATE TABLE phases (run_id TEXT NOT NULL REFERENCES runs, number INTEGER NOT NULL, phase_id TEXT NOT NULL,
+    kind TEXT NOT NULL, start_ns INTEGER NOT NULL, end_ns INTEGER NOT NULL,
+    so_far TEXT NOT NULL CHECK (json_valid(so_far)), PRIMARY KEY (run_id, number)) STRICT, WITHOUT ROWID;
+CREATE TABLE numbers (run_id TEXT NOT NULL REFERENCES runs, id TEXT NOT NULL, value REAL, unit TEXT NOT NULL, low REAL,
+    high REAL, limit_low REAL, limit_high REAL, verdict TEXT, PRIMARY KEY (run_id, id)) STRICT, WITHOUT ROWID;
+INSERT INTO runs VALUES ('a', 'b', 's', 'SN', 'p', '1', '2026-11-24T08:00:00.000+00:00', 1, 'ok', '', 'pass', 'r', 0,
+    9.0);
+INSERT INTO runs (run_id, bench, scenario, serial, part_number, revision, started)
+    VALUES ('killed', 'b', 's', 'SN', 'p', '1', '2026-11-24T09:00:00.000+00:00');
+INSERT INTO phases VALUES ('a', 0, 'home', 'home', 5000000000, 7000000000, '{"stiction": 0.1}');
+INSERT INTO numbers VALUES ('a', 'T_st', 0.17, 'N·m', 0.16, 0.18, NULL, 0.26, 'pass');
+PRAGMA user_version = 1;
+"""
+
+
+@pytest.fixture(params=["SQLite", "PostgreSQL"])
+def address(request, tmp_path):
+    """Return the address of a store that nobody has made yet."""
+    if request.param == "SQLite":
+        return StoreAddress(tmp_path / STORE)
+    name = f"lab_{abs(hash(request.node.nodeid))}"
+    return store_address(request.getfixturevalue("cluster").new_database(name))
+
+
+def delivered(folder, address, *results):
+    for one in results:
+        Queue(folder).add(one, session(folder))
+    return Queue(folder).deliver(address)
+
+
+def count(address, table):
+    with connected(address) as connection:
+        return connection.execute(f"SELECT count(*) FROM {table}").fetchone()[0]  # noqa: S608
+
+
+def test_a_run_is_read_as_it_was_written(address, tmp_path):
+    odd = Unit(None, "<b>", serial="\ud800 \0'; DROP TABLE runs; --", part_number="p", revision="1")
+    written = [result(0), result(1, measurements=result(1).measurements), result(2, unit=odd)]
+    assert delivered(tmp_path, address, *written).arrived == 3
+    runs = read_store(address)
+    assert runs[:2] == [run_of_results(one) for one in written[:2]]
+    assert runs[2].serial == "? \N{REPLACEMENT CHARACTER}'; DROP TABLE runs; --"
+    assert [count(address, table) for table in ("phases", "exceedances", "run_files", "files")] == [6, 3, 3, 1]
+    with connected(address) as connection:
+        assert bytes(connection.execute("SELECT content FROM files").fetchone()[0]) == LIMITS
+    assert not Queue(tmp_path).paths()
+
+
+def test_a_run_that_comes_again_is_there_once(address, tmp_path):
+    assert delivered(tmp_path, address, result(0)).arrived == 1
+    assert delivered(tmp_path, address, result(0), result(1)).arrived == 1
+    assert (count(address, "runs"), count(address, "measurements")) == (2, 6)
+    other = delivered(tmp_path, address, result(0, "bench 2"))  # of another bench, in the same second
+    assert (other.arrived, other.warnings) == (1, ())
+
+
+def test_several_benches_write_at_once(address, tmp_path):
+    benches = [
+        subprocess.Popen(
+            [sys.executable, "-c", WRITER, str(tmp_path), f"bench {k}", str(address)],
+            env={"PYTHONPATH": ":".join(sys.path)}, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        )
+        for k in range(3)
+    ]  # fmt: skip
+    said = [bench.communicate(timeout=120)[0].strip() for bench in benches]
+    assert said == [""] * 3
+    assert known_runs(address) == {f"bench {k} {number}" for k in range(3) for number in range(15)}
+
+
+def test_runs_are_chosen_by_part_unit_and_time(address, tmp_path):
+    changed = Unit(result(0).unit.verdict, "r", serial="SN 9", part_number="q", revision="1")
+    delivered(tmp_path, address, *(result(k) for k in range(4)), result(4, unit=changed))
+
+    def chosen(**wanted):
+        selection = Selection(**wanted)
+        found = read_store(address, selection)
+        assert selection.latest or found == [run for run in read_store(address) if selection.takes(run)]
+        return [run.run_id for run in found]
+
+    assert chosen(part_number="p") == [f"run-{k:04d}" for k in range(4)]
+    assert chosen(serials=("SN 9",)) == ["run-0004"]
+    assert chosen(since="2026-11-24T08:00:02", until="2026-11-24T08:00:04") == ["run-0002", "run-0003"]
+    assert chosen(latest=2) == ["run-0003", "run-0004"]
+    assert [*read_store(address, Selection(measured=("temperature",)))[0].numbers] == []
+
+
+def test_what_a_bench_knows_holds_what_waits(address, tmp_path):
+    delivered(tmp_path, address, result(0))
+    Queue(tmp_path).add(result(1), session(tmp_path))
+    assert [run.run_id for run in runs_at(tmp_path, address, Selection())] == ["run-0000", "run-0001"]
+
+
+def test_a_damaged_run_is_named_and_keeps_no_other(address, tmp_path):
+    Queue(tmp_path).add(result(0), session(tmp_path))
+    (path,) = Queue(tmp_path).paths()
+    for name, change in {
+        "a": lambda w: w["rows"]["runs"][0].update(bench=None),
+        "b": lambda w: w["rows"]["runs"][0].update({"a) VALUES (1); DROP TABLE runs; --": 1}),
+        "c": lambda w: w.update(session="../elsewhere"),
+        "d": lambda w: w["rows"].pop("phases"),
+    }.items():
+        waiting = json.loads(path.read_text("utf-8"))
+        change(waiting)
+        path.with_name(f"{name}.json").write_text(json.dumps(waiting))
+    path.with_name("e.json").write_text('{"half')
+    told = Queue(tmp_path).deliver(address)
+    assert (told.arrived, told.waiting) == (1, 5)
+    assert all(f"{name}.json" in " ".join(told.warnings) for name in "abcde")
+    assert len(read_store(address)) == 1
+
+
+def test_a_store_of_a_later_version_is_left_alone(address, tmp_path):
+    delivered(tmp_path, address, result(0))
+    with connected(address) as connection:
+        connection.execute("UPDATE alembic_version SET version_num = '9999'")
+    told = delivered(tmp_path, address, result(1))
+    assert told.waiting == 1
+    assert "later version of etb-hil (it is '9999')" in told.warnings[0]
+    with pytest.raises(InputError, match="later version"):
+        read_store(address)
+
+
+def test_the_tables_are_those_of_the_schema(address, tmp_path):
+
+    delivered(tmp_path, address, result(0))
+    engine = engine_of(address)
+    with engine.connect() as connection:
+        assert compare_metadata(MigrationContext.configure(connection), metadata) == []
+
+
+def test_a_file_of_the_first_version_becomes_a_store(tmp_path):
+    with sqlite3.connect(tmp_path / STORE) as connection:
+        connection.executescript(OF_VERSION_1)
+    connection.close()
+    (run,), _ = read_runs([tmp_path / STORE])
+    assert (run.run_id, run.serial, run.verdict, run.numbers["T_st"].limit_high) == ("a", "SN", "pass", 0.26)
+    address = StoreAddress(tmp_path / STORE)
+    delivered(tmp_path, address, result(1))
+    assert known_runs(address) == {"a", "run-0001"}
+    with connected(address) as rows:
+        assert rows.execute("SELECT start_s, end_s FROM phases WHERE phase_id = 'home'").fetchone() == (0.0, 2.0)
+        assert rows.execute("SELECT so_far FROM phases_of_version_1").fetchall() == [('{"stiction": 0.1}',)]
+        assert rows.execute("SELECT bench_outcome FROM runs WHERE run_id = 'killed'").fetchall() == [(None,)]
+
+
+def test_what_is_no_store_is_named_and_left_alone(tmp_path):
+    (tmp_path / STORE).write_text("no database at all, but long enough to be read as one" * 20)
+    told = delivered(tmp_path, StoreAddress(tmp_path / STORE), result(0))
+    assert told.waiting == 1
+    assert "cannot serve as the store of results" in told.warnings[0]
+    assert (tmp_path / STORE).read_text().startswith("no database")
+    with pytest.raises(InputError, match=r"results\.db"):
+        read_runs([tmp_path / STORE])
