@@ -147,7 +147,7 @@ BENCH_REASONS = {
         "The controller did not answer.", "Check its supply, the CAN plug and the bench's bit rate, then repeat."
     ),
     "wrong_unit": Wording(
-        "The unit says that it is another one than the station expects.",
+        "The unit reports another identity than the station expects.",
         "Check the label and the part that was chosen, then scan again.",
         True,
     ),
@@ -167,7 +167,7 @@ BENCH_REASONS = {
         True,
     ),
     "uds_second_tester": Wording(
-        "Another diagnostic tester talks to the unit.", "Unplug the other tester, then repeat.", True
+        "Another diagnostic tester sends requests to the unit.", "Unplug the other tester, then repeat.", True
     ),
     "uds_routine": Wording(
         "A routine of the unit did not end.", "Check with the supply off that the plate moves freely.", True
