@@ -3,6 +3,7 @@
     python benchmarks/mutation.py                             # every module, every mutant (hours)
     python benchmarks/mutation.py bench/safe_state -v         # one module, every mutant named
     python benchmarks/mutation.py --sample 60                 # 60 mutants of each module
+    python benchmarks/mutation.py --sample 60 --seed 7        # 60 others
     python benchmarks/mutation.py --changed HEAD~1 --minutes 3  # what a change touches: its lines first
 
 Each mutant runs in a process of its own, forked from one that has loaded numpy, numba and pytest. Only tests that run
@@ -31,7 +32,6 @@ from mutation_trial import killed, watched
 HERE = Path(__file__).resolve().parent
 PRELOADED = ("numpy", "numba", "scipy.stats", "hypothesis", "pydantic", "yaml", "cantools", "can", "rich", "jinja2")
 SURVIVORS = HERE / "mutation_survivors.txt"
-SEED = 1
 
 
 def source_of(tree, module):
@@ -68,7 +68,7 @@ def tried(tree, module, first_lines, options, until):
     source = path.read_text("utf-8").splitlines()
     syntax = ast.parse("\n".join(source))
     mutants = mutants_of(syntax)
-    random.Random(SEED).shuffle(mutants)  # noqa: S311 (no secret)
+    random.Random(options.seed).shuffle(mutants)  # noqa: S311 (no secret)
     mutants.sort(key=lambda mutant: mutant.line not in first_lines)
     watches = {}
     for mutant in mutants[: options.sample]:
@@ -84,6 +84,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("modules", nargs="*", help="such as bench/safe_state; all where none is named")
     parser.add_argument("--sample", type=int, help="mutants of each module, at random")
+    parser.add_argument("--seed", type=int, default=1, help="which ones")
     parser.add_argument("--changed", metavar="COMMIT", help="only modules that differ from it, their new lines first")
     parser.add_argument("--minutes", type=float, default=float("inf"), help="start no mutant after so long")
     parser.add_argument("--tree", type=Path, default=HERE.parent, help="another checkout: its code, its tests")

@@ -16,24 +16,24 @@ class Tests:
 
 
 HISTORY = "history/test_tolerance_and_charts history/test_statistics"
-LIMITS = "diagnosis/test_limits_file diagnosis/test_diagnosis_verdicts diagnosis/test_new_measurement"
+LIMITS = "diagnosis/test_limit_laws diagnosis/test_limits_file diagnosis/test_diagnosis_verdicts diagnosis/test_new_measurement"
 RUNS = "bench/test_seen_off bench/test_safe_stop trusted/test_safe_stop_verbs"
 
 MODULES = {
-    "base/outcome": Tests("report/test_junit bench/test_whole_run cli/test_run_for_ci"),
+    "base/outcome": Tests("base/test_outcome"),
     "bench/safe_state": Tests("bench/test_seen_off"),
     "bench/runner": Tests("bench/test_seen_off bench/test_waking bench/test_prompts_and_triggers bench/test_time_left"),
     "bench/interlock": Tests("bench/test_interlock"),
     "bench/supervision": Tests("bench/test_supervision", "bench/test_supervision"),
     "bench/speed_watch": Tests("bench/test_speed_watch", "bench/test_supervision"),
     "bench/supply_guard": Tests("bench/test_prompts_and_triggers"),
-    "bench/command_pause": Tests(RUNS),
+    "bench/command_pause": Tests("bench/test_stop_signals"),
     "bench/beat": Tests(f"{RUNS} bench/test_interlock bench/test_prompts_and_triggers bench/test_whole_run"),
-    "bench/stop_signals": Tests("trusted/test_safe_stop_verbs"),
+    "bench/stop_signals": Tests("bench/test_stop_signals trusted/test_safe_stop_verbs"),
     "session/attempts": Tests("bench/test_attempts"),
     "session/answer_time": Tests("bench/test_supervision"),
     "session/verdict_policy": Tests("canio/test_corruption_doubts bench/test_attempts"),
-    "session/baseline": Tests("bench/test_baseline"),
+    "session/baseline": Tests("session/test_baseline"),
     "diagnosis/limits": Tests(LIMITS),
     "diagnosis/limits_file": Tests(LIMITS),
     "diagnosis/limit_laws": Tests(LIMITS),

@@ -2,7 +2,10 @@
 
 import ast
 import textwrap
+from pathlib import Path
 
+import pytest
+from mutation_modules import MODULES
 from mutation_operators import mutants_of
 from mutation_trial import killed, watched
 
@@ -29,6 +32,16 @@ def test_it():
     assert not is_above(4.5)
     assert not is_above(6.5, 2)
 """
+
+
+CHECKOUT = Path(__file__).resolve().parents[2]
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_a_module_that_decides_is_there_with_its_tests(module):
+    """A file of tests that was moved would find nothing, and every mutant would survive."""
+    files = {*MODULES[module].tests(compiled=False), *MODULES[module].tests(compiled=True)}
+    assert [path for path in (f"etb_hil/{module}.py", *sorted(files)) if not (CHECKOUT / path).is_file()] == []
 
 
 def changes(code):

@@ -1,0 +1,122 @@
+"""A baseline: what it expects, what it is held against, and what it is made of."""
+
+import pytest
+
+from etb_hil.base.errors import InputError
+from etb_hil.base.outcome import BenchOutcome, UnitVerdict
+from etb_hil.results.measurement import Measurement, Measurements
+from etb_hil.results.run_result import Bench, Phase, RunResult, Unit
+from etb_hil.session.baseline import baseline_text, compare, load_baseline
+
+RAMP = Phase("ramp", "ramp", 0.0)
+LOG = Phase("log", "log", 0.0)
+
+
+def run_of(*measurements, phases=(RAMP,), verdict=UnitVerdict.PASS):
+    bench = Bench(BenchOutcome.OK)
+    return RunResult("run", Unit(verdict), bench, measurements=Measurements(measurements), phases=phases)
+
+
+@pytest.fixture
+def baseline(tmp_path):
+    def read(numbers, head=""):
+        path = tmp_path / "baseline.yaml"
+        path.write_text(f"schema: etb_hil/baseline/1\n{head}numbers: {numbers}\n")
+        return load_baseline(path)
+
+    return read
+
+
+def t_st(value, unit="N·m", interval=(None, None)):
+    return Measurement("T_st", "break-away friction", value, unit, *interval)
+
+
+@pytest.mark.parametrize(
+    ("value", "tolerance", "agrees"),
+    [
+        (0.2099, "5 %", True),
+        (0.2101, "5 %", False),
+        (0.1901, "5 %", True),
+        (0.1899, "5 %", False),
+        (0.2099, "10 mN·m", True),
+        (0.2101, "10 mN·m", False),
+        (0.25, "0.05 N·m", True),  # at the edge
+        (float("nan"), "5 %", False),
+        (None, "5 %", False),
+    ],
+)
+def test_a_value_agrees_within_its_tolerance(baseline, value, tolerance, agrees):
+    (found,) = compare(baseline(f"{{T_st: {{value: 0.2 N·m, tolerance: {tolerance}}}}}"), run_of(t_st(value)))
+    assert found.agrees is agrees
+
+
+def test_temperatures_have_tolerances_as_differences(baseline):
+    expected = baseline("{temperature: {value: 20 degC, tolerance: 2 degC}}")
+    for value, agrees in ((21.9, True), (22.1, False)):
+        (found,) = compare(expected, run_of(Measurement("temperature", "temperature", value, "degC")))
+        assert found.agrees is agrees
+
+
+def test_bare_numbers_and_shares_are_read(baseline):
+    expected = baseline("{windows: {value: 4, tolerance: 1}}")
+    assert [compare(expected, run_of(Measurement("windows", "windows", n, "1")))[0].agrees for n in (5, 5.1)] == [
+        True,
+        False,
+    ]
+
+
+@pytest.mark.parametrize(
+    ("value", "tolerance"),
+    [("0.2 N·m", "0 %"), ("0.2 N·m", "-5 %"), ("0.2 N·m", "0 N·m"), ("0 N·m", "5 %"), (".inf", "1"), (".nan", "1"),
+     ("0.2 smoots", "5 %"), ("true", "1"), ("'1,5 ohm'", "5 %"), ("0.2 N·m", "1 ohm")],
+)  # fmt: skip
+def test_what_is_no_expectation_is_refused_with_its_place(baseline, value, tolerance):
+    with pytest.raises(InputError, match=r"baseline\.yaml:2: numbers\.T_st"):
+        baseline(f"{{T_st: {{value: {value}, tolerance: {tolerance}}}}}")
+
+
+def test_a_value_in_another_unit_than_expected_is_an_error(baseline):
+    with pytest.raises(InputError, match="T_st is measured in ohm"):
+        compare(baseline("{T_st: {value: 0.2 N·m, tolerance: 5 %}}"), run_of(t_st(0.2, "ohm")))
+
+
+def test_what_was_not_measured_does_not_agree(baseline):
+    (found,) = compare(baseline("{T_st: {value: 0.2 N·m, tolerance: 5 %}}"), run_of())
+    assert (found.found, found.agrees) == ("not measured", False)
+
+
+@pytest.mark.parametrize(("phases", "expected"), [((RAMP,), 1), ((LOG,), 0), ((LOG, RAMP), 1), ((), 1)])
+def test_a_bare_log_is_not_expected_to_have_what_single_phases_measure(baseline, phases, expected):
+    numbers = "{return_time_open: {value: 0.2 s, tolerance: 5 %}}"
+    assert len(compare(baseline(numbers), run_of(phases=phases))) == expected
+
+
+@pytest.mark.parametrize(("verdict", "agrees"), [(UnitVerdict.FAIL, True), (UnitVerdict.PASS, False), (None, False)])
+def test_the_verdict_is_compared_first(baseline, verdict, agrees):
+    expected = baseline("{T_st: {value: 0.2 N·m, tolerance: 5 %}}", head="verdict: fail\n")
+    first, _ = compare(expected, run_of(t_st(0.2), verdict=verdict))
+    assert (first.name, first.agrees) == ("verdict", agrees)
+
+
+@pytest.mark.parametrize(
+    ("interval", "tolerance"),
+    [((0.19, 0.21), "0.02"), ((0.199, 0.201), "0.004"), ((0.17, 0.21), "0.06"), ((0.19, 0.23), "0.06")],
+)
+def test_a_new_baseline_has_twice_the_wider_half_of_the_interval_and_two_per_cent(interval, tolerance):
+    text = baseline_text(run_of(t_st(0.2, interval=interval)), "made here")
+    assert f"  T_st: {{value: 0.2 N·m, tolerance: {tolerance} N·m}}\n" in text
+    assert "verdict: pass\n" in text
+
+
+def test_values_without_interval_width_or_known_unit_are_not_expected():
+    others = (
+        t_st(0.2),
+        Measurement("T_c", "T_c", None, "N·m", 0.1, 0.2),
+        Measurement("omega_s", "omega_s", 0.0, "rad/s", 0.0, 0.0),
+        Measurement("viscous", "viscous", 1.0, "smoots", 0.9, 1.1),
+    )
+    with pytest.raises(InputError, match="no value with an interval"):
+        baseline_text(run_of(*others), "made here")
+    text = baseline_text(run_of(*others, Measurement("windows", "windows", 10.0, "1", 9.0, 11.0), verdict=None), "x")
+    assert text.endswith("numbers:\n  windows: {value: 10, tolerance: 2}\n")
+    assert "verdict:" not in text
