@@ -1,5 +1,6 @@
 """SocketCAN for real: the contracts and the faults again, beside a vcan0 that is up."""
 
+import re
 import sys
 from pathlib import Path
 
@@ -21,6 +22,7 @@ def test_the_contracts_hold_on_socketcan(tmp_path):
     done = vcan_machine.run(command, tmp_path / "job", timeout_s=300)
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-1000:]
     assert "skipped" not in done.stdout
+    assert re.search(r"\b\d\d passed", done.stdout), done.stdout[-300:]
 
 
 def test_a_flooded_a_dead_and_a_deleted_interface_are_reported(tmp_path):

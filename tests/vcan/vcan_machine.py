@@ -1,7 +1,8 @@
 """Runs a command where vcan0 is up: in a network namespace of this kernel, else under User Mode Linux.
 
 User Mode Linux is an ordinary process: Debian's kernel `linux.uml` with the host's own files as its root, read-only.
-Where there is a C compiler, it is started with `vcan_xstate.c`, without which it panics on processors with AMX.
+Where there is a C compiler, it is started with `vcan_host.c`, without which it panics on processors with AMX, and
+which can slow its clock down on hosts that stall.
 """
 
 from __future__ import annotations
@@ -23,8 +24,9 @@ import pytest
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 GUEST = Path(__file__).with_name("vcan_guest.py")
-XSTATE = Path(__file__).with_name("vcan_xstate.c")
+HOST = Path(__file__).with_name("vcan_host.c")
 REQUIRED = "ETB_HIL_NEEDS_VCAN"  # set where all that a vcan0 needs was installed: then nothing is skipped
+BESIDE = "VCAN_MACHINE"  # set for commands that `run` starts
 MODULES = ("net/can/can", "net/can/can-raw", "net/can/can-bcm", "drivers/net/can/dev/can-dev", "drivers/net/can/vcan")
 VCAN_UP = "ip link set lo up && ip link add dev vcan0 type vcan && ip link set vcan0 mtu 72 up"  # 72: CAN FD frames
 # Each system call of the guest goes from one process of the host to another and back. Between two processors that takes
@@ -36,6 +38,11 @@ exec taskset --cpu-list $1 nice -n -20 "${@:2}"
 ONE_GUEST = Path(tempfile.gettempdir()) / f"etb_hil_guest_{os.getuid()}.lock"
 IN_NAMESPACE = ("unshare", "--map-root-user", "--net")
 SYSTEM_PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
+
+
+def is_beside_vcan() -> bool:
+    """Return whether this process was started by `run`, beside a vcan0 that is up."""
+    return BESIDE in os.environ
 
 
 def require() -> None:
@@ -59,25 +66,36 @@ def machine() -> str:
             return "namespace"
     except OSError:
         pass  # no `unshare` here: User Mode Linux needs none
-    if platform.machine() != "x86_64" or shutil.which("linux.uml") is None:
-        raise RuntimeError("this kernel has no vcan, and there is no User Mode Linux (Debian package user-mode-linux)")
-    with tempfile.TemporaryDirectory() as folder:
-        try:
-            _run_in_guest(["true"], Path(folder), {"MPLCONFIGDIR": folder}, timeout_s=60)
-        except (RuntimeError, subprocess.TimeoutExpired) as error:
-            lacks = "" if shutil.which("cc") else "; with AMX it needs a C compiler (Debian packages gcc, libc6-dev)"
-            what = f"this kernel has no vcan, and User Mode Linux does not start here{lacks}"
-            raise RuntimeError(f"{what}: {error}") from None
+    try:
+        require_guest()
+    except RuntimeError as reason:
+        raise RuntimeError(f"this kernel has no vcan, and {reason}") from None
     return "uml"
 
 
-def run(command: list[str], folder: Path, timeout_s: float) -> subprocess.CompletedProcess[str]:
+@functools.cache
+def require_guest() -> None:
+    """Raise RuntimeError with the reason where User Mode Linux does not run."""
+    if platform.machine() != "x86_64" or shutil.which("linux.uml") is None:
+        raise RuntimeError("there is no User Mode Linux (Debian package user-mode-linux)")
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            _run_in_guest(["true"], Path(folder), {"MPLCONFIGDIR": folder}, timeout_s=60, slower=1)
+        except (RuntimeError, subprocess.TimeoutExpired) as error:
+            lacks = "" if shutil.which("cc") else "; with AMX it needs a C compiler (Debian packages gcc, libc6-dev)"
+            raise RuntimeError(f"User Mode Linux does not start here{lacks}: {error}") from None
+
+
+def run(command: list[str], folder: Path, timeout_s: float, *, slower: int = 1) -> subprocess.CompletedProcess[str]:
     """Run a command beside a vcan0 that is up; `folder` and the package's folder (compiled kernels) are writable.
 
+    With `slower`, one second of the command's clock is so many seconds of this machine's (`timeout_s` is the latter).
     The caller's kernel and other users' CAN interfaces are left alone. Raises subprocess.TimeoutExpired.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    in_guest = machine() == "uml"
+    in_guest = slower > 1 or machine() == "uml"
+    if slower > 1:
+        require_guest()
     scratch = "/dev/shm" if in_guest else str(folder)
     env = {
         "PATH": f"{Path(sys.executable).parent}:{SYSTEM_PATH}",
@@ -87,18 +105,18 @@ def run(command: list[str], folder: Path, timeout_s: float) -> subprocess.Comple
         "PYTHONDONTWRITEBYTECODE": "1",
         "OMP_NUM_THREADS": "1",
         "MPLCONFIGDIR": mpl.get_cachedir(),  # building a font cache takes half a minute in the guest
-        "VCAN_MACHINE": machine(),
+        BESIDE: "uml" if in_guest else "namespace",
     }
     shell = ["sh", "-c", f'{VCAN_UP} && exec "$@"', "sh", *command]
     if in_guest:
-        return _run_in_guest(shell, folder, env, timeout_s)
+        return _run_in_guest(shell, folder, env, timeout_s, slower)
     return subprocess.run(
         [*IN_NAMESPACE, *shell], env=env, cwd=CHECKOUT, capture_output=True, text=True, timeout=timeout_s, check=False
     )
 
 
 def _run_in_guest(
-    command: list[str], folder: Path, env: dict[str, str], timeout_s: float
+    command: list[str], folder: Path, env: dict[str, str], timeout_s: float, slower: int
 ) -> subprocess.CompletedProcess[str]:
     kernel = Path(shutil.which("linux.uml") or "").resolve()
     modules = next((kernel.parent.parent / "lib/uml/modules").iterdir()) / "kernel"
@@ -121,7 +139,7 @@ def _run_in_guest(
         fcntl.flock(turn, fcntl.LOCK_EX)
         process = subprocess.Popen(
             boot,
-            env=os.environ | _preloaded(folder),
+            env=os.environ | _preloaded(folder, slower),
             stdin=subprocess.DEVNULL,
             stdout=console,
             stderr=console,
@@ -146,10 +164,12 @@ def _run_in_guest(
     return subprocess.CompletedProcess(command, code, out, err)
 
 
-def _preloaded(folder: Path) -> dict[str, str]:
-    """Return the variable that loads `vcan_xstate.c` into the guest's kernel; none without a compiler."""
+def _preloaded(folder: Path, slower: int) -> dict[str, str]:
+    """Return the variables that load `vcan_host.c` into the guest's kernel; none without a compiler."""
     if shutil.which("cc") is None:
+        if slower > 1:
+            raise RuntimeError("a slower clock needs a C compiler (Debian packages gcc, libc6-dev)")
         return {}
-    library = folder / "xstate.so"
-    subprocess.run(["cc", "-O2", "-shared", "-fPIC", "-o", str(library), str(XSTATE)], check=True, timeout=60)
-    return {"LD_PRELOAD": str(library)}
+    library = folder / "host.so"
+    subprocess.run(["cc", "-O2", "-shared", "-fPIC", "-o", str(library), str(HOST)], check=True, timeout=60)
+    return {"LD_PRELOAD": str(library), "VCAN_SLOWER": str(slower)}
