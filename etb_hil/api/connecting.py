@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import json
 import subprocess
 import sys
@@ -40,6 +41,8 @@ class ConnectedBench:
 
     def __enter__(self) -> Self:
         """Switch the bench on; BenchFault where the controller does not answer or another program holds the bench."""
+        if self._process is not None or self._ended is not None:
+            raise InputError(Problem("this bench was entered before", remedy="call `connect` for each block"))
         files = self._job.files
         paths = {
             "bench": files.bench,
@@ -117,19 +120,21 @@ class ConnectedBench:
         It is checked and rehearsed on the bench's model before anything moves. Returns what was seen last. Raises
         InputError where it is wrong or leaves the bench's limits, BenchFault where the bench ended the run.
         """
-        from etb_hil.api.own_code import checked_phase
+        from etb_hil.api.own_code import checked_phase, plain
 
-        id_ = str(settings.pop("id", f"{kind}_{len(self._phases) + 1}"))
-        entry = {"kind": kind, "id": id_, **settings}
-        checked_phase(entry, self._held_at, {one["id"] for one in self._phases}, self._job)
+        taken = {one["id"] for one in self._phases}
+        free = (f"{kind}_{number}" for number in itertools.count(len(self._phases) + 1))
+        entry = plain({"kind": kind, "id": next(id_ for id_ in free if id_ not in taken), **settings})
+        checked_phase(entry, self._held_at, taken, self._job)
         self._send({"phase": entry})
         self._phases.append(entry)
         return self._answer()
 
     @property
     def seen(self) -> Seen:
-        """What the bench saw last, when the last motion ended."""
-        assert self._seen is not None, "the bench was not entered"  # noqa: S101 (a mistake of the caller)
+        """What the bench saw last, when the last motion ended; InputError before the block is entered."""
+        if self._seen is None:
+            raise _not_entered()
         return self._seen
 
     @property
@@ -163,8 +168,10 @@ class ConnectedBench:
         return end_of(self._phases[-1], self._job) if self._phases else None
 
     def _send(self, order: dict[str, Any]) -> None:
-        if self._ended is not None or self._process is None or self._process.stdin is None:
-            raise BenchFault("the run is over" if self._ended is None else f"the run is over: {self._ended['reason']}")
+        if self._ended is not None:
+            raise BenchFault(f"the run is over: {self._ended['reason']}".rstrip(": "))
+        if self._process is None or self._process.stdin is None:
+            raise _not_entered() if self._seen is None else BenchFault("the run is over")
         try:
             self._process.stdin.write(json.dumps(order) + "\n")
             self._process.stdin.flush()
@@ -219,6 +226,10 @@ class ConnectedBench:
         self._ended = self._ended or next((answer for answer in answers if "ended" in answer), None)
 
 
+def _not_entered() -> InputError:
+    return InputError(Problem("the bench was not entered", remedy="write `with etb_hil.connect(...) as bench:`"))
+
+
 def connect(
     bench: str | Path = "virtual_classic",
     *,
@@ -240,8 +251,10 @@ def connect(
     from etb_hil.base.stock import find
     from etb_hil.bench.job import JobFiles, prepare
 
-    if not idle > 0.0:
+    if not isinstance(idle, int | float) or not idle > 0.0:
         raise InputError(Problem("idle: no time to give an order in", value=idle, allowed="above 0 s"))
+    if not isinstance(seed, int):
+        raise InputError(Problem("seed", value=seed, allowed="a whole number"))
     files = JobFiles(
         None,
         find("bench", str(bench)),

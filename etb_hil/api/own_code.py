@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from pydantic import ValidationError
 
 from etb_hil.base.errors import InputError, Problem
@@ -20,6 +22,18 @@ if TYPE_CHECKING:
     from etb_hil.bench.job import Job
 
 _SOURCE = Path("own code")
+
+
+def plain(entry: dict[str, Any]) -> dict[str, Any]:
+    """Return the settings of a phase as JSON has them; InputError where a value is no text, number, list or mapping."""
+
+    def of_numpy(value: object) -> object:
+        if isinstance(value, np.generic | np.ndarray):
+            return value.tolist()
+        raise InputError(Problem("a setting of a phase", value=value, allowed="text, number, list or mapping"))
+
+    copied: dict[str, Any] = json.loads(json.dumps(entry, default=of_numpy))
+    return copied
 
 
 def checked_phase(entry: dict[str, Any], held_at: float | None, known: set[str], job: Job) -> None:

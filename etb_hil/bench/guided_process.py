@@ -107,6 +107,9 @@ def main() -> None:
     except EtbHilError as error:
         orders.say({"failed": str(error), "kind": type(error).__name__})
         return
+    except Exception as error:
+        orders.say({"failed": f"internal error: {type(error).__name__}: {error}", "kind": "BenchFault"})
+        raise
     bench = done.results.bench
     orders.say(
         {

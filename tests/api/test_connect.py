@@ -10,6 +10,7 @@ import textwrap
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import etb_hil as etb
@@ -103,6 +104,8 @@ def test_the_session_is_one_as_any_other(tested):
         (lambda bench: bench.phase("off", id="zero", duration="1 s"), "stands twice"),
         (lambda bench: bench.phase("prompt", text="?"), "scenario files"),
         (lambda bench: bench.phase("off", duration="1 s", until={"role": "temperature"}), "scenario files"),
+        (lambda bench: bench.phase("off", duration=object()), "allowed: text, number"),
+        (lambda bench: bench.__enter__(), "entered before"),
     ],
 )
 def test_a_wrong_order_is_refused_and_the_bench_goes_on(one_bench, order, said):
@@ -194,7 +197,28 @@ def test_an_unknown_file_is_refused_before_a_process_starts():
     assert children() == before
 
 
-@pytest.mark.parametrize("idle", [0.0, -1.0, float("nan")])
+def test_a_bench_that_was_not_entered_says_so():
+    bench = etb.connect()
+    with pytest.raises(etb.InputError, match="not entered"):
+        _ = bench.seen
+    with pytest.raises(etb.InputError, match="not entered"):
+        bench.off("1 s")
+
+
+def test_numbers_of_numpy_and_names_in_use_are_no_obstacle(tmp_path):
+    with etb.connect(folder=tmp_path) as bench:
+        bench.phase("off", id="off_2", duration="0.1 s")
+        bench.off("0.1 s")
+        seen = bench.phase("ramp", between=("20 deg", "22 deg"), speed="1 rad/s", repeat=np.int64(1))
+        assert seen.angle == pytest.approx(np.deg2rad(20.0), abs=0.05)
+
+
+def test_a_seed_is_a_number(tmp_path):
+    with pytest.raises(etb.InputError, match="seed"):
+        etb.connect(folder=tmp_path, seed="seven")
+
+
+@pytest.mark.parametrize("idle", [0.0, -1.0, float("nan"), "3"])
 def test_no_time_to_give_an_order_in_is_refused(idle):
     with pytest.raises(etb.InputError, match=r"idle: .*allowed: above 0 s"):
         etb.connect(idle=idle)
