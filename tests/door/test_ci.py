@@ -20,7 +20,7 @@ def test_the_readme_has_one_test_command_that_the_gate_finds():
     assert found == [f"{install} && .venv/bin/python -m pytest -n 2 --dist loadfile"]
 
 
-@pytest.mark.parametrize("name", ["run", "lowest", "study"])
+@pytest.mark.parametrize("name", ["run", "lowest", "nightly", "study"])
 def test_a_script_is_valid_bash_and_executable(name):
     assert subprocess.run(["bash", "-n", CHECKOUT / ".ci" / name], check=False).returncode == 0
     assert (CHECKOUT / ".ci" / name).stat().st_mode & 0o111
