@@ -16,7 +16,7 @@ class Tests:
 
 
 HISTORY = "history/test_tolerance_and_charts history/test_statistics"
-LIMITS = "diagnosis/test_limit_laws diagnosis/test_limits_file diagnosis/test_diagnosis_verdicts diagnosis/test_new_measurement"
+LIMITS = "diagnosis/test_limit_laws diagnosis/test_limits_file diagnosis/test_new_measurement"
 RUNS = "bench/test_seen_off bench/test_safe_stop trusted/test_safe_stop_verbs"
 
 MODULES = {
@@ -34,10 +34,10 @@ MODULES = {
     "session/answer_time": Tests("bench/test_supervision"),
     "session/verdict_policy": Tests("canio/test_corruption_doubts bench/test_attempts"),
     "session/baseline": Tests("session/test_baseline"),
-    "diagnosis/limits": Tests(LIMITS),
-    "diagnosis/limits_file": Tests(LIMITS),
-    "diagnosis/limit_laws": Tests(LIMITS),
-    "diagnosis/measuring": Tests(f"diagnosis/test_verdict {LIMITS}"),
+    "diagnosis/limits": Tests(f"{LIMITS} diagnosis/test_diagnosis_verdicts"),
+    "diagnosis/limits_file": Tests(f"{LIMITS} diagnosis/test_diagnosis_verdicts"),
+    "diagnosis/limit_laws": Tests(f"{LIMITS} diagnosis/test_diagnosis_verdicts"),
+    "diagnosis/measuring": Tests(f"diagnosis/test_verdict {LIMITS} diagnosis/test_diagnosis_verdicts"),
     "diagnosis/verdict": Tests("diagnosis/test_verdict"),
     "diagnosis/exceedance": Tests("diagnosis/test_exceedance", "diagnosis/test_exceedance"),
     "diagnosis/plausibility": Tests("diagnosis/test_plausibility", "diagnosis/test_plausibility"),
