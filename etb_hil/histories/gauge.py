@@ -10,6 +10,8 @@ from scipy.special import fdtrc
 
 from etb_hil.recording.samples import Float64
 
+GOOD, USABLE = 0.10, 0.30  # shares of the study's variation up to which a gauge is (AIAG, MSA, 4th edition 2010, II.D)
+ENOUGH_CATEGORIES = 5  # groups of units that a gauge must tell apart (likewise)
 POOLED_ABOVE = 0.25  # an interaction less significant than this goes into repeatability (AIAG, MSA)
 
 
@@ -59,6 +61,14 @@ class GaugeStudy:
     def share(self, sigma: float) -> float:
         """Return a standard deviation as a share of the total variation (% study variation)."""
         return sigma / self.total
+
+    @property
+    def verdict(self) -> str:
+        """What the gauge is good for: good, usable or unsuitable; by its share of the variation, and its categories."""
+        share = self.share(self.gauge)
+        if share > USABLE or self.categories < ENOUGH_CATEGORIES:
+            return "unsuitable"
+        return "good" if share < GOOD else "usable"
 
     @property
     def categories(self) -> int:

@@ -115,6 +115,7 @@ def _number(number: NumberHistory) -> dict[str, Any]:
             "total": study.total,
             "gauge_share": study.share(study.gauge),
             "categories": study.categories,
+            "verdict": study.verdict,
         },
         "drifts": [asdict(drift) for drift in number.drifts],
         "rises": None if number.rises is None else asdict(number.rises),

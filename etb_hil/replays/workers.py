@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from etb_hil.replays.outcome import Outcome
 
 _AHEAD = 2  # tasks a process that wait for it
+_ANSWERS_S = 3.0  # until a cluster that says nothing counts as not there: Dask waits for 30 s
 _DIED = "the process that read it died"
 
 
@@ -113,7 +114,7 @@ class DaskWorkers:
         if not tasks:
             return
         try:
-            client = self._distributed.Client(self._address, set_as_default=False)
+            client = self._distributed.Client(self._address, set_as_default=False, timeout=_ANSWERS_S)
         except (OSError, TimeoutError, ValueError) as error:
             raise BenchFault(f"no Dask scheduler answers at {self._address}: {error}") from None
         with client:

@@ -13,7 +13,7 @@ from etb_hil.histories.capability import Capability, Index
 from etb_hil.histories.control_chart import FEWEST
 from etb_hil.histories.drift import FEWEST as LEAST
 from etb_hil.histories.drift import Drift
-from etb_hil.histories.gauge import GaugeStudy
+from etb_hil.histories.gauge import ENOUGH_CATEGORIES, GOOD, USABLE, GaugeStudy
 from etb_hil.histories.history import FRICTION, History, NumberHistory
 from etb_hil.histories.rise import Rises
 from etb_hil.histories.temperature import FEWEST as FEWEST_UNITS
@@ -165,7 +165,8 @@ def _gauge(study: GaugeStudy, unit: str) -> str:
     text += f"PV {_spread(study.part, unit)} {'mN·m' if unit == 'N·m' else unit_shown(unit)}".rstrip()
     if study.units < 10:
         text += "; the manual asks for 10 units"
-    return f"{text}."
+    limits = f"{100 * GOOD:.0f} and {100 * USABLE:.0f} %, {ENOUGH_CATEGORIES} categories"
+    return f"{text}. This gauge is {study.verdict.upper()} (limits: {limits})."
 
 
 def _spread(value: float, unit: str) -> str:

@@ -229,3 +229,16 @@ def test_benches_that_share_one_unit_alone_are_no_study_together():
     cells = {(u, "x"): [1.0, 2.0] for u in "abc"} | {(u, "y"): [1.0, 2.0] for u in "cd"}
     units, benches, _ = balanced(cells)
     assert (units, benches) == (["a", "b", "c"], ["x"])
+
+
+@pytest.mark.parametrize(
+    ("noise", "verdict"), [(0.05, "good"), (0.2, "usable"), (0.33, "unsuitable"), (0.5, "unsuitable")]
+)
+def test_a_gauge_has_its_verdict(noise, verdict):
+    # Ten units that scatter by about 1, each repeated at -noise, 0 and +noise: nothing of it is drawn at random.
+    units = np.linspace(-1.5, 1.5, 10)[:, None, None]
+    repeats = noise * np.array([-1.0, 0.0, 1.0])[None, None, :]
+    study = gauge_study(np.broadcast_to(units + repeats, (10, 2, 3)))
+    assert study.verdict == verdict
+    assert (study.share(study.gauge) < 0.1) == (verdict == "good")
+    assert study.categories >= 5 or verdict == "unsuitable"
