@@ -1,0 +1,130 @@
+"""How well the estimation core knows an independent throttle: coverage, whiteness, sensitivities, time.
+
+    OPENBLAS_NUM_THREADS=1 python benchmarks/estimation_core.py [--units 10] [--first 0]
+
+For each unit a friction check at 2 kHz is simulated by the independent throttle, the bench's idea of the unit is drawn
+inside its tolerances, and its parameters are calibrated. Printed are: by how many nats the fit is more likely than the
+truth; the share of parameters whose 95 % interval holds the truth; the disturbance that the fit needs; the correlation
+of the innovations from sample to sample; processor time a sample. At the end, sensitivities against differences.
+"""
+
+import argparse
+import time
+from dataclasses import fields
+
+import numpy as np
+from independent_throttle import Unit, friction_check, off_by_tolerances, sense
+from throttle_as_model import bench_model, parameters
+
+from etb_hil.estimation.calibration import base_unknowns, calibrated
+from etb_hil.estimation.filtering import Column, Disturbance, filtered, sensitivities
+from etb_hil.estimation.record import record
+from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.physics import VISCOUS
+from etb_hil.plant.values import ThrottleParameters
+
+RATE = 2000
+SMALL = Disturbance(1e-3, 1e-2)
+TRANSIENT = 200  # samples at the beginning that are not judged
+IN_INTERVAL = 1.96
+MOVES = 1e-3  # of the innovations that a column changes most: it has to move them by as much to be judged
+
+
+def measured(unit, bench, seed):
+    """Return a record until the bridge opens, and the bench's model."""
+    truth, phases = friction_check(unit)
+    seen = sense(unit, truth, RATE, np.random.default_rng(seed), current_offset=0.0)
+    rows = slice(0, phases[-1][1] * RATE // 20000)
+    model = bench_model(bench)
+    angles = {"motor": seen.motor_angle[rows] / unit.gear_ratio, "plate": seen.throttle_angle[rows]}
+    return record(seen.time_ns[rows] * 1e-9, seen.voltage[rows], model, current=seen.current[rows], **angles), model
+
+
+def judged(seed):
+    """Print what one unit comes to; return how far its parameters are off in standard deviations."""
+    unit = Unit()
+    made, model = measured(unit, off_by_tolerances(unit, np.random.default_rng(seed)), seed)
+    begin = time.process_time()
+    fit = calibrated(made, model.vector(), base_unknowns(model))
+    took = time.process_time() - begin
+    true = model.vector()
+    true[: VISCOUS + 1] = parameters(unit).vector()[: VISCOUS + 1]
+    gained = fit.filtered.log_likelihood - filtered(made, true, fit.disturbance).log_likelihood
+    seen = [one for one in range(len(fit.unknowns)) if fit.normal.matrix[one, one] > 0.0]
+    deviation = np.sqrt(np.diag(fit.covariance))
+    away = np.array([(fit.parameters[one.place] - true[one.place]) for one in fit.unknowns]) / deviation
+    w = fit.filtered.whitened[TRANSIENT:]
+    alike = np.mean(w[1:] * w[:-1], axis=0) / np.mean(w**2, axis=0)
+    torque, voltage = fit.filtered.needed
+    print(
+        f"unit {seed}: {len(made)} samples, {took:.1f} s; fit over truth {gained:+.0f} nats; "
+        f"needed {1e3 * torque:.4f} mN·m, {1e3 * voltage:.3f} mV; "
+        f"innovations' variance {np.mean(w**2, axis=0).round(2)}, correlation {alike.round(2)}",
+        flush=True,
+    )
+    return away[seen]
+
+
+def columns(model):
+    """Return a column for every base parameter and every effect's first strength, moved by a thousandth."""
+    p = model.vector()
+    for place, one in enumerate(fields(ThrottleParameters)):
+        if model.tolerance(one.name) > 0.0:
+            yield p, Column(one.name, 0.001 * model.tolerance(one.name), place)
+    for effect in CATALOGUE.values():
+        q = p.copy()
+        for one, place in zip(effect.parameters, effect.indices, strict=True):
+            if not one.is_strength and one.starts:
+                q[place] = one.starts[-1]
+        first = effect.searched[0]
+        step = 1e-3 * effect.parameters[first].starts[0]
+        yield q, Column(effect.id, step, effect.indices[first], effect, parameters=q)
+
+
+def compare():
+    """Print sensitivities against differences, in the reading that each column changes most."""
+    made, model = measured(Unit(), Unit(), 0)
+    at = filtered(made, model.vector(), SMALL, is_kept=True)
+    errors = []
+    for p, column in columns(model):
+        found = sensitivities(made, at, [column], is_kept=True).rows[TRANSIENT:, :, 0]
+        moved = p.copy()
+        moved[column.place] += column.step
+        difference = (filtered(made, moved, SMALL).whitened - at.whitened)[TRANSIENT:] / column.step
+        size = np.linalg.norm(difference, axis=0)
+        most = int(np.argmax(size))
+        if size[most] * column.step > MOVES:
+            errors.append(float(np.linalg.norm((found - difference)[:, most]) / size[most]))
+            print(f"  {column.name:28} {100 * errors[-1]:6.2f} %")
+    print(f"sensitivities against differences: median {100 * np.median(errors):.2f} %, worst {100 * max(errors):.1f} %")
+
+
+def speed():
+    """Print the processor time of one pass a sample, without and with sensitivities."""
+    made, model = measured(Unit(), Unit(), 0)
+    asked = [column for _, column in columns(model)]
+    for name, run in (
+        ("filter", lambda: filtered(made, model.vector(), SMALL)),
+        (f"filter and {len(asked)} sensitivities",
+         lambda: sensitivities(made, filtered(made, model.vector(), SMALL, is_kept=True), asked)),
+    ):  # fmt: skip
+        run()
+        begin = time.process_time()
+        run()
+        print(f"{name}: {1e6 * (time.process_time() - begin) / len(made):.2f} us a sample")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--units", type=int, default=10)
+    parser.add_argument("--first", type=int, default=0)
+    options = parser.parse_args()
+    away = np.concatenate([judged(seed) for seed in range(options.first, options.first + options.units)])
+    held = np.abs(away) < IN_INTERVAL
+    print(f"95 % intervals hold the truth: {held.sum()} of {len(held)} = {100 * held.mean():.1f} %")
+    compare()
+    speed()
+
+
+if __name__ == "__main__":
+    main()
