@@ -294,5 +294,10 @@ class Runner:
                 bus_load=health.load,
                 frames_lost=self._analysis.frames_lost,
                 message=self._message,
+                set_point=self._beat.commanded.position if self._beat.commanded.enable else None,
+                bus_state=None if health.state is None else str(health.state),
+                error_frames=health.error_frames,
+                late_ms=self._beat.lateness.worst_ns * 1e-6,
+                frame_age_ms=self._beat.frame_age.worst_ns * 1e-6,
             )
         )

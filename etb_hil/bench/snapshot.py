@@ -8,7 +8,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """The state of a run; throttle shaft, SI units, NaN or None where nothing is known yet."""
+    """The state of a run; throttle shaft, SI units, NaN or None where nothing is known yet.
+
+    `set_point` is None while the drive is off; `late_ms` and `frame_age_ms` are the worst so far.
+    """
 
     time_s: float
     total_s: float
@@ -24,6 +27,11 @@ class Snapshot:
     bus_load: float | None
     frames_lost: int
     message: str = ""
+    set_point: float | None = None
+    bus_state: str | None = None
+    error_frames: int | None = None
+    late_ms: float = 0.0
+    frame_age_ms: float = 0.0
 
 
 Watcher = Callable[[Snapshot], None]

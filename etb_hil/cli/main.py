@@ -20,6 +20,7 @@ from etb_hil.cli.completion import ASKED, complete, words_so_far
 # command -> what it does; each has a module of its name in this folder with `add_arguments` and `run`
 COMMANDS = {
     "run": "run a scenario on a bench and judge the unit",
+    "page": "show the operator page of a bench in a browser: start, watch and repeat tests",
     "replay": "judge a recorded session or log again, with the same code",
     "baseline": "make a baseline from a session, for later runs to be compared to",
     "export": "write a session or log in another format, or its signals",

@@ -42,6 +42,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="station file: it decides on scenario, model and limits (default: station.yaml beside the bench file)",
     )
+    parser.add_argument("--operator", default="operator", help="who answers the prompts (default: %(default)s)")
+    parser.add_argument("--page", type=Path, help=argparse.SUPPRESS)  # the channel of the operator page that asked
     add_ci_arguments(parser)
 
 
@@ -54,7 +56,11 @@ def run(options: argparse.Namespace) -> int:
     output = CiOutput(options)
     _refuse_contradictions(options, output)
     time_limit = TimeLimit(options.timeout)
-    attended = not options.yes and somebody_attends()
+    attended = options.page is not None or (not options.yes and somebody_attends())
+    if options.page is not None:
+        from etb_hil.cli.page_screen import run_for_page
+
+        return run_for_page(Units(options, output, _desk(options), attended), options)
     units = Units(options, output, _desk(options), attended)
     return _queue(units, time_limit) if options.batch else _one_unit(units, time_limit)
 
@@ -84,7 +90,8 @@ def _queue(units: Units, time_limit: TimeLimit) -> ExitCode:
 
     def run_in_time(serial: str, before: str) -> tuple[RunResult, ExitCode, bool]:
         with time_limit:
-            return units.run(serial, before)
+            judged = units.run(serial, before)
+            return judged.results, judged.code, judged.again
 
     return run_batch(run_in_time, units.check, attended=units.attended)
 

@@ -7,7 +7,7 @@ import sys
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from etb_hil.bench.job import execute
 from etb_hil.cli.keyboard import Keyboard
@@ -21,6 +21,20 @@ if TYPE_CHECKING:
     from etb_hil.bench.stop_signals import StopSignals
     from etb_hil.session.finished import Finished
 
+
+class Screen(Protocol):
+    """Runs units on a bench where somebody sees them."""
+
+    @property
+    def job(self) -> Job:
+        """The files of the run."""
+        ...
+
+    def run(self, serial: str, before: str, signals: StopSignals) -> tuple[Finished, bool]:
+        """Run the scenario on the unit of this serial number, as `RunScreen.run` does."""
+        ...
+
+
 _NO_SCREEN = {"", "dumb", "unknown"}
 
 
@@ -33,6 +47,7 @@ class RunScreen:
     seed: int
     attended: bool
     shown: bool = True
+    operator: str = "operator"
 
     def run(self, serial: str, before: str, signals: StopSignals) -> tuple[Finished, bool]:
         """Run the scenario on the unit of this serial number; `before` is what came of the units before it.
@@ -42,13 +57,13 @@ class RunScreen:
         """
         with ExitStack() as open_things:
             feed = PanelFeed()
-            watcher = PanelWatcher(feed, self._title(serial), self._limits(), before=before)
+            watcher = PanelWatcher(feed, title_of(self.job, serial), limits_of(self.job), before=before)
             operator = None
             if self.attended:
                 keyboard = open_things.enter_context(Keyboard(sys.stdin.fileno()))
                 has_panel = self.shown and sys.stdout.isatty() and os.environ.get("TERM", "") not in _NO_SCREEN
                 screen = None if has_panel else sys.stderr
-                operator = TerminalOperator(keyboard, screen, waits=self.job.is_virtual)
+                operator = TerminalOperator(keyboard, screen, waits=self.job.is_virtual, name=self.operator)
                 watcher.keys = lambda: operator.hint
 
             def watch(snapshot: Snapshot) -> None:
@@ -61,11 +76,15 @@ class RunScreen:
             finished = execute(self.job, self.folder, serial, self.seed, watch, operator, signals)
             return finished, operator is not None and operator.wants_repeat
 
-    def _title(self, serial: str) -> str:
-        names = (self.job.scenario.content.name, f"serial {serial}" if serial else "", self.job.setup.bench.name)
-        return " - ".join(filter(None, names))
 
-    def _limits(self) -> PanelLimits:
-        throttle, most = self.job.model.values, self.job.limits.most
-        gear = throttle.gear_ratio
-        return PanelLimits(most("T_st", gear), most("T_c", gear), throttle.stribeck_velocity)
+def title_of(job: Job, serial: str) -> str:
+    """Return the title under which a run is shown."""
+    names = (job.scenario.content.name, f"serial {serial}" if serial else "", job.setup.bench.name)
+    return " - ".join(filter(None, names))
+
+
+def limits_of(job: Job) -> PanelLimits:
+    """Return the limits that friction is held against while the run lasts."""
+    throttle, most = job.model.values, job.limits.most
+    gear = throttle.gear_ratio
+    return PanelLimits(most("T_st", gear), most("T_c", gear), throttle.stribeck_velocity)

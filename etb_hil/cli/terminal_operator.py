@@ -22,10 +22,10 @@ class TerminalOperator:
     Without a `screen` for the questions, somebody else shows them (the live panel), with `hint` below.
     """
 
-    name = "operator"
     wants_repeat = False  # the key was pressed: once the run has ended, somebody wants it from the start
 
-    def __init__(self, keyboard: Keyboard, screen: TextIO | None, *, waits: bool) -> None:
+    def __init__(self, keyboard: Keyboard, screen: TextIO | None, *, waits: bool, name: str = "operator") -> None:
+        self.name = name
         self._keyboard = keyboard
         self._screen = screen
         self._wait_s = LOOK_S if waits else 0.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TextIO
 
 from etb_hil.base.errors import BenchFault
@@ -13,7 +14,8 @@ from etb_hil.bench.stop_signals import StopSignals
 from etb_hil.cli.batch import checked_serial
 from etb_hil.cli.files import job_files
 from etb_hil.cli.not_run import faulted, interrupted
-from etb_hil.cli.run_screen import RunScreen
+from etb_hil.cli.page_screen import PageScreen
+from etb_hil.cli.run_screen import RunScreen, Screen
 from etb_hil.cli.show import show_finished
 from etb_hil.report.verdict import verdict_text
 
@@ -28,11 +30,17 @@ if TYPE_CHECKING:
 
 
 class Judged(NamedTuple):
-    """Results and exit code of a unit's run, and whether somebody stopped it to run the unit from the start."""
+    """Results and exit code of a unit's run, and whether somebody stopped it to run the unit from the start.
+
+    `session` is the folder of a run that began; `next_step` and `notes` are what a station says of it.
+    """
 
     results: RunResult
     code: ExitCode
     again: bool = False
+    session: Path | None = None
+    next_step: str = ""
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,13 +51,13 @@ class Units:
     output: CiOutput
     desk: Desk | None
     attended: bool
-    screens: dict[JobFiles, RunScreen] = field(default_factory=dict)
+    screens: dict[JobFiles, Screen] = field(default_factory=dict)
 
     def check(self, text: str) -> str:
         """Return a serial number that may be tested; InputError says why not."""
         return checked_serial(text) if self.desk is None else self.desk.check(text)
 
-    def screen_for(self, serial: str) -> RunScreen:
+    def screen_for(self, serial: str) -> Screen:
         """Return what runs a unit, its files read and checked; InputError lists what is wrong."""
         files = job_files(self.options) if self.desk is None else self.desk.files(serial)
         if files not in self.screens:
@@ -62,7 +70,12 @@ class Units:
                 print(f"note: {files.limits}: {job.limits.hint}", file=sys.stderr)
             shown = not self.output.owns_standard_output
             options = self.options
-            self.screens[files] = RunScreen(job, options.out, options.seed, self.attended, shown=shown)
+            if options.page is not None:
+                self.screens[files] = PageScreen(job, options.out, options.seed, options.page, options.operator)
+            else:
+                self.screens[files] = RunScreen(
+                    job, options.out, options.seed, self.attended, shown=shown, operator=options.operator
+                )
         return self.screens[files]
 
     def run(self, serial: str, before: str = "") -> Judged:
@@ -78,7 +91,7 @@ class Units:
             signals.raise_if_late()
         return judged
 
-    def _judged(self, screen: RunScreen, serial: str, before: str, words: TextIO, signals: StopSignals) -> Judged:
+    def _judged(self, screen: Screen, serial: str, before: str, words: TextIO, signals: StopSignals) -> Judged:
         try:
             if self.desk is not None:
                 self.desk.require_fit_bench(serial)
@@ -97,7 +110,8 @@ class Units:
         show_finished(finished, signals, words, next_step, pictures=self.options.pictures)
         for line in [] if said is None else said.lines:
             print(f"  Station  {line}", file=words)
-        judged = Judged(finished.results, self.output.add(finished.results, finished.session.folder), again)
+        code = self.output.add(finished.results, finished.session.folder)
         for warning in deliver(screen.job, self.options.out):
             print(warning, file=sys.stderr)
-        return judged
+        notes = () if said is None else tuple(said.lines)
+        return Judged(finished.results, code, again, finished.session.folder, next_step, notes)

@@ -14,7 +14,7 @@ import sys
 import tempfile
 import time
 from dataclasses import asdict, dataclass, replace
-from typing import Self
+from typing import Protocol, Self
 
 PERIOD_S = 0.125
 _CLOSE_S = 3.0
@@ -31,7 +31,8 @@ class PanelSnapshot:
 
     `friction_limit` is the limit that applies at the present speed; `progress` is a share of 1; `time_left_s` is on
     the clock of whoever waits; `load` is a share of 1; `messages` are the newest last; `question` waits for an answer;
-    `keys` says what can be pressed; `before` is what came of the units before this one.
+    `keys` says what can be pressed; `before` is what came of the units before this one;
+    `set_point` is None while the drive is off; `late_ms` and `frame_age_ms` are the worst so far.
     """
 
     title: str = ""
@@ -56,6 +57,23 @@ class PanelSnapshot:
     question: str = ""
     keys: str = ""
     before: str = ""
+    set_point: float | None = None
+    bus_state: str | None = None
+    error_frames: int | None = None
+    late_ms: float | None = None
+    frame_age_ms: float | None = None
+
+
+class Feed(Protocol):
+    """Takes the snapshots of a run, and never keeps it waiting."""
+
+    def due(self, phase: str) -> bool:
+        """Return whether a snapshot of this phase would be shown now."""
+        ...
+
+    def update(self, snapshot: PanelSnapshot) -> None:
+        """Hand over a snapshot; returns at once."""
+        ...
 
 
 class PanelFeed:

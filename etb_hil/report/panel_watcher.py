@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from etb_hil.bench.snapshot import Snapshot
-from etb_hil.report.panel_feed import PanelFeed, PanelSnapshot
+from etb_hil.report.panel_feed import Feed, PanelSnapshot
 
 _FAR_ABOVE = 2.15  # beyond this many omega_s friction is compared with the limit of T_c
 
@@ -36,7 +36,7 @@ class PanelWatcher:
     `keys` returns what can be pressed now; `before` is what came of the units before this one.
     """
 
-    feed: PanelFeed
+    feed: Feed
     title: str
     limits: PanelLimits
     keys: Callable[[], str] = str
@@ -82,6 +82,11 @@ class PanelWatcher:
             question=snapshot.message,
             keys=self.keys(),
             before=self.before,
+            set_point=_known(snapshot.set_point),
+            bus_state=snapshot.bus_state,
+            error_frames=snapshot.error_frames,
+            late_ms=snapshot.late_ms,
+            frame_age_ms=snapshot.frame_age_ms,
         )
 
 

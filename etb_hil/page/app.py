@@ -1,0 +1,279 @@
+"""The routes of the operator page: whoever sees it may look and press STOP; whoever holds the bench operates it."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import re
+from collections.abc import AsyncIterator, Awaitable, Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from starlette.applications import Starlette
+from starlette.middleware import Middleware
+from starlette.responses import FileResponse, JSONResponse, RedirectResponse, Response
+from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.staticfiles import StaticFiles
+from starlette.websockets import WebSocketDisconnect
+
+from etb_hil.page.guard import Guard
+from etb_hil.page.visitors import Rate, Visitor, Visitors
+
+if TYPE_CHECKING:
+    from starlette.requests import HTTPConnection, Request
+    from starlette.websockets import WebSocket
+
+    from etb_hil.page.live import Live
+    from etb_hil.page.password import Password
+
+HERE = Path(__file__).parent
+PERIOD_S = 0.125  # between two messages to an open page
+LARGEST_ORDER = 10_000  # bytes
+MOST_PAGES = 200
+_RUN_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,120}")
+_REPORT_POLICY = (
+    "sandbox allow-scripts allow-downloads; default-src 'none'; style-src 'unsafe-inline'; img-src data:; "
+    "script-src 'unsafe-inline'"
+)
+Handler = Callable[["Request", Visitor, dict[str, Any]], Awaitable[Response]]
+
+
+class Page:
+    """The page of one bench; `password` is None on this machine alone."""
+
+    def __init__(self, live: Live, sessions: Path, password: Password | None, cookie: str) -> None:
+        self.live = live
+        self._sessions = sessions
+        self._password = password
+        self._cookie = cookie
+        self._visitors = Visitors()
+        self._tries = Rate(5, 60.0)
+        self._orders = Rate(20, 10.0)
+        self._pages = 0
+
+    def app(self, hosts: frozenset[str], *, is_open: bool) -> Starlette:
+        """Return the application, known by the names `hosts`, and by its addresses where `is_open`."""
+        return Starlette(
+            routes=[
+                Route("/", self._home),
+                Route("/login", self._login_page),
+                Route("/api/login", self._login, methods=["POST"]),
+                Route("/api/logout", self._order(self._logout), methods=["POST"]),
+                Route("/api/hold", self._order(self._hold), methods=["POST"]),
+                Route("/api/release", self._order(self._release), methods=["POST"]),
+                Route("/api/start", self._order(self._start), methods=["POST"]),
+                Route("/api/stop", self._order(self._stop, is_stop=True), methods=["POST"]),
+                Route("/api/end", self._order(self._end, is_stop=True), methods=["POST"]),
+                Route("/api/answer", self._order(self._answer), methods=["POST"]),
+                Route("/api/history", self._history),
+                Route("/report/{run_id}", self._report),
+                Mount("/static", StaticFiles(directory=HERE / "static")),
+                Mount("/words", StaticFiles(directory=HERE / "words")),
+                WebSocketRoute("/live", self._socket),
+            ],
+            middleware=[Middleware(Guard, hosts=hosts, is_open=is_open)],
+            lifespan=self._lifespan,
+        )
+
+    @contextlib.asynccontextmanager
+    async def _lifespan(self, _: Starlette) -> AsyncIterator[None]:
+        task = asyncio.create_task(self.live.watch())
+        yield
+        task.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await task
+
+    def _visitor(self, connection: HTTPConnection) -> Visitor | None:
+        return self._visitors.find(connection.cookies.get(self._cookie))
+
+    async def _home(self, request: Request) -> Response:
+        visitor = self._visitor(request)
+        response = FileResponse(HERE / "static" / "page.html")
+        if visitor is None:
+            if self._password is not None:
+                return RedirectResponse("/login", 303)
+            self._remember(response, request)
+        return response
+
+    async def _login_page(self, _: Request) -> Response:
+        return FileResponse(HERE / "static" / "login.html")
+
+    async def _login(self, request: Request) -> Response:
+        client = request.client.host if request.client else ""
+        if not self._tries.allows(client):
+            return _refused(429, "too_many_tries")
+        order = await _body(request)
+        given = str(order.get("password", ""))[:1000]
+        if self._password is None or not await asyncio.to_thread(self._password.fits, given):
+            return _refused(401, "wrong_password")
+        response = JSONResponse({})
+        self._remember(response, request)
+        return response
+
+    def _remember(self, response: Response, request: Request) -> None:
+        response.set_cookie(
+            self._cookie,
+            self._visitors.let_in().token,
+            httponly=True,
+            samesite="strict",
+            secure=request.url.scheme == "https",
+        )
+
+    def _order(self, handle: Handler, *, is_stop: bool = False) -> Callable[[Request], Awaitable[Response]]:
+        """Return a route for whoever has a session; a STOP is never one too many."""
+
+        async def handler(request: Request) -> Response:
+            visitor = self._visitor(request)
+            if visitor is None:
+                return _refused(401, "not_logged_in")
+            if not is_stop and not self._orders.allows(visitor.token):
+                return _refused(429, "too_many")
+            return await handle(request, visitor, {} if is_stop else await _body(request))
+
+        return handler
+
+    async def _logout(self, _: Request, visitor: Visitor, __: dict[str, Any]) -> Response:
+        self.live.holder.leave(visitor)
+        self._visitors.send_away(visitor)
+        self.live.changed()
+        return JSONResponse({})
+
+    async def _hold(self, _: Request, visitor: Visitor, order: dict[str, Any]) -> Response:
+        name = str(order.get("operator", "")).strip()
+        if not name or len(name) > 60 or not name.isprintable():
+            return _refused(400, "no_name")
+        if not self.live.holder.take(visitor, name):
+            return _refused(409, "held")
+        self.live.changed()
+        return JSONResponse({})
+
+    async def _release(self, _: Request, visitor: Visitor, __: dict[str, Any]) -> Response:
+        self.live.holder.leave(visitor)
+        self.live.changed()
+        return JSONResponse({})
+
+    async def _start(self, _: Request, visitor: Visitor, order: dict[str, Any]) -> Response:
+        if self.live.holder.visitor is not visitor:
+            return _refused(403, "not_holder")
+        bench = self.live.bench
+        given = {name: order.get(name) for name in ("serial", "scenario", "unit")}
+        wanted = {name: text.strip() if isinstance(text, str) else "" for name, text in given.items()}
+        if not 0 < len(wanted["serial"]) <= 80 or not wanted["serial"].isprintable():
+            return _refused(400, "no_serial")
+        if wanted["unit"] and wanted["unit"] not in bench["units"]:
+            return _refused(400, "no_unit")
+        if wanted["scenario"] and wanted["scenario"] not in {one["name"] for one in bench["scenarios"]}:
+            return _refused(400, "no_scenario")
+        for _attempt in range(100):  # a run whose verdict is here may take a moment to leave
+            if self.live.start(wanted, self.live.holder.name):
+                return JSONResponse({})
+            if self.live.status != "done":
+                break
+            await asyncio.sleep(0.1)
+        return _refused(409, "busy")
+
+    async def _stop(self, _: Request, __: Visitor, ___: dict[str, Any]) -> Response:
+        return JSONResponse({}) if self.live.stop(in_order=False) else _refused(409, "nothing_runs")
+
+    async def _end(self, _: Request, __: Visitor, ___: dict[str, Any]) -> Response:
+        return JSONResponse({}) if self.live.stop(in_order=True) else _refused(409, "nothing_runs")
+
+    async def _answer(self, _: Request, visitor: Visitor, order: dict[str, Any]) -> Response:
+        if self.live.holder.visitor is not visitor:
+            return _refused(403, "not_holder")
+        number, answer = order.get("number"), order.get("answer")
+        if not isinstance(number, int) or not isinstance(answer, str) or not self.live.answer(number, answer):
+            return _refused(409, "not_asked")
+        return JSONResponse({})
+
+    async def _history(self, request: Request) -> Response:
+        if self._visitor(request) is None:
+            return _refused(401, "not_logged_in")
+        wanted = request.query_params.get("measurement", "")
+        past = self.live.past
+        measured = await asyncio.to_thread(past.measured)
+        values = await asyncio.to_thread(past.history, wanted[:100]) if wanted else []
+        return JSONResponse({"measured": measured, "values": values})
+
+    async def _report(self, request: Request) -> Response:
+        if self._visitor(request) is None:
+            return RedirectResponse("/login", 303)
+        run_id = request.path_params["run_id"]
+        path = self._sessions / run_id / "report.html"
+        if not _RUN_ID.fullmatch(run_id) or not path.is_file():
+            return _refused(404, "no_report")
+        return FileResponse(path, headers={"Content-Security-Policy": _REPORT_POLICY})
+
+    async def _socket(self, socket: WebSocket) -> None:
+        visitor = self._visitor(socket)
+        if visitor is None or self._pages >= MOST_PAGES:
+            await socket.close(4401 if visitor is None else 4429)
+            return
+        await socket.accept()
+        event = asyncio.Event()
+        self.live.joins(event)
+        self._pages += 1
+        visitor.pages += 1
+        listening = asyncio.create_task(_until_closed(socket))
+        try:
+            await self._tell(socket, visitor, event, listening)
+        except WebSocketDisconnect:
+            pass
+        finally:
+            listening.cancel()
+            visitor.pages -= 1
+            self._pages -= 1
+            self.live.leaves(event)
+
+    async def _tell(
+        self, socket: WebSocket, visitor: Visitor, event: asyncio.Event, closed: asyncio.Task[None]
+    ) -> None:
+        version, number, seen = -1, -1, 0
+        while not closed.done():
+            if self._visitors.is_over(visitor):
+                await socket.close(4401)
+                return
+            live = self.live
+            event.clear()
+            message: dict[str, Any] = {}
+            if version != live.version:
+                version = live.version
+                message["about"] = live.about()
+                message["you"] = {
+                    "holds": live.holder.visitor is visitor,
+                    "may_leave": self._password is not None,
+                }
+            if number != live.number:
+                number, seen = live.number, 0
+            message["news"], seen = live.news(seen)
+            await socket.send_text(json.dumps(message))
+            await asyncio.sleep(PERIOD_S)
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(event.wait(), 5.0)
+
+
+async def _until_closed(socket: WebSocket) -> None:
+    """Read what an open page sends, which is nothing, until it is closed."""
+    with contextlib.suppress(WebSocketDisconnect, RuntimeError):
+        while True:
+            await socket.receive_text()
+
+
+async def _body(request: Request) -> dict[str, Any]:
+    """Return the order that a request carries; empty where it carries none."""
+    content = b""
+    async for part in request.stream():
+        content += part
+        if len(content) > LARGEST_ORDER:
+            return {}
+    try:
+        order = json.loads(content or b"{}")
+    except ValueError:
+        return {}
+    return order if isinstance(order, dict) else {}
+
+
+def _refused(code: int, why: str) -> Response:
+    """Return a refusal; the page has the words for `why`."""
+    return JSONResponse({"why": why}, code)

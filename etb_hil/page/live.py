@@ -1,0 +1,184 @@
+"""The bench as the page knows it: its run, what came of it, and the curves; all open pages are told of each change."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import signal
+import socket
+from collections import deque
+from dataclasses import dataclass, field
+from itertools import islice
+from typing import Any
+
+from etb_hil.page.channel import LARGEST, Channel, new_sender
+from etb_hil.page.outcome import refusal
+from etb_hil.page.past import Past
+from etb_hil.page.visitors import Holder
+
+LOOK_S = 0.25  # how often the process of the run is looked for
+MOST_POINTS = 5000  # of a run's curves: ten minutes
+_LOG_TAIL = 400
+
+
+@dataclass(slots=True)
+class Live:
+    """What all open pages show; `bench` is the survey of it, `base` the options of every run."""
+
+    channel: Channel
+    past: Past
+    bench: dict[str, Any]
+    base: list[str]
+    holder: Holder = field(default_factory=Holder)
+    status: str = "idle"
+    number: int = 0  # of the run, since the page began
+    run: dict[str, Any] = field(default_factory=dict)
+    outcome: dict[str, Any] | None = None
+    snapshot: dict[str, Any] | None = None
+    prompt: dict[str, Any] | None = None
+    recent: dict[str, Any] = field(default_factory=dict)
+    version: int = 0
+    _points: deque[list[Any]] = field(default_factory=lambda: deque(maxlen=MOST_POINTS))
+    _seen: int = 0
+    _waiting: set[asyncio.Event] = field(default_factory=set)
+    _heard: socket.socket | None = None
+    _sender: socket.socket = field(default_factory=new_sender)
+
+    def open(self) -> None:
+        """Hear the run from now on, also one that another page began."""
+        self._heard = self.channel.listen(self.channel.page_socket)
+        self.recent = self.past.recent()
+        self.outcome = self.channel.read_state().get("outcome")
+        self.look()
+
+    async def watch(self) -> None:
+        """Hear the run and look for its process, until cancelled."""
+        if self._heard is None:
+            return
+        loop = asyncio.get_running_loop()
+        loop.add_reader(self._heard, self._hear)
+        try:
+            was_here = self.holder.is_here()
+            while True:
+                self.look()
+                if was_here != (was_here := self.holder.is_here()):
+                    self.changed()
+                await asyncio.sleep(LOOK_S)
+        finally:
+            loop.remove_reader(self._heard)
+
+    def look(self) -> None:
+        """Take in what the run wrote, and whether its process lives."""
+        busy, state = self.channel.is_busy(), self.channel.read_state()
+        outcome = state.get("outcome")
+        if busy and outcome is None:
+            if self.status not in {"starting", "running"}:
+                self._begin(state.get("run") or {})
+            if state.get("run") and self.status != "running":
+                self.status, self.run = "running", state["run"]
+                self.changed()
+        elif self.status in {"starting", "running"} or (state.get("run") and outcome is None):
+            self._end(state.get("run") or self.run, outcome)
+
+    def start(self, order: dict[str, str], operator: str) -> bool:
+        """Start a run of a unit; False where one is under way."""
+        arguments = [*self.base, f"--serial={order['serial']}", f"--operator={operator}"]
+        if order.get("unit"):
+            arguments.append(f"--unit={order['unit']}")
+        if order.get("scenario"):
+            arguments += ["--", order["scenario"]]
+        if not self.channel.start(arguments):
+            return False
+        self._begin({"serial": order["serial"], "operator": operator})
+        return True
+
+    def stop(self, *, in_order: bool) -> bool:
+        """Take the drive off now, or lead the plate home first; False where nothing runs."""
+        number = signal.SIGUSR1 if in_order else signal.SIGINT
+        return self.status in {"starting", "running"} and self.channel.signal(number)
+
+    def answer(self, number: int, answer: str) -> bool:
+        """Answer a prompt; False where it does not wait any more."""
+        if self.prompt is None or self.prompt["number"] != number:
+            return False
+        return self.channel.send(self.channel.run_socket, {"number": number, "answer": answer}, self._sender)
+
+    def changed(self) -> None:
+        """Tell all open pages."""
+        self.version += 1
+        self.wake()
+
+    def wake(self) -> None:
+        """Tell all open pages that there is something new of the run."""
+        for event in self._waiting:
+            event.set()
+
+    def joins(self, event: asyncio.Event) -> None:
+        """Set this event from now on, whenever something changed."""
+        self._waiting.add(event)
+
+    def leaves(self, event: asyncio.Event) -> None:
+        """Leave the event alone."""
+        self._waiting.discard(event)
+
+    def about(self) -> dict[str, Any]:
+        """Return what changes seldom."""
+        return {
+            "status": self.status,
+            "number": self.number,
+            "bench": self.bench,
+            "run": self.run,
+            "outcome": self.outcome,
+            "recent": self.recent,
+            "holder": {"name": self.holder.name, "is_here": self.holder.is_here()},
+        }
+
+    def news(self, seen: int) -> tuple[dict[str, Any], int]:
+        """Return what changes all the time, with the points after the first `seen` of this run, and their number."""
+        first = max(len(self._points) - (self._seen - seen), 0) if seen <= self._seen else 0
+        points = list(islice(self._points, first, None))
+        return {"snapshot": self.snapshot, "prompt": self.prompt, "points": points}, self._seen
+
+    def _begin(self, run: dict[str, Any]) -> None:
+        self.status, self.run, self.outcome = "starting", run, None
+        self.snapshot = self.prompt = None
+        self._points.clear()
+        self._seen = 0
+        self.number += 1
+        self.changed()
+
+    def _end(self, run: dict[str, Any], outcome: dict[str, Any] | None) -> None:
+        if outcome is None:
+            outcome = refusal(
+                "BENCH FAULT",
+                "The program that ran the test ended without results. " + self._last_words(),
+                "Switch the supply off before you touch the unit. Then repeat the test.",
+            )
+            self.channel.write_state({"run": run, "outcome": outcome})
+        self.status, self.run, self.outcome, self.prompt = "done", run, outcome, None
+        self.recent = self.past.recent()
+        self.changed()
+
+    def _last_words(self) -> str:
+        try:
+            return self.channel.log.read_bytes()[-_LOG_TAIL:].decode(errors="replace").strip().rpartition("\n")[2]
+        except OSError:
+            return ""
+
+    def _hear(self) -> None:
+        """Take in what the run sent; whatever is no message of ours is dropped."""
+        assert self._heard is not None  # noqa: S101 (it is its reader)
+        while True:
+            try:
+                message = json.loads(self._heard.recv(LARGEST))
+            except BlockingIOError:
+                break
+            except (OSError, ValueError):
+                continue
+            if not message:
+                self.look()
+            elif self.status == "running":
+                self.snapshot, self.prompt = message["snapshot"], message["prompt"]
+                self._points.extend(message["points"])
+                self._seen += len(message["points"])
+        self.wake()

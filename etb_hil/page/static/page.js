@@ -1,0 +1,448 @@
+// The operator page: what the server tells is shown, what the operator does is asked of the server.
+
+import { draw } from "./chart.js";
+import { CODE, listen } from "./scanner.js";
+import { clock, keep, language, loadWords, number, recall, say, sayOr, shown } from "./words.js";
+
+const $ = (id) => document.getElementById(id);
+const DEGREES = 180 / Math.PI;
+const MOST_POINTS = 5000;
+const FAR_ABOVE = 2.15; // beyond so many Stribeck velocities friction is held against the limit of sliding friction
+const SIGNS = {
+  PASS: ["M12 1a11 11 0 1 0 0 22 11 11 0 0 0 0-22z", "M6.5 12.5l3.7 3.7 7.3-8.2"],
+  FAIL: ["M7.5 1.5h9l6 6v9l-6 6h-9l-6-6v-9z", "M8 8l8 8M16 8l-8 8"],
+  INCONCLUSIVE: ["M12 .8L23.2 12 12 23.2.8 12z", "M9.3 9.6a2.8 2.8 0 1 1 4.1 2.5c-1 .5-1.4 1-1.4 2.1M12 17v.2"],
+  "BENCH FAULT": ["M12 1.5L23.5 22H.5z", "M12 9v6M12 18.4v.2"],
+  ABORTED: ["M2 2h20v20H2z", "M8 8h8v8H8z"],
+  REFUSED: ["M12 1a11 11 0 1 0 0 22 11 11 0 0 0 0-22z", "M6 12h12"],
+};
+
+let about = null, you = {}, news = {}, points = [], shownRun = -1, heardMs = 0, isOpen = false, armed = "", heardSerial = "";
+
+function element(name, text = "", classes = "") {
+  const made = document.createElement(name);
+  made.textContent = text;
+  if (classes) made.className = classes;
+  return made;
+}
+
+async function ask(what, order = {}) {
+  $("said").textContent = "";
+  try {
+    const answer = await fetch(`/api/${what}`, { method: "POST", body: JSON.stringify(order) });
+    if (answer.ok) return true;
+    if (answer.status === 401) return location.assign("/login"), false;
+    const why = (await answer.json().catch(() => ({}))).why ?? "too_many";
+    $("said").textContent = say(why, { name: about?.holder.name ?? "" });
+  } catch {
+    $("said").textContent = say("not_reached");
+  }
+  return false;
+}
+
+// ---------------------------------------------------------------- what the server tells
+
+function connect() {
+  const socket = new WebSocket(`${location.origin.replace(/^http/, "ws")}/live`);
+  socket.onmessage = (event) => {
+    heardMs = performance.now();
+    isOpen = true;
+    const told = JSON.parse(event.data);
+    if (told.about) {
+      if (told.about.number !== shownRun) { points = []; shownRun = told.about.number; }
+      about = told.about;
+      you = told.you;
+      showAbout();
+    }
+    news = told.news;
+    points.push(...news.points);
+    if (points.length > MOST_POINTS) points.splice(0, points.length - MOST_POINTS);
+    showLink();
+    requestAnimationFrame(showNews);
+  };
+  socket.onclose = (event) => {
+    isOpen = false;
+    showLink();
+    if (event.code === 4401) location.assign("/login");
+    else setTimeout(connect, 1000);
+  };
+}
+
+function showLink() {
+  $("link").hidden = isOpen;
+  $("link").textContent = isOpen ? "" : say("no_link");
+}
+
+const isRunning = () => about.status === "starting" || about.status === "running";
+
+function showAbout() {
+  const { bench, run, holder } = about;
+  document.body.dataset.status = about.status;
+  document.body.dataset.run = about.number;
+  document.title = [about.outcome && !isRunning() ? headline(about.outcome) : "", bench.bench].filter(Boolean).join(" - ");
+  $("bench").textContent = bench.station ? `${bench.station} · ${bench.bench}` : bench.bench;
+  $("health").textContent = bench.unfit ? `${say("not_fit")}: ${bench.unfit}` : bench.is_virtual ? say("virtual_bench") : say("fit");
+  $("health").className = bench.unfit ? "bad" : "";
+  $("holder").textContent = holder.name ? say(you.holds ? "you_hold" : "held_by", { name: holder.name }) : say("nobody_holds");
+  $("release").hidden = !you.holds;
+  $("logout").hidden = !you.may_leave;
+  $("take").hidden = you.holds;
+  $("taken").textContent = holder.name && !you.holds ? say(holder.is_here ? "held_wait" : "held_away", { name: holder.name }) : "";
+  $("order").hidden = !you.holds || isRunning();
+  $("stop").disabled = $("end").disabled = !isRunning();
+  $("end").hidden = !isRunning();
+  showChoice($("scenario"), bench.scenarios.map((one) => [one.name, one.title]), "friction_check");
+  showChoice($("unit"), bench.units.map((one) => [one, one]), "default");
+  $("what").textContent = [run.serial, run.part, run.scenario, run.operator].filter(Boolean).join(" · ") || say("no_run_yet");
+  showPhases();
+  showVerdict();
+  showRecent();
+  showPart();
+}
+
+function showChoice(select, choices, first) {
+  const label = document.querySelector(`label[for="${select.id}"]`);
+  select.hidden = label.hidden = !choices.length;
+  if (select.options.length === choices.length) return;
+  select.replaceChildren(...choices.map(([value, text]) => Object.assign(element("option", text), { value })));
+  const wanted = recall(select.id) ?? first;
+  if (choices.some(([value]) => value === wanted)) select.value = wanted;
+}
+
+const headline = (outcome) => say(`headline_${outcome.headline}`);
+
+function showVerdict() {
+  const outcome = about.outcome;
+  $("verdict").hidden = !outcome || isRunning();
+  if ($("verdict").hidden) return;
+  $("verdict").className = { PASS: "pass", FAIL: "fail" }[outcome.headline] ?? (outcome.tone === "fault" ? "fault" : "unsure");
+  const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+  svg.setAttribute("viewBox", "0 0 24 24");
+  svg.setAttribute("aria-hidden", "true");
+  SIGNS[outcome.headline].forEach((d, index) => {
+    const path = document.createElementNS("http://www.w3.org/2000/svg", "path");
+    path.setAttribute("d", d);
+    path.setAttribute("class", index ? "inner" : "outer");
+    svg.append(path);
+  });
+  $("sign").replaceChildren(svg);
+  $("headline").textContent = headline(outcome);
+  $("headline").style.setProperty("--letters", headline(outcome).length);
+  $("whose").textContent = [say("serial_short"), about.run.serial].join(" ");
+  const [reason, next] = worded(outcome);
+  $("reason").textContent = reason;
+  $("next_text").textContent = next;
+  $("next").hidden = !next;
+  $("further").replaceChildren(...outcome.further.map((text) => element("li", sayOr(`sentence ${text}`, text))));
+  if (outcome.is_safe === false) $("further").prepend(element("li", say("not_seen_off"), "bad"));
+  $("report").hidden = !outcome.has_report;
+  $("report").href = `/report/${encodeURIComponent(outcome.session)}`;
+  $("again").hidden = !you.holds;
+}
+
+// Return reason and next step in the language of the page where it has words for this reason, else as the bench said.
+function worded(outcome) {
+  const reason = sayOr(`reason ${outcome.reason_id}`, ""), next = sayOr(`next ${outcome.reason_id}`, sayOr(`next ${outcome.next_step}`, ""));
+  return [reason && language !== "en" ? reason : outcome.reason, next && language !== "en" ? next : outcome.next_step];
+}
+
+function showPhases() {
+  const now = news.snapshot?.phase, outcome = isRunning() ? null : about.outcome;
+  const phases = outcome?.phases.length ? outcome.phases : about.run.phases ?? [];
+  const at = phases.findIndex((one) => one.id === now);
+  $("phases").replaceChildren(...phases.slice(0, 200).map((one, index) => {
+    const state = outcome ? (one.end_s === null || one.end_s === undefined ? "broken" : "done") : index < at ? "done" : index === at ? "now" : "ahead";
+    const item = element("li", "", state);
+    item.append(element("span", sayOr(`phase ${one.id}`, one.id.replaceAll("_", " "))), element("small", say(`phase_${state}`)));
+    if (state === "now") item.setAttribute("aria-current", "step");
+    return item;
+  }));
+  const current = $("phases").querySelector(".now");
+  if (current) $("phases").scrollTop = current.offsetTop - $("phases").offsetTop - $("phases").clientHeight / 2;
+}
+
+let lastPhase = "";
+
+function showNews() {
+  if (!about) return;
+  const snapshot = news.snapshot;
+  if (snapshot && snapshot.phase !== lastPhase) { lastPhase = snapshot.phase; showPhases(); }
+  showPrompt();
+  showProgress(snapshot);
+  showNumbers(snapshot);
+  showFacts(snapshot);
+  showCurves();
+}
+
+function showProgress(snapshot) {
+  const share = about.status === "done" ? (about.outcome?.duration_s ? 1 : 0) : snapshot?.progress ?? 0;
+  $("progress").value = share;
+  if (!isRunning()) $("left").textContent = about.outcome?.duration_s ? say("lasted", { time: clock(about.outcome.duration_s) }) : "";
+  else if (!snapshot) $("left").textContent = say("preparing");
+  else if (share >= 0.999) $("left").textContent = say("judging");
+  else $("left").textContent = `${Math.round(share * 100)} %` + (snapshot.time_left_s === null ? "" : ` · ${say("left", { time: clock(snapshot.time_left_s) })}`);
+}
+
+function judged(value, limit) {
+  return value === null || limit === null || limit === undefined ? null : Math.abs(value) <= limit ? "pass" : "fail";
+}
+
+function showNumbers(snapshot) {
+  let rows = [];
+  if (!isRunning() && about.outcome) {
+    const urgency = (one) => (one.verdict === null ? 2 : one.verdict === "pass" ? 1 : 0);
+    rows = about.outcome.measurements.toSorted((a, b) => urgency(a) - urgency(b)).slice(0, 10).map((one) => [
+      sayOr(`measurement ${one.id}`, one.name), shown(one.value, one.unit), limitText(one), one.verdict]);
+  } else if (snapshot) {
+    rows = [
+      [say("measurement T_st"), shown(snapshot.stiction, "N·m"), upper(snapshot.stiction_limit), judged(snapshot.stiction, snapshot.stiction_limit)],
+      [say("measurement T_c"), shown(snapshot.coulomb, "N·m"), upper(snapshot.coulomb_limit), judged(snapshot.coulomb, snapshot.coulomb_limit)],
+      [say("friction_now"), shown(snapshot.friction, "N·m"), upper(snapshot.friction_limit), judged(snapshot.friction, snapshot.friction_limit)],
+      [say("exceedances"), snapshot.exceedances === null ? "–" : String(snapshot.exceedances), "", null],
+    ];
+  }
+  $("numbers").replaceChildren(...rows.map(([name, value, limit, verdict]) => {
+    const row = element("tr");
+    row.append(element("td", name), element("td", value, "n"), element("td", limit, "n"));
+    row.append(verdict ? element("td", `${{ pass: "✓", fail: "✗" }[verdict] ?? "?"} ${say(isRunning() ? `so_far_${verdict}` : `verdict_${verdict}`)}`, verdict) : element("td", ""));
+    return row;
+  }));
+}
+
+const upper = (limit) => (limit === null || limit === undefined ? "" : `≤ ${shown(limit, "N·m")}`);
+
+function limitText(one) {
+  const { limit_low: low, limit_high: high, unit } = one;
+  if (low !== null && high !== null) return `${shown(low, unit)} … ${shown(high, unit)}`;
+  return low !== null ? `≥ ${shown(low, unit)}` : high !== null ? `≤ ${shown(high, unit)}` : "";
+}
+
+function showFacts(snapshot) {
+  const facts = snapshot ? [
+    ["angle", shown(snapshot.angle, "rad")],
+    ["set_point", snapshot.set_point === null ? say("drive_off") : shown(snapshot.set_point, "rad")],
+    ["current", shown(snapshot.current, "A")],
+    ["temperature", shown(snapshot.temperature, "degC")],
+    ["bus_load", snapshot.load === null ? say("unknown") : `${number(snapshot.load * 100)} %`],
+    ["frames_lost", snapshot.lost === null ? say("unknown") : String(snapshot.lost), snapshot.lost > 0],
+    ["bus_state", snapshot.bus_state === null ? say("unknown") : sayOr(`bus ${snapshot.bus_state}`, snapshot.bus_state)],
+    ["error_frames", snapshot.error_frames === null ? say("unknown") : String(snapshot.error_frames), snapshot.error_frames > 0],
+    ["lateness", `${number(snapshot.late_ms)} ms`, snapshot.late_ms > 5],
+    ["frame_age", `${number(snapshot.frame_age_ms)} ms`],
+  ] : [];
+  $("facts").replaceChildren(...facts.flatMap(([key, value, isBad]) => [element("dt", say(key)), element("dd", value, isBad ? "bad" : "")]));
+}
+
+function showCurves() {
+  const limits = about.run.limits ?? {}, omega = limits.stribeck_velocity ?? null;
+  const speeds = points.filter((point) => point[3] !== null && point[4] !== null);
+  const fastest = Math.max(1, omega === null ? 0 : FAR_ABOVE * omega * 1.4, ...speeds.map((point) => Math.abs(point[3])));
+  const lines = [];
+  for (const sign of [1, -1]) {
+    if (limits.stiction != null) lines.push({ y: sign * limits.stiction, from: -(omega ?? fastest), to: omega ?? fastest, label: sign > 0 ? say("limit_T_st") : "" });
+    if (limits.coulomb != null && omega !== null) {
+      lines.push({ y: sign * limits.coulomb, from: FAR_ABOVE * omega, to: fastest, label: sign > 0 ? say("limit_T_c") : "" });
+      lines.push({ y: sign * limits.coulomb, from: -fastest, to: -FAR_ABOVE * omega });
+    }
+  }
+  const high = 1.15 * Math.max(0.05, limits.stiction ?? 0, ...speeds.map((point) => Math.abs(point[4])));
+  draw($("friction"), {
+    series: [{ kind: "dots", colour: "--line", points: speeds.map((point) => [point[3], point[4]]) }],
+    lines, x: [-fastest, fastest], y: [-high, high],
+    xLabel: say("axis_speed"), yLabel: say("axis_friction"), xTick: (v) => number(v), yTick: (v) => number(v),
+  });
+  $("friction").setAttribute("aria-label", say("friction_alt", { count: speeds.length }));
+  const [low, top] = about.run.angles ?? [0, Math.PI / 2];
+  draw($("angle"), {
+    series: [
+      { kind: "line", colour: "--second", width: 4, points: points.map((point) => [point[0], point[2] === null ? null : point[2] * DEGREES]) },
+      { kind: "line", colour: "--line", points: points.map((point) => [point[0], point[1] === null ? null : point[1] * DEGREES]) },
+    ],
+    y: [low * DEGREES, top * DEGREES], x: points.length ? undefined : [0, 10],
+    xLabel: say("axis_time"), yLabel: say("axis_angle"), xTick: (v) => number(v), yTick: (v) => number(v),
+  });
+  $("angle").setAttribute("aria-label", say("angle_alt"));
+}
+
+// ---------------------------------------------------------------- prompts
+
+let shownPrompt = 0;
+
+function showPrompt() {
+  const prompt = isRunning() ? news.prompt : null;
+  $("prompt").hidden = !prompt;
+  if (!prompt) { shownPrompt = 0; return; }
+  const key = `${shownRun}/${prompt.number}/${you.holds}/${language}`;
+  if (shownPrompt === key) return;
+  shownPrompt = key;
+  $("prompt_text").textContent = prompt.text;
+  $("answers").replaceChildren(...prompt.answers.map((answer, index) => {
+    const button = element("button", "", index ? "big" : "big go");
+    button.type = "button";
+    button.append(element("kbd", String(index + 1)), element("span", sayOr(`answer ${answer}`, answer)));
+    button.disabled = !you.holds;
+    button.addEventListener("click", () => ask("answer", { number: prompt.number, answer }));
+    return button;
+  }));
+  if (!you.holds) $("answers").append(element("p", say("holder_answers", { name: about.holder.name })));
+  $("prompt_text").focus();
+}
+
+function answerByNumber(text) {
+  const prompt = news.prompt, index = Number(text) - 1;
+  if (!prompt || !you.holds || !prompt.answers[index]) return false;
+  ask("answer", { number: prompt.number, answer: prompt.answers[index] });
+  return true;
+}
+
+// ---------------------------------------------------------------- past
+
+function showRecent() {
+  const { runs, judged: count, passed } = about.recent;
+  $("yield").textContent = count ? say("yield", { share: number((100 * passed) / count), passed, count }) : say("no_units_yet");
+  $("recent").replaceChildren(...runs.map((run) => {
+    const row = element("tr");
+    const word = run.outcome === "ok" ? run.verdict : run.outcome;
+    const sign = { pass: "✓", fail: "✗", inconclusive: "?", fault: "!", aborted: "■" }[word] ?? "?";
+    const time = new Date(run.started);
+    row.append(element("td", time.toLocaleString(language, { dateStyle: "short", timeStyle: "short" })), element("td", run.serial), element("td", `${sign} ${say(`verdict_${word}`)}`, word));
+    const cell = element("td");
+    if (run.has_report) cell.append(Object.assign(element("a", say("report")), { href: `/report/${encodeURIComponent(run.run_id)}`, target: "_blank", rel: "noopener" }));
+    row.append(cell);
+    return row;
+  }));
+  showHistory();
+}
+
+let historyAsked = 0;
+
+async function showHistory() {
+  const mine = ++historyAsked;
+  const answer = await fetch(`/api/history?measurement=${encodeURIComponent($("which").value || "T_st")}`);
+  if (!answer.ok || mine !== historyAsked) return;
+  const { measured, values } = await answer.json();
+  const chosen = $("which").value || "T_st";
+  $("which").replaceChildren(...measured.map((one) => Object.assign(element("option", sayOr(`measurement ${one.id}`, one.id)), { value: one.id })));
+  if (measured.some((one) => one.id === chosen)) $("which").value = chosen;
+  $("history").hidden = !measured.length;
+  const factor = values[0]?.unit === "rad" ? DEGREES : 1, last = values.at(-1) ?? {};
+  const lines = [];
+  if (last.limit_high != null) lines.push({ y: last.limit_high * factor, label: say("limit") });
+  if (last.limit_low != null) lines.push({ y: last.limit_low * factor, label: say("limit") });
+  const colours = { pass: "--good", fail: "--bad", inconclusive: "--unsure" };
+  draw($("chart"), {
+    series: [
+      { kind: "line", colour: "--grid", points: values.map((one, index) => [index + 1, one.value * factor]) },
+      { kind: "dots", size: 5, points: values.map((one, index) => [index + 1, one.value * factor, colours[one.verdict] ?? "--line"]), colour: "--line" },
+    ],
+    lines, x: [0.5, Math.max(values.length, 2) + 0.5],
+    xLabel: say("axis_run"), yLabel: factor === 1 ? last.unit ?? "" : "°", xTick: (v) => (Number.isInteger(v) ? String(v) : ""), yTick: (v) => number(v, 4),
+  });
+  $("chart").setAttribute("aria-label", say("history_alt", { count: values.length }));
+}
+
+// ---------------------------------------------------------------- what the operator does
+
+function showPart() {
+  const serial = $("serial").value.trim(), bench = about.bench;
+  if (!bench.station) { $("part").textContent = ""; return; }
+  const part = bench.parts.find((one) => { try { return new RegExp(`^(?:${one.serial})$`).test(serial); } catch { return false; } });
+  if (serial && serial === bench.golden) $("part").textContent = say("golden");
+  else if (part) $("part").textContent = say("is_part", { part: `${part.number} ${part.revision}`, scenario: part.scenario });
+  else $("part").textContent = serial ? say("no_part") : bench.parts.map((one) => `${one.number} ${one.revision}`).join(", ");
+}
+
+async function start() {
+  const serial = $("serial").value.trim();
+  if (!serial) { $("said").textContent = say("no_serial"); $("serial").focus(); return; }
+  keep("scenario", $("scenario").value);
+  keep("unit", $("unit").value);
+  if (await ask("start", { serial, scenario: $("scenario").value, unit: $("unit").value })) {
+    $("serial").value = armed = "";
+    document.activeElement.blur();
+  }
+}
+
+function takeSerial(text) {
+  $("serial").value = heardSerial = text;
+  showPart();
+  if (armed === text) { start(); return; }
+  armed = text;
+  $("said").textContent = say("scan_again", { serial: text });
+  $("start").focus();
+}
+
+const stop = () => ask("stop");
+
+function heard(line) {
+  const text = line.trim();
+  if (!about || !text) return;
+  const code = text.toUpperCase().startsWith(CODE) ? text.toUpperCase().slice(CODE.length) : "";
+  if (code === "STOP") stop();
+  else if (code === "END") ask("end");
+  else if (news.prompt && isRunning()) answerByNumber(code || text);
+  else if (isRunning()) $("said").textContent = say("running_now");
+  else if (!you.holds) takeBench(text);
+  else if (code === "START") start();
+  else if (code === "REPEAT") repeat();
+  else if (!code) takeSerial(text);
+}
+
+async function takeBench(name) {
+  $("operator").value = name;
+  if (await ask("hold", { operator: name })) { keep("operator", name); setTimeout(() => $("serial").focus(), 300); }
+}
+
+function repeat() {
+  $("serial").value = about.run.serial ?? "";
+  start();
+}
+
+$("take").addEventListener("submit", (event) => { event.preventDefault(); takeBench($("operator").value.trim()); });
+$("order").addEventListener("submit", (event) => { event.preventDefault(); start(); });
+$("serial").addEventListener("keydown", (event) => {
+  if (event.key !== "Enter") return;
+  event.preventDefault();
+  const text = $("serial").value;
+  if (text.toUpperCase().startsWith(CODE)) $("serial").value = heardSerial;
+  heard(text);
+});
+$("serial").addEventListener("input", showPart);
+$("stop").addEventListener("click", stop);
+$("end").addEventListener("click", () => ask("end"));
+$("again").addEventListener("click", repeat);
+$("release").addEventListener("click", () => ask("release"));
+$("logout").addEventListener("click", async () => { if (await ask("logout")) location.assign("/login"); });
+$("which").addEventListener("change", showHistory);
+$("language").addEventListener("change", async () => { await loadWords($("language").value); showAll(); });
+$("theme").addEventListener("change", () => { keep("theme", $("theme").value); showTheme(); showAll(); });
+document.addEventListener("keydown", (event) => { if (event.key === "Escape" && about && isRunning()) stop(); });
+addEventListener("resize", () => showAll());
+
+function showTheme() {
+  document.documentElement.dataset.theme = $("theme").value;
+}
+
+function showAll() {
+  if (!about) return;
+  shownPrompt = 0;
+  showAbout();
+  showNews();
+}
+
+// A scan without a focus goes to the field in which it belongs.
+function typing(text) {
+  if (!about || isRunning() || !you.holds) return false;
+  $("serial").focus();
+  $("serial").value = text;
+  return true;
+}
+
+await loadWords();
+$("language").value = language;
+$("theme").value = recall("theme") ?? "auto";
+$("operator").value = recall("operator") ?? "";
+showTheme();
+showLink();
+listen(heard, typing);
+connect();

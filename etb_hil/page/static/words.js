@@ -1,0 +1,45 @@
+// The words of the page in the language that was chosen, and numbers as that language writes them.
+
+const kept = (() => { try { return localStorage; } catch { return { getItem: () => null, setItem() {} }; } })();
+
+export let language = kept.getItem("language") ?? (navigator.language.startsWith("de") ? "de" : "en");
+let words = {};
+
+export const recall = (name) => kept.getItem(name);
+export const keep = (name, value) => kept.setItem(name, value);
+
+export async function loadWords(wanted = language) {
+  language = wanted === "de" ? "de" : "en";
+  keep("language", language);
+  words = await (await fetch(`/words/${language}.json`)).json();
+  document.documentElement.lang = language;
+  for (const element of document.querySelectorAll("[data-w]")) element.textContent = say(element.dataset.w);
+}
+
+// Return the words of a key, with {name} replaced by what stands for it.
+export function say(key, values = {}) {
+  return (words[key] ?? key).replace(/\{(\w+)\}/g, (whole, name) => values[name] ?? whole);
+}
+
+// Return the words of a key where there are any, else the text that was given.
+export const sayOr = (key, text) => words[key] ?? text;
+
+export function number(value, digits = 3) {
+  if (value === null || value === undefined) return "–";
+  return new Intl.NumberFormat(language, { maximumSignificantDigits: digits, useGrouping: false }).format(value);
+}
+
+export function clock(seconds) {
+  const whole = Math.max(0, Math.round(seconds));
+  return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")}`;
+}
+
+const DEGREES = 180 / Math.PI;
+
+// Return a value in SI as people read it: angles in degrees, small times in milliseconds.
+export function shown(value, unit, digits = 3) {
+  if (value === null || value === undefined) return say("unknown");
+  if (unit === "rad") return `${number(value * DEGREES, digits)} °`;
+  if (unit === "s" && Math.abs(value) < 1) return `${number(value * 1000, digits)} ms`;
+  return `${number(value, digits)} ${unit === "1" ? "" : unit === "degC" ? "°C" : unit}`.trim();
+}

@@ -1,0 +1,78 @@
+"""What a page tells of its bench before a run: `python -m etb_hil.page.survey`, a process that ends with its answer.
+
+It loads what reads bench and station files, which the page's own process can do without.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from etb_hil.base.errors import BenchFault, InputError
+from etb_hil.base.stock import find, stock_files
+from etb_hil.bench.bench_file import load_bench, load_plugins
+from etb_hil.canio.bus.bus_settings import VIRTUAL
+from etb_hil.histories.runs import read_runs
+from etb_hil.scenario.scenario_file import load_scenario
+from etb_hil.station.admission import require_fit_bench
+from etb_hil.station.station_file import load_station
+from etb_hil.store.address import STORE
+
+
+def survey(bench: str | None, station: Path | None, sessions: Path) -> dict[str, Any]:
+    """Return bench, station with its parts, and what can be chosen; InputError where a file is wrong."""
+    document = None if station is None else load_station(station)
+    named = bench or ("virtual_classic" if document is None else document.content.bench)
+    path = find("bench", named, beside=station)
+    load_plugins(path)
+    setup = load_bench(path)
+    is_virtual = setup.bench.bus.interface == VIRTUAL
+    found: dict[str, Any] = {
+        "bench": setup.bench.name,
+        "is_virtual": is_virtual,
+        "units": list(stock_files("model")) if is_virtual else [],
+        "station": None,
+        "scenarios": [],
+        "unfit": "",
+    }
+    if document is None:
+        for name, file in stock_files("scenario").items():
+            scenario = load_scenario(file).content
+            found["scenarios"].append({"name": name, "title": scenario.name, "about": scenario.description})
+        return found
+    content = document.content
+    found["station"] = content.name
+    found["golden"] = "" if content.golden is None else content.golden.serial
+    found["parts"] = [
+        {"number": part.number, "revision": part.revision, "serial": part.serial, "scenario": part.scenario}
+        for part in content.parts
+    ]
+    runs = read_runs([sessions / STORE])[0] if (sessions / STORE).is_file() else []
+    try:
+        require_fit_bench(content, setup.bench.name, "", runs, datetime.now(UTC))
+    except BenchFault as fault:
+        found["unfit"] = str(fault)
+    return found
+
+
+def main() -> int:
+    """Print the survey as JSON, or what is wrong with the files."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--bench")
+    parser.add_argument("--station", type=Path)
+    parser.add_argument("--sessions", type=Path, required=True)
+    given = parser.parse_args()
+    try:
+        print(json.dumps(survey(given.bench, given.station, given.sessions)))  # noqa: T201 (its answer)
+    except InputError as error:
+        print(error, file=sys.stderr)  # noqa: T201
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
