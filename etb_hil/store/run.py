@@ -14,6 +14,7 @@ _UNDECIDED = ("_undecided", "_without_interval")  # a sound measurement that its
 OF_RUN = (
     "run_id", "started", "bench", "scenario", "serial", "part_number", "revision", "bench_outcome", "verdict", "reason",
 )  # fmt: skip
+_READ = ("runs", "measurements")  # the tables of a waiting run that a history reads
 VALUES = ("value", "low", "high", "limit_low", "limit_high", "unit")
 Values = tuple[float | None, float | None, float | None, float | None, float | None, str]
 
@@ -85,7 +86,7 @@ def run_of(
 def waiting_runs(rows: Iterable[RunRows]) -> Iterator[Run]:
     """Yield the runs that wait for a store, from their rows."""
     for tables in rows:
-        (run,) = tables["runs"]
+        (run,), measured = (tables[name] for name in _READ)
         entry = [run[name] for name in OF_RUN]
-        numbers = {row["id"]: tuple(row[name] for name in VALUES) for row in tables["measurements"]}
+        numbers = {row["id"]: tuple(row[name] for name in VALUES) for row in measured}
         yield run_of((*entry[:4],), (*entry[4:7],), (*entry[7:],), numbers)
