@@ -191,7 +191,7 @@ function showNumbers(snapshot) {
   let rows = [];
   if (!isRunning() && about.outcome) {
     const urgency = (one) => (one.verdict === null ? 2 : one.verdict === "pass" ? 1 : 0);
-    rows = about.outcome.measurements.toSorted((a, b) => urgency(a) - urgency(b)).slice(0, 10).map((one) => [
+    rows = about.outcome.measurements.filter((one) => one.value !== null || one.verdict).toSorted((a, b) => urgency(a) - urgency(b)).slice(0, 10).map((one) => [
       sayOr(`measurement ${one.id}`, one.name), shown(one.value, one.unit), limitText(one), one.verdict]);
   } else if (snapshot) {
     rows = [
