@@ -53,6 +53,7 @@ QUICK = (
     "session/test_baseline",
     "session/test_session_and_events",
     "station/test_serial_pattern",
+    "store/test_store",
     "trusted/test_closed_streams",
     "trusted/test_tampered_session",
     "uds/test_uds_services",
