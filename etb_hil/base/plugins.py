@@ -140,6 +140,10 @@ def add_file(path: Path) -> None:
     except InputError:
         _set_files(before)
         raise
+    except Exception as error:  # a declaration with values that no registry can take
+        _set_files(before)
+        what = f"the plug-in declares what cannot be taken in: {first_line(error)}"
+        raise InputError(Problem(what, Place(path), remedy="change the plug-in, or run without it")) from error
 
 
 def declared(path: Path) -> tuple[str, ...]:

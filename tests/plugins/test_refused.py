@@ -215,3 +215,22 @@ def test_a_broken_package_is_named_in_one_error(text, entry, says, package):
     assert "their-package 2.1: etb_hil.observers: mine" in done.stderr
     assert says in done.stderr
     assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    "declaration",
+    [
+        READER.replace('(".mine",)', "None"),
+        READER.replace('(".mine",)', "(5,)").replace('"mine"', "5"),
+        MEASUREMENT.replace("order=400", "order='late'"),
+        MEASUREMENT.replace('id="mine"', "id=5"),
+    ],
+)
+def test_a_declaration_of_other_values_is_refused_with_its_file(tmp_path, declaration):
+    path = tmp_path / "odd.py"
+    path.write_text(declaration)
+    before = os.environ.get("ETB_HIL_PLUGINS", "")
+    with pytest.raises(InputError, match=re.escape(str(path))):
+        plugins.load(path)
+    assert os.environ.get("ETB_HIL_PLUGINS", "") == before
+    assert "mine" not in measurement_kinds()
