@@ -7,22 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etb_hil.diagnosis.bump_fit import unsure_by_place
 from etb_hil.diagnosis.current_zero import Zero
-from etb_hil.diagnosis.drift import Drift, unsure_by_time, without_drift
-from etb_hil.diagnosis.friction_model import COULOMB, DROP, LOG_EXPONENT, LOG_SPEED, VISCOUS, peak_left
+from etb_hil.diagnosis.drift import Drift, without_drift
+from etb_hil.diagnosis.friction_model import COULOMB, DROP, LOG_SPEED, VISCOUS
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
-from etb_hil.diagnosis.prior import PRELOAD_CLOSE, PRELOAD_OPEN, Prior, prior_of
-from etb_hil.diagnosis.stribeck_fit import (
-    STICTION,
-    Evidence,
-    StribeckFit,
-    fit_stribeck,
-    gather_evidence,
-    refit,
-)
+from etb_hil.diagnosis.prior import PRELOAD_CLOSE, PRELOAD_OPEN, prior_of
+from etb_hil.diagnosis.stribeck_fit import STICTION, Evidence, StribeckFit, fit_stribeck, gather_evidence
 from etb_hil.diagnosis.ticks import TICK, Ticks
-from etb_hil.diagnosis.usual_exponent import averaged
 from etb_hil.diagnosis.voltage_balance import VoltageBalance, voltage_balance
 from etb_hil.diagnosis.windows import RATE_KERNEL, Windows, place_windows, window_means
 from etb_hil.plant.exactmath import exp
@@ -100,23 +91,10 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
     if zero.is_measured:
         error = math.sqrt(zero.current_error * zero.current_error + _STEP_OF_ZERO * _STEP_OF_ZERO)
     prior = prior_of(model, throttle, error, balance)
-    usual = prior.with_usual_exponent()  # what bumps and drifts do to a run passes for another exponent as well
-    fit, drift = fit_stribeck(ticks, windows, evidence, usual), None
+    fit, drift = fit_stribeck(ticks, windows, evidence, prior), None
     if fit is not None:
-        evidence, fit, drift = without_drift(ticks, windows, evidence, usual, fit)
-        free = refit(ticks, windows, evidence, prior, fit.parameters)
-        fit = _as_unsure_as_known(ticks, windows, evidence, usual, fit, drift)
-        if free is not None:
-            fit = averaged(fit, _as_unsure_as_known(ticks, windows, evidence, prior, free, drift), prior)
+        evidence, fit, drift = without_drift(ticks, windows, evidence, prior, fit)
     return Assessment(ticks, windows, evidence, fit, balance, drift)
-
-
-def _as_unsure_as_known(
-    ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit, drift: Drift | None
-) -> StribeckFit:
-    """Return a fit as unsure as what differs from place to place and from time to time makes it."""
-    fit = unsure_by_place(ticks, windows, evidence, prior, fit)
-    return unsure_by_time(ticks, windows, evidence, prior, fit, drift)
 
 
 def fitted_numbers(
@@ -158,33 +136,29 @@ def fitted_curve(fit: StribeckFit, speeds: Float64) -> tuple[Float64, Float64]:
     q = fit.parameters
     value, error = np.empty(len(speeds)), np.empty(len(speeds))
     for k, omega in enumerate(speeds.tolist()):
-        left, by_speed, by_exponent = peak_left(omega, q)
+        ratio = omega * float(exp(-q[LOG_SPEED]))
+        gauss = float(exp(-ratio * ratio))
         direction = 1.0 if omega >= 0.0 else -1.0
-        drop = direction * float(q[DROP])
-        value[k] = direction * q[COULOMB] + drop * left + q[VISCOUS] * omega
-        error[k] = fit.error({
-            COULOMB: direction,
-            DROP: direction * left,
-            LOG_SPEED: drop * by_speed,
-            LOG_EXPONENT: drop * by_exponent,
-            VISCOUS: omega,
-        })  # fmt: skip
+        slope = direction * float(q[DROP]) * gauss * 2.0 * ratio * ratio
+        value[k] = direction * (q[COULOMB] + q[DROP] * gauss) + q[VISCOUS] * omega
+        error[k] = fit.error({COULOMB: direction, DROP: direction * gauss, LOG_SPEED: slope, VISCOUS: omega})
     return value, error
 
 
 def _coulomb(fit: StribeckFit, fastest: float, throttle: ThrottleParameters) -> Interval:
     """Return T_c with what is not known of it where the plate never slid far above omega_s.
 
-    What the fitted curve has left at the fastest speed was never seen to fall away. Where no drop from T_st stands
+    What the fitted Gaussian has left at the fastest speed was never seen to fall away. Where no drop from T_st stands
     out, or the plate was slower than omega_s, Stribeck effect and viscosity cannot be told apart: T_c lies below T_st
     and below the friction at that speed, and no more is known; not even that where the plate only crept.
     """
     q = fit.parameters
     coulomb, drop = float(q[COULOMB]), float(q[DROP])
     stiction, stiction_error = fit.stiction
+    ratio = fastest * float(exp(-q[LOG_SPEED]))
     around = _around(coulomb, fit.reach({COULOMB: 1.0}))
     if _shows_drop(fit, fastest):
-        unseen = drop * peak_left(fastest, q)[0]
+        unseen = drop * float(exp(-ratio * ratio))
         return Interval(coulomb, around.low - unseen, around.high + unseen)
     level, error = fitted_curve(fit, np.array([fastest]))
     value = min(coulomb, stiction)

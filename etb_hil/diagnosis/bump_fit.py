@@ -48,7 +48,7 @@ def by_place(evidence: Evidence, fit: StribeckFit, shown: NDArray[np.bool_]) -> 
 def without_bumps(
     ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit
 ) -> tuple[Evidence, StribeckFit]:
-    """Return the evidence and the fit with bumps taken out.
+    """Return the evidence and the fit with bumps taken out, as unsure as what friction has left by place makes it.
 
     Bumps that are all over stay in it; so does what is too low, too broad or too near an end to be a bump.
     """
@@ -65,18 +65,13 @@ def without_bumps(
         if better is None:
             break
         known, fit = tried, better
+    if known is not evidence:
+        larger = 1.0 + (1.0 + _BUMP_ERROR) * (known.local / known.over_time - 1.0)
+        fit = widened_by(ticks, windows, known, prior, fit, larger * known.over_time)
+    middle, odd, _ = by_place(evidence, fit, slow & known.counts)
+    if len(middle):
+        fit = widened_by(ticks, windows, known, prior, fit, known.local * (1.0 + np.interp(ticks.angle, middle, odd)))
     return known, fit
-
-
-def unsure_by_place(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit) -> StribeckFit:
-    """Return a fit as unsure as bumps that were taken out, and what friction has left by place, make it."""
-    larger = 1.0 + (1.0 + _BUMP_ERROR) * (evidence.local / evidence.over_time - 1.0)
-    wider = widened_by(ticks, windows, evidence, prior, fit, larger * evidence.over_time)
-    middle, odd, _ = by_place(evidence, fit, (np.abs(evidence.velocity) < FASTEST) & evidence.counts)
-    if not len(middle):
-        return wider
-    uneven = evidence.local * (1.0 + np.interp(ticks.angle, middle, odd))
-    return widened_by(ticks, windows, evidence, prior, wider, uneven)
 
 
 def _bumps(evidence: Evidence, fit: StribeckFit) -> list[Bump]:

@@ -15,6 +15,7 @@ from etb_hil.diagnosis.contradiction import (
     Widening,
     against_each_other,
     gain_range,
+    other_curve,
     remarks,
     resistance_at_rest,
     resistance_fits,
@@ -186,6 +187,7 @@ class Diagnosis:
         if fit is not None:
             widening = Widening(
                 gain_range(fit, assessment.balance, self._model, throttle),
+                other_curve(fit, self._model, throttle),
                 by_place_and_time(way, drift),
                 is_confounded=is_bent or (way is not None and way.is_fine),
                 is_bent=is_bent,

@@ -7,13 +7,13 @@ import numpy as np
 from etb_hil.base.compiled import njit
 from etb_hil.diagnosis.ticks import TICK
 from etb_hil.diagnosis.windows import bend
-from etb_hil.plant.exactmath import exp, exp_neg, log
+from etb_hil.plant.exactmath import exp, exp_neg, gauss
 from etb_hil.recording.samples import Float64
 
-# Parameters of the fit. Logarithms keep speeds, stiffnesses and exponents positive; the drop may fall below zero, so
-# that a throttle without a Stribeck effect is no special case.
-COULOMB, DROP, LOG_SPEED, VISCOUS, LOG_STIFFNESS, LOG_DAMPING, LOG_EXPONENT = range(7)
-FRICTION_PARAMETERS = 7
+# Parameters of the fit. Logarithms keep speeds and stiffnesses positive; the drop may fall below zero, so that a
+# throttle without a Stribeck effect is no special case.
+COULOMB, DROP, LOG_SPEED, VISCOUS, LOG_STIFFNESS, LOG_DAMPING = range(6)
+FRICTION_PARAMETERS = 6
 
 _STEPS = 4
 _UNSTEADY = 0.1  # rad/s in a tick
@@ -23,7 +23,7 @@ _LEAST = 1e-3  # share of T_c below which g may not fall while the fit looks aro
 
 @njit(cache=True, error_model="numpy")
 def friction_along(angle: Float64, samples: Float64, local: Float64, q: Float64, out: Float64) -> None:
-    """Fill out (1 + 7, n) with the friction torque in N·m about ticks, and its derivatives by the parameters.
+    """Fill out (1 + 6, n) with the friction torque in N·m about ticks, and its derivatives by the parameters.
 
     `angle` (n) rad was measured at the ticks; `samples` (n) is how many samples each tick is the mean of: a box of that
     many widens a curve by its variance. `local` (n) is the factor on g where the plate was, 1 without a bump.
@@ -34,7 +34,7 @@ def friction_along(angle: Float64, samples: Float64, local: Float64, q: Float64,
     quarter.
     """
     stiffness, damping = exp(q[LOG_STIFFNESS]), exp(q[LOG_DAMPING])
-    inverse_speed, exponent = exp(-q[LOG_SPEED]), exp(q[LOG_EXPONENT])
+    inverse_speed = exp(-q[LOG_SPEED])
     least = _LEAST * abs(q[COULOMB]) + 1e-6
     n = len(angle)
     out[:] = 0.0
@@ -66,7 +66,7 @@ def friction_along(angle: Float64, samples: Float64, local: Float64, q: Float64,
             change = local[k + 1] - local[k]
             here, beyond = local[k] + (a + b) * 0.5 * change, local[k] + b * change
             if moved != 0.0:
-                g = _level(moved / (TICK * share), here, q, inverse_speed, exponent, least, g_by)
+                g = _level(moved / (TICK * share), here, q, inverse_speed, least, g_by)
                 settled = g / stiffness if moved > 0.0 else -g / stiffness
                 ratio = stiffness * abs(moved) / g
                 kept = exp_neg(ratio)
@@ -76,7 +76,7 @@ def friction_along(angle: Float64, samples: Float64, local: Float64, q: Float64,
                     bristle_by[p] = bristle_by[p] * kept + follow * g_by[p]
                 bristle_by[LOG_STIFFNESS] -= follow * g
                 bristle = settled + (bristle - settled) * kept
-            g = _level(omega_after, beyond, q, inverse_speed, exponent, least, g_by)
+            g = _level(omega_after, beyond, q, inverse_speed, least, g_by)
             drag = stiffness * abs(omega_after) / g
             rate = omega_after - drag * bristle
             torque_after[0] = stiffness * bristle + damping * rate + q[VISCOUS] * omega_after
@@ -107,13 +107,13 @@ def unsettled(angle: Float64, q: Float64) -> Float64:
     That is the share of sigma_0 by which friction answers an error of the angle (n).
     """
     out = np.empty(len(angle))
-    stiffness, inverse_speed, exponent = exp(q[LOG_STIFFNESS]), exp(-q[LOG_SPEED]), exp(q[LOG_EXPONENT])
+    stiffness, inverse_speed = exp(q[LOG_STIFFNESS]), exp(-q[LOG_SPEED])
     least = _LEAST * abs(q[COULOMB]) + 1e-6
     bent, share = 0.0, 1.0  # bristles' torque
     for k in range(len(angle)):
         way = angle[k] - angle[max(k - 1, 0)]
         if way != 0.0:
-            g = max(q[COULOMB] + q[DROP] * _peak(way / TICK * inverse_speed, exponent), least)
+            g = max(q[COULOMB] + q[DROP] * gauss(way / TICK * inverse_speed), least)
             settled = g if way > 0.0 else -g
             bent = settled + (bent - settled) * exp_neg(stiffness * abs(way) / g)
             share = abs(1.0 - bent / settled)
@@ -125,44 +125,20 @@ def unsettled(angle: Float64, q: Float64) -> Float64:
 def steady_level(omega: Float64, q: Float64) -> Float64:
     """Return g (m) in N·m at velocities (m) in rad/s (seed paper, eq. 2)."""
     out = np.empty(len(omega))
-    inverse_speed, exponent = exp(-q[LOG_SPEED]), exp(q[LOG_EXPONENT])
+    inverse_speed = exp(-q[LOG_SPEED])
     for k in range(len(omega)):
-        out[k] = q[COULOMB] + q[DROP] * _peak(omega[k] * inverse_speed, exponent)
+        out[k] = q[COULOMB] + q[DROP] * gauss(omega[k] * inverse_speed)
     return out
 
 
-@njit(cache=True, error_model="numpy")
-def _peak(ratio: float, exponent: float) -> float:
-    """Return exp(-|ratio|^exponent), the share of T_st - T_c that is left at so many times omega_s."""
-    u = abs(ratio)
-    return exp_neg(exp(exponent * log(u))) if u > 0.0 else 1.0
-
-
-def peak_left(omega: float, q: Float64) -> tuple[float, float, float]:
-    """Return the share of T_st - T_c that is left at a velocity in rad/s, and its derivatives by both logarithms."""
-    by, unit = np.zeros(FRICTION_PARAMETERS), q.copy()
-    unit[COULOMB], unit[DROP] = 0.0, 1.0
-    left = float(_level(omega, 1.0, unit, exp(-q[LOG_SPEED]), exp(q[LOG_EXPONENT]), -1.0, by))
-    return left, float(by[LOG_SPEED]), float(by[LOG_EXPONENT])
-
-
 @njit(cache=True, error_model="numpy", inline="always")
-def _level(
-    omega: float, local: float, q: Float64, inverse_speed: float, exponent: float, least: float, by: Float64
-) -> float:
-    """Return g(omega) in N·m times a factor, and its derivatives by T_c, drop and the curve's two logarithms.
-
-    Seed paper, eq. 2, with any exponent (Armstrong-Helouvry 1991).
-    """
-    u = abs(omega) * inverse_speed
-    logarithm = exponent * log(u) if u > 0.0 else 0.0
-    power = exp(logarithm) if u > 0.0 else 0.0
-    bell = exp_neg(power)
+def _level(omega: float, local: float, q: Float64, inverse_speed: float, least: float, by: Float64) -> float:
+    """Return g(omega) in N·m (seed paper, eq. 2), times a factor, and its derivatives by T_c, drop and log omega_s."""
+    u = omega * inverse_speed
+    bell = gauss(u)
     g = local * (q[COULOMB] + q[DROP] * bell)
     if g < least:
-        by[COULOMB], by[DROP], by[LOG_SPEED], by[LOG_EXPONENT] = 0.0, 0.0, 0.0, 0.0
+        by[COULOMB], by[DROP], by[LOG_SPEED] = 0.0, 0.0, 0.0
         return least
-    slope = local * q[DROP] * power * bell
-    by[COULOMB], by[DROP] = local, local * bell
-    by[LOG_SPEED], by[LOG_EXPONENT] = slope * exponent, -slope * logarithm
+    by[COULOMB], by[DROP], by[LOG_SPEED] = local, local * bell, local * 2.0 * u * u * bell * q[DROP]
     return g

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,7 +12,6 @@ from etb_hil.diagnosis.friction_model import (
     DROP,
     FRICTION_PARAMETERS,
     LOG_DAMPING,
-    LOG_EXPONENT,
     LOG_SPEED,
     LOG_STIFFNESS,
     VISCOUS,
@@ -34,10 +33,6 @@ _ANY_TORQUE = 1.0  # N·m: T_c and T_st are what is asked, nothing is assumed of
 _ANY_FACTOR = 0.5  # of the logarithm of the Stribeck velocity
 _ANY_BRISTLE = 1.0  # of the logarithms of stiffness and damping
 _ANY_VISCOSITY = 1.0  # times the model's
-# Of the logarithm of the Stribeck curve's exponent: 0.5 to 2 are in use (Armstrong-Helouvry 1991), 8 is a step.
-_ANY_EXPONENT = 0.7
-_CERTAIN = 1e18  # inverse variance
-LOG_USUAL_EXPONENT = 0.6931471805599453  # 2, seed paper, eq. 2
 # Sampled once a control period, just before the voltage steps, the current stands for the end of its period and not
 # for its mean: that is a shift by up to half a period, on top of what a sensor's filter delays.
 _ANY_LAG = 5e-4  # s
@@ -45,17 +40,11 @@ _ANY_LAG = 5e-4  # s
 
 @dataclass(frozen=True, slots=True)
 class Prior:
-    """Means (15) and inverse variances (15) of the fit's parameters; the model's `stribeck_velocity` in rad/s."""
+    """Means (14) and inverse variances (14) of the fit's parameters; the model's `stribeck_velocity` in rad/s."""
 
     mean: Float64
     precision: Float64
     stribeck_velocity: float
-
-    def with_usual_exponent(self) -> Prior:
-        """Return this prior with the exponent of seed paper eq. 2 taken for certain."""
-        precision = self.precision.copy()
-        precision[LOG_EXPONENT] = _CERTAIN
-        return replace(self, precision=precision)
 
 
 def prior_of(model: Model, throttle: ThrottleParameters, offset_error: float, balance: VoltageBalance | None) -> Prior:
@@ -67,7 +56,6 @@ def prior_of(model: Model, throttle: ThrottleParameters, offset_error: float, ba
     mean[VISCOUS], spread[VISCOUS] = throttle.viscous, _ANY_VISCOSITY * throttle.viscous
     mean[LOG_STIFFNESS], spread[LOG_STIFFNESS] = log(throttle.bristle_stiffness), _ANY_BRISTLE
     mean[LOG_DAMPING], spread[LOG_DAMPING] = log(throttle.bristle_damping), _ANY_BRISTLE
-    mean[LOG_EXPONENT], spread[LOG_EXPONENT] = LOG_USUAL_EXPONENT, _ANY_EXPONENT
     spread[CONSTANT] = _EVEN * model.tolerance("torque_per_ampere") / throttle.torque_per_ampere
     spread[INERTIA] = _EVEN * model.tolerance("inertia") / throttle.inertia
     for index, name in (

@@ -81,7 +81,7 @@ class Evidence:
 
 @dataclass(frozen=True, slots=True)
 class StribeckFit:
-    """The fitted parameters (15) in the order of `prior`, what they may be off by, and what was left over.
+    """The fitted parameters (14) in the order of `prior`, what they may be off by, and what was left over.
 
     `friction` (m) is what the windows say of friction once the model's errors are taken off; `residual` (m) N·m is how
     far that lies above the curve of that time, local bumps included.
@@ -155,7 +155,7 @@ def fit_stribeck(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prio
 
 
 def refit(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, start: Float64) -> StribeckFit | None:
-    """Fit from parameters (15) that are near already, windows weighed by kind; None where that comes to no end."""
+    """Fit from parameters (14) that are near already, windows weighed by kind; None where that comes to no end."""
     # Bristles that are bent by an angle known in steps, after a rest above all, are off by more than any noise.
     kind = _kinds(ticks, windows, start)
     weighed = _descend(ticks, windows, evidence, prior, start, None, kind)
@@ -196,7 +196,7 @@ def _start(evidence: Evidence, prior: Prior, factor: float) -> Float64:
 
 
 def _linearise(ticks: Ticks, windows: Windows, evidence: Evidence, q: Float64) -> tuple[Float64, Float64]:
-    """Return residuals (m) of the motor torque that the parameters call for, and their Jacobian (m, 15).
+    """Return residuals (m) of the motor torque that the parameters call for, and their Jacobian (m, 14).
 
     The measured current is what carries the noise, so it stands alone: were it multiplied by a fitted constant, a
     smaller constant would shrink the noise and pass for a better fit.
