@@ -14,7 +14,7 @@ import numpy as np
 from fuzz_mutations import changed_bytes, changed_json_lines, changed_json_text, changed_lines
 
 from etb_hil.base.stock import find
-from etb_hil.bench.job import JobFiles, execute, prepare
+from etb_hil.bench.job import JobFiles, deliver, execute, prepare
 from etb_hil.canio.frames import FrameFlag, concatenate_frames
 from etb_hil.canio.logs.blf import read_blf
 from etb_hil.canio.logs.writing import write_log
@@ -43,7 +43,9 @@ def seeds(folder):
     for unit in CODES:
         files = {"scenario": "friction_check", "bench": BENCH, "model": "default", "limits": "default", "unit": unit}
         job = JobFiles(**{key: find("model" if key == "unit" else key, name) for key, name in files.items()})
-        session = execute(prepare(job), folder / unit, "A7", 3).session.folder
+        prepared = prepare(job)
+        session = execute(prepared, folder / unit, "A7", 3).session.folder
+        deliver(prepared, folder / unit)
         sessions[unit] = session
         frames = concatenate_frames(read_blf(session / "raw.blf"))
         for suffix in (".blf", ".mf4", ".asc", ".log", ".csv", ".db"):
