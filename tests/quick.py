@@ -36,6 +36,7 @@ QUICK = (
     "history/test_tolerance_and_charts",
     "observer/test_gains",
     "observer/test_registry",
+    "page/test_words_and_password",
     "paper/test_reproduction",
     "plant/test_effects_are_one_file",
     "plant/test_models",

@@ -108,7 +108,7 @@ def test_the_verdict_is_right_and_the_bus_truth_is_told(request, tmp_path, bus, 
             done = subprocess.run(words, capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL)
         told += f"exit code {done.returncode}\n{done.stdout}{done.stderr}\n"
         assert done.returncode in {expected, ExitCode.BENCH_FAULT, ExitCode.INCONCLUSIVE}, told
-        (session,) = (path for path in out.iterdir() if path.is_dir())
+        (session,) = (path.parent for path in out.glob("*/session.json"))
         results = result_from_dict(json.loads((session / "results.json").read_text()))
         assert_bus_truth(results, timely=done.returncode == expected)
         assert first_difference(replay(session)) is None

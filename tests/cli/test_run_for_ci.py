@@ -138,7 +138,7 @@ def test_a_wrong_baseline_is_bad_input(results, tmp_path, entry, words):
 
 
 def test_only_the_baseline_disagreeing_is_inconclusive(good, tmp_path, capsys):
-    (session,) = good.glob("sessions/*/")
+    (session,) = (path.parent for path in good.glob("sessions/*/session.json"))
     path = tmp_path / "baseline.yaml"
     assert main(["baseline", str(session), "--out", str(path)]) == 0
     assert main(["baseline", str(session), "--out", str(path)]) == 2  # not written over
@@ -154,7 +154,7 @@ def test_only_the_baseline_disagreeing_is_inconclusive(good, tmp_path, capsys):
 
 
 def test_a_replay_is_held_against_a_baseline_as_a_run_is(good, tmp_path, capsys):
-    (session,) = good.glob("sessions/*/")
+    (session,) = (path.parent for path in good.glob("sessions/*/session.json"))
     path = tmp_path / "baseline.yaml"
     assert main(["baseline", str(session), "--out", str(path)]) == 0
     log = [str(session / "raw.blf"), "--bench", "virtual_classic"]
