@@ -98,9 +98,22 @@ def require_schema(address: StoreAddress) -> None:
                 "update etb-hil, or name another store",
             )
         )
-    from etb_hil.store.migrations.upgrade import upgrade  # noqa: PLC0415 (Alembic is slow to load, and rarely needed)
+    from alembic.util import CommandError  # noqa: PLC0415 (Alembic is slow to load, and rarely needed)
 
-    upgrade(address)
+    from etb_hil.store.migrations.upgrade import upgrade  # noqa: PLC0415
+
+    try:
+        upgrade(address)
+    except CommandError as error:  # a revision that no release wrote
+        raise InputError(
+            Problem(
+                f"is no store of results: {error}",
+                Place(str(address)),
+                version,
+                f"up to {HEAD}",
+                "name another store",
+            )
+        ) from None
 
 
 def failure(address: StoreAddress, error: Exception) -> str:
