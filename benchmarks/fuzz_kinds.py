@@ -172,7 +172,7 @@ def _store(rng, folder, given):
             cursor = source.execute(f"SELECT * FROM {table}")  # noqa: S608
             names = [column[0] for column in cursor.description]
             if rng.random() < 0.1:
-                names = names[: rng.randrange(1, len(names))]
+                names = names[: rng.randint(1, len(names))]
             database.execute(f"CREATE TABLE {table} ({', '.join(names)})")
             for row in cursor:
                 values = [containers.odd_value(rng) if rng.random() < 0.1 else value for value in row[: len(names)]]

@@ -1,6 +1,7 @@
 """What every store does, in a file and on a server: each run once, read as it was written, migrated."""
 
 import json
+import re
 import sqlite3
 import subprocess
 import sys
@@ -14,7 +15,7 @@ from etb_hil.base.errors import InputError
 from etb_hil.histories.runs import read_runs, run_of_results, runs_at
 from etb_hil.results.run_result import Unit
 from etb_hil.store.address import STORE, StoreAddress, store_address
-from etb_hil.store.connection import connected
+from etb_hil.store.connection import connected, require_schema
 from etb_hil.store.engine import engine_of
 from etb_hil.store.queue import Queue
 from etb_hil.store.reading import known_runs, read_store
@@ -189,3 +190,14 @@ def test_what_is_no_store_is_named_and_left_alone(tmp_path):
     assert (tmp_path / STORE).read_text().startswith("no database")
     with pytest.raises(InputError, match=r"results\.db"):
         read_runs([tmp_path / STORE])
+
+
+@pytest.mark.parametrize("revision", [5, "0000", None])
+def test_a_store_of_a_revision_that_no_release_wrote_is_refused(tmp_path, revision):
+    path = tmp_path / "results.db"
+    with sqlite3.connect(path) as database:
+        database.execute("CREATE TABLE alembic_version (version_num)")
+        database.execute("INSERT INTO alembic_version VALUES (?)", (revision,))
+    database.close()
+    with pytest.raises(InputError, match=re.escape(str(path))):
+        require_schema(StoreAddress(path))
