@@ -21,7 +21,7 @@ from etb_hil.base.stock import find
 from etb_hil.diagnosis.diagnosis import Diagnosis
 from etb_hil.diagnosis.exceedance import FAR_ABOVE
 from etb_hil.diagnosis.limits_file import load_limits
-from etb_hil.observer.registry import observer_names
+from etb_hil.observer.registry import OBSERVERS
 
 LIMITS = load_limits(find("limits", "default"))
 STICTION_LIMIT, COULOMB_LIMIT = 0.26, 0.20  # N·m at the plate, of the default limits
@@ -76,7 +76,7 @@ def main():
         bench = off_by_tolerances(replace(unit, stiction=Unit().stiction, coulomb=Unit().coulomb), rng)
         run = friction_check(unit)
         for rate in options.rate or (1000, 20000):
-            for observer in observer_names():
+            for observer in OBSERVERS.names():
                 kinds = found(unit, bench, run, rate, observer, rng)
                 for kind, share in truths(unit, run).items():
                     band = next(b for b in BANDS if b[0] <= share < b[1])
@@ -85,7 +85,7 @@ def main():
                     cell[1] += 1
     print("| observer, number | rate | found below 90 % of limit | 90 to 100 % | missed, 100 to 110 % | above 110 % |")
     print("|---|---|---|---|---|---|")
-    for observer in observer_names():
+    for observer in OBSERVERS.names():
         for kind in ("T_st", "T_c"):
             for rate in options.rate or (1000, 20000):
                 cells = []

@@ -26,7 +26,8 @@ from etb_hil.base.plugins import parts, temporary_part
 from etb_hil.base.stock import find
 from etb_hil.canio.frames import FrameBlock, concatenate_frames
 from etb_hil.canio.logs.reading import read_log
-from etb_hil.controller.laws.choice import LAWS, law_gains
+from etb_hil.controller.laws.choice import law_gains
+from etb_hil.controller.laws.registry import LAWS
 from etb_hil.diagnosis.measurement_registry import kind_of, measurement_kinds
 from etb_hil.observer.estimate import SensorNoise
 from etb_hil.observer.registry import observer_kind
@@ -119,7 +120,7 @@ def check_observer(kind: ObserverKind) -> None:
 
 def check_law(law: ControlLaw) -> None:
     """Assert that a position law compiles, stays finite, and carries a friction check on the virtual bench."""
-    own = next((name for name, one in LAWS.items() if one is law), None)
+    own = next((name for name, one in LAWS.all_own().items() if one is law), None)
     with _refused_as_failure(), _having("laws", own or _NAME, law, is_known=own is not None) as name:
         gains = law_gains(name, load_model(find("model", "default")).values)
         assert gains.any(), "all its gains are zero"

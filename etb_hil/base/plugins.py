@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import importlib
 import importlib.util
+import inspect
 import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -64,6 +65,25 @@ class Part:
         if not isinstance(self.value, expected):
             what = f"{KINDS[self.kind]} is of the type {type(self.value).__name__}"
             raise self.refused(what, f"set {KINDS[self.kind]} = {expected.__name__}(...)")
+
+    def require_text(self, name: str, value: object) -> None:
+        """Raise InputError where a field of the declaration is no text."""
+        if not isinstance(value, str) or not value.strip():
+            raise self.refused(f"`{name}` must be a text (it is {value!r})")
+
+    def require_function(self, name: str, value: object, *arguments: str) -> None:
+        """Raise InputError where a field of the declaration cannot be called with some arguments, given by position."""
+        wanted = f"({', '.join(arguments)})"
+        if not callable(value):
+            raise self.refused(f"`{name}` must be a function of {wanted} (it is {value!r})")
+        try:
+            signature = inspect.signature(value)
+        except ValueError:  # a function in C that does not tell what it takes
+            return
+        try:
+            signature.bind(*arguments)
+        except TypeError as error:
+            raise self.refused(f"`{name}` must take {wanted}: {error}") from None
 
     def refused(self, what: str, remedy: str = "change the plug-in, or run without it") -> InputError:
         """Return the error of a part that breaks its contract."""

@@ -17,8 +17,8 @@ from etb_hil.bench.safety_limits import SafetyLimits
 from etb_hil.canio.bus.bus_settings import VIRTUAL, BusSettings
 from etb_hil.canio.dbc.dialect import Dialect
 from etb_hil.canio.dbc.role_map import ProtectionSettings, RoleMap
-from etb_hil.controller.laws.registry import law_names
-from etb_hil.observer.registry import DEFAULT, observer_names
+from etb_hil.controller.laws.registry import LAWS
+from etb_hil.observer.registry import DEFAULT, OBSERVERS
 from etb_hil.plugins import load
 from etb_hil.scenario.phase import Measure
 from etb_hil.store.address import StoreText
@@ -53,15 +53,15 @@ class Bench(FileModel):
     @field_validator("observer")
     @classmethod
     def _is_an_observer(cls, name: str) -> str:
-        if name not in observer_names():
-            raise ValueError(f"there is no such observer; there are {', '.join(observer_names())}")
+        if name not in OBSERVERS.names():
+            raise ValueError(f"there is no such observer; there are {', '.join(OBSERVERS.names())}")
         return name
 
     @field_validator("law")
     @classmethod
     def _is_a_law(cls, name: str | None) -> str | None:
-        if name is not None and name not in law_names():
-            raise ValueError(f"there is no such control law; there are {', '.join(law_names())}")
+        if name is not None and name not in LAWS.names():
+            raise ValueError(f"there is no such control law; there are {', '.join(LAWS.names())}")
         return name
 
     @model_validator(mode="after")

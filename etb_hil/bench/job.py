@@ -33,7 +33,7 @@ from etb_hil.canio.logs.blf import BlfLog
 from etb_hil.controller.virtual_controller import VirtualController
 from etb_hil.diagnosis.limits import Limits
 from etb_hil.diagnosis.limits_file import load_limits
-from etb_hil.observer.registry import require_observer
+from etb_hil.observer.registry import OBSERVERS
 from etb_hil.plant.parameters import Model, load_model
 from etb_hil.scenario.scenario_file import Scenario, load_scenario
 from etb_hil.session.analysis import Analysis
@@ -113,7 +113,7 @@ def prepare(files: JobFiles, *, attended: bool = False) -> Job:
     """
     load_plugins(files.bench)
     if files.observer is not None:
-        require_observer(files.observer)
+        OBSERVERS.require(files.observer)
     scenario = OWN_CODE if files.scenario is None else load_scenario(files.scenario)
     setup = load_bench(files.bench, files.dbc)
     model = load_model(files.model)

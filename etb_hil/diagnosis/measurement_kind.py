@@ -86,9 +86,6 @@ def _misstatements(kind: MeasurementKind, others: Collection[str]) -> Iterator[s
         yield f"the id of a measurement is a name of letters, digits and underscores (it is {kind.id!r})"
     if kind.id in others:
         yield f"there is a measurement with the id {kind.id} already"
-    for name in ("name", "unit"):
-        if not getattr(kind, name).strip():
-            yield f"`{name}` is empty"
     if not _takes_one(kind.compute):
         yield "`compute` must be a function of one argument, the findings of a run"
     if unknown := sorted(kind.roles - ROLES.keys()):

@@ -32,6 +32,8 @@ def measurement_kinds() -> Mapping[str, MeasurementKind]:
     kinds: list[MeasurementKind] = [import_module(f"{measurements.__name__}.{name}").MEASUREMENT for name in names]
     for part in parts("measurements"):
         part.require(MeasurementKind)
+        for name in ("id", "name", "unit"):
+            part.require_text(name, getattr(part.value, name))
         if wrong := misstatements(part.value, {kind.id for kind in kinds}):
             raise InputError(*(problem for one in wrong for problem in part.refused(one).problems))
         kinds.append(replace(part.value, compute=_guarded(part)))

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 
-from etb_hil.base.errors import InputError, Problem
-from etb_hil.base.plugins import Part, parts, when_changed
+from etb_hil.base.named_parts import NamedParts
+from etb_hil.base.plugins import Part
 from etb_hil.observer import kinds
 from etb_hil.observer.estimate import Observer, SensorNoise
 from etb_hil.observer.guarded import GuardedObserver
@@ -29,25 +26,21 @@ class ObserverKind:
     make: Callable[[Model, ThrottleParameters, SensorNoise], Observer]
 
 
-@cache
-def observer_names() -> tuple[str, ...]:
-    """Return the names of all observers, in order of the alphabet; imports none of ours."""
-    return tuple(sorted({*_own(), *_of_plugins()}))
+def _check(part: Part) -> None:
+    kind: ObserverKind = part.value
+    part.require_text("summary", kind.summary)
+    part.require_function("make", kind.make, "model", "throttle", "noise")
 
 
-def require_observer(name: str) -> None:
-    """Raise InputError, with the names of all observers, where there is none of a name."""
-    if name not in observer_names():
-        raise InputError(Problem("there is no such observer", value=name, allowed=", ".join(observer_names())))
+OBSERVERS = NamedParts("observers", kinds, "observer", ObserverKind, _check)
 
 
 def observer_kind(name: str) -> ObserverKind:
     """Return the observer of a name; InputError lists the names where there is none."""
-    require_observer(name)
-    if name in _own():
-        found: ObserverKind = importlib.import_module(f"{kinds.__name__}.{_own()[name]}").OBSERVER
+    OBSERVERS.require(name)
+    if (found := OBSERVERS.own(name)) is not None:
         return found
-    part = _of_plugins()[name]
+    part = OBSERVERS.of_plugins()[name]
     kind: ObserverKind = part.value
 
     def make(model: Model, throttle: ThrottleParameters, noise: SensorNoise) -> Observer:
@@ -55,25 +48,3 @@ def observer_kind(name: str) -> ObserverKind:
             return GuardedObserver(part, kind.make(model, throttle, noise))
 
     return ObserverKind(kind.summary, make)
-
-
-@cache
-def _own() -> dict[str, str]:
-    return {module.name.replace("_", "-"): module.name for module in pkgutil.iter_modules(kinds.__path__)}
-
-
-@cache
-def _of_plugins() -> dict[str, Part]:
-    found = {}
-    for part in parts("observers"):
-        part.require(ObserverKind)
-        name = part.name.replace("_", "-")
-        if name in _own() or name in found:
-            raise part.refused(f"there is an observer {name} already")
-        found[name] = part
-    return found
-
-
-for _known in (_of_plugins, observer_names):
-    when_changed(_known.cache_clear)
-when_changed(observer_names)

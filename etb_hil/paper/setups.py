@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.base.stock import find
-from etb_hil.controller.laws import pd
+from etb_hil.controller.laws.kinds import pd
 from etb_hil.plant.integrator import BRISTLE, CURRENT, OMEGA, STATES, THETA, TICK, advance_record, new_state
 from etb_hil.plant.parameters import ThrottleParameters, load_model
 from etb_hil.recording.samples import Float64, Int64

@@ -13,7 +13,7 @@ from etb_hil.bench.bench_file import load_bench
 from etb_hil.bench.results import results_of
 from etb_hil.canio.logs.blf import read_blf
 from etb_hil.diagnosis.limits_file import load_limits
-from etb_hil.observer.registry import require_observer
+from etb_hil.observer.registry import OBSERVERS
 from etb_hil.plant.parameters import load_model
 from etb_hil.replays.window import within
 from etb_hil.results.run_result import InputFile
@@ -49,7 +49,7 @@ class RuleFiles:
         """Read and check them; InputError lists what is wrong."""
         setup = load_bench(self.bench, self.dbc)
         observer = self.observer or setup.bench.observer
-        require_observer(observer)
+        OBSERVERS.require(observer)
         return Rules(setup, load_model(self.model), load_limits(self.limits), observer)
 
     def absolute(self) -> RuleFiles:

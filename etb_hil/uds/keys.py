@@ -28,6 +28,7 @@ def _keys() -> dict[str, SecurityKey]:
     found = {DEFAULT_KEY: SecurityKey(_example)}
     for part in parts("keys"):
         part.require(SecurityKey)
+        part.require_function("compute", part.value.compute, "seed", "level")
         if part.name in found:
             raise part.refused(f"there is a key function {part.name} already")
         found[part.name] = part.value

@@ -24,7 +24,7 @@ from etb_hil.controller.laws.choice import law_torque
 print(law_torque({law}, np.array([2.0, 4.0, 8.0, 16.0]), np.array([1.0, 0.0]), 1.0, 0.5))
 """
 PD, PID = 0, 1
-PD_FILE = "controller/laws/pd.py"
+PD_FILE = "controller/laws/kinds/pd.py"
 PD_TORQUE = "return gain[0] * error + gain[1] * rate"
 NOTICE = "Compiling for this machine. Later starts take the machine code from a cache.\n"
 
@@ -104,7 +104,7 @@ def test_a_changed_constant_of_another_file_is_used_at_once(installation):
 
 def test_an_edit_of_what_is_not_compiled_compiles_nothing(installation):
     installation.start()
-    installation.edit("controller/laws/registry.py", "no such control law", "unknown control law")
+    installation.edit("controller/laws/registry.py", '"control law"', '"position law"')
     installation.edit("base/errors.py", "; allowed: ", "; expected: ")
     installation.edit(PD_FILE, "Return the torque in N·m for", "# one more line\n    Return, in N·m, the torque for")
     installation.edit(PD_FILE, "BANDWIDTH = 180.0", "BANDWIDTH = 170.0")
@@ -120,7 +120,7 @@ def test_an_edit_of_one_function_leaves_no_machine_code_behind(installation):
     assert len(after) == len(before)
     assert {path.name.split("-")[0] for path in before - after} == {
         "etb_hil.controller.laws.choice.law_torque",
-        "etb_hil.controller.laws.pd.torque",
+        "etb_hil.controller.laws.kinds.pd.torque",
     }
 
 

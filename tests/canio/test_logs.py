@@ -236,7 +236,7 @@ def test_a_table_of_signals_is_refused_with_what_reads_it(tmp_path, columns):
 
 @pytest.mark.parametrize("name", ["log.exe", "log", "log.gz", "log.txt.gz"])
 def test_an_unknown_format_names_those_that_are_read(tmp_path, name):
-    with pytest.raises(InputError, match=r"\.asc, \.log, \.trc"):
+    with pytest.raises(InputError, match=r"\.asc, \.blf, .*\.log"):
         read_log(tmp_path / name)
 
 

@@ -7,7 +7,7 @@ import pytest
 from controller_harness import MS, command, drive, model, request, stream
 
 from etb_hil.base.modes import Mode
-from etb_hil.controller.laws.choice import LAWS
+from etb_hil.controller.laws.registry import LAWS
 from etb_hil.controller.machine import Machine
 from etb_hil.scenario.sines import Sinusoid
 from etb_hil.scenario.trajectory import Chain, Held, dash, move
@@ -18,7 +18,7 @@ FAULTY = model("faulty")
 GEAR = 18.0
 START = 0.5
 
-pytestmark = pytest.mark.parametrize("law", LAWS)
+pytestmark = pytest.mark.parametrize("law", LAWS.all_own())
 
 
 def _follow(trajectory, law, unit=DEFAULT, period_ms=10):

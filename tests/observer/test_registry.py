@@ -8,15 +8,15 @@ from etb_hil.base.errors import InputError
 from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.observer.estimate import SensorNoise
-from etb_hil.observer.registry import DEFAULT, observer_kind, observer_names
+from etb_hil.observer.registry import DEFAULT, OBSERVERS, observer_kind
 from etb_hil.plant.parameters import load_model
 
 
 def test_the_default_and_the_papers_observer_are_there():
-    assert {DEFAULT, "sliding-mode"} <= set(observer_names())
+    assert {DEFAULT, "sliding-mode"} <= set(OBSERVERS.names())
 
 
-@pytest.mark.parametrize("name", observer_names())
+@pytest.mark.parametrize("name", OBSERVERS.names())
 def test_each_is_made_from_the_bench_model_alone(name):
     model = load_model(find("model", "default"))
     kind = observer_kind(name)
@@ -29,7 +29,7 @@ def test_each_is_made_from_the_bench_model_alone(name):
 def test_an_unknown_name_is_refused_with_the_known_ones():
     with pytest.raises(InputError) as refused:
         observer_kind("luenberger")
-    for word in ("luenberger", *observer_names()):
+    for word in ("luenberger", *OBSERVERS.names()):
         assert word in str(refused.value)
 
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from etb_hil import plugins, testing
-from etb_hil.controller.laws.choice import LAWS
+from etb_hil.controller.laws.registry import LAWS
 from etb_hil.diagnosis.measurement_registry import measurement_kinds
-from etb_hil.observer.registry import observer_kind, observer_names
+from etb_hil.observer.registry import OBSERVERS, observer_kind
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plugins.laws import ControlLaw
 from etb_hil.plugins.measurements import Estimate
@@ -31,7 +31,7 @@ def test_own_effects(effect):
     testing.check_effect(effect)
 
 
-@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+@pytest.mark.parametrize("law", LAWS.all_own().values(), ids=LAWS.all_own())
 def test_own_laws(law):
     testing.check_law(law)
 
@@ -41,7 +41,7 @@ def test_own_measurements(name):
     testing.check_measurement(measurement_kinds()[name])
 
 
-@pytest.mark.parametrize("name", observer_names())
+@pytest.mark.parametrize("name", OBSERVERS.names())
 def test_own_observers(name):
     testing.check_observer(observer_kind(name))
 

@@ -12,9 +12,9 @@ import etb_hil
 from etb_hil import plugins
 from etb_hil.base.errors import InputError
 from etb_hil.canio.logs.reading import read_log
-from etb_hil.controller.laws.registry import law_names
+from etb_hil.controller.laws.registry import LAWS
 from etb_hil.diagnosis.measurement_registry import measurement_kinds
-from etb_hil.observer.registry import observer_names
+from etb_hil.observer.registry import OBSERVERS
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.scenario.phases import phase_kinds
 
@@ -69,7 +69,7 @@ SOUND = {
 
 
 def _known():
-    return [*CATALOGUE], law_names(), [*measurement_kinds()], observer_names(), [*phase_kinds()]
+    return [*CATALOGUE], LAWS.names(), [*measurement_kinds()], OBSERVERS.names(), [*phase_kinds()]
 
 
 def _refused(path, text, says):
@@ -103,18 +103,37 @@ def test_a_sound_file_is_taken_in_and_taken_out_again(text, tmp_path):
         ("law", "LAW = ControlLaw(", "LAW = tuple, (", "LAW is of the type tuple"),
         ("measurement", 'id="mine"', 'id="T_st"', "there is a measurement with the id T_st already"),
         ("measurement", 'id="mine"', 'id="my own"', "the id of a measurement is a name"),
-        ("measurement", 'unit="A"', 'unit=""', "`unit` is empty"),
+        ("measurement", 'unit="A"', 'unit=""', "`unit` must be a text"),
         ("measurement", "lambda run:", "lambda:", "`compute` must be a function of one argument"),
         ("measurement", "order=400", 'order=400, roles=frozenset({"light"})', "there is no role light"),
         ("measurement", "order=400", 'order=400, suffixes="("', "`suffixes` is no regular expression"),
         ("measurement", "order=400", 'order=400, friction_of="T_x"', "there is no measurement T_x"),
+        ("measurement", 'id="mine"', "id=None", "`id` must be a text"),
         ("observer", "ObserverKind(", "str(", "OBSERVER is of the type"),
+        ("observer", '"none", ', "None, ", r"`summary` must be a text \(it is None\)"),
+        (
+            "observer",
+            "lambda model, throttle, noise: None",
+            "None",
+            r"`make` must be a function of \(model, throttle, no",
+        ),
+        (
+            "observer",
+            "lambda model, throttle, noise",
+            "lambda model",
+            r"`make` must take \(model, throttle, noise\): too",
+        ),
+        ("law", "lambda nominal: [1.0]", "None", r"`gains` must be a function of \(nominal\)"),
+        ("law", "gain, memory, error, rate:", "gain:", r"`torque` must take \(gain, memory, error, rate\): too many"),
+        ("law", '"none"', '""', "`summary` must be a text"),
         ("phase", '"rest"', '"hold"', "there is a kind of phase hold already"),
         ("phase", '"rest"', '"group"', "there is a kind of phase group already"),
         ("phase", '"rest"', '"My rest"', "its field `kind` has no single name"),
         ("phase", "def trajectory", "def other", "it has no method `trajectory`"),
         ("phase", "PHASE = Rest", "PHASE = Rest(kind='rest', id='x')", "PHASE is no subclass of PhaseModel"),
         ("reader", '".mine"', '".blf"', "there is a reader of .blf files already"),
+        ("reader", "open)", "None)", r"`open` must be a function of \(path\)"),
+        ("reader", '(".mine",)', '".mine"', "`suffixes` must be a tuple of texts"),
         ("reader", '".mine"', '"mine"', "a suffix is a dot and small letters"),
     ],
 )
@@ -176,7 +195,7 @@ def test_only_what_was_loaded_can_be_taken_out(tmp_path):
 def test_a_suffix_that_nothing_reads_is_refused_with_those_that_are_read(tmp_path, part):
     path = tmp_path / "a.frames"
     path.write_text("", "utf-8")
-    with pytest.raises(InputError, match=r"is no log format .*allowed: \.blf, .*\.mf4, each also with \.gz"):
+    with pytest.raises(InputError, match=r"is no log format .*allowed: \.asc, .*\.mf4, \.trc, each also with \.gz"):
         read_log(path)
     plugins.load(part("frame_lines"))
     assert list(read_log(path)) == []

@@ -29,8 +29,12 @@ class LogReader(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Reader:
-    """A log format: what it is in a line, the suffixes of its files (`.xyz`), and what opens one."""
+    """A log format: what it is in a line, the suffixes of its files (`.xyz`), and what opens one.
+
+    `reads_gzip`: `open` takes `.xyz.gz` as well; otherwise such a file is unpacked first.
+    """
 
     summary: str
     suffixes: tuple[str, ...]
     open: Callable[[Path], LogReader]
+    reads_gzip: bool = False

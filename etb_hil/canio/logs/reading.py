@@ -1,28 +1,21 @@
-"""Log files of any format become columns of frames; a suffix names the format."""
+"""Log files of any format become columns of frames: each file of `formats` declares a `READER`; plug-ins add theirs."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cache
+import pkgutil
+import re
+from dataclasses import replace
+from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.plugins import parts, when_changed
+from etb_hil.canio.logs import formats
 from etb_hil.canio.logs.guarded import GuardedLog
 from etb_hil.canio.logs.log_reader import TABLES, LogReader, Reader
 
-_BINARY = {".blf", ".mf4", ".db"}
-# suffix -> the module beside this one that reads the format, and what opens a file; imported when it is needed
-_OWN = {
-    ".blf": ("blf", "read_blf"),
-    ".asc": ("text", "TextLog"),
-    ".log": ("text", "TextLog"),
-    ".trc": ("foreign", "ForeignLog"),
-    ".csv": ("foreign", "ForeignLog"),
-    ".db": ("foreign", "ForeignLog"),
-    ".mf4": ("mf4", "Mf4Reader"),
-}
+_SUFFIX = re.compile(r"\.[a-z0-9_+-]+")
 
 
 def read_log(path: Path) -> LogReader:
@@ -35,36 +28,44 @@ def read_log(path: Path) -> LogReader:
     if path.is_dir():
         what = "is a folder without a session.json: no session"
         raise InputError(Problem(what, Place(path), remedy="name a session's folder, or a log"))
-    suffix = path.suffix.lower()
-    if suffix == ".gz":
-        suffix = Path(path.stem).suffix.lower()
-        if suffix in _BINARY or suffix in _of_plugins():
-            from etb_hil.canio.logs.unpacked import UnpackedLog  # noqa: PLC0415 (few logs are)
+    is_packed = path.suffix.lower() == ".gz"
+    suffix = (Path(path.stem) if is_packed else path).suffix.lower()
+    found = _own().get(suffix) or _of_plugins().get(suffix)
+    if found is None:
+        allowed = f"{', '.join(sorted({*_own(), *_of_plugins()}))}, each also with .gz"
+        raise InputError(Problem("is no log format that can be read", Place(path), path.name, allowed, TABLES))
+    if is_packed and not found.reads_gzip:
+        from etb_hil.canio.logs.unpacked import UnpackedLog  # noqa: PLC0415 (few logs are)
 
-            return UnpackedLog(path, read_log)
-    if suffix in _OWN:
-        module, name = _OWN[suffix]
-        found: LogReader = getattr(import_module(f"etb_hil.canio.logs.{module}"), name)(path)
-        return found
-    if suffix in _of_plugins():
-        return _of_plugins()[suffix](path)
-    allowed = f"{', '.join((*_OWN, *_of_plugins()))}, each also with .gz"
-    raise InputError(Problem("is no log format that can be read", Place(path), path.name, allowed, TABLES))
+        return UnpackedLog(path, read_log)
+    return found.open(path)
 
 
 @cache
-def _of_plugins() -> dict[str, Callable[[Path], LogReader]]:
-    """Return what opens the files of each suffix that a plug-in reads; InputError where one breaks the contract."""
-    found: dict[str, Callable[[Path], LogReader]] = {}
+def _own() -> dict[str, Reader]:
+    """Return our readers by suffix; those of plug-ins are not asked for, which takes its time."""
+    names = [module.name for module in pkgutil.iter_modules(formats.__path__)]
+    readers: list[Reader] = [import_module(f"{formats.__name__}.{name}").READER for name in names]
+    return {suffix: reader for reader in readers for suffix in reader.suffixes}
+
+
+@cache
+def _of_plugins() -> dict[str, Reader]:
+    """Return the readers of plug-ins by suffix; InputError where one breaks the contract."""
+    found: dict[str, Reader] = {}
     for part in parts("readers"):
         part.require(Reader)
         reader: Reader = part.value
+        part.require_text("summary", reader.summary)
+        part.require_function("open", reader.open, "path")
+        if not reader.suffixes or not isinstance(reader.suffixes, tuple):
+            raise part.refused(f"`suffixes` must be a tuple of texts (it is {reader.suffixes!r})")
         for suffix in reader.suffixes:
-            if suffix in _OWN or suffix in found or suffix == ".gz":
-                raise part.refused(f"there is a reader of {suffix} files already")
-            if not (suffix.startswith(".") and suffix.lower() == suffix and len(Path(f"a{suffix}").suffixes) == 1):
+            if not isinstance(suffix, str) or not _SUFFIX.fullmatch(suffix):
                 raise part.refused(f"a suffix is a dot and small letters (it is {suffix!r})")
-            found[suffix] = lambda path, part=part: GuardedLog(part, path)  # type: ignore[misc] # bound in the loop
+            if suffix in _own() or suffix in found or suffix == ".gz":
+                raise part.refused(f"there is a reader of {suffix} files already")
+            found[suffix] = replace(reader, open=partial(GuardedLog, part))
     return found
 
 

@@ -1,1 +1,1 @@
-"""Position laws: each one a file with its gains' design and its compiled torque."""
+"""Position laws: each one a file of `kinds` with its gains' design and its compiled torque."""

@@ -1,46 +1,57 @@
-"""The laws for compiled code: to add one of ours, write its file with `LAW`, name it in `registry`, call it here."""
+"""The laws for compiled code: calls of ours, written out from the registry, and of a plug-in's by its address."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from etb_hil.base.compiled import njit
-from etb_hil.controller.laws import pd, pid, sliding_mode
-from etb_hil.controller.laws.interface import GAINS, ControlLaw
-from etb_hil.controller.laws.outside import address_of, called, gains_of
-from etb_hil.controller.laws.registry import OWN, laws_of_plugins, require_law
+from etb_hil.controller.laws.interface import GAINS
+from etb_hil.controller.laws.outside import address_of, called, compiled, gains_of
+from etb_hil.controller.laws.registry import LAWS
 from etb_hil.plant.physics import Vector
 from etb_hil.plant.values import ThrottleParameters
 
-LAWS: dict[str, ControlLaw] = dict(zip(OWN, (pd.LAW, pid.LAW, sliding_mode.LAW), strict=True))
-_PD, _PID, _SLIDING_MODE = range(3)
+_OWN = LAWS.all_own()
 
 
 def law_number(name: str) -> int:
     """Return the number by which compiled code calls a law; InputError names the laws there are."""
-    require_law(name)
-    return OWN.index(name) if name in LAWS else address_of(laws_of_plugins()[name])
+    LAWS.require(name)
+    return list(_OWN).index(name) if name in _OWN else address_of(LAWS.of_plugins()[name])
 
 
 def law_gains(name: str, nominal: ThrottleParameters) -> Vector:
     """Return a law's gains (float64, `GAINS`) for the plant that the controller believes to drive."""
-    require_law(name)
+    LAWS.require(name)
     gains = np.zeros(GAINS)
-    designed = LAWS[name].gains(nominal) if name in LAWS else gains_of(laws_of_plugins()[name], nominal)
+    designed = _OWN[name].gains(nominal) if name in _OWN else gains_of(LAWS.of_plugins()[name], nominal)
     gains[: len(designed)] = designed
     return gains
+
+
+def _written_out() -> Callable[..., Any]:
+    """Return a function that calls our law of a number; of any other number, the law at this address."""
+    passed = "gain, memory, error, rate"
+    scope: dict[str, Any] = {"called": called}
+    lines = [f"def choose(law, {passed}):"]
+    for number, law in enumerate(_OWN.values()):
+        scope[f"law_{number}"] = compiled(law.torque)
+        lines += [f"    if law == {number}:", f"        return law_{number}({passed})"]
+    exec("\n".join([*lines, f"    return called(law, {passed})"]), scope)  # noqa: S102 (written here)
+    made: Callable[..., Any] = njit(cache=False, error_model="numpy", forceinline=True)(scope["choose"])
+    return made
+
+
+_choose = _written_out()
 
 
 @njit(cache=True, error_model="numpy")
 def law_torque(law: int, gain: Vector, memory: Vector, error: float, rate: float) -> float:
     """Return a law's torque in N·m at the throttle shaft for an angle error in rad and a velocity error in rad/s.
 
-    A number above those of our laws is the address of a plug-in's law.
+    `law` is what `law_number` gives.
     """
-    if law == _PD:
-        return pd.torque(gain, memory, error, rate)
-    if law == _PID:
-        return pid.torque(gain, memory, error, rate)
-    if law == _SLIDING_MODE:
-        return sliding_mode.torque(gain, memory, error, rate)
-    return called(law, gain, memory, error, rate)
+    return _choose(law, gain, memory, error, rate)

@@ -18,11 +18,16 @@ from etb_hil.plant.values import ThrottleParameters
 _compiled: dict[Any, Any] = {}  # a law whose address was given out must live
 
 
+def compiled(torque: Any) -> Any:  # noqa: ANN401 (Numba's dispatchers have no type)
+    """Return the torque of a law compiled, as it is where it already was."""
+    return torque if isinstance(torque, Dispatcher) else njit(error_model="numpy")(torque)
+
+
 def address_of(part: Part) -> int:
     """Return the address at which `called` finds a law of a plug-in; InputError where it cannot be compiled."""
     law: ControlLaw = part.value
     if law.torque not in _compiled:
-        torque = law.torque if isinstance(law.torque, Dispatcher) else njit(error_model="numpy")(law.torque)
+        torque = compiled(law.torque)
 
         def entry(gain: Any, memory: Any, error: float, rate: float) -> Any:  # noqa: ANN401 (pointers)
             return torque(carray(gain, GAINS), carray(memory, MEMORY), error, rate)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from etb_hil.base.compiled import njit
-from etb_hil.controller.laws import pd
 from etb_hil.controller.laws.interface import CONTROL_PERIOD, CUT_OFF, ControlLaw
+from etb_hil.controller.laws.kinds import pd
 from etb_hil.plant.physics import Vector
 from etb_hil.plant.values import ThrottleParameters
 

@@ -1,0 +1,1 @@
+"""The log formats that are read, one file each; `reading` finds them by their suffixes."""

@@ -1,0 +1,16 @@
+"""PEAK's TRC and python-can's CSV, by python-can."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from etb_hil.canio.logs.log_reader import LogReader, Reader
+
+
+def _open(path: Path) -> LogReader:
+    from etb_hil.canio.logs.foreign import ForeignLog  # noqa: PLC0415 (importing can is slow)
+
+    return ForeignLog(path)
+
+
+READER = Reader("PEAK's TRC and python-can's CSV", (".trc", ".csv"), _open, reads_gzip=True)

@@ -1,0 +1,1 @@
+"""The position laws that a bench file can name, one file each; `registry` finds them."""
