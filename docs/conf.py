@@ -20,11 +20,8 @@ nb_execution_in_temp = True
 nb_execution_raise_on_error = True
 nb_execution_timeout = 900  # seconds for a cell; a machine that has not run the package yet compiles for minutes
 nb_merge_streams = True
-html_theme = "alabaster"
-html_theme_options = {
-    "description": "A hardware-in-the-loop bench for electronic throttle bodies",
-    "page_width": "70rem",
-}
+html_theme = "furo"
+html_title = "etb_hil"
 html_show_copyright = False
 html_static_path = ["static"]
 html_css_files = ["pages.css"]

@@ -1,4 +1,4 @@
-"""Writes the reference from the code itself: commands, files, roles, effects, reasons, and each room's public names."""
+"""Writes the pages of the reference that come from the code, at each build: `python docs/reference.py`."""
 
 import ast
 import inspect
@@ -17,30 +17,29 @@ from etb_hil.results.json_file import results_schema
 from etb_hil.uds.trouble_codes import CODES
 
 PACKAGE = Path(__file__).parents[1] / "etb_hil"
-ROOMS = (
+MADE = "<!-- Made by docs/reference.py from the code: edit it there. -->\n\n"
+PACKAGES = (
     "base", "recording", "plant", "observer", "diagnosis", "discrepancy", "canio", "uds", "controller", "scenario",
     "session", "bench", "replays", "histories", "station", "report", "paper",
 )  # fmt: skip
 
 
+def kept():
+    """Return the pages that a checkout holds, so that links to them work there; a test finds outdated ones."""
+    return {"roles": roles(), "effects": effects(), "measurements": measurements(), "trouble_codes": trouble_codes()}
+
+
+def built():
+    """Return the pages that only a build of the documents makes."""
+    packages = {f"packages/{name}": package_page(name) for name in PACKAGES}
+    return {"commands": commands(), "files": files(), "reasons": reasons(), "python": python(), **packages}
+
+
 def write(folder):
     """Write all pages into a folder."""
-    folder.mkdir(exist_ok=True)
-    pages = {
-        "commands": commands(),
-        "files": files(),
-        "roles": roles(),
-        "effects": effects(),
-        "measurements": measurements(),
-        "reasons": reasons(),
-        "trouble_codes": trouble_codes(),
-        "python": python(),
-        **{f"room_{room}": room_page(room) for room in ROOMS},
-    }
-    listed = "\n".join(pages)
-    pages["index"] = f"# Reference\n\nMade from the code.\n\n```{{toctree}}\n:maxdepth: 1\n\n{listed}\n```\n"
-    for name, text in pages.items():
-        (folder / f"{name}.md").write_text(text, "utf-8")
+    (folder / "packages").mkdir(parents=True, exist_ok=True)
+    for name, text in {**kept(), **built()}.items():
+        (folder / f"{name}.md").write_text(MADE + text, "utf-8")
 
 
 def trouble_codes():
@@ -238,15 +237,15 @@ def _indented(options):
     return "".join(f"   {line}\n" for line in options.splitlines())
 
 
-def room_page(room):
-    """Return the public names of a room with their signatures and docstrings, read from the source alone."""
-    parts = [f"# Room `{room}`\n"]
-    for path in sorted((PACKAGE / room).rglob("*.py")):
+def package_page(package):
+    """Return the public names of a package with their signatures and docstrings, read from the source alone."""
+    parts = [f"# Package `etb_hil.{package}`\n"]
+    for path in sorted((PACKAGE / package).rglob("*.py")):
         tree = ast.parse(path.read_text("utf-8"))
         name = ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(".__init__")
         doc = _doc(tree)
         if path.name == "__init__.py":
-            parts.append(f"{doc}\n" if path.parent == PACKAGE / room else "")
+            parts.append(f"{doc}\n" if path.parent == PACKAGE / package else "")
             continue
         parts.append(f"## {name}\n\n{doc}\n")
         named = [node for node in tree.body if isinstance(node, ast.FunctionDef | ast.ClassDef)]
@@ -282,3 +281,7 @@ def _signature(node):
 def _doc(node):
     text = ast.get_docstring(node) or ""
     return text.replace("<", "&lt;").replace("*", "\\*").replace("[", "\\[")
+
+
+if __name__ == "__main__":
+    write(Path(__file__).parent / "reference")

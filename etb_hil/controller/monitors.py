@@ -21,7 +21,7 @@ FAR, FAR_MS = math.radians(4.0), 300
 STANDS, STUCK_MS = 0.05, 500
 # P2119: not back at the default position in the 500 ms that FMVSS 124 allows in the cold; P1683 allows 1 deg about it.
 AWAY, RETURN_MS = math.radians(1.0), 500
-# P2135: the bench's own threshold for the two tracks (docs/faults.md).
+# P2135: the bench's own threshold for the two tracks (docs/reference/faults.md).
 APART, APART_MS = 0.03, 200
 
 _POSITION = int(Mode.POSITION)

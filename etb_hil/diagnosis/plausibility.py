@@ -1,7 +1,7 @@
 """Whether the samples of a run can be true: sensors against each other, against physics, and against the clock.
 
 A verdict says something of a unit only where nothing here speaks against the measurement. What each check sees, and
-from which size on, is listed in `docs/faults.md`. The results do not depend on how the stream was cut.
+from which size on, is listed in `docs/reference/faults.md`. The results do not depend on how the stream was cut.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ import pytest
 
 from etb_hil.base.stock import find
 
-PAGE = Path(__file__).parents[2] / "docs" / "can.md"
+PAGE = Path(__file__).parents[2] / "docs" / "reference" / "can.md"
 
 
 @pytest.mark.parametrize("name", ["etb_controller", "etb_controller_fd"])

@@ -12,8 +12,9 @@ import pytest
 from etb_hil.cli.main import COMMANDS, _parser, main
 
 # Pages whose commands are typed by their reader one after the other.
-RUN = [documents.DOCS / name for name in ("tutorial.md", "station.md", "history.md")]
-RUN += [documents.DOCS / "howto" / f"{name}.md" for name in ("own_dbc", "own_effect", "replay", "other_data", "ci")]
+RUN = [documents.DOCS / "tutorials" / "first_run.md"]
+HOW_TO = ("own_dbc", "own_effect", "replay", "other_data", "ci", "station", "history")
+RUN += [documents.DOCS / "howto" / f"{name}.md" for name in HOW_TO]
 FOREIGN = ["can_passat/passat-idling.trc", "can_passat/vw_pq.dbc", "etb_tbcp/tbcp_open_loop_duty_staircase.csv"]
 DATA = Path(os.environ.get("ETB_HIL_REAL_DATA", documents.CHECKOUT.parent / "shared" / "data"))
 EXIT_CODES = {

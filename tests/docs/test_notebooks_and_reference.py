@@ -10,7 +10,7 @@ import pytest
 
 import etb_hil
 
-NOTEBOOKS = sorted((documents.DOCS / "notebooks").glob("*.md"))
+NOTEBOOKS = sorted((documents.DOCS / "tutorials" / "notebooks").glob("*.md"))
 
 
 def test_there_are_notebooks():
@@ -19,7 +19,7 @@ def test_there_are_notebooks():
 
 @pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
 def test_a_notebook_is_listed_and_uses_what_is_public(notebook):
-    assert f"\nnotebooks/{notebook.stem}\n" in (documents.DOCS / "index.md").read_text("utf-8")
+    assert f"\nnotebooks/{notebook.stem}\n" in (documents.DOCS / "tutorials" / "index.md").read_text("utf-8")
     cells = re.findall(r"```{code-cell}[^\n]*\n(.*?)```", notebook.read_text("utf-8"), re.DOTALL)
     assert cells
     code = "\n".join(line for line in "\n".join(cells).splitlines() if not line.startswith("%"))
@@ -37,7 +37,23 @@ def test_the_reference_has_every_public_name(tmp_path):
     code += f"reference.write(pathlib.Path({str(tmp_path)!r}))"
     subprocess.run([sys.executable, "-c", code], check=True)
     page = (tmp_path / "python.md").read_text("utf-8")
+    index = (documents.DOCS / "reference" / "index.md").read_text("utf-8")
     for name in etb_hil.__all__:
         assert re.search(rf":: etb_hil\.{name}$", page, re.MULTILINE), name
         assert f"`~etb_hil.{name}`" in page
-    assert "\npython\n" in (tmp_path / "index.md").read_text("utf-8")
+    assert "\npython\n" in index
+    for kept in (documents.DOCS / "reference").glob("*.md"):
+        if kept.read_text("utf-8").startswith(documents.MADE):
+            made = (tmp_path / kept.name).read_text("utf-8")
+            assert kept.read_text("utf-8") == made, f"{kept.name} is outdated: run python docs/reference.py"
+
+
+LINK = re.compile(r"\]\(([^)#\s:]+)(?:#[^)\s]*)?\)")
+BUILT = re.compile(r"reference/(commands|files|python|reasons|packages/\w+)\.md$")  # by each build of the documents
+
+
+@pytest.mark.parametrize("page", documents.PAGES, ids=lambda page: page.stem)
+def test_links_of_a_page_lead_to_files(page):
+    for target in LINK.findall(page.read_text("utf-8")):
+        path = (page.parent / target).resolve()
+        assert path.exists() or BUILT.search(path.as_posix()), target

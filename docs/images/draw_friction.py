@@ -1,4 +1,4 @@
-"""Draws the pictures of docs/friction.md: python docs/friction_pictures.py."""
+"""Draws the pictures of docs/explanation/friction.md: python docs/images/draw_friction.py."""
 
 import math
 import sys
@@ -15,12 +15,12 @@ from etb_hil.diagnosis.friction_map import find_bumps, friction_map
 from etb_hil.diagnosis.limits_file import load_limits
 from etb_hil.report.drawing import CLOSING, INK, LIMIT, MEASURED, MUTED, OPENING, STYLE, save_png
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 from independent_throttle import Unit, friction_check, sense
 from observer_table import REFERENCE, SENSORS, observers, reference_runs
 from throttle_as_model import bench_model, parameters, rows_of
 
-IMAGES = Path(__file__).parent / "images" / "friction"
+IMAGES = Path(__file__).parent / "friction"
 TEMPERATURES = (0.0, 20.0, 40.0, 60.0, 80.0)
 LAW = -0.003  # of the friction, per K
 REVERSAL = (3.05, 3.15)  # s

@@ -1,4 +1,4 @@
-"""Draws the README's picture: python docs/readme_picture.py."""
+"""Draws the README's picture: python docs/images/draw_readme.py."""
 
 import tempfile
 from pathlib import Path
@@ -30,7 +30,7 @@ def main():
         axes.set_title(f"{verdict.upper()}: T_st = {number.value:.3f} N·m, limit {number.limit_high:.2f} N·m")
         axes.set_xlabel("throttle speed / rad/s")
     panels[0].set_ylabel("friction torque / N·m")
-    save_png(figure, Path(__file__).parent / "images" / "friction_over_speed.png")
+    save_png(figure, Path(__file__).parent / "friction_over_speed.png")
 
 
 if __name__ == "__main__":
