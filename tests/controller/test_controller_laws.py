@@ -4,8 +4,8 @@ import numpy as np
 from controller_harness import OFF, command, drive, model, request, stream
 
 from etb_hil.base.modes import Mode
-from etb_hil.controller.laws.kinds import pid, sliding_mode
 from etb_hil.controller.laws.interface import CUT_OFF, MEMORY
+from etb_hil.controller.laws.kinds import pid, sliding_mode
 from etb_hil.controller.machine import Machine
 
 UNIT = model("default")
