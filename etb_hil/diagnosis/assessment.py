@@ -31,7 +31,7 @@ _STEP_OF_ZERO = 2e-4  # A: drift of the zero over a run
 _DROP_STANDS_OUT = 3.0  # standard errors
 # Share of omega_s that it costs to know the motion at ticks only, for each time that the cube of what the speed changes
 # by between them exceeds that of so many rad/s; up to there, draws see it. No noise, so it does not average out
-# (decisions 0046, 0272).
+# (decision 0010; `benchmarks/interval_coverage.py`).
 _BETWEEN_TICKS, _CHANGE = 0.002, 0.8
 _REACH = 4  # ticks, over which an acceleration stands out of the encoder's steps
 

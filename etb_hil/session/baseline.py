@@ -1,7 +1,7 @@
 """A baseline: what a run is expected to find, number by number with a tolerance, made from a session.
 
 Limits say whether a unit is good; a baseline says whether something has changed, be it the unit, the bench or the
-program. A difference therefore blames nobody: decision 0140.
+program. A difference therefore blames nobody: decision 0014.
 """
 
 from __future__ import annotations

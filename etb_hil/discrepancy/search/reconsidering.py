@@ -2,7 +2,7 @@
 
 What only led base parameters over a hill is none.
 
-And a temperature asked, once all causes are in, whether friction still drifts beside it (decision 0337).
+And a temperature asked, once all causes are in, whether friction still drifts beside it (decision 0032).
 """
 
 from __future__ import annotations
