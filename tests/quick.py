@@ -31,6 +31,7 @@ QUICK = (
     "diagnosis/test_verdict",
     "discrepancy/test_intervals",
     "discrepancy/test_rows",
+    "docs/test_changelog",
     "docs/test_decisions",
     "door/test_help_is_light",
     "estimation/test_motion",
