@@ -34,7 +34,7 @@ def test_changes_stand_in_the_six_sections_each_once():
 
 
 def test_every_change_is_a_bullet():
-    sections = re.findall(r"^### .*\n(.*?)(?=^##|\Z)", TEXT, re.MULTILINE | re.DOTALL)
+    sections = re.findall(r"^### [^\n]*\n(.*?)(?=^##|\Z)", TEXT, re.MULTILINE | re.DOTALL)
     lines = [line for section in sections for line in section.splitlines() if line]
     assert lines
     assert all(line.startswith(("- ", "  ")) for line in lines)
