@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from etb_hil.recording.samples import SampleBlock
     from etb_hil.scenario.condition import Condition
 
-WATCH_S = 0.125  # how often a watcher is told
+WATCH_S = 0.125  # how often a watcher is told: as often as the panel draws
 
 
 class RunStopped(Exception):

@@ -10,7 +10,7 @@ from etb_hil.bench.supervision import Trip
 from etb_hil.recording.samples import SampleBlock
 
 ROLE = "interlock"
-CLOSED = 0.5  # 1 is closed; a bad sample is not
+CLOSED = 0.5  # between open, 0, and closed, 1; a bad sample is not closed
 
 
 class Interlock:

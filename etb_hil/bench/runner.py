@@ -24,10 +24,10 @@ from etb_hil.scenario.trajectory import OFF, Trajectory, move
 from etb_hil.session.analysis import Analysis
 from etb_hil.session.record import Answered, PhaseEnd, PhaseTime, RunRecord
 
-ANSWER_S = 1.0  # how long the controller may take to send its first samples
+ANSWER_S = 1.0  # how long the controller may take to send its first samples: a hundred of its statuses
 ASK_S = 0.05  # how often it is asked for them
 TELLING = {"controller_fault", "controller_overcurrent"}  # ends of a run of which the unit's own codes tell more
-HOMEWARD = 1.0  # rad/s, how fast a stop in order leads the plate back
+HOMEWARD = 1.0  # rad/s, how fast a stop in order leads the plate back: as the controller's limp-home mode does
 
 
 class Runner:

@@ -11,10 +11,10 @@ from etb_hil.bench.tap import Tap
 from etb_hil.recording.samples import SampleBlock
 from etb_hil.scenario.trajectory import OFF
 
-PATIENCE_S = 0.5  # how long drive off may take to show
+PATIENCE_S = 0.5  # how long drive off may take to show; the watchdog needs 30 ms (benchmarks/safe_stop.py)
 QUIET_A = 0.05  # a mean current below this is about zero: ten times the sensor's noise
 LARGEST_ZERO_A = 0.5  # a sensor that is off by more is not believed to show no current
-SAMPLES = 10  # current samples that must agree
+SAMPLES = 10  # current samples that must agree: a burst, whose mean has a third of the noise
 
 
 def bring_to_rest(tap: Tap, clock: Clock, tick_ns: int, *, commanding: bool = True) -> SafeState:

@@ -22,7 +22,7 @@ TIMEOUT, OVER_CURRENT = 1, 8  # fault bits of the role `faults`, as `dbc/` lists
 ROUNDING = 1.0 + 1e-9  # a speed that is the limit may be computed a bit above it
 STATUSES = 2  # how many of them may be of before
 TEMPERATURE_AGE_NS = 10_000_000_000  # a housing takes minutes to become warm
-STATUS_AGE = 10  # a status frame may be this many times older than a sample before the run stops
+STATUS_AGE = 10  # times older than a sample may a status be: it comes at 100 Hz, samples at 1 kHz and more
 
 
 @dataclass(frozen=True, slots=True)

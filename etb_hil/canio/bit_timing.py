@@ -29,7 +29,7 @@ _FD = int(FrameFlag.FD)
 _BRS = int(FrameFlag.BITRATE_SWITCH)
 _ESI = int(FrameFlag.ERROR_STATE)
 
-_CRC15 = 0x4599
+_CRC15 = 0x4599  # polynomial of classic frames (ISO 11898-1)
 _TAIL = 1 + 1 + 7 + 3  # acknowledge slot and delimiter, end of frame, intermission
 _LONG_FD = 16  # payloads beyond it carry CRC-21 in place of CRC-17
 

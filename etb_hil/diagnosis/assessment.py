@@ -22,12 +22,12 @@ from etb_hil.recording.samples import Float64, Int64
 
 JUDGED = 1  # code of ticks in phases whose motion is judged
 
-_ANGLE_ERROR = 1e-3  # rad: encoder's zero against the plate
-_SLOWEST = 0.025  # rad/s: below that the encoder's steps are a large share of the way
-_FEWEST = 60  # windows
-_CLUSTER = 100  # ticks that share their noise
-_UNKNOWN_ZERO = 0.02  # A, where the current's zero was not measured
-_STEP_OF_ZERO = 2e-4  # A: drift of the zero over a run
+_ANGLE_ERROR = 1e-3  # rad: encoder's zero against the plate; a step of the coarser plate track is 0.77 mrad
+_SLOWEST = 0.025  # rad/s: a window of 17 ms then spans 20 steps of the stock encoder (16 384 counts, 18:1)
+_FEWEST = 60  # windows: 20 independent ones, for the 14 parameters of `prior.py`
+_CLUSTER = 100  # ticks that share their noise: six windows long (benchmarks/interval_coverage.py)
+_UNKNOWN_ZERO = 0.02  # A, where the current's zero was not measured: 2 % of 1 A, as the gain's `GAIN`
+_STEP_OF_ZERO = 2e-4  # A: drift of the zero over a run, 0.07 mN·m at the stock plate
 _DROP_STANDS_OUT = 3.0  # standard errors
 # Share of omega_s that it costs to know the motion at ticks only, for each time that the cube of what the speed changes
 # by between them exceeds that of so many rad/s; up to there, draws see it. No noise, so it does not average out

@@ -15,7 +15,7 @@ from etb_hil.plant.exactmath import log
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.recording.samples import Float64
 
-READING = 0.015  # share by which a filtered, noisy peak may be read wrong: what simulated units have shown
+READING = 0.015  # share by which a filtered, noisy peak may be read wrong: benchmarks/break_away_bias.py
 
 _STILL = 5e-4  # rad that a resting plate may move within
 _SPAN = 50  # ticks: by the estimated velocity, a coarse sensor's noise would hide that a plate creeps
@@ -25,7 +25,7 @@ _RESTED = 0.012  # rad: as far as bristles give way
 _MOVED = 0.04  # rad: beyond presliding
 _SLID = 0.07  # rad: bristles that bend by 10 mrad, a sticky unit's, keep 3 % of their way after 0.04, 0.2 % after this
 _LONGEST = 4000  # ticks from rest to having moved that far
-_SLOW = 0.3  # rad/s: a faster start is no ramp of the torque
+_SLOW = 0.3  # rad/s: a faster start is no ramp of the torque; the stock scenario's fastest has 0.25
 _MEAN = 10  # ticks that a peak is the mean of: noise has peaks of its own
 _CLEAR = 0.02  # rad from limp-home and the stops, whose torque jumps
 _RISE = (0.5, 0.9)  # shares of a peak between which its rate is taken

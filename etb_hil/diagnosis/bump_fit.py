@@ -24,7 +24,7 @@ from etb_hil.diagnosis.windows import HALF_WIDTH, Windows
 from etb_hil.recording.samples import Float64
 
 _TURNS = 3  # the curve falls without the bump, and more of the bump stands out of it
-_BUMP_ERROR = 0.1  # share by which the size of a bump may be off: windows and cells smear over it
+_BUMP_ERROR = 0.1  # share by which a bump's size may be off, smeared by windows and cells: interval_coverage.py --bump
 _TALL = 1.0  # share of the friction from which the smear of a bump passes for a curve in fast windows
 _MOST = 0.3  # share of the way that bumps may take: beyond it they are how the unit is
 

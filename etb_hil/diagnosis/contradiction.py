@@ -22,14 +22,14 @@ from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.voltage_balance import VoltageBalance
 from etb_hil.plant.parameters import Model, ThrottleParameters
 
-GAIN = 0.02  # share by which the current sensor's gain is taken to be off at most
+GAIN = 0.02  # share by which the current sensor's gain may be off: what a bench has to keep (decision 0010)
 
-_SURE = 4.0  # standard errors
-_WINDING = 0.04  # share of R_a: the winding may be 10 K from the housing
-_MAGNET = 0.01  # share of K_e, for the same
+_SURE = 4.0  # standard errors: a normal error exceeds them once in 16 000 runs
+_WINDING = 0.04  # share of R_a: the winding may be 10 K from the housing, and copper has 0.39 %/K
+_MAGNET = 0.01  # share of K_e: the magnets may be 5 K from the housing, and have 0.2 %/K
 _ELSEWHERE = 0.05  # N·m, even in the direction: a seventh of what a spring's or a stop's wrong side makes
 _FEWEST_A_WAY = 30  # windows: a slow sweep has hundreds
-_ENOUGH = 2.0  # A, root of the mean square, to measure a resistance at rest
+_ENOUGH = 2.0  # A, root of the mean square, to measure a resistance at rest: a zero of 0.02 A is then 1 %
 # Shares of the fitted drop from T_st to T_c by which T_c comes out too high at most where friction falls like
 # exp(-|x|^0.5), and too low where it falls like exp(-|x|^3). Armstrong-Helouvry 1991 has exponents from 0.5 on.
 _TOO_HIGH, _TOO_LOW = 3.0, 0.5

@@ -26,10 +26,10 @@ from etb_hil.diagnosis.windows import Windows
 from etb_hil.observer.normal_equations import accumulate, inverse, times
 from etb_hil.recording.samples import Float64, Int64
 
-_SURE = 3.0  # standard errors
+_SURE = 3.0  # standard errors: units that stay reach 2.5 (benchmarks/interval_coverage.py)
 _SETTLED = 0.1  # standard errors: the curve is another one without the drift, of which it took a part
 _TURNS = 5
-_FEWEST = 60  # windows
+_FEWEST = 60  # windows: 20 independent ones, for up to 13 levels, a line and two springs
 _SPEEDS = 0.025 * 2.0 ** np.array([0.5 * half for half in range(13)])  # rad/s: a level to each half octave up to 2
 _MOST = 0.5  # share of the friction by which it may be off its middle: beyond it nothing here is a line
 _LEAST = 1e-6  # windows' worth of nothing: springs on whose side the plate never was

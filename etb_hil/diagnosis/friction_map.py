@@ -16,7 +16,7 @@ TEMPERATURE_CELL = 10.0  # K
 FASTEST = 2.0  # rad/s: a faster window smears over more than a cell
 
 _ROOM = 20.0  # degC
-_OVERLAP = 3.0  # windows a stride apart share this many times their noise
+_OVERLAP = 3.0  # windows a stride apart share this many times their noise: 2.5 of white noise of the torque
 _FEWEST = 4  # windows a cell and direction
 _LEAST_EXCESS = 0.1  # share of the friction that counts as a bump
 _LOW = 2  # cells on either side of a bump: in the last one of a way friction turns round

@@ -23,9 +23,9 @@ from etb_hil.diagnosis.ticks import TICK_NS
 from etb_hil.diagnosis.windows import HALF_WIDTH
 from etb_hil.recording.samples import Int64
 
-_SURE = 3.0  # standard errors
+_SURE = 3.0  # standard errors; false fails by it: benchmarks/random_units.py
 _REACH_NS = HALF_WIDTH * TICK_NS
-_UNSEEN_NS = 20_000_000  # of an episode at a stretch: shorter, the windows on either side tell of it
+_UNSEEN_NS = 20_000_000  # of an episode at a stretch: shorter, windows of 17 ms on either side tell of it
 _OF_A_DRAG = 0.5  # of what is even so much is odd at least, halfway between a drag in one direction and a spring
 
 

@@ -15,7 +15,7 @@ from etb_hil.recording.samples import Float64, Int64
 CELL = 0.0175  # rad, 1 deg
 _FASTEST = 2.0  # rad/s: a faster window smears over more than a cell
 _FEWEST = 5  # windows a cell and direction: 16 ms and more each way
-_OVERLAP = 3.0  # windows a stride apart share this many times their noise
+_OVERLAP = 3.0  # windows a stride apart share this many times their noise: 2.5 of white noise of the torque
 
 
 @dataclass(frozen=True, slots=True)

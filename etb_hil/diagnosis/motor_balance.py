@@ -15,9 +15,10 @@ from etb_hil.recording.samples import Float64
 # step of the voltage between two samples may have moved the mean.
 WINDOW = 6
 _UNKNOWNS = 5
-_FEWEST = 50
+# Detection limits: docs/reference/faults.md. No healthy unit of benchmarks/random_units.py is withheld by them.
+_FEWEST = 50  # windows: a second with the bridge on
 _ROUNDS = 8
-_VOLTS = 0.25  # a residual below this moves no friction torque across a limit
+_VOLTS = 0.25  # a residual below this (0.17 A, 0.06 N·m on the stock motor) moves no friction torque across a limit
 _SPREAD = 8.0  # times the median residual
 _ROUGH = 3.0  # times what one step of the voltage between samples may do
 

@@ -19,6 +19,8 @@ from etb_hil.diagnosis.result import Reason
 from etb_hil.plant.parameters import Model
 from etb_hil.recording.samples import Float64, Int64, SampleBlock
 
+# What each bound detects: docs/reference/faults.md. benchmarks/faults_study.py counts what is found and missed, and no
+# healthy unit of benchmarks/random_units.py is withheld by one.
 TRACKS = 0.03  # rad between both plate tracks
 ENCODER = 0.05  # rad between plate and encoder, play and eccentricity of a healthy unit included
 OFF_CURRENT = 0.03  # A between two stretches with the bridge off
@@ -34,7 +36,7 @@ _ACCELERATION = 3.0  # times what the motor's and the springs' torque give
 _STOPS = 0.05  # rad from a stop the stop accelerates
 _FROZEN_NS = 20_000_000
 _SURE = 70.0  # exp(-70): chance that noise repeats itself that long
-_OFF_WINDOW = 50  # samples
+_OFF_WINDOW = 50  # samples, whose mean has a seventh of the sensor's noise
 _SETTLE_NS = 100_000_000  # the current has died away, and delayed samples have come
 _LAG_WINDOW_NS = 500_000_000
 

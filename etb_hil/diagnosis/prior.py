@@ -30,7 +30,7 @@ PARAMETERS = FRICTION_PARAMETERS + 8
 
 _EVEN = 1.0 / math.sqrt(3.0)  # standard deviation of a value that lies anywhere inside +- 1
 _ANY_TORQUE = 1.0  # N·m: T_c and T_st are what is asked, nothing is assumed of them
-_ANY_FACTOR = 0.5  # of the logarithm of the Stribeck velocity
+_ANY_FACTOR = 0.5  # of the logarithm of the Stribeck velocity: twice or half the model's is 1.4 standard deviations
 _ANY_BRISTLE = 1.0  # of the logarithms of stiffness and damping
 _ANY_VISCOSITY = 1.0  # times the model's
 # Sampled once a control period, just before the voltage steps, the current stands for the end of its period and not

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from etb_hil.recording.samples import Float64
 
+# Thresholds on what comes out are those of `uneven_way.py`.
 _STEP = 0.002  # rad: what a window of 17 ms passes at 0.1 rad/s
 _REACH = 8  # steps on either side, whose mean is taken off: what changes over more than that, cells show
 _WIDEST = 0.012  # rad between windows of a pass: more than that at up to 2 rad/s means that some are left out

@@ -25,10 +25,10 @@ from etb_hil.plant.physics import (
 from etb_hil.recording.samples import Float64, Int64
 
 _SLOW = 0.3  # times omega_s: g is within 9 % of T_st on the way down to T_c
-_STANDSTILL = 0.02  # rad/s
+_STANDSTILL = 0.02  # rad/s: one encoder count in 1 ms
 _PRESLIDING = 10.0  # times T_st / sigma_0 of the model, the way after which friction is steady
 _CLEAR = 0.02  # rad from limp-home and from the stops
-_DELAYS = 4.0
+_DELAYS = 4.0  # the observer's delays after which 2 % of a jump are left, e^-4
 
 _SLOW_SUM, _FAR_SUM, _FAR_LITERAL = 0, 2, 4  # opening, then closing
 _PEAK, _FASTEST, _LATEST, _DIRECTION, _TURNED_AT = 6, 7, 8, 9, 10

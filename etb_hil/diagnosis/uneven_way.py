@@ -20,6 +20,7 @@ from etb_hil.diagnosis.ripple import in_passes, shared_by_passes
 from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit
 from etb_hil.recording.samples import Float64
 
+# False and missed ones: benchmarks/interval_coverage.py, without --bump and with each of its kinds.
 _LEAST = 0.02  # share of friction: less than that from place to place is as little as the current's gain is known
 _CHANCE = 5.0  # standard errors of a place: noise alone has 3.3 between its 5 % and 95 % quantiles
 _LEAST_RIPPLE = 0.006  # share of friction, root of the mean square: what spans 2 % between those quantiles

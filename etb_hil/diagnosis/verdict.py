@@ -17,9 +17,9 @@ from etb_hil.results import shown
 if TYPE_CHECKING:
     from etb_hil.diagnosis.measurement_kind import MeasurementKind
 
-MOST_LOST = 0.05  # share of the samples
+MOST_LOST = 0.05  # share of the samples, as `plausibility.MISSING`
 LONGEST_GAP = 0.1  # s: longer than a dash
-_LONGEST = 0.02  # s, of all unexplained episodes together
+_LONGEST = 0.02  # s, of all unexplained episodes together: longer than a window of the fit
 _STUCK = 0.2  # rad: a plate that moved by less was hardly moved
 _WHOLE = 0.9  # of the ticks without a gap before them: with more, it was not for want of samples
 

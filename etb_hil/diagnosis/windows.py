@@ -15,7 +15,7 @@ from etb_hil.base.compiled import njit
 from etb_hil.diagnosis.ticks import TICK, Ticks
 from etb_hil.recording.samples import Float64, Int64
 
-HALF_WIDTH = 8  # ticks
+HALF_WIDTH = 8  # ticks: 17 ms in all, short against a dash's rise (75 ms) and fall (45 ms), which it would smear
 STRIDE = 4  # ticks from window to window: finer would repeat what overlapping windows already say
 _LENGTH = 2 * HALF_WIDTH + 1
 _JITTER = 0.05  # share of a tick by which the distance of two ticks may be off: more means that samples are missing

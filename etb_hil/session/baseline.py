@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from etb_hil.results.measurement import Measurement
     from etb_hil.results.run_result import RunResult
 
-LEAST = 0.02  # share of a value: the tolerance that a new baseline has at least
-OF_INTERVAL = 2.0  # half widths of the 95 % interval that it has at least
+LEAST = 0.02  # share of a value: the tolerance that a new baseline has at least, as well as the current's gain is known
+OF_INTERVAL = 2.0  # half widths of the 95 % interval that it has at least: two such values differ by sqrt(2) of one
 
 
 class Expected(FileModel):

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from etb_hil.canio.dbc.decoder import MessageStatistics
     from etb_hil.canio.dbc.dialect import Dialect
 
-UNSEEN = 0.1  # frames with a wrong content that may have passed their CRC, in expectation over a run
+UNSEEN = 0.1  # wrong frames that may have passed their CRC, in expectation: a run in ten (docs/reference/faults.md)
 _CRC_BITS = {Profile.NONE: 0, Profile.PROFILE_2: 8, Profile.PROFILE_5: 16}
 
 

@@ -42,6 +42,7 @@ FREE, SENDER, START, END, DESTROYED, LOGGED, NOMINAL, DATA, FD, LOOKAHEAD, BUS =
 MAX_PORTS = 62  # a bit each in SEEN_BY
 NEVER = np.iinfo(np.int64).max
 
+# Of ISO 11898-1: intermission, suspended transmission, error frame, and recovery from bus-off.
 INTERMISSION_BITS = 3
 _SUSPEND_BITS = 8
 _ERROR_FLAG_BITS = 6 + 8  # error flag and error delimiter

@@ -14,7 +14,9 @@ if TYPE_CHECKING:
     from etb_hil.canio.dbc.dialect import Dialect
     from etb_hil.canio.dbc.dialect_message import DialectMessage
 
-LIMIT = 0.8  # share of the bus beyond which frames of low priority wait too long
+# Share of the bus. Frames of random arrival wait for rho / (2 (1 - rho)) others on average (Pollaczek and Khinchine):
+# two at 0.8, and without bound towards 1.
+LIMIT = 0.8
 
 _SIGNALS = {"current": ("motor_current", "motor_voltage"), "encoder": ("motor_angle", "throttle_angle")}
 

@@ -15,7 +15,7 @@ from etb_hil.canio.frames import FrameBlock
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-WINDOW_NS = 100_000_000  # long enough for every cyclic message, short enough to show a burst
+WINDOW_NS = 100_000_000  # ten statuses of 100 Hz, and short enough to show a burst
 BINS = 10  # the window slides by a tenth of itself
 BIN_NS = WINDOW_NS // BINS
 
