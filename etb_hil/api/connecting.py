@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
+from etb_hil.api.arguments import checked
 from etb_hil.base.errors import BenchFault, InputError, Problem
 
 if TYPE_CHECKING:
@@ -146,6 +147,7 @@ class ConnectedBench:
             raise InputError(Problem("the run goes on", remedy="leave the block, or ask `diagnose` for a first answer"))
         return Run.open(self._ended["ended"])
 
+    @checked
     def diagnose(self, *, limits: str | Path | None = None) -> Run:
         """Judge what was measured so far; while the run goes on, as if it ended here."""
         from etb_hil.api.own_code import judged_so_far
@@ -230,6 +232,7 @@ def _not_entered() -> InputError:
     return InputError(Problem("the bench was not entered", remedy="write `with etb_hil.connect(...) as bench:`"))
 
 
+@checked
 def connect(
     bench: str | Path = "virtual_classic",
     *,
@@ -251,10 +254,8 @@ def connect(
     from etb_hil.base.stock import find
     from etb_hil.bench.job import JobFiles, prepare
 
-    if not isinstance(idle, int | float) or not idle > 0.0:
+    if not idle > 0.0:
         raise InputError(Problem("idle: no time to give an order in", value=idle, allowed="above 0 s"))
-    if not isinstance(seed, int):
-        raise InputError(Problem("seed", value=seed, allowed="a whole number"))
     files = JobFiles(
         None,
         find("bench", str(bench)),

@@ -6,6 +6,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from etb_hil.api.arguments import checked
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.diagnosis.result import DiagnosisResult
 
@@ -40,6 +41,7 @@ class Judgement(DiagnosisResult):
         return page(about, measurements(self.measurements), further, self.figure())
 
 
+@checked
 def diagnose(
     recording: Recording,
     *,

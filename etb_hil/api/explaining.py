@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from etb_hil.api.arguments import checked
 from etb_hil.api.recordings import Recording, read
 from etb_hil.base.errors import InputError, Problem
 
@@ -139,6 +140,7 @@ class Explanation:
         return page(self.verdict.replace("_", " "), causes, notes, *figures)
 
 
+@checked
 def explain(
     recordings: Recording | str | Path | Sequence[Recording | str | Path],
     model: Model | str | Path = "default",

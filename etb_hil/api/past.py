@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from etb_hil.api.arguments import checked
+
 if TYPE_CHECKING:
     import pandas as pd
 
@@ -63,6 +65,7 @@ class Histories:
         return f"<pre>{escape(str(self))}</pre>"
 
 
+@checked
 def history(
     sources: str | Path | Iterable[str | Path] = "sessions",
     *,

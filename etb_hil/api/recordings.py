@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from etb_hil.api.arguments import checked
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.roles import ROLES
 from etb_hil.recording import recording
@@ -137,6 +138,7 @@ class Recording(recording.Recording):
         return page(about, table(("role", "unit", "samples", "least", "most"), rows), self.notes, self.figure())
 
 
+@checked
 def read(source: str | Path, *, bench: str | Path | None = None, columns: str | Path | None = None) -> Recording:
     """Read a session's folder, a CAN log in the dialect of a bench file, or, without a bench, a table.
 

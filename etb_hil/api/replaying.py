@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from etb_hil.api.arguments import checked
 from etb_hil.base.errors import InputError, Problem
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ class Replayed:
     measurements: Mapping[str, tuple[float | None, float | None, float | None]] = field(default_factory=dict)
 
 
+@checked
 def replay(
     sources: str | Path | Iterable[str | Path],
     *,

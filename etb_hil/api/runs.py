@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from etb_hil.api.arguments import checked
 from etb_hil.api.recordings import Recording
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ class Run:
         self.warnings: tuple[str, ...] = finished.warnings
 
     @classmethod
+    @checked
     def open(
         cls,
         session: str | Path,
@@ -120,6 +122,7 @@ class Run:
         return page(about, measurements(self.measurements), self.warnings, self.figure())
 
 
+@checked
 def run(
     scenario: str | Path = "friction_check",
     *,

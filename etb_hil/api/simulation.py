@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from etb_hil.api.arguments import checked
 from etb_hil.api.recordings import Recording, read
 from etb_hil.base.errors import InputError, Problem
 
@@ -20,6 +21,7 @@ AMBIENT_C = 20.0  # where models state their values, and a table has no temperat
 SLOWEST_HZ, FASTEST_HZ = 1.0, 20e3  # the controller's machine lives in ticks of 50 us
 
 
+@checked
 def simulate(
     unit: Model | str | Path = "default",
     scenario: str | Path | None = None,

@@ -237,21 +237,29 @@ def _package(entry: EntryPoint) -> str:
 
 
 def _root(entry: EntryPoint) -> Path:
-    """Return the folder or file that holds the code of an entry point's package."""
-    spec = importlib.util.find_spec(entry.module.partition(".")[0])
-    if spec is None or spec.origin is None:
-        return Path(entry.module)
-    origin = Path(spec.origin)
-    return origin.parent if origin.name == "__init__.py" else origin
+    """Return the folder or file that holds the code of an entry point's package.
+
+    Of a namespace (a folder without `__init__`) it is the package in it, or, of a module, the whole folder.
+    """
+    names = entry.module.split(".")
+    for end in range(1, len(names) + 1):
+        spec = importlib.util.find_spec(".".join(names[:end]))
+        if spec is None:
+            break
+        if spec.origin is not None:
+            origin = Path(spec.origin)
+            return origin.parent if spec.submodule_search_locations or end > 1 else origin
+    return Path(entry.module)
 
 
 def _digest(root: Path) -> str:
-    """Return the SHA-256 of a file, or of a folder's Python files and their names."""
+    """Return the SHA-256 of a file, or of a folder's files and their names: Python, compiled code and data."""
     if root.is_file():
         return hashlib.sha256(root.read_bytes()).hexdigest()
     found = hashlib.sha256()
-    for path in sorted(root.rglob("*.py")):
-        found.update(str(path.relative_to(root)).encode() + b"\0" + path.read_bytes())
+    for path in sorted(root.rglob("*")):
+        if path.is_file() and "__pycache__" not in path.parts:  # which hold what Python makes of the others
+            found.update(str(path.relative_to(root)).encode() + b"\0" + path.read_bytes())
     return found.hexdigest()
 
 

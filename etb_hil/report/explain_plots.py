@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
@@ -15,14 +17,17 @@ from etb_hil.report.drawing import CLOSING, INK, LIMIT, MEASURED, MUTED, OPENING
 def before_and_after(series: Pictures) -> Figure:
     """Draw the segment that the model got most wrong, run by the measured voltage alone."""
     figure, (upper, lower) = new_figure(9.0, 4.6, 2, [2.0, 1.0])
-    upper.set(title=series.title, ylabel=f"position / {series.position_unit}")
-    upper.plot(series.time, series.measured, color=INK, label="measured")
-    upper.plot(series.time, series.before, "--", color=LIMIT, label=series.before_is)
-    lower.set(xlabel="time / s", ylabel=f"error / {series.position_unit}")
-    lower.plot(series.time, series.before - series.measured, "--", color=LIMIT)
+    what, (times, unit) = "position" if series.position_unit == "m" else "angle", _shown(series.position_unit)
+    measured, before = times * series.measured, times * series.before
+    upper.set(title=series.title, ylabel=f"{what} / {unit}")
+    upper.plot(series.time, measured, color=INK, label="measured")
+    upper.plot(series.time, before, "--", color=LIMIT, label=series.before_is)
+    lower.set(xlabel="time / s", ylabel=f"error / {unit}")
+    lower.plot(series.time, before - measured, "--", color=LIMIT)
     if series.after is not None:
-        upper.plot(series.time, series.after, ":", color=MEASURED, linewidth=1.8, label=series.after_is)
-        lower.plot(series.time, series.after - series.measured, color=MEASURED)
+        after = times * series.after
+        upper.plot(series.time, after, ":", color=MEASURED, linewidth=1.8, label=series.after_is)
+        lower.plot(series.time, after - measured, color=MEASURED)
     legend_below(figure, 3)
     return figure
 
@@ -52,12 +57,26 @@ def left_over(left: Leftover) -> Figure:
     count = len(left.forward)
     figure, plots = new_figure(9.0, 2.3 * count, count)
     names = (", before", ", with the causes") if count > 1 else ("",)
+    (times, unit), (along, over_unit) = _shown(left.unit), _shown(left.over_unit)
     for number, (axes, name) in enumerate(zip(plots, names, strict=True)):
-        axes.set(title=f"{left.balance.capitalize()} that the model lacks{name}", ylabel=f"left / {left.unit}")
+        axes.set(title=f"{left.balance.capitalize()} that the model lacks{name}", ylabel=f"left / {unit}")
         axes.axhline(0.0, color=MUTED, linewidth=0.8)
-        axes.plot(left.place, left.forward[number], "-", color=OPENING, label="forward" if number == 0 else None)
-        axes.plot(left.place, left.back[number], "--", color=CLOSING, label="back" if number == 0 else None)
+        axes.plot(
+            along * left.place,
+            times * left.forward[number],
+            "-",
+            color=OPENING,
+            label="forward" if number == 0 else None,
+        )
+        axes.plot(
+            along * left.place, times * left.back[number], "--", color=CLOSING, label="back" if number == 0 else None
+        )
     plots[-1].set_ylim(*plots[0].get_ylim())
-    plots[-1].set_xlabel(f"{left.over} / {left.over_unit}")
+    plots[-1].set_xlabel(f"{left.over} / {over_unit}")
     legend_below(figure, 2)
     return figure
+
+
+def _shown(unit: str) -> tuple[float, str]:
+    """Return what values in SI are multiplied by where people read them, and the unit that they then have."""
+    return (math.degrees(1.0), unit.replace("rad", "deg")) if unit.startswith("rad") else (1.0, unit)

@@ -1,5 +1,7 @@
 """A log judged, explained, and the extended model simulated, as an engineer's script does it."""
 
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -104,6 +106,19 @@ def test_a_faulty_units_session_is_explained_by_its_friction(why):
     assert why.data["verdict"] == why.verdict
 
 
+@pytest.mark.slow
+def test_the_signals_in_a_table_are_explained_as_the_session_is(why, faulty, tmp_path):
+    table = tmp_path / "signals.csv"
+    subprocess.run([sys.executable, "-m", "etb_hil", "export", faulty.folder, table], check=True, capture_output=True)
+    again = etb.explain(table, model="default")
+    assert again.verdict == why.verdict
+    assert [one.id for one in again.causes] == [one.id for one in why.causes]
+    for one, other in zip(again.causes, why.causes, strict=True):
+        assert one.indistinguishable == other.indistinguishable
+        for name, size in one.sizes.items():
+            assert size.value == pytest.approx(other.sizes[name].value, rel=1e-3)
+
+
 def test_the_extended_model_is_simulated_and_written(why, faulty, tmp_path):
     assert why.model.values.stiction > 1.2 * etb.Model.load("default").values.stiction
     simulated = etb.simulate(why.model, voltage=faulty.recording)
@@ -115,9 +130,12 @@ def test_the_extended_model_is_simulated_and_written(why, faulty, tmp_path):
     )
 
 
-def test_a_notebook_shows_causes_and_a_picture(why):
+def test_a_notebook_shows_causes_and_a_picture_in_degrees(why):
     page = why._repr_html_()
     assert why.causes[0].id in page
     assert page.count("<svg") == 1
-    assert why.figure().axes
-    assert why.residual_figures()
+    assert [axes.get_ylabel() for axes in why.figure().axes] == ["angle / deg", "error / deg"]
+    assert why.figure().axes[0].lines[0].get_ydata().max() > 10.0
+    labels = [text.get_text() for one in why.residual_figures() for text in (one.axes[-1].xaxis.label,)]
+    assert "position / deg" in labels
+    assert not any("rad" in label for label in labels)

@@ -253,3 +253,32 @@ def test_a_declaration_of_other_values_is_refused_with_its_file(tmp_path, declar
         plugins.load(path)
     assert os.environ.get("ETB_HIL_PLUGINS", "") == before
     assert "mine" not in measurement_kinds()
+
+
+@pytest.mark.parametrize("name", ["helper.py", "_fast.abi3.so", "table.csv", "sub/deep.py"])
+@pytest.mark.parametrize("init", ["__init__.py", None])
+def test_any_file_of_a_package_changes_its_checksum(name, init, tmp_path):
+    """A namespace has no `__init__`; compiled code and data are code as well."""
+    root = tmp_path / "site" / "theirs"
+    (root / "sub").mkdir(parents=True)
+    for one in filter(None, ("mine.py", init, name)):
+        (root / one).write_text(OBSERVER if one == "mine.py" else "", "utf-8")
+    about = tmp_path / "site" / "their_package-2.1.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: their-package\nVersion: 2.1\n", "utf-8")
+    (about / "entry_points.txt").write_text("[etb_hil.observers]\nmine = theirs.mine:OBSERVER\n", "utf-8")
+    path = os.pathsep.join([str(tmp_path / "site"), str(Path(etb_hil.__file__).parents[1])])
+    code = "from etb_hil import plugins; print(*[one.sha256 for one in plugins.loaded()])"
+
+    def checksum():
+        done = subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path,
+            env={**os.environ, "PYTHONPATH": path},
+        )  # fmt: skip
+        return done.stdout.strip()
+
+    before = checksum()
+    assert len(before) == 64
+    assert checksum() == before
+    (root / name).write_text("# changed\n", "utf-8")
+    assert checksum() != before
