@@ -13,7 +13,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Write the files and say what was guessed; nothing that is there already is written over."""
+    """Write the files and say what is proposed; a file that exists is never overwritten."""
     from etb_hil.base.errors import InputError, Place, Problem
     from etb_hil.base.files import make_folder, write_text
     from etb_hil.base.roles import COMMANDED
@@ -29,22 +29,30 @@ def run(options: argparse.Namespace) -> int:
     there = [folder / name for name in texts if (folder / name).exists()]
     if there:
         remedy = "give another folder with --out, or move it away"
-        raise InputError(*(Problem("is there already", Place(path), remedy=remedy) for path in there))
+        raise InputError(*(Problem("exists already", Place(path), remedy=remedy) for path in there))
     for name, text in texts.items():
         write_text(folder / name, text)
-    certain = chosen(found)
+    best = chosen(found)
     for role, guesses in found.items():
-        guess = certain.get(role)
-        shown = guess.signal if guess else ", ".join(other.signal for other in guesses[:3])
-        print(f"{'guessed' if guess else 'confirm' if role in COMMANDED else 'choose':9} {role}: {shown}")
+        state = "active" if role in best else "confirm" if role in COMMANDED or len(guesses) == 1 else "choose"
+        shown = ", ".join(guess.signal for guess in best.get(role, guesses[:3]))
+        print(f"{state:9} {role}: {shown}")
     for role in REQUIRED:
-        if role not in found:
-            print(f"MISSING   {role}: no signal's name and unit speak for it")
+        if found and role not in found:
+            print(f"MISSING   {role}: no signal fits")
     print(f"written   {', '.join(str(folder / name) for name in texts)}")
-    print("These are guesses from names and units: hold each line against the controller's documents, then:")
-    scenario, bench, model = (folder / name for name in ("scenario.yaml", "bench.yaml", "model.yaml"))
-    print(f"          etb-hil check {scenario} --bench {bench} --model {model}")
+    bench = folder / "bench.yaml"
+    if not found:
+        print("No signal of this DBC file is about a throttle: no role is proposed.")
+        print(f"If a signal has a role all the same, write it under 'roles:' in {bench}, which lists the roles.")
+        return 0
+    print("Proposals rest on names, units and value tables. Compare each line with the controller's documents, then:")
     if not {"motor_angle", "command_mode"} & found.keys():
-        print("This looks like a vehicle's bus, not a throttle controller's. Confirm its roles to look at a log of it:")
         print(f"          etb-hil plot LOG --bench {bench}")
+        print(
+            "This looks like a vehicle's bus, not a throttle controller's: its logs can be plotted, nothing can be run."
+        )
+        return 0
+    print(f"          etb-hil check {folder / 'scenario.yaml'} --bench {bench} --model {folder / 'model.yaml'}")
+    print("The bench starts on a simulated bus, where nothing moves. The file says how to name your adapter.")
     return 0

@@ -18,23 +18,27 @@ if TYPE_CHECKING:
     from etb_hil.canio.dbc.role_proposals import Proposal
 
 REQUIRED = ("command_mode", "command_position", "motor_current", "motor_angle", "throttle_angle")
-_SHOWN = 3  # guesses a role
+_SHOWN = 2  # other signals of a role
+_LONGEST_NAME = 80  # of a bench
 _WIDTH = 110
 
 _BENCH = """\
-# A bench for {dbc}, proposed by 'etb-hil new' from the names and units of its signals.
-# Nothing here is certain. Hold every line against the controller's documents; what commands the controller stays a
-# comment until you have done so. 'etb-hil check SCENARIO --bench THIS' says what is still missing.
+# A bench for {dbc}, proposed by 'etb-hil new' from the names, units and value tables of its signals.
+# Compare every line with the controller's documents. A line that starts with '#' and no space is a proposal that is not
+# sure: remove the '#' if it is right. 'etb-hil check SCENARIO --bench THIS' says what is still missing.
 schema: etb_hil/bench/1
-name: {name}
+name: "{name}"
 
-# Your adapter: interface and channel as python-can names them. {rate_source}
-bus: {{interface: socketcan, channel: can0, bitrate: {bitrate}{fd}}}
-dbc: {path}
-command_rate: 100 Hz # set-points a second; the controller's documents say what it takes
-measure: {{signals: [current, encoder], rate: 1 kHz}} # what the controller is asked to send
+# The bus is simulated, with a simulated throttle and controller on it: nothing moves. For your adapter write instead,
+# with interface and channel as python-can names them:
+#   {{interface: socketcan, channel: can0, bitrate: {bitrate}{fd}}}
+# {rate_source}
+bus: {{interface: etb_virtual, channel: bench, bitrate: {bitrate}{fd}}}
+dbc: "{path}"
+command_rate: 100 Hz # set-points a second; the controller's documents say what it accepts
+measure: {measure} # what the controller is asked to send
 
-# What the bench never commands and never lets happen. These are the stock throttle's: take those of your unit.
+# Limits that stop a run. These are the stock throttle's: write those of your unit.
 limits:
   current: 15 A
   voltage: 16 V
@@ -43,9 +47,18 @@ limits:
   temperature: 110 degC
   duration: 10 min
 
-# Which signal means what. A signal in another unit than the role's needs a scale; one that wraps needs 'wraps: true'.
-roles:
+# Which signal has which role. A signal in another unit than the role's needs a scale.
+# An angle that wraps around needs 'wraps: true'.
+{advice}roles:
 {roles}"""
+
+_NOTHING_FITS = """\
+# No signal of this DBC file is about a throttle: neither names nor units say so. If a signal has a role all the same,
+# write it below, indented, as in '  motor_current: Message.Signal'. The roles are:
+"""
+_NOTHING_SURE = """\
+# No role is sure enough to be active. Remove the '#' of each proposal that is right; a bench needs at least one role.
+"""
 
 _MODEL = """\
 # A model to start from, written by 'etb-hil new': every value is the STOCK throttle's and none is your unit's.
@@ -59,24 +72,26 @@ _SCENARIO = """\
 
 
 def starting_files(dbc: Path, folder: Path, database: Database, found: dict[str, list[Proposal]]) -> dict[str, str]:
-    """Return the texts of the new files by name; `folder` is where they will stand, `found` what was guessed."""
+    """Return the texts of the new files by name; `folder` is where they will stand, `found` what is proposed."""
     rate, source = _bit_rate(database)
     is_fd = any(message.is_fd for message in database.messages)
-    roles = "".join(_roles(found))
     name = _plain(dbc.stem)
+    best = chosen(found)
     bench = _BENCH.format(
         dbc=_plain(dbc.name),
-        name=f'"{name}"',
-        path=f'"{_plain(os.path.relpath(dbc.resolve(), folder.resolve()))}"',
+        name=name[:_LONGEST_NAME] or "new bench",
+        path=_plain(os.path.relpath(dbc.resolve(), folder.resolve())),
         bitrate=rate,
         rate_source=source,
         fd=", data_bitrate: 2 Mbit/s, fd: true" if is_fd else "",
-        roles=roles,
+        measure=_measure(best),
+        advice=_NOTHING_FITS + _list_of_roles() if not found else "" if best else _NOTHING_SURE,
+        roles="".join(_roles(found, best)),
     )
     model = (
         find("model", "default")
         .read_text("utf-8")
-        .replace("name: default throttle, healthy", f'name: "{name}, not measured yet"')
+        .replace("name: default throttle, healthy", f'name: "{name[: _LONGEST_NAME - 20]}, not measured yet"')
     )
     scenario = find("scenario", "friction_check").read_text("utf-8")
     return {"bench.yaml": bench, "model.yaml": _MODEL + model, "scenario.yaml": _SCENARIO + scenario}
@@ -87,36 +102,58 @@ def _bit_rate(database: Database) -> tuple[str, str]:
     if "Baudrate" in attributes and int(attributes["Baudrate"].value) > 0:
         rate = int(attributes["Baudrate"].value)
         return f"{rate} bit/s", "The bit rate is the DBC file's attribute Baudrate."
-    return "500 kbit/s", "The bit rate is only the usual one: the DBC file names none."
+    return "500 kbit/s", "The bit rate is the usual one: the DBC file states none."
 
 
-def _roles(found: dict[str, list[Proposal]]) -> Iterator[str]:
-    best = chosen(found)
+def _measure(best: dict[str, list[Proposal]]) -> str:
+    """Return the usual request: bursts where the file has them, else a sample a millisecond."""
+    is_burst = "request_burst" in best and any(".." in guess.signal for guess in best.get("motor_current", []))
+    return f"{{signals: [current, encoder], rate: {'20 kHz, burst: true' if is_burst else '1 kHz'}}}"
+
+
+def _roles(found: dict[str, list[Proposal]], best: dict[str, list[Proposal]]) -> Iterator[str]:
     for role, meaning in ROLES.items():
-        guesses = found.get(role, [])
+        guesses, active = found.get(role, []), best.get(role, [])
         if not guesses and role not in REQUIRED:
             continue
-        yield f"\n  # {role}: {meaning.meaning} ({meaning.unit})\n"
+        yield f"\n  # {role}: {meaning.meaning}{'' if meaning.unit == '1' else f' ({meaning.unit})'}\n"
         if not guesses:
-            yield "  # MISSING: no signal's name and unit speak for it, and the bench cannot do without it.\n"
-            yield f"  # {role}: Message.Signal\n"
-        for index, guess in enumerate(guesses[:_SHOWN]):
-            is_active = role in best and index == 0
-            doubt = _doubt(role, len(guesses))
-            ground = f"guess: {guess.grounds}" + ("" if is_active else f"; {doubt}" if index == 0 else "")
-            yield "".join(f"  # {line}\n" for line in textwrap.wrap(_plain(ground), _WIDTH))
-            yield f"  {'' if is_active else '# '}{role}: {_plain(guess.entry)}\n"
-        if len(guesses) > _SHOWN:
-            yield f"  # and {len(guesses) - _SHOWN} more that fit less well\n"
+            yield "  # No signal fits, and a run needs this role.\n"
+            yield f"  #{role}: Message.Signal\n"
+            continue
+        shown = active or guesses[:1]
+        yield from _comment(_sentence(shown[0].grounds) + ("" if active else f" {_doubt(role, len(guesses))}"))
+        entries = [_plain(guess.entry) for guess in shown]
+        entry = entries[0] if len(entries) == 1 else f"[{', '.join(entries)}]"
+        yield f"  {'' if active else '#'}{role}: {entry}\n"
+        others = [guess for guess in guesses if guess not in shown]
+        for guess in others[:_SHOWN]:
+            yield from _comment(f"or {guess.entry}: {guess.grounds}")
+        if len(others) > _SHOWN:
+            yield f"  # {len(others) - _SHOWN} further signals fit less well.\n"
+
+
+def _list_of_roles() -> str:
+    return "".join(f"#   {line}\n" for line in textwrap.wrap(", ".join(ROLES), _WIDTH))
+
+
+def _comment(text: str) -> Iterator[str]:
+    yield from (f"  # {line}\n" for line in textwrap.wrap(_plain(text), _WIDTH))
+
+
+def _sentence(text: str) -> str:
+    return f"{text[0].upper()}{text[1:]}."
 
 
 def _doubt(role: str, count: int) -> str:
-    """Return why a guess is left to whoever reads it."""
+    """Return why a proposal is not active."""
     if role in COMMANDED:
-        return "it commands the controller: confirm it first"
+        return "It commands the controller: confirm it first."
     if role == "sample_counter":
-        return "as a list where several messages have one, and with its tick, as 'tick: 1 ms'"
-    return "one of several that fit" if count > 1 else "a weak guess"
+        return "Write a list if several messages have one, and its tick: {signal: Message.Signal, tick: 1 ms}."
+    if role == "mode":
+        return "Confirm that its numbers are 0 off, 1 position, 2 velocity, 3 voltage, 4 limp-home."
+    return "Several signals fit: choose one." if count > 1 else "Confirm it first."
 
 
 def _plain(text: str) -> str:

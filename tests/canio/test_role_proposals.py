@@ -1,4 +1,4 @@
-"""What `etb-hil new` guesses of DBC files, ours, foreign and vehicles', and that a guess is never stated as certain."""
+"""Roles that `etb-hil new` proposes for DBC files: ours, a stranger's controller, and vehicles."""
 
 import os
 import shutil
@@ -6,14 +6,18 @@ from pathlib import Path
 
 import cantools
 import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
 
 from etb_hil.base.errors import InputError
-from etb_hil.base.roles import COMMANDED
+from etb_hil.base.roles import ROLES
 from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.canio.dbc.dbc_file import load_dbc
 from etb_hil.canio.dbc.role_proposals import chosen, proposals, words_of
 from etb_hil.cli.main import main
+from etb_hil.cli.starting_files import starting_files
 
 REAL = Path(os.environ.get("ETB_HIL_REAL_DATA") or Path(__file__).resolve().parents[3] / "shared" / "data")
 VEHICLES = REAL / "can_passat"
@@ -27,10 +31,7 @@ def test_the_stock_controllers_roles_are_the_first_guesses(bench, dbc):
     for role, signals in mapped.items():
         guessed = {guess.signal for guess in found[role][: len(signals)]}
         assert guessed == {entry.signal for entry in signals}, role
-    measured = mapped.keys() - COMMANDED - {"sample_counter"}
-    best = chosen(found)
-    assert measured <= best.keys()
-    assert not best.keys() & COMMANDED  # what moves something is never guessed into place
+    assert mapped.keys() == chosen(found).keys()
 
 
 @pytest.mark.skipif(not VEHICLES.is_dir(), reason="needs the measured data beside the checkout")
@@ -50,6 +51,13 @@ def test_what_a_vehicles_file_has_is_among_the_guesses(file, role, signal):
     found = proposals(load_dbc(VEHICLES / file))
     assert signal in [guess.signal for guess in found[role][:3]]
     assert not {"motor_angle", "throttle_angle", "command_mode"} & chosen(found).keys()  # a vehicle's bus has none
+
+
+@pytest.mark.parametrize("dbc", ["etb_controller", "etb_controller_fd"])
+def test_a_new_bench_of_our_own_controller_passes_check_unedited(dbc, tmp_path, capsys):
+    assert main(["new", str(find("dbc", dbc)), "--out", str(tmp_path)]) == 0
+    scenario, bench, model = (str(tmp_path / name) for name in ("scenario.yaml", "bench.yaml", "model.yaml"))
+    assert main(["check", scenario, "--bench", bench, "--model", model]) == 0, capsys.readouterr().out
 
 
 @pytest.mark.skipif(not VEHICLES.is_dir(), reason="needs the measured data beside the checkout")
@@ -73,7 +81,8 @@ def test_the_new_files_are_read_for_any_dbc_file(path, tmp_path, capsys):
     assert len(best) <= sum(len(message.signals) for message in database.messages)
     said = capsys.readouterr().out
     assert path.parent != VEHICLES or "etb-hil plot LOG --bench" in said
-    assert "These are guesses" in said
+    assert ("Proposals rest on" if proposals(database) else "No signal of this DBC file is about a throttle") in said
+    assert_uncommented_lines_are_yaml((tmp_path / "new" / "bench.yaml").read_text())
 
 
 @pytest.mark.parametrize(
@@ -89,9 +98,22 @@ def test_names_are_cut_into_words(name, words):
     assert words_of(name) == words
 
 
-def database_of(*signals):
-    lines = "".join(f' SG_ {name} : {16 * i}|16@1+ (1,0) [0|0] "{unit}" X\n' for i, (name, unit) in enumerate(signals))
-    return cantools.database.load_string(f'VERSION ""\nBU_: X\nBO_ 1 Msg: 8 X\n{lines}', "dbc")
+def assert_uncommented_lines_are_yaml(text):
+    """Take the # from each proposed line, then from all of them: each time the roles are a mapping."""
+    lines = text.split("\n")
+    proposed = [index for index, line in enumerate(lines) if line.startswith("  #") and not line.startswith("  # ")]
+    for chosen_lines in [[], *([index] for index in proposed), proposed]:
+        edited = [line.replace("#", "", 1) if i in chosen_lines else line for i, line in enumerate(lines)]
+        roles = yaml.safe_load("\n".join(edited))["roles"] or {}
+        assert len(roles) >= len(chosen_lines)
+        assert roles.keys() <= ROLES.keys()
+
+
+def database_of(*signals, message="Etc", bits=16):
+    lines = "".join(
+        f' SG_ {name} : {bits * i}|{bits}@1+ (1,0) [0|0] "{unit}" X\n' for i, (name, unit) in enumerate(signals)
+    )
+    return cantools.database.load_string(f'VERSION ""\nBU_: X\nBO_ 1 {message}: 8 X\n{lines}', "dbc")
 
 
 @pytest.mark.parametrize(
@@ -108,7 +130,7 @@ def test_the_unit_tells_the_role_and_the_scale(name, unit, role, scale):
     found = proposals(database_of((name, unit)))
     assert list(found) == [role]
     assert found[role][0].scale == pytest.approx(scale)
-    assert "its unit is" in found[role][0].grounds
+    assert f"unit {found[role][0].unit}" in found[role][0].grounds
 
 
 @pytest.mark.parametrize(
@@ -119,10 +141,66 @@ def test_the_unit_tells_the_role_and_the_scale(name, unit, role, scale):
         ("MotorCurrent", "V"),
         ("SteeringAngle", "deg"),
         ("DK", "km/h"),
+        ("ThrottlePedalPos", "deg"),
+        ("EGR_ValvePosition", "deg"),
     ],
 )
 def test_what_speaks_against_a_role_is_no_guess(name, unit):
     assert not proposals(database_of((name, unit)))
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "bits"),
+    [
+        ("AC_Compressor_Enable", "", 1),
+        ("CatalystHeaterCurrent", "A", 16),
+        ("ParkAngleRequest", "deg", 16),
+        ("SteeringAngleCmd", "deg", 16),
+        ("CruiseEnabled", "", 1),
+        ("DriveMode", "", 4),
+        ("FanDuty", "%", 16),
+        ("HvBatteryVoltage", "V", 16),
+        ("WheelEncoderAngle", "deg", 16),
+        ("BrakePedalPosition", "%", 16),
+        ("CoolantTemperature", "degC", 16),
+        ("AbsErrors", "", 8),
+        ("SampleCounter", "", 8),
+    ],
+)
+@pytest.mark.parametrize("message", ["Engine_1", "EngineThrottle_2"])
+def test_a_vehicles_other_units_are_not_proposed(name, unit, bits, message):
+    lone = database_of((name, unit), message=message, bits=bits)
+    assert not proposals(lone)
+    beside = database_of(("ThrottlePosition", "%"), (name, unit), message=message, bits=max(bits, 7))
+    assert set(proposals(beside)) <= {"throttle_opening"}
+
+
+def test_a_strangers_controller_is_proposed_and_its_commands_are_not_active():
+    text = """VERSION ""
+BU_: ETC Bench
+BO_ 16 Set: 8 Bench
+ SG_ ModeCmd : 0|4@1+ (1,0) [0|3] "" ETC
+ SG_ AngleCmd : 8|16@1- (0.01,0) [0|90] "deg" ETC
+BO_ 32 Feedback: 8 ETC
+ SG_ ThrottlePos : 0|16@1- (0.01,0) [0|90] "deg" Bench
+ SG_ MotCurr : 16|16@1- (1,0) [0|9000] "mA" Bench
+ SG_ RotorAngle : 32|12@1+ (0.087890625,0) [0|360] "deg" Bench
+ SG_ BridgeActive : 48|1@1+ (1,0) [0|1] "" Bench
+ SG_ ControlMode : 52|4@1+ (1,0) [0|3] "" Bench
+"""
+    found = proposals(cantools.database.load_string(text, "dbc"))
+    best = chosen(found)
+    assert set(best) == {"throttle_angle", "motor_current", "motor_angle", "enable"}
+    assert best["motor_angle"][0].wraps  # 4096 counts are a turn
+    assert found.keys() - best.keys() == {"mode", "command_mode", "command_position"}
+
+
+@given(st.lists(st.from_regex(r"[A-Za-z_][A-Za-z0-9_]{0,20}", fullmatch=True), max_size=3, unique=True))
+def test_whatever_the_names_the_bench_is_yaml(names):
+    database = database_of(*((name, "") for name in ["Throttle", *names]))
+    found = proposals(database)
+    text = starting_files(Path("any.dbc"), Path("new"), database, found)["bench.yaml"]
+    assert_uncommented_lines_are_yaml(text)
 
 
 def test_two_that_fit_alike_are_left_to_the_reader():
@@ -137,7 +215,7 @@ def test_nothing_is_written_over(tmp_path, capsys):
     (tmp_path / "bench.yaml").write_text("mine")
     assert main(["new", dbc, "--out", str(tmp_path)]) == 2
     assert (tmp_path / "bench.yaml").read_text() == "mine"
-    assert "is there already" in capsys.readouterr().err
+    assert "exists already" in capsys.readouterr().err
 
 
 NOTHING_KNOWN = """VERSION ""
@@ -158,32 +236,7 @@ def test_a_bench_without_a_guess_is_refused_until_a_role_is_written_into_it(tmp_
     of_log = [str(log), "--bench", str(bench)]
     for words in (["plot", *of_log], ["replay", *of_log], ["explain", *of_log, "--model", "default", "--out", out]):
         assert main(words) == 2
-        assert "bench.yaml:23: roles: no role is mapped; write each below it, indented" in capsys.readouterr().err
-    bench.write_text(bench.read_text().replace("  # motor_current: Message.Signal", "  motor_current: Foo.Bar"))
+        assert "roles: no role is mapped; write each below it, indented" in capsys.readouterr().err
+    bench.write_text(bench.read_text().replace("roles:\n", "roles:\n  motor_current: Foo.Bar\n"))
     assert main(["plot", *of_log, "--out", str(tmp_path / "log.png")]) == 0
     assert "0 to 199 A" in capsys.readouterr().out
-
-
-def test_a_confirmed_bench_of_our_own_controller_is_ready(tmp_path, capsys):
-    """Do what the comments tell: take the # away, add the list of counters and the wrap, name the bus."""
-    main(["new", str(find("dbc", "etb_controller")), "--out", str(tmp_path)])
-    path = tmp_path / "bench.yaml"
-    text = path.read_text().replace(
-        "socketcan, channel: can0, bitrate: 500 kbit/s", "etb_virtual, channel: b, bitrate: 1 Mbit/s"
-    )
-    text = text.replace("  # command_", "  command_").replace("  # request_", "  request_")
-    text = "\n".join(
-        line for line in text.split("\n") if not line.startswith(("  command_", "  request_")) or "Etb" in line
-    )
-    text = text.replace("EtbEncoder.MotorAngle\n", "{signal: EtbEncoder.MotorAngle, wraps: true}\n")
-    text += "  sample_counter: [EtbCurrent.CurrentSampleCounter, EtbEncoder.EncoderSampleCounter]\n"
-    path.write_text(text)
-    arguments = [
-        "check",
-        str(tmp_path / "scenario.yaml"),
-        "--bench",
-        str(path),
-        "--model",
-        str(tmp_path / "model.yaml"),
-    ]
-    assert main(arguments) == 0, capsys.readouterr().out

@@ -257,7 +257,7 @@ def test_a_dbc_file_that_is_none_is_said(live, tmp_path, capsys):
     (tmp_path / "no.dbc").write_text("nothing of a DBC file")
     words = ["export", str(live.session.raw_log), str(tmp_path / "out.mf4"), "--dbc", str(tmp_path / "no.dbc")]
     assert main(words) == 2
-    assert "is no DBC file" in capsys.readouterr().err
+    assert "cannot be read as a DBC file" in capsys.readouterr().err
     (tmp_path / "out.log").touch()
     assert main(["export", str(tmp_path / "no.blf"), str(tmp_path / "out.log")]) == 2
     assert "cannot be read" in capsys.readouterr().err

@@ -106,7 +106,7 @@ def test_a_dbc_file_that_is_none_exports_nothing(tmp_path, session, capsys):
     (tmp_path / "any.dbc").write_text("no DBC file")
     out = tmp_path / "out.parquet"
     assert main(["export", str(session.session.folder), str(out), "--dbc", str(tmp_path / "any.dbc")]) == 2
-    assert "any.dbc: is no DBC file" in capsys.readouterr().err
+    assert "any.dbc: cannot be read as a DBC file" in capsys.readouterr().err
     assert not out.exists()
 
 

@@ -29,7 +29,9 @@ def load_dbc(path: Path) -> Database:
     try:
         return cast("Database", cantools.database.load_string(text, database_format="dbc", strict=False))
     except (CantoolsError, UnicodeError, ValueError, KeyError, AttributeError) as error:
-        raise InputError(Problem(f"is no DBC file: {error}", Place(path), remedy="mend the file")) from None
+        raise InputError(
+            Problem(f"cannot be read as a DBC file: {error}", Place(path), remedy="mend the file")
+        ) from None
 
 
 def require_plain(message: Message, path: Path | None = None) -> None:

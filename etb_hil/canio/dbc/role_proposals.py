@@ -1,93 +1,27 @@
-"""Which signals of a DBC file may have which role, judged by their names and units; guesses, with their grounds.
+"""Propose roles for the signals of a DBC file from names, units, value tables and ranges, each with its grounds.
 
-A name is cut into words (`MO3_DKW`, `throttlePos2`, `Drosselklappe`), English or German; a role is proposed where its
-words are there and the unit does not speak against it. Nothing is certain: the text says what a guess rests on.
+Nothing is proposed that is not about a throttle. In a throttle controller's own file every signal is; in a vehicle's
+file only those are that name the throttle, and what its driver and engine do. A proposal is certain where the file
+says what the role says: the role's own name, its unit and, for a mode, the numbers of the modes.
 """
 
 from __future__ import annotations
 
+import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from etb_hil.base.modes import Mode
 from etb_hil.base.quantity import dimension_of_unit, to_si
 from etb_hil.base.roles import COMMANDED, ROLES
+from etb_hil.canio.dbc.role_rules import ASKED, OF_CONTROLLERS, RULES, THROTTLE, UNITS, VEHICLE, Rule
 
 if TYPE_CHECKING:
     from cantools.database.can import Database, Message, Signal
 
-# What DBC files write for units, beside the spellings that every file of ours takes.
-_UNITS = {
-    "unit_percent": "%", "unit_degrecelsi": "degC", "unit_volt": "V", "unit_amper": "A", "unit_minutinver": "rpm",
-    "unit_degreeofarc": "deg", "u/min": "rpm", "umin": "rpm", "upm": "rpm", "1/min": "rpm", "min-1": "rpm", "c": "degC",
-    "grad": "deg", "°": "deg", "°c": "degC", "degree": "deg", "degrees": "deg", "volt": "V", "volts": "V", "amps": "A",
-    "amp": "A", "percent": "%", "celsius": "degC", "deg c": "degC", "degk": "K",
-}  # fmt: skip
-
-_THROTTLE = r"throttle|thr|tps|etb|etc|drosselklappe\w*|drosselklapp\w*|dk|dkw|plate|valve|klappe"
-_MOTOR = r"motor|mot|bridge|armature|actuator|h_?bridge"
-_ANGLE = r"angle|ang|pos|position|winkel|lage|stellung|encoder|\w*winkel"
-_ASKED = r"cmd|command|commanded|set|setpoint|soll\w*|target|tgt|desired|des|demand|request|req|wunsch\w*|ref"
-# A word of these makes a signal something about a quantity, not the quantity.
-_ABOUT = (
-    r"status|stat|sta|state|qbit|bit|valid|error|err|fehler\w*|fault|warn\w*|max|min|limit\w*|grenze|gradient|delta|sign|"
-    r"vz|vorzeichen|crc|checksum|checksumme|counter|cnt|bz|offset|offs|code|type|typ|frei|reserved|spare|einheit|schutz|"
-    r"uebertemp|unterspannung|flag|mask|anf|begrenzun\w*|sollwertbegrenzun\w*|gross|zu|klein|norm\w*|maxnorm"
-)
-
-
-@dataclass(frozen=True, slots=True)
-class _Rule:
-    """A role's words: every pattern must be there; `better` ones make the guess stronger."""
-
-    role: str
-    words: tuple[str, ...]
-    better: str = ""
-    never: str = _ABOUT
-    lengths: tuple[int, int] = (6, 64)  # bits: an analogue value has some
-
-
-_FLAG = (1, 16)
 _SERIES = 4  # signals of one name with running numbers: samples of a burst
-_RULES = (
-    _Rule("motor_current", (r"current|curr|strom|\w*strom|amps?|i", rf"{_MOTOR}|{_THROTTLE}")),
-    _Rule("motor_voltage", (r"voltage|volt|spannung|\w*spannung|u", rf"{_MOTOR}")),
-    _Rule("motor_duty", (r"duty|pwm|tastverh\w*|dutycycle",)),
-    _Rule("motor_angle", (_ANGLE, r"motor|mot|rotor|encoder|shaft|armature"), never=f"{_ABOUT}|{_THROTTLE}"),
-    _Rule("throttle_angle", (_THROTTLE,), better=_ANGLE),
-    _Rule("throttle_opening", (_THROTTLE,), better=rf"{_ANGLE}|opening|abs"),
-    _Rule("throttle_position", (_THROTTLE,), better=r"raw|volt\w*|sensor|track|adc"),
-    _Rule(
-        "pedal_position", (r"pedal\w*|fahrpedal\w*|accel|app|pps|accelerator",), better=r"pos|position|\w*wert|wert|abs"
-    ),
-    _Rule(
-        "temperature", (r"temp|temperature|temperatur|\w*temperatur",), better=rf"{_THROTTLE}|housing|gehaeuse|board"
-    ),
-    _Rule(
-        "supply_voltage", (r"supply|batt|battery|ubat|vbat|kl30|bordnetz\w*|batteriespannung|vsupply|versorgung\w*",)
-    ),
-    _Rule(
-        "engine_speed",
-        (r"rpm|drehzahl|motordrehzahl|kurbelwellendrehzahl|speed|n", r"engine|eng|motor\w*|kurbel\w*|mo\d*"),
-    ),
-    _Rule("sample_counter", (r"sample", r"count|counter|cnt|number|index"), never=r"alive", lengths=(4, 32)),
-    _Rule("mode", (r"mode|betriebsart|modus",), better=rf"{_THROTTLE}|controller", never=r"sleep", lengths=_FLAG),
-    _Rule(
-        "enable", (r"enable|enabled|bridge|driver", r"on|enable|enabled|active|ein"), never=r"error|err", lengths=(1, 2)
-    ),
-    _Rule("faults", (r"faults?|errors?|fehler|dtc|diag",), better=_THROTTLE, never=r"crc|counter", lengths=(2, 32)),
-    _Rule("command_position", (_ASKED, rf"{_ANGLE}|{_THROTTLE}"), better=_THROTTLE),
-    _Rule("command_velocity", (_ASKED, r"velocity|vel|omega|rate"), better=_THROTTLE),
-    _Rule("command_voltage", (_ASKED, r"voltage|volt|spannung")),
-    _Rule("command_duty", (_ASKED, r"duty|pwm")),
-    _Rule("command_mode", (_ASKED, r"mode|betriebsart"), never=r"crc", lengths=_FLAG),
-    _Rule("request_signals", (r"request|req", r"signals?"), never=r"crc", lengths=_FLAG),
-    _Rule("request_rate", (r"request|req", r"rate|frequency"), never=r"crc"),
-    _Rule("request_burst", (r"request|req", r"burst"), never=r"crc", lengths=(1, 2)),
-    _Rule("request_duration", (r"request|req", r"duration"), never=r"crc"),
-    _Rule("controller_time", (r"controller|ecu", r"time|clock|uptime"), lengths=(16, 64)),
-    _Rule("command_enable", (_ASKED, r"enable|on|ein"), never=r"crc", lengths=(1, 2)),
-)
+_MODES = {int(mode): mode.name.lower() for mode in Mode}
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,29 +33,70 @@ class Proposal:
     unit: str
     grounds: str
     is_likely: bool
+    is_certain: bool = False
     scale: float = 1.0
     offset: float = 0.0
+    wraps: bool = False
+    turns: str = ""
     points: int = 0
 
     @property
     def entry(self) -> str:
         """The signal as a bench file writes it."""
-        if self.scale == 1.0 and not self.offset:
-            return self.signal
-        shift = f", offset: {self.offset:.9g}" if self.offset else ""
-        return f"{{signal: {self.signal}, scale: {self.scale:.9g}{shift}}}"
+        keys = [f"signal: {self.signal}"]
+        if self.scale != 1.0 or self.offset:
+            keys.append(f"scale: {self.scale:.9g}")
+        if self.offset:
+            keys.append(f"offset: {self.offset:.9g}")
+        if self.turns:
+            keys.append(f"turns: {self.turns}")
+        elif self.wraps:
+            keys.append("wraps: true")
+        return self.signal if len(keys) == 1 else f"{{{', '.join(keys)}}}"
 
 
 def proposals(database: Database) -> dict[str, list[Proposal]]:
-    """Return what may have each role, the best guess first; roles for which nothing was found have no entry."""
+    """Return what may have each role, the best proposal first; roles for which nothing was found have no entry."""
+    file_words = {word for message in database.messages for word in _all_words(message)}
+    if not any(re.fullmatch(THROTTLE, word) for word in file_words):
+        return {}
+    is_vehicle = any(re.fullmatch(VEHICLE, word) for word in file_words)
     found: dict[str, list[Proposal]] = {}
     for message in database.messages:
         for name, signal in _series(message):
-            for rule in _RULES:
-                if (proposal := _judge(rule, message, signal, name)) is not None:
+            for rule in RULES:
+                if (proposal := _judge(rule, message, signal, name, is_vehicle)) is not None:
                     found.setdefault(rule.role, []).append(proposal)
     _second_track(found)
     return {role: sorted(found[role], key=lambda p: -p.points) for role in ROLES if role in found}
+
+
+def chosen(found: dict[str, list[Proposal]]) -> dict[str, list[Proposal]]:
+    """Return the proposals that are sure enough to be active, by role: several where each message has its own.
+
+    What commands the controller is active only where all of it is certain, the numbers of its modes among it.
+    """
+    best: dict[str, list[Proposal]] = {}
+    for role, guesses in found.items():
+        first, others = guesses[0], guesses[1:]
+        if role == "sample_counter":
+            if all(guess.is_certain for guess in guesses):
+                best[role] = guesses
+        elif first.is_likely and all(other.points < first.points for other in others):
+            best[role] = [first]
+    if not best.keys() >= {"command_mode", "command_position"}:
+        best = {role: guesses for role, guesses in best.items() if role not in COMMANDED}
+    return best
+
+
+def words_of(name: str) -> list[str]:
+    """Return the words of a signal's name, in lower case: cut at underscores, capitals and digits."""
+    return [word.lower() for word in re.findall(r"[A-ZÄÖÜ]+(?![a-zäöüß])|[A-ZÄÖÜ]?[a-zäöüß]+|\d+", name)]
+
+
+def _all_words(message: Message) -> list[str]:
+    names = [message.name, *message.senders, *(signal.name for signal in message.signals)]
+    return [word for name in names for word in words_of(name)]
 
 
 def _series(message: Message) -> list[tuple[str, Signal]]:
@@ -142,53 +117,108 @@ def _series(message: Message) -> list[tuple[str, Signal]]:
     return list(entries.items())
 
 
-def words_of(name: str) -> list[str]:
-    """Return the words of a signal's name, in lower case: cut at underscores, capitals and digits."""
-    return [word.lower() for word in re.findall(r"[A-ZÄÖÜ]+(?![a-zäöüß])|[A-ZÄÖÜ]?[a-zäöüß]+|\d+", name)]
-
-
-def _judge(rule: _Rule, message: Message, signal: Signal, name: str) -> Proposal | None:
-    words = words_of(signal.name)
-    hits = [next((word for word in words if re.fullmatch(pattern, word)), None) for pattern in rule.words]
-    if hits[0] is None or not rule.lengths[0] <= signal.length <= rule.lengths[1]:
+def _judge(rule: Rule, message: Message, signal: Signal, name: str, is_vehicle: bool) -> Proposal | None:
+    words, around = words_of(signal.name), words_of(message.name)
+    hits = [_first(pattern, words) for pattern in rule.words]
+    # The message says what its signals are about, less surely.
+    far = [_first(pattern, around) for pattern, hit in zip(rule.words, hits, strict=True) if hit is None]
+    scaled = _scaled(rule, signal)
+    if scaled is None or hits[0] is None or not all(far) or not _may_have(rule, signal, words):
         return None
-    around = words_of(message.name)  # what a message is about says what its signals are about, less surely
-    far = [next((w for w in around if re.fullmatch(pattern, w)), None) for pattern in rule.words[1:]]
-    if any(near is None and distant is None for near, distant in zip(hits[1:], far, strict=True)):
+    if is_vehicle and not rule.elsewhere and not _is_about_throttle(rule, words, around):
         return None
-    is_asked = any(re.fullmatch(_ASKED, word) for word in words)
-    if any(re.fullmatch(rule.never, word) for word in words) or (is_asked and rule.role not in COMMANDED):
-        return None
-    wanted = dimension_of_unit(ROLES[rule.role].unit)
-    unit = _UNITS.get((signal.unit or "").replace("Â", "").strip().lower(), signal.unit or "")
-    dimension = dimension_of_unit(unit) if unit else None
-    if unit and dimension != wanted:
-        return None
-    if not unit and rule.role.startswith("throttle"):
-        return None  # a bare number may be degrees, volts or a share: no guess
+    unit, scale, offset = scaled
     likes = [word for word in [*words, *around] if rule.better and re.fullmatch(rule.better, word)]
-    found = list(dict.fromkeys([*filter(None, hits), *likes]))
-    named = f"its name holds {' and '.join(repr(word) for word in found)}"
-    distant = [word for near, word in zip(hits[1:], far, strict=True) if near is None and word]
-    about = f", its message's {' and '.join(repr(word) for word in distant)}" if distant else ""
-    stated = f", its unit is {unit}" if unit else ", it states no unit"
-    scale = offset = 0.0
-    if unit and wanted is not None:
-        offset = to_si(0.0, unit, wanted)
-        scale = to_si(1.0, unit, wanted) - offset
-    is_flag = wanted == "ratio" and rule.lengths[0] < 6
-    points = 4 * bool(unit) + 2 * (not distant) + 2 * bool(likes) + len(hits)
-    is_likely = (bool(unit) or is_flag) and not distant and (not rule.better or bool(likes))
+    is_certain = _is_certain(rule.role, signal, words, unit)
+    if rule.role in COMMANDED or rule.role in {"mode", "sample_counter"}:
+        is_likely = is_certain  # a wrong one moves something, or is misread
+    elif is_vehicle:
+        is_likely = bool(unit and likes) and not far and rule.role != "supply_voltage"
+    else:
+        is_likely = is_certain or ((bool(unit) or rule.is_flag) and not far and (not rule.better or bool(likes)))
+    wraps = rule.role == "motor_angle" and _is_whole_turns(signal, scale)
     return Proposal(
         rule.role,
         f"{message.name}.{name}",
         unit,
-        named + about + stated,
+        _grounds([*filter(None, hits), *likes], [word for word in far if word], unit),
         is_likely,
-        scale or 1.0,
+        is_certain,
+        scale,
         offset,
-        points,
+        wraps,
+        _turns(message) if wraps else "",
+        8 * is_certain + 4 * bool(unit) + 2 * (not far) + 2 * bool(likes) + len(hits),
     )
+
+
+def _may_have(rule: Rule, signal: Signal, words: list[str]) -> bool:
+    """Return whether nothing in a signal's length and name speaks against a role."""
+    if not rule.lengths[0] <= signal.length <= rule.lengths[1] or _first(rule.never, words):
+        return False
+    if rule.role not in COMMANDED and _first(ASKED, words):
+        return False
+    return not rule.is_flag or all(re.fullmatch(rf"{OF_CONTROLLERS}|{THROTTLE}|{ASKED}|\d+", word) for word in words)
+
+
+def _is_certain(role: str, signal: Signal, words: list[str], unit: str) -> bool:
+    """Return whether the file itself says what the role says."""
+    if role == "sample_counter":
+        return _tick(signal) is not None
+    has_name = "_".join(words) == role and (bool(unit) or ROLES[role].unit == "1")
+    return has_name and (role not in {"mode", "command_mode"} or _names_our_modes(signal))
+
+
+def _first(pattern: str, words: list[str]) -> str | None:
+    return next((word for word in words if re.fullmatch(pattern, word)), None)
+
+
+def _is_about_throttle(rule: Rule, words: list[str], around: list[str]) -> bool:
+    """Return whether a vehicle's signal is the throttle's: by its name, or by its message where its unit speaks too."""
+    if _first(VEHICLE, words):
+        return False
+    return _first(THROTTLE, words) is not None or (rule.needs_unit and _first(THROTTLE, around) is not None)
+
+
+def _scaled(rule: Rule, signal: Signal) -> tuple[str, float, float] | None:
+    """Return the signal's unit and what brings it to the role's; None where the unit speaks against the role."""
+    wanted = dimension_of_unit(ROLES[rule.role].unit)
+    unit = UNITS.get((signal.unit or "").replace("Â", "").strip().lower(), signal.unit or "")
+    if not unit:
+        return None if rule.needs_unit else ("", 1.0, 0.0)
+    if wanted is None or dimension_of_unit(unit) != wanted:
+        return None
+    offset = to_si(0.0, unit, wanted)
+    return unit, to_si(1.0, unit, wanted) - offset, offset
+
+
+def _grounds(near: list[str], far: list[str], unit: str) -> str:
+    named = f"the name contains {' and '.join(repr(word) for word in dict.fromkeys(near))}"
+    about = f", the message's name {' and '.join(repr(word) for word in far)}" if far else ""
+    return f"{named}{about}; {f'unit {unit}' if unit else 'no unit'}"
+
+
+def _names_our_modes(signal: Signal) -> bool:
+    """Return whether the value table of a mode has our numbers: off must be 0, position 1."""
+    table = {int(number): str(name).lower() for number, name in (signal.choices or {}).items()}
+    return table.keys() >= {0, 1} and all(_MODES.get(number) == name for number, name in table.items())
+
+
+def _tick(signal: Signal) -> float | None:
+    attribute = signal.dbc.attributes.get("SampleTickNs") if signal.dbc else None
+    return None if attribute is None else float(attribute.value)
+
+
+def _is_whole_turns(signal: Signal, scale: float) -> bool:
+    """Return whether the raw range is a whole number of turns: an encoder's angle that wraps around."""
+    turns = abs(float(signal.scale)) * scale * 2**signal.length / (2.0 * math.pi)
+    return round(turns) >= 1 and abs(turns - round(turns)) < 1e-6 * turns
+
+
+def _turns(message: Message) -> str:
+    """Return the signal that counts the turns of an encoder, or an empty text."""
+    names = [s.name for s in message.signals if {"turn", "turns"} & set(words_of(s.name))]
+    return f"{message.name}.{names[0]}" if len(names) == 1 else ""
 
 
 def _second_track(found: dict[str, list[Proposal]]) -> None:
@@ -201,19 +231,5 @@ def _second_track(found: dict[str, list[Proposal]]) -> None:
             stem = re.sub(r"(2|_?[bB])$", "", track.signal)
             if names & {stem, f"{stem}1", f"{stem}A", f"{stem}_A", f"{stem}_a"}:
                 entries.remove(track)
-                found.setdefault(second, []).append(
-                    Proposal(
-                        second, track.signal, track.unit, f"{track.grounds}, and it is the second of two",
-                        track.is_likely, track.scale, track.offset, track.points,
-                    )
-                )  # fmt: skip
-
-
-def chosen(found: dict[str, list[Proposal]]) -> dict[str, Proposal]:
-    """Return the guesses that are good enough to start from: likely, and better than any other signal's."""
-    best: dict[str, Proposal] = {}
-    for role, guesses in found.items():
-        first, others = guesses[0], guesses[1:]
-        if role not in COMMANDED and first.is_likely and all(other.points < first.points for other in others):
-            best[role] = first
-    return best
+                grounds = f"{track.grounds}; the second of two"
+                found.setdefault(second, []).append(replace(track, role=second, grounds=grounds))
