@@ -10,6 +10,7 @@ import numpy as np
 
 from etb_hil.base.compiled import njit
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
+from etb_hil.diagnosis.motion.repeats import error_of_means, student
 from etb_hil.diagnosis.ticks import TICK, Ticks
 from etb_hil.plant.exactmath import log
 from etb_hil.plant.parameters import ThrottleParameters
@@ -122,14 +123,8 @@ def break_away_torque(
     ]
     if min(len(torques) for torques in by_way) < _FEWEST:
         return None
-    value, variance = 0.0, 0.0
-    for torques in by_way:
-        mean = sum(torques) / len(torques)
-        square = sum((torque - mean) * (torque - mean) for torque in torques) / (len(torques) - 1)
-        value += 0.5 * mean
-        variance += 0.25 * square / len(torques)
-    free = len(found) - 2
-    reach = TWO_SIDED_95 * (1.0 + 1.2 / free + 1.1 / (free * free)) * math.sqrt(variance)  # Student's factor within 8 %
+    value = 0.5 * sum(sum(torques) / len(torques) for torques in by_way)
+    reach = 0.5 * TWO_SIDED_95 * error_of_means(by_way)
     rated = [one for one in found if one.rate > 0.0]
     rates = [one.rate for one in rated]
     between = (min(rates), max(rates)) if rates else (math.nan, math.nan)
@@ -176,7 +171,7 @@ def _per_decade(found: Sequence[BreakAway], of: Sequence[float], level: float) -
         return None
     slope = sum(x * y for x, y in zip(xs, ys, strict=True)) / square
     left = sum((y - slope * x) * (y - slope * x) for x, y in zip(xs, ys, strict=True)) / free
-    reach = TWO_SIDED_95 * (1.0 + 1.2 / free + 1.1 / (free * free)) * math.sqrt(left / square)
+    reach = TWO_SIDED_95 * student(free) * math.sqrt(left / square)
     return slope / level, (slope - reach) / level, (slope + reach) / level
 
 

@@ -10,7 +10,7 @@ from throttle_as_model import phase_of
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.base.stock import find
 from etb_hil.bench.simulation import Simulation
-from etb_hil.diagnosis.break_away import at_rates, break_away_torque, break_aways
+from etb_hil.diagnosis.break_away import BreakAway, at_rates, break_away_torque, break_aways
 from etb_hil.diagnosis.diagnosis import Diagnosis
 from etb_hil.diagnosis.limit_laws import DwellLaw
 from etb_hil.diagnosis.limits_file import load_limits
@@ -59,6 +59,23 @@ def test_one_for_every_rest_and_a_spring_that_is_off_cancels():
     assert break_away_torque(found).value == pytest.approx(LEVEL, abs=1e-3)
     assert break_away_torque(found).per_decade is None
     assert found[0].rate == pytest.approx(0.1 * LEVEL / 0.003, rel=0.15)
+
+
+def test_intervals_of_few_break_aways_are_students():
+    # Two of each direction: 4.303 standard errors with two degrees of freedom. Four and three rests: one over a line.
+    def one(torque, direction, rest=0.5):
+        return BreakAway(torque, direction, rest, 0.6, math.nan)
+
+    torque = break_away_torque([one(0.16, 1), one(0.18, 1), one(0.17, -1), one(0.17, -1)])
+    assert torque.value == pytest.approx(0.17)
+    assert torque.high - torque.value == pytest.approx(4.303 * math.sqrt(0.25 * (2e-4 / 2) * (1 / 2 + 1 / 2)), rel=1e-3)
+
+    rests = [one(0.16, 1, 0.1), one(0.18, 1, 1.0), one(0.165, -1, 0.1), one(0.175, -1, 1.0)]
+    slope, low, high = break_away_torque(rests).per_decade
+    left = 2 * (0.0025**2 + 0.0025**2)  # of lines through either direction's mean, about their common slope
+    assert slope == pytest.approx(0.015 / 0.17)
+    assert high - slope == pytest.approx(slope - low)
+    assert high - slope == pytest.approx(12.706 * math.sqrt(left / 1.0) / 0.17, rel=1e-3)
 
 
 def test_law_of_rest():
