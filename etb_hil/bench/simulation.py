@@ -19,8 +19,8 @@ from etb_hil.scenario.scenario_file import Step
 from etb_hil.scenario.trajectory import OFF, SetPoint, Trajectory
 
 BOTH = 3.0  # current and encoder
-COMMAND_RATE = 100.0
-LONGEST_S = 3600.0
+COMMAND_RATE = 100.0  # set-points a second, as the stock benches send
+LONGEST_S = 3600.0  # six times what the stock benches allow
 MOST_ROWS = 20_000_000  # what a table and a memory hold
 
 

@@ -11,7 +11,7 @@ from etb_hil.base.compiled import njit
 from etb_hil.recording.samples import Float64, Int64
 
 _SKIPPED_NS = 50_000_000  # the current of the phase before has died away
-_FEWEST = 50
+_FEWEST = 50  # samples, whose mean has a seventh of the noise
 
 _CURRENTS, _ANGLES, _STARTED, _FIRST_NS = range(4)
 _CURRENT, _CURRENT_SQUARE, _ANGLE, _TEMPERATURE = range(4)

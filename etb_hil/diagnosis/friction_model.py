@@ -15,7 +15,7 @@ from etb_hil.recording.samples import Float64
 COULOMB, DROP, LOG_SPEED, VISCOUS, LOG_STIFFNESS, LOG_DAMPING = range(6)
 FRICTION_PARAMETERS = 6
 
-_STEPS = 4
+_STEPS = 4  # of a tick in which the speed changes fast: a straight line makes T_c of a sticky unit 10 % wrong there
 _UNSTEADY = 0.1  # rad/s in a tick
 
 _LEAST = 1e-3  # share of T_c below which g may not fall while the fit looks around

@@ -16,7 +16,7 @@ from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.observer.normal_equations import accumulate, inverse, times
 from etb_hil.recording.samples import Float64, Int64
 
-_DRAWS = 999
+_DRAWS = 999  # 95 % of one more are a whole number
 _INSIDE = 950  # of the draws lie closer than a 95 % interval's end (Davison and Hinkley 1997, 5.2)
 _FEWEST = 5  # stretches: fewer leave too few different draws for such an end
 

@@ -17,6 +17,7 @@ from etb_hil.discrepancy.suspects import candidates
 Float64 = NDArray[np.float64]
 
 # Mean square over the floor that a healthy case may show: torque, voltage, angle; each on a stop, slow, sliding.
+# Healthy units: benchmarks/explain_study.py, kind `nothing`. Decision 0030.
 BAND = np.array([10.0, 3.0, 1.6, 6.0, 1.25, 2.0, 1.6, 1.25, 1.35])
 # What varies so much between healthy devices that it accuses alone only where it is this many times its band.
 LOOSE = np.array([True, True, False, True, False, False, False, False, False])

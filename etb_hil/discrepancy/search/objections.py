@@ -15,9 +15,11 @@ from etb_hil.plant.effects.port import Port
 
 Objection = Callable[[Round, Findings], str]
 
-_HEALTHY_TIMES = 2.0
-_LATER_GAIN = 0.25
-_LATER_T = 4.0
+# Decision 0030. Rates of right and wrong names by these thresholds: benchmarks/explain_study.py, kinds `strong`,
+# `pair`, `outside` and `removed`.
+_HEALTHY_TIMES = 2.0  # times what the winner gains on the model's own simulation
+_LATER_GAIN = 0.25  # of the squared residual that earlier causes left
+_LATER_T = 4.0  # over the held-out segments
 _LATER_CERTAIN = 0.8  # of what is left: what takes as much is a cause, whatever else might take it
 _LATER_CLEAR = 1.5  # times what it leaves: no other suspect may leave less where base parameters do nearly the same
 _LATER_MOST = 0.5  # of what is over the floor: a later cause that takes less has to be clear
