@@ -25,6 +25,7 @@ from etb_hil.plant.physics import Vector
 
 Float64 = NDArray[np.float64]
 
+# Decision 0033. Free runs by these: benchmarks/explain_study.py, --holdout.
 _RATE = 100.0  # Hz at which a free run is compared: an angle has nothing faster that integrates
 _NEWS = 50.0  # independent readings a segment of a free run counts for, beside the balances' rows
 _MOST = 2.0  # times a true model's error: what is more is a plate that broke away in one of two, and no number's fault

@@ -24,6 +24,7 @@ from etb_hil.plant.physics import LIMP_HOME, STOP_HIGH, STOP_LOW, Vector
 
 Float64 = NDArray[np.float64]
 
+# Decision 0033. How often intervals hold: benchmarks/explain_sizes.py.
 _BLOCKS = 40
 # Student's 97.5 % over one by the degrees of freedom.
 _ONE_OVER = (1 / 40, 1 / 20, 1 / 12, 1 / 8, 1 / 6, 1 / 5, 1 / 4, 1 / 3, 1 / 2.5, 1 / 2, 1 / 1.5, 1.0)

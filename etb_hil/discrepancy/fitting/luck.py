@@ -16,6 +16,7 @@ from etb_hil.discrepancy.fitting.balances import Balances
 
 Float64 = NDArray[np.float64]
 
+# Decision 0029. Healthy units by these: benchmarks/explain_study.py, kind `nothing`, --view coarse_encoder.
 _MATTERS = 0.1  # of a balance's noise, from where an encoder's steps are looked at
 _SURE = 3.0  # standard deviations
 _SPREAD = 1.6  # times their mean squared: the variance by which two mean squares of one reading each are apart

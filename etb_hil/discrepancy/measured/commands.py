@@ -18,6 +18,7 @@ from etb_hil.plant.parameters import Model
 Float64 = NDArray[np.float64]
 Int64 = NDArray[np.int64]
 
+# Decision 0029. Records that miss commands, and those that do not: benchmarks/explain_study.py, --rate 500 and 2000.
 _FAST = 900.0  # Hz; controllers of throttles command some 1000 times a second
 _SHORTEST = 0.0005  # s; in a shorter time a current does less than its sensor's noise
 _FEWEST = 100  # jumps

@@ -22,6 +22,7 @@ Float64 = NDArray[np.float64]
 DRIFTS = "friction changes along the record otherwise than with the temperature"
 WEARS = "friction falls while it cools, as use wears it in: a record in which the temperature comes back would tell"
 
+# Decision 0032. Rates by these thresholds: benchmarks/explain_study.py, kinds `strong` and `outside`.
 _KNOTS = 9
 # What is held out comes from all over the record: of a tenth in one piece a curve over time would know nothing.
 _STRETCHES = 4 * SEGMENTS

@@ -25,6 +25,7 @@ from etb_hil.discrepancy.suspects.refining import LEAST_GAIN
 from etb_hil.plant.effects.port import Port
 from etb_hil.plant.physics import Vector
 
+# Decision 0030. Rates of pairs by these thresholds: benchmarks/explain_study.py, kind `pair`.
 _NEAR = 2.0  # times what a cause left alone: a rival that left no more may come before it beside a later one
 IDLE = "base parameters leave as little without it, once it has moved them"
 _RIDGE = 1e-3  # of what is measured nowhere

@@ -24,6 +24,7 @@ from etb_hil.plant.physics import Vector
 
 Float64 = NDArray[np.float64]
 
+# Decision 0031. Classes that are right, too wide or too narrow by these: benchmarks/explain_study.py.
 _ALIKE = 0.93  # a little below what the data call alike: the grid of shapes may miss a rival's best
 _WORTH = 0.5  # a screened rival's cosine from which its other shapes are looked at
 _FIRST = 6  # rivals of a wrong number, as they were screened, whose other shapes are looked at in any case

@@ -23,6 +23,7 @@ from etb_hil.discrepancy.suspects.screening import Linear, Screened, screen
 Float64 = NDArray[np.float64]
 Progress = Callable[[str], None]
 
+# Decision 0030. Rates by these thresholds: benchmarks/explain_study.py; what they cost: benchmarks/explain_cost.py.
 _REFINED = 6
 _FULLY = 2
 _BENT = 2

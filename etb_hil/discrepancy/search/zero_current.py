@@ -14,6 +14,7 @@ from etb_hil.plant.effects import readings
 from etb_hil.plant.effects.port import Port
 from etb_hil.plant.physics import RESISTANCE
 
+# Decision 0030. Units with nothing hidden by these thresholds: benchmarks/explain_study.py, kind `nothing`.
 _NO_VOLTAGE = 0.1  # of what would drive that current
 _ENOUGH = 5  # blocks: a quarter of a second
 _SURE = 6.0  # times its standard error

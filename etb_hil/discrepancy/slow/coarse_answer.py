@@ -22,6 +22,7 @@ from etb_hil.recording.recording import Recording
 
 Float64 = NDArray[np.float64]
 
+# Decision 0029. A published throttle by these: benchmarks/explain_tbcp.py.
 _BLOCKS = 40
 _Z = 2.02  # Student's 97.5 % of 40 blocks
 _AT_FLOOR = 2.0  # times the sensor's noise: what is as near as that lacks nothing that could be seen

@@ -20,6 +20,7 @@ from etb_hil.plant.physics import Vector
 
 Float64 = NDArray[np.float64]
 
+# Decision 0029. A published throttle by these: benchmarks/explain_tbcp.py.
 _LEAST = 0.005  # of what a model file states: what cannot be negative stays above it
 _PULLS = (0.1, 0.03, 0.0)
 _DRAWN_ROUNDS, _ROUNDS = 6, 15

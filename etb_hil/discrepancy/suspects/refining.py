@@ -18,6 +18,7 @@ from etb_hil.plant.physics import Vector
 
 Float64 = NDArray[np.float64]
 
+# Decision 0030. Rates by these thresholds: benchmarks/explain_study.py.
 _QUICK_ROUNDS = 3
 _FULL_ROUNDS = 6
 LEAST_GAIN = 0.04  # of what is left, that a cause takes, and a second number beside the first

@@ -15,6 +15,7 @@ from etb_hil.plant.effects.effect import Balance
 
 Float64 = NDArray[np.float64]
 
+# Decision 0031. The same cosines without shared code: tests/hidden/test_generator_separability.py.
 ALIKE = 0.95
 # Share of an effect beside the base parameters below which they are its name, too. A fifth is meant, and a class too
 # wide is the side to err on.

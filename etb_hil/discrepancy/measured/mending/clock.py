@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 Float64 = NDArray[np.float64]
 Int64 = NDArray[np.int64]
 
+# Decision 0029. Benches with and without such faults: benchmarks/explain_study.py, --view rough_bench.
 _EVEN = 0.05  # of a row, by which the stamps of even rows may be off
 _FEWEST = 200  # rows
 _AROUND = 25  # rows that a host does not delay by half a row more than all others: one was lost

@@ -10,6 +10,7 @@ from etb_hil.discrepancy.measured.mending.regression import by_most_rows
 from etb_hil.discrepancy.measured.rows import commanded, open_bridge
 from etb_hil.discrepancy.measured.sheet import current_rms, voltage_rms
 
+# Decision 0029. Benches with and without such faults: benchmarks/explain_study.py, --view rough_bench.
 _REACH = 3  # rows to either side
 _SHIFTS = np.arange(-_REACH, _REACH + 1)
 _WAYS = np.arange(-1, 2)  # rows from whose way the back-EMF may be

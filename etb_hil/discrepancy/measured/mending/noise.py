@@ -15,6 +15,7 @@ from etb_hil.plant.model_file import Sensors
 
 Float64 = NDArray[np.float64]
 
+# Decision 0029. Benches with and without such faults: benchmarks/explain_study.py, --view rough_bench.
 _CALMEST = 0.1  # of the blocks that rest
 _CALM = 1.5  # times the noise of those
 _LEAST = 0.5  # of what the data sheet says: less noise than that tells no calm from another

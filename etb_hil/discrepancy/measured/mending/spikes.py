@@ -12,6 +12,7 @@ from etb_hil.discrepancy.measured.sheet import current_rms, plate_rms
 Float64 = NDArray[np.float64]
 Int64 = NDArray[np.int64]
 
+# Decision 0029. Benches with and without such faults: benchmarks/explain_study.py, --view rough_bench.
 _FAR = 30.0  # times the sensor's noise
 _BESIDE = 0.2  # of an angle's jump, within which the rows before and after it agree
 _KEPT = 0.3  # of what a winding keeps of a current until the next row

@@ -11,6 +11,7 @@ from etb_hil.discrepancy.measured.rows import open_bridge
 from etb_hil.discrepancy.measured.sheet import current_rms, voltage_rms
 from etb_hil.plant.parameters import Model
 
+# Decision 0029. Benches with and without such faults: benchmarks/explain_study.py, --view rough_bench.
 _NONE = 0.5  # of the current sensor's noise, up to which a block's mean is no current
 _ENOUGH = 5  # blocks: a quarter of a second
 _SURE = 6.0  # times its standard error
