@@ -61,6 +61,9 @@ class Unit:
     drift: float = 0.0  # share of friction that a second adds, at first: grease that warms, cools or is run in
     drift_ends: float = 0.0  # s, time constant with which that comes to an end; 0: it goes on
     law: float = 0.0  # of presliding: 0 LuGre, 1 elasto-plastic bristles, 2 Maxwell slip
+    dwell: float = 0.0  # share of T_st that friction gains with a unit of the logarithm of the contacts' age
+    dwell_onset: float = 0.05  # s, age from which it does
+    dwell_way: float = 3e-3  # rad over which contacts are renewed
     weight: float = 0.0  # N·m of a centre of mass beside the shaft, which closes the plate
     weight_angle: float = 0.0  # rad: its torque is weight sin(angle + weight_angle)
 
@@ -111,10 +114,10 @@ def _slip(y, w, g, s0, s1, out):
 
 @njit
 def _derivative(y, u, mode, p, out):
-    """Fill out with d/dt of (angle, velocity, bristle, current); return the friction torque."""
+    """Fill out with d/dt of (angle, velocity, bristle, current, 3 slip elements, age); return the friction torque."""
     (
         r, inductance, ke, kt, _, j, po, pc, so, sc, lh, dz, lo, hi, ks, ds, tc, ts, ws, s0, s1, s2, _,
-        ba, bw, b, every, exponent, rise, by_direction, way, _, _, law, weight, weight_angle,
+        ba, bw, b, every, exponent, rise, by_direction, way, _, _, law, dwell, onset, renewal, weight, weight_angle,
     ) = p  # fmt: skip
     a, w, z, i = y[0], y[1], y[2], y[3]
     gap = a - lh
@@ -138,10 +141,13 @@ def _derivative(y, u, mode, p, out):
     met = b if way * w >= 0.0 else 0.0
     local = (1.0 + met * math.exp(-((away / bw) ** 2))) * (1.0 + rise * a)
     g = (tc + (ts - tc) * math.exp(-(abs(w / ws) ** exponent))) * local * (1.0 + by_direction * math.copysign(1.0, w))
+    if dwell != 0.0:
+        g += dwell * ts * math.log(1.0 + y[7] / onset)
     creep = _creep(z, w, g, s0, tc) if law == ELASTO_PLASTIC else 1.0
     dz_dt = w - creep * s0 * abs(w) * z / g
-    for k in range(4, len(y)):
+    for k in range(4, 7):
         out[k] = 0.0
+    out[7] = 1.0 - y[7] * abs(w) / renewal
     friction = (_slip(y, w, g, s0, s1, out) if law == MAXWELL_SLIP else s0 * z + s1 * dz_dt) + s2 * w
     out[0] = w
     out[1] = (kt * i - friction - spring - stop) / j
@@ -171,8 +177,8 @@ def _torque(y, reference, velocity, n, after, share):
 @njit
 def _simulate(p, reference, velocity, mode, limp_angle, out):
     """Mode of each control period: bridge off, position loop in volts, position loop in torque without a motor."""
-    y = np.array([limp_angle, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    k1, k2, k3, k4, at = np.zeros(7), np.zeros(7), np.zeros(7), np.zeros(7), np.zeros(7)
+    y = np.array([limp_angle, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    k1, k2, k3, k4, at = np.zeros(8), np.zeros(8), np.zeros(8), np.zeros(8), np.zeros(8)
     h = SAMPLE_S / SUBSTEPS
     r, ke, kt, limit = p[0], p[2], p[3], p[22]
     p, coulomb, stiction, drift, ends = p.copy(), p[16], p[17], p[31], p[32]
