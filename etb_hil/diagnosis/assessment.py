@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from etb_hil.diagnosis.bump_fit import unsure_by_place
 from etb_hil.diagnosis.current_zero import Zero
-from etb_hil.diagnosis.drift import Drift, without_drift
-from etb_hil.diagnosis.friction_model import COULOMB, DROP, LOG_SPEED, VISCOUS
+from etb_hil.diagnosis.drift import Drift, unsure_by_time, without_drift
+from etb_hil.diagnosis.friction_laws import Law, laws_of
+from etb_hil.diagnosis.friction_model import COULOMB, DROP, LOG_SPEED, VISCOUS, peak_left, steady_by, steady_level
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
+from etb_hil.diagnosis.interval import Interval, mixed
 from etb_hil.diagnosis.prior import PRELOAD_CLOSE, PRELOAD_OPEN, prior_of
 from etb_hil.diagnosis.stribeck_fit import STICTION, Evidence, StribeckFit, fit_stribeck, gather_evidence
 from etb_hil.diagnosis.ticks import TICK, Ticks
@@ -38,7 +42,7 @@ _REACH = 4  # ticks, over which an acceleration stands out of the encoder's step
 
 @dataclass(frozen=True, slots=True)
 class Assessment:
-    """Everything that the whole run says of friction; the fits are None where the run does not carry them.
+    """Everything that the whole run says of friction; there are no `laws` where the run does not carry them.
 
     Of the `evidence`, what bumps hold is left out of the fit and does not count; `drift` is how friction changed along
     the run, None where it is not known to have.
@@ -47,9 +51,14 @@ class Assessment:
     ticks: Ticks
     windows: Windows
     evidence: Evidence
-    fit: StribeckFit | None
+    laws: Sequence[Law]
     balance: VoltageBalance | None
     drift: Drift | None
+
+    @property
+    def fit(self) -> StribeckFit | None:
+        """The fit by the likeliest law; None where there is none."""
+        return self.laws[0].fit if self.laws else None
 
     @property
     def fastest(self) -> float:
@@ -70,41 +79,49 @@ class Assessment:
         return float(np.abs(bend).max()) / (_REACH * _REACH * TICK) if len(centre) else 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class Interval:
-    """A value with its 95 % interval."""
-
-    value: float
-    low: float
-    high: float
-
-
 def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero) -> Assessment:
     """Fit motor and friction to the ticks of a run."""
     windows, velocity = _moving_windows(ticks, _usable(ticks, model, throttle))
     cluster = windows.centre // _CLUSTER
     evidence = gather_evidence(ticks, windows, velocity, throttle, cluster)
     if len(windows) < _FEWEST:
-        return Assessment(ticks, windows, evidence, None, None, None)
+        return Assessment(ticks, windows, evidence, (), None, None)
     balance = voltage_balance(ticks, windows, cluster)
     error = _UNKNOWN_ZERO
     if zero.is_measured:
         error = math.sqrt(zero.current_error * zero.current_error + _STEP_OF_ZERO * _STEP_OF_ZERO)
     prior = prior_of(model, throttle, error, balance)
-    fit, drift = fit_stribeck(ticks, windows, evidence, prior), None
-    if fit is not None:
-        evidence, fit, drift = without_drift(ticks, windows, evidence, prior, fit)
-    return Assessment(ticks, windows, evidence, fit, balance, drift)
+    fit = fit_stribeck(ticks, windows, evidence, prior)
+    if fit is None:
+        return Assessment(ticks, windows, evidence, (), balance, None)
+    evidence, fit, drift = without_drift(ticks, windows, evidence, prior, fit)
+    laws = []
+    for law in laws_of(ticks, windows, evidence, prior, fit):
+        unsure = unsure_by_place(ticks, windows, evidence, law.prior, law.fit)
+        laws.append(replace(law, fit=unsure_by_time(ticks, windows, evidence, law.prior, unsure, drift)))
+    return Assessment(ticks, windows, evidence, laws, balance, drift)
 
 
 def fitted_numbers(
-    fit: StribeckFit, throttle: ThrottleParameters, fastest: float, hardest: float
+    laws: Sequence[Law], throttle: ThrottleParameters, fastest: float, hardest: float
 ) -> dict[str, Interval]:
     """Return T_st, T_c, omega_s, viscosity and the return margin with their intervals, at the throttle shaft in SI.
 
-    `fastest` rad/s is the highest speed among the windows, `hardest` rad/s its largest change in a tick; without a
-    drop from T_st to T_c there is no omega_s.
+    They are those of all laws by which friction may go, in the proportion of their probabilities. `fastest` rad/s is
+    the highest speed among the windows, `hardest` rad/s its largest change in a tick; what the likeliest law does not
+    have is left out.
     """
+    numbers = [(law.probability, _numbers(law.fit, throttle, fastest, hardest)) for law in laws]
+    found = {}
+    for name in numbers[0][1]:
+        parts = [(probability, of[name]) for probability, of in numbers if name in of]
+        whole = sum(probability for probability, _ in parts)
+        found[name] = mixed([(probability / whole, part) for probability, part in parts])
+    return found
+
+
+def _numbers(fit: StribeckFit, throttle: ThrottleParameters, fastest: float, hardest: float) -> dict[str, Interval]:
+    """Return the numbers under one law; without a drop from T_st to T_c there is no omega_s."""
     q = fit.parameters
     numbers = {
         "T_st": _around(fit.stiction[0], fit.reach(STICTION)),
@@ -134,31 +151,23 @@ def _shows_drop(fit: StribeckFit, fastest: float) -> bool:
 def fitted_curve(fit: StribeckFit, speeds: Float64) -> tuple[Float64, Float64]:
     """Return the friction of steady sliding at speeds (n) in rad/s, and its standard error (n), in N·m."""
     q = fit.parameters
-    value, error = np.empty(len(speeds)), np.empty(len(speeds))
-    for k, omega in enumerate(speeds.tolist()):
-        ratio = omega * float(exp(-q[LOG_SPEED]))
-        gauss = float(exp(-ratio * ratio))
-        direction = 1.0 if omega >= 0.0 else -1.0
-        slope = direction * float(q[DROP]) * gauss * 2.0 * ratio * ratio
-        value[k] = direction * (q[COULOMB] + q[DROP] * gauss) + q[VISCOUS] * omega
-        error[k] = fit.error({COULOMB: direction, DROP: direction * gauss, LOG_SPEED: slope, VISCOUS: omega})
-    return value, error
+    error = np.array([fit.error_along(steady_by(omega, q)) for omega in speeds.tolist()])
+    return np.where(speeds >= 0.0, 1.0, -1.0) * steady_level(speeds, q) + q[VISCOUS] * speeds, error
 
 
 def _coulomb(fit: StribeckFit, fastest: float, throttle: ThrottleParameters) -> Interval:
     """Return T_c with what is not known of it where the plate never slid far above omega_s.
 
-    What the fitted Gaussian has left at the fastest speed was never seen to fall away. Where no drop from T_st stands
+    What the fitted curve has left at the fastest speed was never seen to fall away. Where no drop from T_st stands
     out, or the plate was slower than omega_s, Stribeck effect and viscosity cannot be told apart: T_c lies below T_st
     and below the friction at that speed, and no more is known; not even that where the plate only crept.
     """
     q = fit.parameters
     coulomb, drop = float(q[COULOMB]), float(q[DROP])
     stiction, stiction_error = fit.stiction
-    ratio = fastest * float(exp(-q[LOG_SPEED]))
     around = _around(coulomb, fit.reach({COULOMB: 1.0}))
     if _shows_drop(fit, fastest):
-        unseen = drop * float(exp(-ratio * ratio))
+        unseen = drop * float(peak_left(fastest, q))
         return Interval(coulomb, around.low - unseen, around.high + unseen)
     level, error = fitted_curve(fit, np.array([fastest]))
     value = min(coulomb, stiction)

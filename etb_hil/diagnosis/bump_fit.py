@@ -1,9 +1,8 @@
 """The fit of a unit with a local bump: without it, the bump draws the curve towards itself.
 
-Slow windows in a bump are left out. Fast ones smear over more than it, and there are few of them: they are kept, with
-the friction that slow windows have shown at each place on their way, unless the bump is tall: then what those have
-wrong of it is as large as the curve. Friction that differs from place to place and is no bump makes the fit less sure:
-fast windows pass other places than slow ones, and their difference passes for speed.
+Windows that pass a bump are left out, fast ones too: they smear over more than it. Friction that differs from place to
+place and is no bump makes the fit less sure: fast windows pass other places than slow ones, and their difference passes
+for speed.
 """
 
 from __future__ import annotations
@@ -18,14 +17,12 @@ from etb_hil.diagnosis.friction_map import CELL, FASTEST, Bump, find_bumps, fric
 from etb_hil.diagnosis.friction_model import steady_level
 from etb_hil.diagnosis.local_friction import local_means
 from etb_hil.diagnosis.prior import CONSTANT, Prior
-from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit, refit, widened_by
+from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit, fit_stribeck, widened_by
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.windows import HALF_WIDTH, Windows
 from etb_hil.recording.samples import Float64
 
 _TURNS = 3  # the curve falls without the bump, and more of the bump stands out of it
-_BUMP_ERROR = 0.1  # share by which a bump's size may be off, smeared by windows and cells: interval_coverage.py --bump
-_TALL = 1.0  # share of the friction from which the smear of a bump passes for a curve in fast windows
 _MOST = 0.3  # share of the way that bumps may take: beyond it they are how the unit is
 
 
@@ -48,7 +45,7 @@ def by_place(evidence: Evidence, fit: StribeckFit, shown: NDArray[np.bool_]) -> 
 def without_bumps(
     ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit
 ) -> tuple[Evidence, StribeckFit]:
-    """Return the evidence and the fit with bumps taken out, as unsure as what friction has left by place makes it.
+    """Return the evidence and the fit with bumps taken out.
 
     Bumps that are all over stay in it; so does what is too low, too broad or too near an end to be a bump.
     """
@@ -58,20 +55,21 @@ def without_bumps(
         inside = _inside(evidence.position, bumps) & slow
         if not bumps or np.count_nonzero(inside) > _MOST * np.count_nonzero(slow):
             break
-        smeared = _passing(ticks.angle, windows, [bump for bump in bumps if bump.excess > _TALL])
-        factor = _factor(ticks.angle, evidence, fit, bumps) * evidence.over_time
-        tried = replace(evidence, local=factor, counts=~(inside | smeared))
-        better = refit(ticks, windows, tried, prior, fit.parameters)
+        tried = replace(evidence, counts=~_passing(ticks.angle, windows, bumps))
+        better = fit_stribeck(ticks, windows, tried, prior)  # anew: a bump leads into a valley of its own
         if better is None:
             break
         known, fit = tried, better
-    if known is not evidence:
-        larger = 1.0 + (1.0 + _BUMP_ERROR) * (known.local / known.over_time - 1.0)
-        fit = widened_by(ticks, windows, known, prior, fit, larger * known.over_time)
-    middle, odd, _ = by_place(evidence, fit, slow & known.counts)
-    if len(middle):
-        fit = widened_by(ticks, windows, known, prior, fit, known.local * (1.0 + np.interp(ticks.angle, middle, odd)))
     return known, fit
+
+
+def unsure_by_place(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit) -> StribeckFit:
+    """Return a fit as unsure as what friction has left by place makes it."""
+    middle, odd, _ = by_place(evidence, fit, (np.abs(evidence.velocity) < FASTEST) & evidence.counts)
+    if not len(middle):
+        return fit
+    uneven = evidence.over_time * (1.0 + np.interp(ticks.angle, middle, odd))
+    return widened_by(ticks, windows, evidence, prior, fit, uneven)
 
 
 def _bumps(evidence: Evidence, fit: StribeckFit) -> list[Bump]:
@@ -99,11 +97,3 @@ def _passing(angle: Float64, windows: Windows, bumps: Sequence[Bump]) -> NDArray
     """Return which windows (m) hold angles of ticks (n) in a bump."""
     ticks_inside = np.concatenate([[0], np.cumsum(_inside(angle, bumps))])
     return ticks_inside[windows.centre + HALF_WIDTH + 1] > ticks_inside[windows.centre - HALF_WIDTH]
-
-
-def _factor(angle: Float64, evidence: Evidence, fit: StribeckFit, bumps: Sequence[Bump]) -> Float64:
-    """Return the factor on friction at angles (n): in bumps what slow windows show there, 1 elsewhere."""
-    middle, odd, _ = by_place(evidence, fit, np.abs(evidence.velocity) < FASTEST)
-    factor = np.where(_inside(middle, bumps), 1.0 + odd, 1.0)
-    found: Float64 = np.interp(angle, middle, factor)
-    return found

@@ -11,15 +11,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etb_hil.diagnosis.assessment import Assessment, Interval
-from etb_hil.diagnosis.friction_model import DROP, VISCOUS
+from etb_hil.diagnosis.assessment import Assessment
+from etb_hil.diagnosis.friction_model import AGEING, LOG_EXPONENT, LOG_SQUARE, VISCOUS
 from etb_hil.diagnosis.half_width import TWO_SIDED_95, half_width
+from etb_hil.diagnosis.interval import Interval
 from etb_hil.diagnosis.local_friction import LocalFriction
 from etb_hil.diagnosis.prior import CONSTANT, INERTIA, PRELOAD_CLOSE, PRELOAD_OPEN, SLOPE_CLOSE, SLOPE_OPEN
 from etb_hil.diagnosis.result import Reason
 from etb_hil.diagnosis.stribeck_fit import StribeckFit
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.voltage_balance import VoltageBalance
+from etb_hil.plant.exactmath import exp
 from etb_hil.plant.parameters import Model, ThrottleParameters
 
 GAIN = 0.02  # share by which the current sensor's gain may be off: what a bench has to keep (decision 0010)
@@ -30,23 +32,19 @@ _MAGNET = 0.01  # share of K_e: the magnets may be 5 K from the housing, and hav
 _ELSEWHERE = 0.05  # N·m, even in the direction: a seventh of what a spring's or a stop's wrong side makes
 _FEWEST_A_WAY = 30  # windows: a slow sweep has hundreds
 _ENOUGH = 2.0  # A, root of the mean square, to measure a resistance at rest: a zero of 0.02 A is then 1 %
-# Shares of the fitted drop from T_st to T_c by which T_c comes out too high at most where friction falls like
-# exp(-|x|^0.5), and too low where it falls like exp(-|x|^3). Armstrong-Helouvry 1991 has exponents from 0.5 on.
-_TOO_HIGH, _TOO_LOW = 3.0, 0.5
 
 
 @dataclass(frozen=True, slots=True)
 class Widening:
     """By what intervals are wider than the fit has them: what no noise shows.
 
-    `gain`: the factors between which the current's gain lies; `curve` N·m: how far T_c may lie below and above what
-    was fitted; `way`: by which shares friction may lie below and above the curve, along an uneven way and a drift;
+    `gain`: the factors between which the current's gain lies; `way`: by which shares friction may lie below and above
+    the curve, along an uneven way and a drift;
     `is_confounded`, whether something else passes for what goes with speed, and no T_c but a bound above comes out;
     `is_bent`, whether that is friction that changed with time, so that not even what was fast and late bounds T_c.
     """
 
     gain: tuple[float, float] = (1.0, 1.0)
-    curve: tuple[float, float] = (0.0, 0.0)
     way: tuple[float, float] = (0.0, 0.0)
     is_confounded: bool = False
     is_bent: bool = False
@@ -57,21 +55,18 @@ class Widening:
         return Interval(interval.value, low, interval.high * (1.0 + self.way[1]))
 
     def of_coulomb(self, interval: Interval, stiction: Interval) -> Interval:
-        """Return the interval of T_c, below that of T_st, with what another curve and an uneven way make of it.
+        """Return the interval of T_c, below that of T_st, with what an uneven way makes of it.
 
         T_c is seen where the plate is fast, which may be at the highest places; the unit's may be that of the lowest.
         """
-        low = max(interval.low - self.curve[0], 0.0) * max(1.0 - self.way[0] - self.way[1], 0.0)
+        low = max(interval.low, 0.0) * max(1.0 - self.way[0] - self.way[1], 0.0)
         low = 0.0 if self.is_confounded else low
         value = max(interval.value, 0.0)  # what hardly bounds T_c may have fitted less than none
-        high = max(interval.high + self.curve[1], stiction.high if self.is_bent else 0.0)
+        high = max(interval.high, stiction.high if self.is_bent else 0.0)
         return Interval(value, low, max(high * (1.0 + self.way[1]), value))
 
     def of_curve(self, interval: Interval, settled: float) -> Interval:
-        """Return the interval of sliding friction, which has fallen from T_st by the share `settled` of the drop.
-
-        Another curve leaves it as it is where the plate was seen to slide: it is T_c and viscosity that are others.
-        """
+        """Return the interval of sliding friction, which has fallen from T_st by the share `settled` of the drop."""
         below, above = self.way[0] + settled * self.way[1], self.way[1]
         low = min(interval.low, interval.low * max(1.0 - below, 0.0))
         least, most = widened(interval.value, low, interval.high * (1.0 + above), self.gain)
@@ -166,8 +161,7 @@ def remarks(
     for index, name, nominal, unit, zero, scale in listed:
         off, error = (float(fit.parameters[index]) - zero) * scale, fit.error({index: 1.0}) * scale
         if _is_beyond(off, error, name, model):
-            other = ", or friction falls from T_st to T_c by another curve" if name == "viscous" else ""
-            words.append(f"{name} is {nominal + off:.3g} {unit} (model {nominal:.3g}{other})")
+            words.append(f"{name} is {nominal + off:.3g} {unit} (model {nominal:.3g})")
     apart = _motor_and_springs(fit, model, throttle) if balance is None else 0.0
     if apart != 0.0:
         words.append(
@@ -179,17 +173,21 @@ def remarks(
     return [_contradiction("model_contradicted", "beyond the model's tolerance: " + "; ".join(words))]
 
 
-def other_curve(fit: StribeckFit, model: Model, throttle: ThrottleParameters) -> tuple[float, float]:
-    """Return by how many N·m T_c may lie below and above the fitted one if friction has not the curve of eq. (2).
-
-    Slow windows and fast ones fix friction there, whatever the curve between them: a wrong T_c comes with a wrong
-    viscosity. Nothing where the viscosity is the model's.
-    """
-    off = float(fit.parameters[VISCOUS]) - throttle.viscous
-    if not _is_beyond(off, fit.error({VISCOUS: 1.0}), "viscous", model):
-        return 0.0, 0.0
-    drop = max(float(fit.parameters[DROP]), 0.0)
-    return _TOO_HIGH * drop, _TOO_LOW * drop
+def law_remarks(fit: StribeckFit) -> list[Reason]:
+    """Return by which law friction is likeliest to go, where that is not the paper's."""
+    q, words = fit.parameters, []
+    if q[LOG_EXPONENT] != LOG_SQUARE:
+        words.append(
+            f"it falls from T_st to T_c as exp(-(speed/omega_s)^{float(exp(q[LOG_EXPONENT])):.2g}), where the model "
+            "has the exponent 2"
+        )
+    if q[AGEING] > 0.0:
+        share = float(q[AGEING]) / fit.stiction[0]
+        words.append(f"it grows with the time at rest by {share:.1%} of T_st for e times the time")
+    if not words:
+        return []
+    text = f"friction does not go by the model's law: {'; '.join(words)}. T_st, T_c and viscosity are fitted with that"
+    return [Reason("another_friction_law", text, "none: the intervals hold it")]
 
 
 def gain_range(

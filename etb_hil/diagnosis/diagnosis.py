@@ -15,7 +15,7 @@ from etb_hil.diagnosis.contradiction import (
     Widening,
     against_each_other,
     gain_range,
-    other_curve,
+    law_remarks,
     remarks,
     resistance_at_rest,
     resistance_fits,
@@ -187,7 +187,6 @@ class Diagnosis:
         if fit is not None:
             widening = Widening(
                 gain_range(fit, assessment.balance, self._model, throttle),
-                other_curve(fit, self._model, throttle),
                 by_place_and_time(way, drift),
                 is_confounded=is_bent or (way is not None and way.is_fine),
                 is_bent=is_bent,
@@ -197,7 +196,7 @@ class Diagnosis:
         at_rest = resistance_at_rest(ticks) if fit is None else None
         fitted = {}
         if fit is not None:
-            fitted = fitted_numbers(fit, throttle, assessment.fastest, assessment.hardest)
+            fitted = fitted_numbers(assessment.laws, throttle, assessment.fastest, assessment.hardest)
         speed = fitted.get("omega_s") if way is None and not widening.is_confounded else None
         fastest, far = far_above(assessment, reading, throttle.stribeck_velocity if speed is None else speed.value)
         series = plot_columns(assessment, widening) | break_away_columns(broken_away, fit)
@@ -221,6 +220,7 @@ class Diagnosis:
             withholding=withheld,
             remarks=(
                 *(() if fit is None else remarks(fit, assessment.balance, self._model, throttle)),
+                *(() if fit is None else law_remarks(fit)),
                 *uneven_remarks(way),
                 *drift_remarks(drift),
             ),

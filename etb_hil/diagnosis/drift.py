@@ -73,15 +73,12 @@ def without_drift(
 ) -> tuple[Evidence, StribeckFit, Drift | None]:
     """Return evidence and fit without bumps and, where friction drifts beyond doubt, for the middle of the run.
 
-    What drifts by so little that it may be the motor's torque leaves the fit as it is, and makes its errors wider.
+    What drifts by so little that it may be the motor's torque leaves the fit as it is: `unsure_by_time` has it.
     """
     evidence, fit = without_bumps(ticks, windows, known, prior, fit)
     more = _drift(ticks, windows, evidence, fit)
     if more is not None and abs(more.whole) < _OF_THE_MOTOR:
-        if abs(more.rate) <= _SURE * more.error:
-            return evidence, fit, None
-        along = evidence.local * (1.0 + more.rate * (_elapsed(ticks) - more.middle))
-        return evidence, widened_by(ticks, windows, evidence, prior, fit, along), None
+        return evidence, fit, None
     found: Drift | None = None
     for _ in range(_TURNS):
         if more is None or abs(more.rate) <= (_SURE if found is None else _SETTLED) * more.error:
@@ -90,7 +87,7 @@ def without_drift(
         if max(tried.below, tried.above) > _MOST:
             return evidence, fit, replace(tried, is_bent=True)
         along = 1.0 + tried.rate * (_elapsed(ticks) - tried.middle)
-        drifting = replace(known, over_time=along, local=along)
+        drifting = replace(known, over_time=along)
         better = refit(ticks, windows, drifting, prior, fit.parameters)
         if better is None:
             break
@@ -101,8 +98,21 @@ def without_drift(
         return evidence, fit, None
     if more is not None:
         found = replace(found, error=more.error, is_bent=more.is_bent)
-    unsure = evidence.local * (1.0 + found.error * (_elapsed(ticks) - found.middle) / evidence.over_time)
-    return evidence, widened_by(ticks, windows, evidence, prior, fit, unsure), found
+    return evidence, fit, found
+
+
+def unsure_by_time(
+    ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit, drift: Drift | None
+) -> StribeckFit:
+    """Return a fit as unsure as a drift that was taken off, or one that may be the motor's torque, makes it."""
+    if drift is not None:
+        along = 1.0 + drift.error * (_elapsed(ticks) - drift.middle) / evidence.over_time
+    else:
+        left = _drift(ticks, windows, evidence, fit)
+        if left is None or abs(left.rate) <= _SURE * left.error or abs(left.whole) >= _OF_THE_MOTOR:
+            return fit
+        along = 1.0 + left.rate * (_elapsed(ticks) - left.middle)
+    return widened_by(ticks, windows, evidence, prior, fit, evidence.over_time * along)
 
 
 def _elapsed(ticks: Ticks) -> Float64:

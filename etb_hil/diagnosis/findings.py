@@ -12,10 +12,11 @@ from etb_hil.diagnosis.measurement_kind import Estimate
 from etb_hil.diagnosis.prior import CONSTANT
 
 if TYPE_CHECKING:
-    from etb_hil.diagnosis.assessment import Assessment, Interval
+    from etb_hil.diagnosis.assessment import Assessment
     from etb_hil.diagnosis.break_away import BreakAway, BreakAwayTorque
     from etb_hil.diagnosis.current_zero import Zero
     from etb_hil.diagnosis.drift import Drift
+    from etb_hil.diagnosis.interval import Interval
     from etb_hil.diagnosis.limit_laws import DwellLaw
     from etb_hil.diagnosis.places_seen import Unseen
     from etb_hil.diagnosis.segments import Segment

@@ -7,7 +7,7 @@ import numpy as np
 from etb_hil.base.compiled import njit
 from etb_hil.diagnosis.ticks import TICK
 from etb_hil.diagnosis.windows import bend
-from etb_hil.plant.exactmath import exp, exp_neg, gauss
+from etb_hil.plant.exactmath import exp, exp_neg, gauss, log
 from etb_hil.recording.samples import Float64
 
 # Parameters of the fit. Logarithms keep speeds and stiffnesses positive; the drop may fall below zero, so that a
@@ -15,15 +15,26 @@ from etb_hil.recording.samples import Float64
 COULOMB, DROP, LOG_SPEED, VISCOUS, LOG_STIFFNESS, LOG_DAMPING = range(6)
 FRICTION_PARAMETERS = 6
 
+# Parameters of the law, behind those of the bench's model: the exponent of the Stribeck curve; by how many N·m friction
+# rises with a unit of the logarithm of the contacts' age; the way in rad that renews them; the age in s from which it
+# does.
+LOG_EXPONENT, AGEING, LOG_RENEWAL, LOG_ONSET = range(14, 18)
+LAW_PARAMETERS = 4
+LOG_SQUARE = 0.6931471805599453  # the exponent 2 of the seed paper, eq. 2
+_EXPONENT_BY, _AGEING_BY, _RENEWAL_BY, _ONSET_BY = range(FRICTION_PARAMETERS, FRICTION_PARAMETERS + LAW_PARAMETERS)
+
 _STEPS = 4  # of a tick in which the speed changes fast: a straight line makes T_c of a sticky unit 10 % wrong there
 _UNSTEADY = 0.1  # rad/s in a tick
 
+_SLOWEST = 1e-9  # rad/s
 _LEAST = 1e-3  # share of T_c below which g may not fall while the fit looks around
 
 
 @njit(cache=True, error_model="numpy")
 def friction_along(angle: Float64, samples: Float64, local: Float64, q: Float64, out: Float64) -> None:
-    """Fill out (1 + 6, n) with the friction torque in N·m about ticks, and its derivatives by the parameters.
+    """Fill out (1 + 6 or 1 + 10, n) with the friction torque in N·m about ticks, and its derivatives.
+
+    They are those by the friction's parameters and, in the last four of ten rows, by the law's.
 
     `angle` (n) rad was measured at the ticks; `samples` (n) is how many samples each tick is the mean of: a box of that
     many widens a curve by its variance. `local` (n) is the factor on g where the plate was, 1 without a bump.
@@ -31,16 +42,18 @@ def friction_along(angle: Float64, samples: Float64, local: Float64, q: Float64,
     The bristles start relaxed and are carried exactly along the way (seed paper, eq. 2), their derivatives with them.
     Each value is the mean under the triangle that reaches to the neighbouring ticks: that is what a second difference
     of angles answers to. Where the speed changes much within a tick, the motion between is a cubic in steps of a
-    quarter.
+    quarter. Contacts age while they rest and are renewed along the way (Dieterich 1979, Ruina 1983).
     """
     stiffness, damping = exp(q[LOG_STIFFNESS]), exp(q[LOG_DAMPING])
-    inverse_speed = exp(-q[LOG_SPEED])
+    inverse_speed, exponent = exp(-q[LOG_SPEED]), _exponent(q)
+    inverse_way, inverse_onset = exp(-q[LOG_RENEWAL]), exp(-q[LOG_ONSET])
+    ages = q[AGEING] != 0.0
     least = _LEAST * abs(q[COULOMB]) + 1e-6
-    n = len(angle)
+    n, parameters = len(angle), len(out) - 1
     out[:] = 0.0
-    bristle = omega = 0.0
-    bristle_by, g_by = np.zeros(FRICTION_PARAMETERS), np.zeros(FRICTION_PARAMETERS)
-    torque, torque_after = np.zeros(1 + FRICTION_PARAMETERS), np.zeros(1 + FRICTION_PARAMETERS)
+    bristle = omega = age = age_by = 0.0
+    bristle_by, g_by = np.zeros(parameters), np.zeros(parameters)
+    torque, torque_after = np.zeros(1 + parameters), np.zeros(1 + parameters)
     for k in range(n - 1):
         way = angle[k + 1] - angle[k]
         ahead = min(k + 2, n - 1)
@@ -48,56 +61,80 @@ def friction_along(angle: Float64, samples: Float64, local: Float64, q: Float64,
         steps = _STEPS if abs(omega_next - omega) > _UNSTEADY else 1
         share = 1.0 / steps
         before = 0.0
-        # The triangle's weights on a linear torque over one step that spans (a, b) of the tick
         for step in range(steps):
             a, b = step * share, (step + 1) * share
-            if step == steps - 1:
-                after, omega_after = way, omega_next
-            else:
-                # cubic through both angles with both speeds (Hermite)
-                c = b * b * (3.0 - 2.0 * b)
-                after = c * way + TICK * b * (1.0 - b) * ((1.0 - b) * omega - b * omega_next)
-                omega_after = (
-                    6.0 * b * (1.0 - b) * way / TICK
-                    + (1.0 - b) * (1.0 - 3.0 * b) * omega
-                    + b * (3.0 * b - 2.0) * omega_next
-                )
+            after, omega_after = way, omega_next
+            if step < steps - 1:
+                after, omega_after = _between(b, way, omega, omega_next)
             moved = after - before
             change = local[k + 1] - local[k]
             here, beyond = local[k] + (a + b) * 0.5 * change, local[k] + b * change
+            older, older_by = age, age_by
+            if ages:
+                age, age_by = _aged(age, age_by, moved, TICK * share, inverse_way)
             if moved != 0.0:
-                g = _level(moved / (TICK * share), here, q, inverse_speed, least, g_by)
-                settled = g / stiffness if moved > 0.0 else -g / stiffness
-                ratio = stiffness * abs(moved) / g
-                kept = exp_neg(ratio)
-                # d kept = -kept d ratio, d ratio = -ratio dg / g; the stiffness divides one and multiplies the other
-                follow = settled / g * (1.0 - kept) + (bristle - settled) * kept * ratio / g
-                for p in range(FRICTION_PARAMETERS):
-                    bristle_by[p] = bristle_by[p] * kept + follow * g_by[p]
-                bristle_by[LOG_STIFFNESS] -= follow * g
-                bristle = settled + (bristle - settled) * kept
-            g = _level(omega_after, beyond, q, inverse_speed, least, g_by)
+                g = _level(moved / (TICK * share), here, q, inverse_speed, exponent, least, g_by)
+                if ages:
+                    g += _of_age(0.5 * (older + age), 0.5 * (older_by + age_by), here, q, inverse_onset, g_by)
+                bristle = _carried(bristle, bristle_by, g, g_by, moved, stiffness)
+            g = _level(omega_after, beyond, q, inverse_speed, exponent, least, g_by)
+            if ages:
+                g += _of_age(age, age_by, beyond, q, inverse_onset, g_by)
             drag = stiffness * abs(omega_after) / g
             rate = omega_after - drag * bristle
             torque_after[0] = stiffness * bristle + damping * rate + q[VISCOUS] * omega_after
-            for p in range(FRICTION_PARAMETERS):
+            for p in range(parameters):
                 torque_after[1 + p] = (stiffness - damping * drag) * bristle_by[
                     p
                 ] + damping * drag * bristle / g * g_by[p]
             torque_after[1 + VISCOUS] += omega_after
             torque_after[1 + LOG_STIFFNESS] += (stiffness - damping * drag) * bristle
             torque_after[1 + LOG_DAMPING] += damping * rate
-            early, late, lean = 0.5 - (a + b) * 0.5 + 0.5, (a + b) * 0.5, share / 6.0
-            # integral of the triangle's falling and rising side times a torque that is linear over the step
-            for p in range(1 + FRICTION_PARAMETERS):
-                mean, tilt = 0.5 * (torque[p] + torque_after[p]), 0.5 * (torque_after[p] - torque[p])
-                out[p, k] += share * (early * mean - lean * tilt)
-                out[p, k + 1] += share * (late * mean + lean * tilt)
-                torque[p] = torque_after[p]
+            _share_out(torque, torque_after, a, b, out, k)
             before = after
         omega = omega_next
-    for p in range(1 + FRICTION_PARAMETERS):
+    for p in range(1 + parameters):
         bend(out[p], 1.0 / 24.0, -1.0 / 24.0, samples)
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _carried(bristle: float, bristle_by: Float64, g: float, g_by: Float64, moved: float, stiffness: float) -> float:
+    """Return the bristles' deflection after a way in rad at a steady speed, and carry its derivatives along."""
+    settled = g / stiffness if moved > 0.0 else -g / stiffness
+    ratio = stiffness * abs(moved) / g
+    kept = exp_neg(ratio)
+    # d kept = -kept d ratio, d ratio = -ratio dg / g; the stiffness divides one and multiplies the other
+    follow = settled / g * (1.0 - kept) + (bristle - settled) * kept * ratio / g
+    for p in range(len(g_by)):
+        bristle_by[p] = bristle_by[p] * kept + follow * g_by[p]
+    bristle_by[LOG_STIFFNESS] -= follow * g
+    return settled + (bristle - settled) * kept
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _between(b: float, way: float, omega: float, omega_next: float) -> tuple[float, float]:
+    """Return way and velocity at a share of a tick: a cubic through both angles with both speeds (Hermite)."""
+    c = b * b * (3.0 - 2.0 * b)
+    after = c * way + TICK * b * (1.0 - b) * ((1.0 - b) * omega - b * omega_next)
+    omega_after = (
+        6.0 * b * (1.0 - b) * way / TICK + (1.0 - b) * (1.0 - 3.0 * b) * omega + b * (3.0 * b - 2.0) * omega_next
+    )
+    return after, omega_after
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _share_out(torque: Float64, torque_after: Float64, a: float, b: float, out: Float64, k: int) -> None:
+    """Add to ticks k and k + 1 the integral of a triangle's falling and rising side times a torque.
+
+    It is linear over the step that spans (a, b) of the tick; what it was becomes what it is after the step.
+    """
+    share = b - a
+    early, late, lean = 0.5 - (a + b) * 0.5 + 0.5, (a + b) * 0.5, share / 6.0
+    for p in range(len(torque)):
+        mean, tilt = 0.5 * (torque[p] + torque_after[p]), 0.5 * (torque_after[p] - torque[p])
+        out[p, k] += share * (early * mean - lean * tilt)
+        out[p, k + 1] += share * (late * mean + lean * tilt)
+        torque[p] = torque_after[p]
 
 
 @njit(cache=True, error_model="numpy")
@@ -107,13 +144,13 @@ def unsettled(angle: Float64, q: Float64) -> Float64:
     That is the share of sigma_0 by which friction answers an error of the angle (n).
     """
     out = np.empty(len(angle))
-    stiffness, inverse_speed = exp(q[LOG_STIFFNESS]), exp(-q[LOG_SPEED])
+    stiffness, inverse_speed, exponent = exp(q[LOG_STIFFNESS]), exp(-q[LOG_SPEED]), _exponent(q)
     least = _LEAST * abs(q[COULOMB]) + 1e-6
     bent, share = 0.0, 1.0  # bristles' torque
     for k in range(len(angle)):
         way = angle[k] - angle[max(k - 1, 0)]
         if way != 0.0:
-            g = max(q[COULOMB] + q[DROP] * gauss(way / TICK * inverse_speed), least)
+            g = max(q[COULOMB] + q[DROP] * _peak(way / TICK * inverse_speed, exponent), least)
             settled = g if way > 0.0 else -g
             bent = settled + (bent - settled) * exp_neg(stiffness * abs(way) / g)
             share = abs(1.0 - bent / settled)
@@ -125,20 +162,93 @@ def unsettled(angle: Float64, q: Float64) -> Float64:
 def steady_level(omega: Float64, q: Float64) -> Float64:
     """Return g (m) in N·m at velocities (m) in rad/s (seed paper, eq. 2)."""
     out = np.empty(len(omega))
-    inverse_speed = exp(-q[LOG_SPEED])
+    inverse_speed, exponent = exp(-q[LOG_SPEED]), _exponent(q)
+    renewed = exp(q[LOG_RENEWAL] - q[LOG_ONSET])  # rad/s at which a way renews the contacts within the onset
     for k in range(len(omega)):
-        out[k] = q[COULOMB] + q[DROP] * gauss(omega[k] * inverse_speed)
+        out[k] = q[COULOMB] + q[DROP] * _peak(omega[k] * inverse_speed, exponent)
+        if q[AGEING] != 0.0:
+            out[k] += q[AGEING] * log(1.0 + renewed / max(abs(omega[k]), _SLOWEST))
     return out
 
 
+@njit(cache=True, error_model="numpy")
+def steady_by(omega: float, q: Float64) -> Float64:
+    """Return the derivatives (18) of the friction of steady sliding at a velocity in rad/s."""
+    by, out = np.zeros(FRICTION_PARAMETERS + LAW_PARAMETERS), np.zeros(len(q))
+    way = 1.0 if omega >= 0.0 else -1.0
+    _level(omega, 1.0, q, exp(-q[LOG_SPEED]), _exponent(q), -np.inf, by)
+    if q[AGEING] != 0.0:
+        age = exp(q[LOG_RENEWAL]) / max(abs(omega), _SLOWEST)
+        _of_age(age, age, 1.0, q, exp(-q[LOG_ONSET]), by)
+    out[:FRICTION_PARAMETERS] = way * by[:FRICTION_PARAMETERS]
+    out[VISCOUS] = omega
+    out[LOG_EXPONENT:] = way * by[FRICTION_PARAMETERS:]
+    return out
+
+
+@njit(cache=True, error_model="numpy")
+def peak_left(omega: float, q: Float64) -> float:
+    """Return the share of T_st - T_c that is left at a velocity in rad/s."""
+    return _peak(omega * exp(-q[LOG_SPEED]), _exponent(q))
+
+
 @njit(cache=True, error_model="numpy", inline="always")
-def _level(omega: float, local: float, q: Float64, inverse_speed: float, least: float, by: Float64) -> float:
-    """Return g(omega) in N·m (seed paper, eq. 2), times a factor, and its derivatives by T_c, drop and log omega_s."""
-    u = omega * inverse_speed
-    bell = gauss(u)
+def _exponent(q: Float64) -> float:
+    return 2.0 if q[LOG_EXPONENT] == LOG_SQUARE else exp(q[LOG_EXPONENT])
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _peak(ratio: float, exponent: float) -> float:
+    """Return exp(-|ratio|^exponent), the share of T_st - T_c that is left at so many times omega_s."""
+    u = abs(ratio)
+    if exponent == 2.0:
+        return gauss(u)
+    return exp_neg(exp(exponent * log(u))) if u > 0.0 else 1.0
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _level(
+    omega: float, local: float, q: Float64, inverse_speed: float, exponent: float, least: float, by: Float64
+) -> float:
+    """Return g(omega) in N·m times a factor, without age, and its derivatives.
+
+    Seed paper, eq. 2, with any exponent (Armstrong-Helouvry 1991).
+    """
+    u = abs(omega) * inverse_speed
+    logarithm = log(u) if u > 0.0 and (exponent != 2.0 or len(by) > FRICTION_PARAMETERS) else 0.0
+    power = u * u if exponent == 2.0 else (exp(exponent * logarithm) if u > 0.0 else 0.0)
+    bell = gauss(u) if exponent == 2.0 else exp_neg(power)
     g = local * (q[COULOMB] + q[DROP] * bell)
     if g < least:
-        by[COULOMB], by[DROP], by[LOG_SPEED] = 0.0, 0.0, 0.0
+        by[:] = 0.0
         return least
-    by[COULOMB], by[DROP], by[LOG_SPEED] = local, local * bell, local * 2.0 * u * u * bell * q[DROP]
+    slope = local * exponent * power * bell * q[DROP]
+    by[COULOMB], by[DROP], by[LOG_SPEED] = local, local * bell, slope
+    if len(by) > FRICTION_PARAMETERS:
+        by[_EXPONENT_BY] = -slope * logarithm
     return g
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _aged(age: float, age_by: float, moved: float, time: float, inverse_way: float) -> tuple[float, float]:
+    """Return the age in s of contacts after a way at a steady speed, and its derivative by LOG_RENEWAL.
+
+    d age / dt = 1 - age |omega| / way: Dieterich's law of ageing (Ruina 1983).
+    """
+    renewals = abs(moved) * inverse_way
+    if renewals < 1e-6:
+        return age + time, age_by + age * renewals
+    settled, kept = time / renewals, exp_neg(renewals)
+    # d settled = settled and d kept = kept renewals, both by the logarithm of the way
+    by = settled * (1.0 - kept) + age_by * kept + (age - settled) * kept * renewals
+    return settled + (age - settled) * kept, by
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _of_age(age: float, age_by: float, local: float, q: Float64, inverse_onset: float, by: Float64) -> float:
+    """Return what contacts of an age in s add to g in N·m (Dieterich 1979), and fill in its derivatives."""
+    ratio = age * inverse_onset
+    logarithm, slope = log(1.0 + ratio), local * q[AGEING] * inverse_onset / (1.0 + ratio)
+    if len(by) > FRICTION_PARAMETERS:
+        by[_AGEING_BY], by[_RENEWAL_BY], by[_ONSET_BY] = local * logarithm, slope * age_by, -slope * age
+    return local * q[AGEING] * logarithm

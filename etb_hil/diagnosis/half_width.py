@@ -30,10 +30,10 @@ def half_width(normal: float, even: float) -> float:
 
 def _integral(x: float) -> float:
     """Return the integral of the normal distribution's function up to x."""
-    return x * _below(x) + _PER_SQRT_TWO_PI * float(exp(-0.5 * x * x))
+    return x * share_below(x) + _PER_SQRT_TWO_PI * float(exp(-0.5 * x * x))
 
 
-def _below(x: float) -> float:
+def share_below(x: float) -> float:
     """Return the normal distribution's function within 1e-7 (Abramowitz and Stegun 1964, 26.2.17)."""
     t = 1.0 / (1.0 + 0.2316419 * abs(x))
     series = t * (0.319381530 + t * (-0.356563782 + t * (1.781477937 + t * (-1.821255978 + t * 1.330274429))))

@@ -8,11 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from etb_hil.diagnosis.friction_model import (
+    AGEING,
     COULOMB,
     DROP,
     FRICTION_PARAMETERS,
+    LAW_PARAMETERS,
     LOG_DAMPING,
+    LOG_EXPONENT,
+    LOG_ONSET,
+    LOG_RENEWAL,
     LOG_SPEED,
+    LOG_SQUARE,
     LOG_STIFFNESS,
     VISCOUS,
 )
@@ -26,13 +32,19 @@ from etb_hil.recording.samples import Float64
 CONSTANT, INERTIA, PRELOAD_OPEN, PRELOAD_CLOSE, SLOPE_OPEN, SLOPE_CLOSE, OFFSET, LAG = range(
     FRICTION_PARAMETERS, FRICTION_PARAMETERS + 8
 )
-PARAMETERS = FRICTION_PARAMETERS + 8
+PARAMETERS = FRICTION_PARAMETERS + 8 + LAW_PARAMETERS
+USUAL = FRICTION_PARAMETERS + 8  # how many the paper's law has: the exponent is 2 there, and contacts do not age
 
 _EVEN = 1.0 / math.sqrt(3.0)  # standard deviation of a value that lies anywhere inside +- 1
 _ANY_TORQUE = 1.0  # N·m: T_c and T_st are what is asked, nothing is assumed of them
 _ANY_FACTOR = 0.5  # of the logarithm of the Stribeck velocity: twice or half the model's is 1.4 standard deviations
 _ANY_BRISTLE = 1.0  # of the logarithms of stiffness and damping
 _ANY_VISCOSITY = 1.0  # times the model's
+# Of the logarithm of the Stribeck curve's exponent: 0.5 to 2 are in use (Armstrong-Helouvry 1991), 8 is a step.
+_ANY_EXPONENT = 0.7
+_ANY_AGEING = 0.08  # times T_st, a unit of the logarithm of the contacts' age
+_ONSET = 0.1  # s
+_ANY_AGE = 1.0  # of the logarithms of the way that renews contacts and of the age from which it counts
 # Sampled once a control period, just before the voltage steps, the current stands for the end of its period and not
 # for its mean: that is a shift by up to half a period, on top of what a sensor's filter delays.
 _ANY_LAG = 5e-4  # s
@@ -40,11 +52,15 @@ _ANY_LAG = 5e-4  # s
 
 @dataclass(frozen=True, slots=True)
 class Prior:
-    """Means (14) and inverse variances (14) of the fit's parameters; the model's `stribeck_velocity` in rad/s."""
+    """Means (18) and inverse variances (18) of the fit's parameters; the model's `stribeck_velocity` in rad/s.
+
+    The first `count` of them are fitted; those behind have the values of their means.
+    """
 
     mean: Float64
     precision: Float64
     stribeck_velocity: float
+    count: int = USUAL
 
 
 def prior_of(model: Model, throttle: ThrottleParameters, offset_error: float, balance: VoltageBalance | None) -> Prior:
@@ -56,6 +72,11 @@ def prior_of(model: Model, throttle: ThrottleParameters, offset_error: float, ba
     mean[VISCOUS], spread[VISCOUS] = throttle.viscous, _ANY_VISCOSITY * throttle.viscous
     mean[LOG_STIFFNESS], spread[LOG_STIFFNESS] = log(throttle.bristle_stiffness), _ANY_BRISTLE
     mean[LOG_DAMPING], spread[LOG_DAMPING] = log(throttle.bristle_damping), _ANY_BRISTLE
+    mean[LOG_EXPONENT], spread[LOG_EXPONENT] = LOG_SQUARE, _ANY_EXPONENT
+    spread[AGEING] = _ANY_AGEING * throttle.stiction
+    # contacts are renewed along the way that bends bristles to the full (Rice and Ruina 1983)
+    mean[LOG_RENEWAL], spread[LOG_RENEWAL] = log(throttle.stiction / throttle.bristle_stiffness), _ANY_AGE
+    mean[LOG_ONSET], spread[LOG_ONSET] = log(_ONSET), _ANY_AGE
     spread[CONSTANT] = _EVEN * model.tolerance("torque_per_ampere") / throttle.torque_per_ampere
     spread[INERTIA] = _EVEN * model.tolerance("inertia") / throttle.inertia
     for index, name in (

@@ -48,6 +48,13 @@ class Spread:
         return math.sqrt(float(moved * moved) + TWO_SIDED_95 * TWO_SIDED_95 * variance)
 
     @property
+    def covariance(self) -> Float64:
+        """The covariance (p, p) of both together."""
+        matrix, _ = accumulate(self.steps, self.steps[:, 0].copy(), np.full(len(self.steps), 1.0 / len(self.steps)))
+        total: Float64 = matrix + self.known
+        return total
+
+    @property
     def is_finite(self) -> bool:
         """Whether the run can say what its fit is off by."""
         return bool(np.all(np.isfinite(self.steps)) and np.all(np.isfinite(self.known)))

@@ -6,15 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from etb_hil.diagnosis.assessment import Assessment, Interval, fitted_curve
+from etb_hil.diagnosis.assessment import Assessment, fitted_curve
 from etb_hil.diagnosis.break_away import BreakAway, at_rates
 from etb_hil.diagnosis.bump_fit import excess_of
 from etb_hil.diagnosis.contradiction import Widening
-from etb_hil.diagnosis.friction_model import LOG_SPEED
+from etb_hil.diagnosis.friction_model import peak_left
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
+from etb_hil.diagnosis.interval import Interval
 from etb_hil.diagnosis.prior import CONSTANT
 from etb_hil.diagnosis.stribeck_fit import StribeckFit
-from etb_hil.plant.exactmath import exp
 from etb_hil.recording.samples import Float64
 
 _POINTS = 201
@@ -51,7 +51,7 @@ def plot_columns(assessment: Assessment, widening: Widening) -> dict[str, Float6
     """Return the columns that `DiagnosisResult.series` names; groups that the run does not carry are left out.
 
     The curve's band holds what the numbers' intervals hold of friction at a speed: its gain and an uneven way. How it
-    parts into T_c and viscosity, which another curve leaves open, is the numbers' alone.
+    parts into T_c and viscosity, which other laws of friction leave open, is the numbers' alone.
     """
     ticks, evidence, fit = assessment.ticks, assessment.evidence, assessment.fit
     columns = {
@@ -96,8 +96,7 @@ def _band(
         zip(speeds.tolist(), value.tolist(), (TWO_SIDED_95 * error).tolist(), strict=True)
     ):
         way = 1.0 if speed >= 0.0 else -1.0
-        ratio = speed * float(exp(-fit.parameters[LOG_SPEED]))
         along = Interval(way * level, way * level - reach, way * level + reach)
-        edges = widening.of_curve(along, 1.0 - float(exp(-ratio * ratio)))
+        edges = widening.of_curve(along, 1.0 - peak_left(speed, fit.parameters))
         low[k], high[k] = sorted((way * edges.low, way * edges.high))
     return low, high

@@ -18,13 +18,14 @@ from etb_hil.diagnosis.friction_model import (
     COULOMB,
     DROP,
     FRICTION_PARAMETERS,
+    LAW_PARAMETERS,
     LOG_SPEED,
     VISCOUS,
     friction_along,
     unsettled,
 )
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
-from etb_hil.diagnosis.prior import CONSTANT, INERTIA, LAG, OFFSET, PARAMETERS, Prior
+from etb_hil.diagnosis.prior import CONSTANT, INERTIA, LAG, OFFSET, PARAMETERS, USUAL, Prior
 from etb_hil.diagnosis.segment_bootstrap import Spread, segment_bootstrap
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.windows import (
@@ -62,8 +63,7 @@ class Evidence:
     `motor` (m) N·m, torque of the measured current, and `motor_rate` (m) N·m/s; `load` (m) N·m, springs and inertia by
     the bench's model; `velocity` rad/s, `position` rad (m); `errors` (m, 5), what inertia, preloads and slopes add to
     the load for a unit of their error; `per_ampere` N·m/A; `cluster` (m) numbers stretches that share their noise.
-    `local` (n) is the factor on friction where and when the plate was at each tick, `over_time` (n) what of it is owed
-    to the time; `counts` (m), which windows are fitted.
+    `over_time` (n) is the factor on friction at the time of each tick; `counts` (m), which windows are fitted.
     """
 
     motor: Float64
@@ -74,23 +74,25 @@ class Evidence:
     errors: Float64
     per_ampere: float
     cluster: Int64
-    local: Float64
     over_time: Float64
     counts: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)
 class StribeckFit:
-    """The fitted parameters (14) in the order of `prior`, what they may be off by, and what was left over.
+    """The fitted parameters (18) in the order of `prior`, what they may be off by, and what was left over.
 
     `friction` (m) is what the windows say of friction once the model's errors are taken off; `residual` (m) N·m is how
-    far that lies above the curve of that time, local bumps included.
+    far that lies above the curve of that time. `deviance` is -2 log posterior density, up to a constant, of which
+    `counted` is the share that the scatter of the run bears out: 1 where residuals are noise.
     """
 
     parameters: Float64
     spread: Spread
     friction: Float64
     residual: Float64
+    deviance: float
+    counted: float
 
     def reach(self, weights: Mapping[int, float]) -> float:
         """Return how far the truth may lie from a sum of parameters with these weights, in 95 %."""
@@ -99,6 +101,10 @@ class StribeckFit:
     def error(self, weights: Mapping[int, float]) -> float:
         """Return the standard error of a sum of parameters with these weights, as its 95 % interval has it."""
         return self.reach(weights) / TWO_SIDED_95
+
+    def error_along(self, gradient: Float64) -> float:
+        """Return the standard error of what has this `gradient` (18), as its 95 % interval has it."""
+        return self.spread.reach(gradient) / TWO_SIDED_95
 
     @property
     def stiction(self) -> tuple[float, float]:
@@ -137,9 +143,7 @@ def gather_evidence(
     load = window_means(spring, TORQUE_KERNEL, windows) + inertia
     level, all_of_them = np.ones(len(ticks)), np.ones(len(windows), np.bool_)
     place = ticks.angle[windows.centre]
-    return Evidence(
-        motor, motor_rate, load, velocity, place, errors, p.torque_per_ampere, cluster, level, level, all_of_them
-    )
+    return Evidence(motor, motor_rate, load, velocity, place, errors, p.torque_per_ampere, cluster, level, all_of_them)
 
 
 def fit_stribeck(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior) -> StribeckFit | None:
@@ -154,10 +158,15 @@ def fit_stribeck(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prio
     return None if best is None else refit(ticks, windows, evidence, prior, best[1])
 
 
-def refit(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, start: Float64) -> StribeckFit | None:
-    """Fit from parameters (14) that are near already, windows weighed by kind; None where that comes to no end."""
+def refit(
+    ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, start: Float64, alike: Float64 | None = None
+) -> StribeckFit | None:
+    """Fit from parameters (18) that are near already, windows weighed by kind; None where that comes to no end.
+
+    Kinds are those by the parameters `alike`, by default those of the start.
+    """
     # Bristles that are bent by an angle known in steps, after a rest above all, are off by more than any noise.
-    kind = _kinds(ticks, windows, start)
+    kind = _kinds(ticks, windows, start if alike is None else alike)
     weighed = _descend(ticks, windows, evidence, prior, start, None, kind)
     return None if weighed is None else _conclude(ticks, windows, evidence, prior, weighed[1], kind)
 
@@ -184,7 +193,7 @@ def _start(evidence: Evidence, prior: Prior, factor: float) -> Float64:
     omega_s = factor * prior.stribeck_velocity
     q[LOG_SPEED] += log(factor)
     speed = np.abs(evidence.velocity)
-    slow, fast = speed < 0.3 * omega_s, speed > 1.5 * omega_s
+    slow, fast = evidence.counts & (speed < 0.3 * omega_s), evidence.counts & (speed > 1.5 * omega_s)
     torque = evidence.motor - evidence.load
     along = np.where(evidence.velocity > 0.0, torque, -torque) - q[VISCOUS] * speed
     if np.any(slow):
@@ -195,24 +204,27 @@ def _start(evidence: Evidence, prior: Prior, factor: float) -> Float64:
     return q
 
 
-def _linearise(ticks: Ticks, windows: Windows, evidence: Evidence, q: Float64) -> tuple[Float64, Float64]:
-    """Return residuals (m) of the motor torque that the parameters call for, and their Jacobian (m, 14).
+def _linearise(ticks: Ticks, windows: Windows, evidence: Evidence, q: Float64, count: int) -> tuple[Float64, Float64]:
+    """Return residuals (m) of the motor torque that the parameters call for, and the Jacobian (m, `count`).
 
     The measured current is what carries the noise, so it stands alone: were it multiplied by a fitted constant, a
     smaller constant would shrink the noise and pass for a better fit.
     """
-    along = np.empty((1 + FRICTION_PARAMETERS, len(ticks)))
-    friction_along(ticks.angle, ticks.samples, evidence.local, q, along)
+    law = LAW_PARAMETERS if count > USUAL else 0
+    along = np.empty((1 + FRICTION_PARAMETERS + law, len(ticks)))
+    friction_along(ticks.angle, ticks.samples, evidence.over_time, q, along)
     friction = window_means(along[0], WINDOW, windows)
     shaft = friction + evidence.load + times(evidence.errors, q[INERTIA:OFFSET])
     scale = 1.0 / (1.0 + q[CONSTANT])
-    jacobian = np.empty((len(windows), PARAMETERS))
+    jacobian = np.empty((len(windows), count))
     for index in range(FRICTION_PARAMETERS):
         jacobian[:, index] = window_means(along[1 + index], WINDOW, windows) * scale
     jacobian[:, CONSTANT] = -shaft * scale * scale
     jacobian[:, INERTIA:OFFSET] = evidence.errors * scale
     jacobian[:, OFFSET] = evidence.per_ampere
     jacobian[:, LAG] = -evidence.motor_rate
+    for index in range(count - USUAL):
+        jacobian[:, USUAL + index] = window_means(along[1 + FRICTION_PARAMETERS + index], WINDOW, windows) * scale
     sensed = evidence.per_ampere * q[OFFSET] - q[LAG] * evidence.motor_rate
     return evidence.motor - (shaft * scale + sensed), jacobian
 
@@ -264,22 +276,22 @@ def _descend(
     kind: Int64,
 ) -> tuple[float, Float64] | None:
     """Return the mean square left over and the parameters; None where there is no end, or only a `known` one."""
-    q, damping = start, 1e-3
-    residual, jacobian = _linearise(ticks, windows, evidence, q)
+    q, damping, count = start, 1e-3, prior.count
+    residual, jacobian = _linearise(ticks, windows, evidence, q, count)
     for _ in range(_ITERATIONS):
         weight = _weights(residual, kind, evidence.counts)
         matrix, gradient = accumulate(jacobian, residual, weight)
-        gradient += prior.precision * (prior.mean - q)
-        matrix[np.diag_indices(PARAMETERS)] += prior.precision
+        gradient += (prior.precision * (prior.mean - q))[:count]
+        matrix[np.diag_indices(count)] += prior.precision[:count]
         cost = _cost(residual, weight, q, prior.mean, prior.precision)
         for _ in range(8):
             damped = matrix.copy()
-            damped[np.diag_indices(PARAMETERS)] *= 1.0 + damping
+            damped[np.diag_indices(count)] *= 1.0 + damping
             covariance = inverse(damped)
-            step = times(covariance, gradient)
+            step = _padded(times(covariance, gradient))
             if not np.all(np.isfinite(step)):
                 return None
-            tried, tried_jacobian = _linearise(ticks, windows, evidence, q + step)
+            tried, tried_jacobian = _linearise(ticks, windows, evidence, q + step, count)
             if _cost(tried, weight, q + step, prior.mean, prior.precision) < cost:
                 q, residual, jacobian, damping = q + step, tried, tried_jacobian, 0.1 * damping
                 break
@@ -287,34 +299,54 @@ def _descend(
         else:
             break
         error = np.sqrt(np.diag(covariance))
-        if known is not None and np.all(np.abs(q - known) < _SAME_VALLEY * error):
+        if known is not None and np.all(np.abs(q - known)[:count] < _SAME_VALLEY * error):
             return None
-        if np.all(np.abs(step) < _CONVERGED * error):
+        if np.all(np.abs(step[:count]) < _CONVERGED * error):
             break
     # Costs of different starts compare only at one precision; the profile over the noise level is its logarithm,
     # and the mean square orders the starts in the same way.
     return _mean_square(residual[evidence.counts]), q
 
 
+def _padded(values: Float64) -> Float64:
+    """Return what is said of the parameters that are fitted, on the last axis, with nothing for those behind."""
+    out = np.zeros((*values.shape[:-1], PARAMETERS))
+    out[..., : values.shape[-1]] = values
+    return out
+
+
 def _conclude(
     ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, q: Float64, kind: Int64
 ) -> StribeckFit | None:
-    residual, jacobian = _linearise(ticks, windows, evidence, q)
+    residual, jacobian = _linearise(ticks, windows, evidence, q, prior.count)
     weight = _weights(residual, kind, evidence.counts)
     matrix, _ = accumulate(jacobian, residual, weight)
-    held = np.zeros_like(matrix)
-    held[np.diag_indices(PARAMETERS)] = prior.precision
+    held = np.diag(prior.precision[: prior.count])
     bread = inverse(matrix + held)
     steps = segment_bootstrap(jacobian, residual, weight, evidence.cluster, held)
-    spread = Spread(steps, product(product(bread, held), bread))
+    known = np.zeros((PARAMETERS, PARAMETERS))
+    known[: prior.count, : prior.count] = product(product(bread, held), bread)
+    spread = Spread(_padded(steps), known)
     if not spread.is_finite:
         return None
     sensed = evidence.per_ampere * q[OFFSET] - q[LAG] * evidence.motor_rate
     measured = (evidence.motor - sensed) * (1.0 + q[CONSTANT])
     friction = measured - evidence.load - times(evidence.errors, q[INERTIA:OFFSET])
-    if np.any(evidence.local != evidence.over_time):
-        residual, _ = _linearise(ticks, windows, replace(evidence, local=evidence.over_time), q)
-    return StribeckFit(q, spread, friction, residual)
+    counted = min(float(bread[COULOMB, COULOMB]) / float(spread.covariance[COULOMB, COULOMB]), 1.0)
+    deviance = _deviance(residual, kind, evidence.counts, prior, q)
+    return StribeckFit(q, spread, friction, residual, deviance, counted)
+
+
+def _deviance(residual: Float64, kind: Int64, counts: NDArray[np.bool_], prior: Prior, q: Float64) -> float:
+    """Return -2 log posterior density, up to a constant, at the noise of each kind of windows that is likeliest."""
+    total = 0.0
+    for k in range(int(kind.max()) + 1):
+        same = (kind == k) & counts
+        if np.any(same):
+            square = max(_mean_square(residual[same]), _LEAST_NOISE * _LEAST_NOISE)
+            total += np.count_nonzero(same) / _OVERLAP * float(log(square))
+    off = q - prior.mean
+    return total + float(np.sum(prior.precision * off * off))
 
 
 def widened_by(
@@ -326,11 +358,11 @@ def widened_by(
     scatter shows it.
     """
     q = fit.parameters
-    residual, jacobian = _linearise(ticks, windows, evidence, q)
+    residual, jacobian = _linearise(ticks, windows, evidence, q, prior.count)
     weight = _weights(residual, _kinds(ticks, windows, q), evidence.counts)
     matrix, _ = accumulate(jacobian, residual, weight)
-    matrix[np.diag_indices(PARAMETERS)] += prior.precision
-    moved, _ = _linearise(ticks, windows, replace(evidence, local=local), q)
-    shift = times(inverse(matrix), accumulate(jacobian, moved - residual, weight)[1])
+    matrix[np.diag_indices(prior.count)] += prior.precision[: prior.count]
+    moved, _ = _linearise(ticks, windows, replace(evidence, over_time=local), q, USUAL)
+    shift = _padded(times(inverse(matrix), accumulate(jacobian, moved - residual, weight)[1]))
     known = fit.spread.known + shift[:, None] * shift[None, :]
     return replace(fit, spread=replace(fit.spread, known=known))

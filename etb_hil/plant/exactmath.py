@@ -43,6 +43,9 @@ _GAUSS = _gauss_table()
 _EXP_OVERFLOW = 709.782712893384
 _EXP_UNDERFLOW = -745.2
 _SUBNORMAL = -1021
+_MANTISSA, _ONE_BITS = np.int64(0x000FFFFFFFFFFFFF), np.int64(0x3FF0000000000000)
+_SMALLEST_NORMAL, _TWO_54 = 2.0**-1022, 2.0**54
+_SQRT_2 = 1.4142135623730951
 
 
 @njit(cache=True, error_model="numpy", inline="always")
@@ -93,15 +96,28 @@ def _exp_small(a: float) -> float:
 
 @njit(cache=True, error_model="numpy")
 def log(value: float) -> float:
-    """Return the natural logarithm of a positive value, by Halley's method on `exp`."""
-    guess = 0.0
-    for _ in range(400):
-        power = exp(guess)
-        step = 2.0 * (value - power) / (value + power)
-        guess += step
-        if abs(step) < 1e-15:
-            break
-    return guess
+    """Return the natural logarithm of a positive value within 2 ulp; -inf of 0, NaN below.
+
+    value = 2**k m with m about 1; log m = 2 atanh((m - 1) / (m + 1)), by its series (Abramowitz and Stegun 4.1.27).
+    """
+    if not (0.0 < value < np.inf):
+        return -np.inf if value == 0.0 else (value if value > 0.0 else np.nan)
+    k = np.int64(0)
+    if value < _SMALLEST_NORMAL:
+        value, k = value * _TWO_54, np.int64(-54)
+    bits = np.float64(value).view(np.int64)
+    k += (bits >> 52) - 1023
+    m = np.int64((bits & _MANTISSA) | _ONE_BITS).view(np.float64)
+    if m > _SQRT_2:
+        m, k = 0.5 * m, k + 1
+    f = m - 1.0
+    s = f / (m + 1.0)
+    z = s * s
+    series = 1.0 / 23.0
+    for n in range(10, 0, -1):
+        series = 1.0 / (2 * n + 1) + z * series
+    # 2 s = f - s f, of which f is exact
+    return k * _LN2_HIGH + (f - (s * (f - 2.0 * z * series) - k * _LN2_LOW))
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)

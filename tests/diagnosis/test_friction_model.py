@@ -4,14 +4,22 @@ import numpy as np
 import pytest
 
 from etb_hil.diagnosis.friction_model import (
+    AGEING,
     COULOMB,
     DROP,
     FRICTION_PARAMETERS,
+    LAW_PARAMETERS,
     LOG_DAMPING,
+    LOG_EXPONENT,
+    LOG_ONSET,
+    LOG_RENEWAL,
     LOG_SPEED,
+    LOG_SQUARE,
     LOG_STIFFNESS,
     VISCOUS,
     friction_along,
+    steady_by,
+    steady_level,
     unsettled,
 )
 
@@ -25,30 +33,51 @@ def motion():
 
 
 def along(angle, q):
-    out = np.empty((1 + FRICTION_PARAMETERS, len(angle)))
+    out = np.empty((1 + FRICTION_PARAMETERS + LAW_PARAMETERS, len(angle)))
     friction_along(angle, np.ones(len(angle)), np.ones(len(angle)), q, out)
     return out
 
 
-@pytest.mark.parametrize("index", [COULOMB, DROP, LOG_SPEED, VISCOUS, LOG_STIFFNESS, LOG_DAMPING])
-def test_derivatives_are_those_of_the_values(index):
-    q = np.zeros(FRICTION_PARAMETERS)
-    q[COULOMB], q[DROP], q[VISCOUS] = 0.144, 0.05, 1e-3
-    q[LOG_SPEED], q[LOG_STIFFNESS], q[LOG_DAMPING] = np.log([7.8, 60.0, 0.1])
-    angle, step = motion(), 1e-5
-    ahead, behind = q.copy(), q.copy()
-    ahead[index] += step
-    behind[index] -= step
-    slope = (along(angle, ahead)[0] - along(angle, behind)[0]) / (2 * step)
-    exact = along(angle, q)[1 + index]
-    assert np.max(np.abs(exact)) > 1e-3
-    assert exact == pytest.approx(slope, abs=2e-6 * np.max(np.abs(exact)))
+def parameters(exponent=2.0, ageing=0.0):
+    q = np.zeros(LOG_EXPONENT + LAW_PARAMETERS)
+    q[[COULOMB, DROP, VISCOUS, AGEING]] = 0.144, 0.05, 1e-3, ageing
+    q[[LOG_SPEED, LOG_STIFFNESS, LOG_DAMPING, LOG_RENEWAL, LOG_ONSET]] = np.log([7.8, 60.0, 0.1, 3e-3, 0.05])
+    q[LOG_EXPONENT] = LOG_SQUARE if exponent == 2.0 else np.log(exponent)
+    return q
+
+
+FRICTION = [COULOMB, DROP, LOG_SPEED, VISCOUS, LOG_STIFFNESS, LOG_DAMPING]
+LAW = [LOG_EXPONENT, AGEING, LOG_RENEWAL, LOG_ONSET]
+
+
+@pytest.mark.parametrize(("exponent", "ageing"), [(2.0, 0.0), (0.7, 0.0), (2.0, 0.014), (1.3, 0.014)])
+def test_derivatives_are_those_of_the_values(exponent, ageing):
+    q, angle, step = parameters(exponent, ageing), motion(), 1e-5
+    exact = along(angle, q)[1:]
+    for row, index in zip(exact, FRICTION + LAW, strict=True):
+        if ageing == 0.0 and index in LAW[1:]:
+            continue  # contacts without age have none
+        ahead, behind = q.copy(), q.copy()
+        ahead[index] += step
+        behind[index] -= step
+        slope = (along(angle, ahead)[0] - along(angle, behind)[0]) / (2 * step)
+        assert np.max(np.abs(row)) > 1e-3
+        assert row == pytest.approx(slope, abs=2e-6 * np.max(np.abs(row))), index
+
+
+@pytest.mark.parametrize(("exponent", "ageing"), [(2.0, 0.0), (0.7, 0.014)])
+def test_steady_sliding_has_the_level_and_the_derivatives_of_the_curve(exponent, ageing):
+    q, speed = parameters(exponent, ageing), 0.4
+    angle = speed * 1e-3 * np.arange(2000)
+    values = along(angle, q)[:, -100]
+    assert values[0] == pytest.approx(steady_level(np.array([speed]), q)[0] + 1e-3 * speed, rel=1e-6)
+    slopes = steady_by(speed, q)[FRICTION + LAW]
+    known = [0, 1, 2, 3, 6] + ([7, 8, 9] if ageing else [])
+    assert values[1:][known] == pytest.approx(slopes[known], rel=1e-5)
 
 
 def test_bristles_settle_along_the_way_and_hang_over_a_reversal():
-    q = np.zeros(FRICTION_PARAMETERS)
-    q[COULOMB], q[DROP], q[VISCOUS] = 0.144, 0.05, 1e-3
-    q[LOG_SPEED], q[LOG_STIFFNESS], q[LOG_DAMPING] = np.log([7.8, 60.0, 0.1])
+    q = parameters()
     step, length = 1e-4, 0.194 / 60.0  # rad in a tick; T_st / sigma_0
     way = np.concatenate([np.full(400, step), np.zeros(50), np.full(400, -step)])
     share = unsettled(np.cumsum(way), q)

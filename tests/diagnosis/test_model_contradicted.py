@@ -77,25 +77,6 @@ def test_what_is_measured_along_is_said_and_friction_stands(unit, parameter):
         assert number.low < truth < number.high
 
 
-@pytest.mark.parametrize(
-    ("exponent", "coulomb", "stiction"), [(1.0, 0.185, 0.235), (1.0, 0.17, 0.245), (3.0, 0.207, 0.247)]
-)
-def test_friction_that_falls_by_another_curve_is_not_judged_by_a_wrong_coulomb_friction(exponent, coulomb, stiction):
-    result = diagnosed(Unit(exponent=exponent, coulomb=coulomb, stiction=stiction))
-    number = result.measurements.get("T_c")
-    assert number.low < coulomb < number.high
-    assert (result.verdict, number.verdict) == (UNSURE, UNSURE)
-    assert "another curve" in next(r.text for r in result.reasons if r.id == "model_contradicted")
-
-
-@pytest.mark.parametrize(("exponent", "viscous"), [(0.5, 1e-3), (1.0, 1e-3), (1.0, 3e-3), (3.0, 1e-3)])
-def test_far_from_its_limit_another_curve_passes_with_a_wide_interval(exponent, viscous):
-    result = diagnosed(Unit(exponent=exponent, viscous=viscous))
-    number = result.measurements.get("T_c")
-    assert result.verdict is PASS
-    assert number.low < Unit().coulomb < number.high
-
-
 @pytest.mark.parametrize("share", [0.25, -0.25])
 def test_friction_beyond_its_limit_in_one_direction_does_not_pass_as_springs_that_are_off(share):
     """The mean of both directions is inside the limit, and the springs' preloads take the difference."""

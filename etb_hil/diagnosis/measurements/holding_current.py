@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from etb_hil.diagnosis.assessment import Interval
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
+from etb_hil.diagnosis.interval import Interval
 from etb_hil.diagnosis.measurement_kind import Estimate, MeasurementKind
 from etb_hil.diagnosis.motion.rests import rests
 

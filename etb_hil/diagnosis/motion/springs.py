@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from etb_hil.diagnosis.assessment import Interval
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
+from etb_hil.diagnosis.interval import Interval
 from etb_hil.diagnosis.measurement_kind import Estimate
 from etb_hil.diagnosis.motion.passes import Bins, presliding, slow_passes
 from etb_hil.diagnosis.motion.repeats import student

@@ -1,0 +1,82 @@
+"""Which law friction follows: the paper's, one with another exponent, one whose contacts age, or both.
+
+Bayesian model averaging (Hoeting, Madigan, Raftery and Volinsky 1999) over laws: each is fitted to the same windows,
+and has the probability that its evidence gives it (Laplace's method). No law is exact, so that residuals of one stretch
+of the run go together: the likelihood counts for as much as their scatter from stretch to stretch lets it (Royall and
+Tsou 2003, robust adjusted likelihood).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from etb_hil.diagnosis.friction_model import AGEING, LOG_EXPONENT, LOG_ONSET, LOG_RENEWAL
+from etb_hil.diagnosis.prior import Prior
+from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit, refit
+from etb_hil.diagnosis.ticks import Ticks
+from etb_hil.diagnosis.windows import Windows
+from etb_hil.plant.exactmath import exp, log
+from etb_hil.recording.samples import Float64
+
+_CERTAIN = 1e18  # inverse variance
+_USUAL = 0.5  # probability of the paper's law beforehand; the others share the rest
+_LEAST = 1e-3  # probability of a law that is kept
+_YOUNG = 0.01  # share of T_st a unit of the logarithm of age, where a descent begins
+_AGES = (AGEING, LOG_RENEWAL, LOG_ONSET)
+_OTHERS = ((LOG_EXPONENT,), _AGES, (LOG_EXPONENT, *_AGES))  # what laws have that the paper's has not
+
+
+@dataclass(frozen=True, slots=True)
+class Law:
+    """A law of friction: its fit to a run, the prior of that, and its probability."""
+
+    fit: StribeckFit
+    prior: Prior
+    probability: float
+
+
+def laws_of(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, usual: StribeckFit) -> list[Law]:
+    """Return the laws that a run leaves probable, the likeliest first; `usual` is its fit by the paper's law."""
+    found = [(usual, prior, 0.0)]
+    for free in _OTHERS:
+        if len(found) > 1 and len(free) > len(_AGES) and max(factor for _, _, factor in found) <= 0.0:
+            break  # neither alone is likelier than the paper's law
+        law = replace(prior, count=max(free) + 1, precision=prior.precision.copy())
+        start = usual.parameters.copy()
+        if AGEING in free:
+            start[AGEING] = _YOUNG * usual.stiction[0]
+        if LOG_EXPONENT not in free:
+            law.precision[LOG_EXPONENT] = _CERTAIN
+        fit = refit(ticks, windows, evidence, law, start, usual.parameters)
+        if fit is not None and fit.parameters[AGEING] >= 0.0:
+            found.append((fit, law, _log_bayes_factor(fit, usual, law, free)))
+    most = max(factor for _, _, factor in found)
+    before = (1.0 - _USUAL) / len(_OTHERS)
+    shares = [(_USUAL if fit is usual else before) * float(exp(factor - most)) for fit, _, factor in found]
+    kept = [one for one in zip(found, shares, strict=True) if one[1] >= _LEAST * sum(shares)]
+    total = sum(share for _, share in kept)
+    laws = [Law(fit, law, share / total) for (fit, law, _), share in kept]
+    return sorted(laws, key=lambda law: -law.probability)
+
+
+def _log_bayes_factor(fit: StribeckFit, usual: StribeckFit, prior: Prior, free: tuple[int, ...]) -> float:
+    """Return the logarithm of the Bayes factor of a law over the usual one, which lacks the parameters `free`.
+
+    What the law fits better, and by how much less than beforehand its own parameters are open (Laplace's method). It
+    holds the usual law as a case, so that it fits no worse.
+    """
+    covariance = fit.spread.covariance[np.ix_(free, free)]
+    scale = np.sqrt(prior.precision[list(free)])
+    open_still = _log_determinant(covariance * scale[:, None] * scale[None, :])
+    return 0.5 * fit.counted * max(usual.deviance - fit.deviance, 0.0) + 0.5 * min(open_still, 0.0)
+
+
+def _log_determinant(matrix: Float64) -> float:
+    """Return the logarithm of the determinant of a positive matrix, by elimination."""
+    left, total = matrix.copy(), 0.0
+    for k in range(len(left)):
+        total += float(log(max(float(left[k, k]), 1e-300)))
+        left[k + 1 :, k + 1 :] -= left[k + 1 :, k, None] * left[None, k, k + 1 :] / left[k, k]
+    return total

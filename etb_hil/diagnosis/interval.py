@@ -1,0 +1,46 @@
+"""A value with its 95 % interval, and what intervals under several hypotheses say together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from etb_hil.diagnosis.half_width import TWO_SIDED_95, share_below
+
+_HALVINGS = 40
+_OUTSIDE = 0.025  # of a 95 % interval, on either side
+_LEAST = 1e-12
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """A value with its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+def mixed(parts: Sequence[tuple[float, Interval]]) -> Interval:
+    """Return the mean of a mixture and its 2.5 and 97.5 % quantiles.
+
+    `parts` are probabilities that sum up to 1, and intervals whose two sides are normal.
+    """
+    if len(parts) == 1:
+        return parts[0][1]
+    value = 0.0
+    for probability, part in parts:
+        value += probability * part.value
+    return Interval(value, _quantile(parts, _OUTSIDE), _quantile(parts, 1.0 - _OUTSIDE))
+
+
+def _quantile(parts: Sequence[tuple[float, Interval]], share: float) -> float:
+    low, high = min(part.low for _, part in parts), max(part.high for _, part in parts)
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        below = 0.0
+        for probability, part in parts:
+            side = part.value - part.low if middle < part.value else part.high - part.value
+            below += probability * share_below((middle - part.value) * TWO_SIDED_95 / max(side, _LEAST))
+        low, high = (middle, high) if below < share else (low, middle)
+    return 0.5 * (low + high)
