@@ -37,7 +37,7 @@ def assert_bus_was_healthy(results):
         for fault in ("lost", "crc_failures", "counter_jumps", "repeated_counters"):
             assert getattr(message, fault) == 0, (message.name, fault)
     assert bench.lateness.worst_ms == 0.0  # virtual time
-    assert bench.frame_age.worst_ms < 2.0, bench.frame_age
+    assert bench.frame_age.worst_ms < (120.0 if bench.readings else 2.0), bench.frame_age  # ms: readings take turns
     if bench.set_point_jitter is not None:
         assert bench.set_point_jitter.worst_us < 500.0  # commands wait for a frame on the bus, or two
     if bench.answer_time is not None:

@@ -59,6 +59,7 @@ def diagnose(
     from etb_hil.diagnosis.phase_use import RunPhase, Use
     from etb_hil.diagnosis.plausibility import Plausibility
     from etb_hil.observer.registry import DEFAULT
+    from etb_hil.recording.samples import Joiner
     from etb_hil.scenario.phases import LOG
     from etb_hil.session.analysis import SLOW_ROLES
     from etb_hil.session.rows import RowBuilder
@@ -72,7 +73,7 @@ def diagnose(
     plausibility = Plausibility(judged_by)
     joined = list(dict.fromkeys(recording.source_of(role) for role in NEEDED))
     slow = {role: recording.source_of(role) for role in SLOW_ROLES if role in recording.roles}
-    rows = RowBuilder(joined, slow).push(recording.block(source) for source in recording.sources)
+    rows = RowBuilder(Joiner(joined), slow).push(recording.block(source) for source in recording.sources)
     if rows is not None:
         diagnosis.push(rows, RunPhase(0, LOG, LOG, Use.FITTED))
         plausibility.push(rows, 0, moving=True)

@@ -75,6 +75,7 @@ class Beat:
             self.start_ns,
             reports_status=tap.reports_status,
             reports_temperature=tap.reports_temperature,
+            requested=tap.requested,
         )
         self._interlock = Interlock(round(bench.limits.frame_age * 1e9)) if tap.reports_interlock else None
         self.signals = signals
@@ -110,6 +111,8 @@ class Beat:
         trip = self._supervise(blocks, self._clock.now_ns(), is_waking=is_waking)  # a stall may have come in between
         self._refuse(trip)
         self._tap.check_recording()
+        if self._tap.talk is not None:
+            self._tap.talk.check()
         if now_ns >= self._show_due_ns:
             self._show_due_ns = now_ns + round(WATCH_S * 1e9)
             self._show(now_ns)
@@ -133,7 +136,7 @@ class Beat:
             trip = self._host_trip() or trip
         if trip is None and not is_waking:
             self.frame_age.note(max(now_ns - self.supervisor.newest_ns, 0))
-            trip = self.supervisor.age(now_ns)
+            trip = self.supervisor.age(now_ns, moves=self._moves)
             if trip is not None and self._tap.health().state is BusState.BUS_OFF:
                 trip = Trip("bus_off", f"the CAN interface is bus-off; {trip.reason}")
         if self._interlock is not None:

@@ -22,7 +22,9 @@ from etb_hil.observer.registry import DEFAULT, OBSERVERS
 from etb_hil.plugins import load
 from etb_hil.scenario.phase import Measure
 from etb_hil.store.address import StoreText
-from etb_hil.uds.settings import UdsSettings
+from etb_hil.uds.settings import FRAMES, UdsSettings
+
+ROUNDING = 1.0 - 1e-9  # of a time written in decimals
 
 
 class Bench(FileModel):
@@ -68,6 +70,17 @@ class Bench(FileModel):
     def _has_a_law_of_its_own(self) -> Bench:
         if self.law is not None and self.bus.interface != VIRTUAL:
             raise ValueError("'law' is for virtual benches; start the controller of this bus with --law")
+        return self
+
+    @model_validator(mode="after")
+    def _reads_no_faster_than_it_commands(self) -> Bench:
+        for role, value in ({} if self.uds is None else self.uds.data).items():
+            if value.read == "polled" and value.every * self.command_rate < ROUNDING:
+                asked, least = value.every * 1e3, 1e3 / self.command_rate
+                raise ValueError(
+                    f"uds.data.{role}: every {asked:g} ms; allowed: from {least:g} ms on, since a request goes out "
+                    "behind a set-point ('command_rate')"
+                )
         return self
 
     @field_validator("roles", mode="before")
@@ -130,7 +143,27 @@ def load_bench(path: Path, dbc: Path | None = None) -> BenchSetup:
         place=document.place,
     )
     _refuse_shared_identifiers(document, dialect)
-    return BenchSetup(document, dbc, dialect)
+    return BenchSetup(document, dbc, _with_requested(document, dialect))
+
+
+def _with_requested(document: Document[Bench], dialect: Dialect) -> Dialect:
+    """Return the dialect with the roles that are read by data identifier; those with a signal are refused."""
+    uds = document.content.uds
+    if uds is None or not uds.data:
+        return dialect
+    problems = [
+        Problem(
+            f"role '{role}' has a signal as well",
+            document.place("uds", "data", role),
+            dialect.source_of(role),
+            remedy="read it by one of them: leave it out here, or in 'roles'",
+        )
+        for role in uds.data
+        if dialect.has(role)
+    ]
+    if problems:
+        raise InputError(*problems)
+    return replace(dialect, requested=uds.requested())
 
 
 def _refuse_shared_identifiers(document: Document[Bench], dialect: Dialect) -> None:
@@ -144,7 +177,7 @@ def _refuse_shared_identifiers(document: Document[Bench], dialect: Dialect) -> N
             hex(message.ident),
             remedy="give the identifiers of the unit's diagnostic frames",
         )
-        for name in ("request", "response")
+        for name in FRAMES
         for message in dialect.messages
         if (message.ident, message.extended) == (getattr(uds, name), uds.extended)
     ]

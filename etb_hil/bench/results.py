@@ -81,6 +81,7 @@ def _bench(bench: Bench, record: RunRecord, analysis: Analysis) -> run_result.Be
         answer_time=answer_time(analysis.recording),
         set_point_jitter=set_point_jitter(analysis.recording, bench.command_rate, _pauses(record)),
         not_watched=tuple(not_watched(analysis.dialect)),
+        readings=analysis.quality(),
     )
 
 

@@ -24,7 +24,8 @@ def bring_to_rest(tap: Tap, clock: Clock, tick_ns: int, *, commanding: bool = Tr
     ends it at once: nothing can be commanded or seen then, and again it is the watchdog that switches off. Whatever
     else fails on the way to seeing it, drive off goes on being commanded.
     """
-    deadline = clock.now_ns() + round(PATIENCE_S * 1e9)
+    patience_s = PATIENCE_S + SAMPLES * tap.current_every_s  # readings are few
+    deadline = clock.now_ns() + round(patience_s * 1e9)
     watch = _QuietWatch(tap.reports_enable, tap.current_zero)
     failure: Exception | None = None
     while clock.now_ns() < deadline:

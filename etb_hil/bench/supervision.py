@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,7 +45,10 @@ class Supervisor:
         *,
         reports_status: bool = True,
         reports_temperature: bool = False,
+        requested: Collection[str] = (),
     ) -> None:
+        """Watch from `start_ns` on; the roles `requested` are read by data identifier, and may pause at rest."""
+        self._requested = frozenset(requested)
         self._reports_status = reports_status
         self._newest_temperature_ns = start_ns if reports_temperature else None
         self._limits = limits
@@ -115,10 +118,15 @@ class Supervisor:
                 reported |= self._look_at_faults(block.columns["faults"])
         return _fault_trip(reported or self.faults) if (reported or self.faults) and heed_faults else None
 
-    def age(self, now_ns: int) -> Trip | None:
-        """Return a trip when the newest sample or status is too old to move on, or younger than the clock allows."""
+    def age(self, now_ns: int, *, moves: bool = True) -> Trip | None:
+        """Return a trip when the newest sample or status is too old to move on, or younger than the clock allows.
+
+        With the drive off, readings may wait for an answer of the unit's diagnostics, which has its own limit.
+        """
         status_ns = self._newest_status_ns if self._reports_status else now_ns
         for role, newest in self._newest_ns.items():
+            if role in self._requested and not moves:
+                continue
             if abs(now_ns - newest) > self._frame_age_ns:
                 return self._age_trip(
                     f"measured sample of {role.replace('_', ' ')}", newest, now_ns, self._frame_age_ns

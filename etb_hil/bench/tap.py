@@ -66,6 +66,10 @@ class Tap:
         self.talk = talk
         self._asked: FrameBlock | None = None  # frames to the unit's diagnostics that wait for the next command
         self.events = events
+        requested = analysis.dialect.requested
+        self.requested = () if requested is None else tuple(one.role for one in requested.identifiers)
+        current = None if requested is None else requested.of("motor_current")
+        self.current_every_s = 0.0 if current is None else current.every_ns * 1e-9  # 0: it comes in cyclic frames
         self.reports_enable = analysis.reports("enable")
         self.reports_interlock = analysis.reports(INTERLOCK)
         self.reports_temperature = analysis.reports("temperature")

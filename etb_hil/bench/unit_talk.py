@@ -1,6 +1,7 @@
 """The bench asks the unit by UDS while the beats of a run go on; the stream of set-points is never held up.
 
-A request rides on the beat: it goes out behind the beat's command, and its response is looked for at later beats.
+A request rides on the beat: it goes out behind the beat's command, and its response is looked for at later beats. What
+is read all the time (`Readings`) takes turns with what a run asks before and after its scenario.
 """
 
 from __future__ import annotations
@@ -12,6 +13,8 @@ from typing import TYPE_CHECKING, TypeVar
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.bench.beat import RunStopped
 from etb_hil.bench.expected_unit import ExpectedUnit
+from etb_hil.bench.readings import Readings
+from etb_hil.canio.frames import FrameBlock
 from etb_hil.results.unit_diagnostics import RoutineRun, UnitDiagnostics
 from etb_hil.uds import conversation
 from etb_hil.uds.client import UdsClient, UdsError
@@ -20,10 +23,10 @@ if TYPE_CHECKING:
     from udsoncan import Request, Response
 
     from etb_hil.base.clock import Clock
-    from etb_hil.canio.frames import FrameBlock
     from etb_hil.uds.settings import Routine, UdsSettings
 
 Result = TypeVar("Result")
+NO_ANSWER = "uds_no_answer"
 POLL_NS = 100_000_000  # how often a routine is asked whether it has ended
 
 
@@ -37,22 +40,65 @@ class UnitTalk:
     origin_ns: int = 0  # when the run began
     found: UnitDiagnostics = field(default_factory=UnitDiagnostics)
     _client: UdsClient = field(init=False)
+    _readings: Readings = field(init=False)
+    _request: Request | None = None  # that waits for its turn
+    _reading: Generator[Request, Response, None] | None = None  # that is under way
     _response: Response | None = None
     _error: UdsError | None = None
 
     def __post_init__(self) -> None:
         self._client = UdsClient(self.settings)
+        self._readings = Readings(self.settings.requested())
 
     def hear(self, frames: FrameBlock) -> FrameBlock | None:
         """Take what was seen on the bus; return the frames that are to be sent now. It never raises."""
+        now_ns = self.clock.now_ns()
         try:
-            out, response = self._client.step(self.clock.now_ns(), frames)
+            out, response = self._client.step(now_ns, frames)
+            if response is not None:
+                self._take(response)
+            if self._client.is_idle and self._begins(now_ns):
+                out, _ = self._client.step(now_ns, FrameBlock.empty())
         except UdsError as error:
             self._client.give_up()
-            self._error = self._error or error
+            is_asleep = self._reading is not None and not self._readings.has_begun and error.reason_id == NO_ANSWER
+            if self._reading is not None:
+                self._reading = None
+                self._readings.begin_again()
+            if not is_asleep:  # a unit that wakes up is asked again
+                self._error = self._error or error
             return None
-        self._response = response or self._response
         return out
+
+    def check(self) -> None:
+        """Raise RunStopped where the unit did not answer as it should, or somebody else asks it."""
+        error, self._error = self._error, None
+        if error is not None:
+            raise _stopped(error)
+
+    def _take(self, response: Response) -> None:
+        if self._reading is None:
+            self._response = response
+            self._readings.note(response)
+            return
+        try:
+            self._client.ask(self._reading.send(response), self.clock.now_ns())
+        except StopIteration:
+            self._reading, self._readings.has_begun = None, True
+
+    def _begins(self, now_ns: int) -> bool:
+        """Begin to ask what is due, one of the run's requests after a reading and a reading after one of them."""
+        is_first = self._request is not None and self._readings.is_served
+        self._reading = None if is_first else self._readings.next(now_ns)
+        self._readings.is_served = self._reading is not None
+        if self._reading is not None:
+            self._client.ask(next(self._reading), now_ns)
+        elif self._request is not None:
+            request, self._request = self._request, None
+            self._client.ask(request, now_ns)
+        else:
+            return False
+        return True
 
     def before(self, beat: Callable[[], None], moving_beat: Callable[[], None]) -> None:
         """Identify the unit, read its codes and clear them where the station says so, run its routines.
@@ -118,17 +164,13 @@ class UnitTalk:
             raise _stopped(error) from None
 
     def _ask(self, request: Request, beat: Callable[[], None]) -> Response:
-        self._response = None
-        if self._error is None:
-            self._client.ask(request, self.clock.now_ns())
-        while (answer := self._heard()) is None:
+        self._request, self._response = request, None
+        while (answer := self._answer()) is None:
             beat()
+            self.check()
         return answer
 
-    def _heard(self) -> Response | None:
-        """Return the response, once it is there; UdsError where something stands in its way."""
-        if self._error is not None:
-            raise self._error
+    def _answer(self) -> Response | None:
         return self._response
 
 

@@ -31,7 +31,7 @@ from etb_hil.controller.state import (
 from etb_hil.plant.extended import new_sensed_state
 from etb_hil.plant.integrator import THETA, new_state
 from etb_hil.plant.parameters import Model, ThrottleParameters
-from etb_hil.plant.physics import Vector
+from etb_hil.plant.physics import GEAR_RATIO, SUPPLY_VOLTAGE, Vector
 
 AMBIENT_C = 20.0  # where the stock models state their values
 HEATING_K_PER_W = 3.0  # housing over ambient; a throttle body in still air
@@ -159,6 +159,18 @@ class Machine:
     def measured_velocity(self) -> float:
         """The plate's velocity in rad/s as the encoder tells it."""
         return float(self._state["measured_velocity"][0])
+
+    def reading(self, role: str) -> float:
+        """Return what the controller's own sensors said last, in SI; KeyError for a role that it does not measure."""
+        gear_ratio = float(self._nominal[GEAR_RATIO])
+        return {
+            "motor_current": float(self._state["current"][0]),
+            "motor_angle": float(self._state["encoder"][0]) * gear_ratio,
+            "throttle_angle": float(self._state["track"][0]),
+            "throttle_angle_2": float(self._state["track_2"][0]),
+            "temperature": self.temperature,
+            "supply_voltage": float(self._unit[SUPPLY_VOLTAGE]),
+        }[role]
 
     @property
     def codes(self) -> tuple[int, int, int]:

@@ -91,7 +91,7 @@ class VirtualController:
     @property
     def sends(self) -> list[tuple[int, bool]]:
         """The identifiers of its frames, and whether they are extended."""
-        return [*self._writer.idents, *(() if self._uds is None else (self._uds.sends,))]
+        return [*self._writer.idents, *([] if self._uds is None else self._uds.sends)]
 
     @property
     def time(self) -> float:
@@ -126,12 +126,12 @@ class VirtualController:
             if tick_ns is None or tick_ns >= until_ns:
                 return blocks + self._lived(until_ns)
             blocks += self._lived(tick_ns)
-            data, command = uds.act(tick_ns)
+            answers, command = uds.act(tick_ns)
             self._acted_ns = tick_ns
             if command is not None:
                 self._reader.insert(tick_ns, command)
-            if data:
-                blocks.append(self._writer.plain(tick_ns, *uds.sends, data))
+            for ident, data in answers:
+                blocks.append(self._writer.plain(tick_ns, ident, uds.is_extended, data))
 
     def _lived(self, until_ns: int) -> list[FrameBlock]:
         used, outputs = self._machine.run(until_ns, self._reader.stamp_ns, self._reader.events)

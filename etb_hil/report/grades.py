@@ -11,7 +11,7 @@ from etb_hil.report import show
 from etb_hil.results import shown
 
 if TYPE_CHECKING:
-    from etb_hil.results.run_result import RunResult
+    from etb_hil.results.run_result import Reading, RunResult
 
 TIMESTAMP_GRADES = {
     "sample counter": "exact to the controller's own clock",
@@ -51,7 +51,16 @@ def timing_facts(results: RunResult) -> list[tuple[str, str]]:
     shown = "unknown" if answer is None else f"{answer.mean_ms:.1f} ms on average, {answer.worst_ms:.1f} ms at most"
     facts.append(("From command to status", shown))
     shown = "unknown" if jitter is None else f"{jitter.rms_us:.0f} us rms, {jitter.worst_us:.0f} us at most"
-    return [*facts, ("Set-points on the bus, jitter", shown)]
+    facts.append(("Set-points on the bus, jitter", shown))
+    return [*facts, *(_read(one) for one in bench.readings)]
+
+
+def _read(one: Reading) -> tuple[str, str]:
+    name = f"{one.role.replace('_', ' ').capitalize()}, by data identifier {one.identifier:#06x}"
+    if one.rate_hz is None or one.gap_worst_ms is None:
+        return name, f"{one.count} readings"
+    text = f"{one.rate_hz:.3g} a second, {one.gap_worst_ms:.0f} ms apart at most"
+    return name, text if one.time_error_worst_ms is None else f"{text}, time known to {one.time_error_worst_ms:.1f} ms"
 
 
 def _share(load: float | None) -> str:

@@ -101,6 +101,16 @@ UNIT_REASONS = {
         "Run a scenario that opens and closes the plate, as friction_check does.",
         True,
     ),
+    "read_too_seldom": Wording(
+        "The unit is asked for its motor current or angle, and too seldom to tell.",
+        "Have an engineer shorten 'every' in the bench file's 'uds' section, or map a cyclic frame; repeating the test "
+        "does not help.",
+        True,
+    ),
+    "read_by_request": Wording(
+        "The unit was asked for its motor current or angle; intervals hold what that costs.",
+        "Where they are too wide, have an engineer map a cyclic frame.",
+    ),
     "samples_lost": Wording(
         "Too many samples were lost to judge the unit.", "Check the CAN wiring and the bus load, then repeat.", True
     ),

@@ -64,6 +64,25 @@ class Jitter:
 
 
 @dataclass(frozen=True, slots=True)
+class Reading:
+    """How a role that is read by data identifier came while the phases lasted.
+
+    `rate_hz` counts its readings, `gap_worst_ms` is the longest time between two. A reading's time is known to
+    `time_error_mean_ms`, at worst `time_error_worst_ms`: half of what passed between request and response; None where
+    the unit sends the value by itself.
+    """
+
+    role: str
+    identifier: int
+    is_polled: bool
+    count: int
+    rate_hz: float | None = None
+    gap_worst_ms: float | None = None
+    time_error_mean_ms: float | None = None
+    time_error_worst_ms: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Bench:
     """How the bench fared; `safe_state` is True once drive off was seen in the current, None where nobody looked."""
 
@@ -78,6 +97,7 @@ class Bench:
     answer_time: AnswerTime | None = None
     set_point_jitter: Jitter | None = None
     not_watched: tuple[str, ...] = ()
+    readings: tuple[Reading, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,10 +12,14 @@ from etb_hil.canio.dbc.decoder import Decoder
 from etb_hil.diagnosis.diagnosis import Diagnosis
 from etb_hil.diagnosis.phase_use import RunPhase, Use
 from etb_hil.diagnosis.plausibility import Plausibility
+from etb_hil.diagnosis.sampling_error import with_sampling_error
 from etb_hil.observer.registry import DEFAULT
 from etb_hil.recording.recording import ClockGrade, Recording
+from etb_hil.recording.samples import Joiner
 from etb_hil.scenario.phase_watches import PhaseWatches
 from etb_hil.scenario.phases import use_of
+from etb_hil.session.read_quality import read_quality, words
+from etb_hil.session.reading_rows import ReadingRows, at_readings
 from etb_hil.session.rows import RowBuilder
 from etb_hil.session.verdict_policy import corruption_doubts, withheld
 
@@ -26,9 +31,11 @@ if TYPE_CHECKING:
     from etb_hil.diagnosis.result import DiagnosisResult
     from etb_hil.plant.parameters import Model
     from etb_hil.recording.samples import SampleBlock
+    from etb_hil.results.run_result import Reading
     from etb_hil.scenario.condition import Condition
     from etb_hil.scenario.condition_watch import Firing
 
+FITTED = ("motor_current", "motor_angle")  # the roles of which every row has a value
 SLOW_ROLES = ("temperature", "supply_voltage", "command_mode", "command_position")
 JUDGE_NS = 250_000_000  # rows are judged in stretches of this length: each costs the same, long or short
 
@@ -60,19 +67,26 @@ class Analysis:
     ) -> None:
         self.model = model
         counted = any(message.counter is not None for message in dialect.messages)
-        self.recording = Recording(origin, ClockGrade.SAMPLE_COUNTER if counted else ClockGrade.RECEIVE_STAMPS)
+        requested = [] if dialect.requested is None else dialect.requested.identifiers
+        fitted = [one for one in requested if one.role in FITTED]
+        is_counted = counted and not fitted
+        self.recording = Recording(origin, ClockGrade.SAMPLE_COUNTER if is_counted else ClockGrade.RECEIVE_STAMPS)
         self.decoder = Decoder(dialect, gather=True)
         self.diagnosis = Diagnosis(model, limits, observer)
         self._plausibility = Plausibility(model)
         self._keep = keep
         self._judged_ns = 0
-        self._judged_stamp_ns = 0
+        self._parts = _Parts()
         self._newest_ns = 0
         self.dialect = dialect
-        self._rows = RowBuilder(
-            list(dict.fromkeys(dialect.source_of(role) for role in ("motor_current", "motor_angle"))),
-            {role: dialect.source_of(role) for role in SLOW_ROLES if dialect.has(role)},
-        )
+        slow = {role: dialect.source_of(role) for role in SLOW_ROLES if dialect.has(role)}
+        cyclic = list(dict.fromkeys(dialect.source_of(role) for role in FITTED if not dialect.is_requested(role)))
+        self._requested = [one.role for one in fitted]
+        self._rows = RowBuilder(ReadingRows(cyclic, fitted) if fitted else Joiner(cyclic), slow)
+        self._half: _Half | None = None
+        if fitted:
+            half = RowBuilder(ReadingRows(cyclic, fitted, stride=2), slow)
+            self._half = _Half(half, Diagnosis(model, limits, observer), limits.marginal_band)
         self._marks: list[PhaseMark] = []
         self._watches = PhaseWatches()
 
@@ -137,6 +151,10 @@ class Analysis:
         """
         self._catch_up()
         found = self.diagnosis.finish(complete=complete)
+        if self._half is not None:
+            found = with_sampling_error(
+                found, self._half.diagnosis.finish(complete=complete), self._half.band, words(self._quality())
+            )
         doubts = [
             *self._plausibility.doubts(),
             *corruption_doubts(self.decoder.statistics(), self.dialect),
@@ -148,22 +166,67 @@ class Analysis:
         self._judged_ns = self._newest_ns
         self.recording.append(blocks if self._keep else [replace(block, columns={}) for block in blocks])
         for block in blocks:
-            if "request_rate" in block.columns:
+            if "request_rate" in block.columns and self._half is None:
                 for rate, stamp_ns in zip(block.columns["request_rate"], block.stamp_ns, strict=True):
                     self._plausibility.ask(float(rate), int(stamp_ns))
         rows = self._rows.push(blocks)
         if rows is not None:
             self._judge(rows)
+        if self._half is not None and (rows := self._half.rows.push(blocks)) is not None:
+            for _, mark, stretch in self._half.parts.of(rows, self._marks):
+                self._half.diagnosis.push(stretch, mark.phase)
 
     def _judge(self, rows: SampleBlock) -> None:
         """Hand each row to the diagnosis as part of the phase that its stamp lies in; what came before all is left."""
+        for index, mark, stretch in self._parts.of(rows, self._marks):
+            self.diagnosis.push(stretch, mark.phase)
+            if self._half is None:
+                self._plausibility.push(stretch, index, moving=mark.phase.use is Use.FITTED)
+            elif len(read := self._at_readings(stretch)):
+                self._plausibility.push(read, index, moving=False)  # gaps between readings are no missing samples
+
+    def _at_readings(self, rows: SampleBlock) -> SampleBlock:
+        """Return the rows with a reading, without the voltage: a balance needs all of its samples."""
+        requested = self.decoder.requested
+        times = {} if requested is None else requested.times_ns
+        read = at_readings(rows, times, self._requested)
+        read.columns = {role: values for role, values in read.columns.items() if role != "motor_voltage"}
+        return read
+
+    def quality(self) -> tuple[Reading, ...]:
+        """Return how the roles that are read by request came, while the phases lasted."""
+        requested = self.decoder.requested
+        if self.dialect.requested is None or requested is None:
+            return ()
+        return read_quality(self.dialect.requested, requested, [mark.stamp_ns for mark in self._marks], self._newest_ns)
+
+    def _quality(self) -> list[Reading]:
+        return [one for one in self.quality() if one.role in self._requested]
+
+
+class _Parts:
+    """Cuts rows where phases begin."""
+
+    def __init__(self) -> None:
+        self._newest_ns = 0
+
+    def of(self, rows: SampleBlock, marks: list[PhaseMark]) -> Iterator[tuple[int, PhaseMark, SampleBlock]]:
+        """Yield the parts of new rows, each with its phase and the phase's number."""
         stamp_ns = np.maximum.accumulate(rows.stamp_ns)  # a host's clock may be set back by a little
-        stamp_ns = np.maximum(stamp_ns, self._judged_stamp_ns)
-        self._judged_stamp_ns = int(stamp_ns[-1])
-        edges = np.searchsorted(stamp_ns, [mark.stamp_ns for mark in self._marks], side="right")
-        for index, mark in enumerate(self._marks):
+        stamp_ns = np.maximum(stamp_ns, self._newest_ns)
+        self._newest_ns = int(stamp_ns[-1])
+        edges = np.searchsorted(stamp_ns, [mark.stamp_ns for mark in marks], side="right")
+        for index, mark in enumerate(marks):
             stop = int(edges[index + 1]) if index + 1 < len(edges) else len(rows)
             if stop > (start := int(edges[index])):
-                stretch = rows.rows(slice(start, stop))
-                self.diagnosis.push(stretch, mark.phase)
-                self._plausibility.push(stretch, index, moving=mark.phase.use is Use.FITTED)
+                yield index, mark, rows.rows(slice(start, stop))
+
+
+@dataclass(slots=True)
+class _Half:
+    """The run once more, with every second reading left out."""
+
+    rows: RowBuilder
+    diagnosis: Diagnosis
+    band: float
+    parts: _Parts = field(default_factory=_Parts)

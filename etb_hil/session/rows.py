@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
+from typing import Protocol
 
 import numpy as np
 
-from etb_hil.recording.samples import Float64, Int64, Joiner, SampleBlock
+from etb_hil.recording.samples import Float64, Int64, SampleBlock
+
+
+class RowSource(Protocol):
+    """What makes rows of samples while they arrive: a `Joiner`, or `ReadingRows`."""
+
+    def push(self, blocks: Iterable[SampleBlock]) -> SampleBlock | None:
+        """Take new samples; return the rows that became whole, if any."""
+        ...
 
 
 class RowBuilder:
-    """Joins the samples of one instant, and holds the slow signals beside them.
+    """Holds the slow signals beside rows of the fast ones.
 
     The rows do not depend on how the samples were cut into blocks.
     """
 
-    def __init__(self, joined: Sequence[str], slow: dict[str, str]) -> None:
-        """Join the sources `joined`; `slow` maps roles to the sources that bring them now and then."""
-        self._joiner = Joiner(joined)
+    def __init__(self, rows: RowSource, slow: dict[str, str]) -> None:
+        """Take the rows of `rows`; `slow` maps roles to the sources that bring them now and then."""
+        self._source = rows
         self._held = {role: _Held(source, role) for role, source in slow.items()}
 
     def push(self, blocks: Iterable[SampleBlock]) -> SampleBlock | None:
@@ -25,7 +34,7 @@ class RowBuilder:
         arrived = list(blocks)
         for held in self._held.values():
             held.push(arrived)
-        rows = self._joiner.push(arrived)
+        rows = self._source.push(arrived)
         if rows is None:
             return None
         columns = dict(rows.columns)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from udsoncan import Response
 from udsoncan.ResponseCode import ResponseCode
+from udsoncan.services import ReadDataByPeriodicIdentifier
 
 from etb_hil.canio.frames import FrameBlock, FrameFlag, classic_frames
 from etb_hil.canio.isotp import IsoTpEnd, TransportError, TransportTiming
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from etb_hil.uds.settings import UdsSettings
 
 NEGATIVE = 0x7F
+PERIODIC_BEGINS = b"\x6a"
 _KINDS = {"N_TIMEOUT_Bs": "uds_no_answer", "N_TIMEOUT_Cr": "uds_no_answer"}
 
 
@@ -54,6 +56,11 @@ class UdsClient:
         self._end.send(payload)
         self._service, self._name = payload[0], request.service.get_name() if request.service else hex(payload[0])
         self._asked_ns, self._due_ns, self._pending = now_ns, 0, 0
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether no request waits for its response."""
+        return self._service is None
 
     def give_up(self) -> None:
         """Forget the request that waits."""
@@ -102,7 +109,7 @@ class UdsClient:
             payload = self._end.received.popleft()
             if self._service is None:
                 raise UdsError("uds_second_tester", "the unit answers what this bench did not ask")
-            response = Response.from_payload(payload)
+            response = _response_of(payload)
             service = payload[1] if payload[0] == NEGATIVE and len(payload) > 1 else payload[0] - 0x40
             if not response.valid or service != self._service:
                 shown = payload[:8].hex(" ")
@@ -128,3 +135,9 @@ class UdsClient:
             raise UdsError("uds_no_answer", f"{self._name}: the unit has not answered within {waited:.1f} s; {said}")
         if now_ns > self._due_ns:
             raise UdsError("uds_no_answer", f"{self._name}: the unit has not answered within {waited * 1e3:.0f} ms")
+
+
+def _response_of(payload: bytes) -> Response:
+    if payload == PERIODIC_BEGINS:  # udsoncan expects more of this service than the standard has it send
+        return Response(ReadDataByPeriodicIdentifier, Response.Code.PositiveResponse, b"")
+    return Response.from_payload(payload)

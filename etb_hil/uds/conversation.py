@@ -5,7 +5,7 @@ They know nothing of buses and clocks, so that the same ones run live, in tests 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator, Iterable, Mapping
 from typing import Any
 
 from udsoncan import AsciiCodec, Request, Response
@@ -13,11 +13,14 @@ from udsoncan.services import (
     ClearDiagnosticInformation,
     DiagnosticSessionControl,
     ReadDataByIdentifier,
+    ReadDataByPeriodicIdentifier,
     ReadDTCInformation,
     RoutineControl,
     SecurityAccess,
+    TesterPresent,
 )
 
+from etb_hil.canio.data_identifiers import DataIdentifier
 from etb_hil.results.unit_diagnostics import Identity, TroubleCode
 from etb_hil.uds.client import UdsError
 from etb_hil.uds.keys import key_of
@@ -59,6 +62,39 @@ def read_codes(settings: UdsSettings) -> Generator[Request, Response, tuple[Trou
         meaning = CODES.get(code)
         found.append(TroubleCode(code, data[at + 2], data[at + 3], meaning.text if meaning else ""))
     return tuple(found)
+
+
+def read_value(one: DataIdentifier) -> Generator[Request, Response, None]:
+    """Ask for a value of `uds.data`; whoever decodes the bus's frames takes it from there."""
+    what = f"the data identifier {one.number:#06x} ({one.role.replace('_', ' ')})"
+    request = ReadDataByIdentifier.make_request([one.number], {one.number: AsciiCodec(one.length)})
+    data = _positive((yield request), what).data or b""
+    if int.from_bytes(data[:2], "big") != one.number or len(data) != 2 + one.length:
+        allowed = f"{one.length} bytes of it are expected"
+        raise UdsError("uds_bad_answer", f"the answer for {what} is {data.hex(' ') or 'empty'}; {allowed}")
+
+
+def send_periodically(identifiers: Iterable[DataIdentifier]) -> Generator[Request, Response, None]:
+    """Have the unit send values by itself (service 0x2A), in the extended session."""
+    session = DiagnosticSessionControl.Session.extendedDiagnosticSession
+    _positive((yield DiagnosticSessionControl.make_request(session)), "the extended session")
+    yield from renew_periodic(identifiers)
+
+
+def renew_periodic(identifiers: Iterable[DataIdentifier]) -> Generator[Request, Response, None]:
+    """Have the unit send values by itself, in the session that is open."""
+    by_rate: dict[int, list[DataIdentifier]] = {}
+    for one in identifiers:
+        by_rate.setdefault(one.rate, []).append(one)
+    for rate, group in by_rate.items():
+        numbers = ", ".join(f"{one.number:#06x}" for one in group)
+        request = Request(ReadDataByPeriodicIdentifier, rate, data=bytes(one.number & 0xFF for one in group))
+        _positive((yield request), f"to send {numbers} by itself (0x2A)")
+
+
+def keep_session() -> Generator[Request, Response, None]:
+    """Say that the tester is still there."""
+    _positive((yield TesterPresent.make_request()), "the tester's presence")
 
 
 def clear_codes() -> Generator[Request, Response, None]:

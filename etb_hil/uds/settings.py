@@ -6,11 +6,16 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
-from etb_hil.base.quantity import Duration
+from etb_hil.base.quantity import DIMENSIONS, Duration, dimension_of_unit, tidy_unit
+from etb_hil.base.roles import ROLES
 from etb_hil.base.yamlfile import FileModel
+from etb_hil.canio.data_identifiers import DataIdentifier, RequestedValues
 from etb_hil.uds.keys import DEFAULT_KEY, key_names
 
 Identifier = Annotated[int, Field(ge=0, le=0xFFFF)]
+READABLE = ("motor_current", "motor_angle", "throttle_angle", "throttle_angle_2", "temperature", "supply_voltage")
+RATES = {"polled": 0, "slow": 1, "medium": 2, "fast": 3}  # transmission modes of service 0x2A
+FRAMES = ("request", "response", "periodic")
 IDENTITY = ("serial", "part_number", "software", "hardware", "supplier")
 
 
@@ -31,6 +36,66 @@ class Routine(FileModel):
     before: Annotated[bool, Field(description="run it before the scenario")] = False
     after: Annotated[bool, Field(description="run it after the scenario")] = False
     longest: Annotated[Duration, Field(gt=0, le=120, description="until it has ended")] = 20.0
+
+
+class DataValue(FileModel):
+    """A data identifier that stands for a role: value = number x `scale` + `offset`, in `unit`."""
+
+    id: Identifier
+    type: Annotated[
+        Literal["uint8", "int8", "uint16", "int16", "uint32", "int32"], Field(description="high byte first")
+    ] = "uint16"
+    scale: Annotated[float, Field(description="the value of one count")] = 1.0
+    offset: float = 0.0
+    unit: Annotated[str, Field(description="of scale and offset, as 'mA' or 'deg'")]
+    read: Annotated[
+        Literal["polled", "slow", "medium", "fast"],
+        Field(description="polled: one request (0x22) a reading; else the unit sends it by itself (0x2A) at this rate"),
+    ] = "polled"
+    every: Annotated[
+        Duration, Field(ge=0.001, le=60, description="from one reading to the next; of a rate: as the unit has it")
+    ] = 0.01
+
+    @field_validator("scale")
+    @classmethod
+    def _is_not_zero(cls, scale: float) -> float:
+        if scale == 0.0:
+            raise ValueError("a scale of 0 leaves nothing of the value; allowed: any other number")
+        return scale
+
+    @model_validator(mode="after")
+    def _is_periodic_by_its_number(self) -> DataValue:
+        if self.read != "polled" and self.id >> 8 != 0xF2:
+            raise ValueError(f"a unit sends 0xF200 to 0xF2FF by itself (0x2A), not {self.id:#06x}; choose 'polled'")
+        return self
+
+    def identifier(self, role: str) -> DataIdentifier:
+        """Return the same as the decoder takes it, in SI."""
+        factor, shift = DIMENSIONS[_dimension(role)][1][tidy_unit(self.unit)]
+        signed, bits = not self.type.startswith("u"), int(self.type.lstrip("uint"))
+        return DataIdentifier(
+            role,
+            self.id,
+            bits // 8,
+            signed,
+            self.scale * factor,
+            self.offset * factor + shift,
+            round(self.every * 1e9),
+            RATES[self.read],
+        )
+
+
+def _dimension(role: str) -> str:
+    dimension = dimension_of_unit(ROLES[role].unit)
+    if dimension is None:
+        raise ValueError(f"role '{role}' has no unit")
+    return dimension
+
+
+def _readable(role: str) -> str:
+    if role not in READABLE:
+        raise ValueError(f"no role that is read by data identifier; allowed: {', '.join(READABLE)}")
+    return role
 
 
 class Security(FileModel):
@@ -72,6 +137,13 @@ class UdsSettings(FileModel):
         dict[Annotated[str, BeforeValidator(_known_identity)], Identifier],
         Field(default_factory=dict, description="data identifiers of texts: serial, part_number, software and so on"),
     ]
+    data: Annotated[
+        dict[Annotated[str, BeforeValidator(_readable)], DataValue],
+        Field(default_factory=dict, description="data identifiers by the roles that they stand for"),
+    ]
+    periodic: Annotated[
+        int | None, Field(ge=0, description="identifier of the frames that the unit sends by itself (0x2A)")
+    ] = None
     trouble_codes: Annotated[bool, Field(description="whether trouble codes are read before and after a run")] = True
     status_mask: Annotated[
         int, Field(ge=1, le=255, description="status bits of the codes that are read; 0x09: failing now or confirmed")
@@ -84,11 +156,30 @@ class UdsSettings(FileModel):
     @model_validator(mode="after")
     def _two_identifiers(self) -> UdsSettings:
         most = 0x1FFFFFFF if self.extended else 0x7FF
-        for name in ("request", "response"):
-            if getattr(self, name) > most:
-                raise ValueError(
-                    f"'{name}' is {getattr(self, name):#x}; allowed: up to {most:#x} with this kind of frame"
-                )
-        if self.request == self.response:
-            raise ValueError("'request' and 'response' are the same identifier; give two")
+        given = {name: value for name in FRAMES if (value := getattr(self, name)) is not None}
+        for name, value in given.items():
+            if value > most:
+                raise ValueError(f"'{name}' is {value:#x}; allowed: up to {most:#x} with this kind of frame")
+        if len(set(given.values())) < len(given):
+            raise ValueError(f"{', '.join(map(repr, given))} share an identifier; give each its own")
         return self
+
+    @model_validator(mode="after")
+    def _reads_what_fits(self) -> UdsSettings:
+        for role, value in self.data.items():
+            if dimension_of_unit(value.unit) != _dimension(role):
+                units = ", ".join(DIMENSIONS[_dimension(role)][1])
+                raise ValueError(f"data.{role}: unit '{value.unit}' is none of {_dimension(role)}; allowed: {units}")
+            if value.read != "polled" and self.periodic is None:
+                raise ValueError(f"data.{role} is sent at a rate: give 'periodic', the identifier of those frames")
+        numbers = [value.id for value in self.data.values()]
+        if len(set(numbers)) < len(numbers):
+            raise ValueError("two roles in 'data' have the same data identifier; give each its own")
+        return self
+
+    def requested(self) -> RequestedValues | None:
+        """Return the roles that are read by data identifier, None where there is none."""
+        if not self.data:
+            return None
+        found = tuple(value.identifier(role) for role, value in self.data.items())
+        return RequestedValues(self.request, self.response, self.periodic, self.extended, found)

@@ -4,17 +4,13 @@ import json
 from dataclasses import replace
 
 import pytest
-from uds_bench import UDS, frames_of
+from uds_bench import UDS, faulty_run, frames_of
 from whole_run import files
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
-from etb_hil.bench import job as job_room
 from etb_hil.bench.expected_unit import ExpectedUnit
 from etb_hil.bench.job import execute, prepare
-from etb_hil.canio.bus.link import VirtualLink
-from etb_hil.canio.bus.virtual_network import VirtualNetwork
 from etb_hil.controller.uds.faults import UdsFault, UdsFaultKind
-from etb_hil.controller.virtual_controller import VirtualController
 from etb_hil.replays.session_replay import replay
 from etb_hil.report.html_report import render_page
 from etb_hil.report.junit import Reported, junit_text
@@ -48,19 +44,7 @@ def faulty(tmp_path_factory):
 def run(short, tmp_path, monkeypatch=None, *, faults=(), expected=None, node=None, **options):
     chosen = replace(files(scenario=short, bench="virtual_uds"), expected=expected)
     if monkeypatch is not None:
-
-        def connect(job, seed):
-            bench = job.setup.bench
-            network = VirtualNetwork(int(bench.bus.bitrate))
-            controller = VirtualController(
-                job.unit, job.setup.dialect, seed, nominal=job.model, uds=bench.uds, uds_faults=faults, **options
-            )
-            network.attach(controller, controller.sends)
-            if node is not None:
-                network.attach(node)
-            return VirtualLink(network), network.clock
-
-        monkeypatch.setattr(job_room, "connect", connect)
+        return faulty_run(monkeypatch, chosen, tmp_path, faults, node=node, **options)
     return execute(prepare(chosen), tmp_path / "sessions", "ETB-0042", 3)
 
 
@@ -131,16 +115,8 @@ def test_faults_of_the_unit_are_bench_faults_in_bounded_time(kind, reason, short
 
 
 def test_a_fault_after_the_run_gives_no_verdict(short, tmp_path, monkeypatch):
-    class SilentLater:
-        """Strikes once the codes have been read for the first time."""
-
-        kind, asked = UdsFaultKind.NO_ANSWER, 0
-
-        def strikes(self, kind, service):
-            self.asked += kind is UdsFaultKind.NO_ANSWER and service == 0x19
-            return kind is UdsFaultKind.NO_ANSWER and service == 0x19 and self.asked > 1
-
-    results = run(short, tmp_path, monkeypatch, faults=(SilentLater(),)).results
+    faults = (UdsFault(UdsFaultKind.NO_ANSWER, 0x19, after_ns=5_000_000_000),)  # codes were read by then, once
+    results = run(short, tmp_path, monkeypatch, faults=faults).results
     assert len(results.phases) == 3
     assert (results.bench.outcome, results.bench.reason_id) == (BenchOutcome.FAULT, "uds_no_answer")
     assert results.unit.verdict is None
@@ -150,8 +126,8 @@ def test_a_fault_after_the_run_gives_no_verdict(short, tmp_path, monkeypatch):
 class SecondTester:
     """Asks the unit as well, every 20 ms."""
 
-    def __init__(self):
-        self._next = 0
+    def __init__(self, from_s):
+        self._next = round(from_s * 1e9)
 
     def run(self, until_ns, _inbox):
         due = []
@@ -163,7 +139,9 @@ class SecondTester:
         return frames
 
 
-def test_a_second_tester_is_named(short, tmp_path, monkeypatch):
-    results = run(short, tmp_path, monkeypatch, node=SecondTester()).results
+@pytest.mark.parametrize("from_s", [0.0, 5.0])  # before anything moves, and amid the scenario
+def test_a_second_tester_is_named(short, tmp_path, monkeypatch, from_s):
+    results = run(short, tmp_path, monkeypatch, node=SecondTester(from_s)).results
+    assert results.duration_s < from_s + 1.5
     assert (results.bench.outcome, results.bench.reason_id) == (BenchOutcome.FAULT, "uds_second_tester")
     assert results.unit.verdict is None

@@ -8,7 +8,9 @@ from udsoncan.connections import BaseConnection
 from udsoncan.exceptions import TimeoutException
 
 from etb_hil.base.stock import find
+from etb_hil.bench import job as job_room
 from etb_hil.bench.bench_file import load_bench
+from etb_hil.bench.job import execute, prepare
 from etb_hil.canio.bus.link import VirtualLink
 from etb_hil.canio.bus.virtual_network import VirtualNetwork
 from etb_hil.canio.frames import classic_frames
@@ -25,6 +27,24 @@ LEARN = UDS.routines["learn_stops"]
 def frames_of(ident, payloads):
     """Return classic frames that go out now."""
     return classic_frames(0, ident, payloads)
+
+
+def faulty_run(monkeypatch, chosen, folder, faults=(), *, node=None, **options):
+    """Run a job whose virtual controller has faults of its diagnostics, with another node on the bus."""
+
+    def connect(job, seed):
+        bench = job.setup.bench
+        network = VirtualNetwork(int(bench.bus.bitrate))
+        controller = VirtualController(
+            job.unit, job.setup.dialect, seed, nominal=job.model, uds=bench.uds, uds_faults=faults, **options
+        )
+        network.attach(controller, controller.sends)
+        if node is not None:
+            network.attach(node)
+        return VirtualLink(network), network.clock
+
+    monkeypatch.setattr(job_room, "connect", connect)
+    return execute(prepare(chosen), folder / "sessions", "ETB-0042", 3)
 
 
 class OtherEnd:

@@ -9,7 +9,7 @@ from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.canio.bit_timing import worst_case_bits
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
+    from collections.abc import Collection, Iterator, Mapping
 
     from etb_hil.canio.dbc.dialect import Dialect
     from etb_hil.canio.dbc.dialect_message import DialectMessage
@@ -96,7 +96,8 @@ def bus_budget(
                 rates[message.name] = 1e9 / (message.counter.tick_ns * message.samples) if burst else sample_rate
         elif message.cycle_ns:
             rates[message.name] = 1e9 / message.cycle_ns
-    _require_measurement(dialect, rates, signals, burst)
+    cyclic = [signal for signal in signals if not any(dialect.is_requested(role) for role in _SIGNALS[signal])]
+    _require_measurement(dialect, rates, cyclic, burst)
     return budget_of(dialect, rates, bus, limit)
 
 
@@ -118,6 +119,7 @@ def budget_of(dialect: Dialect, rates: Mapping[str, float], bus: BusRates, limit
         )
         share = rate * (nominal / bus.bitrate + data / bus.data_bitrate)
         lines.append(BudgetLine(name, rate, nominal, data, share))
+    lines += _requested(dialect, bus)
     budget = BusBudget(tuple(lines), limit)
     if budget.share > limit:
         raise InputError(
@@ -128,6 +130,16 @@ def budget_of(dialect: Dialect, rates: Mapping[str, float], bus: BusRates, limit
             )
         )
     return budget
+
+
+def _requested(dialect: Dialect, bus: BusRates) -> Iterator[BudgetLine]:
+    """Yield what the roles that are read by data identifier put on the bus: a frame each way, or one by itself."""
+    if dialect.requested is None:
+        return
+    bits, _ = worst_case_bits(8, extended=dialect.requested.extended, fd=False, bitrate_switch=False)
+    for one in dialect.requested.identifiers:
+        rate = 1e9 / one.every_ns * (1 if one.rate else 2)
+        yield BudgetLine(one.source, rate, bits, 0, rate * bits / bus.bitrate)
 
 
 def _brings(message: DialectMessage, signals: Collection[str]) -> bool:

@@ -11,6 +11,7 @@ from etb_hil.canio.dbc import reception as rx
 from etb_hil.canio.dbc import signal_bits as sb
 from etb_hil.canio.dbc.sample_store import SampleStore
 from etb_hil.canio.dbc.signal_layout import SignalLayout
+from etb_hil.canio.requested_values import RequestedValuesDecoder
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -51,11 +52,15 @@ class Decoder:
     to the controller. Times are the sample counter's where a message has one, else the stamps; the samples do not
     depend on how the frames were cut into blocks. A burst's frame becomes as many rows as it has samples; what it
     carries once is held over them. With `gather`, samples are kept until `gathered` hands them out in longer blocks.
+    `requested` finds what is read by data identifier, where the dialect has such roles.
     """
 
     def __init__(self, dialect: Dialect, *, gather: bool = False) -> None:
         self._names = [message.name for message in dialect.messages]
         self._store = SampleStore(dialect.messages, gather=gather)
+        self.requested = None if dialect.requested is None else RequestedValuesDecoder(dialect.requested)
+        self._gathers = gather
+        self._readings: list[SampleBlock] = []
         count = len(self._names)
         self._table = np.array([_row(message) for message in dialect.messages], np.int64).reshape(count, 11)
         self._data_ids = np.array([m.protection.id_table() for m in dialect.messages], np.uint16).reshape(count, 16)
@@ -76,11 +81,18 @@ class Decoder:
             frames.stamp_ns, frames.ident, frames.flags, frames.length, data,
             self._table, self._data_ids, self._counters, self._state, self._counts, self._clock, accepted,
         )  # fmt: skip
-        return self._store.add(frames, data, accepted)
+        blocks = self._store.add(frames, data, accepted)
+        if self.requested is None:
+            return blocks
+        readings = self.requested.push(frames)
+        if self._gathers:
+            self._readings += readings
+        return blocks + readings
 
     def gathered(self) -> list[SampleBlock]:
         """Return the samples that were pushed since the last call, in few blocks."""
-        return self._store.gathered()
+        readings, self._readings = self._readings, []
+        return self._store.gathered() + readings
 
     @property
     def lost(self) -> int:

@@ -12,16 +12,18 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
+    from etb_hil.canio.data_identifiers import RequestedValues
     from etb_hil.canio.dbc.dialect_message import DialectMessage
     from etb_hil.canio.dbc.role_map import ProtectionSettings, RoleMap
 
 
 @dataclass(frozen=True, slots=True)
 class Dialect:
-    """All messages of a DBC file that carry roles, in the order of the file."""
+    """All messages of a DBC file that carry roles, in the order of the file, and the roles that are read by request."""
 
     path: Path
     messages: tuple[DialectMessage, ...]
+    requested: RequestedValues | None = None
 
     @staticmethod
     def load(
@@ -45,11 +47,20 @@ class Dialect:
             raise InputError(*(replace(p, place=p.place or Place(path)) for p in error.problems)) from None
 
     def has(self, role: str) -> bool:
-        """Return whether a message carries the role."""
-        return any(role in message.roles for message in self.messages)
+        """Return whether a message carries the role, or it is read by request."""
+        return any(role in message.roles for message in self.messages) or self.is_requested(role)
+
+    def is_requested(self, role: str) -> bool:
+        """Return whether the role is read by a data identifier."""
+        return self.requested is not None and self.requested.of(role) is not None
 
     def source_of(self, role: str) -> str:
-        """Return the first message that carries the role; InputError names the roles that are there."""
+        """Return the source of the role's samples: the first message, or a data identifier.
+
+        InputError names the roles that are there.
+        """
+        if self.requested is not None and (requested := self.requested.of(role)) is not None:
+            return requested.source
         found = next((message.name for message in self.messages if role in message.roles), None)
         if found is None:
             there = dict.fromkeys(name for message in self.messages for name in message.roles)

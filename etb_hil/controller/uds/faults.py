@@ -15,16 +15,21 @@ class UdsFaultKind(StrEnum):
     WRONG_SEQUENCE = "wrong-sequence"
     WRONG_SERVICE = "wrong-service"
     SLOW = "slow"
+    SECOND_TESTER = "second-tester"
 
 
 @dataclass(frozen=True, slots=True)
 class UdsFault:
-    """A fault of the answers to one service (None: to all); `delay_ns` is how late a slow answer is."""
+    """A fault of the answers to one service (None: to all); `delay_ns` is how late a slow answer is.
+
+    It begins `after_ns` after power-on. A second tester is a stranger on the bus, and asks whatever the service.
+    """
 
     kind: UdsFaultKind
     service: int | None = None
     delay_ns: int = 1_000_000_000
+    after_ns: int = 0
 
-    def strikes(self, kind: UdsFaultKind, service: int) -> bool:
-        """Return whether this is such a fault, and of this service."""
-        return self.kind is kind and self.service in {None, service}
+    def strikes(self, kind: UdsFaultKind, service: int | None, lived_ns: int) -> bool:
+        """Return whether this is such a fault, of this service (None: any), so long after power-on."""
+        return self.kind is kind and (service is None or self.service in {None, service}) and lived_ns >= self.after_ns

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 NEGATIVE = 0x7F
 EARLY = 0.6  # of P2 and P2*: when 'response pending' goes out, so that it is there in time
+STRANGER_NS = 200_000_000  # from one request of a second tester to the next
 BLOCK_SIZE = 8  # frames between two flow controls
 
 
@@ -41,7 +42,11 @@ class UdsServer:
     ) -> None:
         learn_stops = LearnStops(machine, nominal)
         said = {identifier: texts[name] for name, identifier in settings.identification.items() if name in texts}
-        self._services = Services(settings, machine, said, learn_stops)
+        requested = settings.requested()
+        values = {} if requested is None else {one.number: one for one in requested.identifiers}
+        self._services = Services(settings, machine, said, values, learn_stops)
+        self._start_ns = machine.start_ns
+        self._stranger_ns = machine.start_ns
         self._learn_stops = learn_stops
         self._settings = settings
         self._faults = faults
@@ -55,9 +60,17 @@ class UdsServer:
         self._begun_ns = 0
 
     @property
-    def sends(self) -> tuple[int, bool]:
-        """The identifier of its frames, and whether it is extended."""
-        return self._settings.response, self._settings.extended
+    def is_extended(self) -> bool:
+        """Whether its identifiers have 29 bits."""
+        return self._settings.extended
+
+    @property
+    def sends(self) -> list[tuple[int, bool]]:
+        """The identifiers of its frames, and whether they are extended."""
+        settings = self._settings
+        stranger = settings.request if self._faults_of(UdsFaultKind.SECOND_TESTER) else None
+        idents = (settings.response, settings.periodic, stranger)
+        return [(ident, settings.extended) for ident in idents if ident is not None]
 
     def take(self, frames: FrameBlock) -> None:
         """Take what came from the bus; frames of other identifiers are passed over."""
@@ -70,7 +83,13 @@ class UdsServer:
 
     def next_ns(self, tick_ns: int) -> int | None:
         """Return the first control tick from `tick_ns` on at which it has something to do; None where it rests."""
-        busy = self._request or self._end.is_sending or self._end.is_receiving or self._learn_stops.is_running
+        busy = (
+            self._faults_of(UdsFaultKind.SECOND_TESTER)
+            or self._request
+            or self._end.is_sending
+            or self._end.is_receiving
+            or self._learn_stops.is_running
+        )
         if busy or self._services.access.session != DEFAULT_SESSION:
             return tick_ns
         if not self._arrived:
@@ -78,14 +97,14 @@ class UdsServer:
         late = self._arrived[0][0] - tick_ns
         return tick_ns + max(-(-late // CONTROL_NS), 0) * CONTROL_NS
 
-    def act(self, now_ns: int) -> tuple[list[bytes], list[float] | None]:
-        """Do what is due at a control tick; return the data of frames to be sent, and a command to the machine."""
+    def act(self, now_ns: int) -> tuple[list[tuple[int, list[bytes]]], list[float] | None]:
+        """Do what is due at a control tick; return frames by identifier, and a command to the machine."""
         while self._arrived and self._arrived[0][0] <= now_ns:
             stamp_ns, data = self._arrived.pop(0)
             self._hear(stamp_ns, data)
         access = self._services.access
         if access.session != DEFAULT_SESSION and now_ns > access.ends_ns:
-            access.end_session()
+            self._services.end_session()
             if self._learn_stops.is_running:
                 self._learn_stops.stop()
         if self._request:
@@ -94,7 +113,18 @@ class UdsServer:
             frames = self._end.step(now_ns)
         except TransportError:
             frames = []  # the tester is gone; whoever comes next begins anew
-        return [self._spoilt(data) for data in frames], self._learn_stops.step(now_ns)
+        out = [(self._settings.response, [self._spoilt(data, now_ns) for data in frames])]
+        if self._settings.periodic is not None:
+            out.append((self._settings.periodic, self._services.due(now_ns)))
+        out.append((self._settings.request, self._asked_by_a_stranger(now_ns)))
+        return [(ident, data) for ident, data in out if data], self._learn_stops.step(now_ns)
+
+    def _asked_by_a_stranger(self, now_ns: int) -> list[bytes]:
+        """Return the frame of a second tester, where there is one and it is due."""
+        if now_ns < self._stranger_ns or not self._has(UdsFaultKind.SECOND_TESTER, None, now_ns):
+            return []
+        self._stranger_ns = now_ns + STRANGER_NS
+        return [bytes.fromhex("023e00cccccccccc")]
 
     def _hear(self, stamp_ns: int, data: bytes) -> None:
         try:
@@ -106,16 +136,17 @@ class UdsServer:
             if self._request or self._end.is_sending:  # one at a time: what comes meanwhile is dropped
                 continue
             self._request, self._begun_ns, self._pending_ns = request, stamp_ns, stamp_ns
-            slow = sum(f.delay_ns for f in self._faults if f.strikes(UdsFaultKind.SLOW, request[0]))
+            lived_ns = stamp_ns - self._start_ns
+            slow = sum(f.delay_ns for f in self._faults if f.strikes(UdsFaultKind.SLOW, request[0], lived_ns))
             self._ready_ns = stamp_ns + self._services.time_of(request[0]) + slow
 
     def _work(self, now_ns: int) -> None:
         """Answer the request once it is done, and say 'response pending' until then."""
         service, timing = self._request[0], self._settings.timing
-        if self._has(UdsFaultKind.NO_ANSWER, service):
+        if self._has(UdsFaultKind.NO_ANSWER, service, now_ns):
             self._request = b""
             return
-        endless = self._has(UdsFaultKind.PENDING_FOR_EVER, service)
+        endless = self._has(UdsFaultKind.PENDING_FOR_EVER, service, now_ns)
         if now_ns < self._ready_ns or endless:
             patience = timing.p2 if self._pending_ns == self._begun_ns else timing.p2_star
             due_ns = self._pending_ns + round(EARLY * patience * 1e9)
@@ -130,17 +161,20 @@ class UdsServer:
             answer = bytes([NEGATIVE, service, refused.code])
         if answer is None:
             return
-        if self._has(UdsFaultKind.WRONG_LENGTH, service):
+        if self._has(UdsFaultKind.WRONG_LENGTH, service, now_ns):
             answer = answer[:2]
-        if self._has(UdsFaultKind.WRONG_SERVICE, service):
+        if self._has(UdsFaultKind.WRONG_SERVICE, service, now_ns):
             answer = bytes([answer[0] ^ 0x01]) + answer[1:]
         self._end.send(answer)
 
-    def _has(self, kind: UdsFaultKind, service: int) -> bool:
-        return any(fault.strikes(kind, service) for fault in self._faults)
+    def _has(self, kind: UdsFaultKind, service: int | None, now_ns: int) -> bool:
+        return any(fault.strikes(kind, service, now_ns - self._start_ns) for fault in self._faults)
 
-    def _spoilt(self, data: bytes) -> bytes:
+    def _faults_of(self, kind: UdsFaultKind) -> bool:
+        return any(fault.kind is kind for fault in self._faults)
+
+    def _spoilt(self, data: bytes, now_ns: int) -> bytes:
         """Return a frame's data, with a wrong sequence number where that is the fault."""
-        if data[0] >> 4 == 2 and any(fault.kind is UdsFaultKind.WRONG_SEQUENCE for fault in self._faults):
+        if data[0] >> 4 == 2 and self._has(UdsFaultKind.WRONG_SEQUENCE, None, now_ns):
             return bytes([data[0] & 0xF0 | (data[0] + 3) & 0xF]) + data[1:]
         return data

@@ -15,6 +15,7 @@ from etb_hil.uds.keys import key_of
 from etb_hil.uds.trouble_codes import number_of_code
 
 if TYPE_CHECKING:
+    from etb_hil.canio.data_identifiers import DataIdentifier
     from etb_hil.controller.machine import Machine
     from etb_hil.controller.uds.learn_stops import LearnStops
     from etb_hil.uds.settings import Security, UdsSettings
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 DEFAULT_SESSION, EXTENDED_SESSION = 1, 3
 S3_NS = 5_000_000_000  # a session without a request for this long ends (ISO 14229-2)
 MOST_ATTEMPTS, LOCKED_NS = 3, 10_000_000_000  # of a key, and the wait after them
+STOP_SENDING = 4  # transmission mode of service 0x2A
 SUPPRESS = 0x80  # bit of a sub-function: no positive response
 ALL_CODES = 0xFFFFFF
 CLEARING_NS = 80_000_000  # longer than P2: a memory that is erased
@@ -37,6 +39,7 @@ class Service(IntEnum):
     READ_CODES = 0x19
     READ_DATA = 0x22
     SECURITY_ACCESS = 0x27
+    READ_PERIODIC = 0x2A
     ROUTINE_CONTROL = 0x31
     TESTER_PRESENT = 0x3E
 
@@ -67,12 +70,17 @@ class Access:
 
 @dataclass(slots=True)
 class Services:
-    """The services of one unit: `texts` by data identifier, the machine whose codes they read, its routine."""
+    """The services of one unit: `texts` and `values` by data identifier, the machine that they read, its routine.
+
+    `periodic` are the values that it sends by itself, with the time at which each is due next.
+    """
 
     settings: UdsSettings
     machine: Machine
     texts: Mapping[int, str]
+    values: Mapping[int, DataIdentifier]
     learn_stops: LearnStops
+    periodic: dict[DataIdentifier, int] = field(default_factory=dict)
     access: Access = field(default_factory=Access)
     seeds: int = 0
 
@@ -84,6 +92,7 @@ class Services:
             Service.READ_CODES: self._read_codes,
             Service.READ_DATA: self._read_data,
             Service.SECURITY_ACCESS: self._security_access,
+            Service.READ_PERIODIC: self._read_periodic,
             Service.ROUTINE_CONTROL: self._routine_control,
             Service.TESTER_PRESENT: self._tester_present,
         }
@@ -97,11 +106,39 @@ class Services:
         """Return how long a service takes in ns."""
         return CLEARING_NS if service == Service.CLEAR_CODES else 0
 
+    def end_session(self) -> None:
+        """Go back to the default session, locked, and send nothing by itself."""
+        self.access.end_session()
+        self.periodic.clear()
+
+    def due(self, now_ns: int) -> list[bytes]:
+        """Return the data of the frames that are due by themselves: the identifier's low byte, then the value."""
+        frames = []
+        for one, due_ns in self.periodic.items():
+            if now_ns >= due_ns:
+                self.periodic[one] = max(due_ns + one.every_ns, now_ns)
+                frames.append(bytes([one.number & 0xFF]) + one.data(self.machine.reading(one.role)))
+        return frames
+
+    def _read_periodic(self, data: bytes, now_ns: int) -> bytes:
+        if len(data) < 2:
+            raise Refused(ResponseCode.IncorrectMessageLengthOrInvalidFormat)
+        if self.access.session == DEFAULT_SESSION:
+            raise Refused(ResponseCode.ServiceNotSupportedInActiveSession)
+        wanted = [one for number in data[1:] if (one := self.values.get(0xF200 | number)) is not None]
+        if len(wanted) < len(data) - 1 or not 1 <= data[0] <= STOP_SENDING:
+            raise Refused(ResponseCode.RequestOutOfRange)
+        for one in wanted:
+            self.periodic.pop(one, None)
+            if data[0] != STOP_SENDING:
+                self.periodic[one] = now_ns + one.every_ns
+        return b""
+
     def _session_control(self, data: bytes, now_ns: int) -> bytes | None:
         session, is_silent = _sub_function(data, 1)
         if session not in {DEFAULT_SESSION, EXTENDED_SESSION}:
             raise Refused(ResponseCode.SubFunctionNotSupported)
-        self.access.end_session()
+        self.end_session()
         self.access.session, self.access.ends_ns = session, now_ns + S3_NS
         timing = self.settings.timing
         told = round(timing.p2 * 1e3).to_bytes(2, "big") + round(timing.p2_star * 1e2).to_bytes(2, "big")
@@ -153,9 +190,11 @@ class Services:
             raise Refused(ResponseCode.IncorrectMessageLengthOrInvalidFormat)
         found = b""
         for at in range(0, len(data), 2):
-            text = self.texts.get(int.from_bytes(data[at : at + 2], "big"))
-            if text is not None:
+            number = int.from_bytes(data[at : at + 2], "big")
+            if (text := self.texts.get(number)) is not None:
                 found += data[at : at + 2] + text.encode("ascii", "replace")
+            elif (value := self.values.get(number)) is not None:
+                found += data[at : at + 2] + value.data(self.machine.reading(value.role))
         if not found:
             raise Refused(ResponseCode.RequestOutOfRange)
         return found
