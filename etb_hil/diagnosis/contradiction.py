@@ -14,6 +14,7 @@ import numpy as np
 from etb_hil.diagnosis.assessment import Assessment
 from etb_hil.diagnosis.friction_model import AGEING, LOG_EXPONENT, LOG_SQUARE, VISCOUS
 from etb_hil.diagnosis.half_width import TWO_SIDED_95, half_width
+from etb_hil.diagnosis.hot_motor import HotMotor, hot_motor
 from etb_hil.diagnosis.interval import Interval
 from etb_hil.diagnosis.local_friction import LocalFriction
 from etb_hil.diagnosis.prior import CONSTANT, INERTIA, PRELOAD_CLOSE, PRELOAD_OPEN, SLOPE_CLOSE, SLOPE_OPEN
@@ -79,11 +80,18 @@ class Widening:
 
 
 def withholding(
-    assessment: Assessment, local: LocalFriction | None, model: Model, throttle: ThrottleParameters
+    assessment: Assessment,
+    local: LocalFriction | None,
+    model: Model,
+    throttle: ThrottleParameters,
+    hot: HotMotor | None,
 ) -> list[Reason]:
-    """Return why nothing can be said of friction with this model and these motions, the gravest first."""
+    """Return why nothing can be said of friction with this model and these motions, the gravest first.
+
+    A motor that is `hot`, and the model's for all that, contradicts nothing.
+    """
     found = []
-    if assessment.balance is not None:
+    if assessment.balance is not None and hot is None:
         found += _motor(assessment.balance, model, throttle)
     if local is not None and len(local.angle):
         worst = int(np.argmax(np.abs(local.even) - _SURE * local.error))
@@ -107,16 +115,34 @@ def _one_way(assessment: Assessment) -> list[Reason]:
     return [Reason("one_way", text, "run a scenario that opens and closes the plate")]
 
 
+def heated(
+    balance: VoltageBalance | None, model: Model, throttle: ThrottleParameters, temperature: float
+) -> HotMotor | None:
+    """Return by how much the motor is warmer than its housing where it is not the model's, and that says why."""
+    if balance is None or not _motor(balance, model, throttle):
+        return None
+    allowed = (_allowed(model, throttle, "resistance"), _allowed(model, throttle, "back_emf"))
+    return hot_motor(
+        balance, model, throttle, temperature, (allowed[0] / throttle.resistance, allowed[1] / throttle.back_emf)
+    )
+
+
+def _allowed(model: Model, throttle: ThrottleParameters, name: str) -> float:
+    """Return by how much R_a in ohm or K_e G_r in V·s/rad may differ from the model's."""
+    warmer = _WINDING if name == "resistance" else _MAGNET
+    return model.tolerance(name) + warmer * float(getattr(throttle, name))
+
+
 def _motor(balance: VoltageBalance, model: Model, throttle: ThrottleParameters) -> list[Reason]:
     found = []
-    allowed = model.tolerance("resistance") + _WINDING * throttle.resistance
     if not resistance_fits(balance.resistance, balance.resistance_error, model, throttle):
         text = (
-            f"R_a measures {balance.resistance:.3f} ohm; the model says {throttle.resistance:.3f}, {allowed:.3f} off "
-            "at most: the current channel or the model's resistance is wrong"
+            f"R_a measures {balance.resistance:.3f} ohm; the model says {throttle.resistance:.3f}, "
+            f"{_allowed(model, throttle, 'resistance'):.3f} off at most: the current channel or the model's resistance "
+            "is wrong"
         )
         found.append(_contradiction("resistance_contradicts", text))
-    allowed = model.tolerance("back_emf") + _MAGNET * throttle.back_emf
+    allowed = _allowed(model, throttle, "back_emf")
     if abs(balance.back_emf - throttle.back_emf) > allowed + _SURE * balance.back_emf_error:
         text = (
             f"K_e G_r measures {balance.back_emf:.4f} V·s/rad; the model says {throttle.back_emf:.4f}, {allowed:.4f} "
@@ -128,8 +154,7 @@ def _motor(balance: VoltageBalance, model: Model, throttle: ThrottleParameters) 
 
 def resistance_fits(value: float, error: float, model: Model, throttle: ThrottleParameters) -> bool:
     """Return whether a measured R_a, in ohm, can be the model's."""
-    allowed = model.tolerance("resistance") + _WINDING * throttle.resistance
-    return abs(value - throttle.resistance) <= allowed + _SURE * error
+    return abs(value - throttle.resistance) <= _allowed(model, throttle, "resistance") + _SURE * error
 
 
 def resistance_at_rest(ticks: Ticks) -> float | None:

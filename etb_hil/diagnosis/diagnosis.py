@@ -15,6 +15,7 @@ from etb_hil.diagnosis.contradiction import (
     Widening,
     against_each_other,
     gain_range,
+    heated,
     law_remarks,
     remarks,
     resistance_at_rest,
@@ -27,6 +28,7 @@ from etb_hil.diagnosis.drift import by_place_and_time, drift_remarks
 from etb_hil.diagnosis.exceedance import ExceedanceDetector
 from etb_hil.diagnosis.findings import Findings
 from etb_hil.diagnosis.grounds import Coverage, Grounds, far_above, local_excess, unexplained
+from etb_hil.diagnosis.hot_motor import hot_motor_remarks
 from etb_hil.diagnosis.limits import Limits, without_temperature
 from etb_hil.diagnosis.local_friction import local_friction
 from etb_hil.diagnosis.measurement_registry import kind_of, phases_needed
@@ -175,9 +177,10 @@ class Diagnosis:
         reading = Tally(throttle).reading() if self._running is None else self._running.tally.reading()
         fit = assessment.fit
         local = None if fit is None else local_friction(assessment.evidence, fit)
+        hot = heated(assessment.balance, self._model, throttle, self._zero.temperature)
         untold = [
             *against_motor(ticks, self._model, throttle),
-            *withholding(assessment, local, self._model, throttle),
+            *withholding(assessment, local, self._model, throttle, hot),
         ]
         withheld = [*untold, *without_temperature(self._limits, self._zero.temperature)]
         way = None if fit is None or withheld else uneven_way(assessment.evidence, fit)
@@ -186,7 +189,7 @@ class Diagnosis:
         widening = Widening()
         if fit is not None:
             widening = Widening(
-                gain_range(fit, assessment.balance, self._model, throttle),
+                gain_range(fit, assessment.balance, self._model, throttle if hot is None else hot.of(throttle)),
                 by_place_and_time(way, drift),
                 is_confounded=is_bent or (way is not None and way.is_fine),
                 is_bent=is_bent,
@@ -202,7 +205,7 @@ class Diagnosis:
         series = plot_columns(assessment, widening) | break_away_columns(broken_away, fit)
         found = Findings(
             self._model, throttle, self._zero, assessment, fitted, widening, way, drift, unseen, fastest, far,
-            broken_away, self._limits.dwell, reading, series, self._segments.segments(),
+            broken_away, self._limits.dwell, reading, hot, series, self._segments.segments(),
         )  # fmt: skip
         measured = list(measure(found, self._limits))
         band = self._limits.marginal_band
@@ -220,6 +223,7 @@ class Diagnosis:
             withholding=withheld,
             remarks=(
                 *(() if fit is None else remarks(fit, assessment.balance, self._model, throttle)),
+                *hot_motor_remarks(hot),
                 *(() if fit is None else law_remarks(fit)),
                 *uneven_remarks(way),
                 *drift_remarks(drift),

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from etb_hil.diagnosis.break_away import BreakAway, BreakAwayTorque
     from etb_hil.diagnosis.current_zero import Zero
     from etb_hil.diagnosis.drift import Drift
+    from etb_hil.diagnosis.hot_motor import HotMotor
     from etb_hil.diagnosis.interval import Interval
     from etb_hil.diagnosis.limit_laws import DwellLaw
     from etb_hil.diagnosis.places_seen import Unseen
@@ -35,8 +36,8 @@ class Findings:
     `throttle` holds the model's parameters at the temperature of the current zero. `fitted` are the parameters of the
     friction curve with the intervals of the fit alone, empty where there is no fit; `fastest` and `far` rad/s are the
     highest speed and the speed from which T_c is seen. `unseen` is the widest part of the way that no slow motion
-    covered, None where that is little. `dwell` is the law by which limits follow the time of rest. `series` are the
-    columns of the plots.
+    covered, None where that is little. `dwell` is the law by which limits follow the time of rest. `hot` is a motor
+    much warmer than its housing. `series` are the columns of the plots.
     """
 
     model: Model
@@ -53,6 +54,7 @@ class Findings:
     broken_away: Sequence[BreakAway]
     dwell: DwellLaw | None
     reading: LiveReading
+    hot: HotMotor | None
     series: Mapping[str, Float64]
     segments: Sequence[Segment]
     _shared: dict[Callable[[Findings], object], object] = field(default_factory=dict, repr=False, compare=False)

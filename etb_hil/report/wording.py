@@ -49,6 +49,14 @@ UNIT_REASONS = {
         True,
     ),
     "spring_elsewhere": Wording("Springs or stops are not where the model says.", _OTHER, True),
+    "motor_hot": Wording(
+        "The motor is much warmer than its housing. The intervals of the numbers hold that.",
+        "Let the unit cool for 10 minutes, then repeat.",
+        True,
+    ),
+    "another_friction_law": Wording(
+        "Friction does not follow the law of the model. The intervals of the numbers hold that.", "Nothing to do.", True
+    ),
     "model_contradicted": Wording("The unit differs from the model in more than friction.", _OTHER, True),
     "uneven_way": Wording(
         "Friction is uneven along the way: {friction_least} at {friction_least_at}, {friction_most} at "

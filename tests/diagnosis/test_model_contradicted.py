@@ -237,3 +237,34 @@ def test_a_run_cut_short_never_passes_and_may_fail():
     assert diagnosed(Unit(), complete=False).verdict is UNSURE
     assert "run_not_finished" in ids(diagnosed(Unit(), complete=False))
     assert diagnosed(FAULTY, complete=False).verdict is FAIL
+
+
+def warmer(unit, kelvin):
+    """Return a unit whose motor is by so many kelvin warmer than the housing: copper and magnets of the stock model."""
+    magnets = 1.0 - 0.002 * kelvin
+    return replace(
+        unit,
+        resistance=unit.resistance * (1.0 + 0.0039 * kelvin),
+        back_emf=unit.back_emf * magnets,
+        torque_per_ampere=unit.torque_per_ampere * magnets,
+    )
+
+
+@pytest.mark.parametrize(("unit", "verdict"), [(Unit(), PASS), (FAULTY, FAIL)], ids=["healthy", "faulty"])
+def test_a_motor_much_warmer_than_its_housing_is_named_and_judged(unit, verdict):
+    result = diagnosed(warmer(unit, 40.0))
+    assert result.verdict is verdict
+    text = next(reason.text for reason in result.reasons if reason.id == "motor_hot")
+    assert float(text.split()[2]) == pytest.approx(40.0, abs=3.0)
+    assert "winding resistance +15." in text
+    assert "torque constant -8." in text or "torque constant -7.9" in text
+    number = result.measurements.get("T_st")
+    assert number.low < unit.stiction < number.high
+
+
+@pytest.mark.parametrize(("resistance", "constant"), [(1.0, 0.92), (1.156, 1.0), (0.85, 0.92), (1.156, 1.08)])
+def test_a_resistance_and_a_constant_out_of_proportion_are_no_hot_motor(resistance, constant):
+    unit = Unit(resistance=1.5 * resistance, back_emf=0.36 * constant, torque_per_ampere=0.36 * constant)
+    result = diagnosed(unit)
+    assert "motor_hot" not in ids(result)
+    assert result.verdict is UNSURE

@@ -24,7 +24,7 @@ _FEWEST = 4
 
 def _compute(run: Findings) -> Estimate | None:
     found = [one for one in rests(run.of("home", "hold")) if math.isfinite(one.voltage + one.temperature)]
-    if len(found) < _FEWEST:
+    if len(found) < _FEWEST or run.hot is not None:  # of a winding whose temperature is not known
         return None
     law = run.model.parameters["resistance"].temperature
     coefficient = _COPPER if law is None else law.coefficient / law.factor(_REFERENCE)

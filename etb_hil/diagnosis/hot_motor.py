@@ -1,0 +1,75 @@
+"""A motor that is much warmer than its housing: its winding's resistance rises, its magnets weaken, in one proportion.
+
+Resistance and back-EMF of the run together say by how many kelvin; the back-EMF has the torque constant that friction
+is measured with, so that friction is judged all the same.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from etb_hil.diagnosis.result import Reason
+from etb_hil.diagnosis.voltage_balance import VoltageBalance
+from etb_hil.plant.parameters import Model, ThrottleParameters
+
+_REFERENCE = 20.0  # degC, where the run has no temperature
+_HOTTEST = 155.0  # degC, what a winding of the usual class F stands (IEC 60085)
+_SURE = 4.0  # standard errors
+_LEAST = 0.5  # share of what copper and magnets do at a temperature: where one does less, it is another fault's
+
+
+@dataclass(frozen=True, slots=True)
+class HotMotor:
+    """By how many `kelvin` a motor is warmer than its housing; by which shares `resistance` and `constant` differ."""
+
+    kelvin: float
+    resistance: float
+    constant: float
+
+    def of(self, throttle: ThrottleParameters) -> ThrottleParameters:
+        """Return the model's parameters with the resistance of this motor."""
+        return replace(throttle, resistance=throttle.resistance * (1.0 + self.resistance))
+
+
+def hot_motor(
+    balance: VoltageBalance,
+    model: Model,
+    throttle: ThrottleParameters,
+    temperature: float,
+    allowed: tuple[float, float],
+) -> HotMotor | None:
+    """Return the motor's excess temperature where it explains resistance and back-EMF; None where it does not.
+
+    `temperature` degC is the housing's, NaN where unknown; `allowed` are the shares by which resistance and back-EMF of
+    a motor at that temperature may differ from the model's.
+    """
+    base = _REFERENCE if math.isnan(temperature) else temperature
+    cool, warm = model.values_at(base), model.values_at(base + 1.0)
+    copper, magnets = warm.resistance / cool.resistance - 1.0, warm.back_emf / cool.back_emf - 1.0
+    resistance, constant = balance.resistance / throttle.resistance - 1.0, balance.back_emf / throttle.back_emf - 1.0
+    reach = (
+        allowed[0] + _SURE * balance.resistance_error / throttle.resistance,
+        allowed[1] + _SURE * balance.back_emf_error / throttle.back_emf,
+    )
+    rise, fall = copper / reach[0], magnets / reach[1]
+    square = rise * rise + fall * fall
+    if copper <= 0.0 or magnets >= 0.0 or square <= 0.0:
+        return None
+    kelvin = (rise * resistance / reach[0] + fall * constant / reach[1]) / square
+    explains = abs(resistance - copper * kelvin) <= reach[0] and abs(constant - magnets * kelvin) <= reach[1]
+    both = resistance >= _LEAST * copper * kelvin and constant <= _LEAST * magnets * kelvin
+    if not (explains and both and 0.0 < kelvin < _HOTTEST - base):
+        return None
+    return HotMotor(kelvin, resistance, constant)
+
+
+def hot_motor_remarks(found: HotMotor | None) -> list[Reason]:
+    """Return what is said of a hot motor, whatever the verdict."""
+    if found is None:
+        return []
+    text = (
+        f"motor about {found.kelvin:.0f} K above housing: winding resistance {found.resistance:+.1%}, torque constant "
+        f"{found.constant:+.1%}"
+    )
+    return [Reason("motor_hot", text, "let it cool for 10 minutes, then repeat, if the result is close to a limit")]
