@@ -32,6 +32,8 @@ from etb_hil.discrepancy.plan.nexttest import next_test
 from etb_hil.discrepancy.search.naming import search
 from etb_hil.plant.effects.entries import measured_strength
 from etb_hil.plant.measured import measured_parameter
+from etb_hil.results.explanation import ExplanationResult
+from etb_hil.results.explanation_file import explanation_as_dict
 from etb_hil.scenario.planning import stock_plans
 
 EXCITATIONS = ("slow_sweep", "ramps_and_steps")
@@ -51,7 +53,7 @@ def searched(case, numbers=()):
 
 def said_of(findings):
     """The verdict, and causes with their classes."""
-    return {"verdict": findings.verdict, "causes": causes(findings)}
+    return explanation_as_dict(ExplanationResult(findings.verdict, causes(findings)))
 
 
 def commanded(plan):
@@ -75,13 +77,13 @@ def by_hand(case, test):
     """What the instruments that an answer asks for read of the rig's unit."""
     rng, model = np.random.default_rng([case.truth["seed"], 10]), model_of(case)
     found = []
-    for wanted in (number for instrument in test["by_hand"] for number in instrument["gives"]):
-        name, uncertainty = wanted["name"], wanted["uncertainty"]
+    for wanted in (number for instrument in test.by_hand for number in instrument.gives):
+        name, uncertainty = wanted.name, wanted.uncertainty
         read = true_number(case, name) + uncertainty * rng.uniform(-1.0, 1.0)
         if name in model.parameters:
             found.append(measured_parameter(model.parameters[name], read, uncertainty))
         else:
-            unit = "" if wanted["unit"] == "1" else f" {wanted['unit']}"
+            unit = "" if wanted.unit == "1" else f" {wanted.unit}"
             found.append(
                 measured_strength(name, *(float(x) if not unit else f"{x}{unit}" for x in (read, uncertainty)))
             )
@@ -120,17 +122,17 @@ def one(seed):
     plans = {plan.name: plan for plan in stock_plans(findings.model.values)}
     test = next_test(findings, list(plans.values()))
     numbers = by_hand(hidden.case, test)
-    if test["scenario"] is None and not numbers:
+    if test.scenario is None and not numbers:
         return name, found, test, {}
     known = known_of(numbers)
     if numbers:
         findings = searched(hidden.case, numbers)
     truth = truth_beside(hidden.case, known)
-    if test["scenario"] is None:
+    if test.scenario is None:
         again = said_of(findings)
         said = again, judged(name, test, again, truth)
         return name, found, test, {"by itself": said, "beside the first": said}
-    case = tested(hidden.case, plans[test["scenario"]])
+    case = tested(hidden.case, plans[test.scenario])
     again, new = searched(case, numbers), truth_beside(case, known)
     alone = said_of(again)
     narrow(again, findings)
@@ -165,9 +167,9 @@ def judged(name, test, again, truth):
         return "settled"
     if after is None:
         return f"lost: {again['verdict']}"
-    parts = set(test["expected_separation"]["parts"])
+    parts = set(test.expected_separation.parts)
     # A promise is between the cause as found and each other member: where the truth is another, of that pair alone.
-    gone = {test["pair"][0]} if canonical(name) in map(canonical, parts) else parts
+    gone = {test.pair[0]} if canonical(name) in map(canonical, parts) else parts
     return "parted" if not gone & {after["effect"], *after["class"]} else "still open"
 
 
@@ -183,14 +185,14 @@ def main(first, count):
         if test is None:
             continue
         tests.append(test)
-        print("   ", test["scenario"], test["expected_separation"] or test["says"], flush=True)
-        print("    by hand:", [number["name"] for one in test["by_hand"] for number in one["gives"]], flush=True)
+        print("   ", test.scenario, test.expected_separation or test.says, flush=True)
+        print("    by hand:", [number.name for one in test.by_hand for number in one.gives], flush=True)
         for way, (again, said) in either.items():
-            outcomes.setdefault(way, []).append((said, not test["expected_separation"]["leaves"]))
+            outcomes.setdefault(way, []).append((said, not test.expected_separation.leaves))
             print(f"    {way}: {said},", again["verdict"], named(again), flush=True)
-    nothing = sum(test["scenario"] is None and not test["by_hand"] for test in tests)
-    alone = sum(test["scenario"] is not None and not test["by_hand"] for test in tests)
-    hand = sum(test["scenario"] is None and bool(test["by_hand"]) for test in tests)
+    nothing = sum(test.scenario is None and not test.by_hand for test in tests)
+    alone = sum(test.scenario is not None and not test.by_hand for test in tests)
+    hand = sum(test.scenario is None and bool(test.by_hand) for test in tests)
     print(
         f"{records} records, {len(tests)} of them open; a scenario for {alone} of them, a hand for {hand}, both for",
         end="",

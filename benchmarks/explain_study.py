@@ -44,6 +44,8 @@ from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.stretches import measurements_of
 from etb_hil.discrepancy.search.naming import search
 from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.results.explanation import ExplanationResult
+from etb_hil.results.explanation_file import explanation_as_dict
 
 KINDS = ("nothing", "weak", "medium", "strong", "shape", "pair", "friction", "outside", "removed", "mix")
 # kind, view, rate: what a mix draws in turn.
@@ -110,7 +112,7 @@ def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
     seconds = time.process_time() - begin
     nothing = too_little_to_accuse(findings, measurements_of(hidden.recording, hidden.model))
     verdict = "insufficient_data" if nothing else findings.verdict
-    found = {"verdict": verdict, "causes": causes(findings)}
+    found = explanation_as_dict(ExplanationResult(verdict, causes(findings)))
     if not found["causes"]:  # the best suspect all the same, for the rate of right first guesses
         first = findings.rounds[0]
         found["causes"] = [{"effect": first.winner.id, "class": first.alike}]

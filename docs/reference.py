@@ -13,6 +13,7 @@ from etb_hil.diagnosis.measurement_registry import measurement_kinds
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.port import Port
 from etb_hil.report.wording import BENCH_REASONS, UNIT_REASONS
+from etb_hil.results.explanation_file import explanation_schema
 from etb_hil.results.json_file import results_schema
 from etb_hil.uds.trouble_codes import CODES
 
@@ -63,7 +64,7 @@ def commands():
 
 
 def files():
-    """Return the keys of every file that people write, and of `results.json`."""
+    """Return the keys of every file that people write, and of those that commands write."""
 
     parts = [
         (
@@ -71,8 +72,9 @@ def files():
             "`etb-hil schema KIND` prints the JSON schema of a kind.\n"
         )
     ]
-    for kind in (*KINDS, "results"):
-        schema = results_schema() if kind == "results" else file_schema(kind)
+    written = {"results": results_schema, "explanation": explanation_schema}
+    for kind in (*KINDS, *written):
+        schema = written[kind]() if kind in written else file_schema(kind)
         parts.append(f"## {kind.replace('_', ' ')}\n")
         parts += _table(schema)
         for name, definition in sorted(schema.get("$defs", {}).items()):

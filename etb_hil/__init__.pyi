@@ -2,7 +2,6 @@ from .api.connecting import ConnectedBench as ConnectedBench
 from .api.connecting import connect as connect
 from .api.diagnosing import Judgement as Judgement
 from .api.diagnosing import diagnose as diagnose
-from .api.explaining import Cause as Cause
 from .api.explaining import Explanation as Explanation
 from .api.explaining import explain as explain
 from .api.past import Histories as Histories
@@ -19,6 +18,8 @@ from .base.errors import EtbHilError as EtbHilError
 from .base.errors import InputError as InputError
 from .base.outcome import UnitVerdict as UnitVerdict
 from .plant.parameters import Model as Model
+from .results.explanation import Cause as Cause
+from .results.explanation import ExplanationResult as ExplanationResult
 from .results.measurement import Measurement as Measurement
 from .results.run_result import RunResult as RunResult
 

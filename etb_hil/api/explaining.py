@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from etb_hil.api.arguments import checked
 from etb_hil.api.recordings import Recording, read
+from etb_hil.base.deprecation import deprecated
 from etb_hil.base.errors import InputError, Problem
 
 if TYPE_CHECKING:
@@ -16,60 +16,33 @@ if TYPE_CHECKING:
     from etb_hil.discrepancy.answer.consequence import Judge
     from etb_hil.discrepancy.explain import Answer
     from etb_hil.plant.parameters import Model
-
-
-@dataclass(frozen=True, slots=True)
-class Size:
-    """How large a parameter of a cause is: value with its 95 % interval, in `unit`."""
-
-    value: float
-    low: float
-    high: float
-    unit: str
-
-
-@dataclass(frozen=True, slots=True)
-class Cause:
-    """A cause that was taken in: the effect's id, those that the data cannot tell from it, and its share of the error.
-
-    `sizes` are its parameters by name.
-    """
-
-    id: str
-    indistinguishable: tuple[str, ...]
-    share: float
-    sizes: Mapping[str, Size]
-
-
-def _size(found: Mapping[str, Any], unit: str) -> Size:
-    low, high = found["interval"]
-    return Size(found["value"], low, high, unit)
+    from etb_hil.results.explanation import Cause, ExplanationResult, Gain
 
 
 class Explanation:
-    """The answer of `explain`; `data` is all of it, as `explanation.json` holds it."""
+    """The answer of `explain`; `result` is all of it, as `explanation.json` holds it."""
 
     def __init__(self, answer: Answer) -> None:
         self._answer = answer
-        self.data: dict[str, Any] = answer.explanation
+        self.result: ExplanationResult = answer.explanation
+
+    @property
+    @deprecated("Explanation.data", use="Explanation.result", goes_in="0.3")
+    def data(self) -> dict[str, Any]:
+        """All of the answer as a dictionary."""
+        from etb_hil.results.explanation_file import explanation_as_dict
+
+        return explanation_as_dict(self.result)
 
     @property
     def verdict(self) -> str:
         """One of adequate, explained, ambiguous, unexplained and insufficient_data."""
-        return str(self.data["verdict"])
+        return self.result.verdict
 
     @property
     def causes(self) -> tuple[Cause, ...]:
         """The causes that were taken in, the most probable first."""
-        return tuple(
-            Cause(
-                one["effect"],
-                tuple(one["class"]),
-                float(one["share_of_error"]),
-                {name: _size(size, size["unit"]) for name, size in one["parameters"].items()},
-            )
-            for one in self.data["causes"]
-        )
+        return self.result.causes
 
     @property
     def ambiguity_groups(self) -> tuple[tuple[str, ...], ...]:
@@ -77,13 +50,12 @@ class Explanation:
         return tuple((one.id, *one.indistinguishable) for one in self.causes if one.indistinguishable)
 
     @property
-    def gain(self) -> Size | None:
+    def gain(self) -> Gain | None:
         """By what share the extended model errs less than the calibrated one on data that it never saw; None: unknown.
 
         The error is that of the throttle angle in free run.
         """
-        found = self.data.get("gain")
-        return None if found is None else _size(found, "1")
+        return self.result.gain
 
     @property
     def model(self) -> Model | None:
@@ -135,7 +107,7 @@ class Explanation:
             )
             rows.append((one.id, ", ".join(one.indistinguishable), f"{one.share:.0%}", sizes))
         causes = table(("cause", "or", "share of the error", "sizes (95 %)"), rows) if rows else ""
-        notes = [left] if (left := what_is_left(self.data)) else []
+        notes = [left] if (left := what_is_left(self.result)) else []
         figures = [] if (figure := self.figure()) is None else [figure]
         return page(self.verdict.replace("_", " "), causes, notes, *figures)
 

@@ -70,23 +70,23 @@ def run(options: argparse.Namespace) -> int:
     with _saying("the report was being written; explanation.json may be there without it"):
         paths, problem = _write(answer, options.out)
     _progress("")
-    found = answer.data
-    print(f"verdict: {found['verdict']}")
+    found = answer.result
+    print(f"verdict: {found.verdict}")
     if left := what_is_left(found):
         print(f"  {left}")
-    for reason in found["data_quality"]:
+    for reason in found.data_quality:
         if isinstance(reason, str):
             print(f"  {reason}")
-    for cause in found["causes"]:
-        alike = f" (or {', '.join(cause['class'])})" if cause["class"] else ""
-        print(f"  {cause['effect']}{alike}: {100.0 * cause['share_of_error']:.0f} % of the error")
+    for cause in found.causes:
+        alike = f" (or {', '.join(cause.indistinguishable)})" if cause.indistinguishable else ""
+        print(f"  {cause.id}{alike}: {100.0 * cause.share:.0f} % of the error")
     if problem is not None:
         raise InputError(problem)
     print("\n".join(f"  {path}" for path in paths))
-    if "interrupted" in found:
-        print(f"interrupted while {found['interrupted']}; {found['stages']}", file=sys.stderr)
+    if found.interrupted:
+        print(f"interrupted while {found.interrupted}; {found.stages}", file=sys.stderr)
         return int(ExitCode.ABORTED)
-    return int(ExitCode.INCONCLUSIVE if found["verdict"] == "insufficient_data" else ExitCode.DONE)
+    return int(ExitCode.INCONCLUSIVE if found.verdict == "insufficient_data" else ExitCode.DONE)
 
 
 def _write(answer: Explanation, folder: Path) -> tuple[list[Path], Problem | None]:

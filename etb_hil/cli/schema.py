@@ -12,7 +12,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "kind",
         nargs="?",
-        help="scenario, bench, model, drive, limits, table_map, station, baseline or results (default: list them)",
+        help="scenario, bench, model, drive, limits, table_map, station, baseline, results or explanation "
+        "(default: list them)",
     )
     parser.add_argument(
         "--out", type=Path, metavar="FOLDER", help="write KIND.schema.json here, all of them without KIND"
@@ -27,14 +28,14 @@ def run(options: argparse.Namespace) -> int:
     from etb_hil.base.files import make_folder, write_text
     from etb_hil.cli.file_kinds import KINDS, file_schema
 
-    kinds = [*KINDS, "results"]
+    kinds = [*KINDS, *_WRITTEN]
     if options.kind is not None and options.kind not in kinds:
         raise InputError(Problem("no such kind of file", value=options.kind, allowed=", ".join(kinds)))
     if options.kind is None and options.out is None:
         print("\n".join(kinds))
         return 0
     for kind in kinds if options.kind is None else [options.kind]:
-        schema = _results_schema() if kind == "results" else file_schema(kind)
+        schema = _WRITTEN[kind]() if kind in _WRITTEN else file_schema(kind)
         text = json.dumps(schema, indent=1, ensure_ascii=options.out is None)
         if options.out is None:
             print(text)
@@ -47,3 +48,12 @@ def _results_schema() -> dict[str, Any]:
     from etb_hil.results.json_file import results_schema
 
     return results_schema()
+
+
+def _explanation_schema() -> dict[str, Any]:
+    from etb_hil.results.explanation_file import explanation_schema
+
+    return explanation_schema()
+
+
+_WRITTEN = {"results": _results_schema, "explanation": _explanation_schema}  # files that commands write

@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ParamSpec, TypeVar
+from typing import ParamSpec, TypeVar
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from etb_hil.base.stock import find
 from etb_hil.diagnosis.limits import Limits
 from etb_hil.discrepancy.answer.called import as_in_its_file
 from etb_hil.discrepancy.answer.consequence import Judge, consequence
-from etb_hil.discrepancy.answer.explanation import SCHEMA, explanation
+from etb_hil.discrepancy.answer.explanation import explanation
 from etb_hil.discrepancy.answer.folder import ANSWER_NAME, MODEL_NAME, TEST_NAME, must_not_lose
 from etb_hil.discrepancy.answer.holdout import Holdout, hold_out
 from etb_hil.discrepancy.answer.quality import data_quality
@@ -43,6 +43,8 @@ from etb_hil.plant.model_check import impossible
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
 from etb_hil.recording.recording import Recording
+from etb_hil.results.explanation import Confounded, DataQuality, ExplanationResult, NextTest, ToldApart
+from etb_hil.results.explanation_file import explanation_as_dict
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -50,9 +52,9 @@ T = TypeVar("T")
 
 @dataclass(slots=True)
 class Answer:
-    """What `explanation.json` holds, and what it was made of: a search's findings, or of slow data their free runs."""
+    """The result, and what it was made of: a search's findings, or of slow data their free runs."""
 
-    explanation: dict[str, Any]
+    explanation: ExplanationResult
     findings: Findings | None = None
     holdout: Holdout | None = None
     coarse: Coarse | None = None
@@ -62,7 +64,7 @@ class Answer:
         """The model with what was found, None where nothing was fitted."""
         if self.findings is not None:
             return extended_model(self.findings, _best(self.findings, self.holdout))
-        is_judged = self.coarse is not None and self.explanation["verdict"] != "insufficient_data"
+        is_judged = self.coarse is not None and self.explanation.verdict != "insufficient_data"
         return self.coarse.model if self.coarse is not None and is_judged else None
 
 
@@ -91,7 +93,7 @@ def explain(
     _must_be_of_one_kind(recordings, model)
     model = _obeying_its_laws(model, recordings)
     said = _Said(progress)
-    together: list[dict[str, Any]] = []
+    together: list[Confounded] = []
     balances: list[Balances] = []
     try:
         together = [one for recording in recordings for one in confounded(recording)]
@@ -107,21 +109,20 @@ def explain(
     told_apart = _told_apart(findings, others if is_same_unit else (), without, said)
     holdout = None if said.is_cut_short else _held_out(findings, said)
     answer = _put_together(findings, holdout, said)
-    if plans and answer["next_test"] and not said.is_cut_short:
+    if plans and answer.next_test and not said.is_cut_short:
         test = said.unless_cut_short("choosing the next test", lambda: next_test(findings, plans(), said))
-        answer["next_test"] = test or answer["next_test"]
+        answer = replace(answer, next_test=test or answer.next_test)
     if limits is not None and not said.is_cut_short:
-        answer["diagnosis"] = said.unless_cut_short(
+        judged = said.unless_cut_short(
             "judging the unit", consequence, findings, limits, _best(findings, holdout), judge
         )
+        answer = replace(answer, diagnosis=judged)
     if others and not said.is_cut_short:
-        answer |= _transferred(answer, findings, others, said)
-    answer |= {"told_apart_by_others": told_apart, "confounded": together}
-    if missing:
-        answer["left_out"] = missing
+        answer = _transferred(answer, findings, others, said)
+    answer = replace(answer, told_apart_by_others=told_apart, confounded=tuple(together), left_out=tuple(missing))
     if said.is_cut_short:
-        answer["interrupted"] = said.last
-        answer["stages"] = stages(answer, is_read=True, is_searched=not findings.is_cut_short)
+        done = stages(answer, is_read=True, is_searched=not findings.is_cut_short)
+        answer = replace(answer, interrupted=said.last, stages=done)
     return Answer(as_in_its_file(answer, model), findings, holdout)
 
 
@@ -139,13 +140,13 @@ def _searched(
 
 
 def _insufficient(
-    why: list[str], balances: Sequence[Balances], model: Model, together: list[dict[str, Any]], said: _Said
+    why: list[str], balances: Sequence[Balances], model: Model, together: Sequence[Confounded], said: _Said
 ) -> Answer:
     """Return the answer to data that tell nothing, with the reasons, also where an interrupt came before the end."""
-    answer: dict[str, Any] = {"schema": SCHEMA, "verdict": "insufficient_data", "causes": []}
-    answer |= {"data_quality": why + data_quality(balances, model), "confounded": together}
+    answer = _nothing((*why, *data_quality(balances, model)), together)
     if said.is_cut_short:
-        answer |= {"interrupted": said.last, "stages": stages(answer, is_read=True, is_searched=False)}
+        done = stages(answer, is_read=True, is_searched=False)
+        answer = replace(answer, interrupted=said.last, stages=done)
     return Answer(as_in_its_file(answer, model))
 
 
@@ -153,24 +154,26 @@ def _before_the_search(
     said: _Said,
     model: Model,
     balances: Sequence[Balances],
-    together: list[dict[str, Any]],
+    together: Sequence[Confounded],
     interrupt: KeyboardInterrupt,
 ) -> Answer:
     """Return what is known where an interrupt came before anything was looked for."""
-    answer: dict[str, Any] = {"schema": SCHEMA, "verdict": "insufficient_data", "causes": []}
-    answer["data_quality"] = data_quality(balances, model)
+    answer = _nothing(data_quality(balances, model), together)
     if isinstance(interrupt, CutShort):
-        answer["calibrated"] = calibrated_so_far(interrupt.calibration, model)
-    answer |= {"confounded": together, "interrupted": said.last}
-    answer["stages"] = stages(answer, is_read=bool(balances), is_searched=False)
-    return Answer(as_in_its_file(answer, model))
+        answer = replace(answer, calibrated=calibrated_so_far(interrupt.calibration, model))
+    done = stages(answer, is_read=bool(balances), is_searched=False)
+    return Answer(as_in_its_file(replace(answer, interrupted=said.last, stages=done), model))
+
+
+def _nothing(quality: Sequence[str | DataQuality], together: Sequence[Confounded]) -> ExplanationResult:
+    return ExplanationResult("insufficient_data", data_quality=tuple(quality), confounded=tuple(together))
 
 
 def _told_apart(
     findings: Findings, others: Sequence[Sequence[Measurement]], without: Sequence[str], said: _Said
-) -> list[dict[str, Any]]:
+) -> tuple[ToldApart, ...]:
     """Return what other recordings of the unit tell apart, and take that out of the classes."""
-    found: list[dict[str, Any]] = []
+    found: list[ToldApart] = []
     for other in others:
         if said.is_cut_short or not any(each.alike for each in findings.accepted):
             break
@@ -182,18 +185,18 @@ def _told_apart(
             said.cut_short()  # what a part of a search leaves open is nobody's class
         elif not too_little_to_accuse(judged, other):
             found += narrow(findings, judged)
-    return found
+    return tuple(found)
 
 
 def _transferred(
-    answer: dict[str, Any], findings: Findings, others: Sequence[Sequence[Measurement]], said: _Said
-) -> dict[str, Any]:
-    """Return what the other recordings say of the causes, and what all of the data are worth."""
+    answer: ExplanationResult, findings: Findings, others: Sequence[Sequence[Measurement]], said: _Said
+) -> ExplanationResult:
+    """Return the answer with what the other recordings say of the causes, and what all of the data are worth."""
     tested = [Balances(measured, findings.model) for other in others for measured in other]
     judged = [b for b in tested if not nothing_to_judge([b])]
     found = said.unless_cut_short("trying the causes on the other recordings", transfer, findings, judged)
-    quality = answer["data_quality"] + data_quality(tested, findings.model)
-    return {"data_quality": quality} if found is None else {"transfer": found, "data_quality": quality}
+    quality = (*answer.data_quality, *data_quality(tested, findings.model))
+    return replace(answer, data_quality=quality, transfer=found or ())
 
 
 def _held_out(findings: Findings, said: _Said) -> Holdout | None:
@@ -204,7 +207,7 @@ def _held_out(findings: Findings, said: _Said) -> Holdout | None:
     return holdout
 
 
-def _put_together(findings: Findings, holdout: Holdout | None, said: _Said) -> dict[str, Any]:
+def _put_together(findings: Findings, holdout: Holdout | None, said: _Said) -> ExplanationResult:
     """Return the answer so far. It takes a moment: an interrupt then ends what would follow, and not the answer."""
     found = None
     if not said.is_cut_short:
@@ -241,30 +244,28 @@ def _coarsely(
     fit_on: Sequence[float],
     said: _Said,
     why: list[str],
-    together: list[dict[str, Any]],
+    together: Sequence[Confounded],
 ) -> Answer:
     """Return what free runs alone tell; InputError with a `fit_on` that is wrong or asks it of fast data."""
-    nothing: dict[str, Any] = {"verdict": "insufficient_data", "causes": [], "data_quality": why}
+    nothing = _nothing(why, together)
     if not is_slow(recording):
         if fit_on:
             what = "--fit-on is for data that are sampled too slowly to name causes by"
             remedy = "leave it out: of fast data every segment is judged by a fit to the others"
             raise InputError(Problem(what, value=recording.origin, remedy=remedy))
-        return Answer({"schema": SCHEMA, **nothing, "confounded": together})
+        return Answer(nothing)
     try:
         sweeps = sweeps_of(recording, model)
     except InputError as error:
         more = [str(problem) for problem in error.problems]
-        nothing["data_quality"] = why + [one for one in more if one not in why]
-        return Answer({"schema": SCHEMA, **nothing, "confounded": together})
+        return Answer(replace(nothing, data_quality=(*why, *(one for one in more if one not in why))))
     found = said.unless_cut_short("making free runs", explain_coarsely, recording, sweeps, model, fit_on, said, why)
     if found is None:
         said.cut_short()
-        nothing["stages"] = stages(nothing, is_read=True, is_searched=False)
-        return Answer({"schema": SCHEMA, **nothing, "confounded": together, "interrupted": said.last})
-    first = together[0] if together else None
-    ahead = {"next_test": {"says": first["test"], "pair": first["pair"], "scenario": None}} if first else {}
-    return Answer({"schema": SCHEMA, **found.explanation, **ahead, "confounded": together}, coarse=found)
+        done = stages(nothing, is_read=True, is_searched=False)
+        return Answer(replace(nothing, interrupted=said.last, stages=done))
+    ahead = NextTest(together[0].test, together[0].pair) if together else None
+    return Answer(replace(found.explanation, next_test=ahead, confounded=tuple(together)), coarse=found)
 
 
 def _obeying_its_laws(model: Model, recordings: Sequence[Recording]) -> Model:
@@ -341,14 +342,14 @@ def write(answer: Answer, folder: Path) -> list[Path]:
     for name in (MODEL_NAME, TEST_NAME):
         (folder / name).unlink(missing_ok=True)
     paths = [folder / ANSWER_NAME]
-    write_text(paths[0], json.dumps(answer.explanation, indent=1, ensure_ascii=False))
+    write_text(paths[0], json.dumps(explanation_as_dict(answer.explanation), indent=1, ensure_ascii=False))
     if (model := answer.model) is not None:
         paths.append(folder / MODEL_NAME)
         in_balances = "base parameters as calibrated, effects as found"
         description = in_balances if answer.findings is not None else "base parameters as fitted in free run"
         model.write(paths[1], description)
-    test = answer.explanation.get("next_test")
-    if test and test["scenario"]:
+    test = answer.explanation.next_test
+    if test is not None and test.scenario:
         paths.append(folder / TEST_NAME)
-        write_bytes(paths[-1], find("scenario", test["scenario"]).read_bytes())
+        write_bytes(paths[-1], find("scenario", test.scenario).read_bytes())
     return paths

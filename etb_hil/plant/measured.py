@@ -53,7 +53,7 @@ class Measured:
     @property
     def is_off(self) -> bool:
         """Whether the number lies outside what the model file states, whatever its own error: a cause."""
-        return abs(self.value - self.stated) > self.tolerance + self.uncertainty
+        return bool(abs(self.value - self.stated) > self.tolerance + self.uncertainty)
 
 
 def measured_parameter(parameter: Parameter, value: float, uncertainty: float) -> Measured:

@@ -17,6 +17,19 @@ from etb_hil.report import explain_plots
 from etb_hil.report.drawing import inline_svg, save_png
 from etb_hil.report.html_report import script
 from etb_hil.report.what_is_left import what_is_left
+from etb_hil.results.explanation import (
+    LAST_FIT,
+    BenchNumber,
+    Cause,
+    DataQuality,
+    Errors,
+    ExplanationResult,
+    Gain,
+    JudgedNumber,
+    Size,
+    Suspect,
+    Wanted,
+)
 
 REPORT_NAME = "explanation.html"
 
@@ -63,11 +76,8 @@ REPORT_FILES = (REPORT_NAME, *(f"{name}.png" for name in _PICTURES))
 _KINDS = {"one_step": "10 ms ahead", "free_run": "free run"}
 
 
-def write_explanation(found: dict[str, Any], series: Pictures | None, folder: Path) -> Path:
-    """Write `explanation.html` and a PNG file for each plot into a folder that exists; return the page's path.
-
-    `found` is what `explanation.json` holds.
-    """
+def write_explanation(found: ExplanationResult, series: Pictures | None, folder: Path) -> Path:
+    """Write `explanation.html` and a PNG file for each plot into a folder that exists; return the page's path."""
     for name in _PICTURES:  # an earlier answer's are not of these data
         (folder / f"{name}.png").unlink(missing_ok=True)
     drawn = []
@@ -83,13 +93,13 @@ def write_explanation(found: dict[str, Any], series: Pictures | None, folder: Pa
     return write_text(folder / REPORT_NAME, _page(found, drawn))
 
 
-def _page(found: dict[str, Any], drawn: list[tuple[str, Markup]]) -> str:
+def _page(found: ExplanationResult, drawn: list[tuple[str, Markup]]) -> str:
     here = Path(__file__).parent
     environment = Environment(
         loader=FileSystemLoader(here), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
     zoom, zoom_hash = script("zoom.js")
-    verdict = str(found["verdict"])
+    verdict = found.verdict
     return environment.get_template("explain.html.jinja").render(
         headline=verdict.replace("_", " ").upper(),
         tone=_TONES[verdict],
@@ -100,95 +110,92 @@ def _page(found: dict[str, Any], drawn: list[tuple[str, Markup]]) -> str:
         style=Markup((here / "report.css").read_text("utf-8")),  # noqa: S704 (our own file)
         zoom=zoom,
         zoom_hash=zoom_hash,
-        causes=[_cause(cause, is_followed=_is_followed(found)) for cause in found["causes"]],
+        causes=[_cause(cause, is_followed=_is_followed(found)) for cause in found.causes],
         model_file=_model_file(found),
         drawn=drawn,
         models=[_CALLED.get(name, name) for name in _shown(found)],
         errors=_errors(found),
         gain=_gain(found),
         luck=_luck(found),
-        suspects=[_suspect(one) for one in found.get("suspects", [])],
+        suspects=[_suspect(one) for one in found.suspects],
         moved=_moved(found),
         runs=_runs(found),
         friction=_friction(found),
         judged=_judged(found),
-        quality=[_quality(one) for one in found["data_quality"]],
+        quality=[_quality(one) for one in found.data_quality],
         limits=_limits(found),
     )
 
 
-def _named(found: dict[str, Any]) -> str:
+def _named(found: ExplanationResult) -> str:
     """Return the causes of an answer that stands by them, each with all that it may be; nothing of another answer."""
-    if found["verdict"] not in ("explained", "ambiguous"):
+    if found.verdict not in ("explained", "ambiguous"):
         return ""
-    names = "; ".join(" or ".join(map(_words, [one["effect"], *one["class"]])) for one in found["causes"])
+    names = "; ".join(" or ".join(map(_words, [one.id, *one.indistinguishable])) for one in found.causes)
     return f"{names[:1].upper()}{names[1:]}."
 
 
-def _reason(found: dict[str, Any]) -> str:
-    if "interrupted" in found:
+def _reason(found: ExplanationResult) -> str:
+    if found.interrupted:
         return _CUT_SHORT
-    if "runs" in found and found["verdict"] != "insufficient_data":
-        return _BY_RUNS if found["verdict"] == "unexplained" else _ADEQUATE_BY_RUNS
-    return _IN_PART if found["verdict"] == "unexplained" and found["causes"] else _REASONS[found["verdict"]]
+    if found.runs and found.verdict != "insufficient_data":
+        return _BY_RUNS if found.verdict == "unexplained" else _ADEQUATE_BY_RUNS
+    return _IN_PART if found.verdict == "unexplained" and found.causes else _REASONS[found.verdict]
 
 
-def _further(found: dict[str, Any]) -> list[str]:
+def _further(found: ExplanationResult) -> list[str]:
     sentences = []
-    if "interrupted" in found:
-        sentences.append(f"It was interrupted while {_words(found['interrupted'])}; this is what was known by then.")
-        sentences.append(f"{found['stages'][0].upper()}{found['stages'][1:]}.")
+    if found.interrupted:
+        sentences.append(f"It was interrupted while {_words(found.interrupted)}; this is what was known by then.")
+        sentences.append(f"{found.stages[0].upper()}{found.stages[1:]}.")
     sentences += filter(None, [what_is_left(found)])
     sentences += [
-        f"Left: {where['balance']} balance, {where['regime']}: {where['rms_over_floor']:.1f} times its noise."
-        for where in found.get("unexplained", {}).get("where", [])[:3]
+        f"Left: {where.balance} balance, {where.regime}: {where.rms_over_floor:.1f} times its noise."
+        for where in found.unexplained.where[:3]
     ]
-    for part in ("unexplained", "errors"):
-        if says := found.get(part, {}).get("says"):
-            sentences.append(f"{says[0].upper()}{says[1:]}.")
-    if known := [_known(one) for one in found.get("measured", [])]:
+    for says in filter(None, (found.unexplained.says, found.errors.says if found.errors else "")):
+        sentences.append(f"{says[0].upper()}{says[1:]}.")
+    if known := [_known(one) for one in found.measured]:
         sentences.append(f"Measured by hand, and so no suspect: {'; '.join(known)}.")
     sentences += [
-        f"{one['recording']} tells {_words(one['effect'])} from {', '.join(map(_words, one['tells_from']))}."
-        for one in found.get("told_apart_by_others", [])
+        f"{one.recording} tells {_words(one.effect)} from {', '.join(map(_words, one.tells_from))}."
+        for one in found.told_apart_by_others
     ]
-    sentences += [f"{one['effect']} in {one['recording']}: {one['says']}." for one in found.get("transfer", [])]
-    return sentences + [f"{one['these']}: {one['says']}" for one in found["confounded"]]
+    sentences += [f"{one.effect} in {one.recording}: {one.says}." for one in found.transfer]
+    return sentences + [f"{one.these}: {one.says}" for one in found.confounded]
 
 
-def _known(one: dict[str, Any]) -> str:
+def _known(one: BenchNumber) -> str:
     """Return a number that was measured, and what the model file states without it where that is off."""
-    unit = "" if one["unit"] == "1" else f" {one['unit']}"
-    off = f", {one['stated']:.3g} stated within {one['tolerance']:.2g}" if one["is_cause"] else ""
-    name = one["name"].replace("_", " ").replace(".", ": ")
-    return f"{name} {one['value']:.4g} +- {one['uncertainty']:.2g}{unit}{_at(one['shaft'])}{off}"
+    unit = "" if one.unit == "1" else f" {one.unit}"
+    off = f", {one.stated:.3g} stated within {one.tolerance:.2g}" if one.is_cause else ""
+    name = one.name.replace("_", " ").replace(".", ": ")
+    return f"{name} {one.value:.4g} +- {one.uncertainty:.2g}{unit}{_at(one.shaft)}{off}"
 
 
-def _cause(cause: dict[str, Any], *, is_followed: bool) -> dict[str, Any]:
-    effect = CATALOGUE.get(cause["effect"])
-    sizes = [_size(name.replace("_", " "), p, is_followed=is_followed) for name, p in cause["parameters"].items()]
-    finer = cause["finer_in_model"].items()
+def _cause(cause: Cause, *, is_followed: bool) -> dict[str, Any]:
+    effect = CATALOGUE.get(cause.id)
+    sizes = [_size(name.replace("_", " "), p, is_followed=is_followed) for name, p in cause.sizes.items()]
+    finer = cause.finer_in_model.items()
     sizes += [f"{name.replace('_', ' ')}: {value:.3g} in the model file alone" for name, value in finer]
     return {
-        "name": _words(cause["effect"]),
-        "alike": ", ".join(_words(name) for name in cause["class"]) or "-",
-        "share": f"{100.0 * cause['share_of_error']:.0f} %",
+        "name": _words(cause.id),
+        "alike": ", ".join(_words(name) for name in cause.indistinguishable) or "-",
+        "share": f"{100.0 * cause.share:.0f} %",
         "sizes": sizes,
         "looks_like": effect.looks_like if effect else "a number of the model is outside its tolerance",
         "check": effect.check if effect else "the number and its tolerance in the model file",
     }
 
 
-def _size(name: str, p: dict[str, Any], *, is_followed: bool) -> str:
+def _size(name: str, p: Size, *, is_followed: bool) -> str:
     """Return a size with its interval, with as many digits as the interval leaves."""
-    low, high = p["interval"]
-    digits = _digits(0.5 * (high - low), p["value"])
-    value, low, high, own = (f"{one:.{digits}g}" for one in (p["value"], low, high, p["in_model"]))
-    unit = "" if p["unit"] == "1" else f" {p['unit']}"
-    flags = "".join(f", {one}" for one in p["flags"])
-    return f"{name}: {value}{unit} ({low} to {high}){flags}" + (
-        f"; in the model file {own}{unit}" if is_followed else ""
-    )
+    low, high = p.interval
+    digits = _digits(0.5 * (high - low), p.value)
+    unit = "" if p.unit == "1" else f" {p.unit}"
+    flags = "".join(f", {one}" for one in p.flags)
+    said = f"{name}: {p.value:.{digits}g}{unit} ({low:.{digits}g} to {high:.{digits}g}){flags}"
+    return f"{said}; in the model file {p.in_model:.{digits}g}{unit}" if is_followed else said
 
 
 def _digits(half: float, value: float) -> int:
@@ -198,12 +205,12 @@ def _digits(half: float, value: float) -> int:
     return min(max(2 + math.floor(math.log10(abs(value))) - math.floor(math.log10(half)), 2), 6)
 
 
-def _is_followed(found: dict[str, Any]) -> bool:
-    return bool(found.get("model_file", {}).get("numbers_of") == "last fit in free run")
+def _is_followed(found: ExplanationResult) -> bool:
+    return found.model_file is not None and found.model_file.numbers_of == LAST_FIT
 
 
-def _model_file(found: dict[str, Any]) -> str:
-    says = str(found["model_file"]["says"]) if _is_followed(found) else ""
+def _model_file(found: ExplanationResult) -> str:
+    says = found.model_file.says if found.model_file is not None and _is_followed(found) else ""
     return f"{says[:1].upper()}{says[1:]}." if says else ""
 
 
@@ -211,12 +218,13 @@ def _words(id_: str) -> str:
     return id_.replace("parameter:", "wrong ").replace("_", " ")
 
 
-def _errors(found: dict[str, Any]) -> list[dict[str, Any]]:
+def _errors(found: ExplanationResult) -> list[dict[str, Any]]:
     rows = []
-    for kind, signals in found.get("errors", {}).get("holdout", {}).items():
+    for kind, signals in found.errors.holdout.items() if found.errors else ():
         for signal, models in signals.items():
-            times, unit = _scale([models[name] for name in _MODELS if name in models], models["unit"])
-            numbers = [f"{times * models[name]:.3g} {unit}" if name in models else "-" for name in _shown(found)]
+            rms = {name: getattr(models, name) for name in _MODELS}
+            times, unit = _scale([one for one in rms.values() if one is not None], models.unit)
+            numbers = ["-" if rms[name] is None else f"{times * rms[name]:.3g} {unit}" for name in _shown(found)]
             rows.append({"signal": signal.replace("_", " "), "kind": _KINDS[kind], "numbers": numbers})
     return rows
 
@@ -227,85 +235,85 @@ def _scale(values: Iterable[float], unit: str) -> tuple[float, str]:
     return (1e3, f"m{unit}") if is_small else (1.0, unit)
 
 
-def _shown(found: dict[str, Any]) -> list[str]:
+def _shown(found: ExplanationResult) -> list[str]:
     """Return the models that any of the errors is of."""
-    rows = [models for signals in found.get("errors", {}).get("holdout", {}).values() for models in signals.values()]
-    return [name for name in _MODELS if any(name in models for models in rows)]
+    rows = [models for signals in found.errors.holdout.values() for models in signals.values()] if found.errors else []
+    return [name for name in _MODELS if any(getattr(models, name) is not None for models in rows)]
 
 
-def _gain(found: dict[str, Any]) -> str:
-    gain = found.get("gain")
-    if not gain or not (found["causes"] or "runs" in found):
+def _gain(found: ExplanationResult) -> str:
+    gain = found.gain
+    if gain is None or not (found.causes or found.runs):
         return ""
-    if "runs" in found:
-        starts = found["starts"]["says"].capitalize()
+    if found.runs:
+        starts = found.starts.says.capitalize() if found.starts else ""
         return f"Fitted to other runs, the model errs {_less(gain)} than as stated. {starts}."
     return (
         "In free run, on parts of the record that no fit saw, the model file errs "
-        f"{_less(gain['over_stated'])} than the model as stated, and {_less(gain)} than that one calibrated without "
-        "the causes."
+        f"{_less(gain.over_stated or gain)} than the model as stated, and {_less(gain)} than that one calibrated "
+        "without the causes."
     )
 
 
-def _less(gain: dict[str, Any]) -> str:
+def _less(gain: Gain) -> str:
     """Return by how much something errs less, or more, with the interval."""
-    low, high = (_by(end) for end in gain["interval"])
-    return f"{_by(gain['value'])} ({low} to {high})"
+    low, high = (_by(end) for end in gain.interval)
+    return f"{_by(gain.value)} ({low} to {high})"
 
 
 def _by(gain: float) -> str:
     return f"{abs(100.0 * gain):.0f} % {'less' if gain >= 0.0 else 'more'}"
 
 
-def _luck(found: dict[str, Any]) -> str:
+def _luck(found: ExplanationResult) -> str:
     """Return between what the floor's draws lie: an error among them says nothing against a model."""
-    if "noise_floor_range" not in found.get("errors", {}):
+    if found.errors is None or found.errors.noise_floor_range is None:
         return ""
-    least, most = found["errors"]["noise_floor_range"]
-    signal, models = next(iter(found["errors"]["holdout"]["free_run"].items()))
-    times, unit = _scale([most], models["unit"])
+    least, most = found.errors.noise_floor_range
+    signal, models = next(iter(found.errors.holdout["free_run"].items()))
+    times, unit = _scale([most], models.unit)
     return (
         f"In free run noise alone left {times * least:.3g} to {times * most:.3g} {unit} of the {_words(signal)}, each "
         "time with other noise: whether something just breaks away is luck."
-        f"{_in_one_part(found['errors'])}"
+        f"{_in_one_part(found.errors)}"
     )
 
 
-def _in_one_part(errors: dict[str, Any]) -> str:
+def _in_one_part(errors: Errors) -> str:
     """Return where most of a free run's error stands, if that is one segment, beside what noise alone left there."""
-    worst = errors["free_run_worst"]
-    if worst["share"] < _MOST:
+    worst = errors.free_run_worst
+    if worst is None or worst.share < _MOST:
         return ""
-    least, most = worst["noise_floor_range"]
-    _, models = next(iter(errors["holdout"]["free_run"].items()))
-    times, unit = _scale([worst["error"], most], models["unit"])
+    least, most = worst.noise_floor_range
+    _, models = next(iter(errors.holdout["free_run"].items()))
+    times, unit = _scale([worst.error, most], models.unit)
     return (
-        f" Most of what the model in the file errs stands between {worst['from_s']:.4g} and {worst['to_s']:.4g} s: "
-        f"{times * worst['error']:.3g} {unit}, {times * worst['others']:.3g} {unit} in all the rest; noise alone left "
+        f" Most of what the model in the file errs stands between {worst.from_s:.4g} and {worst.to_s:.4g} s: "
+        f"{times * worst.error:.3g} {unit}, {times * worst.others:.3g} {unit} in all the rest; noise alone left "
         f"{times * least:.3g} to {times * most:.3g} {unit} there."
     )
 
 
-def _suspect(one: dict[str, Any]) -> dict[str, Any]:
+def _suspect(one: Suspect) -> dict[str, Any]:
     return {
-        "search": one["search"],
-        "effect": _words(one["effect"]),
-        "probability": f"{100.0 * one['probability']:.0f} %",
-        "leaves": f"{100.0 * one['leaves']:.1f} %",
-        "standing": ", but ".join(filter(None, ["taken in" if one["taken_in"] else "", one["refused"]])) or "-",
+        "search": one.search,
+        "effect": _words(one.effect),
+        "probability": f"{100.0 * one.probability:.0f} %",
+        "leaves": f"{100.0 * one.leaves:.1f} %",
+        "standing": ", but ".join(filter(None, ["taken in" if one.taken_in else "", one.refused])) or "-",
     }
 
 
-def _moved(found: dict[str, Any]) -> list[dict[str, Any]]:
+def _moved(found: ExplanationResult) -> list[dict[str, Any]]:
     return [
         {
             "name": _words(name),
-            "nominal": _with_unit(p["nominal"], p["unit"]),
-            "value": _with_unit(p["value"], p["unit"]),
-            "flags": "; ".join(p["flags"]),
+            "nominal": _with_unit(p.nominal, p.unit),
+            "value": _with_unit(p.value, p.unit),
+            "flags": "; ".join(p.flags),
         }
-        for name, p in found.get("calibrated", {}).items()
-        if p["flags"]
+        for name, p in found.calibrated.items()
+        if p.flags
     ]
 
 
@@ -313,63 +321,61 @@ def _with_unit(value: float, unit: str) -> str:
     return f"{value:.4g}" if unit == "1" else f"{value:.4g} {unit}"
 
 
-def _runs(found: dict[str, Any]) -> list[dict[str, str]]:
+def _runs(found: ExplanationResult) -> list[dict[str, str]]:
     def volts(value: float | None) -> str:
         return "-" if value is None else f"{value:.2f} V"
 
-    runs = found.get("runs", [])
-    times, unit = _scale([run["rms_rad"] for run in runs], "rad")
+    times, unit = _scale([run.rms_rad for run in found.runs], "rad")
     return [
         {
-            "name": f"{_words(run['condition'])} {run['value']:g} {run['unit']}"
-            if run["condition"]
-            else f"run {number}",
-            "begins": f"{run['begins_s']:.0f} s",
-            "seen": "fitted" if run["seen_by_the_fit"] else "predicted",
-            "r_squared": f"{run['r_squared']:.3f}",
-            "rms": f"{times * run['rms_rad']:.3g} {unit}",
-            "measured": volts(run["breaks_away_at_V"]["measured"]),
-            "model": volts(run["breaks_away_at_V"]["model"]),
+            "name": f"{_words(run.condition)} {run.value:g} {run.unit}" if run.condition else f"run {number}",
+            "begins": f"{run.begins_s:.0f} s",
+            "seen": "fitted" if run.seen_by_the_fit else "predicted",
+            "r_squared": f"{run.r_squared:.3f}",
+            "rms": f"{times * run.rms_rad:.3g} {unit}",
+            "measured": volts(run.breaks_away.measured),
+            "model": volts(run.breaks_away.model),
         }
-        for number, run in enumerate(runs, 1)
+        for number, run in enumerate(found.runs, 1)
     ]
 
 
-def _friction(found: dict[str, Any]) -> list[dict[str, Any]]:
+def _friction(found: ExplanationResult) -> list[dict[str, Any]]:
     names = {"stiction": "break-away", "coulomb": "sliding"}
-    models = ("nominal", "calibrated", "extended") if found["causes"] else ("nominal", "calibrated")
+    models = ("nominal", "calibrated", "extended") if found.causes else ("nominal", "calibrated")
     return [
-        {"name": names[name], "numbers": [f"{p[key]:.4g} {p['unit']}" for key in models]}
-        for name, p in found.get("friction", {}).items()
+        {"name": names[name], "numbers": [f"{getattr(p, key):.4g} {p.unit}" for key in models]}
+        for name, p in found.friction.items()
     ]
 
 
-def _next_test(found: dict[str, Any]) -> dict[str, Any]:
+def _next_test(found: ExplanationResult) -> dict[str, Any]:
     """Return what to do about what is open, what to measure and the scenario, and what both tell and what stays."""
-    test = found.get("next_test") or {}
-    if not test and found["verdict"] == "unexplained" and found.get("suspects"):
-        return {"steps": [], "says": _NO_TEST}
-    expected = test.get("expected_separation")
-    if not expected:
-        return {"steps": [], "says": str(test.get("says", ""))}
-    parts, leaves = (", ".join(_words(id_) for id_ in expected[key]) for key in ("parts", "leaves"))
+    test = found.next_test
+    if test is None:
+        is_open = found.verdict == "unexplained" and found.suspects
+        return {"steps": [], "says": _NO_TEST if is_open else ""}
+    if test.expected_separation is None:
+        return {"steps": [], "says": test.says}
+    expected = test.expected_separation
+    parts, leaves = (", ".join(map(_words, ids)) for ids in (expected.parts, expected.leaves))
     steps = []
-    if hand := test.get("by_hand"):
-        steps = [f"{one['do']} ({', '.join(map(_wanted, one['gives']))})" for one in hand]
+    if test.by_hand:
+        steps = [f"{one.do} ({', '.join(map(_wanted, one.gives))})" for one in test.by_hand]
         steps.append("write these numbers into the model file under 'measured'")
-    if test["scenario"]:
-        run = f"run {test['scenario']} (next_test.yaml) on the same unit and explain its record and then these "
+    if test.scenario:
+        run = f"run {test.scenario} (next_test.yaml) on the same unit and explain its record and then these "
         steps.append(f"{run}(etb-hil explain NEW THESE --same-unit)")
     else:
         steps.append("explain these data again")
-    says = f"They tell {_words(test['pair'][0])} from {parts}."
-    says = f"{says} Still open then: {leaves}; {test['says']}." if leaves else says
+    says = f"They tell {_words(test.pair[0])} from {parts}."
+    says = f"{says} Still open then: {leaves}; {test.says}." if leaves else says
     return {"steps": steps, "says": says}
 
 
-def _wanted(number: dict[str, Any]) -> str:
-    unit = "" if number["unit"] == "1" else f" {number['unit']}"
-    return f"{number['name']} within {number['uncertainty']:.2g}{unit}{_at(number['shaft'])}"
+def _wanted(number: Wanted) -> str:
+    unit = "" if number.unit == "1" else f" {number.unit}"
+    return f"{number.name} within {number.uncertainty:.2g}{unit}{_at(number.shaft)}"
 
 
 def _at(shaft: str | None) -> str:
@@ -377,52 +383,52 @@ def _at(shaft: str | None) -> str:
     return f" at the {'plate' if shaft == 'throttle' else 'motor'} (shaft: {shaft})" if shaft else ""
 
 
-def _judged(found: dict[str, Any]) -> list[str]:
+def _judged(found: ExplanationResult) -> list[str]:
     """Return what the diagnosis makes of these data under both models."""
-    diagnosis = found.get("diagnosis")
-    if not diagnosis:
+    diagnosis = found.diagnosis
+    if diagnosis is None:
         return []
     sentences = []
-    for name, model in (("stated", "as stated"), ("extended", "with the causes" if found["causes"] else "as found")):
-        if name not in diagnosis:
+    extended = "with the causes" if found.causes else "as found"
+    for one, model in ((diagnosis.stated, "as stated"), (diagnosis.extended, extended)):
+        if one is None:
             continue
-        one = diagnosis[name]
-        numbers = [_with_interval(id_, one[id_]) for id_ in ("T_st", "T_c") if id_ in one]
-        sentences.append(f"Diagnosis, model {model}: {', '.join(numbers) or 'no friction found'}; {one['verdict']}.")
-    return [*sentences, f"{diagnosis['says'].capitalize()}."]
+        numbers = [_with_interval(id_, number) for id_, number in one.measurements.items()]
+        sentences.append(f"Diagnosis, model {model}: {', '.join(numbers) or 'no friction found'}; {one.verdict}.")
+    return [*sentences, f"{diagnosis.says.capitalize()}."]
 
 
-def _with_interval(name: str, number: dict[str, Any]) -> str:
-    said = f"{name} {number['value']:.3g} {number['unit']}"
-    low, high = number["interval"]
+def _with_interval(name: str, number: JudgedNumber) -> str:
+    said = f"{name} {number.value:.3g} {number.unit}"
+    low, high = number.interval
     return said if low is None or high is None else f"{said} (95 %: {low:.3g} to {high:.3g})"
 
 
-def _quality(one: dict[str, Any] | str) -> dict[str, Any]:
+def _quality(one: DataQuality | str) -> dict[str, Any]:
     if isinstance(one, str):
         return {"what": one, "flags": []}
     return {
-        "what": f"{one['origin']}: {one['seconds']:.1f} s at {one['rate_hz']:.0f} Hz",
-        "flags": one["flags"],
+        "what": f"{one.origin}: {one.seconds:.1f} s at {one.rate_hz:.0f} Hz",
+        "flags": one.flags,
     }
 
 
-def _limits(found: dict[str, Any]) -> str:
-    limits = dict(sorted(found.get("detection_limits", {}).items()))
+def _limits(found: ExplanationResult) -> str:
+    limits = dict(sorted(found.detection_limits.items()))
     seen = ", ".join(
-        f"{_words(name)} from {one['limit']:.2g}{'' if one['unit'] == '1' else ' ' + one['unit']} ({one['parameter']})"
+        f"{_words(name)} from {one.limit:.2g}{'' if one.unit == '1' else ' ' + one.unit} ({one.parameter})"
         for name, one in limits.items()
-        if one["limit"] is not None
+        if one.limit is not None
     )
-    unseen = ", ".join(_words(name) for name, one in limits.items() if one["judged"] and not one["within_bounds"])
-    others = ", ".join(f"{_words(name)} ({one['says']})" for name, one in limits.items() if not one["judged"])
+    unseen = ", ".join(_words(name) for name, one in limits.items() if one.judged and not one.within_bounds)
+    others = ", ".join(f"{_words(name)} ({one.says})" for name, one in limits.items() if not one.judged)
     sentences = [f"Would have been seen: {seen}." if seen else ""]
-    of_place = [name for name, one in limits.items() if one.get("where")]
+    of_place = [name for name, one in limits.items() if one.where]
     if of_place:
         its = ", ".join(map(_words, of_place))
-        sentences.append(f"Of these only where the record went, {limits[of_place[0]]['where']}: {its}.")
+        sentences.append(f"Of these only where the record went, {limits[of_place[0]].where}: {its}.")
     sentences.append(f"These data cannot show beside base parameters, however large: {unseen}." if unseen else "")
     sentences.append(f"Not judged: {others}." if others else "")
-    if seen and found["verdict"] == "unexplained":
+    if seen and found.verdict == "unexplained":
         sentences.append("All this is beside what is left unexplained, of which one that is listed may be a part.")
     return " ".join(filter(None, sentences))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from etb_hil.results.explanation import ExplanationResult
 
 _MOST = 0.5  # of the rest
 _FRICTION, _TORQUE = "friction that changes {}, against the motion whichever way", "a {force} that changes {}"
@@ -24,17 +24,16 @@ _LOOKS_LIKE = {
 }
 
 
-def what_is_left(found: dict[str, Any]) -> str:
+def what_is_left(found: ExplanationResult) -> str:
     """Return what most of the rest looks like, where an answer is `unexplained` and one thing takes that much."""
-    splines = found.get("unexplained", {}).get("placeholders", [])
-    greediest = max(splines, key=lambda one: float(one["share_of_rest"]), default=None)
-    if found["verdict"] != "unexplained" or greediest is None or greediest["share_of_rest"] < _MOST:
+    greediest = max(found.unexplained.placeholders, key=lambda one: one.share_of_rest, default=None)
+    if found.verdict != "unexplained" or greediest is None or greediest.share_of_rest < _MOST:
         return ""
-    share = f"{100.0 * greediest['share_of_rest']:.0f} %"
-    if greediest["balance"] == "all":
+    share = f"{100.0 * greediest.share_of_rest:.0f} %"
+    if greediest.balance == "all":
         wrong = "numbers of the model file that are wrong by more than their tolerances allow"
         return f"{share} of what is left looks like {wrong}: is it the right model file?"
-    looks_like = _LOOKS_LIKE[greediest["balance"], greediest["over"], greediest["parity"]]
-    is_linear = any(one["unit"] == "N" for one in found.get("friction", {}).values())
+    looks_like = _LOOKS_LIKE[greediest.balance, greediest.over, greediest.parity]
+    is_linear = any(one.unit == "N" for one in found.friction.values())
     words = {"force": "force", "angle": "position"} if is_linear else {"force": "torque", "angle": "angle"}
     return f"{share} of what is left looks like {looks_like.format(**words)}."

@@ -103,7 +103,16 @@ def test_a_faulty_units_session_is_explained_by_its_friction(why):
         assert size.low <= size.value <= size.high
         assert size.unit
     assert why.ambiguity_groups == tuple((c.id, *c.indistinguishable) for c in why.causes if c.indistinguishable)
-    assert why.data["verdict"] == why.verdict
+    assert why.result.verdict == why.verdict
+
+
+def test_a_deprecated_name_warns_and_still_works(why):
+    with pytest.warns(
+        DeprecationWarning, match=r"Explanation.data is deprecated and goes in etb-hil 0\.3; use .*result"
+    ):
+        found = why.data
+    assert found["verdict"] == why.verdict
+    assert found["causes"][0]["effect"] == why.causes[0].id
 
 
 @pytest.mark.slow

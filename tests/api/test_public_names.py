@@ -1,6 +1,7 @@
 """What `import etb_hil` offers, and what it costs."""
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -42,3 +43,12 @@ def test_the_package_alone_loads_nothing_heavy():
 
 def test_the_interface_is_marked_as_typed():
     assert Path(etb_hil.__file__).with_name("py.typed").is_file()
+
+
+def test_no_deprecated_name_outlives_its_version():
+    package = Path(etb_hil.__file__).parent
+    sources = [path.read_text("utf-8") for path in package.rglob("*.py")]
+    found = [version for text in sources for version in re.findall(r'goes_in="([\d.]+)"', text)]
+    now = [int(part) for part in etb_hil.__version__.split(".")]
+    assert found
+    assert all([int(part) for part in one.split(".")] > now for one in found)

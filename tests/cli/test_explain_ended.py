@@ -38,7 +38,7 @@ def test_what_nobody_ended_is_answered_whole(session, tmp_path):
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
     answer = json.loads((tmp_path / "answer" / "explanation.json").read_text())
-    assert "interrupted" not in answer
+    assert answer["interrupted"] == ""
     assert "parameter:stiction" in done.stdout
     extended = load_model(tmp_path / "answer" / "model.yaml").values
     stated = load_model(find("model", "default")).values

@@ -11,9 +11,16 @@ from etb_hil.base.errors import InputError
 from etb_hil.base.stock import find
 from etb_hil.cli.main import main
 from etb_hil.discrepancy.explain import Answer, write
+from etb_hil.results.explanation_file import explanation_from_dict
 
-FOUND = {"schema": "etb_hil/explanation/1", "verdict": "explained", "data_quality": ["a reason"], "confounded": []}
-CAUSE = {"effect": "iron_loss", "class": ["viscous"], "share_of_error": 0.5}
+FOUND = {"schema": "etb_hil/explanation/2", "verdict": "explained", "data_quality": ["a reason"], "confounded": []}
+CAUSE = {
+    "effect": "iron_loss",
+    "class": ["viscous"],
+    "share_of_error": 0.5,
+    "probability": 1.0,
+    "parameters": {},
+}
 
 
 @pytest.fixture
@@ -26,7 +33,7 @@ def table(tmp_path, monkeypatch):
 
 
 def _explained(*_, **__):
-    return Answer({**FOUND, "causes": [CAUSE]})
+    return Answer(explanation_from_dict({**FOUND, "causes": [CAUSE]}))
 
 
 @pytest.mark.parametrize("folder", ["/proc/foo", "data.csv", "data.csv/below", "/dev/null/x"])
@@ -57,7 +64,7 @@ def test_a_disk_that_is_full_costs_no_verdict(table, writes, monkeypatch, capsys
 
 
 def test_the_folder_is_made_with_all_above_it(table, monkeypatch):
-    monkeypatch.setattr("etb_hil.discrepancy.explain.explain", lambda *_, **__: Answer({**FOUND, "causes": []}))
+    monkeypatch.setattr("etb_hil.discrepancy.explain.explain", lambda *_, **__: Answer(explanation_from_dict(FOUND)))
     assert main(["explain", table, "--model", "default", "--out", "not/there/yet"]) == 0
     assert {path.name for path in Path("not/there/yet").iterdir()} == {"explanation.json", "explanation.html"}
 
@@ -98,7 +105,7 @@ def test_other_peoples_files_are_not_written_over(table, name, beside, monkeypat
 
 
 def test_an_answers_own_folder_is_written_again(table, monkeypatch):
-    monkeypatch.setattr("etb_hil.discrepancy.explain.explain", lambda *_, **__: Answer({**FOUND, "causes": []}))
+    monkeypatch.setattr("etb_hil.discrepancy.explain.explain", lambda *_, **__: Answer(explanation_from_dict(FOUND)))
     for _ in range(2):
         assert main(["explain", table, "--model", "default", "--out", "there"]) == 0
         assert not Path("there/model.yaml").exists()

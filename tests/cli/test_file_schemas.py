@@ -55,7 +55,7 @@ def test_broken_files_are_not(kind, change):
 def test_the_command_lists_prints_and_writes(tmp_path, capsys):
     assert main(["schema"]) == 0
     listed = capsys.readouterr().out.split()
-    assert listed == [*KINDS, "results"]
+    assert listed == [*KINDS, "results", "explanation"]
     assert main(["schema", "scenario"]) == 0
     assert json.loads(capsys.readouterr().out) == file_schema("scenario")
     assert main(["schema", "--out", str(tmp_path / "new")]) == 0

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from answers import plain, write_explanation
 from synthetic import MODEL, measurement
 
 from etb_hil.base.stock import find
@@ -12,7 +13,6 @@ from etb_hil.discrepancy.plan.beside import left_open, narrow
 from etb_hil.discrepancy.plan.nexttest import next_test
 from etb_hil.discrepancy.search.naming import search
 from etb_hil.plant.effects.catalogue import CATALOGUE
-from etb_hil.report.explain_report import write_explanation
 from etb_hil.scenario.planning import plan_of
 from etb_hil.scenario.scenario_file import load_scenario
 
@@ -40,7 +40,7 @@ def suspect(found, id_):
 
 def test_what_either_record_tells_apart_is_told_apart(found):
     answer = with_class(found, OTHERS)
-    told = narrow(answer, with_class(found, OTHERS[:1]))
+    told = plain(narrow(answer, with_class(found, OTHERS[:1])))
     assert answer.accepted[0].alike == OTHERS[:1]
     assert answer.verdict == "ambiguous"
     assert [(one["effect"], one["tells_from"]) for one in told] == [("cogging_torque", OTHERS[1:])]
@@ -62,13 +62,13 @@ def test_a_cause_in_the_class_of_another_name_is_the_cause_all_the_same(found):
 
 def test_a_record_that_is_not_explained_tells_nothing(found):
     answer = with_class(found, OTHERS)
-    assert narrow(answer, with_class(found, [], "unexplained")) == []
+    assert narrow(answer, with_class(found, [], "unexplained")) == ()
     assert answer.accepted[0].alike == OTHERS
 
 
 def test_a_record_with_another_cause_tells_nothing(found):
     answer = with_class(found, OTHERS)
-    assert narrow(answer, with_class(found, [], refined=[suspect(found, "stribeck_shape")])) == []
+    assert narrow(answer, with_class(found, [], refined=[suspect(found, "stribeck_shape")])) == ()
     assert answer.accepted[0].alike == OTHERS
 
 
@@ -91,7 +91,7 @@ def answers_in_turn(monkeypatch, module, answers):
 
 def test_recordings_of_one_unit_are_asked_and_what_they_told_is_said(monkeypatch, found, cogging_recording, tmp_path):
     answers_in_turn(monkeypatch, "explain", [with_class(found, OTHERS), with_class(found, OTHERS[:1])])
-    answer = explain([cogging_recording, cogging_recording], MODEL, is_same_unit=True).explanation
+    answer = plain(explain([cogging_recording, cogging_recording], MODEL, is_same_unit=True))
     assert answer["causes"][0]["class"] == OTHERS[:1]
     assert answer["told_apart_by_others"][0]["tells_from"] == OTHERS[1:]
     page = write_explanation(answer, None, tmp_path).read_text("utf-8")
@@ -100,7 +100,7 @@ def test_recordings_of_one_unit_are_asked_and_what_they_told_is_said(monkeypatch
 
 def test_recordings_of_other_units_exclude_nothing(monkeypatch, found, cogging_recording):
     answers_in_turn(monkeypatch, "explain", [with_class(found, OTHERS)])
-    answer = explain([cogging_recording, cogging_recording], MODEL).explanation
+    answer = plain(explain([cogging_recording, cogging_recording], MODEL))
     assert answer["causes"][0]["class"] == OTHERS
     assert answer["told_apart_by_others"] == []
 
@@ -108,7 +108,7 @@ def test_recordings_of_other_units_exclude_nothing(monkeypatch, found, cogging_r
 def test_an_interrupted_look_at_another_recording_tells_nothing(monkeypatch, found, cogging_recording):
     in_part = replace(with_class(found, []), is_cut_short=True)
     answers_in_turn(monkeypatch, "explain", [with_class(found, OTHERS), in_part])
-    answer = explain([cogging_recording, cogging_recording], MODEL, is_same_unit=True).explanation
+    answer = plain(explain([cogging_recording, cogging_recording], MODEL, is_same_unit=True))
     assert answer["causes"][0]["class"] == OTHERS
     assert answer["interrupted"] == "asking synthetic"
 
@@ -127,18 +127,18 @@ def test_a_likely_rival_is_promised_to_be_parted_only_if_it_would_be_were_it_the
         with_class(found, ["cogging_torque"], refined=answer.rounds[0].refined[1:]),
     )
     answers_in_turn(monkeypatch, "plan.nexttest", [as_found, as_rival])
-    assert next_test(answer, [plan])["scenario"] is None
+    assert plain(next_test(answer, [plan]))["scenario"] is None
     as_rival = with_class(found, [], refined=answer.rounds[0].refined[1:])
     answers_in_turn(monkeypatch, "plan.nexttest", [as_found, as_rival])
-    assert next_test(answer, [plan])["expected_separation"]["leaves"] == []
+    assert plain(next_test(answer, [plan]))["expected_separation"]["leaves"] == []
 
 
 def test_what_these_data_tell_apart_is_not_open_after_a_test_that_does_not(monkeypatch, found, plan):
     answers_in_turn(monkeypatch, "plan.nexttest", [with_class(found, OTHERS[1:])])
-    expected = next_test(with_class(found, OTHERS[:1]), [plan])["expected_separation"]
+    expected = plain(next_test(with_class(found, OTHERS[:1]), [plan]))["expected_separation"]
     assert (expected["parts"], expected["leaves"]) == (OTHERS[:1], [])
 
 
 def test_a_test_whose_record_would_not_be_explained_promises_nothing(monkeypatch, found, plan):
     answers_in_turn(monkeypatch, "plan.nexttest", [with_class(found, [], "unexplained")])
-    assert next_test(with_class(found, OTHERS[:1]), [plan])["scenario"] is None
+    assert plain(next_test(with_class(found, OTHERS[:1]), [plan]))["scenario"] is None

@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from answers import plain
 from explain_cases import hidden_case
 
 from etb_hil.discrepancy.answer.explanation import explanation
@@ -35,7 +36,7 @@ def test_running_in_is_no_temperatures_even_where_all_is_within_its_band(seed):
     assert findings.verdict == "unexplained"
     assert not findings.final.fit.whole[list(CATALOGUE["friction_temperature"].indices)].any()
 
-    answer = explanation(findings, None)
+    answer = plain(explanation(findings, None))
     assert answer["causes"] == []
     assert DRIFTS in {suspect["refused"] for suspect in answer["suspects"]}
 

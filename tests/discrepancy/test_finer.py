@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import pytest
+from answers import plain as values_of
 from explain_cases import hidden_case
 from explain_study import drawn, searched
 from synthetic import MODEL, measurement
@@ -113,6 +114,6 @@ def test_the_model_file_has_the_finer_curve_where_the_plain_one_was_enough_for_a
     held_out = hold_out(findings)
     errors = held_out.table["free_run"]["throttle_angle"]
     assert errors["followed"] < 0.5 * errors["extended"]
-    (cause,) = causes(findings, held_out.best)
+    (cause,) = values_of(causes(findings, held_out.best))
     assert "lag" not in cause["parameters"]
     assert cause["finer_in_model"]["lag"] > 0.2

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from answers import plain, write_explanation
 from scipy.optimize import brentq, lsq_linear
 from synthetic import MODEL, measurement, textbook
 
@@ -17,7 +18,6 @@ from etb_hil.discrepancy.search.objections import LEAST_GAIN
 from etb_hil.discrepancy.suspects.candidates import beyond_judging
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED
-from etb_hil.report.explain_report import write_explanation
 
 
 def hiding(columns, column, low, high, least, groups=1, least_in=0.0):
@@ -70,7 +70,7 @@ def healthy():
 @pytest.mark.parametrize("id_", ["spring_preload_shift", "current_sensor_gain", "supply_sag", "current_sensor_offset"])
 def test_a_calibration_leaves_of_an_effect_what_its_limit_promises(healthy, id_):
     """Of twice as much it leaves more than is asked of a cause, and of half as much less."""
-    limit = detection_limits(healthy, LEAST_GAIN)[id_]["limit"]
+    limit = detection_limits(healthy, LEAST_GAIN)[id_].limit
     plain = healthy.final.fit.cost
     for times, stands_out in ((0.5, False), (2.0, True)):
         p = MODEL.vector()
@@ -97,13 +97,13 @@ def test_without_a_sensor_effects_say_what_is_missing(healthy, missing, effect, 
 
 def test_of_a_place_nothing_is_promised_where_the_record_did_not_go(tmp_path):
     findings = search(MODEL, [Balances(measurement(MODEL.vector(), 5, textbook()), MODEL)])
-    limits = detection_limits(findings, LEAST_GAIN)
+    limits = plain(detection_limits(findings, LEAST_GAIN))
     went = "0.199 to 1.28 rad (11.4 to 73.3 deg)"
     of_place = {id_ for id_, effect in CATALOGUE.items() if effect.is_of_place}
     assert {"friction_position_local", "friction_position_periodic", "limp_home_dead_zone"} < of_place
     seen = {id_ for id_ in of_place if limits[id_]["limit"] is not None}
     assert {"friction_position_periodic", "spring_nonlinear"} <= seen
-    assert {id_ for id_, one in limits.items() if "where" in one} == seen
+    assert {id_ for id_, one in limits.items() if one["where"]} == seen
     for id_ in seen:
         assert limits[id_]["where"] == went
         assert limits[id_]["says"].endswith(f"only where the record went: {went}")

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from answers import plain, write_explanation
 from synthetic import MODEL, measurement
 
 from etb_hil.base.modes import Mode
@@ -22,7 +23,6 @@ from etb_hil.plant.effects.entries import measured_strength
 from etb_hil.plant.measured import measured_parameter
 from etb_hil.plant.model_check import impossible
 from etb_hil.plant.physics import RESISTANCE
-from etb_hil.report.explain_report import write_explanation
 
 
 def read(name, value, share):
@@ -46,7 +46,7 @@ def known(hot):
 
 def test_a_number_that_was_measured_off_is_the_cause_and_nothing_is_like_it(known, hot):
     assert known.verdict == "explained"
-    answer = explanation(known, None)
+    answer = plain(explanation(known, None))
     (cause,) = answer["causes"]
     assert (cause["effect"], cause["class"]) == ("parameter:resistance", [])
     assert cause["share_of_error"] > 0.8
@@ -72,7 +72,7 @@ def test_a_number_that_agrees_with_the_model_is_no_cause():
     agrees = MODEL.knowing([read("coulomb", MODEL.parameters["coulomb"].value, 0.01)])
     found = search(agrees, [Balances(measurement(MODEL.vector(), seed=4), agrees)])
     assert found.verdict == "adequate"
-    assert explanation(found, None)["causes"] == []
+    assert plain(explanation(found, None))["causes"] == []
 
 
 def test_a_measured_number_imitates_nothing():
@@ -99,7 +99,7 @@ def test_an_effect_that_was_measured_not_to_be_there_is_no_suspect_and_stays_whe
 
 
 def test_the_report_says_what_was_measured(known, tmp_path):
-    page = write_explanation(explanation(known, None) | {"confounded": []}, None, tmp_path).read_text("utf-8")
+    page = write_explanation(plain(explanation(known, None)) | {"confounded": []}, None, tmp_path).read_text("utf-8")
     assert "Measured by hand, and so no suspect: resistance" in page
 
 
@@ -154,7 +154,7 @@ def test_the_next_test_says_what_to_measure_and_how_well(open_class, monkeypatch
     answered = replace(open_class.accepted[0], alike=[])
     settled = replace(open_class, rounds=[answered], verdict="explained")
     monkeypatch.setattr("etb_hil.discrepancy.plan.handtest.search", lambda *_, **__: settled)
-    test = next_test(open_class, [rest])
+    test = plain(next_test(open_class, [rest]))
     assert test["scenario"] is None
     assert test["expected_separation"]["leaves"] == []
     (friction,) = test["by_hand"]
@@ -162,7 +162,7 @@ def test_the_next_test_says_what_to_measure_and_how_well(open_class, monkeypatch
     at_plate = MODEL.values.gear_ratio * MODEL.parameters["coulomb"].value
     assert friction["gives"][0]["uncertainty"] == pytest.approx(0.03 * at_plate, rel=0.2)
     assert friction["gives"][0]["shaft"] == "throttle"
-    answer = explanation(open_class, None) | {"confounded": [], "next_test": test}
+    answer = plain(explanation(open_class, None)) | {"confounded": [], "next_test": test}
     page = write_explanation(answer, None, tmp_path).read_text("utf-8")
     assert "coulomb within 0.0045 N·m at the plate (shaft: throttle)" in page
     assert "under &#39;measured&#39;</li><li>explain these data again</li>" in page

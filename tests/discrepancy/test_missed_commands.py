@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from answers import plain
 from explain_cases import hidden_case, recording_of
 
 from etb_hil.base.stock import find
@@ -132,7 +133,7 @@ def test_a_drive_is_given_what_its_rows_say():
 @pytest.mark.slow
 def test_a_healthy_unit_is_not_accused_of_commands_that_no_row_has():
     hidden = hidden_case(214302, rate=500)
-    found = explain([hidden.recording], hidden.model).explanation
+    found = plain(explain([hidden.recording], hidden.model))
     assert found["verdict"] == "insufficient_data"
     assert found["causes"] == []
     assert "at 500 Hz the voltage may change between rows" in found["data_quality"][0]
@@ -147,7 +148,7 @@ def test_an_interrupt_accuses_nobody_of_such_commands_either():
         if what.startswith("trying"):
             raise KeyboardInterrupt
 
-    found = explain([hidden.recording], hidden.model, progress=progress).explanation
+    found = plain(explain([hidden.recording], hidden.model, progress=progress))
     assert found["verdict"] == "insufficient_data"
     assert "at 500 Hz the voltage may change between rows" in found["data_quality"][0]
     assert found["interrupted"].startswith("trying")

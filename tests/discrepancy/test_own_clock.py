@@ -1,6 +1,7 @@
 """Rows of a logger whose clock is its own: they lie beside the ticks at which the controller commands."""
 
 import pytest
+from answers import plain
 from explain_cases import hidden_case
 from explain_study import searched
 
@@ -25,4 +26,4 @@ def test_a_healthy_unit_stays_adequate_and_its_rows_are_found_beside_the_ticks(s
 def test_what_is_hidden_is_named_all_the_same(effect):
     findings = searched(hidden_case(225302, (effect,), view=VIEW))
     assert findings.verdict == "explained"
-    assert [cause["effect"] for cause in causes(findings)] == [effect]
+    assert [cause["effect"] for cause in plain(causes(findings))] == [effect]

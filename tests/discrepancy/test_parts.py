@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from answers import plain, write_explanation
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
@@ -26,7 +27,6 @@ from etb_hil.plant.model_text import model_text
 from etb_hil.plant.parameters import load_model
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock
-from etb_hil.report.explain_report import write_explanation
 
 
 def _recording(columns, rate=RATE):
@@ -80,7 +80,7 @@ def test_calibration_finds_numbers_inside_their_tolerance():
 
 def test_conditions_that_change_together_are_said():
     steps = np.repeat(np.arange(1.0, 11.0), 200)
-    found = confounded(_recording({"pwm_frequency": 1e3 * steps, "temperature": 20.0 + np.zeros(2000)}))
+    found = plain(confounded(_recording({"pwm_frequency": 1e3 * steps, "temperature": 20.0 + np.zeros(2000)})))
     assert [one["these"] for one in found] == ["PWM frequency and elapsed time"]
     shuffled = np.repeat(np.random.default_rng(1).permutation(10) + 1.0, 200)
     assert confounded(_recording({"pwm_frequency": 1e3 * shuffled})) == []
@@ -93,7 +93,7 @@ def test_a_temperature_that_heat_cannot_be_judged_by_is_confounded_with_nothing(
     recording = _recording(moved | {"temperature": m.temperature})
     (measured,) = measurements_of(recording, MODEL)
     assert measured.has_temperature == is_said
-    assert [one["these"] for one in confounded(recording)] == ["temperature and elapsed time"] * is_said
+    assert [one["these"] for one in plain(confounded(recording))] == ["temperature and elapsed time"] * is_said
 
 
 def test_data_without_an_angle_are_refused_with_what_is_missing():
@@ -104,10 +104,10 @@ def test_data_without_an_angle_are_refused_with_what_is_missing():
 def test_too_little_data_is_said_not_guessed(tmp_path):
     short = _recording({"motor_voltage": np.zeros(1000), "motor_angle": np.zeros(1000)})
     answer = explain([short], MODEL)
-    assert answer.explanation["verdict"] == "insufficient_data"
-    page = write_explanation(answer.explanation, None, tmp_path).read_text("utf-8")
+    assert plain(answer)["verdict"] == "insufficient_data"
+    page = write_explanation(plain(answer), None, tmp_path).read_text("utf-8")
     assert "INSUFFICIENT DATA" in page
-    json.dumps(answer.explanation)
+    json.dumps(plain(answer))
 
 
 @pytest.mark.filterwarnings("ignore::etb_hil.plant.model_check.ParameterRangeWarning")

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from answers import plain
 from synthetic import MODEL, RATE, measurement
 
 from etb_hil.base.stock import find
@@ -72,7 +73,7 @@ def test_a_cause_that_the_beginning_shows_too_is_looked_for_in_all_rows():
 def test_what_happens_once_in_some_seconds_is_no_cause(whole):
     """A wrong resistance in all of the voltage, and still too short to be told from another cause."""
     recording = _piece(whole, 30.0, 4.0, motor_voltage=lambda volts: 1.3 * volts)
-    found = explain([recording], MODEL).explanation
+    found = plain(explain([recording], MODEL))
     assert found["verdict"] == "insufficient_data"
     assert not found["causes"]
     assert "in less than 10 s a cause is not told from what happened once" in found["data_quality"][0]

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from answers import plain
 from synthetic import MODEL
 
 from etb_hil.discrepancy.explain import explain
@@ -25,7 +26,7 @@ def test_a_duty_of_zeros_is_refused_at_once_however_slow_its_rows_are(cogging_re
     columns["motor_duty"] = np.zeros(len(columns["motor_angle"]))
     found = Recording("zeros", ClockGrade.TABLE)
     found.append([SampleBlock("table", block.time_ns[rows], block.stamp_ns[rows], columns, block.lost_before[rows])])
-    answer = explain([found], MODEL).explanation
+    answer = plain(explain([found], MODEL))
     assert answer["verdict"] == "insufficient_data"
     assert any("look at the column of motor_voltage or motor_duty" in str(one) for one in answer["data_quality"])
 
@@ -63,7 +64,7 @@ def _still(recording):
     ids=["still", "degrees", "backwards", "mA as A", "cut off", "one way", "no voltage", "zeros", "the supply"],
 )
 def test_nothing_is_named_and_the_reason_is_said(cogging_recording, columns, says):
-    found = explain([_changed(cogging_recording, **columns(cogging_recording))], MODEL).explanation
+    found = plain(explain([_changed(cogging_recording, **columns(cogging_recording))], MODEL))
     assert found["verdict"] == "insufficient_data"
     assert not found["causes"]
     assert says in found["data_quality"][0]

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from answers import plain
 from synthetic import MODEL
 
 from etb_hil.discrepancy.answer.quality import data_quality
@@ -29,7 +30,7 @@ def flags_of(recording):
     return [
         flag
         for m in measurements_of(recording, MODEL)
-        for flag in data_quality([Balances(m, MODEL)], MODEL)[0]["flags"]
+        for flag in plain(data_quality([Balances(m, MODEL)], MODEL))[0]["flags"]
     ]
 
 
@@ -83,7 +84,7 @@ def test_a_bad_moment_costs_what_lies_beside_it_too_and_that_is_said(cogging_rec
 def test_where_no_row_can_be_judged_the_answer_says_why(cogging_recording):
     current = cogging_recording.series("motor_current").values.copy()
     current[::20] = current[1::20] = current[2::20] = np.nan
-    found = explain([changed(cogging_recording, motor_current=current)], MODEL).explanation
+    found = plain(explain([changed(cogging_recording, motor_current=current)], MODEL))
     assert found["verdict"] == "insufficient_data"
     assert "has no row that could be judged: a value is missing" in found["data_quality"][0]
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from answers import plain, write_explanation
 from explain_cases import hidden_case, recording_of
 
 from etb_hil.discrepancy.answer.pictures import coarse_pictures
@@ -13,7 +14,6 @@ from etb_hil.discrepancy.slow.driven import Driven, driven_rows
 from etb_hil.discrepancy.slow.stairs import is_held
 from etb_hil.discrepancy.slow.sweeps import sweeps_of
 from etb_hil.plant.parameter import Tolerance
-from etb_hil.report.explain_report import write_explanation
 
 EVERY = 25  # rows of 2 kHz
 VOLTMETER = 0.02  # V
@@ -45,25 +45,25 @@ def _driven(drive, *, is_duty=False):
 
 
 def test_a_healthy_unit_whose_commands_are_missed_is_not_accused(answer):
-    found = answer.explanation
+    found = plain(answer)
     assert found["verdict"] == "insufficient_data"
     reason = found["data_quality"][0]
     assert "at 80 Hz the voltage may change between rows" in reason
     assert "drive it in steps that stand for several rows" in reason
-    assert found["unexplained"] == {"where": [], "runs": [], "says": ""}
+    assert found["unexplained"] == {"where": [], "placeholders": [], "runs": [], "says": ""}
 
 
 def test_no_number_is_fitted_in_place_of_missed_commands(answer, tmp_path):
-    assert answer.explanation["calibrated"] == {}
+    assert plain(answer)["calibrated"] == {}
     assert [path.name for path in write(answer, tmp_path)] == ["explanation.json"]
 
 
 def test_its_page_accuses_nobody_and_draws_no_empty_plot(answer, tmp_path):
-    gain = {**answer.explanation["gain"], "value": -0.91, "interval": [-6.15, 0.32]}
+    gain = {**plain(answer)["gain"], "value": -0.91, "interval": [-6.15, 0.32]}
     series = coarse_pictures(answer.coarse)
     nowhere = np.full(len(series.runs.value), np.nan)
     series = replace(series, runs=replace(series.runs, breaks_away=nowhere, model_breaks_away=nowhere))
-    page = write_explanation({**answer.explanation, "gain": gain}, series, tmp_path).read_text("utf-8")
+    page = write_explanation({**plain(answer), "gain": gain}, series, tmp_path).read_text("utf-8")
     assert "These data do not suffice to judge the model." in page
     assert "something is missing" not in page
     assert "breaks away at / V" not in page
@@ -74,7 +74,7 @@ def test_where_a_plate_breaks_away_it_is_drawn(answer, tmp_path):
     series = coarse_pictures(answer.coarse)
     somewhere = np.linspace(1.0, 2.0, len(series.runs.value))
     series = replace(series, runs=replace(series.runs, breaks_away=somewhere))
-    assert "breaks away at / V" in write_explanation(answer.explanation, series, tmp_path).read_text("utf-8")
+    assert "breaks away at / V" in write_explanation(plain(answer), series, tmp_path).read_text("utf-8")
 
 
 @pytest.mark.parametrize("away", [0.14, -1.0])

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from answers import plain, write_explanation
 from synthetic import MODEL
 
 from etb_hil.base.errors import InputError
@@ -16,7 +17,6 @@ from etb_hil.plant.parameters import load_model
 from etb_hil.plant.physics import COULOMB, PRELOAD_OPEN, STICTION
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock
-from etb_hil.report.explain_report import write_explanation
 
 STEP_NS = 11_000_000
 FREQUENCIES = (1000.0, 2000.0, 3000.0, 4000.0, 5000.0, 6000.0)
@@ -92,41 +92,41 @@ def test_the_command_says_so_before_the_long_work(tmp_path, monkeypatch, capsys)
 
 
 def test_no_cause_is_named(answer):
-    assert answer.explanation["verdict"] == "unexplained"
-    assert answer.explanation["causes"] == []
-    assert "too slowly" in answer.explanation["judged_by"]
+    assert plain(answer)["verdict"] == "unexplained"
+    assert plain(answer)["causes"] == []
+    assert "too slowly" in plain(answer)["judged_by"]
 
 
 def test_the_other_runs_are_predicted_but_for_the_one_that_differs(answer):
-    r_squared = {run["value"]: run["r_squared"] for run in answer.explanation["runs"]}
+    r_squared = {run["value"]: run["r_squared"] for run in plain(answer)["runs"]}
     assert all(r_squared[value] > 0.99 for value in FREQUENCIES[1:])
     assert r_squared[FREQUENCIES[0]] < 0.95
-    assert answer.explanation["unexplained"]["runs"][0]["value"] == FREQUENCIES[0]
+    assert plain(answer)["unexplained"]["runs"][0]["value"] == FREQUENCIES[0]
 
 
 def test_of_a_number_that_no_run_shows_nothing_is_claimed(answer):
-    for name, one in answer.explanation["calibrated"].items():
+    for name, one in plain(answer)["calibrated"].items():
         low, high = one["interval"]
         assert low <= one["value"] <= high
         assert high - low > 1e-6 * abs(one["value"]), name
 
 
 def test_what_was_changed_is_fitted_again(answer, slow):
-    found, p = answer.explanation["calibrated"], slow[1]
+    found, p = plain(answer)["calibrated"], slow[1]
     assert found["preload_open"]["value"] == pytest.approx(p[PRELOAD_OPEN], rel=0.05)
     assert found["coulomb"]["value"] == pytest.approx(p[COULOMB], rel=0.1)
 
 
 def test_frequency_and_time_are_owned_up_to_with_the_test_that_would_part_them(answer):
-    assert set(answer.explanation["next_test"]["pair"]) == {"PWM frequency", "elapsed time"}
-    assert "shuffle its order" in answer.explanation["next_test"]["says"]
+    assert set(plain(answer)["next_test"]["pair"]) == {"PWM frequency", "elapsed time"}
+    assert "shuffle its order" in plain(answer)["next_test"]["says"]
 
 
 def test_files_and_page_hold_it(answer, tmp_path):
     paths = write(answer, tmp_path)
     assert {path.name for path in paths} == {"explanation.json", "model.yaml"}
     assert load_model(tmp_path / "model.yaml").values.coulomb > MODEL.values.coulomb
-    page = write_explanation(answer.explanation, coarse_pictures(answer.coarse), tmp_path).read_text("utf-8")
+    page = write_explanation(plain(answer), coarse_pictures(answer.coarse), tmp_path).read_text("utf-8")
     assert "too slow to name causes by" in page
     assert "pwm frequency 1000 Hz" in page
 

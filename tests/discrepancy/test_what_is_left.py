@@ -1,16 +1,21 @@
 """An answer without a name says in a technician's words what most of the rest follows."""
 
 import pytest
+from answers import write_explanation
 from synthetic import MODEL, measurement
 
 from etb_hil.cli.main import main
 from etb_hil.discrepancy.explain import Answer
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.suspects.placeholders import _bank
-from etb_hil.report.explain_report import write_explanation
-from etb_hil.report.what_is_left import what_is_left
+from etb_hil.report import what_is_left as words
+from etb_hil.results.explanation_file import explanation_from_dict
 
-UNIT = {"schema": "etb_hil/explanation/1", "verdict": "unexplained", "causes": [], "data_quality": [], "confounded": []}
+UNIT = {"schema": "etb_hil/explanation/2", "verdict": "unexplained", "causes": [], "data_quality": [], "confounded": []}
+
+
+def what_is_left(found):
+    return words.what_is_left(explanation_from_dict(found))
 
 
 def _found(balance, over, parity, share=0.967, **more):
@@ -40,7 +45,6 @@ def test_the_greediest_says_what_the_rest_follows():
         UNIT,
         _found("torque", "time", "odd", 0.49),
         DRY | {"verdict": "explained"},
-        UNIT | {"unexplained": {"where": [], "runs": [], "says": ""}},
     ],
 )
 def test_where_nothing_takes_the_most_nothing_is_said(found):
@@ -84,7 +88,7 @@ def test_limits_beside_something_unexplained_exclude_nothing(tmp_path):
 
 def test_friction_of_a_diagnosis_stands_with_its_interval(tmp_path):
     numbers = {"T_c": {"value": 0.0798, "interval": [0.0, 0.172], "unit": "N·m"}}
-    wide = {"stated": {"verdict": "pass", **numbers}, "says": "the verdict stays: pass"}
+    wide = {"stated": {"verdict": "pass", "measurements": numbers}, "says": "the verdict stays: pass"}
     friction = {"coulomb": dict.fromkeys(("nominal", "calibrated", "extended"), 0.14) | {"unit": "N·m"}}
     page = write_explanation(DRY | {"diagnosis": wide, "friction": friction}, None, tmp_path).read_text("utf-8")
     assert "T_c 0.0798 N·m (95 %: 0 to 0.172); pass." in page
@@ -94,7 +98,7 @@ def test_report_and_terminal_say_it(tmp_path, monkeypatch, capsys):
     assert f"<p>{SAYS}</p>" in write_explanation(DRY, None, tmp_path).read_text("utf-8")
     rows = "".join(f"{0.001 * k},{k % 7},{20 + k % 11}\n" for k in range(200))
     (tmp_path / "data.csv").write_text(f"time_s,motor_voltage_V,throttle_angle_deg\n{rows}", "utf-8")
-    monkeypatch.setattr("etb_hil.discrepancy.explain.explain", lambda *_, **__: Answer(DRY))
+    monkeypatch.setattr("etb_hil.discrepancy.explain.explain", lambda *_, **__: Answer(explanation_from_dict(DRY)))
     out = tmp_path / "there"
     assert main(["explain", str(tmp_path / "data.csv"), "--model", "default", "--out", str(out)]) == 0
     assert capsys.readouterr().out.splitlines()[:2] == ["verdict: unexplained", f"  {SAYS}"]

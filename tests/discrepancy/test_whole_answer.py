@@ -6,8 +6,10 @@ from dataclasses import replace
 from html import escape
 
 import browser
+import jsonschema
 import numpy as np
 import pytest
+from answers import plain, write_explanation
 from synthetic import MODEL
 
 from etb_hil.base.modes import Mode
@@ -32,7 +34,7 @@ from etb_hil.plant.model_text import model_text
 from etb_hil.plant.parameters import load_model
 from etb_hil.plant.physics import STOP_LOW
 from etb_hil.plant.table_one import KINDS
-from etb_hil.report.explain_report import write_explanation
+from etb_hil.results.explanation_file import explanation_as_dict, explanation_from_dict, explanation_schema
 from etb_hil.scenario.planning import plan_of
 from etb_hil.scenario.scenario_file import load_scenario
 
@@ -42,12 +44,15 @@ def answer(cogging_recording):
     return explain([cogging_recording], MODEL, limits=load_limits(find("limits", "default")))
 
 
-def test_it_is_plain_values(answer):
-    assert json.loads(json.dumps(answer.explanation))["causes"][0]["effect"] == "cogging_torque"
+def test_what_is_written_is_read_again_and_fits_its_schema(answer):
+    written = json.loads(json.dumps(explanation_as_dict(answer.explanation)))
+    assert written["causes"][0]["effect"] == "cogging_torque"
+    assert explanation_from_dict(written) == answer.explanation
+    jsonschema.validate(written, explanation_schema())
 
 
 def test_suspects_that_were_refused_say_why(answer):
-    best = {one["search"]: one for one in reversed(answer.explanation["suspects"])}
+    best = {one["search"]: one for one in reversed(plain(answer)["suspects"])}
     for one in best.values():
         assert one["taken_in"] == (not one["refused"])
 
@@ -58,22 +63,23 @@ def test_a_judgement_that_fails_is_said_and_takes_nothing_with_it(answer, monkey
 
     monkeypatch.setattr("etb_hil.discrepancy.answer.consequence.Diagnosis", fails)
     limits = load_limits(find("limits", "default"))
-    found = consequence(answer.findings, limits, answer.findings.final.fit.whole)
-    assert found == {"says": "the unit could not be judged: ZeroDivisionError: of odd data"}
-    page = write_explanation(answer.explanation | {"diagnosis": found}, None, tmp_path).read_text("utf-8")
+    found = plain(consequence(answer.findings, limits, answer.findings.final.fit.whole))
+    assert found["says"] == "the unit could not be judged: ZeroDivisionError: of odd data"
+    assert found["stated"] is None
+    page = write_explanation(plain(answer) | {"diagnosis": found}, None, tmp_path).read_text("utf-8")
     assert "The unit could not be judged" in page
 
 
 def test_between_what_noise_leaves_is_said(answer, tmp_path):
-    errors = answer.explanation["errors"]
+    errors = plain(answer)["errors"]
     least, most = errors["noise_floor_range"]
     assert 0.0 < least < errors["holdout"]["free_run"]["throttle_angle"]["noise_floor"] < most
-    page = write_explanation(answer.explanation, None, tmp_path).read_text("utf-8")
+    page = write_explanation(plain(answer), None, tmp_path).read_text("utf-8")
     assert f"noise alone left {1e3 * least:.3g} to {1e3 * most:.3g} mrad" in page
 
 
 def test_where_most_of_an_error_stands_is_said_beside_what_noise_left_there(answer, tmp_path):
-    worst = answer.explanation["errors"]["free_run_worst"]
+    worst = plain(answer)["errors"]["free_run_worst"]
     held_out = answer.holdout
     errors = held_out.segments[held_out.in_file]["throttle_angle"]
     k = int(np.argmax(errors))
@@ -81,13 +87,13 @@ def test_where_most_of_an_error_stands_is_said_beside_what_noise_left_there(answ
     assert worst["to_s"] - worst["from_s"] == SEGMENT_S
     assert worst["noise_floor_range"] == [held_out.drawn[:, k].min(), held_out.drawn[:, k].max()]
     for share, is_said in ((0.9, True), (0.1, False)):
-        errors = answer.explanation["errors"] | {"free_run_worst": worst | {"share": share}}
-        page = write_explanation(answer.explanation | {"errors": errors}, None, tmp_path).read_text("utf-8")
+        errors = plain(answer)["errors"] | {"free_run_worst": worst | {"share": share}}
+        page = write_explanation(plain(answer) | {"errors": errors}, None, tmp_path).read_text("utf-8")
         assert (f"{1e3 * worst['others']:.3g} mrad in all the rest" in page) == is_said
 
 
 def test_errors_say_their_unit(answer):
-    holdout = answer.explanation["errors"]["holdout"]
+    holdout = plain(answer)["errors"]["holdout"]
     for kind in ("one_step", "free_run"):
         assert {name: one["unit"] for name, one in holdout[kind].items()} == {
             "throttle_angle": "rad",
@@ -100,7 +106,7 @@ def test_errors_of_less_than_ten_milliradian_are_said_in_milliradian(answer, tmp
         rms = {"nominal": 0.0089, "calibrated": 0.004, "extended": extended}
         signals = {"throttle_angle": {"unit": "rad", **rms}, "motor_current": {"unit": "A", **rms}}
         errors = {"holdout": {"free_run": signals}}
-        return write_explanation(answer.explanation | {"errors": errors}, None, tmp_path).read_text("utf-8")
+        return write_explanation(plain(answer) | {"errors": errors}, None, tmp_path).read_text("utf-8")
 
     small, large = table(0.00035), table(0.011)
     assert ">8.9 mrad<" in small
@@ -111,16 +117,16 @@ def test_errors_of_less_than_ten_milliradian_are_said_in_milliradian(answer, tmp
 
 
 def test_the_diagnosis_is_said_under_both_models(answer):
-    diagnosis = answer.explanation["diagnosis"]
+    diagnosis = plain(answer)["diagnosis"]
     for name in ("stated", "extended"):
         assert diagnosis[name]["verdict"] in ("pass", "fail", "inconclusive")
-    assert diagnosis["extended"]["T_st"]["value"] == pytest.approx(MODEL.values.stiction, rel=0.1)
+    assert diagnosis["extended"]["measurements"]["T_st"]["value"] == pytest.approx(MODEL.values.stiction, rel=0.1)
 
 
 def test_the_report_shows_it_over_the_motors_turn(answer, tmp_path):
     series = pictures(answer.findings, answer.holdout)
     assert [left.over for left in series.left] == ["position", "motor turn"]
-    page = write_explanation(answer.explanation, series, tmp_path).read_text("utf-8")
+    page = write_explanation(plain(answer), series, tmp_path).read_text("utf-8")
     assert "<strong>Cogging torque.</strong>" in page
     assert "Friction that the models have" in page
     assert (tmp_path / "torque_over_motor_turn.png").stat().st_size > 10_000
@@ -129,7 +135,7 @@ def test_the_report_shows_it_over_the_motors_turn(answer, tmp_path):
 def test_the_report_says_what_the_next_test_tells_and_what_it_does_not(answer, tmp_path):
     expected = {"value": 30.0, "unit": "1", "parts": ["torque_ripple"], "leaves": ["parameter:coulomb"]}
     test = {"pair": ["cogging_torque", "torque_ripple"], "says": "weigh it", "scenario": "multisine"}
-    found = answer.explanation | {"next_test": test | {"expected_separation": expected, "separation_here": None}}
+    found = plain(answer) | {"next_test": test | {"expected_separation": expected, "separation_here": None}}
     page = write_explanation(found, None, tmp_path).read_text("utf-8")
     assert "run multisine" in page
     assert "explain NEW THESE --same-unit" in page
@@ -146,12 +152,12 @@ def test_the_extended_model_is_read_again(answer, tmp_path):
 def test_the_numbers_of_the_model_file_stand_beside_those_with_intervals(answer, tmp_path):
     write(answer, tmp_path)
     effects = {entry.id: entry.strengths for entry in load_model(tmp_path / "model.yaml").effects}
-    for cause in answer.explanation["causes"]:
+    for cause in plain(answer)["causes"]:
         for name, number in cause["parameters"].items():
             assert float(str(effects[cause["effect"]][name]).split()[0]) == pytest.approx(number["in_model"], rel=1e-4)
-    base = answer.explanation["calibrated"]["slope_open"]["in_model"]
+    base = plain(answer)["calibrated"]["slope_open"]["in_model"]
     assert load_model(tmp_path / "model.yaml").values.slope_open == pytest.approx(base, rel=1e-4)
-    is_followed = answer.explanation["model_file"]["numbers_of"] == "last fit in free run"
+    is_followed = plain(answer)["model_file"]["numbers_of"] == "last fit in free run"
     assert is_followed == answer.holdout.is_followed
 
 
@@ -162,8 +168,8 @@ def again(answer, cogging_recording):
 
 
 def test_with_what_was_found_nothing_more_is_missing(again):
-    assert again.explanation["verdict"] == "adequate"
-    assert "cogging_torque" not in {one["effect"] for one in again.explanation["suspects"]}
+    assert plain(again)["verdict"] == "adequate"
+    assert "cogging_torque" not in {one["effect"] for one in plain(again)["suspects"]}
     assert [entry.id for entry in extended_model(again.findings).effects] == ["cogging_torque"]
 
 
@@ -172,25 +178,25 @@ def test_where_there_are_no_causes_nothing_is_shown_with_them(answer, again, tmp
         series = pictures(one.findings, one.holdout)
         assert (series.after is not None) == (count == 2)
         assert {len(left.forward) for left in series.left} == {len(left.back) for left in series.left} == {count}
-        page = write_explanation(one.explanation, series, tmp_path).read_text("utf-8")
+        page = write_explanation(plain(one), series, tmp_path).read_text("utf-8")
         assert ("with the causes" in page) == (count == 2)
         assert "model as calibrated" in page
         assert "Friction that the models have" in page
 
 
 def test_an_adequate_model_that_errs_in_free_run_beyond_what_noise_leaves_says_so(again, answer, tmp_path):
-    calibrated = again.explanation["errors"]["holdout"]["free_run"]["throttle_angle"]["calibrated"]
+    calibrated = plain(again)["errors"]["holdout"]["free_run"]["throttle_angle"]["calibrated"]
 
     def errors(of, most):
         holdout = replace(of.holdout, drawn=np.outer([0.3 * most, most], np.ones(of.holdout.drawn.shape[1])))
-        return explanation(of.findings, holdout)["errors"]
+        return plain(explanation(of.findings, holdout))["errors"]
 
     assert errors(again, 1.01 * calibrated)["says"] == ""
     assert errors(answer, 1e-9)["says"] == ""  # it is not adequate, and says what is missing
     found = errors(again, 0.5 * calibrated)
     assert f"in free run the calibrated model errs by {1e3 * calibrated:.3g} mrad, more than noise" in found["says"]
     assert f"({150.0 * calibrated:.3g} to {500.0 * calibrated:.3g} mrad)" in found["says"]
-    page = write_explanation(again.explanation | {"errors": found}, None, tmp_path).read_text("utf-8")
+    page = write_explanation(plain(again) | {"errors": found}, None, tmp_path).read_text("utf-8")
     assert "The balances lack nothing, but in free run" in page
 
 
@@ -215,7 +221,7 @@ def test_the_next_test_is_the_plan_whose_record_leaves_least_open(answer):
     open_answer = replace(answer.findings, rounds=[replace(first, alike=others)])
     scenario = load_scenario(find("scenario", "multisine")).content
     moves = plan_of("multisine", scenario, MODEL.values)
-    test = next_test(open_answer, [still("rest"), moves])
+    test = plain(next_test(open_answer, [still("rest"), moves]))
     assert test["scenario"] == "multisine"
     assert test["pair"][0] == "cogging_torque"
     assert set(test["expected_separation"]["parts"]) == set(others)
@@ -229,7 +235,7 @@ def test_what_a_test_cannot_part_is_said_to_stay_open(answer):
     others = ["torque_ripple", "friction_temperature"]
     open_answer = replace(answer.findings, rounds=[replace(first, alike=others)])
     scenario = load_scenario(find("scenario", "multisine")).content
-    expected = next_test(open_answer, [plan_of("multisine", scenario, MODEL.values)])["expected_separation"]
+    expected = plain(next_test(open_answer, [plan_of("multisine", scenario, MODEL.values)]))["expected_separation"]
     assert expected["parts"] == ["torque_ripple"]
     assert expected["leaves"] == ["friction_temperature"]
 
@@ -237,7 +243,7 @@ def test_what_a_test_cannot_part_is_said_to_stay_open(answer):
 def test_where_no_plan_tells_the_class_apart_a_hand_has_to(answer):
     first = answer.findings.accepted[0]
     open_answer = replace(answer.findings, rounds=[replace(first, alike=["torque_ripple"])])
-    test = next_test(open_answer, [still("rest")])
+    test = plain(next_test(open_answer, [still("rest")]))
     assert test["scenario"] is None
     assert test["says"]
 
@@ -245,7 +251,7 @@ def test_where_no_plan_tells_the_class_apart_a_hand_has_to(answer):
 def test_what_an_earlier_answer_left_is_not_taken_for_this_ones(answer, tmp_path):
     write(answer, tmp_path)
     (tmp_path / "next_test.yaml").write_text("of other data", "utf-8")
-    write(Answer(answer.explanation | {"next_test": None}), tmp_path)
+    write(Answer(replace(answer.explanation, next_test=None)), tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["explanation.json"]
 
 
@@ -258,14 +264,14 @@ def test_an_earlier_answers_pictures_go_and_other_files_stay(answer, tmp_path):
     }
     for name in (*old, "over_runs.png", "my_own.png"):
         (tmp_path / name).write_bytes(b"of other data")
-    write_explanation(answer.explanation, series, tmp_path)
+    write_explanation(plain(answer), series, tmp_path)
     drawn = {"before_and_after.png", "torque_over_position.png", "torque_over_motor_turn.png"}
     assert {path.name for path in tmp_path.glob("*.png")} == {*drawn, "my_own.png"}
     assert all((tmp_path / name).stat().st_size > 10_000 for name in drawn)
 
 
 def test_every_number_has_a_unit_and_no_more_digits_than_are_known(answer, tmp_path):
-    found = answer.explanation
+    found = plain(answer)
     assert {one["unit"] for one in found["calibrated"].values()} <= {unit_of(kind.dimension) for kind in KINDS.values()}
     cause = found["causes"][0]
     size = cause["parameters"]["sine"] | {"value": 0.0301234, "interval": [0.0300234, 0.0302234], "in_model": 0.0302}
@@ -277,7 +283,7 @@ def test_what_data_cannot_show_is_no_detection_limit(answer, tmp_path):
     limit = {"parameter": "preload", "limit": None, "unit": "N·m", "within_bounds": False, "judged": True, "says": "no"}
     limits = {"spring_preload_shift": limit, "magnet_temperature": limit | {"judged": False, "says": "no heat"}}
     limits["friction_load"] = limit | {"within_bounds": True, "says": "found: it is a cause"}
-    page = write_explanation(answer.explanation | {"detection_limits": limits}, None, tmp_path).read_text("utf-8")
+    page = write_explanation(plain(answer) | {"detection_limits": limits}, None, tmp_path).read_text("utf-8")
     assert "These data cannot show beside base parameters, however large: spring preload shift." in page
     assert "Not judged: magnet temperature (no heat)." in page
     assert "None" not in page
@@ -285,14 +291,14 @@ def test_what_data_cannot_show_is_no_detection_limit(answer, tmp_path):
 
 def test_a_limit_beyond_what_an_effect_may_be_is_none_and_says_why(answer):
     for least_gain, is_seen in ((LEAST_GAIN, True), (1e12, False)):
-        found = detection_limits(answer.findings, least_gain)["friction_load"]
+        found = plain(detection_limits(answer.findings, least_gain)["friction_load"])
         assert found["within_bounds"] == is_seen
         assert (found["limit"] is not None) == is_seen
         assert ("these data cannot show it, however large" in found["says"]) != is_seen
 
 
 def test_each_effect_has_a_limit_or_why_there_is_none(answer):
-    found = answer.explanation["detection_limits"]
+    found = plain(answer)["detection_limits"]
     assert set(found) == set(CATALOGUE)
     for one in found.values():
         assert one["limit"] is not None or one["says"]
@@ -304,19 +310,19 @@ def test_what_a_cause_cannot_be_told_from_is_said_and_not_called_hidden(answer, 
     (cause,) = answer.findings.accepted
     monkeypatch.setattr(cause, "alike", ["torque_ripple"])
     for least_gain in (LEAST_GAIN, 1e12):
-        found = detection_limits(answer.findings, least_gain)
+        found = plain(detection_limits(answer.findings, least_gain))
         assert found["torque_ripple"]["says"] == "cannot be told from cogging_torque, which was found"
         assert found["torque_ripple"]["within_bounds"]
         assert found["cogging_torque"]["within_bounds"]
 
 
 def test_what_data_do_not_tell_of_a_cause_is_said(answer, tmp_path):
-    cause = answer.explanation["causes"][0]
+    cause = plain(answer)["causes"][0]
     assert all(size["flags"] == [] for size in cause["parameters"].values())
     estimate = Estimate("cogging_torque.sine", 3, 0.03, -0.5, 0.5, on_bound=False, is_told=False)
-    size = _size(estimate, "N·m", np.zeros(9))
+    size = plain(_size(estimate, "N·m", np.zeros(9)))
     assert size["flags"] == ["these data do not tell it"]
-    found = answer.explanation | {"causes": [cause | {"parameters": {"sine": size}}]}
+    found = plain(answer) | {"causes": [cause | {"parameters": {"sine": size}}]}
     page = write_explanation(found, None, tmp_path).read_text("utf-8")
     assert "sine: 0.03 N·m (-0.5 to 0.5), these data do not tell it" in page
 
@@ -330,7 +336,7 @@ addEventListener("load", () => {{
 
 @pytest.mark.skipif(browser.EXECUTABLE is None, reason="no Chromium on this machine")
 def test_on_a_telephone_no_table_is_cut(answer, tmp_path):
-    page = write_explanation(answer.explanation, None, tmp_path).read_text("utf-8")
+    page = write_explanation(plain(answer), None, tmp_path).read_text("utf-8")
     phone = tmp_path / "phone.html"
     phone.write_text(f"<!DOCTYPE html><body>{PHONE.format(page=escape(page))}</body>", "utf-8")
     over = re.search(r"<body[^>]*>([-\d ]*)</body>", browser.dom(phone, tmp_path))[1]

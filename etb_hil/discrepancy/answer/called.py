@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.parameters import Model
+from etb_hil.results.explanation import ExplanationResult
+from etb_hil.results.explanation_file import explanation_as_dict, explanation_from_dict
 
 _IN_A_DRIVES_FILE = {
     "preload_open": "constant_load",
@@ -15,9 +15,12 @@ _IN_A_DRIVES_FILE = {
 }
 
 
-def as_in_its_file(answer: dict[str, Any], model: Model) -> dict[str, Any]:
+def as_in_its_file(answer: ExplanationResult, model: Model) -> ExplanationResult:
     """Return an answer with parameters and the angle called as a drive's own file has them, where it is a drive's."""
-    return {_called(key): _renamed(value) for key, value in answer.items()} if is_drive(model) else answer
+    if not is_drive(model):
+        return answer
+    plain = explanation_as_dict(answer)
+    return explanation_from_dict({key: _renamed(value) for key, value in plain.items()})
 
 
 def _renamed(value: object) -> object:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
@@ -17,13 +16,14 @@ from etb_hil.discrepancy.search.findings import Findings
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
 from etb_hil.recording.samples import SampleBlock
+from etb_hil.results.explanation import Consequence, JudgedNumber, JudgedUnder
 
 _MOTION = RunPhase(0, "log", "log", Use.FITTED)  # of a record that says nothing of its phases
 
 Judge = Callable[[Model], DiagnosisResult]
 
 
-def consequence(findings: Findings, limits: Limits, whole: Vector, judge: Judge | None = None) -> dict[str, Any] | None:
+def consequence(findings: Findings, limits: Limits, whole: Vector, judge: Judge | None = None) -> Consequence | None:
     """Return the diagnosis under the model as stated and as extended; None where the current was not measured.
 
     `whole`: the vector of the extended one. `judge`: how the bench judges this record, where it was the bench that made
@@ -31,20 +31,17 @@ def consequence(findings: Findings, limits: Limits, whole: Vector, judge: Judge 
     """
     if any(b.measured.current is None or b.measured.is_drive for b in findings.balances):
         return None
-    models = {"stated": findings.model, "extended": extended_model(findings, whole)}
-    found: dict[str, Any]
     try:
         judge = judge or (lambda model: _judged(findings.balances, model, limits))
-        found = {name: _said(judge(model)) for name, model in models.items()}
+        stated, extended = _said(judge(findings.model)), _said(judge(extended_model(findings, whole)))
     except Exception as error:  # noqa: BLE001 (whatever odd data do to a judgement, the causes are found and hold)
-        return {"says": f"the unit could not be judged: {type(error).__name__}: {error}"}
-    before, after = (found[name]["verdict"] for name in models)
-    found["says"] = (
-        f"the verdict stays: {after}"
-        if before == after
-        else f"the verdict was {before} with the model as stated, and is {after} with what was found"
+        return Consequence(f"the unit could not be judged: {type(error).__name__}: {error}")
+    says = (
+        f"the verdict stays: {extended.verdict}"
+        if stated.verdict == extended.verdict
+        else f"the verdict was {stated.verdict} with the model as stated, and is {extended.verdict} with what was found"
     )
-    return found
+    return Consequence(says, stated, extended)
 
 
 def _judged(balances: list[Balances], model: Model, limits: Limits) -> DiagnosisResult:
@@ -62,10 +59,10 @@ def _judged(balances: list[Balances], model: Model, limits: Limits) -> Diagnosis
     return diagnosis.finish()
 
 
-def _said(result: DiagnosisResult) -> dict[str, Any]:
-    found: dict[str, Any] = {"verdict": str(result.verdict), "reasons": [reason.text for reason in result.reasons]}
-    for id_ in ("T_st", "T_c"):
-        one = result.measurements.get(id_)
-        if one is not None and one.value is not None:
-            found[id_] = {"value": one.value, "interval": [one.low, one.high], "unit": one.unit}
-    return found
+def _said(result: DiagnosisResult) -> JudgedUnder:
+    friction = {
+        id_: JudgedNumber(one.value, one.unit, (one.low, one.high))
+        for id_ in ("T_st", "T_c")
+        if (one := result.measurements.get(id_)) is not None and one.value is not None
+    }
+    return JudgedUnder(str(result.verdict), tuple(reason.text for reason in result.reasons), friction)

@@ -1,9 +1,9 @@
-"""The answer as plain values: what `explanation.json` holds."""
+"""The answer: what the findings of a search and the errors on held-out segments say."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from etb_hil.discrepancy.answer.quality import data_quality
 from etb_hil.discrepancy.answer.running_away import runs_away
 from etb_hil.discrepancy.fitting.floor import LEAST_ROWS
 from etb_hil.discrepancy.fitting.freerun import CURRENT_ROLE, POSITION, SEGMENT_S
-from etb_hil.discrepancy.fitting.gain import Gain
 from etb_hil.discrepancy.fitting.intervals import Estimate, estimates
 from etb_hil.discrepancy.fitting.unknowns import FIELDS, simulable
 from etb_hil.discrepancy.measured.regimes import REGIMES
@@ -27,48 +26,43 @@ from etb_hil.plant.drive_effects import unit_for
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import Vector
 from etb_hil.plant.value_units import value_unit
+from etb_hil.results import explanation as results
 
-SCHEMA = "etb_hil/explanation/1"
 MOVED = 0.03  # share by which a base parameter that a term moves is flagged: it may have been stolen
 _BALANCES = ("torque", "voltage", "angle")
 _SHARPNESS = 3.0  # a rival at the class margin is e^-3 as probable
 
 
-def explanation(findings: Findings, holdout: Holdout | None) -> dict[str, Any]:
+def explanation(findings: Findings, holdout: Holdout | None) -> results.ExplanationResult:
     """Return the whole answer; `holdout` is None where there is no simulation that could be run."""
     in_model = findings.final.fit.whole if holdout is None else holdout.best
     numbers = estimates(findings.final, findings.balances, findings.final_floor)
-    found = {
-        "schema": SCHEMA,
-        "verdict": findings.verdict,
-        "causes": causes(findings, in_model),
-        "measured": measured(findings.model),
-        "suspects": _suspects(findings),
-        "unexplained": _unexplained(findings),
-        "calibrated": _calibrated(findings, numbers, in_model),
-        "model_file": _model_file(holdout),
-        "nuisances": _nuisances(numbers),
-        "friction": _friction(findings, in_model),
-        "balances": _balances(findings),
-        "detection_limits": detection_limits(findings, LEAST_GAIN),
-        "next_test": next_test(findings),
-        "data_quality": data_quality(findings.balances, findings.model),
-    }
-    if holdout is not None:
-        found["errors"] = _errors(findings, holdout)
-        found["gain"] = {
-            "of": "free-run error of the throttle angle on held-out segments, calibrated without causes to model file",
-            **_gain(holdout.gains["calibrated"]),
-            "over_stated": _gain(holdout.gains["nominal"]),
-        }
-    return found
+    found = results.ExplanationResult(
+        verdict=findings.verdict,
+        causes=causes(findings, in_model),
+        measured=measured(findings.model),
+        suspects=_suspects(findings),
+        unexplained=_unexplained(findings),
+        calibrated=_calibrated(findings, numbers, in_model),
+        model_file=_model_file(holdout),
+        nuisances=_nuisances(numbers),
+        friction=_friction(findings, in_model),
+        balances=_balances(findings),
+        detection_limits=detection_limits(findings, LEAST_GAIN),
+        next_test=next_test(findings),
+        data_quality=data_quality(findings.balances, findings.model),
+    )
+    if holdout is None:
+        return found
+    gain = replace(
+        holdout.gains["calibrated"],
+        of="free-run error of the throttle angle on held-out segments, calibrated without causes to model file",
+        over_stated=holdout.gains["nominal"],
+    )
+    return replace(found, errors=_errors(findings, holdout), gain=gain)
 
 
-def _gain(found: Gain) -> dict[str, Any]:
-    return {"value": found.value, "interval": [found.low, found.high]}
-
-
-def _errors(findings: Findings, holdout: Holdout) -> dict[str, Any]:
+def _errors(findings: Findings, holdout: Holdout) -> results.Errors:
     """Return errors with units, and what has to be said of a free run that errs where the balances lack nothing."""
     units = {POSITION: "m" if findings.balances[0].measured.is_linear else "rad", CURRENT_ROLE: "A"}
     least, most = float(holdout.floors.min()), float(holdout.floors.max())
@@ -85,46 +79,46 @@ def _errors(findings: Findings, holdout: Holdout) -> dict[str, Any]:
             f"from {away[0]:.2f} to {away[1]:.2f} rad springs and flow hold the plate less the further it is open: a "
             "voltage alone lets it run away there, and what noise leaves of a free run grows by itself"
         )
-    return {
-        "holdout": {
-            kind: {signal: {"unit": units[signal], **models} for signal, models in signals.items()}
+    return results.Errors(
+        holdout={
+            kind: {signal: results.ModelErrors(units[signal], **models) for signal, models in signals.items()}
             for kind, signals in holdout.table.items()
         },
-        "nrmse_free_run": holdout.nrmse,
-        "noise_floor_range": [least, most],
-        "free_run_worst": _worst(findings, holdout),
-        "says": "; ".join(says),
-    }
+        nrmse_free_run=holdout.nrmse,
+        noise_floor_range=(least, most),
+        free_run_worst=_worst(findings, holdout),
+        says="; ".join(says),
+    )
 
 
-def _worst(findings: Findings, holdout: Holdout) -> dict[str, Any]:
+def _worst(findings: Findings, holdout: Holdout) -> results.WorstSegment:
     """Return the segment that the model file's model errs most in, beside all others and true models in that one."""
     errors = holdout.segments[holdout.in_file][POSITION]
     k = int(np.argmax(errors))
     longest = max(findings.balances, key=lambda b: b.rows).measured
     there = holdout.drawn[:, k]
-    return {
-        "from_s": longest.start_s + k * SEGMENT_S,
-        "to_s": longest.start_s + (k + 1) * SEGMENT_S,
-        "error": float(errors[k]),
-        "share": float(errors[k] ** 2 / max(float(np.sum(errors**2)), 1e-30)),
-        "others": float(np.sqrt(np.sum(np.delete(errors, k) ** 2) / max(len(errors) - 1, 1))),
-        "noise_floor_range": [float(there.min()), float(there.max())],
-    }
+    return results.WorstSegment(
+        from_s=longest.start_s + k * SEGMENT_S,
+        to_s=longest.start_s + (k + 1) * SEGMENT_S,
+        error=float(errors[k]),
+        share=float(errors[k] ** 2 / max(float(np.sum(errors**2)), 1e-30)),
+        others=float(np.sqrt(np.sum(np.delete(errors, k) ** 2) / max(len(errors) - 1, 1))),
+        noise_floor_range=(float(there.min()), float(there.max())),
+    )
 
 
-def _model_file(holdout: Holdout | None) -> dict[str, str]:
+def _model_file(holdout: Holdout | None) -> results.ModelFile:
     """Return which of the two fits the numbers in the model file are from."""
     if holdout is not None and holdout.is_followed:
         says = (
             "the model file holds the numbers of the last fit in free run (in_model), which errs less there on parts "
             "that it did not see, if not 10 ms ahead; values with intervals are the balances'"
         )
-        return {"numbers_of": "last fit in free run", "says": says}
-    return {"numbers_of": "balances", "says": "the model file holds the values that are given with intervals"}
+        return results.ModelFile(results.LAST_FIT, says)
+    return results.ModelFile("balances", "the model file holds the values that are given with intervals")
 
 
-def causes(findings: Findings, in_model: Vector | None = None) -> list[dict[str, Any]]:
+def causes(findings: Findings, in_model: Vector | None = None) -> tuple[results.Cause, ...]:
     """Return the causes that were taken in, most probable first; where none was, nothing.
 
     `in_model`: the whole vector that the model file holds, where it is not the one that the balances gave.
@@ -135,17 +129,17 @@ def causes(findings: Findings, in_model: Vector | None = None) -> list[dict[str,
     for each, share in zip(findings.accepted, shares([each.gain for each in findings.accepted]), strict=True):
         winner = each.winner
         found.append(
-            {
-                "effect": winner.id,
-                "probability": _probabilities(each)[winner.id],
-                "class": each.alike,
-                "parameters": _parameters(each, numbers, whole, is_linear=findings.balances[0].measured.is_linear),
-                "finer_in_model": _finer(each, numbers, whole),
-                "share_of_error": share,
-                "held_out_t": each.t,
-            }
+            results.Cause(
+                id=winner.id,
+                probability=_probabilities(each)[winner.id],
+                indistinguishable=tuple(each.alike),
+                sizes=_parameters(each, numbers, whole, is_linear=findings.balances[0].measured.is_linear),
+                finer_in_model=_finer(each, numbers, whole),
+                share=share,
+                held_out_t=each.t,
+            )
         )
-    return found
+    return tuple(found)
 
 
 def shares(gains: Sequence[float]) -> list[float]:
@@ -157,7 +151,9 @@ def shares(gains: Sequence[float]) -> list[float]:
     return [float(share) for share in least[:-1] - least[1:]]
 
 
-def _parameters(each: Round, numbers: dict[int, Estimate], whole: Vector, *, is_linear: bool) -> dict[str, Any]:
+def _parameters(
+    each: Round, numbers: dict[int, Estimate], whole: Vector, *, is_linear: bool
+) -> Mapping[str, results.Size]:
     effect = each.winner.candidate.effect
     if effect is None:
         name = each.winner.candidate.frees
@@ -171,8 +167,15 @@ def _parameters(each: Round, numbers: dict[int, Estimate], whole: Vector, *, is_
     }
 
 
-def _size(estimate: Estimate, unit: str, whole: Vector) -> dict[str, Any]:
-    return {**_number(estimate, unit), "in_model": float(whole[estimate.place])}
+def _size(estimate: Estimate, unit: str, whole: Vector) -> results.Size:
+    return results.Size(
+        estimate.value,
+        unit,
+        (estimate.low, estimate.high),
+        on_bound=bool(estimate.on_bound),
+        flags=tuple(estimate.flags),
+        in_model=float(whole[estimate.place]),
+    )
 
 
 def _finer(each: Round, numbers: dict[int, Estimate], whole: Vector) -> dict[str, float]:
@@ -184,16 +187,6 @@ def _finer(each: Round, numbers: dict[int, Estimate], whole: Vector) -> dict[str
     return {one.name: float(whole[place]) for one, place in stated if place not in numbers and whole[place] != 0.0}
 
 
-def _number(estimate: Estimate, unit: str) -> dict[str, Any]:
-    return {
-        "value": estimate.value,
-        "unit": unit,
-        "interval": [estimate.low, estimate.high],
-        "on_bound": estimate.on_bound,
-        "flags": estimate.flags,
-    }
-
-
 def _probabilities(each: Round) -> dict[str, float]:
     """Return how probable each fitted suspect is beside the others, by what it leaves."""
     margin = max(decision.class_margin(each), 1e-6)
@@ -202,7 +195,7 @@ def _probabilities(each: Round) -> dict[str, float]:
     return {r.id: float(w / weights.sum()) for r, w in zip(each.refined, weights, strict=True)}
 
 
-def _suspects(findings: Findings) -> list[dict[str, Any]]:
+def _suspects(findings: Findings) -> tuple[results.Suspect, ...]:
     """Return every search's best suspects with the evidence for and against them."""
     found = []
     for number, each in enumerate(findings.rounds, 1):
@@ -210,28 +203,24 @@ def _suspects(findings: Findings) -> list[dict[str, Any]]:
         for one in each.refined:
             effect = one.candidate.effect
             found.append(
-                {
-                    "search": number,
-                    "effect": one.id,
-                    "taken_in": each.accepted and one is each.winner,
-                    "refused": each.refused if one is each.winner else "",
-                    "probability": probable[one.id] if each.accepted else 0.0,
-                    "leaves": one.fit.cost / each.before.fit.cost,
-                    "looks_like": effect.looks_like if effect else "a base parameter outside its tolerance",
-                    "check": effect.check if effect else "the number in the model file, and its tolerance",
-                }
+                results.Suspect(
+                    search=number,
+                    effect=one.id,
+                    taken_in=bool(each.accepted) and one is each.winner,
+                    refused=each.refused if one is each.winner else "",
+                    probability=probable[one.id] if each.accepted else 0.0,
+                    leaves=one.fit.cost / each.before.fit.cost,
+                    looks_like=effect.looks_like if effect else "a base parameter outside its tolerance",
+                    check=effect.check if effect else "the number in the model file, and its tolerance",
+                )
             )
-    return found
+    return tuple(found)
 
 
-def _unexplained(findings: Findings) -> dict[str, Any]:
+def _unexplained(findings: Findings) -> results.Unexplained:
     over = decision.excess(findings.final_groups, findings.rows)
     where = [
-        {
-            "balance": _BALANCES[k // 3],
-            "regime": REGIMES[k % 3],
-            "rms_over_floor": float(np.sqrt(findings.final_groups[k])),
-        }
+        results.Excess(_BALANCES[k // 3], REGIMES[k % 3], float(np.sqrt(findings.final_groups[k])))
         for k in np.argsort(-over)
         if over[k] > 0.0
     ]
@@ -239,13 +228,13 @@ def _unexplained(findings: Findings) -> dict[str, Any]:
     own = in_their_own_balances(findings.balances, final.columns, final.fit, final.unknowns)
     wrong = [one for one in findings.rest if one.balance == "all"]
     splines = [
-        {"balance": p.balance, "over": p.over, "parity": p.parity, "share_of_rest": p.share}
+        results.Placeholder(p.balance, p.over, p.parity, p.share)
         for p in sorted([*own, *wrong], key=lambda one: -one.share)[:3]
     ]
-    return {"where": where, "placeholders": splines}
+    return results.Unexplained(tuple(where), tuple(splines))
 
 
-def _calibrated(findings: Findings, numbers: Sequence[Estimate], in_model: Vector) -> dict[str, Any]:
+def _calibrated(findings: Findings, numbers: Sequence[Estimate], in_model: Vector) -> Mapping[str, results.Calibrated]:
     found = {}
     for estimate in numbers:
         name = estimate.name
@@ -259,51 +248,57 @@ def _calibrated(findings: Findings, numbers: Sequence[Estimate], in_model: Vecto
         flags += estimate.flags
         if findings.accepted and moved > MOVED:
             flags.append(f"moved by {100.0 * moved:.1f} % when a term came in")
-        found[name] = {
-            "unit": value_unit(name, is_linear=findings.balances[0].measured.is_linear),
-            "nominal": nominal,
-            "value": estimate.value,
-            "interval": [estimate.low, estimate.high],
-            "in_model": float(in_model[estimate.place]),
-            "tolerance": half,
-            "flags": flags,
-        }
+        found[name] = results.Calibrated(
+            unit=value_unit(name, is_linear=findings.balances[0].measured.is_linear),
+            nominal=nominal,
+            value=estimate.value,
+            interval=(estimate.low, estimate.high),
+            in_model=float(in_model[estimate.place]),
+            tolerance=half,
+            flags=tuple(flags),
+        )
     return found
 
 
-def _nuisances(numbers: Sequence[Estimate]) -> dict[str, Any]:
+def _nuisances(numbers: Sequence[Estimate]) -> Mapping[str, results.Nuisance]:
     """Return what is no part of the unit but was fitted: clock skews of the signals, and the plate sensor's zero."""
     return {
-        e.name: _number(e, "rad" if e.name.endswith("_zero") else "s")
+        e.name: results.Nuisance(
+            e.value,
+            "rad" if e.name.endswith("_zero") else "s",
+            (e.low, e.high),
+            on_bound=bool(e.on_bound),
+            flags=tuple(e.flags),
+        )
         for e in numbers
         if e.place >= EXTENDED and e.low < e.high
     }
 
 
-def _friction(findings: Findings, in_model: Vector) -> dict[str, Any]:
+def _friction(findings: Findings, in_model: Vector) -> Mapping[str, results.ModelledFriction]:
     """Return break-away and sliding friction at the throttle shaft as each model has them: what a verdict rests on."""
     first, last = simulable(findings.calibration.fit.whole), simulable(in_model)
     return {
-        name: {
-            "unit": "N" if findings.balances[0].measured.is_linear else "N·m",
-            "nominal": float(getattr(findings.model.values, name)),
-            "calibrated": float(first[FIELDS.index(name)]),
-            "extended": float(last[FIELDS.index(name)]),
-        }
+        name: results.ModelledFriction(
+            unit="N" if findings.balances[0].measured.is_linear else "N·m",
+            nominal=float(getattr(findings.model.values, name)),
+            calibrated=float(first[FIELDS.index(name)]),
+            extended=float(last[FIELDS.index(name)]),
+        )
         for name in ("stiction", "coulomb")
     }
 
 
-def _balances(findings: Findings) -> dict[str, Any]:
+def _balances(findings: Findings) -> Mapping[str, Mapping[str, results.BalanceResidual]]:
     """Return each balance's residual over the floor, before any cause and with all of them, by regime."""
     first = findings.first_groups
-    found: dict[str, Any] = {}
+    found: dict[str, dict[str, results.BalanceResidual]] = {}
     for k in range(9):
         if findings.rows[k] < LEAST_ROWS:
             continue
-        found.setdefault(_BALANCES[k // 3], {})[REGIMES[k % 3]] = {
-            "calibrated_over_floor": float(np.sqrt(first[k])),
-            "extended_over_floor": float(np.sqrt(findings.final_groups[k])),
-            "rows": int(findings.rows[k]),
-        }
+        found.setdefault(_BALANCES[k // 3], {})[REGIMES[k % 3]] = results.BalanceResidual(
+            calibrated_over_floor=float(np.sqrt(first[k])),
+            extended_over_floor=float(np.sqrt(findings.final_groups[k])),
+            rows=int(findings.rows[k]),
+        )
     return found

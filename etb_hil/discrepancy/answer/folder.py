@@ -8,11 +8,12 @@ from pathlib import Path
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.userfile import read_bytes
-from etb_hil.discrepancy.answer.explanation import SCHEMA
+from etb_hil.results.explanation import SCHEMA
 
 ANSWER_NAME, MODEL_NAME, TEST_NAME = "explanation.json", "model.yaml", "next_test.yaml"
 WRITTEN = (ANSWER_NAME, MODEL_NAME, TEST_NAME)
 
+_OF_ANY_VERSION = SCHEMA.rpartition("/")[0]
 _ELSEWHERE = "give another folder with --out"
 
 
@@ -33,4 +34,4 @@ def _is_answer(path: Path) -> bool:
         found = json.loads(read_bytes(path))
     except ValueError:  # an InputError, too
         return False
-    return isinstance(found, dict) and found.get("schema") == SCHEMA
+    return isinstance(found, dict) and str(found.get("schema")).startswith(_OF_ANY_VERSION)

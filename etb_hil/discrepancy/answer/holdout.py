@@ -14,13 +14,14 @@ from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import Calibration
 from etb_hil.discrepancy.fitting.floor import floor_of
 from etb_hil.discrepancy.fitting.following import Followed, follow, part_of
-from etb_hil.discrepancy.fitting.gain import Gain, gain_of
+from etb_hil.discrepancy.fitting.gain import gain_of
 from etb_hil.discrepancy.fitting.segments import SEGMENTS, held_out, segment_of
 from etb_hil.discrepancy.fitting.unknowns import start
 from etb_hil.discrepancy.search.findings import Findings
 from etb_hil.discrepancy.search.finer import with_finer_shapes
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import Vector
+from etb_hil.results.explanation import Gain
 
 Float64 = NDArray[np.float64]
 

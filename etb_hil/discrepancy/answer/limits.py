@@ -7,6 +7,7 @@ asked for beside the model with all causes; a cause, and what cannot be told fro
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ from etb_hil.discrepancy.suspects.screening import stepped
 from etb_hil.plant.drive_effects import unit_for
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.effect import Effect
+from etb_hil.results.explanation import DetectionLimit
 
 Float64 = NDArray[np.float64]
 
@@ -30,7 +32,7 @@ _SIGMAS = 3.0
 _CORRELATED = 4.0  # rows of the band-limited, coloured residual that are one independent value
 
 
-def detection_limits(findings: Findings, least_gain: float) -> dict[str, dict[str, object]]:
+def detection_limits(findings: Findings, least_gain: float) -> dict[str, DetectionLimit]:
     """Return by effect the strength, with its unit, that would stand out as a cause has to.
 
     That is by three sigma, by a cause's share of all that is left, and in one group of rows by more than chance. It is
@@ -52,7 +54,7 @@ def detection_limits(findings: Findings, least_gain: float) -> dict[str, dict[st
     return {id_: limits[id_] if id_ in limits else _not_judged(findings, effect) for id_, effect in CATALOGUE.items()}
 
 
-def _judged(findings: Findings, candidate: Candidate, hidden: Hidden) -> dict[str, object]:
+def _judged(findings: Findings, candidate: Candidate, hidden: Hidden) -> DetectionLimit:
     effect = candidate.effect
     assert effect is not None  # noqa: S101 (asked of effects alone)
     unknown = _strength(findings, effect)
@@ -74,8 +76,7 @@ def _judged(findings: Findings, candidate: Candidate, hidden: Hidden) -> dict[st
     limit = max(sizes, default=None)
     where = where_it_went(findings) if effect.is_of_place and limit is not None else ""
     says = "; ".join(filter(None, [says, f"only where the record went: {where}" if where else ""]))
-    entry = _entry(findings, effect, limit, says, is_within=bool(sizes or known_as))
-    return entry | {"where": where} if where else entry
+    return replace(_entry(findings, effect, limit, says, is_within=bool(sizes or known_as)), where=where)
 
 
 def where_it_went(findings: Findings) -> str:
@@ -87,7 +88,7 @@ def where_it_went(findings: Findings) -> str:
     return f"{low:.3g} to {high:.3g} rad ({np.degrees(low):.1f} to {np.degrees(high):.1f} deg)"
 
 
-def _not_judged(findings: Findings, effect: Effect) -> dict[str, object]:
+def _not_judged(findings: Findings, effect: Effect) -> DetectionLimit:
     """Return the entry of an effect that nobody looked for, and why nobody did."""
     if any(one.is_of_effect and one.id == effect.id for one in findings.model.measured.values()):
         says = "measured by hand"
@@ -100,16 +101,10 @@ def _not_judged(findings: Findings, effect: Effect) -> dict[str, object]:
 
 def _entry(
     findings: Findings, effect: Effect, limit: float | None, says: str, *, is_within: bool, is_judged: bool = True
-) -> dict[str, object]:
+) -> DetectionLimit:
     parameter = effect.parameters[effect.searched[0]]
-    return {
-        "parameter": parameter.name,
-        "limit": limit,
-        "unit": unit_for(parameter, is_linear=_is_linear(findings)),
-        "judged": is_judged,
-        "within_bounds": is_within,
-        "says": says,
-    }
+    unit = unit_for(parameter, is_linear=_is_linear(findings))
+    return DetectionLimit(parameter.name, limit, unit, judged=is_judged, within_bounds=is_within, says=says)
 
 
 def _is_linear(findings: Findings) -> bool:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +15,7 @@ from etb_hil.discrepancy.fitting import freerun
 from etb_hil.discrepancy.search.findings import Findings
 from etb_hil.discrepancy.slow.coarse import Coarse
 from etb_hil.plant.effects.layout import EXTENDED
+from etb_hil.results.explanation import FreeRun
 
 Float64 = NDArray[np.float64]
 
@@ -72,15 +72,15 @@ def pictures(findings: Findings, holdout: Holdout) -> Pictures:
 
 def coarse_pictures(coarse: Coarse) -> Pictures:
     """Return the columns for runs of slow data: of those that the fit did not see the worst, and numbers of all."""
-    runs = coarse.explanation["runs"]
-    judged = [k for k, run in enumerate(runs) if not run["seen_by_the_fit"]]
-    worst = max(judged, key=lambda k: float(runs[k]["rms_rad"]))
+    runs = coarse.explanation.runs
+    judged = [k for k, run in enumerate(runs) if not run.seen_by_the_fit]
+    worst = max(judged, key=lambda k: runs[k].rms_rad)
     sweep, part = coarse.sweeps[worst], slice(coarse.sweeps[worst].first, None)
     unit = ROLES[sweep.role].unit if sweep.role else ""
     called = sweep.role.replace("_", " ")
     name = f"{called} {sweep.condition:g} {unit}" if sweep.role else f"run {worst + 1} of {len(runs)}"
 
-    def column(of: Callable[[dict[str, Any]], float | None]) -> Float64:
+    def column(of: Callable[[FreeRun], float | None]) -> Float64:
         return np.array([np.nan if (value := of(run)) is None else value for run in runs], np.float64)
 
     return Pictures(
@@ -96,10 +96,10 @@ def coarse_pictures(coarse: Coarse) -> Pictures:
         runs=Runs(
             called or "run",
             unit,
-            column(lambda run: run["value"]) if sweep.role else np.arange(1.0, len(runs) + 1.0),
+            column(lambda run: run.value) if sweep.role else np.arange(1.0, len(runs) + 1.0),
             np.array(coarse.is_seen),
-            column(lambda run: run["r_squared"]),
-            column(lambda run: run["breaks_away_at_V"]["measured"]),
-            column(lambda run: run["breaks_away_at_V"]["model"]),
+            column(lambda run: run.r_squared),
+            column(lambda run: run.breaks_away.measured),
+            column(lambda run: run.breaks_away.model),
         ),
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from etb_hil.discrepancy.measured.regimes import BESIDE
 from etb_hil.plant.effects.effect import REFERENCE
 from etb_hil.plant.effects.laws import laws, terms
 from etb_hil.plant.parameters import Model
+from etb_hil.results.explanation import DataQuality
 
 Float64 = NDArray[np.float64]
 
@@ -29,12 +29,12 @@ _SAME_RATIO = 0.003  # soft shafts and play are 0.002 and less, sensors that are
 _OFF_GRID = 0.5  # share of the rows from which it is said
 
 
-def data_quality(balances: Sequence[Balances], model: Model) -> list[dict[str, Any]]:
+def data_quality(balances: Sequence[Balances], model: Model) -> tuple[DataQuality, ...]:
     """Return what was found of each stretch, and in words what it cannot show."""
-    return [_of(b, model) for b in balances]
+    return tuple(_of(b, model) for b in balances)
 
 
-def _of(b: Balances, model: Model) -> dict[str, Any]:
+def _of(b: Balances, model: Model) -> DataQuality:
     m = b.measured
     flags = list(m.flags)
     bridged = float(1.0 - np.mean(m.is_good))
@@ -62,18 +62,16 @@ def _of(b: Balances, model: Model) -> dict[str, Any]:
         flags.append("limp-home is never crossed: preload, offset and asymmetry cannot be told apart")
     flags += _off_grid(m) + _other_unit(m) + _other_ratio(m, model)
     unit = "m" if m.is_linear else "rad"
-    found: dict[str, Any] = {
-        "origin": m.origin,
-        "rate_hz": m.rate,
-        "seconds": len(m) / m.rate,
-        f"travel_{unit}": list(travel),
-        f"angle_noise_{unit}": m.angle_noise,
-        "flags": flags,
-    }
-    at_rest = _at_rest(m)
-    if at_rest:
-        found["noise_at_rest"] = at_rest
-    return found
+    return DataQuality(
+        origin=m.origin,
+        rate_hz=m.rate,
+        seconds=len(m) / m.rate,
+        flags=tuple(flags),
+        travel=travel,
+        angle_noise=float(m.angle_noise),
+        travel_unit=unit,
+        noise_at_rest=_at_rest(m),
+    )
 
 
 def _off_grid(m: Measurement) -> list[str]:

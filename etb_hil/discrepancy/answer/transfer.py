@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -14,11 +13,12 @@ from etb_hil.discrepancy.fitting.floor import floor_of, weigh
 from etb_hil.discrepancy.search.findings import Findings
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import Vector
+from etb_hil.results.explanation import ErrorWithAndWithout, Transfer
 
 CARRIES = 0.02  # of the squared residual: what a cause must take of another recording to be carried over
 
 
-def transfer(findings: Findings, others: Sequence[Balances]) -> list[dict[str, Any]]:
+def transfer(findings: Findings, others: Sequence[Balances]) -> tuple[Transfer, ...]:
     """Return for each cause and other recording what the cause, as it was found, takes of its residual.
 
     The base parameters are calibrated anew for the other recording, with and without the cause. In `free_run` they are
@@ -41,21 +41,21 @@ def transfer(findings: Findings, others: Sequence[Balances]) -> list[dict[str, A
                 begin[place] = findings.final.fit.whole[place]
             with_it = calibrate(findings.model, stretches, begin, unknowns)
             gain = 1.0 - with_it.fit.cost / before.fit.cost
-            carried = gain > CARRIES
+            carried = bool(gain > CARRIES)
             without, with_its = (_free_run(other, whole) for whole in (each.before.fit.whole, each.winner.fit.whole))
             unit = "m" if other.measured.is_linear else "rad"
             found.append(
-                {
-                    "effect": effect.id,
-                    "recording": other.measured.origin,
-                    "gain": gain,
-                    "carried_over": carried,
-                    "free_run": {"without": without, "with": with_its, "unit": unit},
-                    "says": _said(gain, without, with_its, unit),
-                }
+                Transfer(
+                    effect=effect.id,
+                    recording=other.measured.origin,
+                    gain=gain,
+                    carried_over=carried,
+                    free_run=ErrorWithAndWithout(without, with_its, unit),
+                    says=_said(gain, without, with_its, unit),
+                )
             )
             before = with_it if carried else before
-    return found
+    return tuple(found)
 
 
 def _free_run(other: Balances, whole: Vector) -> float:

@@ -2,28 +2,21 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
+
+from etb_hil.results.explanation import Gain
 
 Float64 = NDArray[np.float64]
 
 _DRAWS = 2000
 
 
-class Gain(NamedTuple):
-    """The share by which a free run errs less, below zero where it errs more, and the ends of its 95 % interval."""
-
-    value: float
-    low: float
-    high: float
-
-
 def gain_of(before: Float64, after: Float64) -> Gain:
-    """Return what root mean square errors (parts) of one model gain over those of another."""
+    """Return by what share root mean square errors (parts) of one model are less than those of another."""
     rng = np.random.default_rng(0)
     picks = rng.integers(len(before), size=(_DRAWS, len(before)))
     drawn = 1.0 - np.sqrt((after[picks] ** 2).sum(1) / np.maximum((before[picks] ** 2).sum(1), 1e-30))
     value = 1.0 - float(np.sqrt(np.sum(after**2) / max(float(np.sum(before**2)), 1e-30)))
-    return Gain(value, *(float(end) for end in np.percentile(drawn, [2.5, 97.5])))
+    low, high = np.percentile(drawn, [2.5, 97.5])
+    return Gain(value, (float(low), float(high)))

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.measured.measurement import CHANGES
 from etb_hil.recording.recording import Recording
+from etb_hil.results.explanation import Confounded
 
 Float64 = NDArray[np.float64]
 
@@ -22,7 +21,7 @@ _VARIES = 0.02  # of its mean: less is no change of the condition
 _MOST_ROWS = 20_000
 
 
-def confounded(recording: Recording) -> list[dict[str, Any]]:
+def confounded(recording: Recording) -> list[Confounded]:
     """Return the conditions that cannot be told from elapsed time or from each other, and what would part them."""
     series = {}
     for role, name in _CONDITIONS.items():
@@ -52,14 +51,14 @@ def _least_change(role: str, values: Float64) -> float:
     return CHANGES if role == "temperature" else _VARIES * max(abs(float(np.mean(values))), 1e-12)
 
 
-def _said(first: str, second: str, correlation: float, test: str) -> dict[str, Any]:
-    return {
-        "these": f"{first} and {second}",
-        "pair": [first, second],
-        "test": test[0].upper() + test[1:] + ".",
-        "rank_correlation": correlation,
-        "says": f"they changed together throughout, so that what one does cannot be told from the other; {test}.",
-    }
+def _said(first: str, second: str, correlation: float, test: str) -> Confounded:
+    return Confounded(
+        these=f"{first} and {second}",
+        pair=(first, second),
+        test=test[0].upper() + test[1:] + ".",
+        rank_correlation=correlation,
+        says=f"they changed together throughout, so that what one does cannot be told from the other; {test}.",
+    )
 
 
 def _rank_correlation(x: Float64, y: Float64) -> float:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 from etb_hil.discrepancy.search import decision
 from etb_hil.discrepancy.search.findings import Findings, Round
+from etb_hil.results.explanation import ToldApart
 
 TELLING = ("explained", "ambiguous")  # verdicts of records whose classes hold the cause
 
@@ -21,13 +21,13 @@ def left_open(ids: Iterable[str], judged: Round) -> list[str]:
     return [id_ for id_ in ids if id_ not in known - {judged.winner.id, *judged.alike}]
 
 
-def narrow(findings: Findings, other: Findings) -> list[dict[str, Any]]:
+def narrow(findings: Findings, other: Findings) -> tuple[ToldApart, ...]:
     """Take out of the classes of `findings` what another record of the same unit tells apart; return what that was.
 
     A record that leaves more than its own causes account for, or in whose classes the cause is not, tells nothing.
     """
     if other.verdict not in TELLING:
-        return []
+        return ()
     found = []
     for each in findings.accepted:
         judged = next((r for r in other.accepted if each.winner.id in (r.winner.id, *r.alike)), None)
@@ -36,7 +36,7 @@ def narrow(findings: Findings, other: Findings) -> list[dict[str, Any]]:
         left = left_open(each.alike, judged)
         gone = [id_ for id_ in each.alike if id_ not in left]
         if gone:
-            found.append({"effect": each.winner.id, "tells_from": gone, "recording": other.balances[0].measured.origin})
+            found.append(ToldApart(each.winner.id, tuple(gone), other.balances[0].measured.origin))
         each.alike = left
     findings.verdict = decision.verdict(findings)
-    return found
+    return tuple(found)

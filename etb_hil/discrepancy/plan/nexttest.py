@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
@@ -30,6 +29,7 @@ from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
 from etb_hil.plant.table_one import Shaft
+from etb_hil.results.explanation import BenchStep, NextTest, Separation, Wanted
 
 UNIT = "standard deviations of the sensors' noise"
 _TRIED = 2  # plans that are explained before one is asked for
@@ -59,7 +59,7 @@ class Outlook:
 
 def next_test(
     findings: Findings, plans: Sequence[Plan] = (), progress: Callable[[str], None] = lambda _: None
-) -> dict[str, Any] | None:
+) -> NextTest | None:
     """Return the test for what is open; None where nothing is, or no suspect comes near to what is missing.
 
     Of the `plans` it takes the one that leaves least open.
@@ -100,7 +100,7 @@ def _are_two(found: Round) -> bool:
     return len(found.refined) > 1 and found.refined[1].fit.cost < _LIKELY * found.before.fit.cost
 
 
-def _said(found: Round, best: Outlook | None, hand: HandTest | None, model: Model) -> dict[str, Any]:
+def _said(found: Round, best: Outlook | None, hand: HandTest | None, model: Model) -> NextTest:
     first, rivals = found.winner.id, found.alike
     plan = hand.plan if hand is not None else best.plan if best is not None else None
     costs = {one.id: one.fit.cost for one in found.refined}
@@ -112,29 +112,29 @@ def _said(found: Round, best: Outlook | None, hand: HandTest | None, model: Mode
     away = float(np.sqrt(max(costs[rival] - costs[first], 0.0))) if rival in costs else None
     expected = None
     if parted:
-        expected = {"value": distances.get(rival), "unit": UNIT, "parts": parted, "leaves": left}
-    return {
-        "pair": [first, rival],
-        "says": _by_hand(first, (left or [rival]) if parted else rivals, of_drive=is_drive(model)),
-        "separation_here": away,
-        "expected_separation": expected,
-        "scenario": None if plan is None else plan.name,
-        "by_hand": [] if hand is None else _instruments(hand, model),
-    }
+        expected = Separation(distances.get(rival), UNIT, tuple(parted), tuple(left))
+    return NextTest(
+        pair=(first, rival),
+        says=_by_hand(first, (left or [rival]) if parted else rivals, of_drive=is_drive(model)),
+        separation_here=away,
+        expected_separation=expected,
+        scenario=None if plan is None else plan.name,
+        by_hand=() if hand is None else _instruments(hand, model),
+    )
 
 
-def _instruments(hand: HandTest, model: Model) -> list[dict[str, Any]]:
+def _instruments(hand: HandTest, model: Model) -> tuple[BenchStep, ...]:
     """Return what to do by hand, and the entries that it gives for a model file's `measured`, at the shaft it is at."""
     numbers = {one.name: one for one in hand.numbers}
 
-    def wanted(name: str, shaft: Shaft | None) -> dict[str, Any]:
+    def wanted(name: str, shaft: Shaft | None) -> Wanted:
         width, its = numbers[name].uncertainty, model.parameters.get(name)
         if its is not None:
             width = replace(its, value=width).at_shaft(shaft, model.values.gear_ratio)
         shaft = shaft if its is not None and its.shaft is not None else None
-        return {"name": name, "uncertainty": width, "unit": numbers[name].unit, "shaft": shaft}
+        return Wanted(name, width, numbers[name].unit, shaft)
 
-    return [{"do": one.how, "gives": [wanted(name, one.shaft) for name in one.gives]} for one in hand.instruments]
+    return tuple(BenchStep(one.how, tuple(wanted(name, one.shaft) for name in one.gives)) for one in hand.instruments)
 
 
 def _by_hand(first: str, others: Sequence[str], *, of_drive: bool) -> str:

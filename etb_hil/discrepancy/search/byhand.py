@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from etb_hil.discrepancy.fitting.calibration import calibrate, residual_of
 from etb_hil.discrepancy.fitting.floor import group_means
 from etb_hil.discrepancy.fitting.segments import held_out, segment_of
@@ -14,24 +12,25 @@ from etb_hil.discrepancy.suspects.candidates import Candidate
 from etb_hil.discrepancy.suspects.refining import Linearised, bent
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.parameters import Model
+from etb_hil.results.explanation import BenchNumber
 
 
-def measured(model: Model) -> list[dict[str, Any]]:
+def measured(model: Model) -> tuple[BenchNumber, ...]:
     """Return what was known of the unit by hand, and so is no suspect, at the shafts that the model file states."""
-    return [
-        {
-            "name": one.name,
-            "judges": one.id,
-            "value": one.value,
-            "uncertainty": one.uncertainty,
-            "unit": one.unit,
-            "shaft": None if one.is_of_effect else model.parameters[one.name].shaft,
-            "stated": one.stated,
-            "tolerance": one.tolerance,
-            "is_cause": one.is_off,
-        }
+    return tuple(
+        BenchNumber(
+            name=one.name,
+            judges=one.id,
+            value=one.value,
+            uncertainty=one.uncertainty,
+            unit=one.unit,
+            shaft=None if one.is_of_effect else model.parameters[one.name].shaft,
+            stated=one.stated,
+            tolerance=one.tolerance,
+            is_cause=one.is_off,
+        )
         for one in model.measured.values()
-    ]
+    )
 
 
 def take_measured(findings: Findings) -> bool:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from etb_hil.discrepancy.fitting.calibration import Calibration
 from etb_hil.discrepancy.fitting.unknowns import FIELDS
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import PARAMETERS
 from etb_hil.plant.value_units import value_unit
+from etb_hil.results.explanation import Calibrated, ExplanationResult
 
 
 class CutShort(KeyboardInterrupt):
@@ -19,30 +18,29 @@ class CutShort(KeyboardInterrupt):
         self.calibration = calibration
 
 
-def calibrated_so_far(calibration: Calibration, model: Model) -> dict[str, Any]:
+def calibrated_so_far(calibration: Calibration, model: Model) -> dict[str, Calibrated]:
     """Return the base parameters as fitted inside their tolerances; how well they are known was not found any more."""
     return {
-        unknown.name: {
-            "unit": value_unit(unknown.name, is_linear=model.is_linear),
-            "nominal": float(getattr(model.values, unknown.name)),
-            "value": float(calibration.fit.whole[unknown.place]),
-            "interval": None,
-            "in_model": None,
-            "tolerance": model.tolerance(unknown.name),
-            "flags": ["interrupted before its interval was known"],
-        }
+        unknown.name: Calibrated(
+            unit=value_unit(unknown.name, is_linear=model.is_linear),
+            nominal=float(getattr(model.values, unknown.name)),
+            value=float(calibration.fit.whole[unknown.place]),
+            interval=None,
+            tolerance=model.tolerance(unknown.name),
+            flags=("interrupted before its interval was known",),
+        )
         for unknown in calibration.unknowns
         if unknown.place < PARAMETERS and unknown.name in FIELDS
     }
 
 
-def stages(answer: dict[str, Any], *, is_read: bool, is_searched: bool) -> str:
+def stages(answer: ExplanationResult, *, is_read: bool, is_searched: bool) -> str:
     """Say in words what of the work was done and what was not."""
     works = {
         "reading the data": is_read,
-        "calibrating": bool(answer.get("calibrated")),
+        "calibrating": bool(answer.calibrated),
         "looking for causes": is_searched,
-        "errors on held-out segments": "errors" in answer,
+        "errors on held-out segments": answer.errors is not None,
     }
     done, not_done = ([name for name, is_done in works.items() if is_done == wanted] for wanted in (True, False))
     said = [f"done: {', '.join(done)}"] if done else []

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +21,7 @@ from etb_hil.discrepancy.slow.sweeps import Sweep
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
 from etb_hil.recording.recording import Recording
+from etb_hil.results.explanation import ExplanationResult
 
 Float64 = NDArray[np.float64]
 
@@ -35,7 +35,7 @@ class Coarse:
     fitted: list[Float64]
     is_seen: list[bool]
     model: Model
-    explanation: dict[str, Any]
+    explanation: ExplanationResult
 
 
 def explain_coarsely(

@@ -1,9 +1,9 @@
-"""The words and numbers of an answer that free runs alone gave: what slow data say of a model, as plain values."""
+"""The words and numbers of an answer that free runs alone gave: what slow data say of a model."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from etb_hil.plant.integrator import TICK
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.value_units import value_unit
 from etb_hil.recording.recording import Recording
+from etb_hil.results import explanation as results
 
 Float64 = NDArray[np.float64]
 
@@ -40,8 +41,8 @@ def answer_of(
     nominal: Sequence[Float64],
     after: Sequence[Float64],
     why: Sequence[str],
-) -> dict[str, Any]:
-    """Return what `explanation.json` holds of a fit to some runs; `why`: why no balances could be judged.
+) -> results.ExplanationResult:
+    """Return the answer of a fit to some runs; `why`: why no balances could be judged.
 
     `nominal` and `after` are the runs' angles (rad) of the model as stated and as fitted, `is_seen` those fitted to.
     """
@@ -53,36 +54,30 @@ def answer_of(
     rms = {"nominal": _all(before_rms), "calibrated": _all(after_rms), "noise_floor": noise}
     span = float(np.ptp(np.concatenate(angles)))
     gain = gain_of(before_rms, after_rms)
-    runs = [_run_of(*one) for one in zip(sweeps, after, is_seen, strict=True)]
+    runs = tuple(_run_of(*one) for one in zip(sweeps, after, is_seen, strict=True))
     is_adequate = rms["calibrated"] < _AT_FLOOR * noise
     missed = [] if is_adequate else _may_miss_commands(recording.origin, rows, model)
     verdict = "adequate" if is_adequate else "insufficient_data" if missed else "unexplained"
-    return {
-        "verdict": verdict,
-        "causes": [],
-        "suspects": [],
-        "detection_limits": {},
-        "judged_by": "free runs only: " + "; ".join(why),
-        "unexplained": {
-            "where": [],
-            "runs": _worst(runs) if verdict == "unexplained" else [],
-            "says": "" if missed else _trend(runs),
-        },
-        "calibrated": {} if missed else _calibrated(model, found),  # else it stands for what was commanded
-        "nuisances": {"voltage_late": {"value": found.late * TICK, "unit": "s"}},
-        "runs": runs,
-        "errors": {
-            "holdout": {"free_run": {"throttle_angle": {"unit": "rad", **rms}}},
-            "nrmse_free_run": {name: value / span for name, value in rms.items()},
-        },
-        "gain": {
-            "of": "free-run error of the throttle angle on runs that the fit did not see, nominal to calibrated",
-            "value": gain.value,
-            "interval": [gain.low, gain.high],
-        },
-        "starts": {"rms_rad": list(found.ends), "says": _starts(found.ends)},
-        "data_quality": [*missed, _quality(recording, rows, sweeps, found)],
-    }
+    return results.ExplanationResult(
+        verdict=verdict,
+        judged_by="free runs only: " + "; ".join(why),
+        unexplained=results.Unexplained(
+            runs=_worst(runs) if verdict == "unexplained" else (), says="" if missed else _trend(runs)
+        ),
+        calibrated={} if missed else _calibrated(model, found),  # else it stands for what was commanded
+        nuisances={"voltage_late": results.Nuisance(found.late * TICK, "s")},
+        runs=runs,
+        errors=results.Errors(
+            holdout={"free_run": {"throttle_angle": results.ModelErrors("rad", **rms)}},
+            nrmse_free_run={name: value / span for name, value in rms.items()},
+        ),
+        gain=replace(
+            gain,
+            of="free-run error of the throttle angle on runs that the fit did not see, nominal to calibrated",
+        ),
+        starts=results.Starts(tuple(found.ends), _starts(found.ends)),
+        data_quality=(*missed, _quality(recording, rows, sweeps, found)),
+    )
 
 
 def _may_miss_commands(origin: str, rows: Driven, model: Model) -> list[str]:
@@ -96,49 +91,49 @@ def _may_miss_commands(origin: str, rows: Driven, model: Model) -> list[str]:
     return [f"{origin}: {what} ({why}): {remedy}"]
 
 
-def _run_of(sweep: Sweep, simulated: Float64, seen: bool) -> dict[str, Any]:
+def _run_of(sweep: Sweep, simulated: Float64, seen: bool) -> results.FreeRun:
     off = simulated - sweep.angle
     there = float(np.sum((sweep.angle - sweep.angle.mean()) ** 2))
     measured, modelled = breaks_away(sweep, sweep.angle), breaks_away(sweep, simulated)
-    return {
-        "condition": sweep.role,
-        "value": sweep.condition if sweep.role else None,
-        "unit": ROLES[sweep.role].unit if sweep.role else "",
-        "begins_s": sweep.start_s,
-        "seen_by_the_fit": seen,
-        "r_squared": 1.0 - float(off @ off) / max(there, 1e-30),
-        "rms_rad": _rms(off),
-        "breaks_away_at_V": {"measured": measured, "model": modelled},
-    }
+    return results.FreeRun(
+        condition=sweep.role,
+        value=sweep.condition if sweep.role else None,
+        unit=ROLES[sweep.role].unit if sweep.role else "",
+        begins_s=sweep.start_s,
+        seen_by_the_fit=seen,
+        r_squared=1.0 - float(off @ off) / max(there, 1e-30),
+        rms_rad=_rms(off),
+        breaks_away=results.BreakAwayVoltages(measured, modelled),
+    )
 
 
-def _worst(runs: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    return sorted((r for r in runs if not r["seen_by_the_fit"]), key=lambda r: float(r["r_squared"]))[:3]
+def _worst(runs: Sequence[results.FreeRun]) -> tuple[results.FreeRun, ...]:
+    return tuple(sorted((run for run in runs if not run.seen_by_the_fit), key=lambda run: run.r_squared)[:3])
 
 
-def _trend(runs: Sequence[dict[str, Any]]) -> str:
+def _trend(runs: Sequence[results.FreeRun]) -> str:
     """Say towards which end of a condition the error grows, where it does: the last two runs are the worst of all."""
-    if not runs[0]["condition"] or len(runs) < _FEWEST_RUNS:
+    if not runs[0].condition or len(runs) < _FEWEST_RUNS:
         return ""
-    rising = sorted(runs, key=lambda r: float(r["value"]))
-    errors = np.array([r["rms_rad"] for r in rising])
+    rising = sorted(runs, key=lambda run: run.value or 0.0)
+    errors = np.array([run.rms_rad for run in rising])
     worst = set(np.argsort(errors)[-2:].tolist())
     if worst not in ({0, 1}, {len(runs) - 1, len(runs) - 2}):
         return ""
     end = rising[0] if 0 in worst else rising[-1]
-    half = [r["r_squared"] for r in (rising[len(runs) // 2 :] if 0 in worst else rising[: len(runs) // 2])]
-    name = str(end["condition"]).replace("_", " ")
+    half = [run.r_squared for run in (rising[len(runs) // 2 :] if 0 in worst else rising[: len(runs) // 2])]
+    name = end.condition.replace("_", " ")
     text = (
-        f"the error grows towards a {name} of {end['value']:g} {end['unit']}: R² {end['r_squared']:.2f} there, "
+        f"the error grows towards a {name} of {end.value:g} {end.unit}: R² {end.r_squared:.2f} there, "
         f"{min(half):.2f} to {max(half):.2f} in the other half"
     )
-    at = end["breaks_away_at_V"]
-    if at["measured"] is not None and at["model"] is not None:
-        text += f"; there the plate breaks away at {at['measured']:.2f} V, the model at {at['model']:.2f} V"
+    at = end.breaks_away
+    if at.measured is not None and at.model is not None:
+        text += f"; there the plate breaks away at {at.measured:.2f} V, the model at {at.model:.2f} V"
     return text
 
 
-def _calibrated(model: Model, found: FreeFit) -> dict[str, Any]:
+def _calibrated(model: Model, found: FreeFit) -> Mapping[str, results.Calibrated]:
     spread = _spread(found)
     shown = np.sum(found.columns**2, axis=0) > _SEEN * np.sum(found.residual**2)
     result = {}
@@ -152,14 +147,14 @@ def _calibrated(model: Model, found: FreeFit) -> dict[str, Any]:
             flags.append("these data say nothing of it")
         elif on_bound:
             flags.append("on a bound: these data do not tell it, or the model lacks something there")
-        result[unknown.name] = {
-            "unit": value_unit(unknown.name, is_linear=model.is_linear),
-            "nominal": float(getattr(model.values, unknown.name)),
-            "value": value,
-            "interval": [max(value - reach, low), min(value + reach, high)],
-            "tolerance": unknown.scale,
-            "flags": flags,
-        }
+        result[unknown.name] = results.Calibrated(
+            unit=value_unit(unknown.name, is_linear=model.is_linear),
+            nominal=float(getattr(model.values, unknown.name)),
+            value=value,
+            interval=(max(value - reach, low), min(value + reach, high)),
+            tolerance=unknown.scale,
+            flags=tuple(flags),
+        )
     return result
 
 
@@ -180,7 +175,7 @@ def _starts(ends: Sequence[float]) -> str:
     return f"{len(ends)} starts ended at {best:.3g} to {worst:.3g} rad: the best was taken, there may be better ones"
 
 
-def _quality(recording: Recording, rows: Driven, sweeps: Sequence[Sweep], found: FreeFit) -> dict[str, Any]:
+def _quality(recording: Recording, rows: Driven, sweeps: Sequence[Sweep], found: FreeFit) -> results.DataQuality:
     rate = 1.0 / float(np.median(np.diff(sweeps[0].seconds)))
     flags = [slow_remark(recording), *rows.angles.flags]
     flags += ["no balances: no cause can be named, and what is fitted takes the place of what is missing"]
@@ -197,7 +192,7 @@ def _quality(recording: Recording, rows: Driven, sweeps: Sequence[Sweep], found:
     if found.late:
         flags.append(f"the voltage acts {1e3 * found.late * TICK:.1f} ms after its row, or the angle was taken earlier")
     seconds = sweeps[-1].start_s + float(sweeps[-1].seconds[-1])
-    return {"origin": recording.origin, "rate_hz": rate, "seconds": seconds, "flags": flags + recording.notes}
+    return results.DataQuality(recording.origin, rate, seconds, (*flags, *recording.notes))
 
 
 def _rms(values: Float64) -> float:

@@ -1,0 +1,39 @@
+"""`explanation.json`: the one place that reads and writes it; its JSON schema comes from the types."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.results.explanation import ExplanationResult
+
+
+def explanation_from_dict(data: Mapping[str, Any], file: str = "explanation.json") -> ExplanationResult:
+    """Return the result that the contents of an `explanation.json` hold; InputError names each wrong key."""
+    try:
+        return _adapter().validate_python(dict(data))
+    except ValidationError as error:
+        problems = [
+            Problem(e["msg"], Place(file, key=".".join(map(str, e["loc"]))), e["input"]) for e in error.errors()
+        ]
+        raise InputError(*problems) from None
+
+
+def explanation_as_dict(result: ExplanationResult) -> dict[str, Any]:
+    """Return what `json.dump` writes as `explanation.json`."""
+    plain: dict[str, Any] = _adapter().dump_python(result, mode="json", by_alias=True)
+    return {"schema": result.schema, **plain}
+
+
+def explanation_schema() -> dict[str, Any]:
+    """Return the JSON schema of `explanation.json`, published by `etb-hil schema explanation`."""
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **_adapter().json_schema()}
+
+
+@cache
+def _adapter() -> TypeAdapter[ExplanationResult]:
+    return TypeAdapter(ExplanationResult)
