@@ -8,13 +8,14 @@ Tsou 2003, robust adjusted likelihood).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from etb_hil.diagnosis.friction_model import AGEING, LOG_EXPONENT, LOG_ONSET, LOG_RENEWAL
 from etb_hil.diagnosis.prior import Prior
-from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit, refit
+from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit, refit, start_of
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.windows import Windows
 from etb_hil.plant.exactmath import exp, log
@@ -41,15 +42,16 @@ def laws_of(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, us
     """Return the laws that a run leaves probable, the likeliest first; `usual` is its fit by the paper's law."""
     found = [(usual, prior, 0.0)]
     for free in _OTHERS:
-        if len(found) > 1 and len(free) > len(_AGES) and max(factor for _, _, factor in found) <= 0.0:
+        if len(free) > len(_AGES) and max(factor for _, _, factor in found) <= 0.0:
             break  # neither alone is likelier than the paper's law
         law = replace(prior, count=max(free) + 1, precision=prior.precision.copy())
-        start = usual.parameters.copy()
-        if AGEING in free:
-            start[AGEING] = _YOUNG * usual.stiction[0]
         if LOG_EXPONENT not in free:
             law.precision[LOG_EXPONENT] = _CERTAIN
-        fit = refit(ticks, windows, evidence, law, start, usual.parameters)
+        starts = [one.parameters for one, _, _ in found]
+        if free == (LOG_EXPONENT,):
+            starts.append(start_of(evidence, law, 1.0))
+            starts[-1][LOG_EXPONENT] = 0.0  # far from the paper's, its fit ends in a valley of its own
+        fit = _best(ticks, windows, evidence, law, starts, usual)
         if fit is not None and fit.parameters[AGEING] >= 0.0:
             found.append((fit, law, _log_bayes_factor(fit, usual, law, free)))
     most = max(factor for _, _, factor in found)
@@ -59,6 +61,21 @@ def laws_of(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, us
     total = sum(share for _, share in kept)
     laws = [Law(fit, law, share / total) for (fit, law, _), share in kept]
     return sorted(laws, key=lambda law: -law.probability)
+
+
+def _best(
+    ticks: Ticks, windows: Windows, evidence: Evidence, law: Prior, starts: Sequence[Float64], usual: StribeckFit
+) -> StribeckFit | None:
+    """Return the likeliest of a law's fits from several starts (18); None where none comes to an end."""
+    best: StribeckFit | None = None
+    for parameters in starts:
+        start = np.where(law.precision < _CERTAIN, parameters, law.mean)
+        if law.count > LOG_EXPONENT + 1 and start[AGEING] <= 0.0:
+            start[AGEING] = _YOUNG * usual.stiction[0]
+        fit = refit(ticks, windows, evidence, law, start, usual.parameters)
+        if fit is not None and (best is None or fit.deviance < best.deviance):
+            best = fit
+    return best
 
 
 def _log_bayes_factor(fit: StribeckFit, usual: StribeckFit, prior: Prior, free: tuple[int, ...]) -> float:

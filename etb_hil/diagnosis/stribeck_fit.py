@@ -152,7 +152,7 @@ def fit_stribeck(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prio
     alike = np.zeros(len(windows), np.int64)
     for factor in _STARTS:
         known = None if best is None else best[1]
-        found = _descend(ticks, windows, evidence, prior, _start(evidence, prior, factor), known, alike)
+        found = _descend(ticks, windows, evidence, prior, start_of(evidence, prior, factor), known, alike)
         if found is not None and (best is None or found[0] < best[0]):
             best = found
     return None if best is None else refit(ticks, windows, evidence, prior, best[1])
@@ -183,7 +183,7 @@ def _kinds(ticks: Ticks, windows: Windows, q: Float64) -> Int64:
     return kind
 
 
-def _start(evidence: Evidence, prior: Prior, factor: float) -> Float64:
+def start_of(evidence: Evidence, prior: Prior, factor: float) -> Float64:
     """Return where a descent begins: T_st and T_c as slow and fast windows have them, at so many times omega_s.
 
     The model's viscosity comes off first: taken for T_c, it leads into a valley where friction rises with speed. From
