@@ -1,5 +1,8 @@
 """How the documentation is built: `sphinx-build -W docs build/docs`; the reference is made from the code first."""
 
+import os
+import re
+import shutil
 import sys
 from pathlib import Path
 
@@ -9,6 +12,21 @@ sys.path.insert(0, str(HERE))
 import reference  # noqa: E402 (it stands beside this file)
 
 reference.write(HERE / "reference")
+
+# Tables of results stand beside the commands that make them; the pages show copies.
+RESULTS = HERE / "explanation" / "results"
+shutil.copytree(HERE.parent / "benchmarks" / "results", RESULTS, dirs_exist_ok=True)
+
+
+def _to_copies(_, page, source):
+    """Lead links to what stands outside of this folder to the copies, or to the project's files as text."""
+    copies = os.path.relpath(RESULTS, (HERE / page).parent)
+    source[0] = re.sub(r"(?:\.\./)+benchmarks/results/", f"{copies}/", source[0])
+
+
+def setup(app):
+    app.connect("source-read", _to_copies)
+
 
 project = "etb_hil"
 extensions = ["myst_nb", "sphinx.ext.autodoc"]

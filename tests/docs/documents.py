@@ -6,16 +6,19 @@ from pathlib import Path
 CHECKOUT = Path(__file__).resolve().parents[2]
 DOCS = CHECKOUT / "docs"
 MADE = "<!-- Made by docs/reference.py"  # from the code itself
+COPIES = DOCS / "explanation" / "results"  # of benchmarks/results, by a build of the documents
 PAGES = [
     path
-    for path in [CHECKOUT / "README.md", *sorted(DOCS.rglob("*.md"))]
-    if not path.read_text("utf-8").startswith(MADE)
+    for path in [*sorted(CHECKOUT.glob("*.md")), *sorted(DOCS.rglob("*.md"))]
+    if COPIES not in path.parents and not path.read_text("utf-8").startswith(MADE)
 ]
+RESULTS = sorted((CHECKOUT / "benchmarks" / "results").glob("*.md"))
 
-_BLOCK = re.compile(r"^    (etb-hil .*)$", re.MULTILINE)
-_TYPED = re.compile(r"^    (etb-hil .*)$|`(etb-hil [^`\n]*)`", re.MULTILINE)
+_SHELL = r"(?:etb-hil|grep|cat) .*"
+_BLOCK = re.compile(rf"^    ({_SHELL})$", re.MULTILINE)
+_TYPED = re.compile(rf"^    ({_SHELL})$|`(etb-hil [^`\n]*)`", re.MULTILINE)
 _ANYWHERE = re.compile(r"etb-hil ([a-z]+)((?: [^`|\n&]*)?)")
-_FILE = re.compile(r"```\{code-block\} yaml\n:caption: (\S+)\n(.*?)```", re.DOTALL)
+_FILE = re.compile(r"```\{code-block\} (?:yaml|python)\n:caption: (\S+)\n\n?(.*?)```", re.DOTALL)
 
 
 def shown(page):
@@ -25,7 +28,7 @@ def shown(page):
 
 def blocks(page):
     """Return the commands that stand in a page as code of their own, in order."""
-    return [line.split(" #")[0].strip() for line in _BLOCK.findall(page.read_text("utf-8"))]
+    return _BLOCK.findall(page.read_text("utf-8"))
 
 
 def typed(page):
@@ -38,3 +41,13 @@ def typed(page):
 def files(page):
     """Return the files that a page lets its reader write, by name."""
     return dict(_FILE.findall(page.read_text("utf-8")))
+
+
+def fenced(page, language):
+    """Return the blocks of a language that a page shows without a file name."""
+    return re.findall(rf"^```{language}\n(.*?)^```", page.read_text("utf-8"), re.DOTALL | re.MULTILINE)
+
+
+def languages(page):
+    """Return what stands behind the opening fences of a page's blocks, without their arguments."""
+    return {fence.split()[0] for fence in re.findall(r"^```(\S[^\n]*)$", page.read_text("utf-8"), re.MULTILINE)}

@@ -4,6 +4,7 @@ import os
 import re
 import shlex
 import shutil
+import subprocess
 from pathlib import Path
 
 import documents
@@ -11,23 +12,26 @@ import pytest
 
 from etb_hil.cli.main import COMMANDS, _parser, main
 
-# Pages whose commands are typed by their reader one after the other.
-RUN = [documents.DOCS / "tutorials" / "first_run.md"]
-HOW_TO = ("own_dbc", "own_effect", "replay", "other_data", "ci", "station", "history")
-RUN += [documents.DOCS / "howto" / f"{name}.md" for name in HOW_TO]
+# Pages whose commands are no session of one reader: each is held against the command's options alone.
+NO_SESSION = {"README", "CHANGELOG", "CONTRIBUTING", "SECURITY", "at_the_bench", "page", "own_controller"}
+RUN = [page for page in documents.PAGES if documents.DOCS / "decisions" not in page.parents]
+RUN = [page for page in RUN if page.stem not in NO_SESSION and {*documents.typed(page)} & {*documents.blocks(page)}]
 FOREIGN = ["can_passat/passat-idling.trc", "can_passat/vw_pq.dbc", "etb_tbcp/tbcp_open_loop_duty_staircase.csv"]
 DATA = Path(os.environ.get("ETB_HIL_REAL_DATA", documents.CHECKOUT.parent / "shared" / "data"))
 EXIT_CODES = {
     "etb-hil run --serial A-002 --unit faulty": 10,
     "etb-hil replay sessions/*a-002": 10,
     "etb-hil replay sessions/*a-002 --limits dv_e5": 10,
-    "etb-hil check my_controller/scenario.yaml --bench my_controller/bench.yaml --model my_controller/model.yaml": 2,
+    "etb-hil check my_controller/scenario.yaml --bench my_controller/faulty.yaml --model my_controller/model.yaml": 2,
     "etb-hil replay sessions/*r-1 --limits dv_e5 --model dv_e5": 4,  # which this unit is not
     "etb-hil station line.station.yaml": 3,  # before the golden unit
+    "etb-hil run --serial E-1 --unit worn_unit.yaml": 4,
+    "etb-hil run --bench virtual_uds --unit faulty": 10,
 }
 NOT_RUN = {
     "etb-hil run --station line.station.yaml --batch": "waits for serial numbers: tests/cli drives it in a terminal",
     "etb-hil replay sessions/*r-1 --onto vcan_classic": "needs a kernel with vcan: tests/vcan",
+    "etb-hil reproduce --out reproduction": "tests/paper/test_reproduction.py",
     "etb-hil isolability default friction_check": "takes minutes: tests/discrepancy/test_isolability.py",
 }
 
@@ -50,6 +54,9 @@ def test_a_page_as_its_reader_types_it(page, tmp_path, monkeypatch, capsys):
     for command in commands:
         if command in NOT_RUN:
             continue
+        if not command.startswith("etb-hil "):
+            subprocess.run(["bash", "-c", command], check=True)
+            continue
         words = [path for word in shlex.split(command)[1:] for path in expanded(word, tmp_path)]
         if words[0] == "run":
             words.append("--yes")  # nobody sits at a test
@@ -63,6 +70,18 @@ def expanded(word, folder):
     found = sorted(str(path.relative_to(folder)) for path in folder.glob(word)) if "*" in word else [word]
     assert found, word
     return found
+
+
+BENCHMARK = re.compile(r"(?:python |`)(?:benchmarks/)?([a-z_]+\.py)((?: [^`\n|]*)?)")
+
+
+@pytest.mark.parametrize("page", [*documents.PAGES, *documents.RESULTS], ids=lambda page: page.stem)
+def test_every_benchmark_and_option_that_a_page_names_is_there(page):
+    for name, rest in BENCHMARK.findall(page.read_text("utf-8")):
+        path = documents.CHECKOUT / "benchmarks" / name
+        options = re.findall(r"(?<![\w-])--[a-z][a-z-]*", rest)
+        if path.exists() or f"python benchmarks/{name}" in page.read_text("utf-8"):
+            assert [option for option in options if f'"{option}"' not in path.read_text("utf-8")] == [], name
 
 
 @pytest.mark.parametrize("page", documents.PAGES, ids=lambda page: page.stem)
