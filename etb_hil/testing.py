@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from etb_hil.observer.registry import ObserverKind
     from etb_hil.plant.effects.effect import Effect
     from etb_hil.scenario.phase import PhaseModel
+    from etb_hil.uds.keys import SecurityKey
 
 _NAME = "part_under_test"
 
@@ -116,6 +117,23 @@ def check_observer(kind: ObserverKind) -> None:
         late = time_ns > time_ns[bad.stop] + 100_000_000
         lost = np.isfinite(whole["friction"]) & ~np.isfinite(damaged["friction"]) & late
         assert not lost.any(), "it does not recover from a sample that is not a number"
+
+
+def check_key(key: SecurityKey) -> None:
+    """Assert that a key function makes the same bytes of a seed each time, and unlocks the virtual controller."""
+    for length in range(1, 17):
+        seed = bytes((37 * k + length) % 256 for k in range(length))
+        first, second = key.compute(seed, 1), key.compute(seed, 1)
+        assert isinstance(first, bytes), f"the key of a seed of {length} bytes is no bytes"
+        assert first, f"the key of a seed of {length} bytes is empty"
+        assert first == second, f"two keys of one seed of {length} bytes differ"
+    with _having("keys", _NAME, key) as name, tempfile.TemporaryDirectory() as folder:
+        stock = yaml.safe_load(find("bench", "virtual_uds").read_text("utf-8"))
+        stock["uds"]["security"]["key"] = name
+        bench = Path(folder) / "bench.yaml"
+        bench.write_text(yaml.safe_dump(stock, sort_keys=False), "utf-8")
+        with _run("friction_check", bench) as live:
+            _require_well(live)
 
 
 def check_law(law: ControlLaw) -> None:

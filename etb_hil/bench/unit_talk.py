@@ -116,7 +116,8 @@ class UnitTalk:
             self.found = replace(self.found, codes_before=self._hold(conversation.read_codes(self.settings), beat))
             if expected.clears_codes:
                 self._hold(conversation.clear_codes(), beat)
-                self.found = replace(self.found, cleared=True)
+                left = self._hold(conversation.read_codes(self.settings), beat)
+                self.found = replace(self.found, cleared=True, codes_left=left)
         self.run_routines("before", beat, moving_beat)
 
     def after(self, beat: Callable[[], None]) -> None:
@@ -141,6 +142,7 @@ class UnitTalk:
             asked_ns = self.clock.now_ns()
             if asked_ns - begun_ns > routine.longest * 1e9:
                 self._hold(conversation.stop_routine(routine), moving_beat)
+                self._note_routine(name, when, "not ended", begun_ns)
                 text = f"routine {name} has not ended within {routine.longest:g} s"
                 raise RunStopped(BenchOutcome.FAULT, "uds_routine", text)
             while self.clock.now_ns() - asked_ns < POLL_NS:
@@ -148,6 +150,9 @@ class UnitTalk:
             status = self._hold(conversation.routine_result(routine), moving_beat)
         self._hold(conversation.close_session(), beat)
         outcome = "done" if status == conversation.ROUTINE_DONE else f"failed (status {status:#04x})"
+        self._note_routine(name, when, outcome, begun_ns)
+
+    def _note_routine(self, name: str, when: str, outcome: str, begun_ns: int) -> None:
         start_s, end_s = ((stamp_ns - self.origin_ns) * 1e-9 for stamp_ns in (begun_ns, self.clock.now_ns()))
         done = RoutineRun(name, when, outcome, start_s, end_s)
         self.found = replace(self.found, routines=(*self.found.routines, done))

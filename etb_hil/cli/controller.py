@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TextIO
 
 from etb_hil.cli.quantity_option import quantity_option
+from etb_hil.controller.uds.faults import UdsFault, UdsFaultKind
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,6 +32,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--ambient", metavar="TEMPERATURE", default="20 degC", help="as '20 degC' (the default)")
     parser.add_argument("--serial", default="VIRTUAL", help="serial number that it reports by UDS (default: VIRTUAL)")
     parser.add_argument("--part-number", help="part number that it reports by UDS (default: the unit's name)")
+    faults = parser.add_argument_group("faults of its UDS, to try a bench with")
+    faults.add_argument("--uds-fault", choices=list(UdsFaultKind), metavar="KIND", help=", ".join(UdsFaultKind))
+    faults.add_argument(
+        "--uds-fault-service",
+        type=lambda text: int(text, 0),
+        metavar="SERVICE",
+        help="of the answers to this service alone, as 0x22",
+    )
+    faults.add_argument("--uds-fault-after", default="0 s", metavar="TIME", help="from power-on on (default: 0 s)")
     parser.add_argument("--log", type=Path, metavar="FILE", help="JSON lines: drive on and off with controller time")
 
 
@@ -62,6 +72,9 @@ def run(args: argparse.Namespace) -> int:
         raise InputError(
             Problem("this bench file's bus has no CAN FD", setup.document.place("bus"), remedy="leave --fd out")
         )
+    if args.uds_fault is not None and setup.bench.uds is None:
+        what = "this bench has no diagnostics, so that they cannot have a fault"
+        raise InputError(Problem(what, setup.document.place(), remedy="give a bench file with a section 'uds'"))
     unit = load_model(find("model", args.unit))
     nominal = load_model(find("model", args.nominal or "default"))
     start_angle = None if args.start_angle is None else quantity_option("--start-angle", args.start_angle, "angle")
@@ -81,6 +94,7 @@ def run(args: argparse.Namespace) -> int:
             ambient=ambient,
             on_switch=log.switch,
             uds=setup.bench.uds,
+            uds_faults=_faults(args),
             identity={"serial": args.serial, "part_number": args.part_number or unit.name},
         )
         rehearsing = power_on()
@@ -94,6 +108,13 @@ def run(args: argparse.Namespace) -> int:
         lateness = serve(controller, link, clock, log, lambda: stop.received is not None)
     print(f"stopped by {stop.received}; {lateness}", flush=True)
     return ExitCode.DONE
+
+
+def _faults(args: argparse.Namespace) -> tuple[UdsFault, ...]:
+    if args.uds_fault is None:
+        return ()
+    after_s = quantity_option("--uds-fault-after", args.uds_fault_after, "time")
+    return (UdsFault(UdsFaultKind(args.uds_fault), args.uds_fault_service, after_ns=round(after_s * 1e9)),)
 
 
 def _created(path: Path) -> TextIO:

@@ -94,6 +94,8 @@ def _properties(run: Reported) -> Iterable[tuple[str, object]]:
             yield f"unit.{identity.name}", identity.value
         yield "unit.codes_before", codes_line(says.codes_before)
         yield "unit.codes_after", codes_line(says.codes_after)
+        if says.cleared:
+            yield "unit.codes_left", codes_line(says.codes_left)
         for routine in says.routines:
             yield f"unit.{routine.name}.{routine.when}", routine.outcome
     bus = results.bus

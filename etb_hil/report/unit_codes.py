@@ -21,7 +21,11 @@ def code_sentences(results: RunResult) -> list[str]:
     diagnostics = results.unit_diagnostics
     if diagnostics is None or diagnostics.codes_after is None or results.bench.outcome is not BenchOutcome.OK:
         return []
-    return [f"The unit reports {code.code}; {measured_for(code, results)}." for code in diagnostics.codes_after]
+    told = [f"The unit reports {code.code}; {measured_for(code, results)}." for code in diagnostics.codes_after]
+    if diagnostics.codes_left:
+        left = codes_line(diagnostics.codes_left)
+        told.append(f"After its trouble codes were cleared, the unit reported {left} again: what causes it is there.")
+    return told
 
 
 def measured_for(code: TroubleCode, results: RunResult) -> str:
@@ -48,6 +52,8 @@ def facts(diagnostics: UnitDiagnostics) -> list[tuple[str, str]]:
         for one in diagnostics.identity
     ]
     cleared = ", then cleared" if diagnostics.cleared else ""
+    if diagnostics.codes_left:
+        cleared += f"; back at once: {codes_line(diagnostics.codes_left)}"
     rows += [
         ("Trouble codes before", codes_line(diagnostics.codes_before) + cleared),
         ("Trouble codes after", codes_line(diagnostics.codes_after)),

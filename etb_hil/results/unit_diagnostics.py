@@ -59,20 +59,24 @@ class RoutineRun:
 
 @dataclass(frozen=True, slots=True)
 class UnitDiagnostics:
-    """All that was read of the unit; codes are None where they were not read."""
+    """All that was read of the unit; codes are None where they were not read.
+
+    `codes_left` are those that the unit reports right after they were `cleared`: what causes them is there.
+    """
 
     identity: tuple[Identity, ...] = ()
     codes_before: tuple[TroubleCode, ...] | None = None
     codes_after: tuple[TroubleCode, ...] | None = None
     cleared: bool = False
     routines: tuple[RoutineRun, ...] = ()
+    codes_left: tuple[TroubleCode, ...] | None = None
 
 
 def diagnostics_from(plain: Mapping[str, Any]) -> UnitDiagnostics:
     """Return what `dataclasses.asdict` made plain; KeyError, TypeError or ValueError where it is damaged."""
-    before, after = (
-        None if plain[key] is None else tuple(TroubleCode(**code) for code in plain[key])
-        for key in ("codes_before", "codes_after")
+    before, after, left = (
+        None if plain.get(key) is None else tuple(TroubleCode(**code) for code in plain[key])
+        for key in ("codes_before", "codes_after", "codes_left")
     )
     return UnitDiagnostics(
         tuple(Identity(**one) for one in plain["identity"]),
@@ -80,4 +84,5 @@ def diagnostics_from(plain: Mapping[str, Any]) -> UnitDiagnostics:
         after,
         bool(plain["cleared"]),
         tuple(RoutineRun(**one) for one in plain["routines"]),
+        left,
     )

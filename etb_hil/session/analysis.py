@@ -152,9 +152,7 @@ class Analysis:
         self._catch_up()
         found = self.diagnosis.finish(complete=complete)
         if self._half is not None:
-            found = with_sampling_error(
-                found, self._half.diagnosis.finish(complete=complete), self._half.band, words(self._quality())
-            )
+            found = with_sampling_error(found, self._half.judged(complete), self._half.band, words(self._quality()))
         doubts = [
             *self._plausibility.doubts(),
             *corruption_doubts(self.decoder.statistics(), self.dialect),
@@ -173,8 +171,7 @@ class Analysis:
         if rows is not None:
             self._judge(rows)
         if self._half is not None and (rows := self._half.rows.push(blocks)) is not None:
-            for _, mark, stretch in self._half.parts.of(rows, self._marks):
-                self._half.diagnosis.push(stretch, mark.phase)
+            self._half.kept += self._half.parts.of(rows, self._marks)
 
     def _judge(self, rows: SampleBlock) -> None:
         """Hand each row to the diagnosis as part of the phase that its stamp lies in; what came before all is left."""
@@ -224,9 +221,17 @@ class _Parts:
 
 @dataclass(slots=True)
 class _Half:
-    """The run once more, with every second reading left out."""
+    """The run once more, with every second reading left out; judged at the end, when no set-point waits for it."""
 
     rows: RowBuilder
     diagnosis: Diagnosis
     band: float
     parts: _Parts = field(default_factory=_Parts)
+    kept: list[tuple[int, PhaseMark, SampleBlock]] = field(default_factory=list)
+
+    def judged(self, complete: bool) -> DiagnosisResult:
+        """Return what the diagnosis says of all rows."""
+        for _, mark, stretch in self.kept:
+            self.diagnosis.push(stretch, mark.phase)
+        self.kept.clear()
+        return self.diagnosis.finish(complete=complete)

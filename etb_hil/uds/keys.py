@@ -29,9 +29,10 @@ def _keys() -> dict[str, SecurityKey]:
     for part in parts("keys"):
         part.require(SecurityKey)
         part.require_function("compute", part.value.compute, "seed", "level")
-        if part.name in found:
-            raise part.refused(f"there is a key function {part.name} already")
-        found[part.name] = part.value
+        name = part.name.replace("_", "-")  # as a file of Python cannot be named
+        if name in found:
+            raise part.refused(f"there is a key function {name} already")
+        found[name] = part.value
     return found
 
 

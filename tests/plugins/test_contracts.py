@@ -11,6 +11,7 @@ from etb_hil.controller.laws.registry import LAWS
 from etb_hil.diagnosis.measurement_registry import measurement_kinds
 from etb_hil.observer.registry import OBSERVERS, observer_kind
 from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plugins.keys import SecurityKey
 from etb_hil.plugins.laws import ControlLaw
 from etb_hil.plugins.measurements import Estimate
 from etb_hil.plugins.observers import FrictionEstimate, ObserverKind
@@ -29,6 +30,23 @@ SETTINGS = {
 @pytest.mark.parametrize("effect", CATALOGUE.values(), ids=CATALOGUE)
 def test_own_effects(effect):
     testing.check_effect(effect)
+
+
+def test_own_key_function():
+    testing.check_key(SecurityKey(lambda seed, level: bytes(byte ^ level for byte in seed)))
+
+
+@pytest.mark.parametrize(
+    ("key", "told"),
+    [
+        (lambda _seed, _level: "text", "is no bytes"),
+        (lambda _seed, _level: b"", "is empty"),
+        (lambda seed, _level, count=[0]: count.append(0) or seed + bytes([len(count)]), "differ"),
+    ],
+)
+def test_key_functions_that_break_the_contract(key, told):
+    with pytest.raises(AssertionError, match=told):
+        testing.check_key(SecurityKey(key))
 
 
 @pytest.mark.parametrize("law", LAWS.all_own().values(), ids=LAWS.all_own())

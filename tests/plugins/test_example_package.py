@@ -87,7 +87,7 @@ def test_its_phase_runs_and_its_measurement_is_in_report_junit_and_history(insta
 def test_results_name_the_package_with_version_and_hash_and_a_replay_without_it_misses_it(installed, judged):
     (plugin,) = json.loads((_session(judged) / "results.json").read_text("utf-8"))["plugins"]
     assert (plugin["name"], plugin["version"], len(plugin["sha256"])) == ("throttle-extras", "1.0", 64)
-    assert len(plugin["parts"]) == 6
+    assert len(plugin["parts"]) == 7
     assert "bit for bit" in installed("-m", "etb_hil", "replay", _session(judged), cwd=judged)
     with pytest.raises(etb.InputError, match=r"the plug-in throttle-extras 1\.0 took part in the run and is not here"):
         etb.Run.open(_session(judged))

@@ -1,15 +1,21 @@
 """A run on a bench with UDS: identity, codes before and after, routines; and what ends it as a bench fault."""
 
 import json
+import math
 from dataclasses import replace
 
 import pytest
+import yaml
 from uds_bench import UDS, faulty_run, frames_of
 from whole_run import files
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
+from etb_hil.base.stock import find
+from etb_hil.bench import job as job_room
 from etb_hil.bench.expected_unit import ExpectedUnit
 from etb_hil.bench.job import execute, prepare
+from etb_hil.canio.bus.link import VirtualLink
+from etb_hil.canio.bus.virtual_network import VirtualNetwork
 from etb_hil.controller.uds.faults import UdsFault, UdsFaultKind
 from etb_hil.replays.session_replay import replay
 from etb_hil.report.html_report import render_page
@@ -88,7 +94,67 @@ def test_another_unit_than_the_station_expects_does_not_move(short, tmp_path):
 def test_codes_are_cleared_where_the_station_says_so(short, tmp_path):
     results = run(short, tmp_path, expected=ExpectedUnit(clears_codes=True)).results
     assert results.unit_diagnostics.cleared
+    assert results.unit_diagnostics.codes_left == ()
     assert results.bench.outcome is BenchOutcome.OK
+
+
+def test_a_code_that_cannot_be_cleared_is_said(short, tmp_path, monkeypatch):
+    chosen = ExpectedUnit(clears_codes=True)
+    identity = {"serial": "ETB-0042"}
+    finished = run(short, tmp_path, monkeypatch, expected=chosen, track_2_offset=0.05, identity=identity)
+    results = finished.results
+    assert [code.code for code in results.unit_diagnostics.codes_left] == ["P2135"]
+    text = " ".join(verdict_text(results).split())
+    assert "After its trouble codes were cleared, the unit reported P2135 again" in text
+    assert "back at once: P2135" in render_page(results, PLOTS, {})
+    assert '"unit.codes_left" value="P2135"' in junit_text([Reported(results)])
+    assert replay(finished.session.folder).results.unit_diagnostics == results.unit_diagnostics
+
+
+@pytest.mark.spoilt
+def test_a_controller_that_sleeps_is_a_bench_fault_within_two_seconds(short, tmp_path, monkeypatch):
+    for name in ("virtual_uds", "virtual_uds_data"):
+        chosen = files(scenario=short, bench=name)
+        network = VirtualNetwork(1_000_000)
+        monkeypatch.setattr(job_room, "connect", lambda *_, on=network: (VirtualLink(on), on.clock))
+        results = execute(prepare(chosen), tmp_path / "sessions", "ETB-0042", 3).results
+        assert (results.bench.outcome, results.bench.reason_id) == (BenchOutcome.FAULT, "no_answer")
+        assert results.unit.verdict is None
+        assert results.duration_s < 2.0
+
+
+def test_the_stops_are_learnt_before_and_after(short, tmp_path):
+    plain = yaml.safe_load(find("bench", "virtual_uds").read_text("utf-8"))
+    plain["uds"]["routines"]["learn_stops"]["after"] = True
+    path = tmp_path / "bench.yaml"
+    path.write_text(yaml.safe_dump(plain), "utf-8")
+    finished = execute(prepare(replace(files(scenario=short), bench=path)), tmp_path / "sessions", "", 3)
+    results = finished.results
+    assert (results.bench.outcome, results.bench.safe_state) == (BenchOutcome.OK, True)
+    before, after = results.unit_diagnostics.routines
+    assert [(one.when, one.outcome) for one in (before, after)] == [("before", "done"), ("after", "done")]
+    assert before.end_s <= results.phases[0].start_s
+    assert after.start_s >= results.phases[-1].end_s
+    angle = finished.analysis.recording.series("throttle_angle")
+    time_s = (angle.time_ns - finished.record.start_ns) * 1e-9
+    for routine in (before, after):  # the plate was at both stops, and let go at limp-home
+        inside = angle.values[(time_s > routine.start_s) & (time_s < routine.end_s)]
+        assert inside.min() < math.radians(1.0)
+        assert inside.max() > math.radians(80.0)
+    assert "Learn stops, after the scenario" in render_page(results, PLOTS, {})
+
+
+def test_a_routine_that_does_not_end_after_the_run_is_said(short, tmp_path):
+    plain = yaml.safe_load(find("bench", "virtual_uds").read_text("utf-8"))
+    plain["uds"]["routines"]["learn_stops"] |= {"before": False, "after": True, "longest": "1 s"}
+    path = tmp_path / "bench.yaml"
+    path.write_text(yaml.safe_dump(plain), "utf-8")
+    chosen = replace(files(scenario=short), bench=path)
+    results = execute(prepare(chosen), tmp_path / "sessions", "", 3).results
+    assert (results.bench.outcome, results.bench.reason_id) == (BenchOutcome.FAULT, "uds_routine")
+    assert [one.outcome for one in results.unit_diagnostics.routines] == ["not ended"]
+    assert results.unit.verdict is None
+    assert results.bench.safe_state
 
 
 @pytest.mark.parametrize(
@@ -100,6 +166,7 @@ def test_codes_are_cleared_where_the_station_says_so(short, tmp_path):
         (UdsFaultKind.WRONG_LENGTH, "uds_bad_answer"),
         (UdsFaultKind.WRONG_SEQUENCE, "uds_bad_answer"),
         (UdsFaultKind.WRONG_SERVICE, "uds_bad_answer"),
+        (UdsFaultKind.SECOND_TESTER, "uds_second_tester"),
     ],
 )
 def test_faults_of_the_unit_are_bench_faults_in_bounded_time(kind, reason, short, tmp_path, monkeypatch):

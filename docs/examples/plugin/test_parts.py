@@ -10,6 +10,7 @@ from throttle_extras.gravity_torque import EFFECT
 from throttle_extras.nudge_current import MEASUREMENT
 from throttle_extras.nudges import PHASE
 from throttle_extras.soft_pd import LAW
+from throttle_extras.turned_key import KEY
 
 from etb_hil import testing
 
@@ -43,6 +44,11 @@ def scenario(tmp_path: Path) -> Path:
 def test_effect() -> None:
     """Gravity."""
     testing.check_effect(EFFECT)
+
+
+def test_key() -> None:
+    """Turned bytes."""
+    testing.check_key(KEY)
 
 
 def test_law() -> None:
