@@ -62,13 +62,16 @@ class Explanation:
         """The model with what was found, for `simulate` and `Model.write`; None where nothing was fitted."""
         return self._answer.model
 
-    def write(self, folder: str | Path) -> list[Path]:
-        """Write explanation.json, model.yaml, the next test and explanation.html into a folder; return the paths."""
+    def write(self, folder: str | Path, inputs: Sequence[Path] = ()) -> list[Path]:
+        """Write explanation.json, model.yaml, the next test and explanation.html into a folder; return the paths.
+
+        `inputs`: the files and sessions that it was made from, whose names and hashes the page then has.
+        """
         from etb_hil.discrepancy.explain import write
         from etb_hil.report.explain_report import write_explanation
 
         to = Path(folder)
-        return [*write(self._answer, to), write_explanation(self._answer.explanation, self._pictures(), to)]
+        return [*write(self._answer, to), write_explanation(self._answer.explanation, self._pictures(), to, inputs)]
 
     def figure(self) -> Any:  # noqa: ANN401 (matplotlib is loaded when drawn)
         """Return a matplotlib figure of the part that the model gets most wrong, before and after; None without one."""

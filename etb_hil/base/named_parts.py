@@ -9,6 +9,7 @@ from types import ModuleType
 from typing import Generic, TypeVar
 
 from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.nearest import did_you_mean
 from etb_hil.base.plugins import KINDS, Part, parts, when_changed
 
 Declared = TypeVar("Declared")
@@ -36,7 +37,8 @@ class NamedParts(Generic[Declared]):
         """Raise InputError, with all names, where there is no part of a name."""
         if name not in self.names():
             what = f"there is no such {self._called}"
-            raise InputError(Problem(what, value=name, allowed=", ".join(self.names())))
+            remedy = did_you_mean(name, self.names())
+            raise InputError(Problem(what, value=name, allowed=", ".join(self.names()), remedy=remedy))
 
     def own(self, name: str) -> Declared | None:
         """Return our part of a name; None where it is a plug-in's, or there is none."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.nearest import did_you_mean
 
 _PACKAGE = Path(__file__).resolve().parent.parent
 _STOCK = _PACKAGE / "stock"
@@ -49,7 +50,7 @@ def find(kind: str, name: str, beside: Path | None = None) -> Path:
         Problem(
             f"no {kind} file '{name if len(name) <= 200 else name[:200] + '...'}'",
             allowed=f"a path, or one of: {', '.join(stock_names(kind))}",
-            remedy="check the spelling and the folder you are in",
+            remedy=did_you_mean(given.stem, stock_names(kind), "check the spelling and the folder you are in"),
         )
     )
 

@@ -7,7 +7,6 @@ them, and they are how a small file becomes a huge one.
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,6 +17,7 @@ import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.nearest import did_you_mean
 from etb_hil.base.userfile import read_bytes
 
 if TYPE_CHECKING:
@@ -215,8 +215,7 @@ def _key_problem(detail: ErrorDetails, model: type[BaseModel], key: Path_, place
     value = _shown(detail)
     if detail["type"] == "extra_forbidden":
         names = _allowed_names(model, detail["loc"])
-        near = difflib.get_close_matches(str(key[-1]), names, n=1)
-        remedy = f"did you mean '{near[0]}'?" if near else "remove it"
+        remedy = did_you_mean(str(key[-1]), names, "remove it")
         return Problem("unknown key", place, value=value, allowed=", ".join(names) or None, remedy=remedy)
     if detail["type"] == "missing":
         return Problem("this key is missing", place, remedy=f"add '{key[-1]}'" if key else None)
@@ -226,9 +225,7 @@ def _key_problem(detail: ErrorDetails, model: type[BaseModel], key: Path_, place
         return Problem(f"the key '{field}' is missing", place, allowed=", ".join(names), remedy=f"add '{field}'")
     if detail["type"] == "union_tag_invalid":
         tag, names = str(detail["ctx"]["tag"]), detail["ctx"]["expected_tags"].replace("'", "").split(", ")
-        near = difflib.get_close_matches(tag, names, n=1)
-        meant = f"did you mean '{near[0]}'?" if near else None
-        return Problem(f"no such {key[-1]}", place, tag, ", ".join(names), meant)
+        return Problem(f"no such {key[-1]}", place, tag, ", ".join(names), did_you_mean(tag, names))
     return None
 
 

@@ -128,7 +128,7 @@ class Beat:
         elif self.signals.verb is not None:
             if self.signals.received == TIME_OUT:
                 raise RunStopped(BenchOutcome.ABORTED, "time_out", "the time-out has passed")
-            raise RunStopped(BenchOutcome.ABORTED, "stopped_by_operator", f"stopped by {self.signals.cause}")
+            raise RunStopped(BenchOutcome.ABORTED, "aborted_by_operator", f"{self.signals.cause}")
 
     def _supervise(self, blocks: list[SampleBlock], now_ns: int, *, is_waking: bool) -> Trip | None:
         trip = self.supervisor.look(blocks, heed_faults=not is_waking)

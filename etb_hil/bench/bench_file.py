@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator, model_validator
 
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.nearest import no_such
 from etb_hil.base.quantity import Frequency, Ratio
 from etb_hil.base.stock import find
 from etb_hil.base.yamlfile import Document, FileModel, parse
@@ -56,14 +57,14 @@ class Bench(FileModel):
     @classmethod
     def _is_an_observer(cls, name: str) -> str:
         if name not in OBSERVERS.names():
-            raise ValueError(f"there is no such observer; there are {', '.join(OBSERVERS.names())}")
+            raise ValueError(no_such("observer", name, OBSERVERS.names()))
         return name
 
     @field_validator("law")
     @classmethod
     def _is_a_law(cls, name: str | None) -> str | None:
         if name is not None and name not in LAWS.names():
-            raise ValueError(f"there is no such control law; there are {', '.join(LAWS.names())}")
+            raise ValueError(no_such("control law", name, LAWS.names()))
         return name
 
     @model_validator(mode="after")

@@ -123,7 +123,7 @@ class Runner:
             beat.is_ending = True
             if beat.commanded.enable:
                 self._follow(move(beat.supervisor.angle, self._throttle.limp_home, HOMEWARD), None)
-            raise RunStopped(BenchOutcome.ABORTED, "stopped_by_operator", f"stopped by {beat.signals.cause}") from None
+            raise RunStopped(BenchOutcome.ABORTED, "stopped_by_operator", f"{beat.signals.cause}") from None
 
     def _rest(self) -> None:
         """Let one beat pass with the drive off."""
@@ -196,9 +196,7 @@ class Runner:
         self._tap.events.add(end_ns, "phase_end", id=step.id, outcome=end)
         self._record.phases[-1] = PhaseTime(step.id, phase.kind, start_ns, end_ns, end)
         if end is PhaseEnd.NEVER_FIRED and phase.until is not None and phase.until.otherwise == "stop":
-            raise RunStopped(
-                BenchOutcome.FAULT, "condition_never_true", f"in '{step.id}' it never came to this: {phase.until}"
-            )
+            raise RunStopped(BenchOutcome.FAULT, "condition_never_true", f"phase '{step.id}': {phase.until}")
 
     def _expected_s(self, step: Step) -> float:
         """Return how long a phase takes, at most; how long somebody takes for an answer, nobody knows."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from etb_hil.base.errors import InputError, Place, Problem
-from etb_hil.base.files import make_folder, refused_by_name, write_text
+from etb_hil.base.files import refused_by_name, write_text
 from etb_hil.base.outcome import ExitCode
 
 if TYPE_CHECKING:
@@ -100,7 +100,8 @@ def _clear(path: Path) -> None:
     """Take away what an earlier run left, lest it be read as this one's; find out whether a file can stand there."""
     if path.exists() and not (path.is_file() or path.is_dir()):  # else /dev/null would be gone for everybody
         raise InputError(Problem("is no file that can be written anew", Place(path), remedy="choose another file"))
-    make_folder(path.parent)
+    if not path.parent.is_dir():
+        raise InputError(Problem("no such folder", Place(path.parent), remedy="create it, or correct the path"))
     with refused_by_name(path):
         target = Path(os.path.realpath(path))  # a link stays
         target.touch()

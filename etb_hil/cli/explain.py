@@ -68,7 +68,7 @@ def run(options: argparse.Namespace) -> int:
         is_same_unit=options.same_unit,
     )
     with _saying("the report was being written; explanation.json may be there without it"):
-        paths, problem = _write(answer, options.out)
+        paths, problem = _write(answer, options)
     _progress("")
     found = answer.result
     print(f"verdict: {found.verdict}")
@@ -89,18 +89,18 @@ def run(options: argparse.Namespace) -> int:
     return int(ExitCode.INCONCLUSIVE if found.verdict == "insufficient_data" else ExitCode.DONE)
 
 
-def _write(answer: Explanation, folder: Path) -> tuple[list[Path], Problem | None]:
+def _write(answer: Explanation, options: argparse.Namespace) -> tuple[list[Path], Problem | None]:
     """Return the files that hold an answer, or what kept it from being written: a full disk must not cost its name."""
     from etb_hil.base.errors import InputError, Place, Problem
 
     try:
-        return answer.write(folder), None
+        return answer.write(options.out, _inputs(options)), None
     except InputError as error:  # somebody put files of their own there meanwhile
         return [], error.problems[0]
     except OSError as error:
         remedy = "make room or give another folder with --out, and explain again"
         what = f"does not hold the whole answer, for it cannot be written: {error.strerror}"
-        return [], Problem(what, Place(folder), remedy=remedy)
+        return [], Problem(what, Place(options.out), remedy=remedy)
 
 
 @contextmanager

@@ -16,6 +16,7 @@ from etb_hil.base.lean_imports import hide_asammdf
 from etb_hil.base.output import Output, use_safe_streams
 from etb_hil.cli.compiling import announce_compiling
 from etb_hil.cli.completion import ASKED, complete, words_so_far
+from etb_hil.cli.parser import Parser
 
 # command -> what it does; each has a module of its name in this folder with `add_arguments` and `run`
 COMMANDS = {
@@ -113,11 +114,13 @@ def _open_standard_streams() -> None:
 
 def _parser(command: str | None) -> argparse.ArgumentParser:
     """Build the parser; only the named command's options are loaded."""
-    parser = argparse.ArgumentParser("etb-hil", description=DESCRIPTION, epilog=EXIT_CODES)
+    parser = Parser("etb-hil", description=DESCRIPTION, epilog=EXIT_CODES)
     parser.add_argument("--version", action="version", version=f"etb-hil {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for name, summary in COMMANDS.items():
-        sub = commands.add_parser(name, help=summary, description=summary.capitalize() + ".", epilog=EXIT_CODES)
+        sub = commands.add_parser(
+            name, help=summary, description=f"{summary[0].upper()}{summary[1:]}.", epilog=EXIT_CODES
+        )
         if name == command:
             importlib.import_module(f"etb_hil.cli.{name}").add_arguments(sub)
             sub.add_argument(

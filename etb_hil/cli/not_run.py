@@ -27,7 +27,7 @@ def interrupted(job: Job | None, serial: str, time_out: str) -> RunResult:
     Without a `job` it was ended while its files were read.
     """
     name = "" if job is None else job.setup.bench.name
-    reason_id = "time_out" if time_out else "stopped_by_operator"
+    reason_id = "time_out" if time_out else "aborted_by_operator"
     return _results(job, serial, Bench(BenchOutcome.ABORTED, reason_id, time_out, name=name))
 
 

@@ -41,9 +41,11 @@ def show_finished(
         print("the report was not written: Ctrl-C", file=sys.stderr)
     for warning in finished.warnings:
         print(warning, file=sys.stderr)
-    print(verdict_text(finished.results, page, rows=_rows(screen or sys.stdout), next_step=next_step), file=screen)
+    rows, columns = _room(screen or sys.stdout)
+    print(verdict_text(finished.results, page, rows=rows, next_step=next_step, columns=columns), file=screen)
 
 
-def _rows(screen: TextIO) -> int | None:
-    """Return how many rows a verdict may take, so that its headline stays on the screen; None in a file."""
-    return shutil.get_terminal_size((80, 24)).lines - _BELOW if screen.isatty() else None
+def _room(screen: TextIO) -> tuple[int | None, int]:
+    """Return how many rows and columns a verdict may take, so that it stays on the screen; no rows: a file has many."""
+    size = shutil.get_terminal_size((80, 24))
+    return (size.lines - _BELOW, size.columns) if screen.isatty() else (None, 80)

@@ -91,7 +91,7 @@ def starting_files(dbc: Path, folder: Path, database: Database, found: dict[str,
     model = (
         find("model", "default")
         .read_text("utf-8")
-        .replace("name: default throttle, healthy", f'name: "{name[: _LONGEST_NAME - 20]}, not measured yet"')
+        .replace("name: default throttle", f'name: "{name[: _LONGEST_NAME - 20]}, not measured yet"')
     )
     scenario = find("scenario", "friction_check").read_text("utf-8")
     return {"bench.yaml": bench, "model.yaml": _MODEL + model, "scenario.yaml": _SCENARIO + scenario}

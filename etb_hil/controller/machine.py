@@ -220,8 +220,10 @@ class Machine:
 def _inside_the_stops(angle: float, values: ThrottleParameters) -> float:
     low, high = values.stop_low - PRESS, values.stop_high + PRESS
     if not low <= angle <= high:
-        allowed = f"{low:.3f} to {high:.3f} rad"
-        raise InputError(Problem("no plate can stand at this angle", value=f"{angle:g} rad", allowed=allowed))
+        allowed = f"{low:.3f} to {math.degrees(high):.1f} deg"
+        raise InputError(
+            Problem("no plate can stand at this angle", value=f"{math.degrees(angle):.3g} deg", allowed=allowed)
+        )
     return angle
 
 

@@ -97,7 +97,8 @@ def withholding(
         worst = int(np.argmax(np.abs(local.even) - _SURE * local.error))
         if abs(local.even[worst]) - _SURE * local.error[worst] > _ELSEWHERE:
             text = (
-                f"at {local.angle[worst]:.3f} rad the plate is pushed by {local.even[worst]:+.3f} N·m in both "
+                f"at {math.degrees(local.angle[worst]):.1f} deg the plate is pushed by {local.even[worst]:+.3f} "
+                "N·m in both "
                 "directions of motion, more than the model's springs: limp-home or a stop stands elsewhere"
             )
             found.append(_contradiction("spring_elsewhere", text))

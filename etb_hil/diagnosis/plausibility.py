@@ -126,10 +126,12 @@ class Plausibility:
         s, n = self._floats, self._ints
         found = []
         if n[_TRACKS_OFF] >= _FEW:
-            found.append(_doubt("tracks_disagree", f"both plate tracks differ by more than {TRACKS} rad in "
+            found.append(_doubt("tracks_disagree", f"both plate tracks differ by more than "
+                                                   f"{math.degrees(TRACKS):.3g} deg in "
                                 f"{n[_TRACKS_OFF]} samples", "check the plate sensor and its wiring"))  # fmt: skip
         if n[_ENCODER_OFF] >= _FEW:
-            found.append(_doubt("angles_disagree", f"plate and motor encoder differ by more than {ENCODER} rad in "
+            found.append(_doubt("angles_disagree", f"plate and motor encoder differ by more than "
+                                                   f"{math.degrees(ENCODER):.3g} deg in "
                                 f"{n[_ENCODER_OFF]} samples", "check encoder, plate sensor and gear"))  # fmt: skip
         if n[_JUMPS] > _FEW_JUMPS:
             found.append(_doubt("angle_jumps", f"the motor angle jumps as no motor can move it, {n[_JUMPS]} times",

@@ -7,6 +7,7 @@ or a little beyond them where it nowhere levels off. What is finer than a cell i
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -117,8 +118,10 @@ def uneven_remarks(way: UnevenWay | None) -> list[Reason]:
         return []
     least, most = way.least, way.most
     text = (
-        f"friction differs along the way: it is {least.excess:+.1%} off the fitted curve at {least.angle:.3f} rad and "
-        f"{most.excess:+.1%} at {most.angle:.3f} rad{', up and down within a degree' if way.is_fine else ''}; T_st and "
+        f"friction differs along the way: it is {least.excess:+.1%} off the fitted curve at "
+        f"{math.degrees(least.angle):.1f} deg and "
+        f"{most.excess:+.1%} at {math.degrees(most.angle):.1f} "
+        f"deg{', up and down within a degree' if way.is_fine else ''}; T_st and "
         "T_c are means over it, and their intervals hold what they may be without that"
     )
     return [Reason("uneven_way", text, "see the friction over angle for the places")]

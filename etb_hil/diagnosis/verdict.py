@@ -139,7 +139,8 @@ def _locally(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
     if excess is None or not excess.is_certain or _stands(judged, "T_st") is UnitVerdict.FAIL:
         return []
     text = (
-        f"friction is locally {excess.torque:.3f} N·m at {excess.angle:.3f} rad, in both directions of motion "
+        f"friction is locally {excess.torque:.3f} N·m at {math.degrees(excess.angle):.1f} deg, in both "
+        "directions of motion "
         f"(at least {excess.low:.3f}; allowed up to {excess.limit:.3f})"
     )
     return [Reason("T_st_exceeded", text, "reject the unit; see the friction over angle for the place")]
@@ -151,7 +152,7 @@ def _locally_undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Rea
     if excess is None or excess.is_certain or _stands(judged, "T_st") is not UnitVerdict.PASS:
         return []
     text = (
-        f"friction is locally {excess.torque:.3f} N·m at {excess.angle:.3f} rad, in "
+        f"friction is locally {excess.torque:.3f} N·m at {math.degrees(excess.angle):.1f} deg, in "
         f"{'one direction' if excess.is_one_way else 'both directions'} of motion "
         f"({excess.low:.3f} to {excess.high:.3f}; allowed up to {excess.limit:.3f})"
     )
@@ -191,7 +192,8 @@ def _stuck(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
     if worst is None or lasted < _LONGEST or worst.peak - worst.allowance <= worst.limit * (1.0 + grounds.band):
         return []
     text = (
-        f"the plate moved by {grounds.moved:.4f} rad while the motor pushed at up to {grounds.highest_current:.2f} A: "
+        f"the plate moved by {math.degrees(grounds.moved):.2f} deg while the motor pushed at up to "
+        f"{grounds.highest_current:.2f} A: "
         f"friction holds it against {worst.peak:.3f} N·m (model uncertain by {worst.allowance:.3f}; allowed up to "
         f"{worst.limit:.3f})"
     )
@@ -206,7 +208,8 @@ def _unexplained(grounds: Grounds) -> list[Reason]:
             continue
         text = (
             f"friction seemed above the limit of {kind} for {lasted:.3f} s, up to {worst.peak:.3f} N·m (model "
-            f"uncertain by {worst.allowance:.3f}; allowed up to {worst.limit:.3f}) at {worst.angle:.3f} rad, and the "
+            f"uncertain by {worst.allowance:.3f}; allowed up to {worst.limit:.3f}) at "
+            f"{math.degrees(worst.angle):.1f} deg, and the "
             "fitted curve does not explain it"
         )
         reasons.append(Reason(f"{kind}_unexplained", text, "repeat the check; see the exceedances for their places"))
@@ -245,7 +248,8 @@ def _poor_evidence(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
     return [
         Reason(
             "too_little_motion",
-            f"no friction curve could be fitted for {names}: the plate moved by {grounds.moved:.4f} rad at up to "
+            f"no friction curve could be fitted for {names}: the plate moved by "
+            f"{math.degrees(grounds.moved):.2f} deg at up to "
             f"{grounds.highest_current:.2f} A, {sum(grounds.windows)} stretches of 17 ms in all{current}",
             "run a scenario with a current zero, ramps and dashes; check that the drive is enabled",
         )
@@ -258,7 +262,8 @@ def _not_seen(grounds: Grounds) -> list[Reason]:
     if unseen is None:
         return []
     text = (
-        f"from {unseen.start:.3f} to {unseen.end:.3f} rad, {unseen.share:.0%} of its way, the plate did not slide "
+        f"from {math.degrees(unseen.start):.1f} to {math.degrees(unseen.end):.1f} deg, {unseen.share:.0%} of "
+        "its way, the plate did not slide "
         f"slowly in both directions; at most {MOST_UNSEEN:.0%} at a stretch may stay unseen"
     )
     return [Reason("places_not_seen", text, "run a scenario with slow ramps over the whole way, as friction_check")]

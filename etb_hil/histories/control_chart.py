@@ -20,7 +20,7 @@ class ControlChart:
     """A chart of individuals: values (n) and moving ranges (n - 1) with their centre lines and limits.
 
     `sigma` is the standard deviation from one value to the next, without slow movements. `signals` maps the index of
-    a value that speaks against a steady process to the reason.
+    a value that speaks against a steady process to the reason. `least` is the smallest possible value.
     """
 
     values: Float64
@@ -28,11 +28,12 @@ class ControlChart:
     centre: float
     sigma: float
     signals: dict[int, str]
+    least: float = -math.inf
 
     @property
     def low(self) -> float:
-        """The lower control limit, three sigma under the centre."""
-        return self.centre - 3.0 * self.sigma
+        """The lower control limit, three sigma under the centre, and not below what the quantity can be."""
+        return max(self.least, self.centre - 3.0 * self.sigma)
 
     @property
     def high(self) -> float:
@@ -50,7 +51,7 @@ class ControlChart:
         return D4 * self.mean_range
 
 
-def control_chart(values: Float64) -> ControlChart | None:
+def control_chart(values: Float64, least: float = -math.inf) -> ControlChart | None:
     """Return the chart of values (n) in order of time, None of fewer than eight.
 
     Shewhart's individuals and moving range, with the first three of Nelson's tests (Journal of Quality Technology 16,
@@ -60,7 +61,7 @@ def control_chart(values: Float64) -> ControlChart | None:
         return None
     ranges = np.abs(np.diff(values))
     centre, sigma = float(values.mean()), float(ranges.mean()) / D2
-    return ControlChart(values, ranges, centre, sigma, _signals(values, centre, 3.0 * sigma))
+    return ControlChart(values, ranges, centre, sigma, _signals(values, centre, 3.0 * sigma), least)
 
 
 def _signals(values: Float64, centre: float, reach: float) -> dict[int, str]:

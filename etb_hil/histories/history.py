@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
@@ -9,7 +10,7 @@ from datetime import datetime
 import numpy as np
 
 from etb_hil.base.errors import InputError, Problem
-from etb_hil.diagnosis.measurement_registry import measurement_kinds
+from etb_hil.diagnosis.measurement_registry import kind_of, measurement_kinds
 from etb_hil.histories.capability import Capability, capability
 from etb_hil.histories.control_chart import ControlChart, control_chart
 from etb_hil.histories.drift import Drift, deviations, drifts
@@ -127,7 +128,8 @@ def _number(name: str, runs: list[Run], others: Mapping[str, NumberHistory]) -> 
     latest = {units[k]: int(k) for k in sound}
     charted = sorted(latest, key=lambda unit: latest[unit])
     of_units = compared[[latest[unit] for unit in charted]]
-    chart = control_chart(of_units)
+    kind = kind_of(name)
+    chart = control_chart(of_units, 0.0 if kind is not None and kind.is_friction else -math.inf)
     limits = [(runs[k].numbers[name].limit_low, runs[k].numbers[name].limit_high) for k in at]
     low, high = _limits(limits, warmth if effect is not None else None)
     # The law is one for all: where it errs, it moves all units the same way.

@@ -61,7 +61,9 @@ def _of_source(source: Path | StoreAddress, selection: Selection, notes: list[st
         return _of_store(StoreAddress(path), selection)
     if not path.is_dir():
         raise InputError(
-            Problem("is not there", Place(path), allowed="a session, a folder of sessions, or a store of results")
+            Problem(
+                "no such file or folder", Place(path), allowed="a session, a folder of sessions, or a store of results"
+            )
         )
     folders = [path] if (path / MANIFEST).is_file() else _sessions(path)
     runs = [run for run in _of_sessions(folders, notes) if selection.takes(run)]

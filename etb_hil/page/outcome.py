@@ -52,7 +52,7 @@ def refusal(headline: str, reason: str, next_step: str = "") -> dict[str, Any]:
     """Return what came of a run that did not begin, or left no results."""
     return {
         "headline": headline,
-        "tone": "unsure" if headline == "ABORTED" else "fault" if headline == "BENCH FAULT" else "refused",
+        "tone": "unsure" if headline in {"ABORTED", "STOPPED"} else "fault" if headline == "BENCH FAULT" else "refused",
         "reason_id": "",
         "reason": reason,
         "next_step": next_step,

@@ -12,6 +12,7 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator, model_validator
 
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.nearest import did_you_mean
 from etb_hil.base.quantity import DIMENSIONS, dimension_of_unit, tidy_unit, to_si
 from etb_hil.base.roles import ROLES
 from etb_hil.base.yamlfile import Document, FileModel
@@ -200,5 +201,4 @@ def _units(role: str) -> str:
 
 
 def _near(name: str, names: Sequence[str]) -> str:
-    near = difflib.get_close_matches(name, names, n=1)
-    return f"did you mean '{near[0]}'?" if near else "correct the map file"
+    return did_you_mean(name, names) or "correct the map file"

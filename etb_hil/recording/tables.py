@@ -39,6 +39,8 @@ def read_table(path: Path, map_file: Path | None = None) -> Recording:
     """
     table_type = FORMATS.get(path.suffix.lower())
     if table_type is None:
+        if not path.exists():
+            raise InputError(Problem("no such file or folder", Place(path), remedy="check the path"))
         raise InputError(Problem("is no table that can be read", Place(path), path.suffix, allowed=", ".join(FORMATS)))
     table = table_type(path)
     if map_file is None:

@@ -1,4 +1,4 @@
-"""The plots of an explanation: the run before and after, and what is left over the angle."""
+"""The plots of an explanation: a free run of both models, and the residual over angle, speed and so on."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from etb_hil.report.drawing import CLOSING, INK, LIMIT, MEASURED, MUTED, OPENING
 
 @mpl.rc_context(STYLE)
 def before_and_after(series: Pictures) -> Figure:
-    """Draw the segment that the model got most wrong, run by the measured voltage alone."""
+    """Draw the segment with the largest error, simulated from the measured voltage alone."""
     figure, (upper, lower) = new_figure(9.0, 4.6, 2, [2.0, 1.0])
     what, (times, unit) = "position" if series.position_unit == "m" else "angle", _shown(series.position_unit)
     measured, before = times * series.measured, times * series.before
@@ -40,12 +40,12 @@ def over_runs(runs: Runs) -> Figure:
     upper = plots[0]
     upper.set(title=f"Free runs over {runs.condition}", ylabel="R²")
     unseen = ~runs.is_seen
-    upper.plot(runs.value[unseen], runs.r_squared[unseen], "o", color=MEASURED, label="not seen by the fit")
-    upper.plot(runs.value[runs.is_seen], runs.r_squared[runs.is_seen], "s", color=MUTED, label="fitted")
+    upper.plot(runs.value[unseen], runs.r_squared[unseen], "o", color=MEASURED, label="not used in the fit")
+    upper.plot(runs.value[runs.is_seen], runs.r_squared[runs.is_seen], "s", color=MUTED, label="used in the fit")
     if broke_away:
         plots[1].set(ylabel="breaks away at / V")
         plots[1].plot(runs.value, runs.breaks_away, "o-", color=INK, label="measured")
-        plots[1].plot(runs.value, runs.model_breaks_away, "x--", color=LIMIT, label="model as fitted")
+        plots[1].plot(runs.value, runs.model_breaks_away, "x--", color=LIMIT, label="calibrated model")
     plots[-1].set_xlabel(f"{runs.condition} / {runs.unit}" if runs.unit else runs.condition)
     legend_below(figure, 4)
     return figure
@@ -53,26 +53,19 @@ def over_runs(runs: Runs) -> Figure:
 
 @mpl.rc_context(STYLE)
 def left_over(left: Leftover) -> Figure:
-    """Draw what a balance has left over a coordinate, by direction, before and, where there are causes, with them."""
+    """Draw the residual of a balance over a coordinate, by direction, of the calibrated and of the extended model."""
     count = len(left.forward)
     figure, plots = new_figure(9.0, 2.3 * count, count)
-    names = (", before", ", with the causes") if count > 1 else ("",)
     (times, unit), (along, over_unit) = _shown(left.unit), _shown(left.over_unit)
-    for number, (axes, name) in enumerate(zip(plots, names, strict=True)):
-        axes.set(title=f"{left.balance.capitalize()} that the model lacks{name}", ylabel=f"left / {unit}")
+    over = left.over.replace("_", " ")
+    for number, (axes, name) in enumerate(zip(plots, ("calibrated model", "extended model"), strict=False)):
+        forward, back = times * left.forward[number], times * left.back[number]
+        axes.set(title=f"{left.balance.capitalize()} residual over {over}, {name}", ylabel=f"residual / {unit}")
         axes.axhline(0.0, color=MUTED, linewidth=0.8)
-        axes.plot(
-            along * left.place,
-            times * left.forward[number],
-            "-",
-            color=OPENING,
-            label="forward" if number == 0 else None,
-        )
-        axes.plot(
-            along * left.place, times * left.back[number], "--", color=CLOSING, label="back" if number == 0 else None
-        )
+        axes.plot(along * left.place, forward, "-", color=OPENING, label="forward" if number == 0 else None)
+        axes.plot(along * left.place, back, "--", color=CLOSING, label="back" if number == 0 else None)
     plots[-1].set_ylim(*plots[0].get_ylim())
-    plots[-1].set_xlabel(f"{left.over} / {over_unit}")
+    plots[-1].set_xlabel(f"{over} / {over_unit}")
     legend_below(figure, 2)
     return figure
 

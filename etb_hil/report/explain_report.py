@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
+from etb_hil import __version__
 from etb_hil.base.files import write_text
+from etb_hil.discrepancy.answer.folder import WRITTEN
 from etb_hil.discrepancy.answer.pictures import Pictures
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.report import explain_plots
@@ -41,28 +46,35 @@ _TONES = {
     "insufficient_data": "unsure",
 }
 _REASONS = {
-    "adequate": "The model describes these data as well as its sensors let one see.",
-    "explained": "The causes below account for what the model gets wrong.",
-    "ambiguous": "These data cannot tell some causes apart: all that are named together are possible.",
-    "unexplained": "Something is missing in the model that no known cause accounts for.",
+    "adequate": "The model describes these data within the noise of the sensors.",
+    "explained": "The causes below explain the errors of the model.",
+    "ambiguous": "These data cannot distinguish some causes: each of those named together is possible.",
+    "unexplained": "The model lacks an effect that no known cause explains.",
     "insufficient_data": "These data do not suffice to judge the model.",
 }
-_CUT_SHORT = "The search did not come to its end: what is missing may have a cause that was not yet looked for."
-_IN_PART = "The causes below account for a part of it; something else is missing that no known cause accounts for."
+_CUT_SHORT = "The search was interrupted: causes that were not tried yet remain possible."
+_IN_PART = "The causes below explain a part of the errors; no known cause explains the rest."
 _BY_RUNS = (
-    "These data are too slow to name causes by. The model was fitted to some runs and driven through the others by the "
-    "voltage alone: it errs there by more than the sensor's noise, so that something is missing in it."
+    "These data are sampled too slowly to name causes. The model was fitted to some runs and simulated on the others "
+    "from the voltage alone. Its error there exceeds the sensor's noise: the model lacks an effect."
 )
 _ADEQUATE_BY_RUNS = (
-    "Driven by the voltage alone, the model follows runs that the fit did not see to its sensor's noise."
+    "Simulated from the voltage alone, the model follows runs that were not used in the fit within the sensor's noise."
 )
 _NO_TEST = (
-    "no test of ours is for this: no two suspects take half of what is left each. Look for what acts as shown below."
+    "No stock test distinguishes further: no two candidates explain half of the residual each. Look for an effect that "
+    "acts as shown below."
 )
 _MOST = 0.5  # of the squared error
 _MODELS = ("nominal", "calibrated", "extended", "followed", "noise_floor")
-_CALLED = {"noise_floor": "noise floor", "followed": "last fit in free run"}
-_SMALL = 0.01  # rad or m: where nothing of a row is as large, it is said in thousandths
+_CALLED = {
+    "nominal": "reference model",
+    "calibrated": "calibrated model",
+    "extended": "extended model",
+    "followed": "extended model, fitted in free run",
+    "noise_floor": "noise floor",
+}
+_SMALL = 0.01  # m: where all numbers of a line are smaller, they are in millimetres
 _PICTURES = (
     "before_and_after",
     "over_runs",
@@ -76,8 +88,13 @@ REPORT_FILES = (REPORT_NAME, *(f"{name}.png" for name in _PICTURES))
 _KINDS = {"one_step": "10 ms ahead", "free_run": "free run"}
 
 
-def write_explanation(found: ExplanationResult, series: Pictures | None, folder: Path) -> Path:
-    """Write `explanation.html` and a PNG file for each plot into a folder that exists; return the page's path."""
+def write_explanation(
+    found: ExplanationResult, series: Pictures | None, folder: Path, inputs: Sequence[Path] = ()
+) -> Path:
+    """Write `explanation.html` and a PNG file for each plot into a folder that exists; return the page's path.
+
+    `inputs` are the files and sessions that it was made from.
+    """
     for name in _PICTURES:  # an earlier answer's are not of these data
         (folder / f"{name}.png").unlink(missing_ok=True)
     drawn = []
@@ -90,10 +107,10 @@ def write_explanation(found: ExplanationResult, series: Pictures | None, folder:
         for name, figure in plots.items():
             save_png(figure, folder / f"{name}.png")
             drawn.append((name, Markup(inline_svg(figure, name))))  # noqa: S704 (our own drawing)
-    return write_text(folder / REPORT_NAME, _page(found, drawn))
+    return write_text(folder / REPORT_NAME, _page(found, drawn, folder, inputs))
 
 
-def _page(found: ExplanationResult, drawn: list[tuple[str, Markup]]) -> str:
+def _page(found: ExplanationResult, drawn: list[tuple[str, Markup]], folder: Path, inputs: Sequence[Path]) -> str:
     here = Path(__file__).parent
     environment = Environment(
         loader=FileSystemLoader(here), autoescape=True, undefined=StrictUndefined, trim_blocks=True
@@ -116,15 +133,25 @@ def _page(found: ExplanationResult, drawn: list[tuple[str, Markup]]) -> str:
         models=[_CALLED.get(name, name) for name in _shown(found)],
         errors=_errors(found),
         gain=_gain(found),
-        luck=_luck(found),
-        suspects=[_suspect(one) for one in found.suspects],
+        variance=_variance(found),
+        candidates=[_candidate(one) for one in found.suspects],
         moved=_moved(found),
         runs=_runs(found),
         friction=_friction(found),
         judged=_judged(found),
         quality=[_quality(one) for one in found.data_quality],
         limits=_limits(found),
+        written=f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC",
+        version=__version__,
+        inputs=[(path.name, _hash(path)) for path in inputs],
+        links=[name for name in WRITTEN if (folder / name).is_file()],
     )
+
+
+def _hash(path: Path) -> str:
+    """Return the SHA-256 of a file, or of a session's description."""
+    file = path / "session.json" if path.is_dir() else path
+    return hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else ""
 
 
 def _named(found: ExplanationResult) -> str:
@@ -146,19 +173,19 @@ def _reason(found: ExplanationResult) -> str:
 def _further(found: ExplanationResult) -> list[str]:
     sentences = []
     if found.interrupted:
-        sentences.append(f"It was interrupted while {_words(found.interrupted)}; this is what was known by then.")
+        sentences.append(f"It was interrupted while {_words(found.interrupted)}; the answer is what was known then.")
         sentences.append(f"{found.stages[0].upper()}{found.stages[1:]}.")
     sentences += filter(None, [what_is_left(found)])
     sentences += [
-        f"Left: {where.balance} balance, {where.regime}: {where.rms_over_floor:.1f} times its noise."
+        f"Residual of the {where.balance} balance, {where.regime}: {where.rms_over_floor:.1f} times its noise floor."
         for where in found.unexplained.where[:3]
     ]
     for says in filter(None, (found.unexplained.says, found.errors.says if found.errors else "")):
         sentences.append(f"{says[0].upper()}{says[1:]}.")
     if known := [_known(one) for one in found.measured]:
-        sentences.append(f"Measured by hand, and so no suspect: {'; '.join(known)}.")
+        sentences.append(f"Measured at the bench, and so no candidate: {'; '.join(known)}.")
     sentences += [
-        f"{one.recording} tells {_words(one.effect)} from {', '.join(map(_words, one.tells_from))}."
+        f"{one.recording} distinguishes {_words(one.effect)} from {', '.join(map(_words, one.tells_from))}."
         for one in found.told_apart_by_others
     ]
     sentences += [f"{one.effect} in {one.recording}: {one.says}." for one in found.transfer]
@@ -192,10 +219,14 @@ def _size(name: str, p: Size, *, is_followed: bool) -> str:
     """Return a size with its interval, with as many digits as the interval leaves."""
     low, high = p.interval
     digits = _digits(0.5 * (high - low), p.value)
-    unit = "" if p.unit == "1" else f" {p.unit}"
+    times, unit = _scale((), p.unit)
+    value, least, most = (f"{times * one:.{digits}g}" for one in (p.value, low, high))
+    unit = "" if unit == "1" else f" {unit}"
     flags = "".join(f", {one}" for one in p.flags)
-    said = f"{name}: {p.value:.{digits}g}{unit} ({low:.{digits}g} to {high:.{digits}g}){flags}"
-    return f"{said}; in the model file {p.in_model:.{digits}g}{unit}" if is_followed else said
+    said = f"{name}: {value}{unit} ({least} to {most}){flags}"
+    if not is_followed or p.in_model is None:
+        return said
+    return f"{said}; in the model file {times * p.in_model:.{digits}g}{unit}"
 
 
 def _digits(half: float, value: float) -> int:
@@ -215,7 +246,7 @@ def _model_file(found: ExplanationResult) -> str:
 
 
 def _words(id_: str) -> str:
-    return id_.replace("parameter:", "wrong ").replace("_", " ")
+    return re.sub(r"^parameter:(.*)", r"parametric fault of \1", id_).replace("_", " ")
 
 
 def _errors(found: ExplanationResult) -> list[dict[str, Any]]:
@@ -231,8 +262,9 @@ def _errors(found: ExplanationResult) -> list[dict[str, Any]]:
 
 def _scale(values: Iterable[float], unit: str) -> tuple[float, str]:
     """Return what numbers that stand together are multiplied by, and the unit that they then have."""
-    is_small = unit in ("rad", "m") and max(values, default=1.0) < _SMALL
-    return (1e3, f"m{unit}") if is_small else (1.0, unit)
+    if unit in {"rad", "rad/s"}:
+        return math.degrees(1.0), unit.replace("rad", "deg")
+    return (1e3, "mm") if unit == "m" and max(values, default=1.0) < _SMALL else (1.0, unit)
 
 
 def _shown(found: ExplanationResult) -> list[str]:
@@ -247,11 +279,10 @@ def _gain(found: ExplanationResult) -> str:
         return ""
     if found.runs:
         starts = found.starts.says.capitalize() if found.starts else ""
-        return f"Fitted to other runs, the model errs {_less(gain)} than as stated. {starts}."
+        return f"Fitted to other runs, the error is {_less(gain)} than the reference model's. {starts}."
     return (
-        "In free run, on parts of the record that no fit saw, the model file errs "
-        f"{_less(gain.over_stated or gain)} than the model as stated, and {_less(gain)} than that one calibrated "
-        "without the causes."
+        "Free run on parts of the record that no fit used: the extended model's error is "
+        f"{_less(gain.over_stated or gain)} than the reference model's, and {_less(gain)} than the calibrated model's."
     )
 
 
@@ -262,19 +293,19 @@ def _less(gain: Gain) -> str:
 
 
 def _by(gain: float) -> str:
-    return f"{abs(100.0 * gain):.0f} % {'less' if gain >= 0.0 else 'more'}"
+    return f"{abs(100.0 * gain):.0f} % {'smaller' if gain >= 0.0 else 'larger'}"
 
 
-def _luck(found: ExplanationResult) -> str:
-    """Return between what the floor's draws lie: an error among them says nothing against a model."""
+def _variance(found: ExplanationResult) -> str:
+    """Return the range of the noise floor in free run: an error inside it does not speak against a model."""
     if found.errors is None or found.errors.noise_floor_range is None:
         return ""
     least, most = found.errors.noise_floor_range
     signal, models = next(iter(found.errors.holdout["free_run"].items()))
     times, unit = _scale([most], models.unit)
     return (
-        f"In free run noise alone left {times * least:.3g} to {times * most:.3g} {unit} of the {_words(signal)}, each "
-        "time with other noise: whether something just breaks away is luck."
+        f"In free run, noise alone causes an error of {times * least:.3g} to {times * most:.3g} {unit} in the "
+        f"{_words(signal)}. It varies because noise decides whether the plate just breaks away."
         f"{_in_one_part(found.errors)}"
     )
 
@@ -288,19 +319,19 @@ def _in_one_part(errors: Errors) -> str:
     _, models = next(iter(errors.holdout["free_run"].items()))
     times, unit = _scale([worst.error, most], models.unit)
     return (
-        f" Most of what the model in the file errs stands between {worst.from_s:.4g} and {worst.to_s:.4g} s: "
-        f"{times * worst.error:.3g} {unit}, {times * worst.others:.3g} {unit} in all the rest; noise alone left "
-        f"{times * least:.3g} to {times * most:.3g} {unit} there."
+        f" Most of the extended model's error is between {worst.from_s:.4g} and {worst.to_s:.4g} s: "
+        f"{times * worst.error:.3g} {unit}, against {times * worst.others:.3g} {unit} elsewhere. Noise alone "
+        f"causes {times * least:.3g} to {times * most:.3g} {unit} there."
     )
 
 
-def _suspect(one: Suspect) -> dict[str, Any]:
+def _candidate(one: Suspect) -> dict[str, Any]:
     return {
         "search": one.search,
         "effect": _words(one.effect),
         "probability": f"{100.0 * one.probability:.0f} %",
         "leaves": f"{100.0 * one.leaves:.1f} %",
-        "standing": ", but ".join(filter(None, ["taken in" if one.taken_in else "", one.refused])) or "-",
+        "decision": ", but ".join(filter(None, ["in the model" if one.taken_in else "", one.refused])) or "-",
     }
 
 
@@ -318,7 +349,8 @@ def _moved(found: ExplanationResult) -> list[dict[str, Any]]:
 
 
 def _with_unit(value: float, unit: str) -> str:
-    return f"{value:.4g}" if unit == "1" else f"{value:.4g} {unit}"
+    times, unit = _scale((), unit)
+    return f"{times * value:.4g}" if unit == "1" else f"{times * value:.4g} {unit}"
 
 
 def _runs(found: ExplanationResult) -> list[dict[str, str]]:
@@ -330,7 +362,7 @@ def _runs(found: ExplanationResult) -> list[dict[str, str]]:
         {
             "name": f"{_words(run.condition)} {run.value:g} {run.unit}" if run.condition else f"run {number}",
             "begins": f"{run.begins_s:.0f} s",
-            "seen": "fitted" if run.seen_by_the_fit else "predicted",
+            "use": "fitted" if run.seen_by_the_fit else "predicted",
             "r_squared": f"{run.r_squared:.3f}",
             "rms": f"{times * run.rms_rad:.3g} {unit}",
             "measured": volts(run.breaks_away.measured),
@@ -368,8 +400,8 @@ def _next_test(found: ExplanationResult) -> dict[str, Any]:
         steps.append(f"{run}(etb-hil explain NEW THESE --same-unit)")
     else:
         steps.append("explain these data again")
-    says = f"They tell {_words(test.pair[0])} from {parts}."
-    says = f"{says} Still open then: {leaves}; {test.says}." if leaves else says
+    says = f"They distinguish {_words(test.pair[0])} from {parts}."
+    says = f"{says} Not distinguished: {leaves}; {test.says}." if leaves else says
     return {"steps": steps, "says": says}
 
 
@@ -389,12 +421,12 @@ def _judged(found: ExplanationResult) -> list[str]:
     if diagnosis is None:
         return []
     sentences = []
-    extended = "with the causes" if found.causes else "as found"
-    for one, model in ((diagnosis.stated, "as stated"), (diagnosis.extended, extended)):
+    extended = "extended model" if found.causes else "calibrated model"
+    for one, model in ((diagnosis.stated, "reference model"), (diagnosis.extended, extended)):
         if one is None:
             continue
         numbers = [_with_interval(id_, number) for id_, number in one.measurements.items()]
-        sentences.append(f"Diagnosis, model {model}: {', '.join(numbers) or 'no friction found'}; {one.verdict}.")
+        sentences.append(f"Diagnosis with the {model}: {', '.join(numbers) or 'no friction found'}; {one.verdict}.")
     return [*sentences, f"{diagnosis.says.capitalize()}."]
 
 
@@ -422,13 +454,13 @@ def _limits(found: ExplanationResult) -> str:
     )
     unseen = ", ".join(_words(name) for name, one in limits.items() if one.judged and not one.within_bounds)
     others = ", ".join(f"{_words(name)} ({one.says})" for name, one in limits.items() if not one.judged)
-    sentences = [f"Would have been seen: {seen}." if seen else ""]
+    sentences = [f"Smallest effects that these data detect: {seen}." if seen else ""]
     of_place = [name for name, one in limits.items() if one.where]
     if of_place:
         its = ", ".join(map(_words, of_place))
-        sentences.append(f"Of these only where the record went, {limits[of_place[0]].where}: {its}.")
-    sentences.append(f"These data cannot show beside base parameters, however large: {unseen}." if unseen else "")
+        sentences.append(f"These hold where the record went ({limits[of_place[0]].where}) alone: {its}.")
+    sentences.append(f"These data cannot detect: {unseen}." if unseen else "")
     sentences.append(f"Not judged: {others}." if others else "")
     if seen and found.verdict == "unexplained":
-        sentences.append("All this is beside what is left unexplained, of which one that is listed may be a part.")
+        sentences.append("A listed effect may be a part of the unexplained residual.")
     return " ".join(filter(None, sentences))

@@ -2,6 +2,7 @@
 
 A unit is a test suite. What the bench did and what is said of the unit are test cases of their own, so that a bench
 that failed is an error, and never a unit's failure; so is every number that has a limit, and every attempt.
+A cause fails once: the measurement that is the reason of the verdict is told in the unit's case.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
+from etb_hil.diagnosis.measurement_registry import kind_of
 from etb_hil.report import show
 from etb_hil.report.unit_codes import codes_line
 from etb_hil.report.verdict import unit_line, verdict_of
@@ -141,10 +143,23 @@ def _measurement(one: Measurement, results: RunResult) -> ET.Element:
     found = f"{one.name} is {shown.measured(one)}, allowed {shown.limits(one)}"
     if results.bench.outcome is not BenchOutcome.OK:
         _outcome(case, "skipped", "", "The unit was not judged.", found)
+    elif one.verdict is not UnitVerdict.PASS and _is_the_reason(one, results):
+        ET.SubElement(case, "system-out").text = _plain(f"{one.verdict}: {found}; see the case 'unit'")
     elif one.verdict is not UnitVerdict.PASS:
         element = "failure" if one.verdict is UnitVerdict.FAIL else "error"
         _outcome(case, element, str(one.verdict), found, f"95 % interval: {shown.interval(one) or shown.UNKNOWN}")
     return case
+
+
+def _is_the_reason(one: Measurement, results: RunResult) -> bool:
+    """Return whether the verdict rests on a measurement: both friction torques are one cause."""
+    reason = results.unit.reason_id
+    kind, of_reason = kind_of(one.id), next((k for k in results.judged if reason.startswith(k.id)), None)
+    if of_reason is None:
+        return False
+    friction = kind_of(of_reason.id)
+    both = kind is not None and friction is not None and kind.is_friction and friction.is_friction
+    return one.id == of_reason.id or both
 
 
 def _attempt(attempt: Attempt) -> ET.Element:

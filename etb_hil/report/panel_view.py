@@ -78,7 +78,7 @@ def _measured(snapshot: PanelSnapshot) -> Table:
 
 
 def _friction(snapshot: PanelSnapshot) -> Table:
-    table = _grid(14, 11, 14, _BAR + 8)
+    table = _grid(14, 11, 16, _BAR + 8)
     for name, value, limit in (
         ("friction", snapshot.friction, snapshot.friction_limit),
         ("T_st so far", snapshot.stiction, snapshot.stiction_limit),
@@ -105,7 +105,7 @@ def _bus(snapshot: PanelSnapshot) -> str:
 
 
 def _limit(limit: float | None) -> str:
-    return "" if limit is None else f"limit {shown.plain(limit, 'N·m')}"
+    return "" if limit is None else f"limit {shown.quantity(limit, 'N·m')}"
 
 
 def _value(value: float | None, unit: str) -> Text:

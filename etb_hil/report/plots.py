@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from etb_hil.diagnosis.friction_map import CELL, TEMPERATURE_CELL, find_bumps, friction_map
+from etb_hil.diagnosis.friction_map import CELL, TEMPERATURE_CELL, FrictionMap, find_bumps, friction_map
 from etb_hil.recording.samples import Float64
 from etb_hil.report.drawing import (
     CLOSING,
@@ -46,16 +46,16 @@ FRICTION = "friction torque / N·m"
 def friction_over_speed(series: ReportSeries, results: RunResult) -> Figure:
     """Draw the estimated friction over speed with the fitted Stribeck curve, its 95 % band and the limits."""
     figure, (axes,) = new_figure(5.2, 4.2)
-    axes.set(title="Friction over speed", xlabel="throttle speed / rad/s", ylabel=FRICTION)
+    axes.set(title="Friction over speed", xlabel="throttle speed / deg/s", ylabel=FRICTION)
     if not len(series.point_velocity) and not len(series.curve_velocity):
         say_empty(axes, "no friction estimated in this run")
         return figure
     if len(series.point_velocity):
-        velocity, friction = thinned(series.point_velocity, series.point_friction)
+        velocity, friction = thinned(np.degrees(series.point_velocity), series.point_friction)
         axes.plot(velocity, friction, ".", color=MUTED, markersize=2.5, alpha=0.55, label="estimated")
     if len(series.curve_velocity):
         for side in (series.curve_velocity < 0, series.curve_velocity >= 0):
-            velocity = series.curve_velocity[side]
+            velocity = np.degrees(series.curve_velocity[side])
             if len(series.curve_low):
                 low, high = series.curve_low[side], series.curve_high[side]
                 label = "its 95 % band" if side[-1] else None
@@ -73,7 +73,7 @@ def _speed_limits(axes: Axes, results: RunResult) -> None:
     """Draw each limit where it is compared: T_st below omega_s, T_c (and the viscous torque) far above it."""
     reach = max(abs(bound) for bound in axes.get_xlim())
     axes.set_xlim(-reach, reach)
-    omega_s = results.measurements.value("omega_s")
+    omega_s = math.degrees(results.measurements.value("omega_s") or 0.0)
     near = min(omega_s, reach) if omega_s else reach
     slope = results.measurements.value("viscous") or 0.0
     stiction, coulomb = _limit(results, "T_st"), _limit(results, "T_c")
@@ -85,17 +85,21 @@ def _speed_limits(axes: Axes, results: RunResult) -> None:
         if coulomb is not None and far < reach:
             label = f"limit T_c {coulomb:.3f} N·m{' + viscous' if slope else ''}" if sign > 0 else None
             speed = sign * np.array([far, reach])
-            torque = sign * (coulomb + slope * np.abs(speed))
+            torque = sign * (coulomb + slope * np.radians(np.abs(speed)))
             axes.plot(speed, torque, color=LIMIT, linestyle=":", linewidth=2, label=label)
 
 
 @mpl.rc_context(STYLE)
 def friction_over_angle(series: ReportSeries, results: RunResult) -> Figure:
     """Draw the friction over the angle, opening and closing apart; below, the map over angle and temperature."""
-    figure, (axes, map_axes) = new_figure(5.2, 4.2, rows=2, ratios=[2.2, 1.0])
+    over = friction_map([{name: getattr(series, name) for name in _MAPPED}]) if len(series.point_excess) else None
+    shows = over is not None and _says_something(over)
+    figure, (axes, *others) = new_figure(5.2, 4.2, rows=2, ratios=[2.2, 1.0]) if shows else new_figure(5.2, 4.2)
     axes.set(title="Friction over angle", ylabel=FRICTION)
-    map_axes.set(title="Above or below the fitted curve", xlabel="throttle angle / deg", ylabel="temperature / °C")
-    _map(map_axes, series)
+    if over is not None and shows:
+        others[0].set(title="Above or below the fitted curve", ylabel="temperature / °C")
+        _map(others[0], over)
+    [axes, *others][-1].set_xlabel("throttle angle / deg")
     if not len(series.opening_angle) and not len(series.closing_angle):
         say_empty(axes, "no friction estimated in this run")
         return figure
@@ -117,13 +121,14 @@ def friction_over_angle(series: ReportSeries, results: RunResult) -> Figure:
     return figure
 
 
-def _map(axes: Axes, series: ReportSeries) -> None:
+def _says_something(over: FrictionMap) -> bool:
+    """Return whether a map has more than one temperature, or a cell that is off the curve; else it is all grey."""
+    return len(over.temperature) > 1 or float(np.nanmax(np.abs(over.factor - 1.0), initial=0.0)) >= _LEVEL
+
+
+def _map(axes: Axes, over: FrictionMap) -> None:
     """Draw friction as a factor on the fitted curve, a cell 2 deg wide and 10 K high; the deeper, the further off."""
     axes.grid(visible=False)
-    if not len(series.point_excess):
-        say_empty(axes, "no map of this run")
-        return
-    over = friction_map([{name: getattr(series, name) for name in _MAPPED}])
     excess = over.factor - 1.0
     deepest = max(_DEEPEST, float(np.nanmax(np.abs(excess), initial=0.0)))
     for row, temperature in enumerate(over.temperature):
@@ -158,7 +163,7 @@ def time_traces(series: ReportSeries, results: RunResult) -> Figure:
     friction = rows[-1]
     traces = (
         ("angle / deg", np.degrees(series.angle)),
-        ("velocity / rad/s", series.velocity),
+        ("velocity / deg/s", np.degrees(series.velocity)),
         ("current / A", series.current),
         ("friction / N·m", series.friction),
     )

@@ -95,10 +95,10 @@ def _is_flat(values: Float64) -> bool:
 
 def _shown(signal: Series) -> tuple[Float64, str]:
     """Return the values in the unit that people read them in."""
-    if signal.unit == "rad":
-        return np.degrees(signal.values).astype(np.float64), "deg"
     if signal.role == "engine_speed":
         return signal.values * (30.0 / math.pi), "rpm"
+    if signal.unit in {"rad", "rad/s"}:
+        return np.degrees(signal.values).astype(np.float64), signal.unit.replace("rad", "deg")
     if signal.unit == "degC":
         return signal.values, "°C"
     if signal.role in {"pedal_position", "throttle_opening", "motor_duty", "command_duty"}:

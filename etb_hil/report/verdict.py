@@ -63,7 +63,8 @@ def verdict_of(results: RunResult, next_step: str = "") -> Verdict:
     if results.bench.outcome is BenchOutcome.FAULT:
         return Verdict("BENCH FAULT", "fault", bench.reason, bench.next_step, not_the_unit)
     if results.bench.outcome is BenchOutcome.ABORTED:
-        return Verdict("ABORTED", "unsure", bench.reason, bench.next_step, not_the_unit)
+        headline = "STOPPED" if results.bench.reason_id == "stopped_by_operator" else "ABORTED"
+        return Verdict(headline, "unsure", bench.reason, bench.next_step, not_the_unit)
     unit = unit_wording(results)
     further = [*further_reasons(results), spring_or_friction(results), *code_sentences(results), attempts]
     headline, tone = {
@@ -90,36 +91,48 @@ def banner(headline: str) -> list[str]:
 
 
 def verdict_text(
-    results: RunResult, report: Path | None = None, *, rows: int | None = None, next_step: str = ""
+    results: RunResult,
+    report: Path | None = None,
+    *,
+    rows: int | None = None,
+    next_step: str = "",
+    columns: int = WIDTH,
 ) -> str:
-    """Return the verdict as plain text of at most 80 columns, for a terminal or a log file.
+    """Return the verdict as plain text of at most `columns` (80 at the most), for a terminal or a log file.
 
     Where it is to fit into some `rows`, further reasons give way, the last ones first; `next_step` as of `verdict_of`.
     """
     verdict = verdict_of(results, next_step)
-    text = _text(results, verdict, report)
+    text = _text(results, verdict, report, min(columns, WIDTH))
     while rows is not None and text.count("\n") + 1 > rows and verdict.further:
         kept = tuple(line for line in verdict.further if line != _MORE)[:-1]
         verdict = replace(verdict, further=() if verdict.further == (_MORE,) else (*kept, _MORE))
-        text = _text(results, verdict, report)
+        text = _text(results, verdict, report, min(columns, WIDTH))
     return text
 
 
-def _text(results: RunResult, verdict: Verdict, report: Path | None) -> str:
-    lines = ["", *(f"  {row}" for row in banner(verdict.headline)), ""]
-    lines += _entry("Result", f"{verdict.headline} - {unit_line(results)}")
-    lines += _entry("Why", verdict.reason)
+def _text(results: RunResult, verdict: Verdict, report: Path | None, columns: int) -> str:
+    rows = [f"  {row}" for row in banner(verdict.headline)]
+    if max(map(len, rows)) > columns:  # a terminal would break the letters
+        rows = [f"  {verdict.headline}"]
+    lines = ["", *rows, ""]
+
+    def entry(name: str, text: str) -> list[str]:
+        return _entry(name, text, columns)
+
+    lines += entry("Result", f"{verdict.headline} - {unit_line(results)}")
+    lines += entry("Why", verdict.reason)
     for sentence in verdict.further:
-        lines += _entry("", sentence)
+        lines += entry("", sentence)
     if results.bench.safe_state is False:
-        lines += _entry("Caution", "The drive was not seen to be off: switch the supply off before you touch the unit.")
-    lines += _entry("Next", verdict.next_step)
+        lines += entry("Caution", "The drive was not seen to be off: switch the supply off before you touch the unit.")
+    lines += entry("Next", verdict.next_step)
     if report is not None:  # never broken, so that a terminal can open it
         lines.append(f"  {'Report':8} {report}")
     return "\n".join([*lines, ""])
 
 
-def _entry(name: str, text: str) -> list[str]:
+def _entry(name: str, text: str, columns: int) -> list[str]:
     held = re.sub(r"(?<=\d) (?=\D)", _HELD, show.printable(text, 600))  # a value stays with its unit
-    lines = textwrap.wrap(held, WIDTH - 12)
+    lines = textwrap.wrap(held, max(columns - 12, 20))
     return [f"  {name if index == 0 else '':8} {line.replace(_HELD, ' ')}" for index, line in enumerate(lines)]

@@ -211,9 +211,10 @@ BENCH_REASONS = {
     "not_recorded": Wording(
         "The bench could not write what it measured.", "Make room on its disk, then repeat the test.", True
     ),
-    "stopped_by_operator": Wording("Somebody stopped the run.", "Repeat the test when the bench is clear."),
+    "stopped_by_operator": Wording("The operator stopped the run.", "Repeat the test when the bench is clear."),
+    "aborted_by_operator": Wording("The operator aborted the run.", "Repeat the test when the bench is clear."),
     "time_out": Wording(
-        "The run was ended: it took longer than its time-out.",
+        "The run ended: it took longer than its time-out.",
         "Find out what it waited for, or give it more time; then repeat.",
     ),
     "bus_fault": Wording("The CAN interface failed.", "Check the adapter, its driver and the CAN plug, then repeat."),
@@ -277,7 +278,7 @@ BENCH_REASONS = {
         "Check the supply and its cables, then repeat.",
     ),
     "condition_never_true": Wording(
-        "The bench stopped the run: what it waited for never came.",
+        "A phase timed out: its condition was never met.",
         "Check what the scenario waits for, then repeat.",
     ),
     "stopped_by_answer": Wording(

@@ -11,7 +11,7 @@ if TYPE_CHECKING:  # the live panel shows values too, and starts in a tenth of t
 # SI unit -> (unit shown, factor, decimals at least); units that are not here are shown as they are, with four digits.
 _SHOWN = {
     "rad": ("deg", 180.0 / math.pi, 2),
-    "rad/s": ("rad/s", 1.0, 2),
+    "rad/s": ("deg/s", 180.0 / math.pi, 1),
     "N·m": ("N·m", 1.0, 3),
     "A": ("A", 1.0, 3),
     "V": ("V", 1.0, 2),

@@ -121,8 +121,9 @@ class Condition(FileModel):
     def __str__(self) -> str:
         bound = getattr(self, self.kind)
         unit = ROLES[self.role].unit.removesuffix("1")
-        values = " to ".join(f"{part:g}" for part in (bound if isinstance(bound, tuple) else (bound,)))
-        text = f"{self.role} {self.kind.replace('_', ' ')} {values} {unit}".rstrip()
+        factor = 180.0 / math.pi if unit.startswith("rad") else 1.0
+        values = " to ".join(f"{part * factor:g}" for part in (bound if isinstance(bound, tuple) else (bound,)))
+        text = f"{self.role} {self.kind.replace('_', ' ')} {values} {unit.replace('rad', 'deg')}".rstrip()
         if self.over is not None:
             text += f" over {self.over:g} s"
         return f"{text} for {self.for_:g} s" if self.for_ else text

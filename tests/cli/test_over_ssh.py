@@ -108,10 +108,10 @@ def test_a_run_is_seen_and_ended_over_ssh(over_ssh, tmp_path):
     assert max(map(len, shown.splitlines())) <= 80
     terminal.press("s")
     assert terminal.end() == 5
-    assert "ABORTED - serial SN-9" in terminal.text
+    assert "STOPPED - serial SN-9" in terminal.text
     assert b"\x1b[3" not in terminal.bytes  # colours of NO_COLOR
     (bench,) = benches(tmp_path)
-    assert (bench.reason, bench.safe_state) == ("stopped by key s or r, SIGUSR1", True)
+    assert (bench.reason, bench.safe_state) == ("key s or r", True)
 
 
 def test_a_connection_that_is_lost_takes_the_drive_off(over_ssh, tmp_path):

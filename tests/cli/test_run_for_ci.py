@@ -60,7 +60,7 @@ def test_results_are_as_the_published_schema_says(good):
     assert (results["seed"], results["scenario"], results["model"]) == (
         7,
         "Friction check",
-        "default throttle, healthy",
+        "default throttle",
     )
 
 

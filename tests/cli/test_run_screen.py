@@ -44,8 +44,8 @@ def test_a_queue_of_units_with_keys_to_stop_abort_and_repeat(tmp_path, scenario)
     terminal.press("s")
     shown = terminal.until("('r' repeats SN-0042, 'q' ends):")
     assert "#####" in shown  # the verdict is large, and all of it is on the screen
-    assert "ABORTED - serial SN-0042" in shown
-    assert "Somebody stopped the run. (stopped by key s or r, SIGUSR1)" in shown
+    assert "STOPPED - serial SN-0042" in shown
+    assert "The operator stopped the run. (key s or r)" in shown
     assert "Next     Repeat the test when the bench is clear." in shown
     assert "1 unit: 1 aborted" in shown
     assert terminal.keeps_line_mode
@@ -66,9 +66,9 @@ def test_a_queue_of_units_with_keys_to_stop_abort_and_repeat(tmp_path, scenario)
     assert terminal.end() == 5
     assert "aborted       SN-0042  (runs: aborted, aborted, aborted)" in terminal.text
     first, second, third = bench_of(tmp_path)
-    assert (first["reason"], first["safe_state"]) == ("stopped by key s or r, SIGUSR1", True)
-    assert (second["reason"], second["safe_state"]) == ("stopped by key a or Ctrl-C, SIGINT", True)
-    assert (third["reason"], third["safe_state"]) == ("stopped by key a or Ctrl-C, SIGINT", True)
+    assert (first["reason"], first["safe_state"]) == ("key s or r", True)
+    assert (second["reason"], second["safe_state"]) == ("key a or Ctrl-C", True)
+    assert (third["reason"], third["safe_state"]) == ("key a or Ctrl-C", True)
 
 
 def test_a_key_repeats_one_unit_and_nothing_moves_until_enter(tmp_path, scenario):
@@ -78,7 +78,7 @@ def test_a_key_repeats_one_unit_and_nothing_moves_until_enter(tmp_path, scenario
     terminal.until("phase  held")
     terminal.press("r")
     shown = terminal.until("Enter runs SN-7 again, 'q' ends:")
-    assert "ABORTED - serial SN-7" in shown
+    assert "STOPPED - serial SN-7" in shown
     assert terminal.keeps_line_mode
     assert len(bench_of(tmp_path)) == 1
     terminal.press("\n")

@@ -47,7 +47,7 @@ def test_bump_is_found_and_placed(place):
     number = result.measurements.get("bump_1")
     assert number.value == bump.excess < 0.3  # a mean over a cell: so there is no interval that could hold the peak
     assert number.low is number.high is None
-    assert f"{bump.angle:.2f} rad" in number.name
+    assert f"{np.degrees(bump.angle):.1f} deg" in number.name
     assert result.measurements.get("bump_2") is None
     # It does not draw the curve towards itself
     real = Unit()

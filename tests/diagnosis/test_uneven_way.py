@@ -85,7 +85,7 @@ def test_intervals_hold_what_friction_is_without_that_and_the_run_says_where(nam
     for which in ("friction_least", "friction_most"):
         place, torque = result.measurements.get(f"{which}_at").value, result.measurements.get(which).value
         assert torque == pytest.approx(friction_at(unit, place), rel=within)
-        assert f"{place:.3f} rad" in remark(result)
+        assert f"{np.degrees(place):.1f} deg" in remark(result)
     assert result.measurements.get("friction_least").value < result.measurements.get("friction_most").value
     assert result.reasons[-1].id == "uneven_way"
 
@@ -146,7 +146,7 @@ def test_one_bump_is_held_against_the_limit_with_its_interval(bump, verdict, rat
     first = {"pass": "within_limits", "inconclusive": "T_st_local_undecided", "fail": "T_st_exceeded"}[verdict]
     assert (str(result.verdict), ids(result)[0]) == (verdict, first)
     if verdict != "pass":
-        assert " at 0.7" in result.reasons[0].text
+        assert " at 42.6 deg" in result.reasons[0].text
 
 
 @pytest.mark.parametrize("shape", ["ripple", "fine ripple", "low ripple"])
@@ -188,7 +188,7 @@ def test_a_unit_beyond_its_limits_fails_however_little_was_seen():
 
 @pytest.mark.parametrize(
     ("low", "high", "place", "unseen"),
-    [(0.2, 1.396, 0.08, "from 0.003 to 0.193 rad"), (0.035, 1.3, 1.4, "from 1.295 to 1.481 rad")],
+    [(0.2, 1.396, 0.08, "from 0.2 to 11.0 deg"), (0.035, 1.3, 1.4, "from 74.2 to 84.8 deg")],
     ids=["closed", "open"],
 )
 def test_friction_that_is_higher_where_no_ramp_came_does_not_pass(low, high, place, unseen):

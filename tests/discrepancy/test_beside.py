@@ -95,7 +95,7 @@ def test_recordings_of_one_unit_are_asked_and_what_they_told_is_said(monkeypatch
     assert answer["causes"][0]["class"] == OTHERS[:1]
     assert answer["told_apart_by_others"][0]["tells_from"] == OTHERS[1:]
     page = write_explanation(answer, None, tmp_path).read_text("utf-8")
-    assert "synthetic tells cogging torque from friction position periodic." in page
+    assert "synthetic distinguishes cogging torque from friction position periodic." in page
 
 
 def test_recordings_of_other_units_exclude_nothing(monkeypatch, found, cogging_recording):

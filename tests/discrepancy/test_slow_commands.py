@@ -65,9 +65,9 @@ def test_its_page_accuses_nobody_and_draws_no_empty_plot(answer, tmp_path):
     series = replace(series, runs=replace(series.runs, breaks_away=nowhere, model_breaks_away=nowhere))
     page = write_explanation({**plain(answer), "gain": gain}, series, tmp_path).read_text("utf-8")
     assert "These data do not suffice to judge the model." in page
-    assert "something is missing" not in page
+    assert "lacks an effect" not in page
     assert "breaks away at / V" not in page
-    assert "errs 91 % more (615 % more to 32 % less) than as stated" in page
+    assert "error is 91 % larger (615 % larger to 32 % smaller) than the reference model" in page
 
 
 def test_where_a_plate_breaks_away_it_is_drawn(answer, tmp_path):
@@ -85,7 +85,7 @@ def test_an_encoder_counts_from_the_plate_sensors_zero(healthy, away):
     after = np.concatenate([one.angle for one in sweeps_of(moved, healthy.model)])
     np.testing.assert_allclose(after, before, atol=1e-3)
     flags = driven_rows(moved, healthy.model).angles.flags
-    assert flags == (f"the encoder's zero was {-away:.3f} rad off the plate sensor's: it was set to that",)
+    assert flags == (f"the encoder's zero was {np.degrees(-away):.1f} deg off the plate sensor's: it was set to that",)
 
 
 @pytest.mark.parametrize("rows", [3, 20])

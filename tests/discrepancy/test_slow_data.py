@@ -127,7 +127,7 @@ def test_files_and_page_hold_it(answer, tmp_path):
     assert {path.name for path in paths} == {"explanation.json", "model.yaml"}
     assert load_model(tmp_path / "model.yaml").values.coulomb > MODEL.values.coulomb
     page = write_explanation(plain(answer), coarse_pictures(answer.coarse), tmp_path).read_text("utf-8")
-    assert "too slow to name causes by" in page
+    assert "too slowly to name causes" in page
     assert "pwm frequency 1000 Hz" in page
 
 

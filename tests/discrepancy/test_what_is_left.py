@@ -75,13 +75,13 @@ LIMIT = {
 def test_where_no_suspect_comes_near_no_test_is_asked_for(tmp_path):
     found = DRY | {"suspects": [SUSPECT], "next_test": None}
     page = write_explanation(found, None, tmp_path).read_text("utf-8")
-    assert "no test of ours is for this" in page
-    assert "no test of ours is for this" not in write_explanation(DRY, None, tmp_path).read_text("utf-8")
+    assert "No stock test distinguishes further" in page
+    assert "No stock test distinguishes further" not in write_explanation(DRY, None, tmp_path).read_text("utf-8")
 
 
 def test_limits_beside_something_unexplained_exclude_nothing(tmp_path):
     found = DRY | {"detection_limits": {"supply_sag": LIMIT}}
-    caution = "All this is beside what is left unexplained, of which one that is listed may be a part."
+    caution = "A listed effect may be a part of the unexplained residual."
     assert caution in write_explanation(found, None, tmp_path).read_text("utf-8")
     assert caution not in write_explanation(found | {"verdict": "adequate"}, None, tmp_path).read_text("utf-8")
 

@@ -75,7 +75,7 @@ def test_between_what_noise_leaves_is_said(answer, tmp_path):
     least, most = errors["noise_floor_range"]
     assert 0.0 < least < errors["holdout"]["free_run"]["throttle_angle"]["noise_floor"] < most
     page = write_explanation(plain(answer), None, tmp_path).read_text("utf-8")
-    assert f"noise alone left {1e3 * least:.3g} to {1e3 * most:.3g} mrad" in page
+    assert f"noise alone causes an error of {np.degrees(least):.3g} to {np.degrees(most):.3g} deg" in page
 
 
 def test_where_most_of_an_error_stands_is_said_beside_what_noise_left_there(answer, tmp_path):
@@ -89,7 +89,7 @@ def test_where_most_of_an_error_stands_is_said_beside_what_noise_left_there(answ
     for share, is_said in ((0.9, True), (0.1, False)):
         errors = plain(answer)["errors"] | {"free_run_worst": worst | {"share": share}}
         page = write_explanation(plain(answer) | {"errors": errors}, None, tmp_path).read_text("utf-8")
-        assert (f"{1e3 * worst['others']:.3g} mrad in all the rest" in page) == is_said
+        assert (f"against {np.degrees(worst['others']):.3g} deg elsewhere" in page) == is_said
 
 
 def test_errors_say_their_unit(answer):
@@ -109,11 +109,9 @@ def test_errors_of_less_than_ten_milliradian_are_said_in_milliradian(answer, tmp
         return write_explanation(plain(answer) | {"errors": errors}, None, tmp_path).read_text("utf-8")
 
     small, large = table(0.00035), table(0.011)
-    assert ">8.9 mrad<" in small
-    assert ">0.35 mrad<" in small
+    assert ">0.0201 deg<" in small
     assert ">0.0089 A<" in small
-    assert "mrad<" not in large
-    assert ">0.0089 rad<" in large
+    assert ">0.51 deg<" in large
 
 
 def test_the_diagnosis_is_said_under_both_models(answer):
@@ -128,7 +126,7 @@ def test_the_report_shows_it_over_the_motors_turn(answer, tmp_path):
     assert [left.over for left in series.left] == ["position", "motor turn"]
     page = write_explanation(plain(answer), series, tmp_path).read_text("utf-8")
     assert "<strong>Cogging torque.</strong>" in page
-    assert "Friction that the models have" in page
+    assert "Friction of the models" in page
     assert (tmp_path / "torque_over_motor_turn.png").stat().st_size > 10_000
 
 
@@ -139,7 +137,10 @@ def test_the_report_says_what_the_next_test_tells_and_what_it_does_not(answer, t
     page = write_explanation(found, None, tmp_path).read_text("utf-8")
     assert "run multisine" in page
     assert "explain NEW THESE --same-unit" in page
-    assert "They tell cogging torque from torque ripple. Still open then: wrong coulomb; weigh it." in page
+    assert (
+        "They distinguish cogging torque from torque ripple. Not distinguished: parametric fault of coulomb; weigh it."
+        in page
+    )
 
 
 def test_the_extended_model_is_read_again(answer, tmp_path):
@@ -179,9 +180,9 @@ def test_where_there_are_no_causes_nothing_is_shown_with_them(answer, again, tmp
         assert (series.after is not None) == (count == 2)
         assert {len(left.forward) for left in series.left} == {len(left.back) for left in series.left} == {count}
         page = write_explanation(plain(one), series, tmp_path).read_text("utf-8")
-        assert ("with the causes" in page) == (count == 2)
-        assert "model as calibrated" in page
-        assert "Friction that the models have" in page
+        assert ("residual over position, extended model" in page) == (count == 2)
+        assert "calibrated model" in page
+        assert "Friction of the models" in page
 
 
 def test_an_adequate_model_that_errs_in_free_run_beyond_what_noise_leaves_says_so(again, answer, tmp_path):
@@ -194,8 +195,9 @@ def test_an_adequate_model_that_errs_in_free_run_beyond_what_noise_leaves_says_s
     assert errors(again, 1.01 * calibrated)["says"] == ""
     assert errors(answer, 1e-9)["says"] == ""  # it is not adequate, and says what is missing
     found = errors(again, 0.5 * calibrated)
-    assert f"in free run the calibrated model errs by {1e3 * calibrated:.3g} mrad, more than noise" in found["says"]
-    assert f"({150.0 * calibrated:.3g} to {500.0 * calibrated:.3g} mrad)" in found["says"]
+    error = f"{np.degrees(calibrated):.3g} deg"
+    assert f"in free run the calibrated model errs by {error}, more than noise" in found["says"]
+    assert f"({np.degrees(0.15 * calibrated):.3g} to {np.degrees(0.5 * calibrated):.3g} deg)" in found["says"]
     page = write_explanation(plain(again) | {"errors": found}, None, tmp_path).read_text("utf-8")
     assert "The balances lack nothing, but in free run" in page
 
@@ -284,7 +286,7 @@ def test_what_data_cannot_show_is_no_detection_limit(answer, tmp_path):
     limits = {"spring_preload_shift": limit, "magnet_temperature": limit | {"judged": False, "says": "no heat"}}
     limits["friction_load"] = limit | {"within_bounds": True, "says": "found: it is a cause"}
     page = write_explanation(plain(answer) | {"detection_limits": limits}, None, tmp_path).read_text("utf-8")
-    assert "These data cannot show beside base parameters, however large: spring preload shift." in page
+    assert "These data cannot detect: spring preload shift." in page
     assert "Not judged: magnet temperature (no heat)." in page
     assert "None" not in page
 

@@ -139,7 +139,7 @@ def test_friction_over_temperature_is_drawn_where_its_law_is_known(tmp_path):
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda folder: folder / "nowhere", "is not there"),
+        (lambda folder: folder / "nowhere", "no such file or folder"),
         (lambda folder: folder, "there is no finished run"),
         (lambda folder: _written(folder / "a.db", b"no database" * 99), "is no store of results: file is not"),
         (lambda folder: _written(folder / "empty.db", b""), "is no store of results"),

@@ -6,6 +6,8 @@ import pytest
 
 from etb_hil.base.errors import InputError
 from etb_hil.base.stock import find
+from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.effects.entries import parsed
 from etb_hil.plant.parameters import load_model
 
 
@@ -87,7 +89,7 @@ def test_a_measured_strength_is_part_of_the_model(tmp_path):
         ("  gear_backlash.loose: {value: 2 ohm, uncertainty: 1 %, source: x}", "gear_backlash.play"),
         ("  resistance: {value: 2 V, uncertainty: 1 %, source: x}", "no unit of resistance"),
         ("  resistance: {value: 2 ohm, uncertainty: 3 ohm, source: x}", "reaches zero"),
-        ("  gear_backlash.play: {value: 2 rad, uncertainty: 1 mrad, source: x}", "uncertainty: its unit is rad"),
+        ("  gear_backlash.play: {value: 2 rad, uncertainty: 1 mm, source: x}", "uncertainty: its unit is rad"),
         ("  gear_backlash.play: {value: 2 rad, uncertainty: 0.1 rad, source: x}", "-0.005 to 0.08 rad"),
         ("  gear_backlash.play: {value: 0 rad, uncertainty: -0.1 rad, source: x}", "above 0"),
         ("  resistance: {value: 2 ohm, uncertainty: 0 ohm, source: x}", "above 0"),
@@ -110,3 +112,11 @@ def test_one_number_is_not_given_twice(tmp_path, stated):
             f"  torque_constant: {{value: {k_t} N·m/A, shaft: motor, uncertainty: 1 %, source: spun}}",
             f"  back_emf_constant: {{value: {k_e} V·s/rad, shaft: motor, uncertainty: 1 %, source: spun}}",
         )
+
+
+def test_a_strength_takes_any_unit_of_its_kind():
+    parameter = CATALOGUE["presliding_hysteresis"].stated[0]
+    assert parsed("12 mN·m", parameter) == pytest.approx(0.012)
+    assert parsed("0.012 N·m", parameter) == 0.012
+    with pytest.raises(ValueError, match="its unit is N·m"):
+        parsed("12 mm", parameter)

@@ -162,8 +162,8 @@ def test_what_a_bus_cannot_carry_is_left_out():
     [
         (["a.blf", "b.blf"], "several sources"),
         (["a.blf", "--window", "3", "2"], "--window must begin before it ends"),
-        (["no.blf"], "cannot be read"),
-        (["no.xyz"], "is no log format"),
+        (["no.blf"], "no such file or folder"),
+        (["no.xyz"], "no such file or folder"),
     ],
 )
 def test_bad_words_are_refused(words, says, capsys):

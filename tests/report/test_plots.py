@@ -36,8 +36,8 @@ ALL = [plots.friction_over_speed, plots.friction_over_angle, plots.time_traces]
 def test_units_stand_on_every_axis(draw):
     figure = draw(sample_run.series(), sample_run.results())
     drawn = [axes for axes in figure.axes if axes.lines and axes.get_ylabel()]
-    assert all(re.search(r" / (deg|rad/s|A|N·m|°C)$", axes.get_ylabel()) for axes in drawn)
-    assert re.search(r" / (s|deg|rad/s)$", figure.axes[-1].get_xlabel())
+    assert all(re.search(r" / (deg|deg/s|A|N·m|°C)$", axes.get_ylabel()) for axes in drawn)
+    assert re.search(r" / (s|deg|deg/s)$", figure.axes[-1].get_xlabel())
 
 
 @pytest.mark.parametrize("draw", ALL)
@@ -60,12 +60,11 @@ def test_svg_is_well_formed_with_ids_of_its_own_and_no_address(draw):
 
 
 @pytest.mark.parametrize("factor", [1.05, 1.3969849246231156, 1.6502512562814071, 3.0])
-def test_the_deepest_colour_of_a_map_is_no_more_than_whole(monkeypatch, factor):
+def test_the_deepest_colour_of_a_map_is_no_more_than_whole(factor):
     """Matplotlib refuses a hair more than one, which rounding may make of a cell that is the deepest."""
     there = FrictionMap(np.array([0.5]), np.array([20.0]), np.array([[factor]]), np.array([[0.01]]))
-    monkeypatch.setattr(plots, "friction_map", lambda _: there)
     axes = Figure().subplots()
-    plots._map(axes, sample_run.series())
+    plots._map(axes, there)
     (patch,) = axes.patches
     assert 0.08 < patch.get_alpha() <= 1.0
 
@@ -77,11 +76,12 @@ def test_same_input_gives_the_same_svg():
 
 def test_limits_are_drawn_where_they_are_compared():
     (axes,) = plots.friction_over_speed(sample_run.series(), sample_run.results()).axes
+    omega_s = np.degrees(sample_run.OMEGA_S)
     stiction, coulomb = [
         line.get_xydata() for line in axes.lines if str(line.get_label()).startswith(("limit T_st", "limit T_c"))
     ]
-    assert np.allclose(stiction, [[-sample_run.OMEGA_S, 0.25], [sample_run.OMEGA_S, 0.25]])
-    assert coulomb[0, 0] == pytest.approx(2.15 * sample_run.OMEGA_S)
+    assert np.allclose(stiction, [[-omega_s, 0.25], [omega_s, 0.25]])
+    assert coulomb[0, 0] == pytest.approx(2.15 * omega_s)
     assert coulomb[0, 1] == pytest.approx(0.18 + sample_run.VISCOUS * 2.15 * sample_run.OMEGA_S)
 
 
@@ -226,3 +226,10 @@ def test_friction_over_temperature_only_where_the_plate_warmed():
     (axes,) = condition_plots.friction_over_temperature(warm, sample_run.results()).axes
     laws = [float(str(line.get_label()).split()[1]) for line in axes.lines if "%/K" in str(line.get_label())]
     assert laws == pytest.approx([-0.3, -0.3], abs=0.03)
+
+
+def test_a_map_at_one_temperature_that_follows_the_curve_is_left_out():
+    points = sample_run.series()
+    still, on_curve = np.full(len(points.point_angle), 20.0), np.zeros(len(points.point_angle))
+    flat = replace(points, point_temperature=still, point_excess=on_curve)
+    assert len(plots.friction_over_angle(flat, sample_run.results()).axes) == 1

@@ -13,10 +13,11 @@ CASES = {
     "PASS": sample_run.results(),
     "FAIL": sample_run.results(0.567),
     "INCONCLUSIVE": sample_run.results(
-        unit=Unit(UnitVerdict.INCONCLUSIVE, "too_little_motion", "the plate moved by 0.01 rad")
+        unit=Unit(UnitVerdict.INCONCLUSIVE, "too_little_motion", "the plate moved by 0.57 deg")
     ),
     "BENCH FAULT": sample_run.results(0.567, bench=Bench(BenchOutcome.FAULT, "frames_stopped", safe_state=False)),
-    "ABORTED": sample_run.results(unit=Unit(None), bench=Bench(BenchOutcome.ABORTED, "stopped_by_operator")),
+    "ABORTED": sample_run.results(unit=Unit(None), bench=Bench(BenchOutcome.ABORTED, "aborted_by_operator")),
+    "STOPPED": sample_run.results(unit=Unit(None), bench=Bench(BenchOutcome.ABORTED, "stopped_by_operator")),
 }
 
 
@@ -65,3 +66,10 @@ def test_on_a_small_screen_further_reasons_give_way_and_nothing_else(headline, r
     assert short.splitlines()[-1] == full.splitlines()[-1]  # what to do
     if short != full:
         assert "More stands in the report." in short or rows == 12
+
+
+@pytest.mark.parametrize("headline", CASES)
+def test_a_narrow_terminal_breaks_no_word(headline):
+    text = verdict_text(CASES[headline], columns=60)
+    assert max(map(len, text.splitlines())) <= 60
+    assert f"  {headline}\n" in text or "###" in text

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 import socket
 import sys
@@ -14,6 +13,7 @@ import can
 import numpy as np
 
 from etb_hil.base.errors import BenchFault, InputError, Place, Problem
+from etb_hil.base.nearest import did_you_mean
 from etb_hil.canio.bus.bus_settings import VIRTUAL
 from etb_hil.canio.bus.health import BusHealth, LoadMeter
 from etb_hil.canio.bus.host_stamps import on_our_clock
@@ -157,14 +157,13 @@ def _content(frames: FrameBlock, row: int) -> bytes:
 def require_interface(settings: BusSettings, place: Place | None = None) -> None:
     """Raise InputError where python-can has no interface of this name; `place` is where the bench file says it."""
     if settings.interface not in can.VALID_INTERFACES:
-        near = difflib.get_close_matches(settings.interface, can.VALID_INTERFACES, n=1)
         raise InputError(
             Problem(
                 "no such CAN interface",
                 place,
                 settings.interface,
                 ", ".join(sorted({*can.VALID_INTERFACES, VIRTUAL})),
-                f"did you mean '{near[0]}'?" if near else "mend bus.interface",
+                did_you_mean(settings.interface, can.VALID_INTERFACES, "correct bus.interface"),
             )
         )
 

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
+from etb_hil.base.nearest import no_such
 from etb_hil.base.quantity import Duration
 from etb_hil.base.roles import ROLES
 from etb_hil.base.yamlfile import FileModel
@@ -79,7 +80,7 @@ class MessageProtection(FileModel):
 
 def _known_role(name: str) -> str:
     if name not in ROLES:
-        raise ValueError(f"no role; allowed: {', '.join(ROLES)}")
+        raise ValueError(no_such("role", name, ROLES))
     return name
 
 

@@ -28,6 +28,8 @@ def read_log(path: Path) -> LogReader:
     if path.is_dir():
         what = "is a folder without a session.json: no session"
         raise InputError(Problem(what, Place(path), remedy="name a session's folder, or a log"))
+    if not path.exists():
+        raise InputError(Problem("no such file or folder", Place(path), remedy="check the path"))
     is_packed = path.suffix.lower() == ".gz"
     suffix = (Path(path.stem) if is_packed else path).suffix.lower()
     found = _own().get(suffix) or _of_plugins().get(suffix)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -26,9 +27,10 @@ def _bumps(run: Findings) -> Iterator[Estimate]:
     for k, bump in enumerate(find_bumps(friction_map([{**series, "point_temperature": one_temperature}])), 1):
         yield Estimate(
             bump.excess,
-            note=f"mean over {CELL:g} rad, the peak is higher; from {bump.start:.2f} to {bump.end:.2f} rad",
+            note=f"mean over {math.degrees(CELL):.3g} deg, the peak is higher; from "
+            f"{math.degrees(bump.start):.1f} to {math.degrees(bump.end):.1f} deg",
             suffix=f"_{k}",
-            name=f"friction above the curve at {bump.angle:.2f} rad",
+            name=f"friction above the curve at {math.degrees(bump.angle):.1f} deg",
         )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -69,14 +70,15 @@ def _errors(findings: Findings, holdout: Holdout) -> results.Errors:
     left = holdout.table["free_run"][POSITION]["calibrated"]
     says = []
     if findings.verdict == "adequate" and left > most:
-        its = f"m{units[POSITION]}"
+        times, its = (1e3, "mm") if units[POSITION] == "m" else (math.degrees(1.0), "deg")
         says.append(
-            f"the balances lack nothing, but in free run the calibrated model errs by {1e3 * left:.3g} {its}, more "
-            f"than noise alone left ({1e3 * least:.3g} to {1e3 * most:.3g} {its}); these data do not tell why"
+            f"the balances lack nothing, but in free run the calibrated model errs by {times * left:.3g} {its}, more "
+            f"than noise alone left ({times * least:.3g} to {times * most:.3g} {its}); these data do not tell why"
         )
     if away := runs_away(simulable(holdout.best)):
         says.append(
-            f"from {away[0]:.2f} to {away[1]:.2f} rad springs and flow hold the plate less the further it is open: a "
+            f"from {math.degrees(away[0]):.0f} to {math.degrees(away[1]):.0f} deg springs and flow hold the "
+            "plate less the further it is open: a "
             "voltage alone lets it run away there, and what noise leaves of a free run grows by itself"
         )
     return results.Errors(

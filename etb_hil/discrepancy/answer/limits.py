@@ -85,7 +85,7 @@ def where_it_went(findings: Findings) -> str:
     low, high = min(float(way.min()) for way in ways), max(float(way.max()) for way in ways)
     if _is_linear(findings):
         return f"{low:.3g} to {high:.3g} m"
-    return f"{low:.3g} to {high:.3g} rad ({np.degrees(low):.1f} to {np.degrees(high):.1f} deg)"
+    return f"{np.degrees(low):.1f} to {np.degrees(high):.1f} deg"
 
 
 def _not_judged(findings: Findings, effect: Effect) -> DetectionLimit:

@@ -33,9 +33,9 @@ class Pictures:
     after: Float64 | None
     position_unit: str
     left: list[Leftover]
-    title: str = "Free run on the worst segment"
-    before_is: str = "model as calibrated"
-    after_is: str = "model with the causes"
+    title: str = "Free run on the segment with the largest error"
+    before_is: str = "calibrated model"
+    after_is: str = "extended model"
     runs: Runs | None = None
 
 
@@ -90,9 +90,9 @@ def coarse_pictures(coarse: Coarse) -> Pictures:
         after=coarse.fitted[worst][part],
         position_unit="rad",
         left=[],
-        title=f"Free run that the fit did not see and gets most wrong ({name})",
-        before_is="model as stated",
-        after_is="model as fitted to other runs",
+        title=f"Free run with the largest error, not used in the fit ({name})",
+        before_is="reference model",
+        after_is="calibrated model, fitted to other runs",
         runs=Runs(
             called or "run",
             unit,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -48,13 +49,13 @@ class Angles:
             return Angles(angle, noise, None)
         if noise > plate_noise:
             # A bristle that moves with the steps of a coarse encoder is no friction.
-            steps = f"motor_angle has steps of {step:.2g} rad at the plate"
-            why = f"{steps}, the plate sensor a noise of {plate_noise:.2g} rad"
+            steps = f"motor_angle has steps of {math.degrees(step):.2g} deg at the plate"
+            why = f"{steps}, the plate sensor a noise of {math.degrees(plate_noise):.2g} deg"
             return _plates(plate, plate_noise, why, angle)
         if abs(away := float(np.median(plate - angle))) <= _OTHER_ZERO:
             return Angles(angle, noise, plate)
         # An encoder counts from where it was switched on; the plate's sensor knows where that was.
-        said = f"the encoder's zero was {away:.3f} rad off the plate sensor's: it was set to that"
+        said = f"the encoder's zero was {math.degrees(away):.1f} deg off the plate sensor's: it was set to that"
         return Angles(angle + away, noise, plate, (said,))
 
 

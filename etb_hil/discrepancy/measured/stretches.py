@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -163,8 +164,8 @@ def _must_move(m: Measurement, model: Model) -> None:
         raise InputError(
             Problem(
                 f"{m.origin}: the plate goes further than the model's stops let it",
-                value=f"{way:.3g} rad",
-                allowed=f"up to {_TOO_FAR * between:.3g} rad",
+                value=f"{math.degrees(way):.3g} deg",
+                allowed=f"up to {math.degrees(_TOO_FAR * between):.3g} deg",
                 remedy="look at the angle's unit (rad or deg), and at the model's gear_ratio and stops",
             )
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -172,7 +173,8 @@ def _starts(ends: Sequence[float]) -> str:
     best, worst = min(ends), max(ends)
     if worst < 1.05 * best:
         return f"all {len(ends)} starts ended at the same error within 5 %"
-    return f"{len(ends)} starts ended at {best:.3g} to {worst:.3g} rad: the best was taken, there may be better ones"
+    low, high = math.degrees(best), math.degrees(worst)
+    return f"{len(ends)} starts ended at {low:.3g} to {high:.3g} deg: the best was taken, there may be better ones"
 
 
 def _quality(recording: Recording, rows: Driven, sweeps: Sequence[Sweep], found: FreeFit) -> results.DataQuality:

@@ -14,6 +14,7 @@ const SIGNS = {
   INCONCLUSIVE: ["M12 .8L23.2 12 12 23.2.8 12z", "M9.3 9.6a2.8 2.8 0 1 1 4.1 2.5c-1 .5-1.4 1-1.4 2.1M12 17v.2"],
   "BENCH FAULT": ["M12 1.5L23.5 22H.5z", "M12 9v6M12 18.4v.2"],
   ABORTED: ["M2 2h20v20H2z", "M8 8h8v8H8z"],
+  STOPPED: ["M2 2h20v20H2z", "M8 8h8v8H8z"],
   REFUSED: ["M12 1a11 11 0 1 0 0 22 11 11 0 0 0 0-22z", "M6 12h12"],
 };
 

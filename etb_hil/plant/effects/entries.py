@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from etb_hil.base.errors import Problem
-from etb_hil.base.quantity import tidy_unit
+from etb_hil.base.quantity import dimension_of_unit, tidy_unit, to_si
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.effect import Effect, EffectParameter
 from etb_hil.plant.effects.layout import PLATE_INERTIA, extended
@@ -39,10 +39,14 @@ def parsed(value: str | float, parameter: EffectParameter) -> float:
         if parameter.unit != "1":
             raise ValueError(f"a value with its unit is expected, for instance '1 {parameter.unit}'")
         return float(value)
-    number, _, unit = str(value).partition(" ")
-    if tidy_unit(unit or "1") != tidy_unit(parameter.unit):
+    number, _, unit = str(value).strip().partition(" ")
+    if tidy_unit(unit or "1") == tidy_unit(parameter.unit):
+        return float(number)
+    dimension = dimension_of_unit(parameter.unit)
+    if dimension is None or dimension_of_unit(unit) != dimension:
         raise ValueError(f"its unit is {parameter.unit}")
-    return float(number)
+    own = to_si(1.0, parameter.unit, dimension)
+    return to_si(float(number), unit, dimension) / own
 
 
 def measured_strength(name: str, value: str | float, uncertainty: str | float) -> Measured:

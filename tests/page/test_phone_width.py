@@ -1,0 +1,138 @@
+"""Report, explanation and operator page on a phone (390 px), dark and on paper: nothing is cut, no word broken."""
+
+import json
+
+import pytest
+from report import sample_run
+
+from etb_hil.report.explain_report import write_explanation
+from etb_hil.report.html_report import write_report
+from etb_hil.results.explanation_file import explanation_from_dict
+
+PHONE, PAPER = 390, 718  # px: a phone held upright, and A4 between margins of 11 mm
+SIZE = {"value": 0.0312, "interval": [0.0288, 0.0336], "unit": "N·m", "in_model": 0.0309, "flags": ["at its bound"]}
+ERRORS = {"unit": "rad", "nominal": 0.0312, "calibrated": 0.0123, "extended": 0.0034, "noise_floor": 0.0031}
+FOUND = {
+    "schema": "etb_hil/explanation/1",
+    "verdict": "ambiguous",
+    "causes": [
+        {
+            "effect": "friction_position_periodic",
+            "class": ["friction_position_bump", "plate_sensor_nonlinearity"],
+            "share_of_error": 0.87,
+            "probability": 0.9,
+            "parameters": {"sine": SIZE, "a_parameter_with_a_very_long_name": SIZE},
+            "finer_in_model": {},
+        }
+    ],
+    "errors": {
+        "holdout": {"free_run": {"throttle_angle": ERRORS}, "one_step": {"throttle_angle": ERRORS}},
+        "noise_floor_range": [0.0029, 0.0035],
+        "free_run_worst": {
+            "share": 0.7, "from_s": 3.0, "to_s": 4.0, "error": 0.01, "others": 0.002,
+            "noise_floor_range": [0.001, 0.002],
+        },
+    },
+    "gain": {"value": 0.72, "interval": [0.69, 0.75], "over_stated": {"value": 0.89, "interval": [0.85, 0.91]}},
+    "suspects": [
+        {"search": 1, "effect": effect, "taken_in": taken, "refused": refused, "probability": 0.5, "leaves": 0.31,
+         "looks_like": "a wave", "check": "bearings"}
+        for effect, taken, refused in (
+            ("friction_position_periodic", True, ""),
+            ("parameter:spring_stiffness_opening", False, "explains less than noise does"),
+        )
+    ],
+    "friction": {"stiction": {"nominal": 0.171, "calibrated": 0.182, "extended": 0.175, "unit": "N·m"}},
+    "calibrated": {
+        "spring_slope": {"nominal": 0.03, "value": 0.034, "unit": "N·m/rad", "flags": ["outside its tolerance"],
+                         "interval": [0.033, 0.035], "tolerance": 0.003}
+    },
+    "confounded": [],
+    "data_quality": [
+        {"origin": "20261124-093000_friction-check", "seconds": 18.2, "rate_hz": 1000.0, "flags": ["late"]}
+    ],
+    "detection_limits": {
+        "gear_backlash": {"limit": 0.002, "unit": "rad", "parameter": "gap", "judged": True, "within_bounds": True}
+    },
+}  # fmt: skip
+
+LOOK = """
+const width = document.documentElement.clientWidth, wide = [], broken = [];
+for (const element of document.body.querySelectorAll("*")) {
+  if (element.closest("svg svg, script, style") || !element.getClientRects().length) continue;
+  const box = element.getBoundingClientRect();
+  if (box.width && box.right > width + 1) wide.push(`${element.tagName} ${element.className} ${Math.round(box.right)}`);
+}
+const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+for (let node = walker.nextNode(); node; node = walker.nextNode()) {
+  if (node.parentElement.closest("svg, script, style, code, pre")) continue;
+  for (const word of node.data.matchAll(/[\\p{L}]{2,30}/gu)) {
+    const range = document.createRange();
+    range.setStart(node, word.index); range.setEnd(node, word.index + word[0].length);
+    const tops = new Set([...range.getClientRects()].filter((r) => r.width).map((r) => Math.round(r.top)));
+    if (tops.size > 1) broken.push(word[0]);
+  }
+}
+const cells = [...document.querySelectorAll("table.cards td")].filter((cell) => cell.getClientRects().length);
+return JSON.stringify({
+  scroll: document.documentElement.scrollWidth, width, wide, broken,
+  cells: cells.length, blocks: cells.filter((cell) => getComputedStyle(cell).display === "block").length,
+  paper: getComputedStyle(document.body).backgroundColor,
+});
+"""
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("pages")
+    data = folder / "log.csv"
+    data.write_text("t_s\n")
+    for name in ("report", "explanation"):
+        (folder / name).mkdir()
+    return {
+        "report": write_report(sample_run.results(0.567), sample_run.series(0.567), folder / "report"),
+        "explanation": write_explanation(explanation_from_dict(FOUND), None, folder / "explanation", [data]),
+    }
+
+
+def looked_at(browser, address, width, media="screen", theme="light"):
+    browser.execute_cdp_cmd(
+        "Emulation.setDeviceMetricsOverride",
+        {"width": width, "height": 844, "deviceScaleFactor": 1, "mobile": width == PHONE},
+    )
+    features = [{"name": "prefers-color-scheme", "value": theme}]
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": media, "features": features})
+    browser.get(address)
+    return json.loads(browser.execute_script(LOOK))
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("name", ["report", "explanation"])
+def test_a_phone_shows_all_of_a_page_with_tables_as_cards(browser, pages, name, theme):
+    seen = looked_at(browser, pages[name].as_uri(), PHONE, theme=theme)
+    assert (seen["wide"], seen["broken"]) == ([], [])
+    assert seen["scroll"] <= seen["width"] == PHONE
+    assert seen["cells"] == seen["blocks"] > 0
+    assert seen["paper"] == {"light": "rgb(253, 254, 254)", "dark": "rgb(20, 24, 29)"}[theme]
+
+
+@pytest.mark.parametrize("name", ["report", "explanation"])
+def test_paper_shows_all_of_a_page_on_white(browser, pages, name):
+    seen = looked_at(browser, pages[name].as_uri(), PAPER, "print", "dark")
+    assert (seen["wide"], seen["broken"]) == ([], [])
+    assert seen["paper"] == "rgb(255, 255, 255)"
+
+
+def test_a_phone_shows_all_of_the_operators_page(browser, page):
+    seen = looked_at(browser, page.address, PHONE)
+    assert (seen["wide"], seen["broken"]) == ([], [])
+    assert seen["scroll"] <= seen["width"] == PHONE
+
+
+def test_each_model_has_one_name_and_inputs_their_hash(pages):
+    text = pages["explanation"].read_text("utf-8")
+    for name in ("reference model", "calibrated model", "extended model", "noise floor"):
+        assert name in text
+    assert "sha256" in text
+    assert "log.csv" in text
+    assert " UTC by etb-hil " in text
