@@ -24,7 +24,7 @@ from pathlib import Path
 
 from fuzz_kinds import KINDS, seeds
 
-from etb_hil.base.lean_imports import hide_asammdf
+from etb_hil.base.lean_imports import keep_imports_lean
 from etb_hil.cli.main import main as etb_hil
 
 MOST_S, MOST_WALL_S, MOST_BYTES, MOST_LETTERS = 60, 600, 1 << 30, 20_000
@@ -125,7 +125,7 @@ def main():
     parser.add_argument("--keep", type=Path)
     options = parser.parse_args()
     kinds = options.kinds or list(KINDS)
-    hide_asammdf()
+    keep_imports_lean()
     found = 0
     with tempfile.TemporaryDirectory(prefix="fuzz-seeds") as name:
         given = seeds(Path(name))

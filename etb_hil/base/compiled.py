@@ -33,6 +33,7 @@ from numba.core.typing.templates import Signature
 from numba.misc.appdirs import AppDirs
 
 from etb_hil.base.fingerprint import fingerprint, type_fingerprint
+from etb_hil.base.lean_imports import lean_numba
 
 _CONFIG: Any = numba.config
 PACKAGE = Path(__file__).resolve().parent.parent
@@ -92,7 +93,8 @@ class _MachineCode(_Cache):  # type: ignore[misc] # numba has no types
 
     def load_overload(self, signature: Types, target_context: BaseContext) -> CompileResult | None:
         """Return what was compiled for a signature, None if it is not there; then numba compiles it."""
-        target_context.refresh()  # makes numba's own functions known, which the machine code may call
+        with lean_numba():
+            target_context.refresh()  # makes numba's own functions known, which the machine code may call
         name = f"{_environment(target_context.codegen())}/{self._file(signature)}"
         for folder in folders() if self._is_enabled else ():
             content = _read(folder / name)

@@ -215,9 +215,15 @@ def _tell() -> None:
 
 @cache
 def _entry_points(kind: str) -> tuple[EntryPoint, ...]:
+    return tuple(sorted(_installed().select(group=f"etb_hil.{kind}"), key=lambda entry: entry.name))
+
+
+@cache
+def _installed() -> Any:  # noqa: ANN401 (`EntryPoints`; in Python 3.11 a class that is deprecated, with the same method)
+    """Return the entry points of all packages: the search reads a file of each, so a process does it once."""
     from importlib.metadata import entry_points  # noqa: PLC0415 (50 ms, for the commands that use a registry)
 
-    return tuple(sorted(entry_points(group=f"etb_hil.{kind}"), key=lambda entry: entry.name))
+    return entry_points()
 
 
 @cache

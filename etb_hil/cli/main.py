@@ -12,7 +12,7 @@ from types import FrameType
 from typing import NoReturn
 
 from etb_hil import __version__
-from etb_hil.base.lean_imports import hide_asammdf
+from etb_hil.base.lean_imports import keep_imports_lean
 from etb_hil.base.output import Output, use_safe_streams
 from etb_hil.cli.compiling import announce_compiling
 from etb_hil.cli.completion import ASKED, complete, words_so_far
@@ -57,7 +57,7 @@ def _process() -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     _open_standard_streams()
     use_safe_streams()
-    hide_asammdf()
+    keep_imports_lean()
     announce_compiling()
     warnings.showwarning = _caution  # type: ignore[assignment]
     for name in ("SIGTERM", "SIGHUP"):  # a closed terminal and a service manager end a command as Ctrl-C does

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +13,7 @@ import matplotlib as mpl
 import numpy as np
 from markupsafe import escape
 from matplotlib.axes import Axes
+from matplotlib.backend_bases import get_registered_canvas_class
 from matplotlib.figure import Figure
 
 from etb_hil.base.files import replacing
@@ -67,6 +70,7 @@ _PLOT = "plot-"
 _MARKS = re.compile(r'<g clip-path="(?P<clip>[^"]*)">(?P<marks>(?:\s*<use [^>]*/>)+)\s*</g>')
 _MANY, _DOT = 20, 2.2  # marks, and their diameter in points
 PNG_DPI = 160
+_SVG_DPI = 72  # its unit is the point
 COLUMNS = 1400
 
 
@@ -83,8 +87,28 @@ def new_figure(
 @mpl.rc_context(STYLE)
 def save_png(figure: Figure, path: Path) -> None:
     """Write a figure as PNG, whole or not at all; InputError where it cannot be written."""
-    with replacing(path) as part:
+    with replacing(path) as part, _laid_out(figure, "png", PNG_DPI):
         figure.savefig(part, format="png", dpi=PNG_DPI)
+
+
+@contextmanager
+def _laid_out(figure: Figure, form: str, dpi: float) -> Iterator[None]:
+    """Place a figure's plots as they will be in a file, so that `savefig` does not draw everything twice for that."""
+    engine = figure.get_layout_engine()
+    if engine is None:
+        yield
+        return
+    own = figure.canvas, figure.dpi
+    get_registered_canvas_class(form)(figure)
+    figure.dpi = dpi
+    try:
+        engine.execute(figure)
+        figure.set_layout_engine(None)
+        yield
+    finally:
+        figure.set_layout_engine(engine)
+        figure.dpi = own[1]
+        figure.set_canvas(own[0])
 
 
 def inline_svg(figure: Figure, name: str) -> str:
@@ -95,7 +119,7 @@ def inline_svg(figure: Figure, name: str) -> str:
     for number, axes in enumerate(figure.axes):
         axes.set_gid(f"{_PLOT}{number}")
     text = io.StringIO()
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context(STYLE), _laid_out(figure, "svg", _SVG_DPI):
         figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     svg = text.getvalue()
     svg = _as_dots(svg[svg.index("<svg") :])

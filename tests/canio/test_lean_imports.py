@@ -1,4 +1,4 @@
-"""A command of ours does not import asammdf with python-can, and still reads what only asammdf knows."""
+"""Commands of ours import neither asammdf nor scipy with python-can and numba, and still use both where needed."""
 
 import subprocess
 import sys
@@ -38,3 +38,21 @@ def test_asammdf_is_imported_only_where_it_is_needed(tmp_path):
         mdf.append([asammdf.Signal(records, short, name="CAN_DataFrame", source=bus)])
         mdf.save(tmp_path / "odd.mf4", overwrite=True)
     assert "1 frames read" in run(tmp_path / "odd.mf4", tmp_path / "out.log")
+
+
+KERNEL_OF_A_PLUGIN = """
+import sys
+import numba
+import numpy as np
+from etb_hil.base.lean_imports import keep_imports_lean
+keep_imports_lean()
+from etb_hil.plant.exactmath import exp
+assert exp(0.0) == 1.0
+assert "scipy.linalg" not in sys.modules
+print(numba.njit(lambda a: np.dot(a, a))(np.array([3.0, 4.0])), "scipy.linalg" in sys.modules)
+"""
+
+
+def test_linear_algebra_of_scipy_is_imported_only_where_a_kernel_calls_it():
+    done = subprocess.run([sys.executable, "-c", KERNEL_OF_A_PLUGIN], capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr) == ("25.0 True\n", "")
