@@ -80,6 +80,20 @@ def test_every_decision_that_is_cited_exists():
     assert not wrong
 
 
+def test_every_file_that_a_record_names_exists():
+    folders = ("etb_hil", "docs", "tests", "benchmarks", ".ci")
+    there = [path for folder in folders for path in (CHECKOUT / folder).rglob("*")] + list(CHECKOUT.iterdir())
+    known = {f"/{path.relative_to(CHECKOUT).as_posix()}" + "/" * path.is_dir() for path in there}
+    named = re.compile(r"`([\w./-]+(?:/|\.(?:py|pyi|toml|md|txt)))`")
+    missing = {
+        f"{record.name[:4]}: {name}"
+        for record in RECORDS
+        for name in named.findall(record.read_text("utf-8"))
+        if not any(path.endswith(f"/{name}") for path in known)
+    }
+    assert missing == set()
+
+
 def test_citations_are_found_in_their_forms():
     assert cited("decision 0012.") == {"0012"}
     assert cited("Decisions 0012, 0013 and 0014, 2026") == {"0012", "0013", "0014"}
