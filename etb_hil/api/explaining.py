@@ -128,7 +128,7 @@ def explain(
     """Explain what a model gets wrong of the first of some recordings, and try the causes on the others.
 
     A recording may be a path that `read` takes by itself. `limits` are by default those of the first one's session,
-    else the stock ones. `is_same_unit`: all are of one unit, so that what any of them tells apart is told apart.
+    else the stock ones. `is_same_unit`: all are of one unit, so that what any of them distinguishes is distinguished.
     `fit_on`: of data too slow to name causes by, the conditions whose runs are fitted. `progress` is told what is being
     done. Raises InputError where data and model do not fit; an interrupt ends the search with what is known by then.
     """

@@ -54,7 +54,7 @@ class _Descriptor(io.RawIOBase):
 class Output(io.TextIOWrapper):
     """A text stream on a descriptor, a line at a time, that raises neither OSError nor UnicodeError.
 
-    Characters that `encoding` lacks are written as ASCII that reads alike, else as an escape sequence.
+    Characters that `encoding` lacks are written as ASCII that reads the same, else as an escape sequence.
     """
 
     def __init__(self, number: int, encoding: str) -> None:

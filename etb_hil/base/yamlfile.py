@@ -106,10 +106,10 @@ class _Reader:
             mark = error.problem_mark or error.context_mark
             line = None if mark is None else mark.line + 1
             raise InputError(
-                Problem(f"is not YAML: {error.problem or error}", Place(self._path, line), remedy="mend the line")
+                Problem(f"is not YAML: {error.problem or error}", Place(self._path, line), remedy="correct the line")
             ) from None
         except yaml.YAMLError as error:
-            raise InputError(Problem(f"is not YAML: {error}", Place(self._path), remedy="mend the file")) from None
+            raise InputError(Problem(f"is not YAML: {error}", Place(self._path), remedy="correct the file")) from None
         return data, self.lines
 
     def _expect(self, kind: type) -> None:

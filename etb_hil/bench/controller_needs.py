@@ -82,6 +82,6 @@ def not_watched(dialect: Dialect) -> list[str]:
     return [f"{what} (no signal has the role '{role}')" for role, what in _WATCHED.items() if not dialect.has(role)]
 
 
-_OWN_FACTOR = "mend the role's scale and offset, or the signal's factor in the DBC file"
+_OWN_FACTOR = "correct the role's scale and offset, or the signal's factor in the DBC file"
 _MAP = "map the role in the bench file"
 _OWN_RANGE = "change the phase, or the role's scale and offset in the bench file"

@@ -151,7 +151,7 @@ def _rehearse(
             scenario.place(*step.key),
             allowed=f"the bench's limits less a margin: {MARGIN:.0%} of current and velocity, "
             f"{TEMPERATURE_MARGIN:g} K of temperature",
-            remedy="make the phase gentler, or mend the model or the bench's limits",
+            remedy="make the phase gentler, or correct the model or the bench's limits",
         )
     )
 
@@ -176,7 +176,7 @@ def _ages(model: Model) -> bool:
 
 
 def _rested(step: Step, model: Model) -> Step:
-    """Return the step without what is left of a rest once the plate has come to it."""
+    """Return the step without the residual of a rest once the plate has come to it."""
     key = RESTS.get(type(step.phase))
     if key is None or _ages(model):
         return step

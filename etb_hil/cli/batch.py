@@ -33,7 +33,7 @@ class Tally:
     """
 
     runs: dict[str, list[tuple[str, ExitCode]]] = field(default_factory=dict)
-    not_run: list[str] = field(default_factory=list)  # numbers of a piped queue that were refused, or left over
+    not_run: list[str] = field(default_factory=list)  # numbers of a piped queue that were refused, or left
 
     def add(self, serial: str, results: RunResult, code: ExitCode) -> None:
         """Count a run."""

@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--same-unit",
         action="store_true",
-        help="the data are of one unit: what any tells apart is told apart (after a next test, its record comes first)",
+        help="all recordings are of one unit: each may distinguish causes (put the record of a next test first)",
     )
     parser.add_argument("--out", type=Path, default=Path("explanation"), help="folder (default: %(default)s)")
 

@@ -1,4 +1,4 @@
-"""`etb-hil isolability`: which effects a planned scenario could tell apart, and which scenario to add."""
+"""`etb-hil isolability`: which effects a planned scenario could distinguish, and which scenario to add."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the scenarios on the virtual unit and print the pairs that look alike."""
+    """Run the scenarios on the virtual unit and print the pairs that are not isolable."""
     from etb_hil.base.outcome import ExitCode
     from etb_hil.base.stock import stock_names
     from etb_hil.discrepancy.plan.isolability import isolability, together
 
     parts = [_along(options, name) for name in options.scenarios]
     found = isolability(together(parts))
-    print(f"{len(found.alike)} of {found.pairs} pairs look alike (cosine of 0.95 and more):")
+    print(f"{len(found.alike)} of {found.pairs} pairs are not isolable (cosine of 0.95 and more):")
     for first, second, cosine in found.alike:
         print(f"  {first} and {second} ({cosine:.2f})")
     if found.hidden:

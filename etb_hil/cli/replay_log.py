@@ -1,4 +1,4 @@
-"""A log judged: each of its units, in stretches, or as a whole beside the session that it is compared with."""
+"""A log judged: each of its units, in segments, or as a whole beside the session that it is compared with."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def _unit(options: argparse.Namespace, files: RuleFiles, channel: int | None) ->
 
 
 def _in_stretches(parts: Iterator[Finished], frames: Frames) -> Finished:
-    """Print a verdict for a short log, a line a stretch for a long one; return the one that decides."""
+    """Print a verdict for a short log, a line a segment for a long one; return the one that decides."""
     deciding = next(parts)
     printed = False
     for finished in parts:

@@ -1,6 +1,6 @@
 """Samples and statuses become frames with counter and CRC, compiled.
 
-One call for all messages of a stretch: a lock-step bench asks for a few frames some hundred times a simulated second,
+One call for all messages of a segment: a lock-step bench asks for a few frames some hundred times a simulated second,
 and there a writer a message would cost more than the plant.
 """
 

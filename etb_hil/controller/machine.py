@@ -46,7 +46,7 @@ _NO_EVENTS = np.empty((0, EVENT_WIDTH))
 
 @dataclass(frozen=True, slots=True)
 class Output:
-    """What came out of one stretch: rows of `state.Sample`, `Status` and `Switch`, valid until the next."""
+    """What came out of one segment: rows of `state.Sample`, `Status` and `Switch`, valid until the next."""
 
     samples: NDArray[np.void]
     statuses: NDArray[np.void]
@@ -197,7 +197,7 @@ class Machine:
         """Run every tick before `until_ns`; return how many of the events took effect, and the output in order.
 
         `event_ns` int64 (n), `event` float64 (n, `EVENT_WIDTH`) are sorted by stamp; an event takes effect at the first
-        control tick at or after its stamp. Each output is overwritten by the next, so a stretch of more than a second
+        control tick at or after its stamp. Each output is overwritten by the next, so a segment of more than a second
         comes as copies.
         """
         end = -((self._start_ns - until_ns) // TICK_NS)

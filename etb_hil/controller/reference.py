@@ -21,7 +21,7 @@ PRESS = 0.03  # rad that a reference may lie beyond a stop: enough to feel it, n
 TOUCH_SPEED = 1.2  # rad/s at which a stop may be met
 LEAD = 0.03  # rad that the reference of the velocity mode may run ahead of the plate
 RETURN_SPEED = 1.0  # rad/s to limp-home
-SHORTEST, LONGEST = 1e-3, 25e-3  # s, of a stretch
+SHORTEST, LONGEST = 1e-3, 25e-3  # s, of a segment
 
 
 @njit(cache=True, error_model="numpy")
@@ -36,7 +36,7 @@ def restart(s: State, now_ns: int) -> None:
 
 @njit(cache=True, error_model="numpy")
 def aim(s: State, stamp_ns: int, position: float, velocity: float) -> None:
-    """Start a stretch to a set-point in rad and rad/s, from where the reference was when the command came."""
+    """Start a segment to a set-point in rad and rad/s, from where the reference was when the command came."""
     if s.mode == POSITION:
         s.start_position, s.start_velocity, _ = _cubic(s, stamp_ns)
     else:
@@ -66,7 +66,7 @@ def step(s: State, settings: Settings, nominal: Vector, now_ns: int) -> None:
 
 @njit(cache=True, error_model="numpy")
 def _cubic(s: State, at_ns: int) -> tuple[float, float, float]:
-    """Return position, velocity and acceleration of the present stretch at an instant."""
+    """Return position, velocity and acceleration of the present segment at an instant."""
     t = (at_ns - s.stretch_ns) * 1e-9
     if t >= s.stretch:
         return s.end_position + s.end_velocity * (t - s.stretch), s.end_velocity, 0.0
@@ -80,7 +80,7 @@ def _cubic(s: State, at_ns: int) -> tuple[float, float, float]:
 
 @njit(cache=True, error_model="numpy")
 def _line(s: State, at_ns: int) -> tuple[float, float]:
-    """Return velocity and acceleration of the present stretch at an instant."""
+    """Return velocity and acceleration of the present segment at an instant."""
     t = (at_ns - s.stretch_ns) * 1e-9
     if t >= s.stretch:
         return s.end_velocity, 0.0

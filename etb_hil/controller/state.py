@@ -63,7 +63,7 @@ class State:
     has_command: int
     interval: float  # s between good commands, smoothed
     setpoint_voltage: float
-    # a stretch of the reference: from where it was to the newest set-point
+    # a segment of the reference: from where it was to the newest set-point
     stretch_ns: int
     stretch: float  # s
     start_position: float

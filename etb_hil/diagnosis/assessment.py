@@ -159,8 +159,8 @@ def _coulomb(fit: StribeckFit, fastest: float, throttle: ThrottleParameters) -> 
     """Return T_c with what is not known of it where the plate never slid far above omega_s.
 
     What the fitted curve has left at the fastest speed was never seen to fall away. Where no drop from T_st stands
-    out, or the plate was slower than omega_s, Stribeck effect and viscosity cannot be told apart: T_c lies below T_st
-    and below the friction at that speed, and no more is known; not even that where the plate only crept.
+    out, or the plate was slower than omega_s, Stribeck effect and viscosity cannot be distinguished: T_c lies below
+    T_st and below the friction at that speed, and no more is known; not even that where the plate only crept.
     """
     q = fit.parameters
     coulomb, drop = float(q[COULOMB]), float(q[DROP])

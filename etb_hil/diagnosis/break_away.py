@@ -56,7 +56,7 @@ class BreakAwayTorque:
     """The mean of both directions, with its 95 % interval, from `count` break-aways, those ways at `rates` N·m/s.
 
     `per_decade` is by what share a ten times longer rest raises it, `per_rate` a ten times quicker ramp, with their
-    intervals; None where the rests, or the rates, are too much alike.
+    intervals; None where the rests, or the rates, are too close together.
     """
 
     value: float
@@ -139,7 +139,7 @@ def at_rates(
 ) -> list[tuple[float, BreakAwayTorque]]:
     """Return what the break-aways at each of several rates say together, and that rate in N·m/s, slow ones first.
 
-    None where all ramps were alike; `grown` as of `break_away_torque`.
+    None where all ramps were equal; `grown` as of `break_away_torque`.
     """
     groups: list[list[BreakAway]] = []
     for one in sorted((one for one in found if one.rate > 0.0), key=lambda one: one.rate):

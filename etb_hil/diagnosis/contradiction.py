@@ -111,7 +111,7 @@ def _one_way(assessment: Assessment) -> list[Reason]:
     if assessment.fit is None or min(opening, closing) >= _FEWEST_A_WAY:
         return []
     text = (
-        f"{opening} stretches of 17 ms opened the plate and {closing} closed it: friction is told from springs by both"
+        f"{opening} segments of 17 ms opened the plate and {closing} closed it: friction is told from springs by both"
     )
     return [Reason("one_way", text, "run a scenario that opens and closes the plate")]
 
@@ -221,7 +221,7 @@ def gain_range(
 ) -> tuple[float, float]:
     """Return between which factors the gain of the current may lie, beside `GAIN`.
 
-    Both springs too strong or too weak alike may as well be the current's gain. The resistance bounds it: a gain that
+    Both springs too strong, or both too weak, may as well be the current's gain. The resistance bounds it: a gain that
     is too high makes R_a too low. Without a voltage, motor and springs have nothing but each other to be held against.
     """
     apart = _motor_and_springs(fit, model, throttle) if balance is None else 0.0

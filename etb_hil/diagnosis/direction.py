@@ -42,7 +42,7 @@ def against_motor(ticks: Ticks, model: Model, throttle: ThrottleParameters) -> l
     text += (
         "or that of the current (no voltage tells which)"
         if electrical == 0.0
-        else "or that of current and voltage alike (the motor's leads)"
+        else "or that of both current and voltage (the motor's leads)"
     )
     step = "check the signs of angle, current and voltage in the bench's files, and the wiring of sensors and motor, "
     return [Reason("angle_reversed", text, step + "then repeat")]

@@ -1,8 +1,8 @@
 """Which law friction follows: the paper's, one with another exponent, one whose contacts age, or both.
 
 Bayesian model averaging (Hoeting, Madigan, Raftery and Volinsky 1999) over laws: each is fitted to the same windows,
-and has the probability that its evidence gives it (Laplace's method). No law is exact, so that residuals of one stretch
-of the run go together: the likelihood counts for as much as their scatter from stretch to stretch lets it (Royall and
+and has the probability that its evidence gives it (Laplace's method). No law is exact, so that residuals of one segment
+of the run go together: the likelihood counts for as much as their scatter from segment to segment lets it (Royall and
 Tsou 2003, robust adjusted likelihood).
 """
 

@@ -25,7 +25,7 @@ from etb_hil.recording.samples import Int64
 
 _SURE = 3.0  # standard errors; false fails by it: benchmarks/random_units.py
 _REACH_NS = HALF_WIDTH * TICK_NS
-_UNSEEN_NS = 20_000_000  # of an episode at a stretch: shorter, windows of 17 ms on either side tell of it
+_UNSEEN_NS = 20_000_000  # of an episode at a segment: shorter, windows of 17 ms on either side tell of it
 _OF_A_DRAG = 0.5  # of what is even so much is odd at least, halfway between a drag in one direction and a spring
 
 
@@ -158,7 +158,7 @@ def unexplained(
 
 
 def _longest_unseen(time_ns: Int64, episode: Exceedance) -> int:
-    """Return the longest stretch of an episode, in ns, beside windows whose middles (m) are at `time_ns`."""
+    """Return the longest segment of an episode, in ns, beside windows whose middles (m) are at `time_ns`."""
     ends = np.concatenate([[episode.start_ns], time_ns + _REACH_NS])
     starts = np.concatenate([time_ns - _REACH_NS, [episode.end_ns]])
     return int((starts - ends).max())

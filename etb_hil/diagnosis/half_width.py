@@ -13,7 +13,7 @@ _PER_SQRT_TWO_PI = 0.3989422804014327
 def half_width(normal: float, even: float) -> float:
     """Return what a sum of two errors stays within in 95 % of cases.
 
-    One is normal with the standard deviation `normal`, the other anywhere within +- `even` alike.
+    One is normal with the standard deviation `normal`, the other uniform within +- `even`.
     """
     if even <= 1e-4 * normal:  # 1e-9 of the width, and what follows would be lost in rounding
         return TWO_SIDED_95 * normal

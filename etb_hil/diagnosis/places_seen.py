@@ -9,12 +9,12 @@ import numpy as np
 from etb_hil.diagnosis.local_friction import CELL, LocalFriction
 from etb_hil.plant.parameters import Model, ThrottleParameters
 
-MOST_UNSEEN = 0.1  # share of the way at a stretch, 8 degrees: in more, a bump of a usual width is missed whole
+MOST_UNSEEN = 0.1  # share of the way at a segment, 8 degrees: in more, a bump of a usual width is missed whole
 
 
 @dataclass(frozen=True, slots=True)
 class Unseen:
-    """A stretch of the way, from `start` to `end` rad, that the plate did not slide over slowly in both directions.
+    """A segment of the way, from `start` to `end` rad, that the plate did not slide over slowly in both directions.
 
     `share` is its part of the way from stop to stop.
     """
@@ -32,7 +32,7 @@ def seen_slowly(local: LocalFriction | None) -> tuple[float, float]:
 
 
 def too_wide_unseen(local: LocalFriction | None, model: Model, throttle: ThrottleParameters) -> Unseen | None:
-    """Return the widest stretch not seen, where that is too much of the way; None too where nothing was fitted.
+    """Return the widest segment not seen, where that is too much of the way; None too where nothing was fitted.
 
     The way is that between the bench's stops, which may each stand further in by their tolerance.
     """

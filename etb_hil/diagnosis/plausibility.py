@@ -23,7 +23,7 @@ from etb_hil.recording.samples import Float64, Int64, SampleBlock
 # healthy unit of benchmarks/random_units.py is withheld by one.
 TRACKS = 0.03  # rad between both plate tracks
 ENCODER = 0.05  # rad between plate and encoder, play and eccentricity of a healthy unit included
-OFF_CURRENT = 0.03  # A between two stretches with the bridge off
+OFF_CURRENT = 0.03  # A between two segments with the bridge off
 MISSING = 0.05  # share of the time of motion without samples
 RATE = 0.3  # share by which the samples may come faster or slower than asked
 STEP_NS = 20_000_000  # the least delay of the stamps behind the samples may wander by so much

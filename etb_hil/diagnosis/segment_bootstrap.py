@@ -1,6 +1,6 @@
-"""How far a fit is off by noise that lasts: fits of stretches of the run, drawn anew with replacement.
+"""How far a fit is off by noise that lasts: fits of segments of the run, drawn anew with replacement.
 
-Neighbouring windows share their noise, stretches of a run do not (Carlstein 1986): a stretch is drawn as a whole, with
+Neighbouring windows share their noise, segments of a run do not (Carlstein 1986): a segment is drawn as a whole, with
 what its windows say of every parameter (Efron and Tibshirani 1993, 9.5, pairs). Each draw is fitted to first order.
 """
 
@@ -18,7 +18,7 @@ from etb_hil.recording.samples import Float64, Int64
 
 _DRAWS = 999  # 95 % of one more are a whole number
 _INSIDE = 950  # of the draws lie closer than a 95 % interval's end (Davison and Hinkley 1997, 5.2)
-_FEWEST = 5  # stretches: fewer leave too few different draws for such an end
+_FEWEST = 5  # segments: fewer leave too few different draws for such an end
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
@@ -40,7 +40,7 @@ class Spread:
     def reach(self, gradient: Float64) -> float:
         """Return how far the truth may lie from a combination of parameters, `gradient` (p), in 95 %.
 
-        On both sides alike, as far as 95 % of the draws (Hall 1988): where one stretch decides, draws lean to one side,
+        On both sides, as far as 95 % of the draws (Hall 1988): where one segment decides, draws lean to one side,
         and of the truth that says nothing.
         """
         moved = np.partition(np.abs(times(self.steps, gradient)), _INSIDE - 1)[_INSIDE - 1]
@@ -61,10 +61,10 @@ class Spread:
 
 
 def segment_bootstrap(jacobian: Float64, residual: Float64, weight: Float64, cluster: Int64, prior: Float64) -> Float64:
-    """Return by how much (b, p) fits of drawn stretches differ from the fit of all, NaN where these are too few.
+    """Return by how much (b, p) fits of drawn segments differ from the fit of all, NaN where these are too few.
 
     The fit has a Jacobian (m, p), left residuals (m) by weights (m), and a `prior` (p, p) of inverse variances;
-    `cluster` (m) numbers the stretches in order. The draws depend on nothing but how many stretches there are. Few of
+    `cluster` (m) numbers the segments in order. The draws depend on nothing but how many segments there are. Few of
     them scatter less than the truth does: steps are stretched by what Student's interval of a mean has over the
     bootstrap's (Hesterberg 2015, expanded percentiles).
     """
@@ -89,7 +89,7 @@ def _students(freedom: int) -> float:
 
 @njit(cache=True, error_model="numpy")
 def _sums(jacobian: Float64, residual: Float64, weight: Float64, cluster: Int64) -> Float64:
-    """Return J' W J, its lower triangle row by row, and J' W r of every stretch that weighs anything."""
+    """Return J' W J, its lower triangle row by row, and J' W r of every segment that weighs anything."""
     rows, columns = jacobian.shape
     sums = np.empty((rows, columns * (columns + 3) // 2))
     count = first = 0

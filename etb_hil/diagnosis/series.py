@@ -24,7 +24,7 @@ _SLOW = 0.3  # of the highest speed: beyond it, friction over angle would show t
 def break_away_columns(rests: Sequence[BreakAway], fit: StribeckFit | None) -> dict[str, Float64]:
     """Return the columns of break-aways, and of their means where the torque rose at several rates.
 
-    The means' intervals hold their scatter alone: what is wrong with the motor's constant moves all rates alike.
+    The means' intervals hold their scatter alone: what is wrong with the motor's constant moves all rates equally.
     """
     rated = [one for one in rests if one.rate > 0.0]
     if not rated:
@@ -90,7 +90,7 @@ def plot_columns(assessment: Assessment, widening: Widening) -> dict[str, Float6
 def _band(
     speeds: Float64, value: Float64, error: Float64, widening: Widening, fit: StribeckFit
 ) -> tuple[Float64, Float64]:
-    """Return the lower and the upper edge of a curve's 95 % band at speeds (n), alike in both directions."""
+    """Return the lower and the upper edge of a curve's 95 % band at speeds (n), equal in both directions."""
     low, high = np.empty(len(speeds)), np.empty(len(speeds))
     for k, (speed, level, reach) in enumerate(
         zip(speeds.tolist(), value.tolist(), (TWO_SIDED_95 * error).tolist(), strict=True)

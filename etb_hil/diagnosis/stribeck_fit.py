@@ -62,7 +62,7 @@ class Evidence:
 
     `motor` (m) N·m, torque of the measured current, and `motor_rate` (m) N·m/s; `load` (m) N·m, springs and inertia by
     the bench's model; `velocity` rad/s, `position` rad (m); `errors` (m, 5), what inertia, preloads and slopes add to
-    the load for a unit of their error; `per_ampere` N·m/A; `cluster` (m) numbers stretches that share their noise.
+    the load for a unit of their error; `per_ampere` N·m/A; `cluster` (m) numbers segments that share their noise.
     `over_time` (n) is the factor on friction at the time of each tick; `counts` (m), which windows are fitted.
     """
 
@@ -80,7 +80,7 @@ class Evidence:
 
 @dataclass(frozen=True, slots=True)
 class StribeckFit:
-    """The fitted parameters (18) in the order of `prior`, what they may be off by, and what was left over.
+    """The fitted parameters (18) in the order of `prior`, what they may be off by, and the residual.
 
     `friction` (m) is what the windows say of friction once the model's errors are taken off; `residual` (m) N·m is how
     far that lies above the curve of that time. `deviance` is -2 log posterior density, up to a constant, of which
@@ -172,7 +172,7 @@ def refit(
 
 
 def _kinds(ticks: Ticks, windows: Windows, q: Float64) -> Int64:
-    """Return the kind (m) of every window, from 1 on, more bent ones later; 0 where too few are alike."""
+    """Return the kind (m) of every window, from 1 on, more bent ones later; 0 where too few are equal."""
     share = window_means(unsettled(ticks.angle, q), WINDOW, windows)
     kind, named = np.zeros(len(windows), np.int64), 1
     for least, most in zip((-np.inf, *_KINDS), (*_KINDS, np.inf), strict=True):
@@ -275,7 +275,7 @@ def _descend(
     known: Float64 | None,
     kind: Int64,
 ) -> tuple[float, Float64] | None:
-    """Return the mean square left over and the parameters; None where there is no end, or only a `known` one."""
+    """Return the residual mean square and the parameters; None where there is no end, or only a `known` one."""
     q, damping, count = start, 1e-3, prior.count
     residual, jacobian = _linearise(ticks, windows, evidence, q, count)
     for _ in range(_ITERATIONS):

@@ -173,10 +173,10 @@ def _by_direction_undecided(judged: Sequence[Measured], grounds: Grounds) -> lis
         return []
     way = "opening" if grounds.by_direction > 0.0 else "closing"
     text = (
-        f"both springs are off against each other beyond the model's tolerance, or friction is up to {more:.3f} N·m "
+        f"both springs differ from each other beyond the model's tolerance; or friction is up to {more:.3f} N·m "
         f"higher {way} the plate than the mean of both directions: then {' and '.join(names)} may be above the limit"
     )
-    step = "measure the preloads, or correct the model's: springs like that leave friction alike in both directions"
+    step = "measure the preloads, or correct the model's: springs like that leave friction equal in both directions"
     return [Reason("direction_undecided", text, step)]
 
 
@@ -240,7 +240,7 @@ def _poor_evidence(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
         return [
             Reason(
                 "too_few_windows",
-                f"no friction curve could be fitted for {names}: {sum(grounds.windows)} stretches of 17 ms in steady "
+                f"no friction curve could be fitted for {names}: {sum(grounds.windows)} segments of 17 ms in steady "
                 f"motion have samples in every millisecond, of {grounds.coverage.samples} samples in all{current}",
                 "sample at 1 kHz or faster, without gaps, and run a scenario with ramps and dashes",
             )
@@ -250,14 +250,14 @@ def _poor_evidence(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
             "too_little_motion",
             f"no friction curve could be fitted for {names}: the plate moved by "
             f"{math.degrees(grounds.moved):.2f} deg at up to "
-            f"{grounds.highest_current:.2f} A, {sum(grounds.windows)} stretches of 17 ms in all{current}",
+            f"{grounds.highest_current:.2f} A, {sum(grounds.windows)} segments of 17 ms in all{current}",
             "run a scenario with a current zero, ramps and dashes; check that the drive is enabled",
         )
     ]
 
 
 def _not_seen(grounds: Grounds) -> list[Reason]:
-    """Return a doubt where a wide stretch of the way was not slid over slowly: T_st may be another there."""
+    """Return a doubt where a wide segment of the way was not slid over slowly: T_st may be another there."""
     unseen = grounds.unseen
     if unseen is None:
         return []

@@ -84,7 +84,8 @@ def explain(
 
     `without`: effects that are not looked for; with `limits` it says what the causes change in the diagnosis, as the
     bench would `judge` the first recording under a model, where it made it.
-    `is_same_unit`: all recordings are of one unit, so that what one of them tells apart is told apart in the answer.
+    `is_same_unit`: all recordings are of one unit, so that what one of them distinguishes is distinguished in the
+    answer.
     `plans` makes the scenarios of which the next test is one, where one is wanted. An interrupt ends it with what is
     known by then, and the answer says so. Data that are too slow to name causes by are fitted in free run where a
     condition has the values `fit_on`, and judged elsewhere; InputError where none has, and where a recording of a
@@ -172,7 +173,7 @@ def _nothing(quality: Sequence[str | DataQuality], together: Sequence[Confounded
 def _told_apart(
     findings: Findings, others: Sequence[Sequence[Measurement]], without: Sequence[str], said: _Said
 ) -> tuple[ToldApart, ...]:
-    """Return what other recordings of the unit tell apart, and take that out of the classes."""
+    """Return what other recordings of the unit distinguish, and take that out of the classes."""
     found: list[ToldApart] = []
     for other in others:
         if said.is_cut_short or not any(each.alike for each in findings.accepted):
@@ -285,7 +286,7 @@ def _obeying_its_laws(model: Model, recordings: Sequence[Recording]) -> Model:
 def _read(
     recordings: Sequence[Recording], model: Model
 ) -> tuple[list[Measurement], list[list[Measurement]], list[str]]:
-    """Return the stretches of the first recording, those of each other, and what is missing in any of them."""
+    """Return the segments of the first recording, those of each other, and what is missing in any of them."""
     stretches: list[Measurement] = []
     others: list[list[Measurement]] = []
     missing: list[str] = []

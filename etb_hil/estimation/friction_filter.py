@@ -2,7 +2,7 @@
 
 State and parameters are those of `motion`, the current is the input and the plate angle the measurement. The torque
 constant is not adapted: it is the unit that friction is measured in (whoever scales motor, springs, inertia and
-friction alike sees the same motion).
+friction equally sees the same motion).
 
 What the equations lack is process noise: a disturbance torque (Ornstein-Uhlenbeck), a friction level that wanders along
 the way, and bristles that differ from LuGre's while they bend. All three grow while the mean innovation is larger than

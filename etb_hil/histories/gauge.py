@@ -11,7 +11,7 @@ from scipy.special import fdtrc
 from etb_hil.recording.samples import Float64
 
 GOOD, USABLE = 0.10, 0.30  # shares of the study's variation up to which a gauge is (AIAG, MSA, 4th edition 2010, II.D)
-ENOUGH_CATEGORIES = 5  # groups of units that a gauge must tell apart (likewise)
+ENOUGH_CATEGORIES = 5  # groups of units that a gauge must distinguish (likewise)
 POOLED_ABOVE = 0.25  # an interaction less significant than this goes into repeatability (AIAG, MSA)
 
 
@@ -72,7 +72,7 @@ class GaugeStudy:
 
     @property
     def categories(self) -> int:
-        """ndc: how many groups of units the gauge tells apart."""
+        """ndc: how many groups of units the gauge distinguishes."""
         return int(1.41 * self.part / self.gauge) if self.gauge > 0.0 else 0
 
 

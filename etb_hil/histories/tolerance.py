@@ -40,7 +40,7 @@ def change_limit(ratio: Float64) -> float:
 
     Below the limit of healthy units' scatter nobody has; it comes from the middle half of them, which changed ones
     hardly move. Where that lies under half the way to the smallest rise that matters, half the way it is: healthy and
-    risen units are then told apart with equal risk, and a scatter that was found too small by chance raises no alarm
+    risen units are then distinguished with equal risk, and a scatter that was found too small by chance raises no alarm
     over what does not matter.
     """
     half_way = 0.5 * math.log1p(SMALLEST)

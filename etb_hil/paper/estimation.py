@@ -38,7 +38,7 @@ def estimate(
 
 
 def without_switching(motion: Motion, settings: SlidingModeSettings) -> FrictionEstimate:
-    """Return the same with the sign taken at the end of the step: what is left is the filter's doing alone."""
+    """Return the same with the sign taken at the end of the step: the residual is the filter's doing alone."""
     observer = ImplicitSlidingModeObserver(healthy(), _EXACT, settings)
     return observer.push(motion.time_ns, motion.current, motion.angle, motion.velocity)
 

@@ -183,7 +183,7 @@ def _properties() -> list[Reading]:
             "(omega_s / omega_s)²",
             "(omega / omega_s)²",
             f"friction of steady sliding would be {flat:.3f} N·m at any speed of the faulty unit: no Stribeck curve, "
-            "and T_st and T_c not to be told apart",
+            "and T_st and T_c not distinguishable",
         ),
         Reading(
             "property 1 and III.C, strategy 1",

@@ -38,7 +38,7 @@ def numbers_text(done: Reproduction) -> str:
         f"{CUTOFF:.0f} Hz; PD and feed-forward at 1 kHz."
     )
     production = (
-        "The same motions with production sensors (encoder, noisy current, no velocity) and a model that is off inside "
+        "The same motions with production sensors (encoder, noisy current, no velocity). The model is off inside "
         "its tolerances, by this project's fit, with 95 % intervals. No unit passes: the plate slides slowly only "
         "where it turns round, so that T_st in the middle of its way stays unseen (`places_not_seen`):"
     )
@@ -136,7 +136,7 @@ def _properties(found: Properties) -> str:
     )
     lines = (
         first,
-        f"Property 2, faulty unit, velocity rising evenly from -0.5 to 4 omega_s: {passages}.",
+        f"Property 2, faulty unit, velocity rising at a constant rate from -0.5 to 4 omega_s: {passages}.",
         third,
     )
     return "\n".join(f"- {line}" for line in lines)

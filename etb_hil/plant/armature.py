@@ -1,4 +1,4 @@
-"""The armature current over a stretch of time in which the velocity is linear, in closed form."""
+"""The armature current over a segment of time in which the velocity is linear, in closed form."""
 
 from __future__ import annotations
 

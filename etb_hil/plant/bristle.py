@@ -1,4 +1,4 @@
-"""The bristles of the LuGre model over a stretch of time, solved in closed form however stiff they are."""
+"""The bristles of the LuGre model over a segment of time, solved in closed form however stiff they are."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def slide(
     """Return bristle deflection at the end of a travel in one direction and its mean over it, in rad, and their yield.
 
     Over a travel x, eq. (2) of the seed paper reads dz/dx = 1 - sigma_0 sgn(omega) z / g. With g linear between its
-    values at both ends this has a solution in exponentials, exact in presliding and in steady sliding alike. The
+    values at both ends this has a solution in exponentials, exact in presliding and in steady sliding. The
     yields are dz/dx at the end and at the mean.
     """
     inverse_g = 2.0 / (g + g_end)

@@ -1,7 +1,7 @@
 """Transcendental functions made of `+ - * /` and comparisons only: the same bits on every x86-64 machine.
 
 The C library's `exp` differs between versions and processors in its last bit, and a verdict that is replayed elsewhere
-must not. The range is reduced with ln 2 in two parts; on what is left, exp(r) = 1 + 2 r / (r coth(r/2) - r) with the
+must not. The range is reduced with ln 2 in two parts; on the residual, exp(r) = 1 + 2 r / (r coth(r/2) - r) with the
 Bernoulli series of r coth(r/2) (Abramowitz and Stegun 1964, 4.5.67).
 """
 

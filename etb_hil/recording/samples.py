@@ -1,4 +1,4 @@
-"""A stretch of samples, as they come off a bus or a file, and the same joined over several sources."""
+"""A segment of samples, as they come off a bus or a file, and the same joined over several sources."""
 
 from __future__ import annotations
 

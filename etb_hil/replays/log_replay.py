@@ -1,4 +1,4 @@
-"""Logs without a session judged: any format, several files as one recording, long ones in stretches."""
+"""Logs without a session judged: any format, several files as one recording, long ones in segments."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def judge(job: LogJob, frames: Iterable[FrameBlock]) -> Finished:
 
 
 def judge_stretches(job: LogJob, frames: Frames, length_ns: int) -> Iterator[Finished]:
-    """Judge a log in stretches of so many ns, each as if it were a log by itself; those without a role are left out.
+    """Judge a log in segments of so many ns, each as if it were a log by itself; those without a role are left out.
 
     How many those were stands in the notes of `frames` afterwards. Raises InputError, which carries these notes, where
     there was nothing else, and where a message comes on two channels.
@@ -97,14 +97,14 @@ def judge_stretches(job: LogJob, frames: Frames, length_ns: int) -> Iterator[Fin
         nothing = nothing or NothingToJudgeError(Problem("holds no frame", Place(job.paths[0]), remedy=_LOOK))
         raise NothingToJudgeError(*nothing.problems, *frames.notes)
     if empty:
-        said = f"{empty} of {judged + empty} stretches of {length_ns * 1e-9:g} s hold no frame that has a role"
+        said = f"{empty} of {judged + empty} segments of {length_ns * 1e-9:g} s hold no frame that has a role"
         frames.notes.append(f"{job.paths[0]}: {said}")
 
 
 def stretches(frames: Iterable[FrameBlock], length_ns: int) -> Iterator[Iterator[FrameBlock]]:
-    """Cut a log into stretches of so many ns from its first frame on; each is read before the next one comes.
+    """Cut a log into segments of so many ns from its first frame on; each is read before the next one comes.
 
-    Frames that are a little late stay in the stretch in which they came. Where stamps fall by more than a stretch (a
+    Frames that are a little late stay in the segment in which they came. Where stamps fall by more than a segment (a
     clock was set back, a stamp is damaged), a new one begins: none grows with the log.
     """
     source = iter(frames)

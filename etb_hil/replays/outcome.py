@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from etb_hil.session.finished import Finished
 
 JUDGED, REFUSED, CRASHED = "judged", "refused", "crashed"
-# Why a stretch may say nothing without any doubt in what was measured: it shows too little.
+# Why a segment may say nothing without any doubt in what was measured: it shows too little.
 SHOWS_TOO_LITTLE = frozenset({
     "too_little_motion", "too_few_windows", "no_samples", "run_not_finished", "T_c_not_reached", "one_way",
     "places_not_seen", "limits_not_judged",
@@ -27,7 +27,7 @@ SHOWS_TOO_LITTLE = frozenset({
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """A session, or one stretch of a log: its times count from `start_ns`, in s; `deciding_s` is when it began.
+    """A session, or one segment of a log: its times count from `start_ns`, in s; `deciding_s` is when it began.
 
     `measurements` holds value and 95 % interval in SI by id, None where unknown.
     """
@@ -79,9 +79,9 @@ class Outcome:
 
 
 def rank(verdict: str | None, reason_id: str) -> int:
-    """Return a place among a log's stretches, the lowest decides: fail, doubt in the data, pass, too little to see.
+    """Return a place among a log's segments, the lowest decides: fail, doubt in the data, pass, too little to see.
 
-    No pass outvotes a stretch whose sensors or frames contradict each other.
+    No pass outvotes a segment whose sensors or frames contradict each other.
     """
     if verdict == UnitVerdict.FAIL:
         return 0
@@ -91,7 +91,7 @@ def rank(verdict: str | None, reason_id: str) -> int:
 
 
 def _shows_too_little(reason_id: str) -> bool:
-    """Return whether a reason is that of a stretch that shows too little, or of a value too close to its limit."""
+    """Return whether a reason is that of a segment that shows too little, or of a value too close to its limit."""
     of = reason_id
     for ending in ("_undecided", "_not_measured", "_without_signal", "_without_interval"):
         of = of.removesuffix(ending)
@@ -99,7 +99,7 @@ def _shows_too_little(reason_id: str) -> bool:
 
 
 def part_of(finished: Finished, origin_ns: int) -> Part:
-    """Return what is kept of a session, or of one stretch of a log; its times count from `origin_ns`, in seconds."""
+    """Return what is kept of a session, or of one segment of a log; its times count from `origin_ns`, in seconds."""
     results = finished.results
     unit, messages = results.unit, results.bus.messages
     later = (finished.record.start_ns - origin_ns) * 1e-9

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Window:
-    """A stretch of a log, in ns after its first frame; the end is not part of it."""
+    """A segment of a log, in ns after its first frame; the end is not part of it."""
 
     start_ns: int
     end_ns: int

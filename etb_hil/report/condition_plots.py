@@ -22,7 +22,7 @@ _SLOW, _FAST = 0.15, 1.5  # times omega_s: below, friction is T_st within 2 % of
 
 @mpl.rc_context(STYLE)
 def break_away_over_rate(series: ReportSeries, results: RunResult) -> Figure | None:  # noqa: ARG001 (one signature for all)
-    """Draw what it took to break away over how fast the torque rose; None where it rose alike everywhere."""
+    """Draw what it took to break away over how fast the torque rose; None where it rose equally everywhere."""
     if not len(series.ramp_rate):
         return None
     figure, (axes,) = new_figure(5.2, 4.2)
@@ -81,7 +81,7 @@ def friction_over_temperature(series: ReportSeries, results: RunResult) -> Figur
 
 
 def _medians(temperature: Float64, share: Float64) -> tuple[Float64, Float64]:
-    """Return the middles of the stretches of temperature that have points enough, and the median of each."""
+    """Return the middles of the segments of temperature that have points enough, and the median of each."""
     which = np.floor(temperature / _BIN)
     filled = [value for value in np.unique(which) if np.count_nonzero(which == value) >= _FEWEST]
     medians = [float(np.median(share[which == value])) for value in filled]

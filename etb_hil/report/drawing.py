@@ -19,7 +19,8 @@ from matplotlib.figure import Figure
 from etb_hil.base.files import replacing
 from etb_hil.recording.samples import Float64, Int64
 
-# Okabe and Ito's colours, told apart with any colour vision; what a colour says, a line style or a marker says again.
+# Okabe and Ito's colours, distinguished with any colour vision; what a colour says, a line style or a marker says
+# again.
 INK, MUTED, GRID, PAPER = "#1b1f24", "#5c6670", "#d5dae0", "#fdfefe"
 MEASURED, OPENING, CLOSING, LIMIT = "#0072b2", "#00765a", "#a8479a", "#d55e00"
 
@@ -168,7 +169,7 @@ def _dots(group: re.Match[str]) -> str:
 
 
 def envelope(time: Float64, values: Float64, columns: int = COLUMNS) -> tuple[Float64, Float64]:
-    """Return the least and the greatest sample of each of `columns` stretches, in their order: a peak stays a peak."""
+    """Return the least and the greatest sample of each of `columns` segments, in their order: a peak stays a peak."""
     count = len(values)
     if count <= 2 * columns:
         return time, values

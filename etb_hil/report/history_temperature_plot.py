@@ -40,7 +40,7 @@ def _draw(axes: Axes, history: History, number: NumberHistory, *, named: bool) -
     law = number.temperature
     if law is None:
         axes.set_title(f"{number.id} over temperature")
-        say_empty(axes, "no law known: too few runs, or too much alike")
+        say_empty(axes, "no law known: too few runs, or temperatures too close together")
         return
     low, high = 100.0 * law.low, 100.0 * law.high
     axes.set_title(f"{number.id}: {100.0 * law.coefficient:+.2f} %/K (95 %: {low:+.2f} to {high:+.2f})")

@@ -84,7 +84,7 @@ def _lacking(number: NumberHistory) -> Iterator[tuple[str, str]]:
     if number.chart is None:
         yield "Control chart", f"no limits from fewer than {FEWEST} units; there are {len(number.charted)}."
     if number.gauge is None:
-        yield "Gauge R&R", "at least 2 units, not all alike, must be there twice each, on one bench or on several."
+        yield "Gauge R&R", "at least 2 units, not all equal, must be there twice each, on one bench or on several."
     if not number.drifts and not number.looked_at:
         yield "Drift", f"no unit and no bench has {LEAST} runs of units that were measured again."
 

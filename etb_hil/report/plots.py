@@ -193,7 +193,7 @@ def time_traces(series: ReportSeries, results: RunResult) -> Figure:
 
 
 def _medians(angle: Float64, friction: Float64) -> tuple[Float64, Float64]:
-    """Return middle angle and median friction of equal stretches of angle, NaN where there is next to nothing."""
+    """Return middle angle and median friction of equal segments of angle, NaN where there is next to nothing."""
     edges = np.linspace(angle.min(), angle.max(), _STRETCHES + 1)
     which = np.clip(np.searchsorted(edges, angle, side="right") - 1, 0, _STRETCHES - 1)
     parts = [friction[which == k] for k in range(_STRETCHES)]

@@ -32,8 +32,8 @@ def what_is_left(found: ExplanationResult) -> str:
     share = f"{100.0 * greediest.share_of_rest:.0f} %"
     if greediest.balance == "all":
         wrong = "numbers of the model file that are wrong by more than their tolerances allow"
-        return f"{share} of what is left looks like {wrong}: is it the right model file?"
+        return f"{share} of the residual looks like {wrong}: is it the right model file?"
     looks_like = _LOOKS_LIKE[greediest.balance, greediest.over, greediest.parity]
     is_linear = any(one.unit == "N" for one in found.friction.values())
     words = {"force": "force", "angle": "position"} if is_linear else {"force": "torque", "angle": "angle"}
-    return f"{share} of what is left looks like {looks_like.format(**words)}."
+    return f"{share} of the residual looks like {looks_like.format(**words)}."

@@ -105,7 +105,7 @@ UNIT_REASONS = {
         True,
     ),
     "one_way": Wording(
-        "The plate was measured in one direction only; springs and friction look alike there.",
+        "The plate was measured in one direction only; which does not distinguish springs from friction.",
         "Run a scenario that opens and closes the plate, as friction_check does.",
         True,
     ),
@@ -417,9 +417,9 @@ def spring_or_friction(results: RunResult) -> str:
     if high:
         cause = "it is friction, which is above its limit."
     elif good:
-        cause = "it is the return spring: friction is within its limits, and the spring has too little left over it."
+        cause = "it is the return spring: friction is within its limits, and the spring has too little margin over it."
     else:
-        cause = "the spring has too little left over friction; which of the two is at fault, this run does not tell."
+        cause = "the spring has too little margin over friction; which of the two is at fault, this run does not tell."
     diagnostics = results.unit_diagnostics
     if diagnostics is not None and diagnostics.codes_after is not None:  # then nobody has to guess the code
         if not any(code.code == "P2119" for code in diagnostics.codes_after):

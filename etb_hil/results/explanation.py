@@ -97,7 +97,7 @@ class Excess:
 
 @dataclass(frozen=True, slots=True)
 class Placeholder:
-    """A curve that takes a share of what is left, in a balance, over a coordinate."""
+    """A curve that takes a share of the residual, in a balance, over a coordinate."""
 
     balance: str
     over: str
@@ -243,7 +243,7 @@ class NextTest:
 
 @dataclass(frozen=True, slots=True)
 class DataQuality:
-    """What a stretch of data is worth; `travel` and `angle_noise` are in `travel_unit`."""
+    """What a segment of data is worth; `travel` and `angle_noise` are in `travel_unit`."""
 
     origin: str
     rate_hz: float

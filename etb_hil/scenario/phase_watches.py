@@ -1,4 +1,4 @@
-"""The conditions of a run's phases, each held against the samples of its own phase: live and in replay alike."""
+"""The conditions of a run's phases, each held against the samples of its own phase: live and in replay."""
 
 from __future__ import annotations
 

@@ -73,7 +73,7 @@ class Held:
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """A stretch in which the velocity goes from `start` to `end` (rad/s) along half a cosine in `length` seconds."""
+    """A segment in which the velocity goes from `start` to `end` (rad/s) along half a cosine in `length` seconds."""
 
     start: float
     end: float

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 FITTED = ("motor_current", "motor_angle")  # the roles of which every row has a value
 SLOW_ROLES = ("temperature", "supply_voltage", "command_mode", "command_position")
-JUDGE_NS = 250_000_000  # rows are judged in stretches of this length: each costs the same, long or short
+JUDGE_NS = 250_000_000  # rows are judged in segments of this length: each costs the same, long or short
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,8 +108,8 @@ class Analysis:
     def push(self, frames: FrameBlock) -> list[SampleBlock]:
         """Take frames in the order of their arrival; return the samples that they brought.
 
-        Where stretches end is decided by the frames, not by the calls: stamps of a clock that was set back do not tell
-        which command a sample came after, only the order of arrival within a stretch does.
+        Where segments end is decided by the frames, not by the calls: stamps of a clock that was set back do not tell
+        which command a sample came after, only the order of arrival within a segment does.
         """
         blocks: list[SampleBlock] = []
         while len(frames):

@@ -1,4 +1,4 @@
-"""How well the stamps of the computer follow the controller's sample clock: offset, drift, and what is left."""
+"""How well the stamps of the computer follow the controller's sample clock: offset, drift, and the residual."""
 
 from __future__ import annotations
 

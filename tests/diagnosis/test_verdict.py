@@ -222,7 +222,7 @@ def test_a_limit_without_a_curve_names_why():
     assert said([measured("T_st", PASS)], follows=0.9) == (INCONCLUSIVE, ["too_little_motion"])
     _, reasons = conclude([measured("T_st", PASS)], GROUNDS)
     assert "fitted for T_c:" in reasons[0].text
-    assert "600 stretches" in reasons[0].text
+    assert "600 segments" in reasons[0].text
     assert "zero was never measured" not in reasons[0].text
     for follows in (0.5, 1.0):
         _, reasons = conclude([], replace(GROUNDS, current_verified=False, follows=follows))

@@ -106,7 +106,7 @@ def test_stretches_that_are_too_short_are_said_to_be_left_out(cogging_recording)
     seconds = np.arange(12 * RATE) / RATE
     keep = ~((seconds > 0.9) & (seconds < 1.0)) & ~((seconds > 2.2) & (seconds < 2.3))
     flags = flags_of(changed(cogging_recording, keep))
-    assert "2 stretches of less than 2 s between gaps left out: 2.1 s, 18 % of the rows" in flags
+    assert "2 segments of less than 2 s between gaps left out: 2.1 s, 18 % of the rows" in flags
 
 
 def test_rows_with_the_time_of_the_row_before_are_said_to_be_left_out(cogging_recording, tmp_path):

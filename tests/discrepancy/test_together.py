@@ -213,7 +213,7 @@ def test_a_wave_that_has_no_period_beside_the_next_cause_either_is_none():
 def test_two_that_each_take_nearly_all_beside_the_other_are_both_there():
     asked = []
     findings = searched(hidden_case(150020, pair=True), progress=asked.append)
-    assert "asking whether friction_asymmetry stands beside its rival" in asked
+    assert "asking whether friction_asymmetry is jointly significant with its competing hypothesis" in asked
     assert _causes(findings) == {"presliding_hysteresis", "friction_asymmetry"}
     assert [found.alike for found in findings.accepted] == [[], []]
     assert findings.verdict == "explained"

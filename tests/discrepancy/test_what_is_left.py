@@ -27,7 +27,7 @@ def _found(balance, over, parity, share=0.967, **more):
 
 
 DRY = _found("torque", "time", "odd")
-SAYS = "97 % of what is left looks like friction that changes as time goes on, against the motion whichever way."
+SAYS = "97 % of the residual looks like friction that changes as time goes on, against the motion whichever way."
 
 
 def test_the_greediest_says_what_the_rest_follows():
@@ -54,7 +54,7 @@ def test_where_nothing_takes_the_most_nothing_is_said(found):
 def test_every_spline_of_a_search_has_its_words():
     for balance, over, parity in _bank(Balances(measurement(MODEL.vector(), seed=1), MODEL), MODEL.vector()):
         said = what_is_left(_found(balance, over, parity))
-        assert said.startswith("97 % of what is left looks like ")
+        assert said.startswith("97 % of the residual looks like ")
         assert "{" not in said
 
 

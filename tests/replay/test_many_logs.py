@@ -273,7 +273,7 @@ def test_the_times_of_a_log_count_from_its_first_frame(live, tmp_path):
     alone = judge_task(tasks_for([live.session.raw_log], [(rules, None)], None, None)[0])
     assert found.judged.start_ns == int(other.stamp_ns[0])
     assert (found.stretches, found.judged.deciding_s) == (1, 90.0)
-    assert "1 of 2 stretches" in found.notes
+    assert "1 of 2 segments" in found.notes
     assert len(found.exceedances) > 0
     for episode, expected in zip(found.exceedances, alone.exceedances, strict=True):
         assert episode.start_s == pytest.approx(expected.start_s + 90.0, abs=1e-6)

@@ -77,7 +77,7 @@ def test_a_pause_in_a_long_log_is_left_out(frames, tmp_path, capsys):
     others = nothing_of_the_unit(frames, 3 * MINUTE_NS)
     path = write(tmp_path / "log.blf", others, later(frames, 4 * MINUTE_NS))
     assert main(["replay", path]) == ExitCode.UNIT_FAILED
-    assert "3 of 4 stretches of 60 s hold no frame that has a role" in capsys.readouterr().out
+    assert "3 of 4 segments of 60 s hold no frame that has a role" in capsys.readouterr().out
 
 
 def test_what_could_not_be_read_is_said_where_nothing_is_left(frames, tmp_path, capsys):

@@ -139,7 +139,7 @@ def horizon(queue: Ints, ports: Ints, bus: Ints, now_ns: int, until_ns: int) -> 
             elif ports[port, HEAD] < ports[port, TAIL]:
                 row = queue[port, ports[port, HEAD] & mask]
                 until_ns = min(until_ns, max(free, row[STAMP], now_ns) + row[SPAN])
-    if nodes > 1:  # what one node hands over in this stretch must not reach another within it
+    if nodes > 1:  # what one node hands over in this segment must not reach another within it
         until_ns = min(until_ns, now_ns + bus[LOOKAHEAD])
     return until_ns
 

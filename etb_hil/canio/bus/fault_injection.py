@@ -31,7 +31,7 @@ class FaultInjection:
 
     @property
     def is_needed(self) -> bool:
-        """Whether something is left over of faults that may be gone by now."""
+        """Whether anything remains of faults that may be gone by now."""
         return bool(self._late) or bool(self._wire.bus[arb.DESTROYED])
 
     @property

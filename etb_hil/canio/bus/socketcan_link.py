@@ -227,7 +227,7 @@ def _controller_state(settings: BusSettings) -> tuple[BusState | None, tuple[int
             Problem(
                 f"the interface {settings.channel} runs at {rate} bit/s",
                 value=int(settings.bitrate),
-                remedy=f"mend bus.bitrate, or: ip link set {settings.channel} type can bitrate {int(settings.bitrate)}",
+                remedy=f"set bus.bitrate, or: ip link set {settings.channel} type can bitrate {int(settings.bitrate)}",
             )
         )
     word = str(data.get("state", "")).lower().replace("error-warning", "error-active")

@@ -184,7 +184,7 @@ def named_network(
                 f"the virtual bus '{name}' is open with other settings",
                 value=asked,
                 allowed=f"(bitrate, data_bitrate, fd) = {there}",
-                remedy="open all its buses alike, or choose another channel name",
+                remedy="open all its buses with the same settings, or choose another channel name",
             )
         )
     return network

@@ -47,7 +47,7 @@ class ColumnDecoder:
     """Decodes the frames of some messages of a DBC file, whole blocks at a time.
 
     Frames that are too short for their message are left out and counted in `too_short`. Raises InputError where two
-    messages, or two signals of one, cannot be told apart.
+    messages, or two signals of one, cannot be distinguished.
     """
 
     def __init__(self, messages: Iterable[Message], id_offset: int = 0) -> None:

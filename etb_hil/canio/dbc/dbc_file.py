@@ -30,7 +30,7 @@ def load_dbc(path: Path) -> Database:
         return cast("Database", cantools.database.load_string(text, database_format="dbc", strict=False))
     except (CantoolsError, UnicodeError, ValueError, KeyError, AttributeError) as error:
         raise InputError(
-            Problem(f"cannot be read as a DBC file: {error}", Place(path), remedy="mend the file")
+            Problem(f"cannot be read as a DBC file: {error}", Place(path), remedy="correct the file")
         ) from None
 
 
@@ -43,7 +43,7 @@ def require_plain(message: Message, path: Path | None = None) -> None:
 
 
 def require_distinct(messages: Iterable[Message], path: Path | None = None) -> None:
-    """Raise InputError where messages, or the signals of one, cannot be told apart by name or by identifier."""
+    """Raise InputError where messages, or the signals of one, cannot be distinguished by name or by identifier."""
     names: dict[str, Message] = {}
     identifiers: dict[tuple[int, bool], Message] = {}
     for message in messages:

@@ -203,7 +203,7 @@ class _Reader:
                 chosen = Protection(Profile(int(profile)), ids) if profile != "none" else UNPROTECTED
             except ValueError as error:
                 place = Place(self._path, key=message.name)
-                remedy = "mend the attributes E2EProfile and E2EDataIds, or say it in the bench file"
+                remedy = "correct the attributes E2EProfile and E2EDataIds, or say it in the bench file"
                 self.problems.append(
                     Problem(f"its end-to-end protection cannot be read: {error}", place, remedy=remedy)
                 )

@@ -1,7 +1,7 @@
 """Accepted frames become samples: one compiled pass writes the roles of all messages into columns that grow.
 
 A live bench pushes a handful of frames a hundred times a second and wants their samples at once; a diagnosis wants
-them in long stretches. Both get views of the same columns, so that nothing is read or copied twice.
+them in long segments. Both get views of the same columns, so that nothing is read or copied twice.
 """
 
 from __future__ import annotations

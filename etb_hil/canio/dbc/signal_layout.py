@@ -156,7 +156,7 @@ def _require_inside(message: Message, signal: Signal, place: Int64) -> None:
                 f"the signal {message.name}.{signal.name} does not lie inside its message",
                 value=f"bits up to byte {max(first, last)}",
                 allowed=f"bytes 0 to {message.length - 1}",
-                remedy="mend the DBC file",
+                remedy="correct the DBC file",
             )
         )
 

@@ -163,5 +163,5 @@ def _require_no_overlap(dialect: Dialect, message: DialectMessage) -> None:
         message.message.refresh(strict=True)
     except CantoolsError as error:
         place = Place(dialect.path, key=message.name)
-        remedy = "mend the DBC file: a message that is sent must be free of contradictions"
+        remedy = "correct the DBC file: a message that is sent must be free of contradictions"
         raise InputError(Problem(f"cannot be sent: {error}", place, remedy=remedy)) from None

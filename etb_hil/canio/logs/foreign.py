@@ -58,8 +58,8 @@ _TRC_OTHERS = r"\s*(;|$|\d+\)\s+\S+\s+(\d+\s+)?(FFFFFFFF|Warng)\b|\d+\s+\S+\s+(S
 _CSV_COLUMNS = "its columns are timestamp, arbitration_id, extended, remote, error, dlc, data"
 
 # python-can's stamps are floats. Those of TRC and candump count whole microseconds, which a float of today's epoch
-# still tells apart (its own step is 0.24 us): rounding to the step undoes every error. ASC counts from zero, so that a
-# nanosecond survives. CSV, SQLite and MF4 hold the float itself.
+# still distinguishes (its own step is 0.24 us): rounding to the step undoes every error. ASC counts from zero, so
+# that a nanosecond survives. CSV, SQLite and MF4 hold the float itself.
 FORMATS = {
     ".asc": _Format("ASC", can.ASCReader, 1),
     ".trc": _Format("TRC", can.TRCReader, 1000, fd_codes=True, others=_TRC_OTHERS, first_channel=1),

@@ -76,5 +76,5 @@ def _whole(path: Path) -> int:
         page = int.from_bytes(head[16:18], "big")
         whole = int.from_bytes(head[28:32], "big") * (65536 if page == 1 else page)
         if size < whole:
-            raise ValueError(f"{size} of {whole} bytes are there; `sqlite3 {path.name} .recover` finds what is left")
+            raise ValueError(f"{size} of {whole} bytes are there; `sqlite3 {path.name} .recover` finds the rest")
     return size

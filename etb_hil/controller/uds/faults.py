@@ -22,7 +22,8 @@ class UdsFaultKind(StrEnum):
 class UdsFault:
     """A fault of the answers to one service (None: to all); `delay_ns` is how late a slow answer is.
 
-    It begins `after_ns` after power-on. A second tester is a stranger on the bus, and asks whatever the service.
+    It begins `after_ns` after power-on. A second tester is a unmodelled effect on the bus, and asks whatever the
+    service.
     """
 
     kind: UdsFaultKind

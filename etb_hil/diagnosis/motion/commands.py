@@ -63,7 +63,7 @@ def instant(segment: Segment, index: int) -> Instant:
 
 
 def holds(segment: Segment) -> list[tuple[int, int, float]]:
-    """Return the stretches in which one position is commanded: first sample, end, position in rad."""
+    """Return the segments in which one position is commanded: first sample, end, position in rad."""
     mode, position = segment.column("command_mode"), segment.column("command_position")
     changed = np.flatnonzero((np.diff(position) != 0.0) | (np.diff(mode) != 0.0)) + 1
     edges = [0, *changed.tolist(), len(position)]

@@ -68,7 +68,7 @@ def presliding(run: Findings) -> float:
 
 
 def _passes(segment: Segment, value: str, presliding: float) -> list[tuple[float, Float64, Float64]]:
-    """Return speed in rad/s, angles and values of each stretch in which the set-point moved at one slow speed."""
+    """Return speed in rad/s, angles and values of each segment in which the set-point moved at one slow speed."""
     position = segment.column("command_position")
     fresh = np.zeros(len(position), bool)
     how = reports(segment)
@@ -84,10 +84,10 @@ def _passes(segment: Segment, value: str, presliding: float) -> list[tuple[float
 
 
 def _steady(time: Float64, position: Float64, period: float) -> Iterator[tuple[float, float, float]]:
-    """Yield speed in rad/s, begin and end in s of each stretch in which the set-point follows a straight line.
+    """Yield speed in rad/s, begin and end in s of each segment in which the set-point follows a straight line.
 
     The set-point is a staircase of commands that come late, are rounded, and are seen up to a `period` s after they
-    came. A single step tells a speed badly; the line through a whole stretch tells it well.
+    came. A single step tells a speed badly; the line through a whole segment tells it well.
     """
     at: Int64 = np.flatnonzero(np.abs(np.diff(position)) > 0.0) + 1
     if len(at) < _FEWEST:
@@ -125,10 +125,10 @@ def _line(when: Float64, where: Float64, inside: NDArray[np.bool_]) -> tuple[flo
 
 
 def _straight(when: list[float], where: list[float], wide: float, high: float) -> Iterator[tuple[int, int]]:
-    """Yield the stretches (first command, end) that stay within a stair of a straight line through their first one.
+    """Yield the segments (first command, end) that stay within a stair of a straight line through their first one.
 
     A stair is `wide` s, the usual time between two commands and that between two samples, and `high` rad. A set-point
-    that stands still for longer than two stairs ends a stretch, and so does one that turns round.
+    that stands still for longer than two stairs ends a segment, and so does one that turns round.
     """
     begin = 0
     slowest, quickest = 0.0, math.inf

@@ -16,7 +16,7 @@ _STUDENT = (12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.22
 def combined(evens: Sequence[float], normal: float = 0.0) -> float:
     """Return the 95 % half width of a sum of errors.
 
-    Each of `evens` lies anywhere within its bounds alike; `normal` is a standard deviation. The widest of `evens` keeps
+    Each of `evens` is uniform within its bounds; `normal` is a standard deviation. The widest of `evens` keeps
     its shape, the others join the normal part by their variances (JCGM 100:2008, 4.3.7 and 5.1.2).
     """
     ordered = sorted(evens, reverse=True)
@@ -35,7 +35,7 @@ def error_of_mean(values: Sequence[float]) -> float:
 
 
 def error_of_means(groups: Sequence[Sequence[float]]) -> float:
-    """Return the same of a sum of means, one of each group: what repeats scatter by is alike in all groups."""
+    """Return the same of a sum of means, one of each group: what repeats scatter by is equal in all groups."""
     degrees = sum(len(values) - 1 for values in groups)
     if degrees < 1:
         return 0.0

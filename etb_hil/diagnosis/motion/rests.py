@@ -1,4 +1,4 @@
-"""Stretches in which the bridge is on and the plate does not move: resistance and holding current are read there."""
+"""Segments in which the bridge is on and the plate does not move: resistance and holding current are read there."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ from etb_hil.results import explanation as results
 
 MOVED = 0.03  # share by which a base parameter that a term moves is flagged: it may have been stolen
 _BALANCES = ("torque", "voltage", "angle")
-_SHARPNESS = 3.0  # a rival at the class margin is e^-3 as probable
+_SHARPNESS = 3.0  # a competing hypothesis at the class margin is e^-3 as probable
 
 
 def explanation(findings: Findings, holdout: Holdout | None) -> results.ExplanationResult:
@@ -113,8 +113,8 @@ def _model_file(holdout: Holdout | None) -> results.ModelFile:
     """Return which of the two fits the numbers in the model file are from."""
     if holdout is not None and holdout.is_followed:
         says = (
-            "the model file holds the numbers of the last fit in free run (in_model), which errs less there on parts "
-            "that it did not see, if not 10 ms ahead; values with intervals are the balances'"
+            "the model file holds the values of the last fit in free run (in_model): its error is smaller on parts "
+            "that it did not use, if not 10 ms ahead; values with intervals are the balances'"
         )
         return results.ModelFile(results.LAST_FIT, says)
     return results.ModelFile("balances", "the model file holds the values that are given with intervals")
@@ -147,7 +147,7 @@ def causes(findings: Findings, in_model: Vector | None = None) -> tuple[results.
 def shares(gains: Sequence[float]) -> list[float]:
     """Return the share of the error that each cause takes, from what each gains (n) beside those before it.
 
-    Of numbers that were measured by hand one may leave more, until the next is in: it is that one's share then.
+    Of numbers that were measured at the bench one may leave more, until the next is in: it is that one's share then.
     """
     least = np.minimum.accumulate(np.cumprod([1.0, *(1.0 - gain for gain in gains)]))
     return [float(share) for share in least[:-1] - least[1:]]
@@ -190,7 +190,7 @@ def _finer(each: Round, numbers: dict[int, Estimate], whole: Vector) -> dict[str
 
 
 def _probabilities(each: Round) -> dict[str, float]:
-    """Return how probable each fitted suspect is beside the others, by what it leaves."""
+    """Return how probable each fitted candidate is beside the others, by what it leaves."""
     margin = max(decision.class_margin(each), 1e-6)
     worse = np.array([np.log(r.fit.cost / each.winner.fit.cost) for r in each.refined])
     weights = np.exp(-_SHARPNESS * worse / margin)
@@ -198,7 +198,7 @@ def _probabilities(each: Round) -> dict[str, float]:
 
 
 def _suspects(findings: Findings) -> tuple[results.Suspect, ...]:
-    """Return every search's best suspects with the evidence for and against them."""
+    """Return every search's best candidates with the evidence for and against them."""
     found = []
     for number, each in enumerate(findings.rounds, 1):
         probable = _probabilities(each)
@@ -292,7 +292,7 @@ def _friction(findings: Findings, in_model: Vector) -> Mapping[str, results.Mode
 
 
 def _balances(findings: Findings) -> Mapping[str, Mapping[str, results.BalanceResidual]]:
-    """Return each balance's residual over the floor, before any cause and with all of them, by regime."""
+    """Return each balance's residual over the noise floor, before any cause and with all of them, by regime."""
     first = findings.first_groups
     found: dict[str, dict[str, results.BalanceResidual]] = {}
     for k in range(9):

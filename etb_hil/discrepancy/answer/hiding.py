@@ -21,7 +21,7 @@ _NOTHING = 1e-12
 
 @dataclass(frozen=True, slots=True)
 class Hiding:
-    """What may hide an effect, in normal equations by group of rows: (groups, k, k), and of its column (groups, k).
+    """What may hide an effect, in normal equations by group of samples: (groups, k, k), and of its column (groups, k).
 
     `own` (groups): the column's own squares; `low` and `high` (k): how far each number may move from where it is. What
     is left shows from the squares `least` on, if in one group (groups) there are as many as `least_in` it.
@@ -50,7 +50,7 @@ class Hiding:
             return None
         while high > (1.0 + _NEAR) * low:
             middle = float(np.sqrt(low * high))
-            # What is left grows no less than in proportion: short of the size or beyond it, each try bounds it twice.
+            # The residual grows no less than in proportion: short of the size or beyond it, each try bounds it twice.
             other = middle / self.shown(way * middle)
             low, high = max(low, min(middle, other)), min(high, max(middle, other))
         return high

@@ -26,7 +26,7 @@ from etb_hil.results.explanation import Gain
 Float64 = NDArray[np.float64]
 
 _BETTER = 0.97  # of the free-run error without it: the last fit in free run may err more over 10 ms
-_SIMULATED = range(7, 17)  # seeds beside the floor of the balances: whether a plate just breaks away is luck
+_SIMULATED = range(7, 17)  # seeds beside the floor of the balances: whether a plate just breaks away varies
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +60,7 @@ class Holdout:
 
 
 def hold_out(findings: Findings, progress: Callable[[str], None] = lambda _: None) -> Holdout:
-    """Return all errors of a search's models on held-out segments of the longest stretch."""
+    """Return all errors of a search's models on held-out segments of the longest segment."""
     number = int(np.argmax([each.rows for each in findings.balances]))
     b = findings.balances[number]
     final = findings.final
@@ -104,7 +104,7 @@ class _Errors:
         self.segments: dict[str, dict[str, Float64]] = {}
 
     def add(self, name: str, b: Balances, parameters: Callable[[float], Vector]) -> None:
-        """Judge a model by the parameters that it has at each share of a stretch."""
+        """Judge a model by the parameters that it has at each share of a segment."""
         begin_at = freerun.starts(b, parameters(0.0))
         for kind, signals in self.table.items():
             found = freerun.errors(b, parameters, begin_at, one_step=kind == "one_step")
@@ -160,5 +160,5 @@ def _folds(findings: Findings, calibration: Calibration) -> list[Vector]:
 
 
 def _by_fold(findings: Findings, number: int, vectors: list[Vector]) -> Callable[[float], Vector]:
-    """Return the parameters for each share of a stretch: those that were found without the part it lies in."""
+    """Return the parameters for each share of a segment: those that were found without the part it lies in."""
     return lambda share: vectors[part_of(findings.balances, number, share)][:EXTENDED]

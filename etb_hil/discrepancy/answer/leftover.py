@@ -1,4 +1,4 @@
-"""What a balance has left over the coordinate in which it shows best, by direction: the picture that tells why."""
+"""The residual of a balance over the coordinate in which it shows best, by direction."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _UNITS = {"torque": "N·m", "voltage": "V", "angle": "rad"}
 
 @dataclass(frozen=True, slots=True)
 class Leftover:
-    """Means of a balance over a coordinate by direction, before and with the causes; SI, NaN where too few rows are.
+    """Means of a balance over a coordinate by direction, before and with the causes; SI, NaN where too few samples are.
 
     Without causes there is the first alone.
     """
@@ -40,7 +40,7 @@ class Leftover:
 
 
 def leftovers(b: Balances, before: Vector, after: Vector | None) -> list[Leftover]:
-    """Return the torque left over the angle and, where it shows more, another balance or coordinate.
+    """Return the torque residual over the angle and, where it shows more, another balance or coordinate.
 
     `after`: with the causes, None where there are none.
     """
@@ -60,7 +60,7 @@ def leftovers(b: Balances, before: Vector, after: Vector | None) -> list[Leftove
 
 
 def _coordinates(b: Balances, whole: Vector) -> Mapping[str, tuple[Float64, str]]:
-    """Return coordinates (rows) by name with their units."""
+    """Return coordinates (samples) by name with their units."""
     m, spectrum = b.measured, b.spectrum
     angle, velocity = b.motion(whole[:EXTENDED])
     length, turns = ("m", "m/s") if m.is_linear else ("rad", "rad/s")

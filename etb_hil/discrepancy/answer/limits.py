@@ -29,14 +29,14 @@ from etb_hil.results.explanation import DetectionLimit
 Float64 = NDArray[np.float64]
 
 _SIGMAS = 3.0
-_CORRELATED = 4.0  # rows of the band-limited, coloured residual that are one independent value
+_CORRELATED = 4.0  # samples of the band-limited, coloured residual that are one independent value
 
 
 def detection_limits(findings: Findings, least_gain: float) -> dict[str, DetectionLimit]:
     """Return by effect the strength, with its unit, that would stand out as a cause has to.
 
-    That is by three sigma, by a cause's share of all that is left, and in one group of rows by more than chance. It is
-    the larger one of both ways. Where that is more than the effect's bounds allow it is not `within_bounds`, and
+    That is by three sigma, by a cause's share of all that is left, and in one group of samples by more than chance.
+    It is the larger one of both ways. Where that is more than the effect's bounds allow it is not `within_bounds`, and
     what was not looked for is not `judged`: there is no limit, and `says` why. Of an effect of a place the limit holds
     `where` the record went, and `says` so.
     """
@@ -80,7 +80,7 @@ def _judged(findings: Findings, candidate: Candidate, hidden: Hidden) -> Detecti
 
 
 def where_it_went(findings: Findings) -> str:
-    """Return from where to where the plate, or what a drive moves, went in the rows that are judged."""
+    """Return from where to where the plate, or what a drive moves, went in the samples that are judged."""
     ways = [b.measured.angle[b.measured.is_good] for b in findings.balances]
     low, high = min(float(way.min()) for way in ways), max(float(way.max()) for way in ways)
     if _is_linear(findings):

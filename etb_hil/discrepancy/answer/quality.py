@@ -26,11 +26,11 @@ _FEWEST_JUMPS = 5
 _SAME_UNIT = 0.2
 _WIDE = 0.5  # rad of motion that tells a scale
 _SAME_RATIO = 0.003  # soft shafts and play are 0.002 and less, sensors that are no line 0.001
-_OFF_GRID = 0.5  # share of the rows from which it is said
+_OFF_GRID = 0.5  # share of the samples from which it is said
 
 
 def data_quality(balances: Sequence[Balances], model: Model) -> tuple[DataQuality, ...]:
-    """Return what was found of each stretch, and in words what it cannot show."""
+    """Return what was found of each segment, and in words what it cannot show."""
     return tuple(_of(b, model) for b in balances)
 
 
@@ -59,7 +59,7 @@ def _of(b: Balances, model: Model) -> DataQuality:
     flags += _laws(model)
     travel = (float(m.angle.min()), float(m.angle.max()))
     if not m.is_drive and (travel[0] > model.values.limp_home or travel[1] < model.values.limp_home):
-        flags.append("limp-home is never crossed: preload, offset and asymmetry cannot be told apart")
+        flags.append("limp-home is never crossed: preload, offset and asymmetry cannot be distinguished")
     flags += _off_grid(m) + _other_unit(m) + _other_ratio(m, model)
     unit = "m" if m.is_linear else "rad"
     return DataQuality(

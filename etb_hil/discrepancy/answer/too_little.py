@@ -17,7 +17,7 @@ _LEAST = 10.0  # s
 
 
 def nothing_to_judge(balances: Sequence[Balances]) -> list[str]:
-    """Return why no balance of any stretch can be judged; nothing where one can."""
+    """Return why no balance of any segment can be judged; nothing where one can."""
     if any(b.weights.any() for b in balances):
         return []
     what = f"{balances[0].measured.origin} has no row that could be judged"

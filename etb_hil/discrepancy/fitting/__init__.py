@@ -1,1 +1,1 @@
-"""What is left of a measurement under parameters, and the fits that bring it down."""
+"""The residual of a measurement under parameters, and the fits that bring it down."""

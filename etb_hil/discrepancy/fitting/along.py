@@ -173,7 +173,7 @@ def _carry(
             end = math.copysign(g / sigma_0, way)
             bristle = end + (bristle - end) * math.exp(-sigma_0 * abs(way) / g)
         friction = sigma_0 * bristle
-        # The bristles' rate between two rows is told to both of them: it is centred, then.
+        # The bristles' rate between two samples is told to both of them: it is centred, then.
         rate = 0.5 * sigma_1 * (bristle - before) / dt
         if k > 0:
             carried[k - 1] += rate

@@ -1,4 +1,4 @@
-"""Torque, voltage and angle balance of a measurement under given parameters: what is left is not in the model.
+"""Torque, voltage and angle balance of a measurement under given parameters: the residual is not in the model.
 
 Nothing raw is differentiated: every signal passes one filter in the frequency domain and is divided there by the noise
 that the data sheet promises, so that a true model leaves about 1 in every balance.
@@ -44,8 +44,8 @@ CHANNELS = ("torque", "voltage", "angle")
 _TORQUE_FLOOR = 3.0  # times the current's noise
 # Unknown but small: clock skew of current, voltage and plate sensor, and the plate sensor's zero.
 NUISANCES = ("current_skew", "voltage_skew", "plate_skew", "plate_zero")
-_AT_ROWS = 0.03  # of a row, that steps of the voltage may be off it
-_TREMBLES = 0.01  # of T_c / sigma_0 from row to row
+_AT_ROWS = 0.03  # of a sample, that steps of the voltage may be off it
+_TREMBLES = 0.01  # of T_c / sigma_0 from sample to sample
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,10 +140,10 @@ class Balances:
         """Return what of the current's spectrum its rows miss, inside the band; `before` (s): steps of the voltage."""
         if self.measured.current is None or self.measured.is_drive:
             return np.zeros(1, np.complex128)
-        # A current has a knee at each step: a fit that found steps just before and just after their rows by turns would
-        # stand there. What is nearer than an encoder's jitter is at the rows.
+        # A current has a knee at each step: a fit that found steps just before and just after their samples by turns
+        # would stand there. What is nearer than an encoder's jitter is at the samples.
         before *= before**2 / (before**2 + (_AT_ROWS * self.measured.dt) ** 2)
-        # Steps that come before their rows are seen as by a current that is read ahead of them.
+        # Steps that come before their samples are seen as by a current that is read ahead of them.
         s, (delay, lag) = self.spectrum.s, readings.late_by(p)
         missed = missed_by_rows(s, self.measured.dt, p[RESISTANCE], p[INDUCTANCE], delay - before, lag)
         return self._rows * np.exp(before * s) * missed
@@ -177,7 +177,7 @@ class Balances:
         return self._places.of(key, lambda: self.spectrum.of(readings.measured_plate(place, p)))
 
     def judged_groups(self) -> NDArray[np.int64]:
-        """Return the group (3 m) of each row, -1 where it cannot be judged."""
+        """Return the group (3 m) of each sample, -1 where it cannot be judged."""
         there = np.repeat(np.array(self.has), self.rows)
         return np.where(there, self.regimes.groups(), -1)
 

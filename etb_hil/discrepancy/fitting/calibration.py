@@ -42,7 +42,7 @@ class Calibration:
 
 
 def residual_of(balances: Sequence[Balances]) -> Residual:
-    """Return the residual of several stretches as one function of the whole vector."""
+    """Return the residual of several segments as one function of the whole vector."""
 
     def residual(whole: Vector) -> Float64:
         return np.concatenate([b.residual(whole[:EXTENDED], whole[EXTENDED:]) for b in balances])

@@ -1,6 +1,6 @@
 """The noise floor of this very case: the calibrated model's own simulation, through the same balances and calibration.
 
-A fixed floor does not work: nearly at rest and on the stops it varies twentyfold between devices.
+A fixed noise floor does not work: nearly at rest and on the stops it varies twentyfold between devices.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from etb_hil.plant.physics import Vector
 Float64 = NDArray[np.float64]
 
 GROUPS = 9  # 3 balances by 3 regimes
-_LOWEST = 0.05  # below it a floor is luck: noise alone leaves more
+_LOWEST = 0.05  # below it a noise floor is sampling variance: noise alone leaves more
 LEAST_ROWS = 25  # of a group that is judged: 0.1 s
 
 
@@ -41,7 +41,7 @@ class Floor:
 
 
 def group_means(balances: Sequence[Balances], whole: Vector) -> tuple[Float64, NDArray[np.int64]]:
-    """Return mean squares (9) of the unweighted residual by group, and the rows (9) of each."""
+    """Return mean squares (9) of the unweighted residual by group, and the samples (9) of each."""
     total, count = np.zeros(GROUPS), np.zeros(GROUPS, np.int64)
     for b in balances:
         left = np.concatenate(b.channels(whole[:EXTENDED], whole[EXTENDED:]))
@@ -69,7 +69,7 @@ def floor_of(
 
 
 def weigh(balances: Sequence[Balances], floor: Float64) -> None:
-    """Weigh each group by its floor, so that a true model leaves about 1 everywhere."""
+    """Weigh each group by its noise floor, so that a true model leaves about 1 everywhere."""
     for b in balances:
         groups = b.judged_groups()
         weight = 1.0 / np.sqrt(np.maximum(floor, _LOWEST))

@@ -27,7 +27,7 @@ Float64 = NDArray[np.float64]
 
 # Decision 0033. Free runs by these: benchmarks/explain_study.py, --holdout.
 _RATE = 100.0  # Hz at which a free run is compared: an angle has nothing faster that integrates
-_NEWS = 50.0  # independent readings a segment of a free run counts for, beside the balances' rows
+_NEWS = 50.0  # independent readings a segment of a free run counts for, beside the balances' samples
 _MOST = 2.0  # times a true model's error: what is more is a plate that broke away in one of two, and no number's fault
 _ROUNDS = 2  # of which each may ask for columns anew: beyond them little was gained
 _TOLERANCE = 0.02
@@ -49,9 +49,9 @@ def follow(
     floor: float,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Followed:
-    """Fit a calibration's unknowns to free runs of one of the stretches that it was fitted to.
+    """Fit a calibration's unknowns to free runs of one of the segments that it was fitted to.
 
-    `number`: the stretch; `floor`: the error in SI of a true model there.
+    `number`: the segment; `floor`: the error in SI of a true model there.
     """
     progress("fitting a last time, in free run")
     b, begin = balances[number], calibration.fit.whole
@@ -66,7 +66,7 @@ def follow(
 
     fit, found = gauss_newton(together, fit_of(together, begin), unknowns, _ROUNDS, tolerance=_TOLERANCE)
     progress("fitting a last time, in free run, without each part of the record")
-    # The whole fit with the balances' rows for what they say together, so that both can be left out part by part.
+    # The whole fit with the balances' samples for what they say together, so that both can be left out part by part.
     rows = len(runs.shares) * runs.rows
     left = np.concatenate([fit.residual[:rows], said.rows(fit.whole)])
     part = np.repeat([part_of(balances, number, share) for share in runs.shares], runs.rows)
@@ -84,14 +84,14 @@ def _put(whole: Vector, unknowns: Sequence[Unknown], values: Float64) -> Vector:
 
 
 def part_of(balances: Sequence[Balances], number: int, share: float) -> int:
-    """Return the held-out part that a share (0 to 1) of a stretch, given by its number, lies in."""
+    """Return the held-out part that a share (0 to 1) of a segment, given by its number, lies in."""
     before = sum(b.rows for b in balances[:number])
     total = sum(b.rows for b in balances)
     return min(int((before + share * balances[number].rows) * SEGMENTS / total), SEGMENTS - 1)
 
 
 class _Runs:
-    """Free runs over all segments of a stretch, from where `begin` starts them, over the error of a true model."""
+    """Free runs over all segments of a segment, from where `begin` starts them, over the error of a true model."""
 
     def __init__(self, b: Balances, begin: Vector, floor: float) -> None:
         self._b, self._starts = b, freerun.starts(b, begin[:EXTENDED])
@@ -118,7 +118,7 @@ class _Runs:
 
 
 class _Said:
-    """What balances say of the unknowns, as a few rows: their residual, linearised about where they ended."""
+    """What balances say of the unknowns, as a few samples: their residual, linearised about where they ended."""
 
     def __init__(self, unknowns: Sequence[Unknown], begin: Vector, columns: Float64, residual: Float64) -> None:
         self._unknowns, self._columns, self._residual = unknowns, columns, residual

@@ -76,12 +76,12 @@ def _segment(b: Balances, p: Vector, begin: int, begin_at: Vector, rows: int, ev
 
 
 def segment(b: Balances, p: Vector, begin: int, begin_at: Vector, rows: int) -> Float64:
-    """Return the angle (rows) as the encoder would tell it, run freely from a row and a state on."""
+    """Return the angle (samples) as the encoder would tell it, run freely from a sample and a state on."""
     return _segment(b, p, begin, begin_at, rows, 0)[0]
 
 
 def trace(b: Balances, p: Vector, begin: int, rows: int | None = None) -> Float64:
-    """Return the model's angle (rows; else a segment's) as the encoder would tell it, run freely from a row on."""
+    """Return the model's angle (rows; else a segment's) as the encoder would tell it, run freely from a sample on."""
     begin_at = _led(b, p, np.array([begin]))[0]
     return _segment(b, p, begin, begin_at, rows or round(SEGMENT_S * b.measured.rate), 0)[0]
 
@@ -95,7 +95,7 @@ def _true_current(b: Balances, p: Vector) -> Float64:
 
 
 def _led(b: Balances, p: Vector, begins: NDArray[np.int64]) -> Float64:
-    """Return the model's state (begins, states) at some rows, set to the measured motion at every row before."""
+    """Return the model's state (begins, states) at some samples, set to the measured motion at every sample before."""
     m = b.measured
     p = simulable(p)
     angle, velocity = b.motion(p)

@@ -108,7 +108,7 @@ class _Said:
 
     @classmethod
     def of(cls, residual: Residual, whole: Vector, unknowns: Sequence[Unknown], block: NDArray[np.int64]) -> _Said:
-        """Return it from derivatives taken anew: what two numbers do alike cancels only in derivatives without bend."""
+        """Return it from derivatives taken anew: equal effects of two numbers cancel only in exact derivatives."""
         left, slopes = residual(whole), _slopes(residual, whole, unknowns)
         rows = [np.flatnonzero(block == k) for k in range(_BLOCKS)]
         return cls(

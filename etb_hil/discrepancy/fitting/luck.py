@@ -1,8 +1,9 @@
 """How far two true models are apart that rest at other places between the steps of a coarse encoder.
 
-At rest an encoder is off by the same part of a step all the time. A dozen rests are a dozen readings, however many rows
-they have: what one simulation leaves of them says little about what the unit leaves. That holds for a velocity, too: it
-is off where the angle steps, and a plate that is held next to an edge steps to and fro as long as it is held.
+At rest an encoder is off by the same part of a step all the time. A dozen rests are a dozen readings, however many
+samples they have: what one simulation leaves of them says little about what the unit leaves. That holds for a
+velocity, too: it is off where the angle steps, and a plate that is held next to an edge steps to and fro as long as
+it is held.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ def luck(balances: Sequence[Balances]) -> Float64:
 
 
 def _rows(balances: Balances) -> Float64:
-    """Return the judged rows by group, and the sum of squares of those that have one and the same angle (2, 9)."""
+    """Return the judged samples by group, and the sum of squares of those that have one and the same angle (2, 9)."""
     steps = np.abs(np.diff(balances.spectrum.picked(balances.measured.angle), prepend=np.nan)) > 0.0
     place = np.cumsum(steps)
     found = np.zeros((2, 9))

@@ -1,4 +1,4 @@
-"""Leave-segment-out: what a suspect gains on segments that its fit did not see, linearised about the fit."""
+"""Leave-segment-out: what a candidate gains on segments that its fit did not see, linearised about the fit."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class HeldOut:
 
 
 def segment_of(balances: Sequence[Balances], segments: int = SEGMENTS) -> NDArray[np.int64]:
-    """Return the segment (n) of each row of the residual: stretches of equal length in time."""
+    """Return the segment (n) of each sample of the residual: segments of equal length in time."""
     parts = []
     total = sum(b.rows for b in balances)
     done = 0

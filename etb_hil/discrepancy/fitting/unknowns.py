@@ -19,7 +19,7 @@ SLACK = 1.02  # of a tolerance: the noise is so low that a hair outside it would
 WIDEST = 8.0  # tolerances that a parameter may leave its box by, when it is suspected itself
 _NEVER = ("gear_ratio", "supply_voltage", "voltage_limit", "back_emf")
 _MEASURED_AS = {"torque_per_ampere": ("torque_constant", "back_emf_constant"), "inertia": ("motor_inertia",)}
-_SKEW = 0.6  # of a sample period: what rows of one line are apart
+_SKEW = 0.6  # of a sample period: what samples of one line are apart
 _ON = 1e-6  # of a scaled unit: what is as near to an edge lies on it
 _ZERO = 0.01  # rad of the plate sensor
 
@@ -29,8 +29,8 @@ class Unknown:
     """A number that is fitted: `value = centre + scale * x` with `low <= x <= high`.
 
     It stands at `place` of the whole vector (extended parameters, then nuisances); what stands at `tied` moves with it
-    in proportion. `step` is x's step for a difference. `is_known`: it was measured by hand, so that it imitates nothing
-    and is no suspect; its box is that measurement's uncertainty.
+    in proportion. `step` is x's step for a difference. `is_known`: it was measured at the bench, so that it is
+    collinear with nothing and is no candidate; its box is that measurement's uncertainty.
     """
 
     name: str

@@ -1,1 +1,1 @@
-"""What was measured, made ready: even rows of one shaft, and what rows do not say."""
+"""What was measured, made ready: even samples of one shaft, and what samples do not say."""

@@ -1,6 +1,6 @@
-"""Whether rows may miss commands: a current that answers a voltage before the row that shows it.
+"""Whether samples may miss commands: a current that answers a voltage before the sample that shows it.
 
-Rows are taken for voltages that are held until the next. Where a controller commands more often than its rows are
+Samples are taken for voltages that are held until the next. Where a controller commands more often than its samples are
 written, nobody knows what the motor got between two of them, and no model leaves what noise leaves.
 """
 
@@ -23,16 +23,16 @@ _FAST = 900.0  # Hz; controllers of throttles command some 1000 times a second
 _SHORTEST = 0.0005  # s; in a shorter time a current does less than its sensor's noise
 _FEWEST = 100  # jumps
 _KNEES = (0.05, 0.15, 0.3)  # A, at which a brush's drop may be there
-_BEFORE = 0.04  # of what a voltage does in its own row, from where the next one has acted before its row
+_BEFORE = 0.04  # of what a voltage does in its own sample, from where the next one has acted before its sample
 _SCATTERS = 0.015  # of the next jump's square: what no shift of the voltage in time accounts for
 
 
 def may_miss_commands(measured: Measurement, model: Model) -> bool:
-    """Tell whether commands may have changed between the rows of a measurement as it was recorded.
+    """Tell whether commands may have changed between the samples of a measurement as it was recorded.
 
     After a while of one voltage a winding's current is linear in the current before it, in the way and in the voltage:
     the next voltage has no part in it where one is held. One that is read late has the same part each time, which
-    leaves nothing to scatter. In slow rows without a current nothing tells.
+    leaves nothing to scatter. In slow samples without a current nothing tells.
     """
     if measured.is_drive:
         return False
@@ -55,7 +55,7 @@ def may_miss_commands(measured: Measurement, model: Model) -> bool:
 
 
 def rate_of_voltage(measured: Measurement) -> float:
-    """Return how often (Hz) a measurement tells its voltage: a burst's rows have one for all of them."""
+    """Return how often (Hz) a measurement tells its voltage: a burst's samples have one for all of them."""
     return measured.rate / _rows_together(measured, np.flatnonzero(commanded(measured)))
 
 
@@ -68,7 +68,7 @@ def _rows_together(measured: Measurement, jumps: Int64) -> int:
 
 
 def _before_jumps(m: Measurement) -> tuple[Int64, Int64]:
-    """Return the rows at which a voltage begins to stand, with the bridge on, and those at which it has jumped."""
+    """Return the samples at which a voltage begins to stand, with the bridge on, and those at which it has jumped."""
     jumps = np.flatnonzero(commanded(m))
     rows = _rows_together(m, jumps)
     ends = jumps[np.diff(jumps, prepend=-1) >= rows] + 1
@@ -78,7 +78,7 @@ def _before_jumps(m: Measurement) -> tuple[Int64, Int64]:
 
 
 def _means(values: Float64, begins: Int64, ends: Int64) -> Float64:
-    """Return the means of as many values each, from a row to the one before its end."""
+    """Return the means of as many values each, from a sample to the one before its end."""
     if not len(ends):
         return np.zeros(0)
     return np.asarray(sliding_window_view(values, int(ends[0] - begins[0]))[begins].mean(axis=1))

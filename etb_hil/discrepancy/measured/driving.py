@@ -19,8 +19,8 @@ _GAUSS = 0.6745  # median of the absolute value of a normal variable
 def without_noise(voltage: Float64, noise: float, rate: float) -> Float64:
     """Return a voltage (n) in V with its noise averaged and its edges kept (sigma filter, Lee 1983).
 
-    `noise`: the rms that the data sheet promises, in V; what the rows themselves show of it counts where that is less.
-    A simulation that is shaken by a voltmeter's noise lets its bristles creep, which the real plate never did.
+    `noise`: the rms that the data sheet promises, in V; what the samples themselves show of it counts where that is
+    less. A simulation that is shaken by a voltmeter's noise lets its bristles creep, which the real plate never did.
     """
     shown = float(np.median(np.abs(np.diff(voltage)))) / (_GAUSS * np.sqrt(2.0)) if len(voltage) > 1 else 0.0
     reach = _SAME * min(noise, shown)

@@ -17,10 +17,11 @@ CHANGES = 1.0  # K: a temperature that stays within it tells nothing of heat
 
 @dataclass(frozen=True, slots=True)
 class Measurement:
-    """A stretch without gaps, evenly sampled: columns (n) in SI, angles at the throttle shaft.
+    """A segment without gaps, evenly sampled: columns (n) in SI, angles at the throttle shaft.
 
-    `voltage` is the command or terminal voltage of each row, held until the next. `is_good` (n) is False where samples
-    were bad or bridged. `sensors`: the model file's data sheet, with the noise that these rows show where that is more.
+    `voltage` is the command or terminal voltage of each sample, held until the next. `is_good` (n) is False where
+    samples were bad or bridged. `sensors`: the model file's data sheet, with the noise that these samples show where
+    that is more.
     """
 
     origin: str
@@ -41,7 +42,7 @@ class Measurement:
     is_linear: bool = False  # a drive in N and m; others are in N·m and rad
     is_plates: bool = False  # the angle is the plate sensor's: no encoder is as fine
     encoder: Float64 | None = None  # of one that is not
-    is_thinned: bool = False  # the rows that a balance is made of; what is simulated along them has no others
+    is_thinned: bool = False  # the samples that a balance is made of; what is simulated along them has no others
     added: Float64 | None = None  # force or torque that a test says it adds to a drive's
 
     def __len__(self) -> int:
@@ -60,5 +61,5 @@ class Measurement:
 
     @property
     def dt(self) -> float:
-        """Time between two rows in s."""
+        """Time between two samples in s."""
         return 1.0 / self.rate

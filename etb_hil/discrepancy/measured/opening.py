@@ -17,7 +17,7 @@ from etb_hil.plant.values import ThrottleParameters
 Float64 = NDArray[np.float64]
 Openings = dict[tuple[int, int], float]  # the current in A that a bridge opens under, by the first and last row of it
 
-_BEFORE = 0.025  # s that an opening lies before rows in which no current is seen to have flown for some time
+_BEFORE = 0.025  # s that an opening lies before samples in which no current is seen to have flown for some time
 _HIGH, _LOW = 0.8, 0.5  # of the voltage's limit: the diodes give more than that, a motor that coasts gives less
 _FORGOTTEN = 5.0  # time constants of the winding after which a voltage is nothing to its current
 _COASTS_FOR, _PARTS = 0.005, 4  # s, and how many of them one after the other, in which a motor is seen to coast
@@ -26,10 +26,10 @@ _OTHER = 0.3  # of the back-EMF, by which the unit's may be another than the mod
 
 
 def without_diodes(measured: Measurement, model: Model) -> Measurement:
-    """Return a measurement with the mean voltage in the rows in which the bridge opens, which are not judged.
+    """Return a measurement with the mean voltage in the samples in which the bridge opens, which are not judged.
 
-    The current of a throttle is gone after a tenth of a millisecond. What a voltmeter read at the row's beginning, held
-    until the next, would be a blow of the whole supply that the motor never felt.
+    The current of a throttle is gone after a tenth of a millisecond. What a voltmeter read at the sample's
+    beginning, held until the next, would be a blow of the whole supply that the motor never felt.
     """
     if measured.is_drive:
         return measured
@@ -46,7 +46,7 @@ def without_diodes(measured: Measurement, model: Model) -> Measurement:
 
 
 def _seen_by_current(measured: Measurement, current: Float64, model: Model) -> Openings:
-    """Return the rows that begin with the diodes' voltage against a current (A), with no drive until it is at rest.
+    """Return the samples that begin with the diodes' voltage against a current (A), with no drive until it is at rest.
 
     A current that has gone over to the voltage's side by their end was driven there.
     """
@@ -74,8 +74,8 @@ def _first_of(measured: Measurement, row: int) -> int:
 def _seen_by_voltage(measured: Measurement, model: Model) -> Openings:
     """Return the rows with the diodes' voltage against the current (A) that had been driven, and a coast behind them.
 
-    A bridge that is driven so for a row strikes the motor: it moves, and the voltage that is set next is not what that
-    motion gives.
+    A bridge that is driven so for a sample strikes the motor: it moves, and the voltage that is set next is not what
+    that motion gives.
     """
     size, limit = np.abs(measured.voltage), model.values.voltage_limit
     found = {}
@@ -87,8 +87,8 @@ def _seen_by_voltage(measured: Measurement, model: Model) -> Openings:
 
 
 def _driven(measured: Measurement, row: int, v: ThrottleParameters) -> float:
-    """Return the winding's current in A at the beginning of a row, from the voltages held before it."""
-    winding = v.inductance / v.resistance * measured.rate  # rows
+    """Return the winding's current in A at the beginning of a sample, from the voltages held before it."""
+    winding = v.inductance / v.resistance * measured.rate  # samples
     rows = min(math.ceil(_FORGOTTEN * winding), row)
     if rows == 0:
         return 0.0
@@ -98,7 +98,7 @@ def _driven(measured: Measurement, row: int, v: ThrottleParameters) -> float:
 
 
 def _coasts(measured: Measurement, first: int, model: Model) -> bool:
-    """Return whether the voltage from a row on is what the motion gives, within the sensors' noise."""
+    """Return whether the voltage from a sample on is what the motion gives, within the sensors' noise."""
     rate, back_emf = measured.rate, model.values.back_emf
     rows = max(round(_COASTS_FOR * rate), 1)
     last = first + rows * _PARTS
@@ -113,7 +113,7 @@ def _coasts(measured: Measurement, first: int, model: Model) -> bool:
 
 
 def _mean(diodes: float, after: float, current: float, rate: float, v: ThrottleParameters) -> float:
-    """Return the voltage's mean in V over a row: the diodes' until the current is gone, then the motor's own."""
+    """Return the voltage's mean in V over a sample: the diodes' until the current is gone, then the motor's own."""
     lasts = v.inductance / v.resistance * math.log1p(v.resistance * abs(current / diodes))
     share = min(lasts * rate, 1.0)
     return share * diodes + (1.0 - share) * after

@@ -16,7 +16,7 @@ from etb_hil.plant.parameters import Model
 Float64 = NDArray[np.float64]
 
 _SUPPLIES = 2.0  # times the supply's voltage: a charged battery and diodes come to 1.3
-_MOST = 0.999  # of the rows: beyond it are spikes
+_MOST = 0.999  # of the samples: beyond it are spikes
 _STILL = 10.0  # times the voltmeter's noise, from the least to the most of a voltage that stands
 _MIDDLE = 0.5  # of the way, through which it goes
 _TO_AND_FRO = 3  # times
@@ -98,7 +98,7 @@ def _must_go_together(m: Measurement, model: Model) -> None:
     elif not 1.0 / _AS_FAR < far[1] / far[0] < _AS_FAR:
         what = f"throttle_angle goes {far[1] / far[0]:.3g} times as far as motor_angle {gear}"
         remedy = (
-            "look at their units (rad or deg), whether the columns are swapped, at the model's gear_ratio, and "
+            "check their units (rad or deg), the order of the columns and the model's gear_ratio; check "
             "whether an encoder starts anew each turn or a sensor stands still for a time"
         )
     elif (together := float(np.corrcoef(motor, plate)[0, 1])) < -_TOGETHER:

@@ -1,4 +1,4 @@
-"""What a reader has to know of rows that come to a balance in part or not at all: left out, or filled in."""
+"""What a reader has to know of samples that come to a balance in part or not at all: left out, or filled in."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 Float64 = NDArray[np.float64]
 Int64 = NDArray[np.int64]
 
-SLOW = ("temperature", "supply_voltage")  # between their rows a straight line is as good
-_ONE_ROW = (1.5, 2.5)  # steps from one value to the next with one row missing between
+SLOW = ("temperature", "supply_voltage")  # between their samples a straight line is as good
+_ONE_ROW = (1.5, 2.5)  # steps from one value to the next with one sample missing between
 
 
 def filled_in(time_ns: Int64, columns: Mapping[str, Float64], step: float) -> list[str]:
@@ -35,10 +35,10 @@ def filled_in(time_ns: Int64, columns: Mapping[str, Float64], step: float) -> li
 
 
 def left_out(time_ns: Int64, parts: Sequence[Int64], shortest: float) -> list[str]:
-    """Say what parts (row numbers) of a record are shorter than `shortest` in s, and so not looked at."""
+    """Say what parts (sample numbers) of a record are shorter than `shortest` in s, and so not looked at."""
     if not parts:
         return []
-    stretches = "1 stretch" if len(parts) == 1 else f"{len(parts)} stretches"
+    stretches = "1 segment" if len(parts) == 1 else f"{len(parts)} segments"
     seconds = sum(float(time_ns[part[-1]] - time_ns[part[0]]) * 1e-9 for part in parts)
     rows = _percent(sum(map(len, parts)), len(time_ns))
     return [f"{stretches} of less than {shortest:g} s between gaps left out: {seconds:.2g} s, {rows} of the rows"]

@@ -1,4 +1,4 @@
-"""What evenly spaced rows say of the signals between them: voltages held, currents missed, open bridges, tremor."""
+"""What evenly spaced samples say of the signals between them: voltages held, currents missed, open bridges, tremor."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _SAME = 1e-4  # of a time constant
 
 
 def held(s: Complex128, dt: float) -> Complex128:
-    """Return what a signal that is held from row to row has of the spectrum of its rows."""
+    """Return what a signal that is held from sample to sample has of the spectrum of its samples."""
     x = s * dt
     x = np.where(np.abs(x) < 1e-9, 1e-9, x)
     return (1.0 - np.exp(-x)) / x
@@ -32,10 +32,11 @@ def held(s: Complex128, dt: float) -> Complex128:
 def missed_by_rows(
     s: Complex128, dt: float, resistance: float, inductance: float, delay: float = 0.0, lag: float = 0.0
 ) -> Complex128:
-    """Return what rows of a winding's current miss of it, over the spectrum of the rows of its held voltage.
+    """Return what samples of a winding's current miss of it, over the spectrum of the samples of its held voltage.
 
-    Between two rows the current bends after every step of the voltage. Its rows alone take that for a straight line; at
-    2 kHz and a step of 12 V a throttle's torque balance would see ten times its noise. Rows that are read late by a
+    Between two samples the current bends after every step of the voltage. Its samples alone take that for a straight
+    line; at 2 kHz and a step of 12 V a throttle's torque balance would see ten times its noise. Samples that are
+    read late by a
     `delay` and a `lag` see another part of each bend, and are taken to have been put back in time.
     """
     back = np.exp(s * delay) * (1.0 + s * lag)
@@ -50,7 +51,7 @@ def in_rows(
     if abs(winding - lag) < _SAME * winding:
         lag = (1.0 - _SAME) * winding
     whole = np.floor(delay / dt)
-    since = 1.0 + whole - delay / dt  # rows' times from a step of the voltage to the next reading
+    since = 1.0 + whole - delay / dt  # samples' times from a step of the voltage to the next reading
     z = np.exp(s * dt)
     found = np.ones(len(s), np.complex128)
     for time, share in ((winding, winding / (winding - lag)), (lag, -lag / (winding - lag))):
@@ -68,7 +69,7 @@ def until_next(voltage: Float64, is_open: NDArray[np.bool_]) -> Float64:
 
 
 def commanded(measured: Measurement) -> NDArray[np.bool_]:
-    """Return where (n - 1) the voltage steps from a row to the next by more than its meter's noise can."""
+    """Return where (n - 1) the voltage steps from a sample to the next by more than its meter's noise can."""
     return np.abs(np.diff(measured.voltage)) > _JUMPS * voltage_rms(measured.sensors)
 
 
@@ -90,7 +91,7 @@ def trembling(angle: Float64, rate: float) -> float:
 
 
 def jitter(angle: Float64, rate: float, noise: float) -> float:
-    """Return the rms in s by which an angle's rows are early or late; `noise`: what else the angle (rad) has, rms.
+    """Return the rms in s by which an angle's samples are early or late; `noise`: what else the angle (rad) has, rms.
 
     An angle that is read at the wrong moment is wrong by its speed. Fourth differences leave nothing of a motion but
     what steps of the voltage do to it, and the median over short windows not even those.

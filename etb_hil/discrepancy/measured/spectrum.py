@@ -21,7 +21,7 @@ _NOISY_BAND = 100.0  # Hz of smoothing of an angle that trembles at rest: bristl
 class Spectrum:
     """Transforms for records of one length and rate.
 
-    `s` is j omega over the band only, for what is filtered; `kept` picks the rows at `output_rate` without the ends.
+    `s` is j omega over the band only, for what is filtered; `kept` picks the samples at `output_rate` without the ends.
     """
 
     def __init__(self, count: int, rate: float, band: float = BAND, edge: float = EDGE) -> None:
@@ -59,7 +59,7 @@ class Spectrum:
         return np.fft.irfft(spectrum * self.low, length)[self.kept] * (length / self.padded)
 
     def picked(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Return the rows (n) at the output rate, without the ends."""
+        """Return the samples (n) at the output rate, without the ends."""
         return values[:: self.every][: self.count // self.every][self.kept]
 
     def motion(self, angle: Float64, spectrum: Complex128, *, is_calm: bool) -> tuple[Float64, Float64, Float64]:

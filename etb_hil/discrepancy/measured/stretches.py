@@ -1,4 +1,4 @@
-"""From a recording to its stretches without gaps, evenly sampled, and what is not looked at."""
+"""From a recording to its segments without gaps, evenly sampled, and what is not looked at."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def is_measured_on_drive(recording: Recording) -> bool:
 
 
 def measurements_of(recording: Recording, model: Model) -> list[Measurement]:
-    """Return the stretches of a recording that are long enough and move, InputError where the roles do not suffice."""
+    """Return the segments of a recording that are long enough and move, InputError where the roles do not suffice."""
     roles = [role for role in recording.roles if np.isfinite(recording.series(role).values).any()]
     if its := drive_roles(recording, is_linear=model.is_linear):
         rows = recording.joined(list(its))
@@ -138,7 +138,7 @@ def _stretches(
 
 
 def _without_long_gaps(time_ns: NDArray[np.int64], columns: dict[str, Float64]) -> NDArray[np.bool_]:
-    """Return the rows (n) that do not lie in a gap of the drive or of the angle that is too long to be bridged."""
+    """Return the samples (n) that do not lie in a gap of the drive or of the angle that is too long to be bridged."""
     kept = np.ones(len(time_ns), np.bool_)
     drive = next(role for role in _DRIVEN_BY if role in columns)
     angle = next(role for role in _MOVES if role in columns)
@@ -152,7 +152,7 @@ def _without_long_gaps(time_ns: NDArray[np.int64], columns: dict[str, Float64]) 
 
 
 def _must_move(m: Measurement, model: Model) -> None:
-    """Refuse a stretch that stands still, or whose angle goes further than the model's plate can."""
+    """Refuse a segment that stands still, or whose angle goes further than the model's plate can."""
     way, unit = float(np.ptp(m.angle)), "m" if m.is_linear else "rad"
     if way <= _STANDS * m.angle_noise:
         what = f"{m.origin} stands still from {m.start_s:.1f} s on"

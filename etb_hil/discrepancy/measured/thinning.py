@@ -1,4 +1,4 @@
-"""Rows that come faster than they tell anything: every so many of them, with the mean of what drives until the next."""
+"""Thinning of a record that is sampled faster than needed: every n-th sample, with the mean voltage up to the next."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ import numpy as np
 from etb_hil.discrepancy.measured.measurement import Float64, Measurement
 from etb_hil.discrepancy.measured.rows import commanded
 
-_ENOUGH = 2000.0  # Hz: what more rows would show is noise
-_PLENTY = 5000.0  # Hz: a voltage that changes within such a row is near enough to its mean
+_ENOUGH = 2000.0  # Hz: what more samples would show is noise
+_PLENTY = 5000.0  # Hz: a voltage that changes within such a sample is near enough to its mean
 _FEWEST = 100  # jumps that show a step
 _IN_STEP = 0.98  # of them
 
 
 def thinned(measured: Measurement) -> Measurement:
-    """Return every so many rows; a voltage, or a drive's force, is its mean until the next row that is kept.
+    """Return every so many samples; a voltage, or a drive's force, is its mean until the next sample that is kept.
 
-    Rows are kept in step with the commands, so that a voltage is held from one to the next as it was: what a current
-    does after a step within a row, no mean tells. A row is good where all are that its voltage is the mean of.
+    Samples are kept in step with the commands, so that a voltage is held from one to the next as it was: what a current
+    does after a step within a sample, no mean tells. A sample is good where all are that its voltage is the mean of.
     """
     if measured.is_thinned:
         return measured
@@ -50,7 +50,7 @@ def thinned(measured: Measurement) -> Measurement:
 
 
 def _step(measured: Measurement) -> tuple[int, int]:
-    """Return the first row that is kept, and from how many rows one is."""
+    """Return the first sample that is kept, and from how many samples one is."""
     most = int(measured.rate / _ENOUGH + 1e-6)
     if most <= 1 or measured.is_drive:
         return 0, most

@@ -14,7 +14,7 @@ from etb_hil.plant.parameters import Model
 Float64 = NDArray[np.float64]
 
 _POWERED = 0.05  # of the voltage's limit; below it an open bridge and two sensors' zeros may show anything
-_MOST = 0.999  # of the rows: beyond it are spikes
+_MOST = 0.999  # of the samples: beyond it are spikes
 _BRAKES = 3.0  # times V/R: a motor that is braked at full speed comes to 2
 _HARDLY = 30.0  # times less than V/R: halfway to a thousand
 _BLOCK = 0.02  # s: many times L/R, and what a current is late by
@@ -22,7 +22,7 @@ _NEAR_REST = 0.25  # of the voltage that the back-EMF may take
 _FEWEST = 25  # blocks near rest: half a second
 _BACKWARDS = 1.0 / 3.0  # of V/R: R may be far off the model's, and a current that is its sensor's zero alone is less
 _NEARLY_ALL = 0.9  # of those blocks
-_STAYS = 5  # rows: within its range noise brings a sensor off a value sooner, and L/R is past
+_STAYS = 5  # samples: within its range noise brings a sensor off a value sooner, and L/R is past
 _MORE = 1.1  # times the value that the voltage drives: R may be off
 _NOISE = 3.0  # times the sensor's, by which it does at least
 

@@ -1,1 +1,1 @@
-"""What would tell apart what is open: planned scenarios, other records, numbers measured by hand."""
+"""What would distinguish what is open: planned scenarios, other records, numbers measured at the bench."""

@@ -14,7 +14,7 @@ TELLING = ("explained", "ambiguous")  # verdicts of records whose classes hold t
 def left_open(ids: Iterable[str], judged: Round) -> list[str]:
     """Return of some ids those that a round could be about as well: its own class, and what it could not judge.
 
-    Every base parameter is judged, as what imitates the cause, also those that are no suspects.
+    Every base parameter is judged, as what is collinear with the cause, also those that are no candidates.
     """
     known = {one.candidate.id for one in judged.screened}
     known |= {decision.parameter_id(unknown.name) for unknown in judged.before.unknowns}
@@ -22,7 +22,7 @@ def left_open(ids: Iterable[str], judged: Round) -> list[str]:
 
 
 def narrow(findings: Findings, other: Findings) -> tuple[ToldApart, ...]:
-    """Take out of the classes of `findings` what another record of the same unit tells apart; return what that was.
+    """Take out of the classes of `findings` what another record of the same unit distinguishes; return what that was.
 
     A record that leaves more than its own causes account for, or in whose classes the cause is not, tells nothing.
     """

@@ -1,4 +1,4 @@
-"""What numbers measured by hand would settle: the record at hand, and a plan's, explained with them known."""
+"""What numbers measured at the bench would settle: the record at hand, and a plan's, explained with them known."""
 
 from __future__ import annotations
 
@@ -59,7 +59,8 @@ def hand_test(
 ) -> HandTest | None:
     """Return what a hand should measure about those that a plan leaves (without a plan the record); None: nothing.
 
-    First what judges the cause itself. What becomes a rival only where numbers are known is measured, too, as far as
+    First what judges the cause itself. What becomes a competing hypothesis only where numbers are known is measured,
+    too, as far as
     `_MOST` instruments go, or left to a plan that parts it now.
     """
     best: HandTest | None = None
@@ -128,5 +129,5 @@ def _told_of(model: Model, balances: Sequence[Balances], truth: Refined) -> _Tol
 
 
 def unseen(found: Round, seen: Mapping[str, object]) -> list[str]:
-    """Return the effects of a class that are no suspects in a record: it excludes none of them."""
+    """Return the effects of a class that are no candidates in a record: it excludes none of them."""
     return [id_ for id_ in found.alike if id_ in CATALOGUE and id_ not in seen]

@@ -1,4 +1,4 @@
-"""Which effects a record could tell apart, from the model's own sensitivities along a motion."""
+"""Which effects a record could distinguish, from the model's own sensitivities along a motion."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Float64 = NDArray[np.float64]
 
 _MOST_SHAPES = 4
 _SEEN = 3.0  # times its noise that an effect's physical step must reach beside the base parameters
-_NOTHING = 0.03  # share of a column below which what is left of it is the error of the difference
+_NOTHING = 0.03  # share of a column below which the residual of it is the error of the difference
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class Shape:
 class Sensitivities:
     """Columns along one motion, over the noise: of the base (n, k), and of each effect's shapes.
 
-    `is_angle` (n): rows of the balance of motor and plate.
+    `is_angle` (n): samples of the balance of motor and plate.
     """
 
     unknowns: list[Unknown]
@@ -46,7 +46,7 @@ class Sensitivities:
 
 @dataclass(frozen=True, slots=True)
 class Isolability:
-    """Pairs that look alike with their cosine, effects that do not show, and how many pairs there are of the others."""
+    """Pairs that are not isolable, with their cosine; effects that do not show; how many pairs remain."""
 
     alike: list[tuple[str, str, float]]
     hidden: list[str]
@@ -104,7 +104,7 @@ def together(parts: Sequence[Sensitivities]) -> Sensitivities:
 
 
 def isolability(found: Sensitivities) -> Isolability:
-    """Return which effects look alike, in the lights that a name is held to, and in any of their shapes."""
+    """Return which effects are not isolable, in the lights that a name is held to, and in any of their shapes."""
     seen = _Seen(found)
     shown = [id_ for id_ in found.effects if seen.shows(id_)]
     alike = []

@@ -33,8 +33,8 @@ from etb_hil.results.explanation import BenchStep, NextTest, Separation, Wanted
 
 UNIT = "standard deviations of the sensors' noise"
 _TRIED = 2  # plans that are explained before one is asked for
-_WAYS = 3  # by hand, that are said
-_LIKELY = 0.5  # of what is left, that a suspect leaves at most for a test of it to be worth a run
+_WAYS = 3  # at the bench, that are said
+_LIKELY = 0.5  # of the residual, that a candidate leaves at most for a test of it to be worth a run
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,7 @@ class Outlook:
     """What a plan's record would tell: `parted` of the cause's class it tells from the cause, `left` stays open.
 
     `left` may hold ids that these data could not judge; `shows`: the cause beside the base parameters, over the noise;
-    `distances` by id, likewise, of rivals that were fitted.
+    `distances` by id, likewise, of competing hypotheses that were fitted.
     """
 
     plan: Plan
@@ -53,19 +53,19 @@ class Outlook:
 
     @property
     def worth(self) -> tuple[int, int, float]:
-        """What plans are ranked by: how little stays open, how much is told apart, how well the cause shows."""
+        """What plans are ranked by: how little stays open, how much is distinguished, how well the cause shows."""
         return -len(self.left), len(self.parted), self.shows
 
 
 def next_test(
     findings: Findings, plans: Sequence[Plan] = (), progress: Callable[[str], None] = lambda _: None
 ) -> NextTest | None:
-    """Return the test for what is open; None where nothing is, or no suspect comes near to what is missing.
+    """Return the test for what is open; None where nothing is, or no candidate comes near to what is missing.
 
     Of the `plans` it takes the one that leaves least open.
 
-    `separation_here` is by how much a rival differs in these data; `expected_separation` by how much it would in the
-    test, what the test's record and these would part from the cause, and what would stay open.
+    `separation_here` is by how much a competing hypothesis differs in these data; `expected_separation` by how much
+    it would in the test, what the test's record and these would part from the cause, and what would stay open.
     """
     if open_rounds := [r for r in findings.accepted if r.alike]:
         found = open_rounds[0]
@@ -96,7 +96,7 @@ def next_test(
 
 
 def _are_two(found: Round) -> bool:
-    """Tell whether two suspects each take so much of what is left that one of them may be what is missing."""
+    """Tell whether two candidates each take so much of the residual that one of them may be what is missing."""
     return len(found.refined) > 1 and found.refined[1].fit.cost < _LIKELY * found.before.fit.cost
 
 
@@ -151,7 +151,7 @@ def _compared(plan: Plan, findings: Findings, found: Round) -> Outlook:
     healthy_whole, whole = _without(found), found.winner.fit.whole.copy()
     whole[EXTENDED:] = 0.0
     record = [recorded(plan, findings.model, findings.balances[0], healthy_whole[:EXTENDED])]
-    weigh(record, group_means(record, healthy_whole)[0])  # nothing is missing in it: what it leaves is its floor
+    weigh(record, group_means(record, healthy_whole)[0])  # nothing is missing in it: what it leaves is its noise floor
     healthy = calibrate(findings.model, record, healthy_whole, found.before.unknowns, rounds=1)
     residual = residual_of(record)
     does = residual(whole) - residual(healthy_whole)
@@ -186,7 +186,7 @@ def _without(found: Round) -> Vector:
 
 
 def _promised(compared: Outlook, findings: Findings, found: Round) -> Outlook:
-    """Return what of a comparison holds where the plan's record is explained, with the cause or its likeliest rival."""
+    """Return what of a comparison holds once the plan's record is explained, with the cause or its best competitor."""
     first = found.winner
     told = _explained(compared, findings, found, first)
     left = [*compared.left, *told.left]
@@ -208,7 +208,7 @@ def _explained(compared: Outlook, findings: Findings, found: Round, truth: Refin
             costs = {one.candidate.id: one.cost for one in named.screened} | {r.id: r.fit.cost for r in named.refined}
             own = costs.get(truth.id, np.nan)
             away = {id_: float(np.sqrt(abs(cost - own))) for id_, cost in costs.items() if np.isfinite(own)}
-            # Of two that stay beside each other it is the rival that the cause is not told from.
+            # Of two that stay beside each other it is the competing hypothesis that the cause is not told from.
             left = [truth.id if id_ == found.winner.id else id_ for id_ in ids if id_ != truth.id]
             left += unseen(found, suspects([record], found.before.unknowns))
             return replace(_outlook(compared.plan, found, left, compared.shows), distances=away)

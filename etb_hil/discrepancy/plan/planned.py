@@ -92,7 +92,7 @@ def _follow(
     set_points: float,
     rows: Float64,
 ) -> None:
-    """Fill angle, current, plate angle and voltage; `set_points`: how many of them pass from row to row."""
+    """Fill angle, current, plate angle and voltage; `set_points`: how many of them pass from sample to sample."""
     volts = base[RESISTANCE] / base[TORQUE_PER_AMPERE]
     stiff = volts * base[INERTIA] * _BANDWIDTH
     limit = base[VOLTAGE_LIMIT]

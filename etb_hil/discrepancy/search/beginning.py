@@ -42,7 +42,7 @@ def since_it_slid(model: Model, balances: Sequence[Balances], standing: Standing
 
 
 def _against(standing: Standing, balances: Sequence[Balances], whole: Vector) -> float:
-    """Return what is over the bands by more than chance, in rows of the floor."""
+    """Return what is over the bands by more than chance, in samples of the noise floor."""
     means, rows = group_means(balances, whole)
     groups = means / standing.floor.level
     return float(decision.excess(groups, np.where(decision.beyond_chance(groups, rows), rows, 0)).sum())

@@ -1,4 +1,4 @@
-"""Numbers that were measured by hand: those that are off are causes, taken in before any is looked for."""
+"""Numbers that were measured at the bench: those that are off are causes, taken in before any is looked for."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from etb_hil.results.explanation import BenchNumber
 
 
 def measured(model: Model) -> tuple[BenchNumber, ...]:
-    """Return what was known of the unit by hand, and so is no suspect, at the shafts that the model file states."""
+    """Return what was known of the unit by hand, and so is no candidate, at the shafts that the model file states."""
     return tuple(
         BenchNumber(
             name=one.name,
@@ -36,7 +36,7 @@ def measured(model: Model) -> tuple[BenchNumber, ...]:
 def take_measured(findings: Findings) -> bool:
     """Take in the causes that were measured, one after the other, and return whether there are any.
 
-    Nobody is alike to them, and nothing is asked of them: they were seen.
+    Nobody is collinear with them, and nothing is asked of them: they were seen.
     """
     off = [one for one in findings.model.measured.values() if one.is_off]
     known = findings.model.as_stated()

@@ -34,7 +34,7 @@ _COMES_BACK = 0.5  # of what friction fell by: use gives nothing back
 
 
 def drifts(found: Calibration, balances: Sequence[Balances], *, is_alone: bool) -> bool:
-    """Tell whether friction over time takes something of what is left; `is_alone`: beside one cause, not several."""
+    """Tell whether friction over time takes something of the residual; `is_alone`: beside one cause, not several."""
     taken, t = over_time(found, balances)
     return taken > (_LEAST if is_alone else _LEAST_BESIDE) and t > _LEAST_T
 
@@ -58,9 +58,9 @@ def _shares(temperatures: Float64, p: Vector) -> Float64:
 
 
 def over_time(found: Calibration, balances: Sequence[Balances]) -> tuple[float, float]:
-    """Return the share of the rest that friction over time takes on stretches that no fit saw, and Student's t of it.
+    """Return the share of the rest that friction over time takes on segments that no fit saw, and Student's t of it.
 
-    The base parameters stay in their boxes meanwhile: outside of them a wrong friction would hide what is left.
+    The base parameters stay in their boxes meanwhile: outside of them a wrong friction would hide the residual.
     """
     fit = found.fit
     friction = float(fit.whole[COULOMB])

@@ -18,7 +18,7 @@ from etb_hil.plant.effects.port import Port
 def doubt_force(findings: Findings) -> None:
     """Put the force's scale into the class of a drive's causes where it leaves as little as they do.
 
-    It is tried in place of all of them, then of the wrong numbers alone, with every number in its box. A throttle's
+    It is tried in place of all of them, then of the parametric faults alone, with every number in its box. A throttle's
     voltage balance knows the current's scale; of a drive nothing does but the tolerances of its numbers.
     """
     if not findings.balances[0].measured.is_drive:

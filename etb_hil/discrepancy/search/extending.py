@@ -28,7 +28,7 @@ _KEPT = ("gear_ratio", "throttle_inertia", "motor_inertia", "supply_voltage", "v
 def extended_model(findings: Findings, whole: Vector | None = None) -> Model:
     """Return the calibrated model with the accepted effects and those that it had; as balances have it, or `whole`.
 
-    What was measured by hand is in its numbers, and no measurement any more.
+    What was measured at the bench is in its numbers, and no measurement any more.
     """
     p = findings.final.fit.whole if whole is None else whole
     there = {r.winner.id for r in findings.accepted} | {entry.id for entry in findings.model.effects}

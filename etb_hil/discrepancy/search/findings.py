@@ -1,4 +1,4 @@
-"""What the search found: its rounds, one a suspect taken in or refused, and what is left in the end."""
+"""What the search found: its rounds, one a candidate taken in or refused, and the residual in the end."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Float64 = NDArray[np.float64]
 
 @dataclass(slots=True)
 class Round:
-    """One search: the model that it started from, all suspects as screened, the best as fitted.
+    """One search: the model that it started from, all candidates as screened, the best as fitted.
 
     `curved`: the winner with the curve of its own that fits best, the plain one among them.
     """
@@ -40,7 +40,7 @@ class Round:
 
     @property
     def winner(self) -> Refined:
-        """The suspect that leaves least."""
+        """The candidate that leaves least."""
         return self.refined[0]
 
     @property
@@ -62,8 +62,9 @@ class Standing:
 class Findings:
     """What the search found: `rounds` in order, the last one of them not accepted unless no more was looked for.
 
-    `first_groups`: each group's mean square over its floor before any cause; `standing`: the model with all of them.
-    `rest`: what nameless splines take of what is left; `curve`: the most that one takes beside wrong numbers alone.
+    `first_groups`: each group's mean square over its noise floor before any cause; `standing`: the model with all of
+    them.
+    `rest`: what nameless splines take of the residual; `curve`: the most that one takes beside parametric faults alone.
     """
 
     model: Model
@@ -91,12 +92,12 @@ class Findings:
 
     @property
     def final_floor(self) -> Floor:
-        """The floor of the model with all causes."""
+        """The noise floor of the model with all causes."""
         return self.standing.floor
 
     @property
     def final_groups(self) -> Float64:
-        """Each group's mean square over its floor with all causes."""
+        """Each group's mean square over its noise floor with all causes."""
         return self.standing.groups
 
     @property

@@ -1,4 +1,4 @@
-"""The loop: calibrate, find the case's own floor, try every suspect, and take in one effect after another."""
+"""The loop: calibrate, find the case's own noise floor, try every candidate, and take in one effect after another."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _ROUNDS = 10  # of the calibration, before anything is suspected
 def search(
     model: Model, balances: Sequence[Balances], without: Sequence[str] = (), progress: Progress = lambda _: None
 ) -> Findings:
-    """Look for what a model leaves out of its measurements; `without`: ids that are no suspects.
+    """Look for what a model leaves out of its measurements; `without`: ids that are no candidates.
 
     An interrupt after the calibration ends the search with what it knows; right after it, as `CutShort`.
     """
@@ -69,7 +69,7 @@ def _cut_short(findings: Findings) -> Iterator[None]:
 
 
 def _rest(findings: Findings) -> list[Placeholder]:
-    """Return what nameless splines take of what is left, the greediest first."""
+    """Return what nameless splines take of the residual, the greediest first."""
     final = findings.final
     found = placeholders(findings.balances, final.fit.whole[:EXTENDED], final.columns, final.fit.residual)
     found.append(beyond_tolerances(final.columns, final.fit, final.unknowns))
@@ -77,7 +77,7 @@ def _rest(findings: Findings) -> list[Placeholder]:
 
 
 def _curve(findings: Findings) -> float:
-    """Return the share that the greediest nameless spline takes beside wrong numbers, where what is left may accuse."""
+    """Return the largest share that a nonparametric term explains given parametric faults."""
     if not findings.accepted or any(found.winner.candidate.effect for found in findings.accepted):
         return 0.0
     final = findings.final
@@ -88,7 +88,7 @@ def _curve(findings: Findings) -> float:
 
 
 def _look(findings: Findings, without: Sequence[str], progress: Progress) -> None:
-    """Take in what was found by hand, and then one cause after another."""
+    """Take in what was found at the bench, and then one cause after another."""
     if take_measured(findings) and not decision.is_more_missing(findings):
         return
     without = list(without)
@@ -120,7 +120,7 @@ def _look(findings: Findings, without: Sequence[str], progress: Progress) -> Non
 
 
 def _share_classes(findings: Findings, refused: Round) -> None:
-    """Put a refused suspect into the class of each cause that it cannot be told from, whichever was asked."""
+    """Put a refused candidate into the class of each cause that it cannot be told from, whichever was asked."""
     for each in findings.accepted:
         if each.winner.id in refused.alike and refused.winner.id not in each.alike:
             each.alike.append(refused.winner.id)

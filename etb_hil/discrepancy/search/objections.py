@@ -1,4 +1,4 @@
-"""Why the best suspect of a round is no cause: suspects gain where nothing is missing, too."""
+"""Why the best candidate of a round is no cause: candidates gain where nothing is missing, too."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ Objection = Callable[[Round, Findings], str]
 _HEALTHY_TIMES = 2.0  # times what the winner gains on the model's own simulation
 _LATER_GAIN = 0.25  # of the squared residual that earlier causes left
 _LATER_T = 4.0  # over the held-out segments
-_LATER_CERTAIN = 0.8  # of what is left: what takes as much is a cause, whatever else might take it
-_LATER_CLEAR = 1.5  # times what it leaves: no other suspect may leave less where base parameters do nearly the same
-_LATER_MOST = 0.5  # of what is over the floor: a later cause that takes less has to be clear
+_LATER_CERTAIN = 0.8  # of the residual: what takes as much is a cause, whatever else might take it
+_LATER_CLEAR = 1.5  # times what it leaves: no other candidate may leave less where base parameters do nearly the same
+_LATER_MOST = 0.5  # of what is over the noise floor: a later cause that takes less has to be clear
 _LATER_PARAMETER = 0.5  # a parameter that leaves its tolerance after an effect may be no more than the effect's shape
-# What chance brings down, of a group's floor: torque, voltage, angle; each on a stop, slow, sliding.
+# What chance brings down, of a group's noise floor: torque, voltage, angle; each on a stop, slow, sliding.
 GROUP_GAIN = np.array([4.0, 1.0, 0.25, 1.2, 0.12, 0.35, 0.4, 0.12, 0.2])
 # Share that a cause may raise a group by; the torque balance is left out: its groups share one friction.
 _GROUP_LOSS = np.array([np.inf, np.inf, np.inf, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2])
@@ -63,7 +63,7 @@ def takes_nearly_all(found: Round, findings: Findings) -> bool:
 
 
 def harms(before: NDArray[np.float64], after: NDArray[np.float64], findings: Findings) -> bool:
-    """Tell whether a balance is worse off with a cause, or with several; mean squares over the floor by group."""
+    """Tell whether a balance is worse off with a cause, or with several; mean squares over the noise floor by group."""
     # A true cause leaves no balance worse than it was: magnets that weaken show in the back-EMF, too, and a torque that
     # they might explain is not theirs where the voltage has to be bent for it.
     is_harmed = after - before > _GROUP_LOSS * np.maximum(before, 1.0)
@@ -77,7 +77,7 @@ def _stands_for_an_earlier_cause(found: Round, findings: Findings) -> str:
     if not takes_all and _is_on_bound(found):
         return "its strength is on a bound: it stands for something else"
     if not takes_all and found.winner.id in siblings(findings.accepted):
-        return "looks like a cause that was found before, whose own shape may be what is left"
+        return "looks like a cause that was found before, whose shape may be the residual"
     return ""
 
 
@@ -89,12 +89,13 @@ def is_in_a_class(found: Round, findings: Findings) -> str:
 
 
 def is_imitated(found: Round, findings: Findings) -> str:
-    """Say that base parameters imitate a later cause that neither takes nearly all nor leaves its rivals behind."""
-    # What base parameters imitate but for a fifth, several suspects do: only one that beats them all is the one.
+    """Say that base parameters are collinear with a later cause that explains neither nearly all nor most."""
+    # What base parameters are collinear with but for a fifth, several candidates do: only one that beats them all is
+    # the one.
     if not findings.accepted or takes_nearly_all(found, findings) or _is_clear(found):
         return ""
     if any(name.startswith("parameter:") for name in found.alike):
-        return "base parameters do nearly the same, and other suspects leave little more"
+        return "base parameters explain nearly as much, and so do other candidates"
     return ""
 
 
@@ -108,16 +109,16 @@ def _takes_too_little(found: Round, findings: Findings) -> str:
             least = max(least, _LATER_PARAMETER)
     if found.gain > least:
         return ""
-    return f"takes {100.0 * found.gain:.1f} % of what is left; a cause takes {100.0 * least:.1f} %"
+    return f"takes {100.0 * found.gain:.1f} % of the residual; a cause explains {100.0 * least:.1f} %"
 
 
 def is_one_of_several(found: Round, findings: Findings) -> str:
-    """Say that a later cause takes a part of what is left that another would take as well, nothing where it is more."""
-    # Of what one unknown effect does each stranger bends a part to itself, and the next one the rest: together they do
-    # all of it. A cause that is there takes most of what is left, or nobody else does as well.
+    """Say that a later cause takes a part of the residual that another would take as well, nothing where it is more."""
+    # Of what one unknown effect does each unmodelled effect bends a part to itself, and the next one the rest:
+    # together they do all of it. A cause that is there takes most of the residual, or nobody else does as well.
     if not findings.accepted or _share_over_floor(found, findings) > _LATER_MOST or _is_clear(found):
         return ""
-    return "takes less than half of what is left, and other suspects leave little more"
+    return "explains less than half of the residual, and other candidates explain nearly as much"
 
 
 def is_third(found: Round, findings: Findings) -> str:
@@ -255,7 +256,7 @@ def _judged(findings: Findings) -> NDArray[np.bool_]:
 
 def _brought_down(found: Round) -> NDArray[np.bool_]:
     """Return which groups (9) a winner brings from over their bands back into them, to a fraction or the floor."""
-    # What accuses nobody alone, to the floor.
+    # What blames nobody alone, to the noise floor.
     fraction = np.where(found.before_groups > ACCUSING, _CONCENTRATED * found.before_groups, 0.0)
     down = np.minimum(np.maximum(fraction, _NEARLY_FLOOR), BAND)
     return np.asarray((found.before_groups > BAND) & (found.after_groups < down))
@@ -271,14 +272,14 @@ def _untouched(findings: Findings) -> NDArray[np.bool_]:
 
 
 def _share_over_floor(found: Round, findings: Findings) -> float:
-    """Return the share that a winner takes of what is over the floor: the floor itself is nobody's to take."""
+    """Return the share that a winner takes of what is over the noise floor: it is nobody's to take."""
     rows = np.where(_judged(findings), findings.rows, 0)
     before, after = (float(rows @ np.maximum(g - 1.0, 0.0)) for g in (found.before_groups, found.after_groups))
     return 1.0 - after / max(before, 1e-12)
 
 
 def _is_clear(found: Round) -> bool:
-    """Tell whether every other suspect leaves much more than the winner."""
+    """Tell whether every other candidate leaves much more than the winner."""
     return all(rival.fit.cost > _LATER_CLEAR * found.winner.fit.cost for rival in found.refined[1:])
 
 

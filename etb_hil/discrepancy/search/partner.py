@@ -1,4 +1,4 @@
-"""What was let out of its box along with a wrong number: a cause of its own, taken in with it."""
+"""What was let out of its box along with a parametric fault: a cause of its own, taken in with it."""
 
 from __future__ import annotations
 

@@ -26,14 +26,14 @@ from etb_hil.plant.effects.port import Port
 from etb_hil.plant.physics import Vector
 
 # Decision 0030. Rates of pairs by these thresholds: benchmarks/explain_study.py, kind `pair`.
-_NEAR = 2.0  # times what a cause left alone: a rival that left no more may come before it beside a later one
+_NEAR = 2.0  # times what a cause left alone: a hypothesis that left no more may come before it beside a later one
 IDLE = "base parameters leave as little without it, once it has moved them"
 _RIDGE = 1e-3  # of what is measured nowhere
 _CLEARLY = 0.5  # of what an earlier cause leaves: it stays unless another leaves less than that
 
 
 def ask_again(findings: Findings, without: Sequence[str], progress: Progress) -> None:
-    """Replace earlier causes that a near rival beats clearly now; `without`: ids that are no suspects."""
+    """Replace earlier causes that a near hypothesis beats clearly now; `without`: ids that are no candidates."""
     *earlier, newest = findings.accepted
     doubtful = [old for old in earlier if _has_near_rival(old)]
     replaced = [old for old in doubtful if is_replaced(findings, old, without, progress, is_wrong=False)]

@@ -1,4 +1,4 @@
-"""Which suspects these data cannot tell from a found one: alike in what they explain, whatever a rival's shape."""
+"""Ambiguity groups: candidates whose sensitivities are collinear with a found cause's, for at least one shape."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from etb_hil.plant.physics import Vector
 Float64 = NDArray[np.float64]
 
 # Decision 0031. Classes that are right, too wide or too narrow by these: benchmarks/explain_study.py.
-_ALIKE = 0.93  # a little below what the data call alike: the grid of shapes may miss a rival's best
-_WORTH = 0.5  # a screened rival's cosine from which its other shapes are looked at
-_FIRST = 6  # rivals of a wrong number, as they were screened, whose other shapes are looked at in any case
-_BOTH = 0.75  # two suspects of a lesser cosine than that cannot both take more than this
+_ALIKE = 0.93  # a little below what the data call alike: the grid of shapes may miss a competing hypothesis' best
+_WORTH = 0.5  # a screened competing hypothesis' cosine from which its other shapes are looked at
+_FIRST = 6  # hypotheses of a parametric fault, as they were screened, whose other shapes are looked at in any case
+_BOTH = 0.75  # two candidates of a lesser cosine than that cannot both take more than this
 _PURSUED = 0.6  # a grid's best cosine from which its shapes are moved on
 _HALVINGS = 3
 _NEARLY_ALL = 0.95  # of what the winner takes
@@ -49,12 +49,13 @@ def alike(
     `is_all`: nothing is missing beside the winner.
 
     `balances` are the model's own simulation without the winner, `healthy` its calibration there: in the measured
-    record the winner's torque is part of the current, and whatever scales a torque would then imitate it.
+    record the winner's torque is part of the current, and whatever scales a torque would then are collinear with it.
     """
     winner = found.winner
     records = _Records(winner, healthy, balances)
     record = records.under(Light.WHOLE)
-    # A wrong number is no small step: of a rival the shape that took most of it may be one that is not alike.
+    # A parametric fault is no small step: of a competing hypothesis the shape that took most of it may be one that
+    # is not alike.
     first = _FIRST if winner.candidate.effect is None else 0
     rivals = [(one.candidate, k < first) for k, one in enumerate(found.screened) if one.candidate.id != winner.id]
     near = side_by_side(lambda one: _nearest(records, one[0], shapes, is_first=one[1]), rivals)
@@ -83,7 +84,7 @@ def alike(
 def _nearest(
     records: _Records, rival: Candidate, shapes: Mapping[str, Sequence[Candidate]], *, is_first: bool
 ) -> float:
-    """Return the largest cosine of a winner with a rival, in any light that both are held to."""
+    """Return the largest cosine of a winner with a competing hypothesis, in any light that both are held to."""
     near = records.under(Light.WHOLE).cosine(rival)
     held_to = lights(records.winner.candidate, rival) if rival.effect is not None else ()
     for light in held_to:
@@ -108,7 +109,7 @@ def _seen_in_part(found: Round, balances: Sequence[Balances]) -> list[str]:
 
 
 def _takes_another_part(found: Round, cosine: float) -> bool:
-    """Tell whether a rival that leaves as little takes something else: of two causes each may take a half."""
+    """Tell whether a hypothesis that leaves as little takes something else: of two causes each may take a half."""
     return cosine < _WORTH and found.gain < _BOTH
 
 
@@ -118,13 +119,13 @@ def _lead(found: Round, cost: float) -> float:
 
 
 def _takes_as_much(found: Round, rival: Refined) -> bool:
-    """Tell whether a rival, as it was fitted, takes nearly all of the rest that the winner takes."""
+    """Tell whether a competing hypothesis, as it was fitted, takes nearly all of the rest that the winner takes."""
     before = found.before.fit.cost
     return before - rival.fit.cost > _NEARLY_ALL * (before - found.winner.fit.cost)
 
 
 class _Records:
-    """A winner's record in each light that a rival may ask for."""
+    """A winner's record in each light that a competing hypothesis may ask for."""
 
     def __init__(self, winner: Refined, healthy: Calibration, balances: Sequence[Balances]) -> None:
         self.winner, self._balances = winner, balances
@@ -157,7 +158,7 @@ class _Records:
         return _Record.of(self.winner, alone, lambda whole: residual(whole) * counts).with_zeros_known()
 
     def _imitators(self) -> list[str] | None:
-        """Return the base parameters that imitate a wrong number, which is asked with all rows alike."""
+        """Return the base parameters that are collinear with a parametric fault under uniform weighting."""
         residual, healthy = evenly(self._balances, self._healthy, _base_of(self.winner, self._healthy))
         return _Record.of(self.winner, healthy, residual).imitators
 
@@ -167,7 +168,7 @@ class _Record:
     """A record without the winner; `whole` (n) is what the winner would change in it, `own` what the base leaves of it.
 
     `suspected`: what is no base: a parameter that is the winner itself, and sensors' zeros where they count as known.
-    `imitators`: the base parameters that imitate the winner; None: none do.
+    `imitators`: the base parameters that are collinear with the winner; None: none do.
     """
 
     residual: Residual
@@ -196,7 +197,7 @@ class _Record:
         return replace(self, own=own, suspected=suspected, imitators=imitators)
 
     def is_the_winner_again(self, rival: Refined) -> bool:
-        """Tell whether an effect, as it was fitted, is no more than the wrong number that was found, and some base.
+        """Tell whether an effect, as it was fitted, is no more than the parametric fault that was found, and some base.
 
         What many numbers do together, as a current's gain, is a cause of its own: it says that none of them is wrong.
         """
@@ -207,7 +208,7 @@ class _Record:
         return is_mostly and not self.projector.directions(does[:, None]).size
 
     def cosine(self, rival: Candidate) -> float:
-        """Return the cosine of the winner with a rival's span, base projected out; 0 where the base is the rival."""
+        """Return the cosine of the winner with a hypothesis' span, base projected out; 0 where it is the base."""
         if rival.effect is None:
             index = next(k for k, u in enumerate(self.healthy.unknowns) if u.name == rival.frees)
             raw = self.healthy.columns[:, index : index + 1]
@@ -218,9 +219,9 @@ class _Record:
 
 
 def _imitators(projector: Projector, whole: Float64, suspected: frozenset[str]) -> list[str] | None:
-    """Return the base parameters that imitate a winner but for a fifth, beside skew rows or without; None: none do."""
+    """Return the base parameters that are collinear with a winner but for a fifth, with a time offset or without."""
     skews = frozenset(name for name in projector.names if name.endswith("_skew"))
-    # Of a delay skew rows take nearly all, and are no parameter.
+    # Of a delay skew samples take nearly all, and are no parameter.
     clear = projector.rest(whole, frozenset(projector.names) - skews)
     for column, without in ((clear, suspected), (whole, suspected | skews)):
         left = projector.rest(column, without)
@@ -263,7 +264,7 @@ def _alone(residual: Residual, healthy: Calibration, winner: Refined) -> Float64
 
 
 def _closest(record: _Record, shapes: Sequence[Candidate]) -> float:
-    """Return the largest cosine of a found effect with any shape of a rival."""
+    """Return the largest cosine of a found effect with any shape of a competing hypothesis."""
     best, shape = max(((record.cosine(one), one) for one in shapes), key=lambda one: one[0])
     if best < _PURSUED:
         return best

@@ -1,4 +1,4 @@
-"""One round of the search: every suspect tried beside the model as far as it is known, the best fitted for good."""
+"""One round of the search: every candidate tried beside the model as far as it is known, the best fitted for good."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ _FULLY = 2
 _BENT = 2
 _AS_MUCH = 1e-3  # of log cost: fits that differ by less leave the same
 _HOPELESS = 3.0  # times what the first leaves, from where the second need not be fitted to the end
-_MUCH = 0.5  # of a group's mean square over its floor
-_NEAR = 2.0  # times what the best fit leaves: its own curve may bring a suspect before it that leaves less
-_FAR_BETTER = 0.5  # of what the best other suspect leaves: a look-alike of an earlier cause has to leave less
+_MUCH = 0.5  # of a group's mean square over its noise floor
+_NEAR = 2.0  # times what the best fit leaves: its own curve may bring a candidate before it that leaves less
+_FAR_BETTER = 0.5  # of what the best other candidate leaves: a collinear effect of an earlier cause has to leave less
 
 
 def one_round(findings: Findings, taken: Sequence[str], progress: Progress) -> Round:
-    """Return the round that starts from what was found so far; `taken`: ids that are no suspects any more."""
+    """Return the round that starts from what was found so far; `taken`: ids that are no candidates any more."""
     base = findings.final
     residual = residual_of(findings.balances)
     shapes = suspects(findings.balances, base.unknowns, taken)
     screened = screen(residual, Linear.of(base), shapes, lambda id_: progress(f"trying {id_}"))
-    progress("fitting the best suspects")
+    progress("fitting the best candidates")
     first, *others = _best_of(findings, residual, screened)
     refined = [fully(residual, first)]
     refined += [
@@ -86,13 +86,13 @@ def _with_their_curves(findings: Findings, residual: Residual, refined: Sequence
 
 
 def _groups(findings: Findings, refined: Linearised) -> Float64:
-    """Return each group's mean square (9) over the floor where a suspect's fit ended."""
+    """Return each group's mean square (9) over the noise floor where a candidate's fit ended."""
     means, _ = group_means(findings.balances, refined.fit.whole)
     return np.asarray(means / findings.final_floor.level)
 
 
 def _is_missing(findings: Findings, refined: Linearised) -> bool:
-    """Tell whether a suspect's fit leaves something over the bands."""
+    """Tell whether a candidate's fit leaves something over the bands."""
     return bool(decision.excess(_groups(findings, refined), findings.rows).sum() > 0.0)
 
 
@@ -108,7 +108,7 @@ def _begun_off_edges(
 ) -> list[Linearised]:
     """Return fits, the first of them also begun with what lies on the edge of its tolerance as stated, if it is better.
 
-    Screened there again, a suspect begins as strong as what had been bent for it makes it.
+    Screened there again, a candidate begins as strong as what had been bent for it makes it.
     """
     eased = off_edges(residual, findings.final)
     if eased is None:
@@ -125,7 +125,7 @@ def _begun_off_edges(
 
 
 def _best_first(refined: Sequence[Linearised]) -> list[Linearised]:
-    """Return fits by what they leave; of those that leave the same, a wrong number before an effect that became it."""
+    """Return fits by residual; of equal ones, a parametric fault before an effect that became it."""
     ordered = sorted(refined, key=lambda r: r.fit.cost)
     tied = [r for r in ordered if np.log(r.fit.cost / ordered[0].fit.cost) < _AS_MUCH]
     first = next((r for r in tied if r.candidate.effect is None), ordered[0])
@@ -133,14 +133,14 @@ def _best_first(refined: Sequence[Linearised]) -> list[Linearised]:
 
 
 def _own_simulation(findings: Findings) -> Calibration:
-    """Return the calibration of the model's own simulation, in which no suspect is."""
+    """Return the calibration of the model's own simulation, in which no candidate is."""
     floor = findings.final_floor
     weigh(floor.balances, floor.level)
     return calibrate(findings.model, floor.balances, floor.calibration.fit.whole, floor.calibration.unknowns, rounds=2)
 
 
 def _healthy_gain(findings: Findings, healthy: Calibration, id_: str) -> float:
-    """Return what a suspect gains on the model's own simulation."""
+    """Return what a candidate gains on the model's own simulation."""
     balances = findings.final_floor.balances
     shapes = {id_: suspects(balances, healthy.unknowns)[id_]}
     found = screen(residual_of(balances), Linear.of(healthy), shapes)
@@ -148,10 +148,10 @@ def _healthy_gain(findings: Findings, healthy: Calibration, id_: str) -> float:
 
 
 def _best_of(findings: Findings, residual: Residual, screened: Sequence[Screened]) -> list[Linearised]:
-    """Return the best suspects, fitted quickly, the best first.
+    """Return the best candidates, fitted quickly, the best first.
 
     Look-alikes of earlier causes are none, for another shape of those calls for them, unless one of them leaves far
-    less over the floor than any other suspect: then it is a cause of its own.
+    less over the noise floor than any other candidate: then it is a cause of its own.
     """
     look_alikes = siblings(findings.accepted)
     own = [s for s in screened if s.candidate.id in look_alikes]
@@ -165,7 +165,7 @@ def _best_of(findings: Findings, residual: Residual, screened: Sequence[Screened
 
 
 def _over_floor(findings: Findings, refined: Linearised) -> float:
-    """Return what a suspect's fit leaves over the floor, which is nobody's to take."""
+    """Return what a candidate's fit leaves over the noise floor, which is nobody's to take."""
     return float(findings.rows @ np.maximum(_groups(findings, refined) - 1.0, 0.0))
 
 
@@ -177,5 +177,5 @@ def _refined(findings: Findings, residual: Residual, screened: Sequence[Screened
 
 
 def taken_by(accepted: Sequence[Round]) -> list[str]:
-    """Return what is no suspect any more."""
+    """Return what is no candidate any more."""
     return [r.winner.id for r in accepted]

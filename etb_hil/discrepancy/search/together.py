@@ -31,7 +31,7 @@ from etb_hil.discrepancy.search.standing import go_back, take_in
 def stands_with_another(found: Round, findings: Findings, without: Sequence[str], progress: Progress) -> bool:
     """Take in a cause that something missing may speak against, and the next one, if together nothing does any more.
 
-    Otherwise everything is as it was. `without`: ids that are no suspects.
+    Otherwise everything is as it was. `without`: ids that are no candidates.
     """
     if not is_open(found, findings, is_no_wave):
         return False
@@ -52,7 +52,7 @@ def stands_in_place(found: Round, findings: Findings, without: Sequence[str], pr
 
     What an earlier cause that stands in for two leaves, no true one takes nearly all of. Both are searched for again
     beside each other, and have to be causes by all rules; otherwise everything is as it was. `without`: ids that are no
-    suspects.
+    candidates.
     """
     shared = (is_imitated, is_one_of_several)
     is_shared = any(object_to(found, findings) for object_to in shared)
@@ -68,15 +68,15 @@ def stands_in_place(found: Round, findings: Findings, without: Sequence[str], pr
 def stands_beside_its_rival(found: Round, findings: Findings, without: Sequence[str], progress: Progress) -> bool:
     """Take in a later cause in whose class an earlier one is, or it in that one's, if each takes nearly all beside it.
 
-    What cannot be told apart leaves each other nothing to take; a wrong number takes its part beside anything, and is
-    not asked. Otherwise everything is as it was. `without`: ids that are no suspects.
+    What cannot be distinguished leaves each other nothing to take; a parametric fault takes its part beside
+    anything, and is not asked. Otherwise everything is as it was. `without`: ids that are no candidates.
     """
     if not takes_nearly_all(found, findings) or not is_open(found, findings, is_in_a_class):
         return False
     rivals = [old for old in findings.accepted if old.winner.id in found.alike or found.winner.id in old.alike]
     if not rivals or any(each.winner.candidate.effect is None for each in (found, *rivals)):
         return False
-    progress(f"asking whether {found.winner.id} stands beside its rival")
+    progress(f"asking whether {found.winner.id} is jointly significant with its competing hypothesis")
     with _on_trial(found, findings) as trial:
         trial.stands = all(_holds_beside(old, findings, without, progress) for old in rivals)
     return trial.stands
@@ -106,7 +106,7 @@ def _on_trial(found: Round, findings: Findings) -> Iterator[_Trial]:
 
 
 def _next(findings: Findings, without: Sequence[str], progress: Progress) -> Round | None:
-    """Return the next cause, taken in; none where nothing more is missing or the best suspect is none."""
+    """Return the next cause, taken in; none where nothing more is missing or the best candidate is none."""
     if not decision.is_more_missing(findings):
         return None
     other = one_round(findings, [*without, *taken_by(findings.accepted)], progress)

@@ -23,7 +23,7 @@ _OTHERWISE = 0.5  # of the zero that a fit has
 
 
 def is_refuted(balances: Sequence[Balances], suspect: Linearised) -> bool:
-    """Tell whether a suspect is a current sensor's zero that the record itself shows to be another."""
+    """Tell whether a candidate is a current sensor's zero that the record itself shows to be another."""
     effect = suspect.candidate.effect
     if effect is None or not effect.acts_at(Port.CURRENT_ZERO):
         return False

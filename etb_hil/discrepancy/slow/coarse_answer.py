@@ -82,7 +82,7 @@ def answer_of(
 
 
 def _may_miss_commands(origin: str, rows: Driven, model: Model) -> list[str]:
-    """Return why what a model leaves may be commands between rows, and what to do; nothing where the drive stood."""
+    """Return why what a model leaves may be commands between samples, and what to do; nothing where the drive stood."""
     if is_held(rows, model.sensors):
         return []
     its, rate = ("duty" if rows.is_duty else "voltage"), 1e9 / float(np.median(np.diff(rows.time_ns)))

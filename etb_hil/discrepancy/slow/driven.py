@@ -1,4 +1,4 @@
-"""The rows of a recording that say what drives it and where it was."""
+"""The samples of a recording that say what drives it and where it was."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Driven:
 
 
 def driven_rows(recording: Recording, model: Model) -> Driven:
-    """Return the rows that have all of it; InputError where the roles do not suffice or too little was recorded."""
+    """Return the samples that have all of it; InputError where the roles do not suffice or too little was recorded."""
     roles = [role for role in recording.roles if np.isfinite(recording.series(role).values).any()]
     drive = next((role for role in _DRIVES if role in roles), None)
     seen = [role for role in ANGLES if role in roles]

@@ -1,7 +1,7 @@
 """Parameters fitted until the model, run by the measured voltage alone, follows what was measured.
 
-Free runs from a poor start end in false minima. Drawn a little towards the measured angle at every row, then less, then
-not at all, they do not; and they begin from more than one point.
+Free runs from a poor start end in false minima. Drawn a little towards the measured angle at every sample, then
+less, then not at all, they do not; and they begin from more than one point.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Float64 = NDArray[np.float64]
 _LEAST = 0.005  # of what a model file states: what cannot be negative stays above it
 _PULLS = (0.1, 0.03, 0.0)
 _DRAWN_ROUNDS, _ROUNDS = 6, 15
-_LATE = (0.0, 0.5, 1.0, 1.5)  # rows
+_LATE = (0.0, 0.5, 1.0, 1.5)  # samples
 _STARTS = (0.6, 1.6)  # times what the model file states of friction and springs, beside that itself
 _SCALED = ("coulomb", "stiction", "viscous", "slope_open", "slope_close", "preload_close")
 _WEIGHT = 100.0  # residuals are of the order of one
@@ -34,7 +34,7 @@ _WEIGHT = 100.0  # residuals are of the order of one
 class FreeFit:
     """What follows the measured motion best, its columns (n, unknowns) and the rms errors in rad of all starts.
 
-    `late`: ticks by which the voltage acts later than its row.
+    `late`: ticks by which the voltage acts later than its sample.
     """
 
     whole: Vector
@@ -48,7 +48,7 @@ class FreeFit:
 def fit_runs(
     runs: Sequence[Sweep], begin: Vector, unknowns: Sequence[Unknown], progress: Callable[[str], None] = lambda _: None
 ) -> FreeFit:
-    """Fit unknowns to runs by the voltage alone, and by how much the voltage acts later than its row."""
+    """Fit unknowns to runs by the voltage alone, and by how much the voltage acts later than its sample."""
     fitted = [_above_zero(u) for u in unknowns]
     progress("fitting free runs: when the voltage acts")
     drawn = [_drawn(runs, begin, fitted, late) for late in (round(rows * runs[0].step) for rows in _LATE)]

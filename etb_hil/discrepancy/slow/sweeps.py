@@ -28,7 +28,7 @@ _LONGEST_GAP = 10.0  # median steps
 _MOST_CONDITIONS = 100
 _REST_KEPT = 2.0  # s of a rest that a fit looks at
 _MOVES = 0.03  # of the whole travel
-_ON_END = 5  # rows
+_ON_END = 5  # samples
 _FAR = 10.0  # times slower than balances need: rather another unit of time than another rate
 
 
@@ -51,14 +51,14 @@ class Sweep:
 
     @property
     def step(self) -> int:
-        """Ticks from one row to the next, most of the time."""
+        """Ticks from one sample to the next, most of the time."""
         return int(np.median(self.ticks))
 
     def simulated(self, p: Vector, *, first: int = 0, pull: float = 0.0, late: int = 0) -> Float64:
-        """Return the angle (from row `first` on) of the extended parameters `p`, driven by the voltage alone.
+        """Return the angle (from sample `first` on) of the extended parameters `p`, driven by the voltage alone.
 
-        `pull`: by what share of the error each row draws the model to the measured angle; it keeps a fit out of false
-        minima. `late`: ticks by which the voltage acts later than its row, or the angle was taken earlier.
+        `pull`: by what share of the error each sample draws the model to the measured angle; it keeps a fit out of
+        false minima. `late`: ticks by which the voltage acts later than its sample, or the angle was taken earlier.
         """
         out = np.empty(len(self.angle) - first)
         state = new_extended_state(float(self.angle[first]), float(self.temperature[first]), p)
@@ -140,7 +140,7 @@ def breaks_away(sweep: Sweep, angle: Float64) -> float | None:
 
 
 def _first_motion(angle: Float64, span: float) -> int | None:
-    """Return the row from which an angle (n) is away from its rest for some rows on end: one alone is a spike."""
+    """Return the sample from which an angle (n) is away from its rest for some samples on end: one alone is a spike."""
     away = np.abs(angle - np.median(angle[:10])) > _MOVES * span
     counts = np.convolve(away, np.ones(_ON_END), "full")[_ON_END - 1 :]
     found = np.flatnonzero(counts > _ON_END - 0.5)
@@ -175,7 +175,7 @@ def _condition(recording: Recording, at: Callable[[str, float], Float64], count:
 
 
 def _cuts(time_ns: NDArray[np.int64], condition: Float64, *, split: bool) -> NDArray[np.int64]:
-    """Return the rows at which a new run begins."""
+    """Return the samples at which a new run begins."""
     if split:
         return (np.arange(1, SPLIT) * len(time_ns)) // SPLIT
     steps = np.diff(time_ns)

@@ -1,1 +1,1 @@
-"""What may be a cause: effects and parameters, tried and fitted, and how alike they look."""
+"""What may be a cause: effects and parameters, tried and fitted, and how collinear they are."""

@@ -1,4 +1,4 @@
-"""Suspects: effects of the catalogue about a shape, and base parameters outside their tolerance."""
+"""Candidates: effects of the catalogue about a shape, and base parameters outside their tolerance."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _TOO_SMALL = ("stop_damping", "bristle_damping", "dead_zone")
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A suspect at one shape: its `unknowns` are fitted beside the base; `frees`: a parameter let out of its box.
+    """A candidate at one shape: its `unknowns` are fitted beside the base; `frees`: a parameter let out of its box.
 
     `along`: another one that is let out with it, as what is wrong with the first one is wrong with that, too.
     `begins`: the value from which that parameter is fitted; None: from the edge of its box, from where a slope leads.
@@ -102,7 +102,7 @@ def beyond_judging(balances: Sequence[Balances]) -> dict[str, str]:
 
 
 def unjudged(balances: Sequence[Balances], id_: str) -> list[str]:
-    """Return the effects that look like a found one and that no suspect stands for, for want of a current."""
+    """Return the effects that look like a found one and that no candidate stands for, for want of a current."""
     if any(b.measured.is_drive or b.has[1] for b in balances):
         return []
     if id_ in _OF_ELECTRICAL:

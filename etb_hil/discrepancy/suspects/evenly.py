@@ -1,4 +1,4 @@
-"""A record in which all rows of a balance count alike: what a torque looks like beside others is no matter of noise."""
+"""A record with uniform weighting: all samples of a balance have one weight, whatever their noise."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ _LEAST_NOISE = 0.2  # of what the sensors promise: a balance is not believed to 
 def evenly(balances: Sequence[Balances], healthy: Calibration, whole: Vector) -> tuple[Residual, Calibration]:
     """Return the residual of a record without a cause, weighed evenly, and its calibration linearised at `whole`.
 
-    A row weighs by the noise of its whole balance, the torque on the stops by its own. Rows in which the plate rests
-    count, too: they accuse nobody, but what two causes would do there is known of both.
+    A sample weighs by the noise of its whole balance, the torque on the stops by its own. Samples in which the plate
+    rests count, too: they blame nobody, but what two causes would do there is known of both.
     """
     weights = [_weights(b, healthy.fit.whole) for b in balances]
 

@@ -42,7 +42,7 @@ def placeholders(
 ) -> list[Placeholder]:
     """Return what splines take of a residual (n) beside the model's own columns (n, unknowns), the greediest first.
 
-    `counts`: the rows (n) that are looked at, where not all are.
+    `counts`: the samples (n) that are looked at, where not all are.
     """
     rows = np.ones(len(residual)) if counts is None else counts.astype(np.float64)
     columns, residual = columns * rows[:, None], residual * rows
@@ -117,7 +117,7 @@ def _gain(normal: Float64, right: Float64, low: Float64, high: Float64) -> float
 
 
 def _bank(b: Balances, p: Vector) -> dict[tuple[str, str, str], Float64]:
-    """Return the splines (3 m, knots) of one stretch, whitened and weighted as the residual is."""
+    """Return the splines (3 m, knots) of one segment, whitened and weighted as the residual is."""
     angle, velocity = b.motion(p)
     m = b.measured
     seconds = np.arange(len(m), dtype=np.float64) * m.dt
@@ -166,7 +166,7 @@ def filtered(b: Balances, splines: Float64, channel: int) -> Float64:
 def _hats(x: Float64) -> Float64:
     """Return linear splines (n, knots) over a coordinate, as many rows about each knot; nothing in those that coincide.
 
-    Every stretch of a record has as many, wherever it rests for long.
+    Every segment of a record has as many, wherever it rests for long.
     """
     knots = np.unique(np.quantile(x, np.linspace(0.0, 1.0, _KNOTS)))
     if len(knots) < 3:

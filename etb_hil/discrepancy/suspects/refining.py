@@ -1,4 +1,4 @@
-"""Suspects fitted for good: strengths and shapes beside the base parameters, from more than one start."""
+"""Candidates fitted for good: strengths and shapes beside the base parameters, from more than one start."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ Float64 = NDArray[np.float64]
 # Decision 0030. Rates by these thresholds: benchmarks/explain_study.py.
 _QUICK_ROUNDS = 3
 _FULL_ROUNDS = 6
-LEAST_GAIN = 0.04  # of what is left, that a cause takes, and a second number beside the first
+LEAST_GAIN = 0.04  # of the residual, that a cause takes, and a second number beside the first
 LEAST_BEYOND = 1.05  # tolerances off its nominal value that a parameter must be before it is a cause
 
 
 @dataclass(frozen=True, slots=True)
 class Refined:
-    """A suspect fitted: its `unknowns`, base first, then its own."""
+    """A candidate fitted: its `unknowns`, base first, then its own."""
 
     candidate: Candidate
     fit: Fit
@@ -35,13 +35,13 @@ class Refined:
 
     @property
     def id(self) -> str:
-        """The suspect's id."""
+        """The candidate's id."""
         return self.candidate.id
 
 
 @dataclass(frozen=True, slots=True)
 class Linearised(Refined):
-    """A suspect while it is fitted: with the columns (n, unknowns) at the end of the fit."""
+    """A candidate while it is fitted: with the columns (n, unknowns) at the end of the fit."""
 
     columns: Float64
 
@@ -51,7 +51,7 @@ class Linearised(Refined):
 
 
 def quickly(residual: Residual, calibration: Calibration, screened: Screened, load: float = 1.0) -> Linearised:
-    """Return a suspect fitted with the base model's columns as they are, the suspect's own differenced anew."""
+    """Return a candidate fitted with the base model's columns as they are, the candidate's own differenced anew."""
     unknowns = unknowns_of(calibration.unknowns, screened.candidate, screened.start, load)
     # Where a parameter begins elsewhere, the base model's column of it says nothing.
     kept = calibration.columns if screened.candidate.begins is None else None
@@ -68,7 +68,7 @@ def quickly(residual: Residual, calibration: Calibration, screened: Screened, lo
 
 
 def fully(residual: Residual, refined: Linearised, rounds: int = _FULL_ROUNDS) -> Linearised:
-    """Return a suspect fitted to the end, every column differenced anew, and with no number more than it needs."""
+    """Return a candidate fitted to the end, every column differenced anew, and with no number more than it needs."""
     fit, columns = gauss_newton(residual, refined.fit, refined.unknowns, rounds, tolerance=1e-3)
     found = replace(refined, fit=fit, columns=columns)
     if not found.candidate.along:
@@ -79,7 +79,7 @@ def fully(residual: Residual, refined: Linearised, rounds: int = _FULL_ROUNDS) -
 
 
 def by_itself(residual: Residual, refined: Refined, rounds: int = _FULL_ROUNDS) -> Linearised:
-    """Return a wrong number fitted to the end with what was let out along with it back in its box."""
+    """Return a parametric fault fitted to the end with what was let out along with it back in its box."""
     candidate, whole = refined.candidate, refined.fit.whole.copy()
     unknowns = [u.boxed() if u.name == candidate.along else u for u in refined.unknowns]
     for unknown in unknowns:
@@ -96,7 +96,7 @@ def _is_beyond(refined: Linearised) -> bool:
 
 
 def bent(residual: Residual, refined: Linearised, load: float) -> Linearised:
-    """Return a suspect fitted with its effect's finer shapes, too, which a search leaves plain."""
+    """Return a candidate fitted with its effect's finer shapes, too, which a search leaves plain."""
     effect = refined.candidate.effect
     if effect is None or not effect.finer:
         return refined
@@ -152,7 +152,7 @@ def elsewhere(residual: Residual, at: Fit, columns: Float64, unknowns: Sequence[
 
 
 def unknowns_of(base: Sequence[Unknown], candidate: Candidate, start: Vector, load: float) -> list[Unknown]:
-    """Return what a fit of a suspect moves: the base, its own let out of their boxes, then an effect's own."""
+    """Return what a fit of a candidate moves: the base, its own let out of their boxes, then an effect's own."""
     moved = [u.free() if u.name in candidate.freed else u for u in base]
     if candidate.effect is None:
         return moved

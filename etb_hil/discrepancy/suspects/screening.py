@@ -1,4 +1,4 @@
-"""Every suspect tried at physical steps, linearly, beside the base parameters in their boxes."""
+"""Every candidate tried at physical steps, linearly, beside the base parameters in their boxes."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ _REACH = 0.004  # rad about where a stop's fit begins that its slope leads
 
 @dataclass(frozen=True, slots=True)
 class Screened:
-    """A suspect's best shape: what the linear model promises to leave, and the whole vector to start from.
+    """A candidate's best shape: what the linear model promises to leave, and the whole vector to start from.
 
-    Its columns are let go: of some thirty suspects a round they would be much of what a search holds.
+    Its columns are let go: of some thirty candidates a round they would be much of what a search holds.
     """
 
     candidate: Candidate
@@ -62,12 +62,12 @@ def screen(
     suspects: Mapping[str, Sequence[Candidate]],
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[Screened]:
-    """Return each suspect's best shape, the most promising first."""
+    """Return each candidate's best shape, the most promising first."""
 
     def best(shapes: Sequence[Candidate]) -> Screened:
         return min(side_by_side(lambda one: _tried(residual, linear, one), shapes), key=lambda tried: tried.cost)
 
-    progress("the suspects")
+    progress("the candidates")
     found = []
     for id_, one in zip(suspects, side_by_side(best, suspects.values()), strict=True):
         progress(id_)

@@ -1,4 +1,4 @@
-"""How alike two suspects look in these data: the angle between what they explain, base parameters projected out."""
+"""How collinear two candidates are: the angle between their sensitivities, base parameters projected out."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _NOTHING = 1e-9
 
 
 class Light(Enum):
-    """What two suspects are compared in: alike in any light that they are held to is alike."""
+    """What two candidates are compared in: collinear under any weighting that they are held to is not isolable."""
 
     WHOLE = auto()  # all balances, beside all of the base
     ZEROS_KNOWN = auto()  # a sensor's zero takes out of two look-alikes what they have in common
@@ -34,7 +34,7 @@ class Light(Enum):
 
 
 def lights(first: Candidate, second: Candidate) -> tuple[Light, ...]:
-    """Return the lights that two suspects are held to: look-alikes by the catalogue to more than one."""
+    """Return the lights that two candidates are held to: look-alikes by the catalogue to more than one."""
     if not (_declares(first, second) or _declares(second, first)):
         return (Light.WHOLE,)
     # Friction differs too much between devices for the torque to part two that motor and plate show.
@@ -56,12 +56,12 @@ def zeros(unknowns: Sequence[Unknown]) -> frozenset[str]:
 
 
 def angle_rows(balances: Sequence[Balances]) -> NDArray[np.bool_]:
-    """Return which rows (n) of the residual are the balance of motor and plate."""
+    """Return which samples (n) of the residual are the balance of motor and plate."""
     return np.concatenate([np.repeat([False, False, True], b.rows) for b in balances])
 
 
 class Projector:
-    """Takes out of a sensitivity (n) what the base parameters imitate; one that was measured imitates nothing."""
+    """Projects the base parameters out of a sensitivity (n); one that was measured at the bench is not projected."""
 
     def __init__(self, columns: Float64, unknowns: Sequence[Unknown]) -> None:
         self.names = [u.name for u in unknowns]
@@ -102,7 +102,7 @@ class Projector:
         return self._freed[without]
 
     def imitators(self, column: Float64, without: frozenset[str] = frozenset()) -> list[str]:
-        """Return the base parameters that do the imitating of a column; those `without` are not used."""
+        """Return the base parameters that do the collinear with of a column; those `without` are not used."""
         used = np.array([name not in without for name in self._seen_names])
         names = self._seen_names[used]
         solved = np.linalg.lstsq(self._triangle[:, used], self._basis.T @ column, rcond=None)[0]

@@ -162,7 +162,7 @@ def _observe(
     kept = lowest = highest = share = last_share = gain = nudge = strongest = 0.0
     rate = per_unit = 0.0
     # What every sample needs stays out of memory: as elements of `s`, they would be stored and loaded sample by sample.
-    # The rest stays there, and leaves them the registers. What is left and pulls is in units of the differentiator's
+    # The rest stays there, and leaves them the registers. The residual and pulls is in units of the differentiator's
     # reach, the way of a step and the observed velocity's error in those of a reach a step, `rate` rad/s.
     seen, left, pull, way, omega = s[_SEEN], s[_LEFT], s[_PULL], s[_WAY], s[_VELOCITY]
     error, bound, before = s[_ERROR], s[_BOUND], s[_BEFORE]

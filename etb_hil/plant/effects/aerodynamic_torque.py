@@ -28,7 +28,7 @@ EFFECT = Effect(
         shape("lean", "1", 0.3, 3.0, (0.6, 1.0, 1.8), "where over the travel it is largest"),
         shape("peakedness", "1", 0.4, 6.0, (1.0, 2.0), "how narrow it is"),
     ),
-    looks_like="a torque humped over the angle, nil at both ends, alike in both directions",
+    looks_like="a torque humped over the angle, nil at both ends, equal in both directions",
     check="was the throttle blown through?",
     look_alikes=("spring_nonlinear",),
     separated_by="flow on and off at one angle",

@@ -228,7 +228,7 @@ class Effect:
 
     @property
     def is_of_one_motor_constant(self) -> bool:
-        """Whether it changes torque and back-EMF constant alike, as the field of the magnets does."""
+        """Whether it changes torque and back-EMF constant equally, as the field of the magnets does."""
         return self.at(Port.TORQUE_SHARE) == self.at(Port.BACK_EMF_SHARE) != ()
 
 

@@ -58,7 +58,7 @@ EFFECT = Effect(
     source="Janot, Gautier, Brunot 2019 (asymmetric friction of a drive); Armstrong-Helouvry 1991 (sides settle apart)",
     finer=(
         finer("lag", "1", -1.0, 1.3, "c: 0 the side is settled as tanh, 1 as x / (1 + |x|), -1 along a line", 0.25),
-        finer("evenness", "1", -0.5, 1.5, "d: 1 the break-away's surplus is alike on both sides", 0.25),
+        finer("evenness", "1", -0.5, 1.5, "d: 1 the break-away's surplus is equal on both sides", 0.25),
     ),
     terms={Port.FRICTION_SHARE: share, Port.VISCOUS_SHARE: viscous_share},
     separated_on_drive="the axis mounted the other way round: its friction turns with it, a load does not",

@@ -29,7 +29,7 @@ def laws(parameters: Mapping[str, Parameter]) -> dict[str, TemperatureLaw]:
 
 
 def terms(parameters: Mapping[str, Parameter]) -> tuple[str, ...]:
-    """Return whose laws are terms. Friction's is one where T_c and T_st have it alike: there is one for their curve."""
+    """Return whose laws are terms. Friction's is one where T_c and T_st have the same: there is one for their curve."""
     alike = parameters["coulomb"].temperature == parameters["stiction"].temperature
     can = {"resistance", "torque_constant", "back_emf_constant", *(("coulomb", "stiction") if alike else ())}
     return tuple(name for name in laws(parameters) if name in can)

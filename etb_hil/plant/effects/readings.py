@@ -11,7 +11,7 @@ from etb_hil.plant.effects.compose import called
 from etb_hil.plant.effects.port import READINGS, Port
 from etb_hil.plant.physics import Vector
 
-_ROUNDS = 6  # of the encoder's inverse: each takes what is left down by the slope of its error
+_ROUNDS = 6  # of the encoder's inverse: each takes the residual down by the slope of its error
 
 
 def key(p: Vector) -> bytes:

@@ -28,7 +28,7 @@ _plate_reading = compose.sensed(OWN, Port.PLATE_READING, _BEGINS)
 _scaled = compose.composed(Port.CURRENT_SCALE, OWN, is_open=True)
 _shifted = compose.composed(Port.CURRENT_ZERO, OWN, is_open=True)
 _encoder_angle = compose.composed(Port.ENCODER_ANGLE, OWN, is_open=True)
-_ROUNDS = 6  # of the encoder's inverse: each takes what is left down by the slope of its error
+_ROUNDS = 6  # of the encoder's inverse: each takes the residual down by the slope of its error
 
 
 def is_there(p: Vector) -> bool:

@@ -36,7 +36,7 @@ EFFECT = Effect(
         strength("cubic", "N·m", -3.0, 3.0, (0.02,), _SPAN),
         strength("quartic", "N·m", -2.0, 2.0, (0.02,), _SPAN),
     ),
-    looks_like="the torque over the angle is bent, alike in both directions and at every speed",
+    looks_like="the torque over the angle is bent, equal in both directions and at every speed",
     check="coils that touch, a spring hooked wrongly",
     look_alikes=("aerodynamic_torque", "spring_preload_shift"),
     separated_by="sweeps in both directions, with no air flow",

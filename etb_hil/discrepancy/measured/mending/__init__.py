@@ -1,1 +1,1 @@
-"""What a bench did to a record, found in the record alone and mended; none of it is the unit's."""
+"""What a bench did to a record, found in the record alone and repaired; none of it is the unit's."""

@@ -1,4 +1,4 @@
-"""Rows that were read evenly and stamped unevenly: a host's clock that the motion does not follow."""
+"""Samples that were read evenly and stamped unevenly: a host's clock that the motion does not follow."""
 
 from __future__ import annotations
 
@@ -9,18 +9,19 @@ Float64 = NDArray[np.float64]
 Int64 = NDArray[np.int64]
 
 # Decision 0029. Benches with and without such faults: benchmarks/explain_study.py, --view rough_bench.
-_EVEN = 0.05  # of a row, by which the stamps of even rows may be off
-_FEWEST = 200  # rows
-_AROUND = 25  # rows that a host does not delay by half a row more than all others: one was lost
+_EVEN = 0.05  # of a sample, by which the stamps of even samples may be off
+_FEWEST = 200  # samples
+_AROUND = 25  # samples that a host does not delay by half a sample more than all others: one was lost
 _HALF = 0.5  # of what the stamps say of the motion: with less they are not its times
 _SURE = 4.0  # standard errors
 
 
 def even_times(time_ns: Int64, angle: Float64) -> tuple[Int64, list[str]]:
-    """Return the times (n) in ns at which rows were read, and in words why, where that is not as they are stamped.
+    """Return the times (n) in ns at which samples were read, and in words why, where that is not as they are stamped.
 
-    `angle` (n) in any unit, NaN where it is missing. A row that was read late has moved on by then. Where the angle's
-    bends from row to row know nothing of those of the stamps, the rows were even, and the scatter is a host's own.
+    `angle` (n) in any unit, NaN where it is missing. A sample that was read late has moved on by then. Where the
+    angle's bends from sample to sample know nothing of those of the stamps, the samples were even, and the scatter is a
+    host's own.
     """
     if len(time_ns) < _FEWEST:
         return time_ns, []
@@ -38,7 +39,7 @@ def even_times(time_ns: Int64, angle: Float64) -> tuple[Int64, list[str]]:
 
 
 def _lacks_rows(off: Float64, step: float) -> bool:
-    """Return whether stamps are away from a straight line for longer than a host is late: a row is missing."""
+    """Return whether stamps are away from a straight line for longer than a host is late: a sample is missing."""
     middle = np.median(np.lib.stride_tricks.sliding_window_view(off, _AROUND), axis=1)
     return bool(np.ptp(middle) > 0.5 * step)
 

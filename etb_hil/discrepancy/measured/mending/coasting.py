@@ -23,18 +23,18 @@ _NONE = 4.0  # times a sensor's noise, up to which a voltage or a current is non
 _TURNS = 10.0  # times the voltmeter's noise: the back-EMF of a motor that is sure to turn
 _COASTS = 3.0  # times it, from where it is missed
 _ENOUGH = 0.02  # s
-_NEARLY_ALL = 0.9  # of the rows
+_NEARLY_ALL = 0.9  # of the samples
 
 
 class Coasts(NamedTuple):
-    """A voltage (n) in V with what a coasting motor gave, and the rows (n) in which nobody knows it better."""
+    """A voltage (n) in V with what a coasting motor gave, and the samples (n) in which nobody knows it better."""
 
     voltage: Float64
     rows: Bool
 
 
 def commanded_coasts(measured: Measurement, model: Model) -> Coasts | None:
-    """Return what a motor gave while its bridge was off if nearly all such rows have 0 V; None where they do not.
+    """Return what a motor gave while its bridge was off if nearly all such samples have 0 V; None where they do not.
 
     Until its current has died away a bridge that was opened gives what its diodes do, which is no
     command's voltage either.
@@ -55,7 +55,7 @@ def commanded_coasts(measured: Measurement, model: Model) -> Coasts | None:
 
 
 def _around(wide: Bool, narrow: Bool) -> Bool:
-    """Return those runs of rows (n) that have any of others in them."""
+    """Return those runs of samples (n) that have any of others in them."""
     found = np.zeros(len(wide), np.bool_)
     for first, last in np.flatnonzero(np.diff(wide, prepend=False, append=False)).reshape(-1, 2).tolist():
         found[first:last] = narrow[first:last].any()
@@ -63,7 +63,7 @@ def _around(wide: Bool, narrow: Bool) -> Bool:
 
 
 def _velocity(m: Measurement, noise: float) -> Float64:
-    """Return the velocity (n) in rad/s, over as few rows as leave no more than some noise (rms) of it."""
+    """Return the velocity (n) in rad/s, over as few samples as leave no more than some noise (rms) of it."""
     half = math.ceil(m.angle_noise * m.rate / (math.sqrt(2.0) * noise))
     rows = np.arange(len(m))
     before, after = np.maximum(rows - half, 0), np.minimum(rows + half, len(m) - 1)

@@ -11,22 +11,22 @@ from etb_hil.discrepancy.measured.rows import commanded, open_bridge
 from etb_hil.discrepancy.measured.sheet import current_rms, voltage_rms
 
 # Decision 0029. Benches with and without such faults: benchmarks/explain_study.py, --view rough_bench.
-_REACH = 3  # rows to either side
+_REACH = 3  # samples to either side
 _SHIFTS = np.arange(-_REACH, _REACH + 1)
-_WAYS = np.arange(-1, 2)  # rows from whose way the back-EMF may be
-_FEWEST = 100  # rows with a jump about them, by the numbers that are fitted
+_WAYS = np.arange(-1, 2)  # samples from whose way the back-EMF may be
+_FEWEST = 100  # samples with a jump about them, by the numbers that are fitted
 _FAR = 30.0  # times the current sensor's noise
-_ALONE = 0.8  # of what all voltages do: it is one row's
+_ALONE = 0.8  # of what all voltages do: it is one sample's
 _OTHERS = 0.25  # of it, that all others do at most, added up without their signs
-_WITH_IT = 0.5  # rows that the motion may be off the current
+_WITH_IT = 0.5  # samples that the motion may be off the current
 
 
 def rows_late(measured: Measurement) -> int:
-    """Return by how many rows the voltage stands later than the current that answers it; 0 where none is sure.
+    """Return by how many samples the voltage stands later than the current that answers it; 0 where none is sure.
 
-    At the end of a row a winding's current is linear in the current at its beginning, in the way and in the voltage of
-    that row alone. A current that is itself read late, or through a filter, answers the voltages of several rows, or
-    the motion is as late beside it.
+    At the end of a sample a winding's current is linear in the current at its beginning, in the way and in the
+    voltage of that sample alone. A current that is itself read late, or through a filter, answers the voltages of
+    several samples, or the motion is as late beside it.
     """
     m = measured
     if m.current is None:
@@ -40,7 +40,7 @@ def rows_late(measured: Measurement) -> int:
     # Brushes and a bridge's dead time take a voltage by the current's sign.
     asked = np.column_stack([*columns, current, np.sign(current), np.ones(len(rows))])
     far = _FAR * current_rms(m.sensors)
-    # What a current that is hardly kept until the next row does, its noise hides: then the plain numbers are better.
+    # What a current that is hardly kept until the next sample does, its noise hides: then the plain numbers are better.
     fits = (by_most_rows(asked, m.current[rows + 1], far, noise).numbers for noise in (_noise(m), None))
     return next((shift for fit in fits if (shift := _shift(fit)) is not None), 0)
 

@@ -1,4 +1,4 @@
-"""What a record shows of its own sensors and rows, mended before anything is judged: none of it is the unit's."""
+"""What a record shows of its own sensors and samples, repaired before anything is judged: none of it is the unit's."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def mended(measured: Measurement, model: Model) -> Measurement:
     if measured.is_drive or measured.rate < SLOWEST:
         return measured
     m = _with_its_noise(measured)
-    m = _coasting(m, model)  # a winding whose voltage is not its own would keep rows and spikes from being judged
-    m = _in_step(m)  # a current that goes with another row's voltage would be no winding's
+    m = _coasting(m, model)  # a winding whose voltage is not its own would keep samples and spikes from being judged
+    m = _in_step(m)  # a current that goes with another sample's voltage would be no winding's
     m = _without_spikes(m)
     return _from_its_zero(m, model)
 

@@ -52,5 +52,5 @@ def noise_seen(measured: Measurement) -> tuple[Sensors, list[str]]:
 
 
 def _within(blocks: Float64) -> Float64:
-    """Return the noise (count) of a signal within its blocks (count, rows), rms, by second differences."""
+    """Return the noise (count) of a signal within its blocks (count, samples), rms, by second differences."""
     return np.asarray(np.sqrt(np.mean(np.diff(blocks, 2, axis=1) ** 2, axis=1) / 6.0))

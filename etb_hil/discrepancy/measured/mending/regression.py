@@ -1,4 +1,4 @@
-"""Least squares by most of the rows: a few that are far off are spikes, and bend nothing."""
+"""Least squares by most of the samples: a few that are far off are spikes, and bend nothing."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ Float64 = NDArray[np.float64]
 
 _PASSES = 3
 _NEARLY_ALL = 0.999
-_FARTHER = 3.0  # times what all but a few rows are off by
+_FARTHER = 3.0  # times what all but a few samples are off by
 
 
 class Fitted(NamedTuple):
-    """The numbers (k) that take columns to values, and from where on a row is far off."""
+    """The numbers (k) that take columns to values, and from where on a sample is far off."""
 
     numbers: Float64
     far: float
@@ -24,8 +24,8 @@ class Fitted(NamedTuple):
 def by_most_rows(columns: Float64, values: Float64, least: float, noise: Float64 | None = None) -> Fitted:
     """Return what takes columns (n, k) to values (n) where these are not far off.
 
-    `least`: what no row is far off by, in the values' unit. `noise`: the covariance (k, k) of the columns' own noise,
-    without which their numbers would come out too small (Fuller 1987).
+    `least`: what no sample is far off by, in the values' unit. `noise`: the covariance (k, k) of the columns' own
+    noise, without which their numbers would come out too small (Fuller 1987).
     """
     counts = np.ones(len(values), np.bool_)
     found: Float64 = np.zeros(columns.shape[1])

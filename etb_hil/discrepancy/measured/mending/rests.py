@@ -1,4 +1,4 @@
-"""Blocks of rows in which nothing moves: there a record shows its sensors alone."""
+"""Blocks of samples in which nothing moves: there a record shows its sensors alone."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _RESTS = 10.0  # times the angle's noise within a block that rests
 
 @dataclass(frozen=True, slots=True)
 class Blocks:
-    """A measurement's rows in `count` blocks of `rows`, and which of them rest (count)."""
+    """A measurement's samples in `count` blocks of `rows`, and which of them rest (count)."""
 
     rows: int
     count: int
@@ -24,7 +24,7 @@ class Blocks:
 
     @staticmethod
     def of(measured: Measurement) -> Blocks:
-        """Return a measurement's blocks; one rests where all its rows are good and the angle stays in its noise."""
+        """Return a measurement's blocks; one rests where all its samples are good and the angle stays in its noise."""
         rows = max(round(_BLOCK * measured.rate), 8)
         count = len(measured) // rows
         angle, is_good = (_cut(values, rows, count) for values in (measured.angle, measured.is_good))
@@ -32,7 +32,7 @@ class Blocks:
         return Blocks(rows, count, is_good.all(axis=1) & stays)
 
     def cut(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Return a signal (n) by block (count, rows)."""
+        """Return a signal (n) by block (count, samples)."""
         return _cut(values, self.rows, self.count)
 
 

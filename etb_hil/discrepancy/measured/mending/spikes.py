@@ -14,9 +14,9 @@ Int64 = NDArray[np.int64]
 
 # Decision 0029. Benches with and without such faults: benchmarks/explain_study.py, --view rough_bench.
 _FAR = 30.0  # times the sensor's noise
-_BESIDE = 0.2  # of an angle's jump, within which the rows before and after it agree
-_KEPT = 0.3  # of what a winding keeps of a current until the next row
-_TRUSTED = 90.0  # times the sensor's noise: where more counts for near, rows miss commands, or are another's
+_BESIDE = 0.2  # of an angle's jump, within which the samples before and after it agree
+_KEPT = 0.3  # of what a winding keeps of a current until the next sample
+_TRUSTED = 90.0  # times the sensor's noise: where more counts for near, samples miss commands, or are another's
 
 
 def without_spikes(measured: Measurement) -> dict[str, tuple[Float64, int]]:
@@ -39,7 +39,7 @@ def without_spikes(measured: Measurement) -> dict[str, tuple[Float64, int]]:
 
 
 def _alone(values: Float64, least: float) -> Int64:
-    """Return the rows (k) that are farther than `least` from where the motion before and the one after them lead."""
+    """Return the samples (k) that are farther than `least` from where the motion before and the one after them lead."""
     second, before, own, after, last = (values[k : len(values) - 4 + k] for k in range(5))
     ahead, back = 2.0 * before - second, 2.0 * after - last
     away = np.minimum(np.abs(own - ahead), np.abs(own - back))
@@ -51,8 +51,8 @@ def _alone(values: Float64, least: float) -> Int64:
 def _of_no_winding(m: Measurement, current: Float64) -> tuple[Int64, Float64]:
     """Return the rows (k) whose current is one that a winding has neither before nor after it, and what it has there.
 
-    At the end of a row a winding's current is linear in the current at its beginning, in the way and in the voltage,
-    of that row or, where the current is read late, of the one before.
+    At the end of a sample a winding's current is linear in the current at its beginning, in the way and in the voltage,
+    of that sample or, where the current is read late, of the one before.
     """
     drives = np.column_stack([_both(m.voltage[:-1]), _both(np.diff(m.angle)), np.ones(len(current) - 1)])
     columns = np.column_stack([current[:-1], drives])
@@ -62,14 +62,14 @@ def _of_no_winding(m: Measurement, current: Float64) -> tuple[Int64, Float64]:
     should = columns[:-1] @ numbers
     after = numbers[0] * should + drives[1:] @ numbers[1:]  # of a current that was as it should be
     away = np.abs(current[1:-1] - should)
-    # Had the current been there, the next row would have what a winding keeps of it.
+    # Had the current been there, the next sample would have what a winding keeps of it.
     was_not_there = np.abs(current[2:] - after) < _KEPT * abs(numbers[0]) * away
     rows = np.flatnonzero((away > far) & was_not_there)
     return rows + 1, should[rows]
 
 
 def _both(values: Float64) -> Float64:
-    """Return values (n, 2) beside those of the row before."""
+    """Return values (n, 2) beside those of the sample before."""
     return np.column_stack([values, np.concatenate([values[:1], values[:-1]])])
 
 

@@ -1,0 +1,121 @@
+"""User-facing strings and docstrings keep to the field's words, and messages to 25 words a sentence.
+
+`python tests/door/test_vocabulary.py [FOLDER]` prints the counts of a checkout, to compare two commits.
+"""
+
+import ast
+import re
+import sys
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parents[2] / "etb_hil"
+LONGEST = 25  # words of a sentence that a person reads
+
+# Words of our own for what the field names otherwise, and what it names it.
+BANNED = {
+    r"suspects?": "candidate",
+    r"rivals?": "competing hypothesis",
+    r"alike": "not isolable, equal",
+    r"accus\w+": "rejects, blames",
+    r"imitat\w+": "is collinear with",
+    r"yardsticks?": "reference",
+    r"luck\w*": "sampling variance",
+    r"strangers?": "unmodelled effect",
+    r"left ?overs?": "residual",
+    r"mend\w*": "repair, correct",
+    r"told apart": "distinguished",
+    r"hand tests?": "bench measurement",
+    r"stretches": "segments",
+    r"what is left": "residual",
+    r"wrong numbers?": "parametric fault",
+    r"the house|rooms|the door": "layers, packages, CI",
+}
+_BANNED = {re.compile(rf"\b(?:{word})\b", re.IGNORECASE): better for word, better in BANNED.items()}
+
+
+def modules(package=PACKAGE):
+    """Return the syntax tree of each module by path."""
+    return {path: ast.parse(path.read_text("utf-8")) for path in sorted(package.rglob("*.py"))}
+
+
+def is_for_people(said):
+    """Return whether a string is no query of a database and no equation."""
+    return "\n" not in said.strip() and not re.search(r"SELECT|[\w)] [=^+] |\w\^\d", said)
+
+
+def texts(tree):
+    """Return (line, text, is_docstring) of the docstrings and of all other strings of more than one word."""
+    documented = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+    docstrings = {
+        id(node.body[0].value)
+        for node in ast.walk(tree)
+        if isinstance(node, documented) and node.body and isinstance(node.body[0], ast.Expr)
+    }
+    parts = {id(part) for node in ast.walk(tree) if isinstance(node, ast.JoinedStr) for part in ast.walk(node)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.JoinedStr):
+            said = "".join(part.value if isinstance(part, ast.Constant) else "0" for part in node.values)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in parts:
+            said = node.value
+        else:
+            continue
+        if id(node) in docstrings or " " in said.strip():
+            yield node.lineno, said, id(node) in docstrings
+
+
+def banned(package=PACKAGE):
+    """Return `path:line: word (better)` of each banned word."""
+    return [
+        f"{path.relative_to(package.parent)}:{line}: '{hit[0]}' ({better})"
+        for path, tree in modules(package).items()
+        for line, said, _ in texts(tree)
+        for pattern, better in _BANNED.items()
+        for hit in pattern.finditer(re.sub(r"`[^`]*`", "", said))
+    ]
+
+
+def long_sentences(package=PACKAGE):
+    """Return `path:line: words: sentence` of each sentence in a message that is too long."""
+    return [
+        f"{path.relative_to(package.parent)}:{line}: {len(sentence.split())} words: {sentence[:90]}"
+        for path, tree in modules(package).items()
+        for line, said, is_docstring in texts(tree)
+        if not is_docstring and is_for_people(said)
+        for sentence in re.split(r"(?<=[.;:!?])\s", said)
+        if len(sentence.split()) > LONGEST
+    ]
+
+
+def test_user_facing_words_are_the_fields():
+    assert banned() == []
+
+
+def test_sentences_of_messages_are_short():
+    assert long_sentences() == []
+
+
+@pytest.mark.parametrize(("text", "found"), [("two suspects are alike", 2), ("stretched, mediate, `suspects`", 0)])
+def test_banned_words_are_found(tmp_path, text, found):
+    (tmp_path / "one.py").write_text(f'"""{text}."""\n')
+    assert len(banned(tmp_path)) == found
+
+
+def test_long_sentences_are_found(tmp_path):
+    (tmp_path / "one.py").write_text(f'x = "{"word " * 26}"\n')
+    assert len(long_sentences(tmp_path)) == 1
+
+
+def main(folder=PACKAGE):
+    """Print how many banned words and long sentences a package has, by folder."""
+    for name, found in (("banned words", banned(folder)), ("long sentences", long_sentences(folder))):
+        by_folder = Counter(line.split("/")[1].partition(":")[0] for line in found)
+        print(f"{len(found)} {name}: {dict(by_folder.most_common())}")
+        if "-v" in sys.argv:
+            print("\n".join(found))
+
+
+if __name__ == "__main__":
+    main(next((Path(word).resolve() for word in sys.argv[1:] if word != "-v"), PACKAGE))
