@@ -94,7 +94,14 @@ def test_every_language_of_a_page_has_a_test():
     known = {"yaml", "python", "sql", "toml"}  # pyproject.toml of plug-ins: docs/examples/plugin is one
     for page in documents.PAGES:
         named = documents.languages(page)
-        assert named <= known | {"{code-block}", "{code-cell}", "{toctree}", "{literalinclude}", "{include}"}, (
+        assert named <= known | {
+            "{code-block}",
+            "{code-cell}",
+            "{toctree}",
+            "{literalinclude}",
+            "{include}",
+            "{glossary}",
+        }, (
             page.name,
             named,
         )

@@ -1,0 +1,36 @@
+"""Pages are short, their code fits on them, and our own words are few."""
+
+import re
+
+import documents
+
+NO_PAGE = ("docs/decisions/", "docs/reference/", "docs/examples/")
+
+
+def test_no_page_but_the_reference_is_over_1500_words():
+    long = {}
+    for page in documents.PAGES:
+        name = page.relative_to(documents.CHECKOUT).as_posix()
+        if not name.startswith(NO_PAGE) and name != "CHANGELOG.md":
+            long[name] = len(page.read_text("utf-8").split())
+    assert {name: words for name, words in long.items() if words > 1500} == {}
+
+
+def test_no_line_of_code_is_cut_off():
+    style = (documents.DOCS / "static" / "pages.css").read_text("utf-8")
+    assert re.search(r"div\.highlight pre \{[^}]*white-space: pre-wrap", style)  # what is too wide wraps
+    wide = []
+    for page in documents.PAGES:
+        text = page.read_text("utf-8")
+        blocks = [
+            *re.findall(r"^```.*?^```", text, re.DOTALL | re.MULTILINE),
+            *re.findall(r"^    .*$", text, re.MULTILINE),
+        ]
+        wide += [(page.name, line) for block in blocks for line in block.splitlines() if len(line) > 124]
+    assert wide == []
+
+
+def test_fewer_than_ten_words_are_our_own():
+    text = (documents.DOCS / "reference" / "glossary.md").read_text("utf-8")
+    own = text[text.index("## Terms of this project") : text.index("## Terms of the field")]
+    assert 0 < len(re.findall(r"^(?![ `#])\S.*$", own, re.MULTILINE)) < 10
