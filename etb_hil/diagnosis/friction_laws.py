@@ -15,7 +15,7 @@ import numpy as np
 
 from etb_hil.diagnosis.friction_model import AGEING, LOG_EXPONENT, LOG_ONSET, LOG_RENEWAL
 from etb_hil.diagnosis.prior import Prior
-from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit, refit, start_of
+from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit, refit, start_of, weights_by
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.windows import Windows
 from etb_hil.plant.exactmath import exp, log
@@ -41,6 +41,9 @@ class Law:
 def laws_of(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, usual: StribeckFit) -> list[Law]:
     """Return the laws that a run leaves probable, the likeliest first; `usual` is its fit by the paper's law."""
     found = [(usual, prior, 0.0)]
+    # what the paper's law leaves over is what noise and errors of any law may be
+    weight = weights_by(ticks, windows, evidence, usual)
+    at_first = _misfit(usual, prior, weight)
     for free in _OTHERS:
         if len(free) > len(_AGES) and max(factor for _, _, factor in found) <= 0.0:
             break  # neither alone is likelier than the paper's law
@@ -51,9 +54,9 @@ def laws_of(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, us
         if free == (LOG_EXPONENT,):
             starts.append(start_of(evidence, law, 1.0))
             starts[-1][LOG_EXPONENT] = 0.0  # far from the paper's, its fit ends in a valley of its own
-        fit = _best(ticks, windows, evidence, law, starts, usual)
+        fit = _best(ticks, windows, evidence, law, starts, usual, weight)
         if fit is not None and fit.parameters[AGEING] >= 0.0:
-            found.append((fit, law, _log_bayes_factor(fit, usual, law, free)))
+            found.append((fit, law, _log_bayes_factor(fit, at_first - _misfit(fit, law, weight), law, free)))
     most = max(factor for _, _, factor in found)
     before = (1.0 - _USUAL) / len(_OTHERS)
     shares = [(_USUAL if fit is usual else before) * float(exp(factor - most)) for fit, _, factor in found]
@@ -64,7 +67,13 @@ def laws_of(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, us
 
 
 def _best(
-    ticks: Ticks, windows: Windows, evidence: Evidence, law: Prior, starts: Sequence[Float64], usual: StribeckFit
+    ticks: Ticks,
+    windows: Windows,
+    evidence: Evidence,
+    law: Prior,
+    starts: Sequence[Float64],
+    usual: StribeckFit,
+    weight: Float64,
 ) -> StribeckFit | None:
     """Return the likeliest of a law's fits from several starts (18); None where none comes to an end."""
     best: StribeckFit | None = None
@@ -73,21 +82,27 @@ def _best(
         if law.count > LOG_EXPONENT + 1 and start[AGEING] <= 0.0:
             start[AGEING] = _YOUNG * usual.stiction[0]
         fit = refit(ticks, windows, evidence, law, start, usual.parameters)
-        if fit is not None and (best is None or fit.deviance < best.deviance):
+        if fit is not None and (best is None or _misfit(fit, law, weight) < _misfit(best, law, weight)):
             best = fit
     return best
 
 
-def _log_bayes_factor(fit: StribeckFit, usual: StribeckFit, prior: Prior, free: tuple[int, ...]) -> float:
+def _misfit(fit: StribeckFit, law: Prior, weight: Float64) -> float:
+    """Return -2 log posterior density of a fit, up to a constant, windows weighted by inverse variances (m)."""
+    off = fit.parameters - law.mean
+    return float(np.sum(weight * fit.residual * fit.residual)) + float(np.sum(law.precision * off * off))
+
+
+def _log_bayes_factor(fit: StribeckFit, better: float, prior: Prior, free: tuple[int, ...]) -> float:
     """Return the logarithm of the Bayes factor of a law over the usual one, which lacks the parameters `free`.
 
-    What the law fits better, and by how much less than beforehand its own parameters are open (Laplace's method). It
-    holds the usual law as a case, so that it fits no worse.
+    By how much the law fits `better`, and by how much less than beforehand its own parameters are open (Laplace's
+    method). It holds the usual law as a case, so that it fits no worse.
     """
     covariance = fit.spread.covariance[np.ix_(free, free)]
     scale = np.sqrt(prior.precision[list(free)])
     open_still = _log_determinant(covariance * scale[:, None] * scale[None, :])
-    return 0.5 * fit.counted * max(usual.deviance - fit.deviance, 0.0) + 0.5 * min(open_still, 0.0)
+    return 0.5 * fit.counted * max(better, 0.0) + 0.5 * min(open_still, 0.0)
 
 
 def _log_determinant(matrix: Float64) -> float:

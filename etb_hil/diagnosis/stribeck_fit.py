@@ -83,15 +83,14 @@ class StribeckFit:
     """The fitted parameters (18) in the order of `prior`, what they may be off by, and the residual.
 
     `friction` (m) is what the windows say of friction once the model's errors are taken off; `residual` (m) N·m is how
-    far that lies above the curve of that time. `deviance` is -2 log posterior density, up to a constant, of which
-    `counted` is the share that the scatter of the run bears out: 1 where residuals are noise.
+    far that lies above the curve of that time. `counted` is the share of the log-likelihood that the scatter of the run
+    bears out: 1 where residuals are noise.
     """
 
     parameters: Float64
     spread: Spread
     friction: Float64
     residual: Float64
-    deviance: float
     counted: float
 
     def reach(self, weights: Mapping[int, float]) -> float:
@@ -169,6 +168,11 @@ def refit(
     kind = _kinds(ticks, windows, start if alike is None else alike)
     weighed = _descend(ticks, windows, evidence, prior, start, None, kind)
     return None if weighed is None else _conclude(ticks, windows, evidence, prior, weighed[1], kind)
+
+
+def weights_by(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> Float64:
+    """Return the weights (m) of windows, inverse variances, by what a fit leaves over."""
+    return _weights(fit.residual, _kinds(ticks, windows, fit.parameters), evidence.counts)
 
 
 def _kinds(ticks: Ticks, windows: Windows, q: Float64) -> Int64:
@@ -333,20 +337,7 @@ def _conclude(
     measured = (evidence.motor - sensed) * (1.0 + q[CONSTANT])
     friction = measured - evidence.load - times(evidence.errors, q[INERTIA:OFFSET])
     counted = min(float(bread[COULOMB, COULOMB]) / float(spread.covariance[COULOMB, COULOMB]), 1.0)
-    deviance = _deviance(residual, kind, evidence.counts, prior, q)
-    return StribeckFit(q, spread, friction, residual, deviance, counted)
-
-
-def _deviance(residual: Float64, kind: Int64, counts: NDArray[np.bool_], prior: Prior, q: Float64) -> float:
-    """Return -2 log posterior density, up to a constant, at the noise of each kind of windows that is likeliest."""
-    total = 0.0
-    for k in range(int(kind.max()) + 1):
-        same = (kind == k) & counts
-        if np.any(same):
-            square = max(_mean_square(residual[same]), _LEAST_NOISE * _LEAST_NOISE)
-            total += np.count_nonzero(same) / _OVERLAP * float(log(square))
-    off = q - prior.mean
-    return total + float(np.sum(prior.precision * off * off))
+    return StribeckFit(q, spread, friction, residual, counted)
 
 
 def widened_by(
