@@ -233,7 +233,14 @@ def _attempt(
         open_things.callback(log.close)
         events = EventLog(session.events)
         open_things.callback(events.close)
-        analysis = Analysis(job.setup.dialect, job.model, job.limits, str(session.folder), observer=job.observer)
+        analysis = Analysis(
+            job.setup.dialect,
+            job.model,
+            job.limits,
+            str(session.folder),
+            observer=job.observer,
+            bus=job.setup.bench.bus,
+        )
         encoder = CommandEncoder(job.setup.dialect)
         tap = Tap(link, encoder, analysis, log, events, clock, _talk(job, clock))
         signals.hold()  # until the results are written, at least: what hangs before may be interrupted

@@ -33,6 +33,7 @@ from etb_hil.diagnosis.limits import Limits, without_temperature
 from etb_hil.diagnosis.local_friction import local_friction
 from etb_hil.diagnosis.measurement_registry import kind_of, phases_needed
 from etb_hil.diagnosis.measuring import Measured, measure
+from etb_hil.diagnosis.motion.commands import UNKNOWN_REPORT_TIME
 from etb_hil.diagnosis.phase_use import RunPhase, Use
 from etb_hil.diagnosis.places_seen import seen_slowly, too_wide_unseen
 from etb_hil.diagnosis.result import DiagnosisResult
@@ -68,14 +69,24 @@ class Snapshot:
 
 
 class Diagnosis:
-    """Turns joined rows into a verdict; sees the bench's model and limits and nothing of the unit's."""
+    """Turns joined rows into a verdict; sees the bench's model and limits and nothing of the unit's.
 
-    def __init__(self, model: Model, limits: Limits, observer: str = DEFAULT) -> None:
+    `report_time` is how long in s the frames of one sample take on the bus, at least and at most.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        limits: Limits,
+        observer: str = DEFAULT,
+        report_time: tuple[float, float] = UNKNOWN_REPORT_TIME,
+    ) -> None:
         if is_drive(model):
             what = f"the model '{model.name}' is a drive's, and friction is judged of throttles"
             raise InputError(Problem(what, remedy="give a throttle's model file (schema etb_hil/model/1)"))
         self._model, self._limits, self._observer_kind = model, limits, observer_kind(observer)
         self._gear_ratio = model.values.gear_ratio
+        self._report_time = report_time
         self._meter: ZeroMeter | None = None
         self._zero = Zero(math.nan, math.nan, math.nan, None, math.nan)
         self._ticks = TickMaker()
@@ -205,7 +216,7 @@ class Diagnosis:
         series = plot_columns(assessment, widening) | break_away_columns(broken_away, fit)
         found = Findings(
             self._model, throttle, self._zero, assessment, fitted, widening, way, drift, unseen, fastest, far,
-            broken_away, self._limits.dwell, reading, hot, series, self._segments.segments(),
+            broken_away, self._limits.dwell, reading, hot, series, self._segments.segments(), self._report_time,
         )  # fmt: skip
         measured = list(measure(found, self._limits))
         band = self._limits.marginal_band

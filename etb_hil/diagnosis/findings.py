@@ -37,7 +37,8 @@ class Findings:
     friction curve with the intervals of the fit alone, empty where there is no fit; `fastest` and `far` rad/s are the
     highest speed and the speed from which T_c is seen. `unseen` is the widest part of the way that no slow motion
     covered, None where that is little. `dwell` is the law by which limits follow the time of rest. `hot` is a motor
-    much warmer than its housing. `series` are the columns of the plots.
+    much warmer than its housing. `series` are the columns of the plots; `report_time` is how long in s the frames of
+    one sample take on the bus, at least and at most.
     """
 
     model: Model
@@ -57,6 +58,7 @@ class Findings:
     hot: HotMotor | None
     series: Mapping[str, Float64]
     segments: Sequence[Segment]
+    report_time: tuple[float, float]
     _shared: dict[Callable[[Findings], object], object] = field(default_factory=dict, repr=False, compare=False)
 
     def once(self, make: Callable[[Findings], T]) -> T:

@@ -1,6 +1,9 @@
-"""How far a value may be off when part of its error is normal and part lies anywhere within bounds."""
+"""How far a value may be off by several errors together, some normal, some anywhere within bounds."""
 
 from __future__ import annotations
+
+import math
+from collections.abc import Sequence
 
 from etb_hil.plant.exactmath import exp
 
@@ -26,6 +29,18 @@ def half_width(normal: float, even: float) -> float:
         share = (_integral((middle + even) / normal) - _integral((middle - even) / normal)) * normal / even - 1.0
         low, high = (middle, high) if share < 0.95 else (low, middle)
     return 0.5 * (low + high)
+
+
+def combined(evens: Sequence[float], normal: float = 0.0) -> float:
+    """Return the 95 % half width of a sum of independent errors.
+
+    Each of `evens` lies anywhere within its bounds alike; `normal` is a standard deviation. The widest of `evens` keeps
+    its shape: alone, it stays within 0.95 of its bound, which is 1.65 standard deviations and not 1.96. The others join
+    the normal part by their variances, bound^2 / 3 (JCGM 100:2008, 4.3.7, 5.1.2 and G.1.4).
+    """
+    ordered = sorted(evens, reverse=True)
+    variance = normal * normal + sum(even * even / 3.0 for even in ordered[1:])
+    return half_width(math.sqrt(variance), ordered[0] if ordered else 0.0)
 
 
 def _integral(x: float) -> float:

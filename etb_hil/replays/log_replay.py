@@ -49,7 +49,15 @@ def judge(job: LogJob, frames: Iterable[FrameBlock]) -> Finished:
     """Judge frames as one run; NothingToJudgeError where none of them has a role."""
     rules = job.rules
     dialect = rules.setup.dialect
-    analysis = Analysis(dialect, rules.model, rules.limits, str(job.paths[0]), keep=job.keep, observer=rules.observer)
+    analysis = Analysis(
+        dialect,
+        rules.model,
+        rules.limits,
+        str(job.paths[0]),
+        keep=job.keep,
+        observer=rules.observer,
+        bus=rules.setup.bench.bus,
+    )
     for phase in job.phases:
         analysis.begin_phase(phase.start_ns, phase.id, phase.kind, job.conditions.get(phase.id))
     first_ns, last_ns = None, 0

@@ -138,7 +138,14 @@ def judged_under(folder: Path, model: Model, limits: Limits) -> DiagnosisResult:
 
 def _judged(session: Session, rules: Rules, window: Window | None) -> tuple[RunRecord, Analysis, DiagnosisResult]:
     record = _record(session)
-    analysis = Analysis(rules.setup.dialect, rules.model, rules.limits, str(session.folder), observer=rules.observer)
+    analysis = Analysis(
+        rules.setup.dialect,
+        rules.model,
+        rules.limits,
+        str(session.folder),
+        observer=rules.observer,
+        bus=rules.setup.bench.bus,
+    )
     conditions = conditions_of(session)
     for phase in record.phases:
         analysis.begin_phase(phase.start_ns, phase.id, phase.kind, conditions.get(phase.id))

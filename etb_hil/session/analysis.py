@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from etb_hil.canio.bus.budget import report_time
 from etb_hil.canio.dbc.decoder import Decoder
 from etb_hil.diagnosis.diagnosis import Diagnosis
+from etb_hil.diagnosis.motion.commands import UNKNOWN_REPORT_TIME
 from etb_hil.diagnosis.phase_use import RunPhase, Use
 from etb_hil.diagnosis.plausibility import Plausibility
 from etb_hil.diagnosis.sampling_error import with_sampling_error
@@ -24,6 +26,7 @@ from etb_hil.session.rows import RowBuilder
 from etb_hil.session.verdict_policy import corruption_doubts, withheld
 
 if TYPE_CHECKING:
+    from etb_hil.canio.bus.budget import BusRates
     from etb_hil.canio.dbc.dialect import Dialect
     from etb_hil.canio.frames import FrameBlock
     from etb_hil.diagnosis.diagnosis import Snapshot
@@ -52,7 +55,7 @@ class Analysis:
     """Decodes frames, keeps the Recording, and runs observer and diagnosis on it while it grows.
 
     Its results depend on the frames, their stamps and the phases' marks alone, not on how they were cut into calls.
-    Without `keep`, the Recording holds the samples' times alone: logs may be long.
+    Without `keep`, the Recording holds the samples' times alone: logs may be long. `bus` tells how long frames take.
     """
 
     def __init__(
@@ -64,6 +67,7 @@ class Analysis:
         *,
         keep: bool = True,
         observer: str = DEFAULT,
+        bus: BusRates | None = None,
     ) -> None:
         self.model = model
         counted = any(message.counter is not None for message in dialect.messages)
@@ -72,7 +76,9 @@ class Analysis:
         is_counted = counted and not fitted
         self.recording = Recording(origin, ClockGrade.SAMPLE_COUNTER if is_counted else ClockGrade.RECEIVE_STAMPS)
         self.decoder = Decoder(dialect, gather=True)
-        self.diagnosis = Diagnosis(model, limits, observer)
+        cyclic = list(dict.fromkeys(dialect.source_of(role) for role in FITTED if not dialect.is_requested(role)))
+        on_bus = UNKNOWN_REPORT_TIME if bus is None or fitted else report_time(dialect, cyclic, bus)
+        self.diagnosis = Diagnosis(model, limits, observer, on_bus)
         self._plausibility = Plausibility(model)
         self._keep = keep
         self._judged_ns = 0
@@ -80,7 +86,6 @@ class Analysis:
         self._newest_ns = 0
         self.dialect = dialect
         slow = {role: dialect.source_of(role) for role in SLOW_ROLES if dialect.has(role)}
-        cyclic = list(dict.fromkeys(dialect.source_of(role) for role in FITTED if not dialect.is_requested(role)))
         self._requested = [one.role for one in fitted]
         self._rows = RowBuilder(ReadingRows(cyclic, fitted) if fitted else Joiner(cyclic), slow)
         self._half: _Half | None = None

@@ -6,7 +6,7 @@ import dialects
 import pytest
 
 from etb_hil.base.errors import InputError
-from etb_hil.canio.bus.budget import budget_of, bus_budget
+from etb_hil.canio.bus.budget import budget_of, bus_budget, report_time
 
 CLASSIC = SimpleNamespace(bitrate=500e3, data_bitrate=2e6, fd=False)
 FD = SimpleNamespace(bitrate=500e3, data_bitrate=2e6, fd=True)
@@ -69,3 +69,13 @@ def test_one_signal_alone_leaves_the_other_message_out():
 def test_rates_of_any_messages():
     budget = budget_of(dialects.classic(), {"EtbStatus": 10.0}, CLASSIC)
     assert str(budget) == "EtbStatus 10/s x 135 bits = 0.3%; together 0.3%"
+
+
+def test_a_report_takes_its_frames_and_may_wait_for_a_command():
+    least, most = report_time(dialects.classic(), ["EtbCurrent", "EtbEncoder"], CLASSIC)
+    assert least == pytest.approx(0.8 * 2 * 135 / 500e3)
+    # Three frames of 135 bits: both of the sample, and a command that was being sent.
+    assert most == pytest.approx(3 * 135 / 500e3)
+    assert report_time(dialects.classic(), ["EtbCurrent", "EtbCurrent"], CLASSIC)[0] == pytest.approx(0.8 * 135 / 500e3)
+    _, burst = report_time(dialects.fd(), ["EtbBurst"], FD)
+    assert burst > 32 / 500e3 + 519 / 2e6

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from etb_hil.diagnosis.half_width import TWO_SIDED_95, half_width
+from etb_hil.diagnosis.half_width import TWO_SIDED_95, combined, half_width
 
 
 @pytest.mark.parametrize(
@@ -22,3 +22,14 @@ def test_holds_95_percent(normal, even):
 def test_lies_between_its_parts(normal, even):
     found = half_width(normal, even)
     assert max(TWO_SIDED_95 * normal, 0.95 * even) * 0.999 <= found <= TWO_SIDED_95 * normal + even
+
+
+@pytest.mark.parametrize(
+    ("evens", "normal"), [((1.0,), 0.0), ((1.0, 0.9), 0.2), ((0.5, 0.2), 0.0), ((1.0, 1.0, 1.0), 0.0), ((), 1.0)]
+)
+def test_several_errors_together_stay_within_it_in_95_percent(evens, normal):
+    rng = np.random.default_rng(3)
+    drawn = normal * rng.standard_normal(400_000)
+    for even in evens:
+        drawn += even * rng.uniform(-1.0, 1.0, 400_000)
+    assert np.mean(np.abs(drawn) <= combined(evens, normal)) == pytest.approx(0.95, abs=0.01)

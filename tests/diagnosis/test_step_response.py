@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 from made_segments import segment
 
+from etb_hil.diagnosis.half_width import TWO_SIDED_95, combined
 from etb_hil.diagnosis.motion.encoder import Encoder
+from etb_hil.diagnosis.motion.repeats import Reading, mean_with_interval
 from etb_hil.diagnosis.motion.steps import step_responses
 
-EXACT = Encoder(1e-9, 0.0, 18.0)
+EXACT = Encoder(18.0, 1e-9)
+AT_ONCE = 0.0, 0.0  # s: what is read from a file took no time on a bus
 DEAD, LAG = 5e-3, 0.02  # s
 
 
@@ -31,13 +34,14 @@ def first_order(t):
 @pytest.mark.parametrize("rate", [1000.0, 20000.0])
 @pytest.mark.parametrize(("levels", "group"), [((0.5, 0.57, 0.5), "small"), ((0.3, 1.0, 0.3), "large")])
 def test_a_first_order_lag_behind_a_dead_time_is_measured_in_both_directions(levels, group, rate):
-    opening, closing = step_responses([steps(levels, first_order, rate)], EXACT)
+    opening, closing = step_responses([steps(levels, first_order, rate)], EXACT, AT_ONCE)
     assert (opening.group[0], closing.group[0]) == (f"{group}_opening", f"{group}_closing")
     for found in (opening, closing):
-        # The command came between two samples: delay and settling are not known better than that.
-        assert found.delay.value == pytest.approx(DEAD + LAG * math.log(1 / 0.9), abs=sum(found.delay.bounds))
+        # The command came with a sample, which is at the end of what is known of it: between that and the one before.
+        known = sum(found.delay.bounds) + 2e-5
+        assert found.delay.value == pytest.approx(DEAD + LAG * math.log(1 / 0.9), abs=known)
         assert found.rise.value == pytest.approx(LAG * math.log(9.0), abs=2e-5)
-        assert found.settling.value == pytest.approx(DEAD + LAG * math.log(1 / 0.05), abs=sum(found.settling.bounds))
+        assert found.settling.value == pytest.approx(DEAD + LAG * math.log(1 / 0.05), abs=known)
         assert found.overshoot.value == pytest.approx(0.0, abs=1e-6)
 
 
@@ -49,7 +53,7 @@ def test_an_overshoot_is_the_share_beyond_the_final_angle_and_settling_waits_for
         decay = np.exp(-damping * natural * t)
         return 1.0 - decay * (np.cos(damped * t) + damping * natural / damped * np.sin(damped * t))
 
-    (found,) = step_responses([steps((0.3, 1.0), second_order, 20000.0, hold=0.5)], EXACT)
+    (found,) = step_responses([steps((0.3, 1.0), second_order, 20000.0, hold=0.5)], EXACT, AT_ONCE)
     assert found.overshoot.value == pytest.approx(math.exp(-damping * math.pi / math.sqrt(1.0 - damping**2)), abs=1e-4)
     t = np.linspace(0.0, 0.5, 500_001)
     settled = t[np.flatnonzero(np.abs(second_order(t) - 1.0) > 0.05)[-1]]
@@ -59,11 +63,11 @@ def test_an_overshoot_is_the_share_beyond_the_final_angle_and_settling_waits_for
 def test_the_way_to_the_first_position_is_no_step():
     time = np.arange(0.0, 1.0, 1e-3)
     command = np.where(time < 0.5, np.round(0.2 + 0.6 * time, 2), 0.5)
-    assert not list(step_responses([segment("step", time, angle=command, command_position=command)], EXACT))
+    assert not list(step_responses([segment("step", time, angle=command, command_position=command)], EXACT, AT_ONCE))
 
 
 def test_a_plate_that_does_not_follow_has_no_response():
-    assert not list(step_responses([steps((0.3, 1.0), lambda t: 0.1 * first_order(t))], EXACT))
+    assert not list(step_responses([steps((0.3, 1.0), lambda t: 0.1 * first_order(t))], EXACT, AT_ONCE))
 
 
 def test_missing_samples_leave_the_times_of_the_others_as_they_are():
@@ -71,15 +75,79 @@ def test_missing_samples_leave_the_times_of_the_others_as_they_are():
     columns = dict(whole.columns)
     columns["angle"] = columns["angle"].copy()
     columns["angle"][330:333] = np.nan
-    (full,), (holed,) = (list(step_responses([one], EXACT)) for one in (whole, segment("step", whole.time, **columns)))
+    cut = segment("step", whole.time, **columns)
+    full, holed = (next(step_responses([one], EXACT, AT_ONCE)) for one in (whole, cut))
     assert holed.delay.value == full.delay.value
     assert holed.rise.value == pytest.approx(full.rise.value, abs=5e-5)
 
 
-def test_an_encoder_that_is_off_centre_widens_what_is_read_with_it():
-    off = Encoder(1e-9, 1e-3, 18.0)
-    (exact,), (wide,) = (list(step_responses([steps((0.3, 1.0), first_order)], one)) for one in (EXACT, off))
-    assert wide.rise.value == exact.rise.value
-    speed = 0.7 * 0.1 / LAG  # rad/s at 90 % of the step
-    assert wide.rise.error == pytest.approx(1e-3 * math.sqrt(1.0 + 0.1**2 + 0.9**2) / speed, rel=0.1)
-    assert exact.rise.error == 0.0
+def test_a_disc_off_centre_is_corrected_as_far_as_it_is_known():
+    straight = steps((0.3, 1.0), first_order)
+    angle = straight.columns["angle"]
+    seen = segment("step", straight.time, **{**straight.columns, "angle": angle + 1e-3 * np.sin(18.0 * angle + 0.5)})
+    disc = {"sine": 1e-3 * math.cos(0.5), "cosine": 1e-3 * math.sin(0.5)}
+    known, unsure, unknown = (
+        next(step_responses([seen], one, AT_ONCE))
+        for one in (Encoder(18.0, 1e-9, **disc), Encoder(18.0, 1e-9, **disc, wave_error=1e-4), EXACT)
+    )
+    true = next(step_responses([straight], EXACT, AT_ONCE))
+    assert known.rise.value == pytest.approx(true.rise.value, rel=2e-3)
+    assert abs(unknown.rise.value - true.rise.value) > 10.0 * abs(known.rise.value - true.rise.value)
+    assert widths(unsure.rise) > 5.0 * widths(known.rise)
+
+
+def widths(reading):
+    _, low, high = mean_with_interval([reading])
+    return high - low
+
+
+def test_steps_of_the_encoder_widen_what_is_read_from_three_angles():
+    step = 1e-4
+    (found,) = step_responses([steps((0.3, 1.0), first_order)], Encoder(18.0, step / math.sqrt(12.0)), AT_ONCE)
+    speeds = [0.7 * (1.0 - share) / LAG for share in (0.1, 0.9)]
+    errors = [
+        step / math.sqrt(12.0) * math.sqrt(1.0 + (1.0 - share) ** 2 + share**2) / speed
+        for share, speed in zip((0.1, 0.9), speeds, strict=True)
+    ]
+    assert widths(found.rise) == pytest.approx(2.0 * 1.96 * math.hypot(*errors), rel=0.1)
+    # The overshoot is none, and cannot be below: it is read from the last angle and the highest one.
+    assert found.overshoot.value == pytest.approx(0.0, abs=1e-6)
+    assert widths(found.overshoot) > 1.96 * math.sqrt(2.0) * step / math.sqrt(12.0) / 0.7
+
+
+def test_a_time_that_jumps_where_a_swing_just_reaches_the_band_has_both_in_its_interval():
+    damping, natural = 0.2, 100.0
+    damped = natural * math.sqrt(1.0 - damping**2)
+
+    def second_order(t):
+        decay = np.exp(-damping * natural * t)
+        return 1.0 - decay * (np.cos(damped * t) + damping * natural / damped * np.sin(damped * t))
+
+    swing = max(
+        abs(float(second_order(np.array(math.pi * k / damped))) - 1.0) for k in range(1, 9)
+        if abs(float(second_order(np.array(math.pi * k / damped))) - 1.0) < 0.05
+    )  # fmt: skip
+    scale = 0.0499 / swing  # a swing that stays just inside the band
+    made = steps((0.3, 1.0), lambda t: 1.0 + scale * (second_order(t) - 1.0), hold=0.6)
+    coarse, fine = (
+        mean_with_interval([next(step_responses([made], Encoder(18.0, error), AT_ONCE)).settling])
+        for error in (2e-4, 1e-9)
+    )
+    assert coarse[2] - coarse[0] > 0.01 > fine[2] - fine[0]
+
+
+def test_the_mean_of_repeats_is_no_better_known_than_one_of_them():
+    """All repeats have the same systematic errors; their own differences belong to what was commanded."""
+    one = Reading(10.0, (0.5,), ((9.9, 10.1),))
+    other = Reading(12.0, (0.5,), ((11.9, 12.1),))
+    mean, low, high = mean_with_interval([one, other])
+    assert mean == 11.0
+    reach = combined((0.5,), 0.1 / TWO_SIDED_95)
+    assert (low, high) == (pytest.approx(11.0 - reach), pytest.approx(11.0 + reach))
+
+
+def test_reports_that_take_longer_make_the_command_earlier():
+    made = steps((0.3, 1.0), first_order)
+    at_once, late = (next(step_responses([made], EXACT, (0.0, t))).delay for t in (0.0, 4e-4))
+    assert at_once.value - late.value == pytest.approx(2e-4)
+    assert sorted(late.bounds) == pytest.approx([2e-4, 5e-4])

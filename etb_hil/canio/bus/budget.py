@@ -9,7 +9,7 @@ from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.canio.bit_timing import worst_case_bits
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping
+    from collections.abc import Collection, Iterable, Iterator, Mapping
 
     from etb_hil.canio.dbc.dialect import Dialect
     from etb_hil.canio.dbc.dialect_message import DialectMessage
@@ -130,6 +130,23 @@ def budget_of(dialect: Dialect, rates: Mapping[str, float], bus: BusRates, limit
             )
         )
     return budget
+
+
+def report_time(dialect: Dialect, sources: Iterable[str], bus: BusRates) -> tuple[float, float]:
+    """Return how long in s after a sample the frames of all its messages are on the bus: at least and at most.
+
+    At most, stuffing adds one bit to four, and the frames wait for one that is being sent already, since no frame is
+    interrupted (Davis, Burns, Bril, Lukkien 2007, blocking).
+    """
+    times = {}
+    for message in dialect.messages:
+        nominal, data = worst_case_bits(
+            message.length, extended=message.extended, fd=message.fd, bitrate_switch=message.bitrate_switch
+        )
+        times[message.name] = nominal / bus.bitrate + data / bus.data_bitrate
+    own = [times[source] for source in dict.fromkeys(sources)]
+    others = [times[message.name] for message in dialect.messages if message.commanded]
+    return 0.8 * sum(own), sum(own) + max(others, default=0.0)
 
 
 def _requested(dialect: Dialect, bus: BusRates) -> Iterator[BudgetLine]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from etb_hil.diagnosis.half_width import combined
 from etb_hil.diagnosis.measurement_kind import Estimate, MeasurementKind
-from etb_hil.diagnosis.motion.repeats import combined, error_of_means
 from etb_hil.diagnosis.motion.returns import returns
 from etb_hil.diagnosis.motion.sensors import plate_rounding
 
@@ -23,7 +23,7 @@ def _compute(run: Findings) -> Estimate | None:
     value = 0.5 * sum(sum(side) / len(side) for side in plates)
     # Noise of the sensor is in the scatter of the rests already; alone it is the least that they scatter by.
     noise = math.hypot(*(max(one.plate_error for one in side) / math.sqrt(len(side)) for side in sides))
-    reach = combined((plate_rounding(run.model),), 0.5 * max(error_of_means(plates), noise))
+    reach = combined((plate_rounding(run.model),), 0.5 * noise)
     note = (
         f"mean of {len(sides[1])} returns from the open and {len(sides[0])} from the closed side, by the plate sensor"
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from etb_hil.diagnosis.measurement_kind import Estimate, MeasurementKind
-from etb_hil.diagnosis.motion.encoder import encoder_of
+from etb_hil.diagnosis.motion.encoder import step_of
 from etb_hil.diagnosis.motion.returns import returns
 
 if TYPE_CHECKING:
@@ -17,9 +17,11 @@ def _compute(run: Findings) -> Estimate | None:
     if len({one.is_opening for one in found}) < 2:
         return None
     rests = [one.rest for one in found]
-    value, step = max(rests) - min(rests), encoder_of(run).step
-    # Two angles in whole steps: their difference is known within a step, and the largest of several uses that.
-    return Estimate(value, max(value - step, 0.0), value + step, f"of {len(found)} returns, by the encoder")
+    value, step = max(rests) - min(rests), step_of(run)
+    # Two angles in whole steps: a distance d below a step reads as a whole step in a share d / step of the units, and
+    # as none in the others. What lies farther than 0.95 of a step from a reading gives that reading in 5 % at most.
+    reach = 0.95 * step
+    return Estimate(value, max(value - reach, 0.0), value + reach, f"of {len(found)} returns, by the encoder")
 
 
 MEASUREMENT = MeasurementKind(

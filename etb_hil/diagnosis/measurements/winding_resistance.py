@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from etb_hil.diagnosis.contradiction import GAIN
+from etb_hil.diagnosis.half_width import combined
 from etb_hil.diagnosis.measurement_kind import Estimate, MeasurementKind
-from etb_hil.diagnosis.motion.repeats import combined, student
+from etb_hil.diagnosis.motion.repeats import student
 from etb_hil.diagnosis.motion.rests import rests
 
 if TYPE_CHECKING:

@@ -13,10 +13,10 @@ from itertools import pairwise
 import numpy as np
 
 from etb_hil.diagnosis.segments import Segment
-from etb_hil.recording.samples import Float64, Int64
+from etb_hil.recording.samples import Int64
 
-# s: frames of 120 to 250 bits at 500 kbit/s to 1 Mbit/s, without a queue before them.
-_ON_BUS = 0.2e-3
+# s: none where nothing was on a bus, two classic frames of 8 bytes at 500 kbit/s at most.
+UNKNOWN_REPORT_TIME = 0.0, 0.54e-3
 _SLOW_ROLES = ("motor_voltage", "throttle_angle", "throttle_angle_2")
 
 
@@ -55,11 +55,12 @@ def reports(segment: Segment) -> Reports:
     return Reports(first, period, max(period - step, 0.0))
 
 
-def instant(segment: Segment, index: int) -> Instant:
-    """Return when the command came that sample `index` is the first to hold."""
+def instant(segment: Segment, index: int, report_time: tuple[float, float]) -> Instant:
+    """Return when the command came that sample `index` is the first to hold; `report_time` s as in `Findings`."""
     how = reports(segment)
-    time = float(segment.time[index]) - 0.5 * how.period + how.span + _ON_BUS
-    return Instant(index, time, (0.5 * how.period, _ON_BUS))
+    least, most = report_time
+    time = float(segment.time[index]) - 0.5 * how.period + how.span + 0.5 * (least + most)
+    return Instant(index, time, (0.5 * how.period, 0.5 * (most - least)))
 
 
 def holds(segment: Segment) -> list[tuple[int, int, float]]:
@@ -70,23 +71,3 @@ def holds(segment: Segment) -> list[tuple[int, int, float]]:
     return [
         (begin, end, float(position[begin])) for begin, end in pairwise(edges) if end > begin and mode[begin] == 1.0
     ]
-
-
-def crossing(time: Float64, value: Float64, level: float, index: int) -> tuple[float, float]:
-    """Return when a signal passed a level between samples `index - 1` and `index`, and how far that may be off.
-
-    The two parabolas through these samples and the one before or behind them: their mean, and half their difference.
-    """
-    low, high = float(value[index - 1]), float(value[index])
-    start, step = float(time[index - 1]), float(time[index] - time[index - 1])
-    if high == low:
-        return start + step, step
-    share = min(max((level - low) / (high - low), 0.0), 1.0)
-    behind = float(value[index - 2]) if index > 1 else 2.0 * low - high
-    ahead = float(value[index + 1]) if index + 1 < len(value) else 2.0 * high - low
-    # A parabola departs from the chord by half its second difference times share (share - 1).
-    found = [
-        min(max(share + 0.5 * bend / (high - low) * share * (1.0 - share), 0.0), 1.0)
-        for bend in (behind - 2.0 * low + high, low - 2.0 * high + ahead)
-    ]
-    return start + 0.5 * (found[0] + found[1]) * step, 0.5 * abs(found[0] - found[1]) * step

@@ -1,14 +1,17 @@
-"""What the motor's encoder leaves open of an angle: its step, and a disc that is off centre."""
+"""What the motor's encoder says of the plate: a disc off centre is corrected, its steps stay."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from etb_hil.diagnosis.motion.plate_sensor import difference
+from etb_hil.diagnosis.half_width import TWO_SIDED_95
+from etb_hil.diagnosis.motion.plate_sensor import BIN, difference
+from etb_hil.recording.samples import Float64
 
 if TYPE_CHECKING:
     from etb_hil.diagnosis.findings import Findings
@@ -16,37 +19,61 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Encoder:
-    """The encoder at the throttle shaft: its `step` rad, its own error `rms` rad, and the `gear_ratio`."""
+    """The encoder at the throttle shaft.
 
-    step: float
-    rms: float
-    gear_ratio: float
+    `turn`, how far the motor turns for the plate; `error` rad, the standard deviation of an angle by its steps. A disc
+    or a pinion off centre adds `sine` sin(turn angle) + `cosine` cos(turn angle) in rad to the angle; `wave_error` rad
+    is the standard error of each.
+    """
 
-    def share_error(self, size: float, share: float) -> float:
-        """Return the standard deviation of a share of a way of `size` rad, all angles read with this encoder.
+    turn: float
+    error: float
+    sine: float = 0.0
+    cosine: float = 0.0
+    wave_error: float = 0.0
 
-        Its error is a wave once a turn of the motor. Over a short way only the wave's bend counts.
-        """
-        turn = self.gear_ratio * abs(size)
-        bend = 0.5 * turn * turn * abs(share * (1.0 - share))
-        return self.rms / abs(size) * min(bend, math.sqrt(1.0 + (1.0 - share) * (1.0 - share) + share * share))
+    def corrected(self, angle: Float64) -> Float64:
+        """Return angles (n) of the plate in rad, with the wave of the disc taken off (JCGM 100:2008, 3.2.4)."""
+        return self._less(angle, self.sine, self.cosine)
 
-    def error_over(self, way: float) -> float:
-        """Return the standard deviation of a way in rad between two angles that are read with this encoder."""
-        return self.rms * min(self.gear_ratio * abs(way), math.sqrt(2.0))
+    def otherwise(self, angle: Float64) -> Iterator[tuple[Float64, Float64]]:
+        """Yield the corrected angles (n) with each part of the wave 1.96 standard errors smaller, and larger."""
+        if self.wave_error == 0.0:
+            return
+        off = TWO_SIDED_95 * self.wave_error
+        yield tuple(self._less(angle, self.sine + sign * off, self.cosine) for sign in (-1.0, 1.0))  # type: ignore[misc]
+        yield tuple(self._less(angle, self.sine, self.cosine + sign * off) for sign in (-1.0, 1.0))  # type: ignore[misc]
+
+    def _less(self, angle: Float64, sine: float, cosine: float) -> Float64:
+        less: Float64 = angle - sine * np.sin(self.turn * angle) - cosine * np.cos(self.turn * angle)
+        return less
+
+
+def step_of(run: Findings) -> float:
+    """Return the encoder's step at the throttle shaft in rad."""
+    return 2.0 * math.pi / run.model.sensors.motor_counts_per_turn / run.model.values.gear_ratio
 
 
 def encoder_of(run: Findings) -> Encoder:
     """Return the encoder of a run.
 
-    Its own error is the part of the difference to the plate sensor that is the same in both directions, less the noise;
-    0 where no slow pass shows it.
+    Its wave is fitted to the plate sensor's angle less the encoder's, the mean of both directions; what does not repeat
+    with the motor's turn is the plate sensor's. Rounding to steps has the standard deviation step / sqrt(12)
+    (JCGM 100:2008, F.2.2.1). Without a slow pass nothing is known but the steps.
     """
-    gear_ratio = run.model.values.gear_ratio
-    step = 2.0 * math.pi / run.model.sensors.motor_counts_per_turn / gear_ratio
+    turn = run.model.values.gear_ratio
+    rounding = step_of(run) / math.sqrt(12.0)
     found = run.once(difference)
     if found is None:
-        return Encoder(step, 0.0, gear_ratio)
-    both = 0.5 * (found.value[0] + found.value[1])
-    noise = 0.25 * float(np.mean(found.error[0] * found.error[0] + found.error[1] * found.error[1]))
-    return Encoder(step, math.sqrt(max(float(np.var(both)) - noise, 0.0)), gear_ratio)
+        return Encoder(turn, rounding)
+    angle, both = 0.5 * (found.angle[0] + found.angle[1]), 0.5 * (found.value[0] + found.value[1])
+    columns = np.stack([np.ones(len(angle)), np.sin(turn * angle), np.cos(turn * angle)], axis=1)
+    bread = np.linalg.inv(columns.T @ columns)
+    offset_and_wave = bread @ (columns.T @ both)
+    left = both - columns @ offset_and_wave
+    variance = float(np.sum(left * left)) / (len(left) - len(bread))
+    # A mean over a bin has lost a little of the wave: sin(x) / x, where x is half the bin's turn of the motor.
+    kept = math.sin(0.5 * turn * BIN) / (0.5 * turn * BIN)
+    _, sine, cosine = (-offset_and_wave / kept).tolist()
+    wave_error = math.sqrt(variance * float(bread[1, 1] + bread[2, 2]) / 2.0) / kept
+    return Encoder(turn, rounding, sine, cosine, wave_error)

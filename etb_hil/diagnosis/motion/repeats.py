@@ -1,27 +1,51 @@
-"""A mean over repeats with its 95 % interval: bounds of systematic errors, noise, and how well the unit repeats."""
+"""The mean of what the steps or returns of a run show, with its 95 % interval.
+
+What is measured is the mean response to the commands of this run. Its parts differ by what the plate did before (the
+first step of a series follows another motion), so that their scatter is no sample of the errors: errors are those of
+the sensors and of the instant of the command. How well a unit repeats from run to run is a gauge study's answer.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from etb_hil.diagnosis.half_width import TWO_SIDED_95, half_width
+from etb_hil.diagnosis.half_width import TWO_SIDED_95, combined
 
 # Student's t, two-sided 95 %, by degrees of freedom from 1 on.
 _STUDENT = (12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228)
 
 
-def combined(evens: Sequence[float], normal: float = 0.0) -> float:
-    """Return the 95 % half width of a sum of errors.
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """A value in SI, and what it would be with other errors of the sensors.
 
-    Each of `evens` is uniform within its bounds; `normal` is a standard deviation. The widest of `evens` keeps
-    its shape, the others join the normal part by their variances (JCGM 100:2008, 4.3.7 and 5.1.2).
+    `bounds` are how far systematic errors may move it either way, uniform within them. `normal` are the values where
+    an error that is normal moves it by 1.96 standard deviations down and up, for each such error: where a swing just
+    reaches a band, a time jumps, and no derivative would say so.
     """
-    ordered = sorted(evens, reverse=True)
-    variance = normal * normal + sum(even * even / 3.0 for even in ordered[1:])
-    return half_width(math.sqrt(variance), ordered[0] if ordered else 0.0)
+
+    value: float
+    bounds: tuple[float, ...] = ()
+    normal: tuple[tuple[float, ...], ...] = ()
+
+
+def mean_with_interval(readings: Sequence[Reading]) -> tuple[float, float, float]:
+    """Return the mean of readings and the ends of its 95 % interval; all have the same systematic errors."""
+    mean = _mean([one.value for one in readings])
+    bounds = [_mean(alike) for alike in zip(*(one.bounds for one in readings), strict=True)]
+    normal = [
+        [_mean(alike) - mean for alike in zip(*ends, strict=True)]
+        for ends in zip(*(one.normal for one in readings), strict=True)
+    ]
+    below, above = (
+        combined(bounds, math.hypot(*(max(0.0, *(sign * off for off in ends)) for ends in normal)) / TWO_SIDED_95)
+        for sign in (-1.0, 1.0)
+    )
+    return mean, mean - below, mean + above
 
 
 def student(degrees: int) -> float:
@@ -29,15 +53,17 @@ def student(degrees: int) -> float:
     return _STUDENT[min(degrees, len(_STUDENT)) - 1] / TWO_SIDED_95
 
 
-def error_of_mean(values: Sequence[float]) -> float:
-    """Return the standard deviation of a mean, widened so that 1.96 of it are Student's 95 %; 0 of a single value."""
-    return error_of_means([values])
-
-
 def error_of_means(groups: Sequence[Sequence[float]]) -> float:
-    """Return the same of a sum of means, one of each group: what repeats scatter by is equal in all groups."""
+    """Return the standard deviation of a sum of means, one of each group; 1.96 of it are Student's 95 %.
+
+    What repeats scatter by is equal in all groups; 0 where none has two values.
+    """
     degrees = sum(len(values) - 1 for values in groups)
     if degrees < 1:
         return 0.0
     squares = sum(float(np.var(values)) * len(values) for values in groups)
     return math.sqrt(squares / degrees * sum(1.0 / len(values) for values in groups)) * student(degrees)
+
+
+def _mean(values: Sequence[float]) -> float:
+    return sum(values) / len(values)

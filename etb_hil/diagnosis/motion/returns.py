@@ -10,11 +10,11 @@ import numpy as np
 
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.measurement_kind import Estimate
-from etb_hil.diagnosis.motion.commands import crossing, instant, reports
+from etb_hil.diagnosis.motion.between_samples import crossing
+from etb_hil.diagnosis.motion.commands import instant, reports
 from etb_hil.diagnosis.motion.encoder import Encoder, encoder_of
-from etb_hil.diagnosis.motion.repeats import combined, error_of_mean
+from etb_hil.diagnosis.motion.repeats import Reading, mean_with_interval
 from etb_hil.diagnosis.segments import Segment
-from etb_hil.plant.parameters import Model
 from etb_hil.recording.samples import Float64
 
 if TYPE_CHECKING:
@@ -31,18 +31,13 @@ _STILL = math.radians(0.1)  # over that time
 class Return:
     """One release: from which side, how long in s until the plate stays back, and where it rests.
 
-    `is_back`: whether it came back at all; where not, `time` is how long it was given. `below` and `above` s are how
-    far the encoder's error may move the time (1.96 standard deviations), `bounds` how far samples and the command leave
-    it open. `rest` is the encoder's angle in rad, `plate` the plate sensor's (NaN where there is none) with its
-    standard error.
+    `is_back`: whether it came back at all; where not, `time` is how long it was given. `rest` is the encoder's angle in
+    rad, `plate` the plate sensor's (NaN where there is none) with its standard error.
     """
 
     is_opening: bool
     is_back: bool
-    time: float
-    below: float
-    above: float
-    bounds: tuple[float, ...]
+    time: Reading
     rest: float
     plate: float
     plate_error: float
@@ -60,29 +55,34 @@ def _returns(run: Findings) -> list[Return]:
         mode, angle = segment.column("command_mode"), segment.column("angle")
         off = np.flatnonzero((mode[:-1] > 0.0) & (mode[1:] == 0.0)) + 1
         if encoder is not None and len(off) and np.isfinite(angle[int(off[-1]) :]).any():
-            found.append(_return(segment, int(off[-1]), run.model, encoder))
+            found.append(_return(segment, int(off[-1]), run, encoder))
     return found
 
 
-def _return(segment: Segment, off: int, model: Model, encoder: Encoder) -> Return:
-    command, default = instant(segment, off), model.values.limp_home
+def _return(segment: Segment, off: int, run: Findings, encoder: Encoder) -> Return:
+    command, default = instant(segment, off, run.report_time), run.model.values.limp_home
     known = np.isfinite(segment.column("angle"))
-    time, angle = segment.time[off:][known[off:]], segment.column("angle")[off:][known[off:]]
+    time, seen = segment.time[off:][known[off:]], segment.column("angle")[off:][known[off:]]
+    angle = encoder.corrected(seen)
     end = int(np.searchsorted(time, time[-1] - _MEAN_S))
     rest = float(np.mean(angle[end:]))
     is_still = float(np.max(angle[end:]) - np.min(angle[end:])) < _STILL
-    is_back = is_still and abs(rest - default) <= AWAY + model.tolerance("limp_home")
+    is_back = is_still and abs(rest - default) <= AWAY + run.model.tolerance("limp_home")
     plate = _plate(segment, float(time[end]))
     is_opening = bool(angle[0] < default)
     if not is_back:
-        given = float(time[-1]) - command.time
-        return Return(is_opening, False, given, 0.0, 0.0, command.bounds, rest, *plate)
-    found, reach = _stays_within(time, angle, rest, BACK)
-    # A swing that just reaches the band's edge makes the time jump: it may count or not.
-    error = encoder.step + TWO_SIDED_95 * encoder.error_over(BACK)
-    below = found - _stays_within(time, angle, rest, BACK + error)[0]
-    above = _stays_within(time, angle, rest, BACK - error)[0] - found
-    return Return(is_opening, True, found - command.time, below, above, (*command.bounds, reach), rest, *plate)
+        return Return(is_opening, False, Reading(float(time[-1]) - command.time), rest, *plate)
+    found = _stays_within(time, angle - rest, BACK)
+    # A swing that just reaches the band's edge makes the time jump: it may count or not. Two angles are read in steps.
+    margin = TWO_SIDED_95 * math.sqrt(2.0) * encoder.error
+    others = [[_stays_within(time, angle - rest, BACK + sign * margin) for sign in (-1.0, 1.0)]]
+    others += [
+        [_stays_within(time, other - float(np.mean(other[end:])), BACK) for other in both]
+        for both in encoder.otherwise(seen)
+    ]
+    normal = tuple(tuple(one - command.time for one in both) for both in others)
+    reading = Reading(found - command.time, command.bounds, normal)
+    return Return(is_opening, True, reading, rest, *plate)
 
 
 def _plate(segment: Segment, since: float) -> tuple[float, float]:
@@ -95,14 +95,13 @@ def _plate(segment: Segment, since: float) -> tuple[float, float]:
     return float(np.mean(plate)), float(np.std(plate)) / math.sqrt(len(plate))
 
 
-def _stays_within(time: Float64, angle: Float64, rest: float, band: float) -> tuple[float, float]:
-    away = angle - rest
+def _stays_within(time: Float64, away: Float64, band: float) -> float:
     outside = np.flatnonzero(np.abs(away) > band)
     if not len(outside):
-        return float(time[0]), 0.0
+        return float(time[0])
     last = int(outside[-1])
     if last + 1 >= len(time):
-        return float(time[-1]), 0.0
+        return float(time[-1])
     return crossing(time, away, math.copysign(band, float(away[last])), last + 1)
 
 
@@ -114,12 +113,7 @@ def return_time(run: Findings, *, is_opening: bool) -> Estimate | None:
     stuck = next((one for one in found if not one.is_back), None)
     if stuck is not None:
         where = f"it was at {math.degrees(stuck.rest):.1f} deg then"
-        return Estimate(
-            stuck.time, stuck.time, stuck.time, f"not at rest at limp-home within {stuck.time:.2f} s: {where}"
-        )
-    times = [one.time for one in found]
-    mean = sum(times) / len(times)
-    reach = combined([max(pair) for pair in zip(*(one.bounds for one in found), strict=True)], error_of_mean(times))
-    low = mean - math.hypot(reach, max(one.below for one in found))
-    high = mean + math.hypot(reach, max(one.above for one in found))
-    return Estimate(mean, low, high, f"until within 1 deg of rest, mean of {len(times)}")
+        given = stuck.time.value
+        return Estimate(given, given, given, f"not at rest at limp-home within {given:.2f} s: {where}")
+    mean, low, high = mean_with_interval([one.time for one in found])
+    return Estimate(mean, low, high, f"until within 1 deg of rest, mean of {len(found)}")
