@@ -1,4 +1,4 @@
-"""How far a value may be off by several errors together, some normal, some anywhere within bounds."""
+"""How far a value may be off by several errors together, some normal, some uniform within bounds."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def half_width(normal: float, even: float) -> float:
 def combined(evens: Sequence[float], normal: float = 0.0) -> float:
     """Return the 95 % half width of a sum of independent errors.
 
-    Each of `evens` lies anywhere within its bounds alike; `normal` is a standard deviation. The widest of `evens` keeps
+    Each of `evens` is uniform within its bounds; `normal` is a standard deviation. The widest of `evens` keeps
     its shape: alone, it stays within 0.95 of its bound, which is 1.65 standard deviations and not 1.96. The others join
     the normal part by their variances, bound^2 / 3 (JCGM 100:2008, 4.3.7, 5.1.2 and G.1.4).
     """
