@@ -14,6 +14,7 @@ from etb_hil.diagnosis.result import DiagnosisResult, Reason
 from etb_hil.results import shown
 from etb_hil.results.measurement import Measurement, Measurements
 
+HARDLY = 1.05  # times as wide: less is not worth a word
 NEXT_STEP = "read the signal more often, or have the controller send it in a cyclic frame; then repeat"
 
 
@@ -62,7 +63,17 @@ def _wider(one: Measurement, other: Measurement | None, band: float) -> Measurem
     verdict = one.verdict
     if judged and verdict is not UnitVerdict.INCONCLUSIVE:
         verdict = stand(one.value, low, high, one.limit_low, one.limit_high, band)
-    return replace(one, low=low, high=high, verdict=verdict)
+    said = f"few readings make the interval {times:.1f} times as wide" if (times := _times(one, low, high)) else ""
+    note = "; ".join(filter(None, (one.note, said)))
+    return replace(one, low=low, high=high, verdict=verdict, note=note)
+
+
+def _times(was: Measurement, low: float, high: float) -> float:
+    """Return how many times as wide an interval became; 0 where it is hardly wider, or had no width."""
+    if was.low is None or was.high is None or was.high <= was.low:
+        return 0.0
+    times = (high - low) / (was.high - was.low)
+    return times if times > HARDLY else 0.0
 
 
 def _restated(result: DiagnosisResult, wider: dict[str, Measurement]) -> tuple[Reason, ...]:
@@ -83,8 +94,8 @@ def _cost(before: Measurements, wider: dict[str, Measurement]) -> str:
         was = before[id_]
         if was.verdict is None or was.interval is None:
             continue
-        if one.low is None or one.high is None or was.low is None or was.high is None:
+        if one.low is None or one.high is None:
             said.append(f"{one.name} has none")
-        elif (width := was.high - was.low) > 0.0 and (times := (one.high - one.low) / width) > 1.05:
+        elif times := _times(was, one.low, one.high):
             said.append(f"{one.name} {times:.1f} times as wide")
     return "Intervals that this widens: " + (", ".join(said) if said else "none that a limit applies to")

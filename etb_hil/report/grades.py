@@ -56,7 +56,7 @@ def timing_facts(results: RunResult) -> list[tuple[str, str]]:
 
 
 def _read(one: Reading) -> tuple[str, str]:
-    name = f"{one.role.replace('_', ' ').capitalize()}, by data identifier {one.identifier:#06x}"
+    name = f"{one.role.replace('_', ' ').capitalize()} (DID {one.identifier:#06x})"
     if one.rate_hz is None or one.gap_worst_ms is None:
         return name, f"{one.count} readings"
     text = f"{one.rate_hz:.3g} a second, {one.gap_worst_ms:.0f} ms apart at most"

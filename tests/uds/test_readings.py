@@ -222,7 +222,9 @@ def test_what_it_costs_is_measured_and_said(runs):
     assert "98 times a second" in reason.text
     assert "T_st" in reason.text
     page = render_page(finished.results, PLOTS, {})
-    assert "Motor current, by data identifier 0xd001" in page
+    assert "Motor current (DID 0xd001)" in page
+    assert "times as wide" in stiction.note
+    assert stiction.note in page
     assert "98.1 a second" in page
 
 

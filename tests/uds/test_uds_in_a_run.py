@@ -67,6 +67,13 @@ def test_the_unit_reports_its_code_beside_the_measurement(faulty):
     assert "spring torque above limp-home 0.3" in text
 
 
+def test_what_is_within_its_limits_is_as_it_should_be(tmp_path):
+    chosen = files(bench="virtual_uds", unit="faulty", limits="end_of_line")
+    text = " ".join(verdict_text(execute(prepare(chosen), tmp_path, "ETB-0042", 3).results).split())
+    assert "The unit reports P2119; measured: stiction torque T_st 0.567 N·m (allowed at most" in text
+    assert "spring torque above limp-home 0.349 N·m as it should be" in text
+
+
 def test_report_and_junit_show_it(faulty):
     page = render_page(faulty.results, PLOTS, {})
     assert "own diagnostics report" in page
@@ -88,6 +95,7 @@ def test_another_unit_than_the_station_expects_does_not_move(short, tmp_path):
     assert results.phases == ()
     assert results.unit.verdict is None
     assert "part number 'default-throttle', not 'other-part'" in results.bench.reason
+    assert ", not '9.9'" in results.bench.reason
     assert results.bench.safe_state
 
 
