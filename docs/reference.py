@@ -142,7 +142,7 @@ def effects():
     parts = [
         (
             "# Effects\n\nWhat the base model leaves out; a model file names them by id under `effects`, "
-            "an explanation finds them. [How to add one](../howto/own_effect.md).\n"
+            "an explanation finds them. [How to write and to add one](../howto/own_effect.md).\n"
         ),
         "| effect | acts at | needs | looks like |\n|---|---|---|---|",
         *(
