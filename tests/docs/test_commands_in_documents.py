@@ -25,7 +25,6 @@ EXIT_CODES = {
     "etb-hil check my_controller/scenario.yaml --bench my_controller/faulty.yaml --model my_controller/model.yaml": 2,
     "etb-hil replay sessions/*r-1 --limits dv_e5 --model dv_e5": 4,  # which this unit is not
     "etb-hil station line.station.yaml": 3,  # before the golden unit
-    "etb-hil run --serial E-1 --unit worn_unit.yaml": 4,
     "etb-hil run --bench virtual_uds --unit faulty": 10,
 }
 NOT_RUN = {
