@@ -3,7 +3,7 @@
 Bayesian model averaging (Hoeting, Madigan, Raftery and Volinsky 1999) over laws: each is fitted to the same windows,
 and has the probability that its evidence gives it (Laplace's method). No law is exact, so that residuals of one segment
 of the run go together: the likelihood counts for as much as their scatter from segment to segment lets it (Royall and
-Tsou 2003, robust adjusted likelihood).
+Tsou 2003, robust adjusted likelihood). Against the paper's law it counts for no more than segments agree on.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit, refit, start_o
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.windows import Windows
 from etb_hil.plant.exactmath import exp, log
-from etb_hil.recording.samples import Float64
+from etb_hil.recording.samples import Float64, Int64
 
 _CERTAIN = 1e18  # inverse variance
 _USUAL = 0.5  # probability of the paper's law beforehand; the others share the rest
@@ -41,25 +41,32 @@ class Law:
 def laws_of(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, usual: StribeckFit) -> list[Law]:
     """Return the laws that a run leaves probable, the likeliest first; `usual` is its fit by the paper's law."""
     found = [(usual, prior, 0.0)]
+    most = -np.inf  # logarithm of the Bayes factor over the paper's law that segments bear out
     # what the paper's law leaves over is what noise and errors of any law may be
     weight = weights_by(ticks, windows, evidence, usual)
     at_first = _misfit(usual, prior, weight)
     for free in _OTHERS:
-        if len(free) > len(_AGES) and max(factor for _, _, factor in found) <= 0.0:
+        if len(free) > len(_AGES) and most <= 0.0:
             break  # neither alone is likelier than the paper's law
         law = replace(prior, count=max(free) + 1, precision=prior.precision.copy())
         if LOG_EXPONENT not in free:
             law.precision[LOG_EXPONENT] = _CERTAIN
-        starts = [one.parameters for one, _, _ in found]
+        # without another exponent to begin from, the fits so far differ in nothing that this one has
+        starts = [one.parameters for one, _, _ in found] if LOG_EXPONENT in free else [usual.parameters]
         if free == (LOG_EXPONENT,):
             starts.append(start_of(evidence, law, 1.0))
             starts[-1][LOG_EXPONENT] = 0.0  # far from the paper's, its fit ends in a valley of its own
         fit = _best(ticks, windows, evidence, law, starts, usual, weight)
         if fit is not None and fit.parameters[AGEING] >= 0.0:
-            found.append((fit, law, _log_bayes_factor(fit, at_first - _misfit(fit, law, weight), law, free)))
-    most = max(factor for _, _, factor in found)
+            better = fit.counted * max(at_first - _misfit(fit, law, weight), 0.0)
+            gains = weight * (usual.residual * usual.residual - fit.residual * fit.residual)
+            closed = _log_closed(fit, law, free)
+            most = max(most, 0.5 * min(better, _agreed(gains, evidence.cluster)) + closed)
+            found.append((fit, law, 0.5 * better + closed))
+    likeliest = max((factor for _, _, factor in found[1:]), default=0.0)
     before = (1.0 - _USUAL) / len(_OTHERS)
-    shares = [(_USUAL if fit is usual else before) * float(exp(factor - most)) for fit, _, factor in found]
+    shares = [_USUAL * float(exp(-max(most, 0.0)))]
+    shares += [before * float(exp(factor - likeliest + min(most, 0.0))) for _, _, factor in found[1:]]
     kept = [one for one in zip(found, shares, strict=True) if one[1] >= _LEAST * sum(shares)]
     total = sum(share for _, share in kept)
     laws = [Law(fit, law, share / total) for (fit, law, _), share in kept]
@@ -93,16 +100,25 @@ def _misfit(fit: StribeckFit, law: Prior, weight: Float64) -> float:
     return float(np.sum(weight * fit.residual * fit.residual)) + float(np.sum(law.precision * off * off))
 
 
-def _log_bayes_factor(fit: StribeckFit, better: float, prior: Prior, free: tuple[int, ...]) -> float:
-    """Return the logarithm of the Bayes factor of a law over the usual one, which lacks the parameters `free`.
+def _log_closed(fit: StribeckFit, prior: Prior, free: tuple[int, ...]) -> float:
+    """Return the logarithm of the share of what was open beforehand of the parameters `free` that a fit leaves open.
 
-    By how much the law fits `better`, and by how much less than beforehand its own parameters are open (Laplace's
-    method). It holds the usual law as a case, so that it fits no worse.
+    That is by how much the evidence for a law is less than its likelihood (Laplace's method).
     """
     covariance = fit.spread.covariance[np.ix_(free, free)]
     scale = np.sqrt(prior.precision[list(free)])
-    open_still = _log_determinant(covariance * scale[:, None] * scale[None, :])
-    return 0.5 * fit.counted * max(better, 0.0) + 0.5 * min(open_still, 0.0)
+    return 0.5 * min(_log_determinant(covariance * scale[:, None] * scale[None, :]), 0.0)
+
+
+def _agreed(gains: Float64, cluster: Int64) -> float:
+    """Return by how much -2 log likelihood may fall for a law, from gains of windows (m) in segments (m) of the run.
+
+    If the law is no better, segments gain as often as they lose, and their sum exceeds z times the root of the sum of
+    their squares in a share of exp(-z^2 / 2) at most, however large a single one is (Efron 1969; de la Pena 1999).
+    """
+    sums = np.bincount(cluster, weights=gains)
+    total, squares = float(np.sum(sums)), float(np.sum(sums * sums))
+    return total * total / squares if total > 0.0 else 0.0
 
 
 def _log_determinant(matrix: Float64) -> float:

@@ -22,16 +22,13 @@ class Interval:
 
 
 def mixed(parts: Sequence[tuple[float, Interval]]) -> Interval:
-    """Return the mean of a mixture and its 2.5 and 97.5 % quantiles.
+    """Return the median of a mixture and its 2.5 and 97.5 % quantiles.
 
     `parts` are probabilities that sum up to 1, and intervals whose two sides are normal.
     """
     if len(parts) == 1:
         return parts[0][1]
-    value = 0.0
-    for probability, part in parts:
-        value += probability * part.value
-    return Interval(value, _quantile(parts, _OUTSIDE), _quantile(parts, 1.0 - _OUTSIDE))
+    return Interval(_quantile(parts, 0.5), _quantile(parts, _OUTSIDE), _quantile(parts, 1.0 - _OUTSIDE))
 
 
 def _quantile(parts: Sequence[tuple[float, Interval]], share: float) -> float:
