@@ -50,8 +50,8 @@ UNIT_REASONS = {
     ),
     "spring_elsewhere": Wording("Springs or stops are not where the model says.", _OTHER, True),
     "motor_hot": Wording(
-        "The motor is much warmer than its housing. The intervals of the numbers hold that.",
-        "Let the unit cool for 10 minutes, then repeat.",
+        "The motor differs from the model as if much warmer than its housing. Worn brushes look the same.",
+        "Let the unit cool for 10 minutes, then repeat. If this remark stays, check the brushes.",
         True,
     ),
     "another_friction_law": Wording(
