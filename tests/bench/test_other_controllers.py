@@ -105,6 +105,7 @@ def test_drive_off_is_commanded_until_patience_ends_whatever_fails():
     class Tap:
         reports_enable = False
         current_zero = 0.0
+        current_every_s = 0.0
 
         def command(self, _set_point):
             raise KeyError("a room that fails")

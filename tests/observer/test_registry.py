@@ -39,5 +39,5 @@ def test_a_bench_file_names_its_observer(tmp_path):
     path.write_text(yaml.safe_dump(stock | {"observer": "sliding-mode"}), "utf-8")
     assert load_bench(path).bench.observer == "sliding-mode"
     path.write_text(yaml.safe_dump(stock | {"observer": "luenberger"}), "utf-8")
-    with pytest.raises(InputError, match="there is no such observer"):
+    with pytest.raises(InputError, match="no such observer"):
         load_bench(path)

@@ -243,8 +243,14 @@ def test_a_long_step_is_a_gap_of_unknown_length(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("path", "says"), [("no.csv", "cannot be read"), ("no.mat", "cannot be read"), ("no.xls", "allowed: .csv")]
+    ("path", "says"), [("no.csv", "cannot be read"), ("no.mat", "cannot be read"), ("no.xls", "no such file or folder")]
 )
 def test_a_path_that_is_no_table_is_refused(tmp_path, path, says):
     (problem,) = problems(tmp_path / path)
     assert says in problem
+
+
+def test_a_file_of_another_kind_is_refused(tmp_path):
+    (tmp_path / "some.xls").write_bytes(b"some bytes")
+    (problem,) = problems(tmp_path / "some.xls")
+    assert "allowed: .csv" in problem
