@@ -118,7 +118,7 @@ def test_stuck_unit_fails_when_current_was_seen():
     result = judge(Unit(), sense(Unit(), run, 1000, np.random.default_rng(7)), phases, 1000)
     assert result.verdict is UnitVerdict.FAIL
     assert result.reasons[0].id == "plate_stuck"
-    assert "moved by 0.000" in result.reasons[0].text
+    assert "moved by 0.00 deg" in result.reasons[0].text
 
 
 def test_no_current_and_no_motion_say_nothing():

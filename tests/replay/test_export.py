@@ -260,7 +260,7 @@ def test_a_dbc_file_that_is_none_is_said(live, tmp_path, capsys):
     assert "cannot be read as a DBC file" in capsys.readouterr().err
     (tmp_path / "out.log").touch()
     assert main(["export", str(tmp_path / "no.blf"), str(tmp_path / "out.log")]) == 2
-    assert "cannot be read" in capsys.readouterr().err
+    assert "no such file or folder" in capsys.readouterr().err
 
 
 def test_a_format_that_can_keep_no_frame_at_all_is_refused(tmp_path):

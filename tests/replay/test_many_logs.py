@@ -283,7 +283,7 @@ def test_a_missing_log_is_an_outcome_and_is_tried_again(live, tmp_path):
     source, rules = tmp_path / "late.blf", rule_files(live.session)
     tasks = tasks_for([source], [(rules, None)], None, None)
     assert judge_many(tasks, tmp_path / "out", one_after_the_other)[0].status == REFUSED
-    assert "cannot be read" in judge_many(tasks, tmp_path / "out", one_after_the_other)[0].error
+    assert "no such file or folder" in judge_many(tasks, tmp_path / "out", one_after_the_other)[0].error
     source.write_bytes(live.session.raw_log.read_bytes())
     assert judge_many(tasks, tmp_path / "out", one_after_the_other)[0].status == JUDGED
 
