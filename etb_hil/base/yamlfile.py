@@ -270,8 +270,9 @@ def _tags(model: type[BaseModel], location: tuple[str | int, ...], field: str) -
 
 
 def _file_key(location: tuple[str | int, ...], lines: dict[Path_, int]) -> Path_:
-    """Drop the parts of pydantic's location that are names of union members and stand nowhere in the file."""
+    """Drop the parts of pydantic's location that stand nowhere in the file: names of union members, and '[key]'."""
     key: Path_ = ()
+    location = tuple(part for part in location if part != "[key]")
     for index, part in enumerate(location):
         if (*key, part) in lines or index == len(location) - 1:
             key = (*key, part)

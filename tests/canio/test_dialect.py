@@ -164,7 +164,11 @@ def test_a_vehicle_file_serves_with_stamps():
         ),
         ("TqMotIst.Strom", "TqMotlst.Strom", r"bench.yaml:5: roles.motor_current.* no message .*did you mean TqMotIst"),
         ("scale: 0.001", "offset: 0", r"bench.yaml:5: .*in A, the signal in another unit .*'mA'.*write 'scale: 0.001'"),
-        ("  motor_current", "  motor_curent", r"bench.yaml:5: .*no such role; did you mean 'motor_current'\? allowed: motor_voltage"),
+        (
+            "  motor_current",
+            "  motor_curent",
+            r"bench.yaml:5: roles.motor_curent: no such role; did you mean 'motor_current'\? allowed: motor_voltage",
+        ),
         ("scale: 0.001", "scale: 0", r"bench.yaml:5: roles.motor_current.*scale of 0"),
         ("scale: 0.001", "scael: 0.001", r"bench.yaml:5: .*unknown key.*did you mean 'scale'"),
         (", tick: 100 us", "", r"bench.yaml:10: roles.sample_counter.* time from count to count .*tick: 50 us"),
