@@ -40,7 +40,7 @@ def test_beside_a_coarse_encoder_the_plates_sensor_tells_it():
     np.testing.assert_array_equal(found.encoder, coarse / GEAR)
     assert found.noise == Angles.of({"throttle_angle": PLATE}, MODEL).noise < 3e-4
     (said,) = found.flags
-    assert said.startswith(f"motor_angle has steps of {2.0 * np.pi / 64 / GEAR:.2g} rad at the plate")
+    assert said.startswith(f"motor_angle has steps of {np.degrees(2.0 * np.pi / 64 / GEAR):.2g} deg at the plate")
 
 
 @pytest.mark.parametrize("counts", [64, 16384])
