@@ -24,6 +24,7 @@ from etb_hil.plant.model_file import EffectEntry
 from etb_hil.plant.parameters import load_model
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock
+from etb_hil.results.explanation import Calibrated, Cause, ExplanationResult
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "emps.drive.yaml"
 SESSION = Path(__file__).parents[1] / "releases" / "0.1.0" / "session"
@@ -49,16 +50,17 @@ def changed(folder, key, text):
 
 def test_an_answer_calls_parameters_as_the_drives_file_does():
     """What a throttle's model file calls a preload is a drive's constant load; a throttle keeps its names."""
-    answer = {
-        "causes": [{"effect": "parameter:motor_inertia", "class": ["parameter:preload_open", "iron_loss"]}],
-        "calibrated": {"preload_open": {"value": 1.0}, "inertia": {"value": 2.0}},
-        "interrupted": "trying parameter:preload_open",
-    }
-    assert as_in_its_file(answer, load_plant(EXAMPLE)[0]) == {
-        "causes": [{"effect": "parameter:inertia", "class": ["parameter:constant_load", "iron_loss"]}],
-        "calibrated": {"constant_load": {"value": 1.0}, "inertia": {"value": 2.0}},
-        "interrupted": "trying parameter:constant_load",
-    }
+    cause = Cause("parameter:motor_inertia", 0.5, ("parameter:preload_open", "iron_loss"), {}, 1.0)
+    load = Calibrated("N·m", nominal=0.9, value=1.0, interval=None, tolerance=0.3)
+    answer = ExplanationResult(
+        "ambiguous", causes=(cause,), calibrated={"preload_open": load}, interrupted="trying parameter:preload_open"
+    )
+    drives = as_in_its_file(answer, load_plant(EXAMPLE)[0])
+    assert [(one.id, one.indistinguishable) for one in drives.causes] == [
+        ("parameter:inertia", ("parameter:constant_load", "iron_loss"))
+    ]
+    assert drives.calibrated == {"constant_load": load}
+    assert drives.interrupted == "trying parameter:constant_load"
     assert as_in_its_file(answer, load_model(find("model", "default"))) == answer
 
 
