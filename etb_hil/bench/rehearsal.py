@@ -176,7 +176,7 @@ def _ages(model: Model) -> bool:
 
 
 def _rested(step: Step, model: Model) -> Step:
-    """Return the step without the residual of a rest once the plate has come to it."""
+    """Return the step without the time at rest after the plate has stopped."""
     key = RESTS.get(type(step.phase))
     if key is None or _ages(model):
         return step

@@ -41,8 +41,8 @@ class Law:
 def laws_of(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, usual: StribeckFit) -> list[Law]:
     """Return the laws that a run leaves probable, the likeliest first; `usual` is its fit by the paper's law."""
     found = [(usual, prior, 0.0)]
-    most = -np.inf  # logarithm of the Bayes factor over the paper's law that segments bear out
-    # what the paper's law leaves over is what noise and errors of any law may be
+    most = -np.inf  # logarithm of the Bayes factor over the paper's law, as far as the segments of the run agree
+    # the residuals of the paper's law bound the noise and the model error of every law
     weight = weights_by(ticks, windows, evidence, usual)
     at_first = _misfit(usual, prior, weight)
     for free in _OTHERS:
@@ -63,6 +63,7 @@ def laws_of(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, us
             closed = _log_closed(fit, law, free)
             most = max(most, 0.5 * min(better, _agreed(gains, evidence.cluster)) + closed)
             found.append((fit, law, 0.5 * better + closed))
+    # the likeliest of the other laws has the odds `most` against the paper's, and they have their own among themselves
     likeliest = max((factor for _, _, factor in found[1:]), default=0.0)
     before = (1.0 - _USUAL) / len(_OTHERS)
     shares = [_USUAL * float(exp(-max(most, 0.0)))]

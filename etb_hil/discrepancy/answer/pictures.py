@@ -1,4 +1,4 @@
-"""What the report draws: traces before and after, and the residual the coordinates in which it shows."""
+"""What the report draws: traces before and after, and the residual over the coordinates in which it shows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Torque, voltage and angle balance of a measurement under given parameters: the residual is not in the model.
+"""Torque, voltage and angle balance of a measurement under given parameters, with their residuals.
 
 Nothing raw is differentiated: every signal passes one filter in the frequency domain and is divided there by the noise
 that the data sheet promises, so that a true model leaves about 1 in every balance.

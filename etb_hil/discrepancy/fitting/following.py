@@ -49,7 +49,7 @@ def follow(
     floor: float,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Followed:
-    """Fit a calibration's unknowns to free runs of one of the segments that it was fitted to.
+    """Fit a calibration's unknowns to free runs of one of the segments of the calibration.
 
     `number`: the segment; `floor`: the error in SI of a true model there.
     """
@@ -91,7 +91,7 @@ def part_of(balances: Sequence[Balances], number: int, share: float) -> int:
 
 
 class _Runs:
-    """Free runs over all segments of a segment, from where `begin` starts them, over the error of a true model."""
+    """Free runs over all parts of a segment, from where `begin` starts them, over the error of a true model."""
 
     def __init__(self, b: Balances, begin: Vector, floor: float) -> None:
         self._b, self._starts = b, freerun.starts(b, begin[:EXTENDED])

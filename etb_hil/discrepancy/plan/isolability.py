@@ -20,7 +20,7 @@ Float64 = NDArray[np.float64]
 
 _MOST_SHAPES = 4
 _SEEN = 3.0  # times its noise that an effect's physical step must reach beside the base parameters
-_NOTHING = 0.03  # share of a column below which the residual of it is the error of the difference
+_NOTHING = 0.03  # share of a column below which what remains of it is the error of the difference
 
 
 @dataclass(frozen=True, slots=True)

@@ -71,7 +71,7 @@ def verdict(findings: Findings) -> str:
     if not accepted:
         return "unexplained" if is_accused else "adequate"
     has_effects = any(r.winner.candidate.effect for r in accepted)
-    # The residual of a cause's shape has no shape of its own; a spline that takes it tells of something else.
+    # An error of a cause's shape has no shape of its own; a spline that explains it shows something else.
     left = last / max(first, 1e-12)
     # An effect that is any curve over its coordinate has a chosen form (of springs: a knee, coils that touch).
     effects = [r.winner.candidate.effect for r in accepted]

@@ -11,7 +11,7 @@ from etb_hil.discrepancy.search.findings import Findings, Round
 from etb_hil.discrepancy.suspects.refining import elsewhere
 
 _ROUNDS = 20
-_TOLERANCE = 2e-4  # of the cost: the residual to a shape is little to the samples, and much to a free run
+_TOLERANCE = 2e-4  # of the cost: an error of a shape changes the samples little, and a free run much
 
 
 def with_finer_shapes(findings: Findings, causes: Sequence[Round]) -> Calibration:
