@@ -67,9 +67,9 @@ class Smoothed:
 class Column:
     """What sensitivities are asked of: a parameter of the vector, an effect's strength, or a unit in one channel.
 
-    `place` of the parameter that moves by `step`, where it moves from `parameters`; -1 for a unit in a channel
-    (`forces.BRAKING` ...). `effect`: it belongs to. `shape` (n): what its force is multiplied by, None for 1. `tied`
-    moves along in proportion, -1 for none.
+    `place` of the parameter; an effect's moves by `step`, from `parameters` where they are given; -1 for a unit in a
+    channel (`forces.BRAKING` ...). `effect`: it belongs to. `shape` (n): what its force is multiplied by, None for 1.
+    `tied`: the place of a base parameter that moves along in proportion, -1 for none.
     """
 
     name: str
@@ -136,23 +136,37 @@ def _run(
     return found, covariances, ahead, spreads
 
 
-def sensitivities(record: Record, at: Filtered, columns: Sequence[Column], *, is_kept: bool = False) -> Normal:
-    """Return what the innovations of a filtered record know of some columns; base parameters may come in any order."""
+def sensitivities(
+    record: Record,
+    at: Filtered,
+    columns: Sequence[Column],
+    *,
+    is_kept: bool = False,
+    groups: Sequence[int] | None = None,
+) -> Normal:
+    """Return what the innovations of a filtered record know of some columns; base parameters may come in any order.
+
+    `groups` (c): of effects' columns, those of one number follow each other; products between groups are left 0.
+    """
     base = [k for k, one in enumerate(columns) if one.effect is None and one.place >= 0]
     rest = [k for k in range(len(columns)) if k not in set(base)]
     width = len(at.parameters)
-    moved = np.array([_moved(at.parameters, columns[k]) for k in base]).reshape(len(base), width)
+    places, tied = np.array([(columns[k].place, columns[k].tied) for k in base], np.int64).reshape(len(base), 2).T
     away = np.array([_moved(at.parameters, columns[k]) for k in rest]).reshape(len(rest), width)
     shapes, modulations = _shapes([columns[k].shape for k in rest], len(record))
     effects = np.array([_index(columns[k]) for k in rest], np.int64)
     kinds = np.array([_kind(columns[k], at) for k in rest], np.int64)
+    first = np.zeros(len(rest), np.int64)
+    if groups is not None:
+        numbers = [groups[k] for k in rest]
+        first = np.array([numbers.index(one) for one in numbers], np.int64)
     matrix, gradient = np.zeros((len(columns), len(columns))), np.zeros(len(columns))
     rows = np.zeros((len(record) if is_kept else 0, 3, len(columns)))
     normal_matrix(
         record.dt, record.voltage, record.temperature, at.parameters, at.active, at.states, at.whitened, at.roots,
-        at.slopes, at.gains, at.moves, at.responses, moved, np.array([columns[k].step for k in base], float), effects,
+        at.slopes, at.gains, at.moves, at.responses, places.copy(), tied.copy(), effects,
         away, np.array([columns[k].step if columns[k].place >= 0 else 1.0 for k in rest], float), kinds, shapes,
-        modulations, matrix, gradient, rows,
+        modulations, first, matrix, gradient, rows,
     )  # fmt: skip
     order = np.argsort([*base, *rest])
     return Normal(matrix[np.ix_(order, order)], gradient[order], rows[:, :, order])
@@ -161,10 +175,7 @@ def sensitivities(record: Record, at: Filtered, columns: Sequence[Column], *, is
 def _moved(parameters: Float64, column: Column) -> Float64:
     found = (parameters if column.parameters is None else column.parameters).copy()
     if column.place >= 0:
-        value = found[column.place]
-        found[column.place] = value + column.step
-        if column.tied >= 0:
-            found[column.tied] *= (value + column.step) / value
+        found[column.place] += column.step
     return found
 
 
