@@ -133,14 +133,12 @@ def around_a_reversal():
     above.plot(time, truth.friction[shown], color=MUTED, linewidth=3.0, label="true")
     for name, colour, line in (
         ("paper (first order)", LIMIT, ":"),
-        ("angle (default)", CLOSING, "-."),
-        ("stick-slip", OPENING, "--"),
-        ("rec: along LuGre, smoothed", MEASURED, "-"),
+        ("angle", CLOSING, "-."),
+        ("adaptive (default)", MEASURED, "-"),
     ):
-        found = observers(throttle, sensor)[name](time_ns, truth.current, angle)
-        above.plot(time, found.friction[shown], line, color=colour, label=name.replace("rec:", "recording:"))
-        if name.startswith("rec"):
-            below.plot(time, found.velocity[shown], line, color=colour, label="velocity, smoothed")
+        found = observers(throttle, sensor)[name].push(time_ns, truth.current, angle)
+        above.plot(time, found.friction[shown], line, color=colour, label=name)
+        below.plot(time, found.velocity[shown], line, color=colour, label="velocity")
     below.plot(time, truth.velocity[shown], color=MUTED, linewidth=3.0, alpha=0.6, zorder=0)
     below.axhline(0.0, color=MUTED, linewidth=0.8)
     below.set(xlabel="time / s", ylabel="velocity / rad/s", ylim=(-6.0, 6.0))

@@ -12,7 +12,7 @@ from etb_hil.observer.estimate import Observer, SensorNoise
 from etb_hil.observer.guarded import GuardedObserver
 from etb_hil.plant.parameters import Model, ThrottleParameters
 
-DEFAULT = "angle"
+DEFAULT = "adaptive"
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,11 +20,18 @@ from etb_hil.observer.estimate import FrictionEstimate, SensorNoise
 from etb_hil.observer.registry import ObserverKind
 from etb_hil.plant.exactmath import exp_neg
 from etb_hil.plant.parameters import Model, ThrottleParameters
-from etb_hil.plant.physics import COULOMB, STICTION
+from etb_hil.plant.physics import (
+    COULOMB,
+    PRELOAD_CLOSE,
+    PRELOAD_OPEN,
+    RESISTANCE,
+    TORQUE_PER_AMPERE,
+    VOLTAGE_LIMIT,
+)
 from etb_hil.recording.samples import Float64, Int64
 
 _LEAST_LEVEL = 1.0  # half width of ln T_c: a faulty unit's is what the observer is there to find
-_REACH, _HIGHEST = 20.0, 5.0  # friction's parameters stay within this factor of the stated ones; T_c and T_st below
+_REACH = 20.0  # friction's parameters stay within this factor of the stated ones
 _ENCODER_ZERO = 1e-3  # rad: the encoder's zero against the plate
 
 
@@ -67,10 +74,14 @@ def _spread(p: Float64, half: Float64) -> Float64:
 
 
 def _bounds(p: Float64, half: Float64) -> tuple[Float64, Float64]:
-    """Return what parameters stay between: tolerances, and for friction's a wide factor; T_c comes last."""
+    """Return what parameters stay between: tolerances, and for friction's a wide factor; T_c comes last.
+
+    T_c and T_st end where the motor cannot move the plate: nothing shows friction that is higher.
+    """
     places = [*ADAPTED, COULOMB]
     low, high = p[places] / _REACH, p[places] * _REACH
-    high[0] = high[-1] = p[STICTION] * _HIGHEST
+    strongest = p[TORQUE_PER_AMPERE] * p[VOLTAGE_LIMIT] / p[RESISTANCE]
+    high[0] = high[-1] = strongest + max(p[PRELOAD_OPEN], p[PRELOAD_CLOSE])
     base = slice(AT_INERTIA - MOVING, len(ADAPTED))
     low[base], high[base] = (p[places] - half[places])[base], (p[places] + half[places])[base]
     return low, high
