@@ -101,6 +101,8 @@ class Beat:
             self._tap.command(set_point)
             self._pause.note(self._clock.now_ns())
             self.commanded = set_point
+        else:
+            self._pause.rest()
         self.next_ns += self.tick_ns
         self._clock.sleep_until_ns(self.next_ns)
         now_ns = self._clock.now_ns()
@@ -133,7 +135,7 @@ class Beat:
     def _supervise(self, blocks: list[SampleBlock], now_ns: int, *, is_waking: bool) -> Trip | None:
         trip = self.supervisor.look(blocks, heed_faults=not is_waking)
         if trip is not None and trip.reason_id == "controller_fault":
-            trip = self._host_trip() or trip
+            trip = self._host_trip(now_ns) or trip
         if trip is None and not is_waking:
             self.frame_age.note(max(now_ns - self.supervisor.newest_ns, 0))
             trip = self.supervisor.age(now_ns, moves=self._moves)
@@ -151,9 +153,9 @@ class Beat:
             trip = Trip("duration_limit", f"the run is longer than the limit of {self._limits.duration:g} s")
         return trip
 
-    def _host_trip(self) -> Trip | None:
-        """Blame this host where the controller's watchdog missed commands that were sent too late."""
-        if self.supervisor.faults & TIMEOUT and (late := self._pause.too_long()) is not None:
+    def _host_trip(self, now_ns: int) -> Trip | None:
+        """Blame this host where the controller's watchdog missed commands that were sent too late, or are due."""
+        if self.supervisor.faults & TIMEOUT and (late := self._pause.too_long(now_ns)) is not None:
             return Trip("host_late", f"the controller's watchdog took the drive off: {late}")
         return None
 

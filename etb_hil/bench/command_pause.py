@@ -21,9 +21,15 @@ class CommandPause:
             self._longest_ns, self._ended_ns = pause_ns, sent_ns
         self._sent_ns = sent_ns
 
-    def too_long(self) -> str | None:
-        """Return in words what came between two commands, where that was too much for a watchdog; None else."""
-        if self._longest_ns <= LATE_TICKS * self._tick_ns:
+    def rest(self) -> None:
+        """Take that no command is sent from now on, on purpose."""
+        self._sent_ns = None
+
+    def too_long(self, now_ns: int) -> str | None:
+        """Return in words how long no command was sent, by now or before one, where a watchdog cannot bear it."""
+        going_on_ns = 0 if self._sent_ns is None else now_ns - self._sent_ns
+        longest_ns = max(self._longest_ns, going_on_ns)
+        if longest_ns <= LATE_TICKS * self._tick_ns:
             return None
-        due, came = self._tick_ns * 1e-6, self._longest_ns * 1e-6
-        return f"{came:.0f} ms passed between two commands that were due {due:.0f} ms apart"
+        due, came = self._tick_ns * 1e-6, longest_ns * 1e-6
+        return f"{came:.0f} ms passed without a command; one was due every {due:.0f} ms"

@@ -127,7 +127,7 @@ def paused(*sent_ms, tick_ms=10):
     pause = CommandPause(tick_ms * MS)
     for at in sent_ms:
         pause.note(at * MS)
-    return pause.too_long()
+    return pause.too_long(max(sent_ms, default=0) * MS)
 
 
 @pytest.mark.parametrize(
@@ -137,7 +137,7 @@ def paused(*sent_ms, tick_ms=10):
         ((5_000,), None),  # the first command has none before it
         ((0, 10, 20), None),
         ((0, 10, 30), None),  # two intervals
-        ((0, 10, 31), "21 ms passed between two commands that were due 10 ms apart"),
+        ((0, 10, 31), "21 ms passed without a command; one was due every 10 ms"),
         ((0, 10, 50, 60), "40 ms"),
         ((0, 10, 50, 75), "40 ms"),  # the longest
         ((0, 40, 100), "60 ms"),
@@ -149,3 +149,23 @@ def paused(*sent_ms, tick_ms=10):
 def test_the_longest_pause_of_the_last_half_second_is_told(sent_ms, said):
     found = paused(*sent_ms)
     assert found is None if said is None else found.startswith(said)
+
+
+@pytest.mark.parametrize(("now_ms", "said"), [(30, None), (31, "21 ms passed without a command"), (90, "80 ms")])
+def test_a_pause_that_goes_on_is_told_before_its_end(now_ms, said):
+    """A host that stalls in the wait between two commands hears of the watchdog before it sends the next one."""
+    pause = CommandPause(10 * MS)
+    for at in (0, 10):
+        pause.note(at * MS)
+    found = pause.too_long(now_ms * MS)
+    assert found is None if said is None else found.startswith(said)
+
+
+def test_where_nothing_is_sent_on_purpose_no_command_is_late():
+    pause = CommandPause(10 * MS)
+    pause.note(0)
+    pause.rest()
+    assert pause.too_long(900 * MS) is None
+    pause.note(900 * MS)
+    pause.note(910 * MS)
+    assert pause.too_long(915 * MS) is None
