@@ -10,6 +10,7 @@ Where its standard input ends, or its parent does, it ends the run in the safe s
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import os
@@ -29,7 +30,7 @@ from etb_hil.scenario.phases import read_phase
 from etb_hil.scenario.scenario_file import Step
 
 if TYPE_CHECKING:
-    from typing import TextIO
+    from typing import BinaryIO, TextIO
 
 _LOOK_S = 0.2  # how often a process that waits looks whether its parent lives
 _GONE = End("program_gone", "the program that commanded the bench ended without leaving it")
@@ -38,7 +39,7 @@ _GONE = End("program_gone", "the program that commanded the bench ended without 
 class OrdersOnAPipe:
     """Orders from a stream of lines, read by a thread of its own: the bench never waits for them."""
 
-    def __init__(self, orders: TextIO, answers: TextIO) -> None:
+    def __init__(self, orders: TextIO, answers: BinaryIO) -> None:
         self._answers = answers
         self._parent = os.getppid()
         self._waiting: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
@@ -61,11 +62,8 @@ class OrdersOnAPipe:
 
     def say(self, answer: dict[str, Any]) -> None:
         """Write an answer; nobody may be there to read it any more."""
-        try:
-            self._answers.write(json.dumps(answer) + "\n")
-            self._answers.flush()
-        except OSError:
-            pass
+        with contextlib.suppress(OSError):
+            self._answers.write((json.dumps(answer) + "\n").encode())
 
     def _get(self, patience: float) -> dict[str, Any] | None:
         left = patience
@@ -91,35 +89,38 @@ class OrdersOnAPipe:
 
 def main() -> None:
     """Run one bench as the first line says: files, folder, serial, seed, and how long nobody may command."""
-    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)  # whatever is printed by mistake is no answer
-    given = json.loads(sys.stdin.readline())
-    orders = OrdersOnAPipe(sys.stdin, answers)
-    try:
-        paths: dict[str, Any] = {name: Path(path) for name, path in given["files"].items() if path is not None}
-        job = prepare(JobFiles(scenario=None, observer=given["observer"], **paths))
-        runner = partial(GuidedRunner, orders=orders, idle=given["idle"], is_virtual=job.is_virtual)
-        signals = StopSignals()
+    with os.fdopen(os.dup(1), "wb", buffering=0) as answers:  # nothing waits in it where nobody reads
+        os.dup2(2, 1)  # whatever is printed by mistake is no answer
+        given = json.loads(sys.stdin.readline())
+        orders = OrdersOnAPipe(sys.stdin, answers)
         try:
-            done = execute(job, Path(given["folder"]), given["serial"], given["seed"], signals=signals, runner=runner)
-        finally:
-            signals.let_go()
-    except EtbHilError as error:
-        orders.say({"failed": str(error), "kind": type(error).__name__})
-        return
-    except Exception as error:
-        orders.say({"failed": f"internal error: {type(error).__name__}: {error}", "kind": "BenchFault"})
-        raise
+            orders.say(_ended(given, orders))
+        except EtbHilError as error:
+            orders.say({"failed": str(error), "kind": type(error).__name__})
+        except Exception as error:
+            orders.say({"failed": f"internal error: {type(error).__name__}: {error}", "kind": "BenchFault"})
+            raise
+
+
+def _ended(given: dict[str, Any], orders: OrdersOnAPipe) -> dict[str, Any]:
+    """Run the bench until the orders end; return what is said of it."""
+    paths: dict[str, Any] = {name: Path(path) for name, path in given["files"].items() if path is not None}
+    folder = Path(given["folder"])
+    job = prepare(JobFiles(scenario=None, observer=given["observer"], **paths))
+    runner = partial(GuidedRunner, orders=orders, idle=given["idle"], is_virtual=job.is_virtual)
+    signals = StopSignals()
+    try:
+        done = execute(job, folder, given["serial"], given["seed"], signals=signals, runner=runner)
+    finally:
+        signals.let_go()
     bench = done.results.bench
-    orders.say(
-        {
-            "ended": str(done.session.folder),
-            "outcome": str(bench.outcome),
-            "reason": bench.reason,
-            "safe_state": bench.safe_state,
-            "warnings": [*done.warnings, *deliver(job, Path(given["folder"]))],
-        }
-    )
+    return {
+        "ended": str(done.session.folder),
+        "outcome": str(bench.outcome),
+        "reason": bench.reason,
+        "safe_state": bench.safe_state,
+        "warnings": [*done.warnings, *deliver(job, folder)],
+    }
 
 
 if __name__ == "__main__":
