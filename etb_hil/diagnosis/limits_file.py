@@ -103,7 +103,7 @@ def _limits(
     for name, entry in entries.items():
         kind = kind_of(name)
         if kind is None:
-            near = difflib.get_close_matches(name, measurement_kinds(), n=1)
+            near = difflib.get_close_matches(name, measurement_kinds())
             remedy = f"did you mean '{near[0]}'?" if near else "see docs/reference/measurements.md for their ids"
             problems.append(Problem("no measurement has this id", document.place(*keys[name]), name, remedy=remedy))
             continue
@@ -157,7 +157,7 @@ def _wrong(
             of = dimension_of_unit(kind.unit) or "ratio"
             allowed = f"{'above' if kind.is_friction else 'from'} {format_quantity(least, of)}"
             yield Problem("out of range", document.place(*key, side), text, allowed)
-    if not values and None in stated.values():
+    if not values:
         yield Problem("states no limit", document.place(*key), remedy=f"add 'max' or 'min' in {kind.unit}")
     if len(values) == len(_SIDES) and values["min"] >= values["max"]:
         yield Problem("the lower limit is not below the upper one", document.place(*key, "min"), stated["min"])
@@ -177,18 +177,17 @@ def _exchanged(
 ) -> Iterator[Problem]:
     """Yield a problem where the limit of T_c lies above that of T_st: then the two were exchanged."""
     stiction, coulomb = found.get("T_st"), found.get("T_c")
-    if stiction is None or coulomb is None or stiction.high is None or coulomb.high is None:
+    if stiction is None or coulomb is None or (gear_ratio is None and stiction.shaft is not coulomb.shaft):
         return
-    if gear_ratio is None and stiction.shaft is not coulomb.shaft:
+    gear = gear_ratio or 1.0
+    most, sliding = (one.at_throttle(gear)[1] for one in (stiction, coulomb))
+    if most is None or sliding is None or sliding <= most:
         return
-    gear = 1.0 if gear_ratio is None else gear_ratio
-    most, is_ = stiction.at_throttle(gear)[1], coulomb.at_throttle(gear)[1]
-    if most is None or is_ is None or is_ <= most:
-        return
+    factor = gear if coulomb.shaft is Shaft.MOTOR else 1.0  # each is said at the shaft that T_c is stated for
     yield Problem(
         "the limit of T_c lies above that of T_st: no throttle slides harder than it breaks away",
         document.place(*keys["T_c"], "max"),
-        format_quantity(coulomb.high, "torque"),
-        f"up to {format_quantity(most * coulomb.high / is_, 'torque')}, the limit of T_st",
+        format_quantity(sliding / factor, "torque"),
+        f"up to {format_quantity(most / factor, 'torque')}, the limit of T_st",
         "look whether the two were exchanged, and at their shafts",
     )

@@ -144,3 +144,77 @@ def test_a_unit_that_no_dimension_has_is_that_of_the_measurement(tmp_path):
     for wrong in ("10 %", "0.1 s", "0.1"):
         with pytest.raises(InputError, match="write the value in 1/s"):
             load_limits(written(tmp_path, f"{{friction_drift: {{max: {wrong}}}}}"))
+
+
+@pytest.mark.parametrize("text", ["- a list\n", "a text\n", "", "schema: etb_hil/limits/3\n"])
+def test_a_file_of_another_form_is_refused(tmp_path, text):
+    path = tmp_path / "limits.yaml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=r"limits\.yaml"):
+        load_limits(path)
+
+
+@pytest.mark.parametrize(
+    ("limits", "says"),
+    [
+        ("{T_stt: {max: 0.2 N·m}}", "no measurement has this id .*did you mean 'T_st'"),
+        ("{zzzz: {max: 0.2 N·m}}", "no measurement has this id .*see docs/reference/measurements.md"),
+        ("{T_st: {source: chosen}}", "states no limit; add 'max' or 'min' in N·m"),
+        ("{T_st: {max: 0 N·m}}", r"limits\.T_st\.max: out of range .*allowed: above 0 N·m"),
+        ("{return_margin: {min: -0.01 N·m}}", r"return_margin\.min: out of range .*allowed: from 0 N·m"),
+        ("{T_st: {min: 0.2 N·m, max: 0.2 N·m}}", r"limits\.T_st\.min: the lower limit is not below the upper one"),
+        ("{step_delay: {max: 31 ms, shaft: motor}}", r"step_delay\.shaft: only a torque can be stated"),
+        ("{step_delay: {max: 31 ms, dwell: DWELL}}", r"step_delay\.dwell: only a limit of break-away"),
+        ("{step_delay: {max: 31 ms, temperature: HEAT}}", r"step_delay\.temperature: only a limit of friction"),
+    ],
+)
+def test_a_limit_that_cannot_be_meant_is_refused(tmp_path, limits, says):
+    laws = {
+        "DWELL": "{per_decade: 10 %, reference: 1 s, between: [0.1 s, 100 s]}",
+        "HEAT": "{coefficient: -0.3 %/K, reference: 20 degC, between: [0 degC, 80 degC]}",
+    }
+    for name, law in laws.items():
+        limits = limits.replace(name, law)
+    with pytest.raises(InputError, match=says):
+        load_limits(written(tmp_path, limits))
+
+
+def test_a_limit_may_lie_on_the_least_that_makes_sense(tmp_path):
+    free = next(kind for kind in measurement_kinds().values() if kind.least_limit is not None and kind.unit == "N·m")
+    found = load_limits(written(tmp_path, f"{{{free.id}: {{min: {free.least_limit} N·m}}}}")).by_id[free.id]
+    assert (found.low, found.high, found.source) == (free.least_limit, None, "")
+    heat = "{coefficient: -0.3 %/K, reference: 20 degC, between: [0 degC, 80 degC]}"
+    assert (
+        load_limits(written(tmp_path, f"{{T_st: {{min: 0.1 N·m, max: 0.2 N·m, temperature: {heat}}}}}"))
+        .by_id["T_st"]
+        .low
+        == 0.1
+    )
+
+
+@pytest.mark.parametrize(
+    ("limits", "gear_ratio", "says"),
+    [
+        ("{T_st: {max: 0.2 N·m}, T_c: {max: 0.2 N·m}}", None, None),
+        ("{T_st: {min: 0.1 N·m}, T_c: {max: 0.2 N·m}}", 18.0, None),
+        ("{T_st: {max: 0.1 N·m}, T_c: {min: 0.2 N·m}}", 18.0, None),
+        ("{T_c: {max: 0.2 N·m}}", 18.0, None),
+        ("{T_st: {max: 0.1 N·m}}", 18.0, None),
+        ("{T_st: {max: 0.1 N·m}, T_c: {max: 0.02 N·m, shaft: motor}}", None, None),
+        (
+            "{T_st: {max: 0.1 N·m}, T_c: {max: 0.02 N·m, shaft: motor}}", 10.0,
+            r"T_c\.max: .*it is '0.02 N·m'.* up to 0.01 N·m, the limit of T_st",
+        ),
+        (
+            "{T_st: {max: 0.01 N·m, shaft: motor}, T_c: {max: 0.02 N·m, shaft: motor}}", None,
+            "it is '0.02 N·m'.* up to 0.01 N·m",
+        ),
+    ],
+)  # fmt: skip
+def test_no_throttle_slides_harder_than_it_breaks_away(tmp_path, limits, gear_ratio, says):
+    path = written(tmp_path, limits)
+    if says is None:
+        assert load_limits(path, gear_ratio)
+    else:
+        with pytest.raises(InputError, match=says):
+            load_limits(path, gear_ratio)
