@@ -1,6 +1,7 @@
 """Runs tests in a forked process with one module of the package replaced by a mutant."""
 
 import ast
+import functools
 import importlib.util
 import os
 import pickle
@@ -105,12 +106,48 @@ class Replaced:
         exec(compile(self._syntax, str(self._path), "exec"), module.__dict__)  # noqa: S102 (what a loader is for)
 
 
+def forget(tree, path, *, compiled):
+    """Have the package's modules that import a file, themselves or through others, loaded anew; where no kernel is
+    `compiled`, all of them.
+
+    The others were loaded before the fork, once for all mutants.
+    """
+    name = ".".join(path.relative_to(tree).with_suffix("").parts)
+    importers = _importers(tree)
+    gone, found = set(), {name} if compiled else {*importers, name}
+    while found:
+        gone |= found
+        found = {each for one in found for each in importers.get(one, ())} - gone
+    for one in gone & sys.modules.keys():
+        del sys.modules[one]
+        package, _, last = one.rpartition(".")
+        if hasattr(sys.modules.get(package), last):
+            delattr(sys.modules[package], last)
+
+
+@functools.cache
+def _importers(tree):
+    """Return by which modules each module of the package is imported, anywhere in them."""
+    found = {}
+    for path in (tree / "etb_hil").rglob("*.py"):
+        parts = path.relative_to(tree).with_suffix("").parts
+        name = ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            names = [each.name for each in getattr(node, "names", ())] if isinstance(node, ast.Import) else []
+            if isinstance(node, ast.ImportFrom) and node.module:
+                names = [node.module, *(f"{node.module}.{each.name}" for each in node.names)]
+            for each in names:
+                found.setdefault(each, set()).add(name)
+    return found
+
+
 def watched(tree, path, files, *, compiled):
     """Run all tests of these files as they are; return what they run, and whether kernels were compiled for it."""
     watch = Watch()
     syntax = probed(ast.parse(path.read_text("utf-8")), compiled=compiled)
 
     def work():
+        forget(tree, path, compiled=compiled)
         sys.meta_path.insert(0, Replaced(tree, path, syntax, watch))
         _ask(tree, files, watch, compiled=compiled)
         return watch.lines, watch.seconds, watch.failed
@@ -130,6 +167,7 @@ def killed(tree, path, syntax, mutant, watch):
 
     def work():
         mutant.apply()
+        forget(tree, path, compiled=compiled)
         sys.meta_path.insert(0, Replaced(tree, path, syntax))
         files = list(dict.fromkeys(test.split("::")[0] for test in tests))
         return _ask(tree, files, Chosen(tests), "-x", compiled=compiled)
@@ -145,6 +183,7 @@ def _ask(tree, files, plugin, *options, compiled):
     try:
         always = ["-q", "--assert=plain", "-p", "no:cacheprovider", f"--basetemp={folder}/t"]
         always += ["-W", "ignore::pytest.PytestAssertRewriteWarning"]  # of what is loaded before the fork
+        always += ["-p", "xdist.plugin", "-p", "etb_hil.pytest_plugin"]  # the others cost a second a mutant
         return int(pytest.main([*always, *options, *files], plugins=[plugin]))
     finally:
         shutil.rmtree(folder, ignore_errors=True)

@@ -1,6 +1,5 @@
 """Prompts, waits, triggers, the supply's window and retries, end to end on the virtual bus, live and in replay."""
 
-import math
 import os
 import pty
 
@@ -10,12 +9,9 @@ import pytest
 from etb_hil.base.errors import InputError
 from etb_hil.base.stock import find
 from etb_hil.bench.job import JobFiles, execute, prepare
-from etb_hil.bench.supply_guard import SupplyGuard
 from etb_hil.cli.keyboard import Keyboard
 from etb_hil.cli.terminal_operator import TerminalOperator
-from etb_hil.recording.samples import SampleBlock
 from etb_hil.replays.session_replay import replay
-from etb_hil.scenario.condition import Condition
 from etb_hil.session.differences import first_difference
 from etb_hil.session.events import read_events
 
@@ -103,33 +99,6 @@ def test_a_supply_outside_its_window_never_sees_the_bridge_on_again_however_shor
         assert len(finished.results.phases) <= 3
         current = finished.analysis.recording.series("motor_current").values
         assert before == "" or np.nanmax(np.abs(current)) < 0.05  # it was seen before the bridge went on
-
-
-@pytest.mark.parametrize(
-    ("volts", "is_outside"),
-    [
-        ([13, 13, 13, 13], False),
-        ([25, 25, 25, 13], False),
-        ([25, 13, 25, 25], False),
-        ([25, 25, 13, 25], False),
-        ([13, 25, 25, 25], True),
-        ([13, 9, 25, 9], True),
-        ([13, math.nan, math.nan, math.nan], True),
-        ([13, math.nan, 13, math.nan], False),
-    ],
-)
-def test_the_supply_is_outside_once_it_was_for_as_long_as_it_may(volts, is_outside):
-    condition = Condition.model_validate({"role": "supply_voltage", "outside": ("10 V", "18 V"), "for": "50 ms"})
-    whole, parts = SupplyGuard(condition), SupplyGuard(condition)
-    time_ns = np.arange(4, dtype=np.int64) * 25_000_000
-    columns = {"supply_voltage": np.array(volts, float)}
-    block = SampleBlock("s", time_ns, time_ns, columns, np.zeros(4, np.int64))
-    whole.push([block])
-    for at in range(4):
-        parts.push([block.rows(slice(at, at + 1))])
-    for guard in (whole, parts):
-        assert (guard.outside is not None) == is_outside
-        assert "nan" not in str(guard)
 
 
 def test_a_prompt_is_answered_by_the_scenario_where_nobody_attends(run):

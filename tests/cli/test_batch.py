@@ -7,7 +7,7 @@ import pytest
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.outcome import BenchOutcome, ExitCode, UnitVerdict
-from etb_hil.cli.batch import checked_serial, run_batch
+from etb_hil.cli.batch import LONGEST, Tally, ask_again, checked_serial, read_serial, run_batch, wrapped
 from etb_hil.results.run_result import Bench, RunResult, Unit
 
 CODES = {"pass": 0, "fail": 10, "inconclusive": 4, "aborted": 5, "fault": 3}
@@ -114,6 +114,119 @@ def test_a_repeat_that_would_be_refused_is_not_offered(monkeypatch, capsys):
     monkeypatch.setattr(sys, "stdin", io.StringIO("A\nq\n"))
     run_batch(run_unit, once, attended=True)
     assert "repeats" not in capsys.readouterr().out
+
+
+class Typed(io.StringIO):
+    """Lines from a terminal, at whose end Ctrl-C is pressed."""
+
+    def isatty(self):
+        return True
+
+    def readline(self, *size):
+        if not (line := super().readline(*size)):
+            raise KeyboardInterrupt
+        return line
+
+
+@pytest.mark.parametrize("key", ["q\n", " Q \n", ""])
+def test_a_queue_ends_by_q_by_ctrl_c_and_by_its_end(queue, key):
+    code, ran, said = queue(f"A\n{key}", ["fail"])
+    assert (code, [serial for serial, _ in ran]) == (10, ["A"])
+    assert "ends): \nBatch ended: 1 unit: 1 fail\n  fail          A\n" in said
+
+
+def test_ctrl_c_at_the_question_ends_the_queue(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "stdin", Typed(""))
+    assert run_batch(lambda *_: pytest.fail("nothing runs"), checked_serial, attended=True) is ExitCode.DONE
+    assert capsys.readouterr().out == "Next serial number and Enter ('q' ends): \nBatch ended: no unit\n"
+    monkeypatch.setattr(sys, "stdin", Typed(""))
+    assert not ask_again("A")
+
+
+def test_a_queue_that_nobody_attends_is_asked_nothing(queue):
+    _, _, said = queue("A\n\n  B  \n", ["pass", "inconclusive"], attended=False)
+    assert said == (
+        "  Tally    1 unit: 1 pass\n\n  Tally    2 units: 1 inconclusive, 1 pass\n\n"
+        "Batch ended: 2 units: 1 inconclusive, 1 pass\n  pass          A\n  inconclusive  B\n"
+    )
+
+
+def test_a_unit_that_was_never_judged_counts_by_its_last_run(queue):
+    code, _, said = queue("A\nr\n", ["fault", "aborted"])
+    assert (code, "1 unit in 2 runs: 1 aborted" in said) == (5, True)
+    code, _, said = queue("A\nR\n", ["aborted", "fault"])
+    assert (code, "aborted, bench fault" in said) == (3, True)
+
+
+def test_a_bench_fault_takes_no_verdict_away(queue):
+    assert queue("A\nr\nr\n", ["inconclusive", "fault", "aborted"])[0] == 4
+
+
+def test_numbers_that_were_refused_do_not_hide_a_unit_that_failed(queue):
+    assert queue("A\nB\x1b\n", ["fail"], attended=False)[0] == 10
+    assert queue("B\x1b\n", [], attended=False)[0] == 2
+    assert queue("B\x1b\n", [], attended=True)[0] == 0
+
+
+def test_what_is_left_of_a_queue_is_named_without_its_empty_lines(queue):
+    said = queue("A\n\n  B \n" + "C" * 100 + "\n", ["fault"], attended=False)[2]
+    assert said.splitlines()[-2:] == ["  not run       B", "  not run       " + "C" * (LONGEST - 3) + "..."]
+
+
+def test_enter_alone_repeats_nothing_that_was_judged_or_would_be_refused(queue, monkeypatch, capsys):
+    assert [serial for serial, _ in queue("A\n\nB\n", ["pass", "pass"])[1]] == ["A", "B"]
+    refused = iter([False, True, False])
+
+    def check(serial):
+        if next(refused):
+            raise InputError(Problem("the unit was judged already", value=serial))
+        return serial
+
+    ran = []
+
+    def run_unit(serial, _before):
+        ran.append(serial)
+        return result("aborted", None), ExitCode.ABORTED, True
+
+    monkeypatch.setattr(sys, "stdin", io.StringIO("A\n\nq\n"))
+    run_batch(run_unit, check, attended=True)
+    assert ran == ["A"]
+    assert "Enter alone" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("key", "again"), [("\n", True), ("x\n", True), ("q\n", False), (" Q\n", False), ("", False)])
+def test_a_test_that_was_stopped_begins_again_when_enter_is_pressed(key, again, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "stdin", io.StringIO(key))
+    assert ask_again("A" * 31) is again
+    assert capsys.readouterr().out == f"Enter runs {'A' * 27}... again, 'q' ends: "
+    assert not ask_again("")
+    assert "Enter runs the unit again" in capsys.readouterr().out
+
+
+def test_a_serial_number_is_asked_for_at_a_terminal_alone(capsys):
+    assert read_serial(io.StringIO(" A7 \nB\n")) == "A7"
+    assert capsys.readouterr() == ("", "")
+    assert read_serial(Typed("A7\n")) == "A7"
+    assert capsys.readouterr() == ("", "Serial number, then Enter: ")
+
+
+@pytest.mark.parametrize("text", ["", "A" * 81, "A\x07"])
+def test_what_is_no_serial_number(text):
+    with pytest.raises(InputError, match="1 to 80 characters that can be printed"):
+        checked_serial(text)
+    assert checked_serial("A" * 80) == "A" * 80
+
+
+def test_a_text_is_broken_between_words_alone():
+    text = wrapped("one-two " * 10 + "x" * 100)
+    assert text.splitlines()[-1] == "x" * 100
+    assert all(set(line.split()) <= {"one-two"} for line in text.splitlines()[:-1])
+    assert len(text.splitlines()) == 2
+
+
+def test_a_tally_says_nothing_of_no_unit():
+    assert str(Tally()) == "no unit"
+    assert Tally().table() == []
 
 
 def test_r_without_a_unit_before_is_a_serial_number(queue):

@@ -1,0 +1,283 @@
+"""One beat after the other on the virtual bench: what is sent, what is refused, how late it is, and who is told."""
+
+import os
+import signal
+from dataclasses import replace
+
+import pytest
+
+from etb_hil.base.errors import RecordingFault
+from etb_hil.base.stock import find
+from etb_hil.bench.beat import Beat, RunStopped, StopInOrder
+from etb_hil.bench.bench_file import load_bench
+from etb_hil.bench.stop_signals import StopSignals
+from etb_hil.bench.tap import Tap
+from etb_hil.canio.bus.health import BusState
+from etb_hil.canio.bus.link import VirtualLink
+from etb_hil.canio.bus.virtual_network import VirtualNetwork
+from etb_hil.canio.dbc.commands import CommandEncoder
+from etb_hil.canio.logs.blf import BlfLog
+from etb_hil.controller.virtual_controller import VirtualController
+from etb_hil.diagnosis.limits_file import load_limits
+from etb_hil.plant.parameters import load_model
+from etb_hil.scenario.condition import Condition
+from etb_hil.scenario.trajectory import OFF, SetPoint
+from etb_hil.session.analysis import Analysis
+from etb_hil.session.events import EventLog, read_events
+
+MS = 1_000_000
+TICK = 10 * MS
+MODEL = load_model(find("model", "default"))
+LIMITS = load_limits(find("limits", "default"))
+HERE = SetPoint(OFF.mode.__class__(1), MODEL.values.limp_home)
+OUTSIDE = {"role": "supply_voltage", "outside": ("20 V", "24 V"), "for": "0 s"}
+
+
+class Link:
+    """A link to the bench: counts what is sent, and does what a test says when frames are received."""
+
+    def __init__(self, inner):
+        self.inner, self.sent, self.at_receive, self.state = inner, 0, [], None
+
+    def send(self, frames):
+        self.sent += len(frames)
+        self.inner.send(frames)
+
+    def receive(self):
+        if self.at_receive:
+            self.at_receive.pop(0)()
+        frames = self.inner.receive()
+        return frames.rows(slice(0)) if self.state is not None else frames
+
+    def health(self):
+        health = self.inner.health()
+        return health if self.state is None else replace(health, state=self.state)
+
+    def close(self):
+        self.inner.close()
+
+
+class Bench:
+    """A virtual bench whose controller has woken."""
+
+    def __init__(self, folder, change=None, supply=None, spent_ns=0):
+        path = folder / "bench.yaml"
+        text = find("bench", "virtual_classic").read_text()
+        path.write_text(text if change is None else change(text))
+        setup = load_bench(path)
+        self.bench, bus = setup.bench, setup.bench.bus
+        network = VirtualNetwork(int(bus.bitrate), int(bus.data_bitrate), fd=bus.fd)
+        self.switches, self.shown, self.folder = [], [], folder
+        network.attach(VirtualController(MODEL, setup.dialect, 1, on_switch=self.switches.append))
+        self.clock, self.link = network.clock, Link(VirtualLink(network))
+        self.log, self.events = BlfLog(folder / "raw.blf", 0), EventLog(folder / "events.jsonl")
+        analysis = Analysis(setup.dialect, MODEL, LIMITS, str(folder), observer=self.bench.observer, bus=bus)
+        self.tap = Tap(self.link, CommandEncoder(setup.dialect), analysis, self.log, self.events, self.clock)
+        self.signals = StopSignals()
+        self.beat = Beat(
+            self.bench, self.tap, self.clock, MODEL.values.gear_ratio, signals=self.signals, spent_ns=spent_ns,
+            supply=None if supply is None else Condition.model_validate(supply), show=self.shown.append,
+        )  # fmt: skip
+        self.tap.request(self.bench.measure)
+        self.beat.supervisor.expect(self.bench.measure.signals, self.clock.now_ns())
+        while not self.beat.supervisor.has_answered:
+            self.beat(OFF, is_waking=True)
+
+    def close(self):
+        for part in (self.link, self.log, self.events):
+            part.close()
+
+    def stall(self, ns):
+        """Have the host stand still when it next receives."""
+        self.link.at_receive.append(lambda: self.clock.sleep_until_ns(self.clock.now_ns() + ns))
+
+    def stopped(self, *set_points, **how):
+        """Beat until the run is stopped; return why."""
+        try:
+            for set_point in set_points or [OFF] * 1_000:
+                self.beat(set_point, **how)
+        except RunStopped as stop:
+            return stop
+        return pytest.fail("nothing stopped it")
+
+
+@pytest.fixture
+def bench(tmp_path):
+    made = []
+
+    def make(**how):
+        made.append(Bench(tmp_path, **how))
+        return made[-1]
+
+    yield make
+    for each in made:
+        each.close()
+
+
+def test_a_beat_sends_one_command_and_lasts_a_tick(bench):
+    one = bench()
+    begun, sent, before = one.clock.now_ns(), one.link.sent, one.beat.frame_age.waits
+    for count, set_point in enumerate((HERE, HERE, OFF), start=1):
+        one.beat(set_point)
+        assert one.clock.now_ns() == one.beat.next_ns == begun + count * TICK
+        assert one.link.sent == sent + count
+        assert one.beat.commanded is set_point
+    assert one.beat.tick_ns == TICK
+    assert [switch.on for switch in one.switches] == [True, False]
+    assert one.beat.lateness.worst_ns == 0
+    assert one.beat.frame_age.waits == before + 3
+    assert 0 < one.beat.frame_age.worst_ns < TICK
+
+
+def test_while_it_wakes_nothing_is_aged(bench):
+    assert bench().beat.frame_age.waits == 0
+
+
+def test_without_a_set_point_nothing_is_sent_and_the_unit_is_watched(bench):
+    one = bench()
+    one.beat(HERE)
+    sent = one.link.sent
+    one.beat(None)
+    assert (one.link.sent, one.beat.commanded) == (sent, HERE)
+    one.link.state = BusState.ERROR_ACTIVE
+    assert one.stopped(*[None] * 50).reason_id == "frames_stopped"
+
+
+@pytest.mark.parametrize(("late", "burst"), [(20 * MS, True), (20 * MS + 1, False), (300_000 * 100, False)])
+def test_a_stall_is_not_made_up_for_by_a_burst(bench, late, burst):
+    one = bench()
+    one.stall(late)
+    one.beat(OFF)
+    stalled = one.clock.now_ns()
+    one.beat(OFF)
+    assert one.beat.lateness.worst_ns == late - TICK
+    one.beat(OFF)
+    assert one.clock.now_ns() - stalled == (0 if burst else TICK)
+    one.beat(OFF)
+    assert one.clock.now_ns() - stalled == (TICK if burst else 2 * TICK)
+
+
+def test_a_set_point_outside_the_limits_is_not_sent(bench):
+    one = bench()
+    sent = one.link.sent
+    stopped = one.stopped(SetPoint(HERE.mode, 99.0))
+    assert (stopped.reason_id, stopped.outcome, one.link.sent) == ("set_point_limit", "fault", sent)
+    assert str(stopped) == stopped.reason
+
+
+@pytest.mark.parametrize("spent_ns", [0, 400 * MS])
+def test_a_run_has_its_longest_duration(bench, spent_ns):
+    one = bench(spent_ns=spent_ns, change=lambda text: text.replace("duration: 10 min", "duration: 1 s"))
+    assert one.bench.limits.duration == 1.0
+    stopped = one.stopped()
+    assert (stopped.reason_id, stopped.reason) == ("duration_limit", "the run is longer than the limit of 1 s")
+    assert one.clock.now_ns() - one.beat.start_ns == 1_000 * MS - spent_ns + TICK
+
+
+@pytest.mark.parametrize(
+    ("name", "reason_id", "reason"),
+    [
+        ("SIGALRM", "time_out", "the time-out has passed"),
+        ("SIGTERM", "aborted_by_operator", "SIGTERM"),
+        ("SIGINT", "aborted_by_operator", "key a or Ctrl-C"),
+        ("SIGQUIT", "aborted_by_operator", "SIGQUIT"),
+    ],
+)
+def test_an_order_to_end_is_heeded_before_anything_is_sent(bench, name, reason_id, reason):
+    one = bench()
+    sent = one.link.sent
+    with one.signals:
+        os.kill(os.getpid(), getattr(signal, name))
+        stopped = one.stopped(HERE)
+    assert (stopped.outcome, stopped.reason_id, stopped.reason) == ("aborted", reason_id, reason)
+    assert one.link.sent == sent
+
+
+def test_a_stop_in_order_is_heeded_once(bench):
+    one = bench()
+    with one.signals:
+        os.kill(os.getpid(), signal.SIGUSR1)
+        with pytest.raises(StopInOrder):
+            one.beat(HERE)
+        one.beat.is_ending = True
+        one.beat(HERE)
+        os.kill(os.getpid(), signal.SIGTERM)
+        assert one.stopped(HERE).reason_id == "aborted_by_operator"
+
+
+@pytest.mark.parametrize("state", [BusState.ERROR_PASSIVE, BusState.BUS_OFF])
+def test_frames_that_stop_are_the_bus_where_it_is_off(bench, state):
+    one = bench()
+    one.link.state = state
+    stopped = one.stopped()
+    off = state is BusState.BUS_OFF
+    assert stopped.reason_id == ("bus_off" if off else "frames_stopped")
+    assert stopped.reason.startswith("the CAN interface is bus-off; no measured" if off else "no measured sample")
+
+
+def test_what_a_stall_does_to_the_watchdog_is_the_hosts_doing(bench):
+    one = bench()
+    one.beat(HERE)
+    one.stall(60 * MS)
+    stopped = one.stopped(*[HERE] * 5)
+    assert stopped.reason_id == "host_late"
+    assert stopped.reason.startswith("the controller's watchdog took the drive off: 70 ms passed")
+
+
+def test_a_watchdog_that_trips_though_commands_came_in_time_is_the_controllers(bench):
+    one = bench()
+    one.beat(HERE)
+    inner, one.link.inner = one.link.inner, one.link
+    one.link.inner = type("Deaf", (), {"send": lambda *_: None, "receive": inner.receive, "close": inner.close})()
+    assert one.stopped(*[HERE] * 20).reason_id == "controller_fault"
+
+
+def test_fault_bits_of_before_are_not_heeded_while_it_wakes(bench):
+    one = bench()
+    one.beat(HERE)
+    one.stall(60 * MS)
+    one.beat(HERE, is_waking=True)
+    assert one.beat.supervisor.faults
+    assert one.stopped(OFF).reason_id == "host_late"
+
+
+def test_a_supply_outside_its_window_is_no_matter_until_something_moves(bench):
+    one = bench(supply=OUTSIDE)
+    one.beat(OFF)
+    sent = one.link.sent
+    stopped = one.stopped(HERE)
+    assert (stopped.reason_id, one.link.sent) == ("supply_window", sent)
+    assert "outside 20 to 24 V" in stopped.reason
+    assert one.stopped(None).reason_id == "supply_window"
+    first, _ = [event for event in read_events(one.folder / "events.jsonl") if event.event == "supply"]
+    assert first.details["value"] == pytest.approx(13.5, abs=0.3)
+    assert 0 < first.stamp_ns <= one.clock.now_ns()
+    assert "supply_voltage" in first.details["condition"]
+    assert not one.switches
+
+
+def test_a_supply_that_leaves_its_window_stops_the_run_within_the_beat(bench):
+    one = bench(supply={"role": "supply_voltage", "outside": ("20 V", "24 V"), "for": "200 ms"})
+    begun = one.clock.now_ns()
+    assert one.stopped(*[HERE] * 100).reason_id == "supply_window"
+    assert one.clock.now_ns() - begun < 200 * MS
+    assert one.switches[-1].on
+
+
+def test_frames_that_cannot_be_kept_end_the_run(bench, monkeypatch):
+    one = bench()
+
+    def full(*_):
+        raise RecordingFault("no room")
+
+    monkeypatch.setattr(BlfLog, "write", full)
+    with pytest.raises(RecordingFault, match="no room"):
+        one.beat(OFF)
+
+
+def test_a_watcher_is_told_eight_times_a_second(bench):
+    one = bench()
+    assert one.shown[0] == one.beat.start_ns + TICK
+    for _ in range(40):
+        one.beat(OFF)
+    assert {b - a for a, b in zip(one.shown, one.shown[1:], strict=False)} == {130 * MS}
