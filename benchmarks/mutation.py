@@ -81,6 +81,14 @@ def tried(tree, module, first_lines, options, until):
         yield mutant, key_of(module, source, mutant), killed(tree, path, syntax, mutant, watches[compiled])
 
 
+def print_row(module, count):
+    if total := count.total():
+        score = f"{100.0 * count['killed'] / total:.1f} %"
+        print(
+            f"{module:28}{total:8d}{count['killed']:8d}{count['known']:7d}{count['SURVIVED']:7d}{score:>8}", flush=True
+        )
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("modules", nargs="*", help="such as bench/safe_state; all where none is named")
@@ -102,6 +110,7 @@ def main():
     lines = changed_lines(tree, options.changed) if options.changed else {}
     modules = list(lines) if options.changed else options.modules or list(MODULES)
     known, counts, missed = known_survivors(), {}, []
+    print(f"{'module':28}{'mutants':>8}{'killed':>8}{'known':>7}{'other':>7}{'score':>8}")
     for module in modules:
         counts[module] = count = Counter()
         for mutant, key, is_killed in tried(tree, module, lines.get(module, set()), options, until):
@@ -111,11 +120,8 @@ def main():
                 print(f"{kind:8} {mutant.line:4d} {key}", flush=True)
             if kind == "SURVIVED":
                 missed.append(key)
-    print(f"{'module':28}{'mutants':>8}{'killed':>8}{'known':>7}{'other':>7}{'score':>8}")
-    for module, count in [*counts.items(), ("all", sum(counts.values(), Counter()))]:
-        if total := count.total():
-            score = f"{100.0 * count['killed'] / total:.1f} %"
-            print(f"{module:28}{total:8d}{count['killed']:8d}{count['known']:7d}{count['SURVIVED']:7d}{score:>8}")
+        print_row(module, count)
+    print_row("all", sum(counts.values(), Counter()))
     return bool(missed)
 
 

@@ -15,8 +15,8 @@ class Tests:
         return [f"tests/{name}.py" for name in (self.kernels if compiled else self.plain).split()]
 
 
-HISTORY = "history/test_tolerance_and_charts history/test_statistics"
-LIMITS = "diagnosis/test_limit_laws diagnosis/test_limits_file diagnosis/test_new_measurement"
+HISTORY = "history/test_drift_gauge_rise history/test_tolerance_and_charts history/test_statistics"
+LIMITS = "diagnosis/test_limit_laws diagnosis/test_limits_file"
 RUNS = "bench/test_seen_off bench/test_safe_stop trusted/test_safe_stop_verbs"
 
 MODULES = {
@@ -43,9 +43,9 @@ MODULES = {
     "session/verdict_policy": Tests("canio/test_corruption_doubts bench/test_attempts"),
     "session/baseline": Tests("session/test_baseline"),
     "diagnosis/limits": Tests(f"{LIMITS} diagnosis/test_diagnosis_verdicts"),
-    "diagnosis/limits_file": Tests(f"{LIMITS} diagnosis/test_diagnosis_verdicts"),
-    "diagnosis/limit_laws": Tests(f"{LIMITS} diagnosis/test_diagnosis_verdicts"),
-    "diagnosis/measuring": Tests(f"diagnosis/test_verdict {LIMITS} diagnosis/test_diagnosis_verdicts"),
+    "diagnosis/limits_file": Tests(LIMITS),
+    "diagnosis/limit_laws": Tests(LIMITS),
+    "diagnosis/measuring": Tests("diagnosis/test_measuring diagnosis/test_limits_file"),
     "diagnosis/verdict": Tests("diagnosis/test_verdict"),
     "diagnosis/exceedance": Tests("diagnosis/test_exceedance", "diagnosis/test_exceedance"),
     "diagnosis/plausibility": Tests("diagnosis/test_plausibility", "diagnosis/test_plausibility"),

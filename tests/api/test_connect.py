@@ -16,6 +16,7 @@ import pytest
 import etb_hil as etb
 
 PATIENCE_S = 120.0  # for a loaded machine that has to compile first
+IDLE_S = 600.0  # between two orders likewise, and other tests may run there
 
 
 def sessions_of(folder):
@@ -47,7 +48,7 @@ def ended_as(folder, reason_id):
 def tested(tmp_path_factory):
     """A faulty unit, tested by a few motions of one's own."""
     folder = tmp_path_factory.mktemp("own")
-    with etb.connect("virtual_classic", unit="faulty", folder=folder, serial="Q-1") as bench:
+    with etb.connect("virtual_classic", unit="faulty", folder=folder, serial="Q-1", idle=IDLE_S) as bench:
         zero = bench.current_zero("0.5 s")
         moved = bench.move("20 deg")
         bench.ramp(("20 deg", "60 deg"), "0.3 rad/s", repeat=2)
@@ -117,13 +118,13 @@ def test_a_wrong_order_is_refused_and_the_bench_goes_on(one_bench, order, said):
 
 @pytest.fixture(scope="module")
 def one_bench(tmp_path_factory):
-    with etb.connect(folder=tmp_path_factory.mktemp("own"), idle=600.0) as bench:  # other tests may run in between
+    with etb.connect(folder=tmp_path_factory.mktemp("own"), idle=IDLE_S) as bench:
         bench.phase("off", id="zero", duration="0.2 s")
         yield bench
 
 
 def _fail(folder, error):
-    with etb.connect(folder=folder) as bench:
+    with etb.connect(folder=folder, idle=IDLE_S) as bench:
         bench.move("30 deg")
         raise error
 
@@ -177,7 +178,7 @@ def children():
 
 def _go_on_without_it(folder):
     before = children()
-    with etb.connect(folder=folder) as bench:
+    with etb.connect(folder=folder, idle=IDLE_S) as bench:
         bench.move("30 deg")
         (ours,) = children() - before
         os.kill(ours, signal.SIGKILL)
@@ -206,7 +207,7 @@ def test_a_bench_that_was_not_entered_says_so():
 
 
 def test_numbers_of_numpy_and_names_in_use_are_no_obstacle(tmp_path):
-    with etb.connect(folder=tmp_path) as bench:
+    with etb.connect(folder=tmp_path, idle=IDLE_S) as bench:
         bench.phase("off", id="off_2", duration="0.1 s")
         bench.off("0.1 s")
         seen = bench.phase("ramp", between=("20 deg", "22 deg"), speed="1 rad/s", repeat=np.int64(1))

@@ -1,0 +1,226 @@
+"""Drift, gauge study and rise by numbers that can be checked by hand, each rule on both sides of its edge."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.stats import f as f_distribution
+
+from etb_hil.histories.drift import Drift, Point, deviations, drifts
+from etb_hil.histories.gauge import AnovaRow, GaugeStudy, balanced, gauge_study
+from etb_hil.histories.rise import rises
+from etb_hil.histories.temperature import unit_laws
+
+LEVEL = 0.5 * math.log(1.25)  # what units that do not scatter may change by
+
+
+def test_a_deviation_is_a_share_of_the_level_of_its_unit_on_its_bench():
+    found = deviations(
+        np.array([5.0, 1.0, 2.0, 3.0, 4.0, 6.0]),
+        np.array([3.0, 1.0, 7.0, 2.0, 8.0, 9.0]),
+        ["u", "u", "v", "u", "u", "u"],
+        ["b", "b", "b", "b", "c", "c"],
+    )
+    few, pair = math.sqrt(3 / 2), math.sqrt(2)
+    assert [(p.time, p.unit, p.bench) for p in found] == [
+        (1.0, "u", "b"), (3.0, "u", "b"), (4.0, "u", "c"), (5.0, "u", "b"), (6.0, "u", "c"),
+    ]  # fmt: skip
+    assert [p.deviation for p in found] == pytest.approx([-0.5 * few, 0.0, -pair / 17, 0.5 * few, pair / 17])
+
+
+def test_a_level_of_zero_has_no_shares():
+    assert deviations(np.arange(2.0), np.array([1.0, -1.0]), ["u"] * 2, ["b"] * 2) == []
+
+
+def line(count, *, unit="u", bench="b", start=0.0, step=1.0, slope=0.01):
+    return [Point(start + step * k, unit, bench, slope * k) for k in range(count)]
+
+
+def test_a_trend_needs_eight_values():
+    assert drifts(line(7)) == ([], 0)
+    found, looked_at = drifts(line(8))
+    assert looked_at == 2
+    (one,) = found
+    assert (one.kind, one.name, one.count, one.alone) == ("unit", "u", 8, True)
+    assert (one.change, one.low, one.high) == (pytest.approx(0.07),) * 3
+    assert one.p == pytest.approx(2 / math.factorial(8))
+
+
+def test_a_trend_that_falls_is_one_too():
+    ((one,), _) = drifts(line(8, slope=-0.01, start=5.0, step=2.0))
+    assert one.change == pytest.approx(-0.07)
+
+
+def test_values_that_are_all_alike_or_of_one_instant_have_none():
+    assert drifts(line(8, slope=0.0)) == ([], 2)
+    assert drifts(line(8, step=0.0)) == ([], 2)
+
+
+def test_the_more_is_looked_at_the_surer_a_trend_has_to_be():
+    """One exchange in eight values: p is 16/8!, or 4.0e-4, against 1 % over what is looked at."""
+    nearly = line(8)
+    nearly[3], nearly[4] = (
+        Point(a.time, "u", "b", b.deviation) for a, b in zip(nearly[3:5], nearly[4:2:-1], strict=True)
+    )
+    ((one,), looked_at) = drifts(nearly)
+    assert (looked_at, one.p) == (2, pytest.approx(16 / math.factorial(8)))
+    others = [point for k in range(24) for point in line(8, unit=f"v{k}", bench=f"c{k % 2}", slope=0.0)]
+    found, looked_at = drifts(nearly + others)
+    assert (found, looked_at) == ([], 28)
+    found, _ = drifts(nearly + others[: 8 * 8])  # twelve places: 8.3e-4
+    assert [one.name for one in found] == ["u"]
+
+
+def test_a_bench_drifts_where_no_single_unit_makes_it():
+    shared = [*line(16, unit="u", slope=0.01), *line(16, unit="v", start=0.5, slope=0.01)]
+    found, looked_at = drifts(shared)
+    assert looked_at == 3
+    assert [(one.kind, one.name) for one in found] == [("bench", "b")]
+    assert found[0].change == pytest.approx(0.15, rel=0.1)
+    one_alone = [*line(16, unit="u", slope=0.01), *line(16, unit="v", start=0.5, slope=0.0)]
+    found, _ = drifts(one_alone)
+    assert [(one.kind, one.name, one.alone) for one in found] == [("unit", "u", False)]
+    few = [*line(16, unit="u", slope=0.01), *line(7, unit="v", start=0.5, slope=0.01)]
+    assert [(one.kind, one.name) for one in drifts(few)[0]] == [("unit", "u")]  # without u too few are left
+
+
+def test_of_a_unit_on_a_bench_that_drifts_what_the_others_did_there_is_taken_out():
+    others = [point for k in range(3) for point in line(16, unit=f"v{k}", start=0.2 * k + 0.2)]
+    found, _ = drifts([*line(16, unit="u", slope=0.03), *others])
+    by_name = {one.name: one for one in found}
+    assert [one.kind for one in found][:2] == ["bench", "unit"]
+    assert by_name["b"].change == pytest.approx(0.15, rel=0.3)
+    assert by_name["u"].change == pytest.approx(0.03 * 15 - 0.01 * 15, rel=0.15)
+    assert not by_name["u"].alone
+
+
+def test_a_unit_on_a_bench_of_its_own_is_alone():
+    points = [*line(16, unit="u", bench="b"), *line(16, unit="v", bench="c", slope=0.0)]
+    ((one,), _) = drifts(points)
+    assert (one.name, one.alone) == ("u", True)
+    assert Drift("unit", "u", 8, 0.0, 0.0, 0.0, 1.0).alone is False
+
+
+def anova(values):
+    """Return mean squares and freedoms of units, benches, both and error, as they are defined."""
+    units, benches, trials = values.shape
+    mean, cell = values.mean(), values.mean(axis=2)
+    by_unit, by_bench = values.mean(axis=(1, 2)), values.mean(axis=(0, 2))
+    squares = (
+        benches * trials * sum((by_unit - mean) ** 2),
+        units * trials * sum((by_bench - mean) ** 2),
+        trials * sum(((cell - by_unit[:, None] - by_bench[None] + mean) ** 2).ravel()),
+        sum(((values - cell[:, :, None]) ** 2).ravel()),
+    )
+    freedoms = (units - 1, benches - 1, (units - 1) * (benches - 1), units * benches * (trials - 1))
+    return [s / n for s, n in zip(squares, freedoms, strict=True)], freedoms
+
+
+def values_with(interaction):
+    unit, bench = np.array([0.0, 2.0, 5.0])[:, None, None], np.array([0.0, 0.7])[None, :, None]
+    both = interaction * np.array([[1.0, -1.0], [-1.0, 1.0], [0.5, -0.5]])[:, :, None]
+    return unit + bench + both + np.array([-0.2, 0.0, 0.2])[None, None, :]
+
+
+@pytest.mark.parametrize(("interaction", "pooled"), [(0.05, True), (0.6, False)])
+def test_a_study_by_its_mean_squares(interaction, pooled):
+    values = values_with(interaction)
+    (unit, bench, both, error), (n_unit, n_bench, n_both, n_error) = anova(values)
+    study = gauge_study(values)
+    rows = {row.source: row for row in study.anova}
+    assert study.pooled is pooled
+    assert list(rows) == ["units", "benches", "units x benches", "repeatability"] + ["pooled"] * pooled
+    p = f_distribution.sf(both / error, n_both, n_error)
+    assert (p > 0.25) == pooled
+    assert (rows["units x benches"].ratio, rows["units x benches"].p) == pytest.approx((both / error, p))
+    assert rows["units"].p == pytest.approx(f_distribution.sf(unit / both, n_unit, n_both))
+    assert rows["benches"].p == pytest.approx(f_distribution.sf(bench / both, n_bench, n_both))
+    assert (rows["repeatability"].ratio, rows["repeatability"].p) == (None, None)
+    base = (both * n_both + error * n_error) / (n_both + n_error) if pooled else both
+    if pooled:
+        assert (rows["pooled"].freedom, rows["pooled"].mean_square) == (n_both + n_error, pytest.approx(base))
+    assert study.repeatability == pytest.approx(math.sqrt(base if pooled else error))
+    between = max((bench - base) / 9, 0.0) + (0.0 if pooled else (both - error) / 3)
+    assert study.reproducibility == pytest.approx(math.sqrt(between))
+    assert study.part == pytest.approx(math.sqrt((unit - base) / 6))
+
+
+def study_of(repeatability, part, reproducibility=None):
+    return GaugeStudy(2, 1, 2, (), False, repeatability, reproducibility, part)
+
+
+@pytest.mark.parametrize(
+    ("gauge", "part", "verdict", "categories"),
+    [
+        (0.09, 1.0, "good", 15),
+        (3.0, math.sqrt(100.0 - 9.0), "unsuitable", 4),
+        (0.27, 1.0, "usable", 5),
+        (0.2821, 1.0, "unsuitable", 4),
+        (0.0, 1.0, "unsuitable", 0),
+        (6.0, 8.0, "unsuitable", 1),
+    ],
+)
+def test_a_gauge_is_as_good_as_its_share_and_its_categories(gauge, part, verdict, categories):
+    study = study_of(gauge, part)
+    assert (study.verdict, study.categories) == (verdict, categories)
+    assert study.total == pytest.approx(math.hypot(gauge, part))
+    assert study_of(0.6 * gauge, part, 0.8 * gauge).gauge == pytest.approx(gauge)
+
+
+def test_a_share_of_a_tenth_is_usable():
+    study = study_of(0.1, math.sqrt(0.99))
+    assert study.share(study.gauge) >= 0.1
+    assert study.verdict == "usable"
+    assert AnovaRow("units", 4, 2.0).mean_square == 0.5
+
+
+def test_the_largest_crossed_study_is_found():
+    assert balanced({}) is None
+    assert balanced({("a", "x"): [1.0], ("b", "x"): [2.0]}) is None
+    assert balanced({("a", "x"): [1.0, 2.0], ("b", "x"): [2.0]}) is None
+    assert balanced({("a", "x"): [1.0, 2.0], ("b", "y"): [2.0, 3.0]}) is None
+    units, benches, values = balanced({(u, "x"): [1.0, 2.0, 3.0] for u in "ba"} | {("c", "x"): [5.0, 6.0]})
+    assert (units, benches, values.shape) == (["a", "b"], ["x"], (2, 1, 3)) or (len(units), values.shape[2]) == (3, 2)
+    assert values.size == 6
+    units, benches, values = balanced({(u, b): [1.0, 2.0] for u in "ab" for b in "xy"} | {("c", "y"): [1.0] * 9})
+    assert (units, benches, values.tolist()) == (["a", "b"], ["x", "y"], [[[1.0, 2.0]] * 2] * 2)
+
+
+def risen(values, warmth, units=None, started=None):
+    values, warmth = np.array(values), np.array(warmth, float)
+    units = units or ["u"] * len(values)
+    started = started or [f"2026-01-{k + 1:02d}" for k in range(len(values))]
+    return rises(started, values, warmth, units, unit_laws(values, warmth, units))
+
+
+def test_a_unit_that_was_measured_once_tells_no_rise():
+    assert risen([0.2], [20.0]) is None
+    assert risen([0.2, 0.0, -1.0], [20.0] * 3) is None  # what cannot be measured does not count
+    assert risen([0.2, 0.3], [20.0] * 2, ["u", "v"]) is None
+
+
+@pytest.mark.parametrize(("factor", "named"), [(1.11, False), (1.12, True)])
+def test_a_unit_has_risen_by_half_of_a_quarter(factor, named):
+    told = risen([0.2, 0.2 * factor], [20.0, 20.0])
+    assert (told.looked_at, told.limit, told.apart) == (1, pytest.approx(math.expm1(LEVEL)), [])
+    assert [(one.unit, one.since) for one in told.found] == ([("u", "2026-01-01")] if named else [])
+    assert all(one.rise == pytest.approx(factor - 1.0) for one in told.found)
+
+
+@pytest.mark.parametrize(("warmer", "compared"), [(5.0, True), (-5.0, True), (5.01, False), (-5.01, False)])
+def test_without_a_law_runs_within_five_kelvin_are_compared(warmer, compared):
+    told = risen([0.2, 0.3], [20.0, 20.0 + warmer])
+    assert told.looked_at == compared
+    assert told.apart == ([] if compared else ["u"])
+    assert len(told.found) == compared
+
+
+def test_the_latest_run_that_can_be_compared_is():
+    told = risen([0.2, 0.3, 0.2], [20.0, 21.0, 22.0])
+    assert (told.found, told.apart) == ([], [])
+    told = risen([0.2, 0.3, 0.2], [20.0, 21.0, 40.0])
+    assert [one.rise for one in told.found] == pytest.approx([0.5])
+    assert told.apart == ["u"]
+    told = risen([0.1, 0.2, 0.3], [math.nan, 20.0, 21.0])
+    assert [(one.rise, one.since) for one in told.found] == [(pytest.approx(0.5), "2026-01-02")]
+    assert risen([0.2, 0.3], [math.nan] * 2).apart == ["u"]
