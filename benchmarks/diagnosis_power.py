@@ -38,6 +38,7 @@ from etb_hil.diagnosis.limit_laws import TemperatureLaw
 from etb_hil.diagnosis.limits import Limit
 from etb_hil.diagnosis.limits_file import load_limits
 from etb_hil.diagnosis.measuring import stand
+from etb_hil.histories.distribution import normal
 from etb_hil.histories.history import histories
 from etb_hil.histories.tolerance import tolerance_limit
 from etb_hil.store.run import Measured, Run
@@ -236,7 +237,7 @@ def by_paper(tests, healthy, units):
     def peaks(chosen, rise):
         return np.array([np.mean([row["peak"] / row["nominal"] for row in tests[unit, rise]]) for unit in chosen])
 
-    limit = tolerance_limit(peaks(healthy, RISES[0]))
+    limit = tolerance_limit(normal(peaks(healthy, RISES[0]), by_shares=True))
     statistic = [peaks(units, rise) for rise in RISES]
     return Judged(f"{limit - 1.0:+.0%}", [each > limit for each in statistic], statistic)
 

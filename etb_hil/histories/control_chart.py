@@ -1,4 +1,4 @@
-"""Control charts of individual values with their moving range."""
+"""Control charts of individual values with their moving range, and beside Nelson's rules EWMA and CUSUM."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from etb_hil.histories.shift import Shifts, shifts
 from etb_hil.recording.samples import Float64
 
 FEWEST = 8  # values, for limits that mean something
@@ -20,7 +21,8 @@ class ControlChart:
     """A chart of individuals: values (n) and moving ranges (n - 1) with their centre lines and limits.
 
     `sigma` is the standard deviation from one value to the next, without slow movements. `signals` maps the index of
-    a value that speaks against a steady process to the reason. `least` is the smallest possible value.
+    a value against which one of Nelson's rules speaks to the reason; `shifts` are EWMA and CUSUM of the same values.
+    `least` is the smallest possible value.
     """
 
     values: Float64
@@ -28,7 +30,13 @@ class ControlChart:
     centre: float
     sigma: float
     signals: dict[int, str]
+    shifts: Shifts
     least: float = -math.inf
+
+    @property
+    def is_steady(self) -> bool:
+        """Whether neither a rule nor EWMA nor CUSUM speaks against a steady process."""
+        return not self.signals and not self.shifts.signals
 
     @property
     def low(self) -> float:
@@ -61,11 +69,14 @@ def control_chart(values: Float64, least: float = -math.inf) -> ControlChart | N
         return None
     ranges = np.abs(np.diff(values))
     centre, sigma = float(values.mean()), float(ranges.mean()) / D2
-    return ControlChart(values, ranges, centre, sigma, _signals(values, centre, 3.0 * sigma), least)
+    departures = (values - centre) / sigma if sigma > 0.0 else np.zeros(len(values))
+    return ControlChart(values, ranges, centre, sigma, nelson_signals(values, centre, sigma), shifts(departures), least)
 
 
-def _signals(values: Float64, centre: float, reach: float) -> dict[int, str]:
+def nelson_signals(values: Float64, centre: float, sigma: float) -> dict[int, str]:
+    """Return the places of values (n) at which one of the three rules speaks, with the reason."""
     signals: dict[int, str] = {}
+    reach = 3.0 * sigma
     side = steady = 0
     for index, value in enumerate(values):
         above = math.copysign(1.0, value - centre) if value != centre else 0.0

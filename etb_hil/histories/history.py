@@ -13,6 +13,7 @@ from etb_hil.base.errors import InputError, Problem
 from etb_hil.diagnosis.measurement_registry import kind_of, measurement_kinds
 from etb_hil.histories.capability import Capability, capability
 from etb_hil.histories.control_chart import ControlChart, control_chart
+from etb_hil.histories.distribution import Distribution, distribution
 from etb_hil.histories.drift import Drift, deviations, drifts
 from etb_hil.histories.gauge import GaugeStudy, balanced, gauge_study
 from etb_hil.histories.rise import Rises, rises
@@ -32,8 +33,8 @@ class NumberHistory:
 
     `compared` is NaN where the law does not carry to 20 degC, and may be off by `doubt` (n) where it does, 95 %.
     `at` (n) is each value's place among the part's runs. `charted` are the units of the control chart, in order of
-    their latest runs, one value a unit; less than 1 % of their like exceed `tolerance_limit`, with 95 % confidence.
-    What the runs cannot tell is None.
+    their latest runs, one value a unit. `shape` is their distribution: on it rest the capability and `tolerance_limit`,
+    which less than 1 % of their like exceed, with 95 % confidence. What the runs cannot tell is None.
     """
 
     id: str
@@ -46,6 +47,7 @@ class NumberHistory:
     temperature: TemperatureEffect | None
     charted: list[str]
     chart: ControlChart | None
+    shape: Distribution | None
     tolerance_limit: float | None
     capability: Capability | None
     limit_low: float | None
@@ -128,8 +130,10 @@ def _number(name: str, runs: list[Run], others: Mapping[str, NumberHistory]) -> 
     latest = {units[k]: int(k) for k in sound}
     charted = sorted(latest, key=lambda unit: latest[unit])
     of_units = compared[[latest[unit] for unit in charted]]
-    kind = kind_of(name)
-    chart = control_chart(of_units, 0.0 if kind is not None and kind.is_friction else -math.inf)
+    declared = kind_of(name)
+    is_torque = declared is not None and declared.is_friction
+    chart = control_chart(of_units, 0.0 if is_torque else -math.inf)
+    shape = distribution(of_units, by_shares=is_torque)
     limits = [(runs[k].numbers[name].limit_low, runs[k].numbers[name].limit_high) for k in at]
     low, high = _limits(limits, warmth if effect is not None else None)
     # The law is one for all: where it errs, it moves all units the same way.
@@ -146,9 +150,9 @@ def _number(name: str, runs: list[Run], others: Mapping[str, NumberHistory]) -> 
     if is_friction:
         risen = rises([runs[k].started for k in at], values, warmth, units, laws)
     return NumberHistory(
-        name, plain, _unit(name, runs), at, values, compared, doubt, effect, charted, chart,
-        tolerance_limit(of_units) if is_friction else None,
-        None if chart is None else capability(chart, low, high, common), low, high,
+        name, plain, _unit(name, runs), at, values, compared, doubt, effect, charted, chart, shape,
+        tolerance_limit(shape) if is_friction else None,
+        None if chart is None else capability(chart, shape, low, high, common), low, high,
         None if study is None or not np.ptp(study[2]) else gauge_study(study[2]), drifting, looked_at, risen,
     )  # fmt: skip
 

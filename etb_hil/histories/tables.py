@@ -12,6 +12,7 @@ from typing import Any
 
 from etb_hil.base.files import make_folder, replacing, write_text
 from etb_hil.histories.history import History, NumberHistory
+from etb_hil.histories.shift import RUN_LENGTH
 from etb_hil.store.run import Measured
 
 SCHEMA = "etb_hil/history/1"
@@ -104,7 +105,15 @@ def _number(number: NumberHistory) -> dict[str, Any]:
             "mean_range": chart.mean_range,
             "range_high": chart.range_high,
             "signals": {number.charted[index]: reason for index, reason in chart.signals.items()},
+            "ewma": (chart.centre + chart.sigma * chart.shifts.mean).tolist(),
+            "cusum_above": chart.shifts.above.tolist(),
+            "cusum_below": chart.shifts.below.tolist(),
+            "shifts": {number.charted[index]: reason for index, reason in chart.shifts.signals.items()},
+            "in_control_run_length": RUN_LENGTH,
         },
+        "distribution": None
+        if number.shape is None
+        else {name: getattr(number.shape, name) for name in ("family", "p", "rejected", "low", "median", "high")},
         "tolerance_limit": number.tolerance_limit,
         "capability": None if number.capability is None else asdict(number.capability),
         "gauge": None

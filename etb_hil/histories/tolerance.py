@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from etb_hil.histories.distribution import LOGNORMAL, Distribution
 from etb_hil.recording.samples import Float64
 
 SMALLEST = 0.25  # share: the smallest rise that matters
@@ -24,15 +25,21 @@ def factor(count: int) -> float:
     return float((_CONTENT + np.sqrt(_CONTENT**2 - a * b)) / a)
 
 
-def tolerance_limit(values: Float64) -> float | None:
-    """Return what less than 1 % of the like of values (n), above zero, exceed, with 95 % confidence.
+def tolerance_limit(shape: Distribution | None) -> float | None:
+    """Return what less than 1 % of the like of a distribution's values exceed, with 95 % confidence.
 
-    Their logarithms are taken for normally distributed: friction scatters by shares. None of fewer than 8 values.
+    Of a normal or lognormal one by its tolerance factor; else by the bootstrap, basic in the logarithm of the distance
+    from the median (Davison and Hinkley 1997).
+    None where no distribution is known.
     """
-    if len(values) < FEWEST or not np.all(values > 0.0):
+    if shape is None:
         return None
-    level = np.log(values)
-    return float(np.exp(level.mean() + factor(len(level)) * level.std(ddof=1)))
+    if not shape.is_normal:
+        apart = shape.replicates[:, 2] - shape.replicates[:, 1]
+        return shape.median + (shape.most - shape.median) ** 2 / float(np.quantile(apart, 0.05))
+    if shape.family == LOGNORMAL:
+        return shape.median * (shape.high / shape.median) ** (factor(shape.count) / 3.0)
+    return shape.median + factor(shape.count) * (shape.high - shape.median) / 3.0
 
 
 def change_limit(ratio: Float64) -> float:

@@ -14,7 +14,8 @@ from matplotlib.figure import Figure
 
 from etb_hil.histories.control_chart import FEWEST, ControlChart
 from etb_hil.histories.history import FRICTION, History, NumberHistory
-from etb_hil.report.drawing import INK, LIMIT, MEASURED, MUTED, STYLE, legend_below, save_png, say_empty
+from etb_hil.recording.samples import Int64
+from etb_hil.report.drawing import CLOSING, INK, LIMIT, MEASURED, MUTED, STYLE, legend_below, save_png, say_empty
 from etb_hil.report.show import printable
 
 _NAMED = 8  # units that are named; more would hide the data
@@ -90,7 +91,8 @@ def _chart(values: Axes, ranges: Axes, number: NumberHistory, *, named: bool) ->
     place = np.arange(1, len(chart.values) + 1)
     values.plot(place, chart.values, "o-", color=MEASURED, markersize=3.5, linewidth=0.8)
     _lines(values, chart, named=named)
-    beyond = sorted(chart.signals)
+    _ewma(values, place, chart, named=named)
+    beyond = sorted({*chart.signals, *chart.shifts.signals})
     values.plot(
         place[beyond],
         chart.values[beyond],
@@ -103,6 +105,13 @@ def _chart(values: Axes, ranges: Axes, number: NumberHistory, *, named: bool) ->
     ranges.plot(place[1:], chart.ranges, "o-", color=MEASURED, markersize=3, linewidth=0.8)
     ranges.axhline(chart.mean_range, color=INK, linewidth=0.8)
     ranges.axhline(chart.range_high, color=INK, linestyle="--", linewidth=0.8)
+
+
+def _ewma(axes: Axes, place: Int64, chart: ControlChart, *, named: bool) -> None:
+    mean, reach = (chart.centre + chart.sigma * each for each in (chart.shifts.mean, chart.shifts.reach))
+    axes.plot(place, mean, "-", color=CLOSING, linewidth=1.6, label="EWMA and its limits" if named else None)
+    for limit in (reach, 2.0 * chart.centre - reach):
+        axes.plot(place, limit, "-.", color=CLOSING, linewidth=0.7)
 
 
 def _lines(axes: Axes, chart: ControlChart, *, named: bool) -> None:

@@ -10,18 +10,20 @@ import numpy as np
 
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.histories.capability import Capability, Index
-from etb_hil.histories.control_chart import FEWEST
+from etb_hil.histories.control_chart import FEWEST, ControlChart
 from etb_hil.histories.drift import FEWEST as LEAST
 from etb_hil.histories.drift import Drift
 from etb_hil.histories.gauge import ENOUGH_CATEGORIES, GOOD, USABLE, GaugeStudy
 from etb_hil.histories.history import FRICTION, History, NumberHistory
 from etb_hil.histories.rise import Rises
+from etb_hil.histories.shift import RUN_LENGTH
 from etb_hil.histories.temperature import FEWEST as FEWEST_UNITS
 from etb_hil.histories.temperature import LEAST_SPREAD, REFERENCE, TemperatureEffect
 from etb_hil.report.show import printable
 from etb_hil.results.shown import plain, quantity, unit_shown
 
 WIDTH = 80
+TESTS = "Nelson's rules, EWMA and CUSUM"
 _INDENT = 17
 _HELD = "\N{NO-BREAK SPACE}"
 
@@ -92,14 +94,9 @@ def _lacking(number: NumberHistory) -> Iterator[tuple[str, str]]:
 def _statements(number: NumberHistory) -> Iterator[tuple[str, str]]:
     if number.temperature is not None:
         yield "Temperature", _temperature(number.temperature, int(np.count_nonzero(np.isnan(number.compared))))
-    if (chart := number.chart) is not None:
-        signals = [f"{printable(number.charted[k], 30)}: {reason}" for k, reason in chart.signals.items()]
-        state = "steady" if not signals else "NOT STEADY: " + "; ".join(signals[:5])
-        more = f"; {len(signals) - 5} more in history.json" if len(signals) > 5 else ""
-        unit = number.unit
-        limits = f"limits {plain(chart.low, unit)} to {quantity(chart.high, unit)}"
-        centre = f"{len(chart.values)} units, centre {quantity(chart.centre, unit)}"
-        yield "Control chart", f"{centre}, {limits}, moving range {quantity(chart.mean_range, unit)}: {state}{more}."
+    if number.chart is not None:
+        yield "Control chart", _chart(number.chart, number)
+        yield "Distribution", distribution_text(number)
     if number.tolerance_limit is not None:
         yield "Population", _population(number.tolerance_limit, len(number.charted), number.temperature)
     if number.capability is not None:
@@ -112,6 +109,37 @@ def _statements(number: NumberHistory) -> Iterator[tuple[str, str]]:
         yield "Drift", " ".join(map(_drift, number.drifts))
     elif number.looked_at:
         yield "Drift", f"none; looked for in {number.looked_at} series of {LEAST} or more runs of a unit or bench."
+
+
+def _chart(chart: ControlChart, number: NumberHistory) -> str:
+    found = dict(sorted({**chart.shifts.signals, **chart.signals}.items()))
+    signals = [f"{printable(number.charted[k], 30)}: {reason}" for k, reason in found.items()]
+    state = "NOT STEADY: " + "; ".join(signals[:5]) if signals else f"steady by {TESTS}"
+    more = f"; {len(signals) - 5} more in history.json" if len(signals) > 5 else ""
+    unit = number.unit
+    limits = f"limits {plain(chart.low, unit)} to {quantity(chart.high, unit)}"
+    centre = f"{len(chart.values)} units, centre {quantity(chart.centre, unit)}"
+    ranges = f"moving range {quantity(chart.mean_range, unit)}"
+    chance = f"A steady process gives such a signal once in {RUN_LENGTH['all']} units." if signals else ""
+    return f"{centre}, {limits}, {ranges}: {state}{more}. {chance}".rstrip()
+
+
+def distribution_text(number: NumberHistory) -> str:
+    """Return the family that the values of the units follow, and which families their test rejected."""
+    shape, chart = number.shape, number.chart
+    if shape is not None:
+        rejected = "".join(f"; {family} rejected (p {_p(p)})" for family, p in shape.rejected.items())
+        return f"{shape.family}{'' if shape.p is None else f' (p {_p(shape.p)})'}{rejected}."
+    if chart is None or not np.ptp(chart.values):
+        return "unknown: the values do not scatter."
+    return (
+        "unknown: no family of distributions describes these units, so that no capability and no population limit is "
+        "given. Look at units with signals first, then for two populations, as of two suppliers."
+    )
+
+
+def _p(p: float) -> str:
+    return f"{p:.2f}" if p >= 0.01 else "< 0.01"
 
 
 def _temperature(effect: TemperatureEffect, left_out: int) -> str:

@@ -24,7 +24,7 @@ def read_store(address: StoreAddress, selection: Selection = EVERYTHING) -> list
     Raises InputError where it is no store, or cannot be reached. An embedded store of an earlier version is brought up
     to date first.
     """
-    chosen = _chosen(selection)
+    chosen = chosen_runs(selection)
     columns = [measurements.c[name] for name in VALUES]
     numbers: dict[int, dict[str, Values]] = {}
     with reading(address) as connection:
@@ -70,7 +70,7 @@ def _run(entry: Any, numbers: dict[str, Values]) -> Run:  # noqa: ANN401 (a row)
     return run_of(entry[1:5], entry[5:8], (*entry[8:10], entry[10] or ""), numbers)
 
 
-def _chosen(selection: Selection) -> sa.Select[Any]:
+def chosen_runs(selection: Selection) -> sa.Select[Any]:
     """Return the query for id and columns of the runs that are selected, the latest first."""
     query = sa.select(runs.c.id, *(runs.c[name] for name in OF_RUN)).where(runs.c.bench_outcome.is_not(None))
     for name in ("part_number", "revision", "scenario", "bench"):

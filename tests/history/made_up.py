@@ -4,6 +4,9 @@ from datetime import UTC, datetime, timedelta
 
 import numpy as np
 
+from etb_hil.histories.capability import capability
+from etb_hil.histories.distribution import normal
+from etb_hil.histories.tolerance import tolerance_limit
 from etb_hil.store.run import Measured, Run
 
 START = datetime(2026, 1, 5, 8, 0, tzinfo=UTC)
@@ -57,3 +60,13 @@ def golden(seed, count=30, units=("G1", "G2"), *, bench_moves=0.0, unit_moves=0.
         moved = bench_moves * k / count + (unit_moves * k / count if unit == units[0] else 0.0)
         made.append(run(k, unit, 0.17 * (1.0 + moved + rng.normal(0.0, noise))))
     return made
+
+
+def of_normal(chart, low, high, unsure=0.0):
+    """Return the capability of a chart as if its values were normally distributed."""
+    return capability(chart, normal(chart.values), low, high, unsure)
+
+
+def of_shares(values):
+    """Return the tolerance limit of values as if they were lognormal."""
+    return tolerance_limit(normal(values, by_shares=True))

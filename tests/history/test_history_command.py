@@ -99,11 +99,14 @@ def test_what_few_runs_do_not_tell_is_said_once():
 
 def test_text_is_plain_and_narrow():
     runs = made_up.production(9, 30, coefficient=-0.003, warm=30.0, benches=("x", "y"))
+    text = history_text(histories(runs)[0], 5)
+    assert "Cpk" in text
+    assert "Cp none: one side has no limit" in text
     runs += [made_up.run(900 + k, "\x1b[31m" * 20, 0.17 + 0.004 * k) for k in range(12)]
     text = history_text(histories(runs)[0], 500)
     assert max(map(len, text.splitlines())) <= 80
     assert "\x1b" not in text
-    for word in ("%/K", "NOT STEADY", "Cpk", "Cp none: one side has no limit", "distinct categories", "ALARM: unit"):
+    for word in ("%/K", "NOT STEADY", "Distribution", "distinct categories", "ALARM: unit"):
         assert word in text
 
 

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from etb_hil.histories.capability import capability
 from etb_hil.histories.control_chart import control_chart
+from etb_hil.histories.distribution import distribution
 from etb_hil.histories.drift import deviations, drifts
 from etb_hil.histories.gauge import balanced, gauge_study
 from etb_hil.histories.history import histories
@@ -122,7 +123,7 @@ def test_capability_intervals_hold_what_they_say():
     rng = np.random.default_rng(11)
     held = {"cpk": 0, "ppk": 0, "cp": 0}
     for _ in range(400):
-        found = capability(control_chart(rng.normal(10.0, 1.0, 40)), 6.0, 15.0)  # Cpk 4/3, Cp 9/6
+        found = made_up.of_normal(control_chart(rng.normal(10.0, 1.0, 40)), 6.0, 15.0)  # Cpk 4/3, Cp 9/6
         held["cpk"] += found.cpk.low <= 4 / 3 <= found.cpk.high
         held["ppk"] += found.ppk.low <= 4 / 3 <= found.ppk.high
         held["cp"] += found.cp.low <= 1.5 <= found.cp.high
@@ -131,25 +132,25 @@ def test_capability_intervals_hold_what_they_say():
 
 def test_capability_says_what_it_rests_on():
     chart = control_chart(np.array([1.0, 2.0] * 5))
-    few = capability(chart, None, 9.0)
+    few = made_up.of_normal(chart, None, 9.0)
     assert few.is_preliminary
     assert few.steady
     assert few.cp is None
-    assert capability(chart, None, None) is None
-    assert capability(control_chart(np.ones(9)), None, 2.0) is None
-    assert not capability(control_chart(np.arange(30.0)), 0.0, 40.0).steady
+    assert made_up.of_normal(chart, None, None) is None
+    assert made_up.of_normal(control_chart(np.ones(9)), None, 2.0) is None
+    assert not made_up.of_normal(control_chart(np.arange(30.0)), 0.0, 40.0).steady
 
 
 def test_less_than_one_percent_exceed_a_tolerance_limit():
-    assert tolerance_limit(np.full(7, 0.17)) is None
-    assert tolerance_limit(np.array([0.17] * 8 + [0.0])) is None
+    assert tolerance_limit(distribution(np.full(7, 0.17), by_shares=True)) is None
+    assert tolerance_limit(distribution(np.array([0.17] * 8 + [0.0]), by_shares=True)) is None
     rng = np.random.default_rng(12)
     true = 0.17 * np.exp(0.1 * 2.3263)
-    held = sum(tolerance_limit(0.17 * np.exp(0.1 * rng.standard_normal(20))) >= true for _ in range(400))
+    held = sum(made_up.of_shares(0.17 * np.exp(0.1 * rng.standard_normal(20))) >= true for _ in range(400))
     assert 0.92 * 400 <= held <= 0.98 * 400
     runs = made_up.production(3, 12, coefficient=-0.003, warm=30.0)
     number = histories(runs)[0].numbers[0]
-    assert number.tolerance_limit == tolerance_limit(number.chart.values)
+    assert number.tolerance_limit == tolerance_limit(number.shape)
     text = " ".join(history_text(histories(runs)[0], 5).split())
     assert f"99 % of their like lie below {number.tolerance_limit:.3f} N·m at 20 °C" in text
     assert f"coefficient: {100 * number.temperature.coefficient:.2f} %/K, reference: 20 degC" in text
@@ -168,12 +169,13 @@ def test_capability_is_of_one_temperature():
     number = histories(runs)[0].numbers[0]
     assert runs[-1].numbers["T_st"].limit_high < 0.25
     assert number.limit_high == pytest.approx(0.26, rel=0.015)
-    plain = capability(number.chart, None, number.limit_high)
+    plain = capability(number.chart, number.shape, None, number.limit_high)
     low, high = number.capability.cpk.low, number.capability.cpk.high
     assert low < plain.cpk.low < plain.cpk.high < high
-    off = capability(number.chart, None, number.limit_high, 0.01).cpk
+    off = capability(number.chart, number.shape, None, number.limit_high, 0.01).cpk
     half, without = 0.5 * (off.high - off.low), 0.5 * (plain.cpk.high - plain.cpk.low)
-    assert half == pytest.approx(np.hypot(without, 0.01 / (3.0 * number.chart.sigma)))
+    reach = (number.shape.high - number.shape.median) * number.chart.sigma / number.chart.values.std(ddof=1)
+    assert half == pytest.approx(np.hypot(without, 0.01 / reach))
     warm = [run for run in runs if run.temperature > 25.0]
     assert histories(warm)[0].numbers[0].temperature is not None
     assert histories(warm)[0].numbers[0].capability is None

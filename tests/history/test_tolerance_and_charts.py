@@ -3,16 +3,17 @@
 import itertools
 import math
 
+import made_up
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import chi2, norm
 
-from etb_hil.histories.capability import capability
 from etb_hil.histories.control_chart import control_chart
+from etb_hil.histories.distribution import distribution
 from etb_hil.histories.gauge import balanced, gauge_study
-from etb_hil.histories.tolerance import change_limit, factor, tolerance_limit
+from etb_hil.histories.tolerance import change_limit, factor
 
 HALF_WAY = 0.5 * math.log(1.25)
 
@@ -29,10 +30,10 @@ def test_the_tolerance_factor_is_that_of_the_handbook(count):
 def test_a_tolerance_limit_needs_eight_values_above_zero():
     values = np.exp(np.array([0.1, -0.1] * 4))
     expected = math.exp(factor(8) * math.sqrt(8 * 0.01 / 7))
-    assert tolerance_limit(values) == pytest.approx(expected)
-    assert tolerance_limit(values[:7]) is None
-    assert tolerance_limit(np.append(values, 0.0)) is None
-    assert tolerance_limit(np.append(values, -1.0)) is None
+    assert made_up.of_shares(values) == pytest.approx(expected)
+    assert distribution(values[:7], by_shares=True) is None
+    assert distribution(np.append(values, 0.0), by_shares=True) is None
+    assert distribution(np.append(values, -1.0), by_shares=True) is None
 
 
 def test_a_change_limit_is_half_way_to_what_matters_unless_units_scatter_by_more():
@@ -107,7 +108,7 @@ def test_a_value_on_the_centre_ends_a_run_on_one_side():
 def test_capability_is_the_nearer_limit_over_three_sigma_with_published_intervals():
     values = np.array([10.0, 11.0] * 15)
     chart = control_chart(values)
-    found = capability(chart, 4.0, 18.0)
+    found = made_up.of_normal(chart, 4.0, 18.0)
     sigma, overall = 1.0 / 1.128, values.std(ddof=1)
     assert found.count == 30
     assert found.cpk.value == pytest.approx(6.5 / (3 * sigma))
@@ -119,16 +120,16 @@ def test_capability_is_the_nearer_limit_over_three_sigma_with_published_interval
         assert (index.low, index.high) == (pytest.approx(index.value - half), pytest.approx(index.value + half))
     for edge, beyond in ((found.cp.low, 0.025), (found.cp.high, 0.975)):
         assert edge == pytest.approx(found.cp.value * math.sqrt(chi2.ppf(beyond, freedom) / freedom))
-    assert capability(chart, 4.5, 17.0).cpk.value == pytest.approx(6.0 / (3 * sigma))
-    assert capability(chart, 8.0, None).cpk.value == pytest.approx(2.5 / (3 * sigma))
-    assert capability(chart, None, 13.0).cpk.value == pytest.approx(2.5 / (3 * sigma))
-    assert capability(chart, 8.0, None).cp is None
-    assert capability(chart, None, 13.0).cp is None
+    assert made_up.of_normal(chart, 4.5, 17.0).cpk.value == pytest.approx(6.0 / (3 * sigma))
+    assert made_up.of_normal(chart, 8.0, None).cpk.value == pytest.approx(2.5 / (3 * sigma))
+    assert made_up.of_normal(chart, None, 13.0).cpk.value == pytest.approx(2.5 / (3 * sigma))
+    assert made_up.of_normal(chart, 8.0, None).cp is None
+    assert made_up.of_normal(chart, None, 13.0).cp is None
 
 
 def test_capability_widens_by_what_all_values_may_be_off_together():
     chart = control_chart(np.array([10.0, 11.0] * 15))
-    sure, unsure = capability(chart, None, 14.0), capability(chart, None, 14.0, unsure=0.3)
+    sure, unsure = made_up.of_normal(chart, None, 14.0), made_up.of_normal(chart, None, 14.0, unsure=0.3)
     for name, spread in (("cpk", chart.sigma), ("ppk", chart.values.std(ddof=1))):
         narrow, wide = getattr(sure, name), getattr(unsure, name)
         assert narrow.value == wide.value
@@ -140,11 +141,11 @@ def test_capability_widens_by_what_all_values_may_be_off_together():
 @pytest.mark.parametrize(("count", "preliminary"), [(24, True), (25, False)])
 def test_a_capability_of_fewer_than_25_units_is_preliminary(count, preliminary):
     values = np.resize([10.0, 11.0], count)
-    assert capability(control_chart(values), None, 14.0).is_preliminary is preliminary
+    assert made_up.of_normal(control_chart(values), None, 14.0).is_preliminary is preliminary
 
 
 def test_no_capability_without_spread():
-    assert capability(control_chart(np.ones(9)), 0.0, 2.0) is None
+    assert made_up.of_normal(control_chart(np.ones(9)), 0.0, 2.0) is None
 
 
 def test_a_gauge_tells_so_many_groups_of_units_apart():

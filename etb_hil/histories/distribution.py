@@ -1,0 +1,141 @@
+"""The distribution of a quantity from unit to unit, on which its tolerance limit and its capability both rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.special import betainc, gammainc, gammaincinv, gammaln
+
+from etb_hil.histories.control_chart import FEWEST
+from etb_hil.recording.samples import Float64
+
+REJECTED = 0.05  # p-value below which a family does not describe the values
+NORMAL, LOGNORMAL, PEARSON, EMPIRICAL = "normal", "lognormal", "Pearson type III", "empirical"
+# Values of which the greatest exceeds the quantile of 99.865 % with 97.5 % confidence: 1 - 0.99865^n >= 0.975.
+ENOUGH = 2731
+_MOST_TESTED = 5000  # values, for which Royston (1995) gives the p-value of Shapiro and Wilk's test
+_QUANTILES = np.array([0.00135, 0.5, 0.99, 0.99865])  # those of 3 sigma, the median, and that of the tolerance limit
+_REPLICATES = 300
+_SHAPES = np.geomspace(0.05, 2e4, 600)  # of a gamma distribution; the last is normal for all that 3 sigma shows
+_SKEWS = 6.0 * betainc(_SHAPES, 2.0 * _SHAPES, 1.0 / 3.0) - 3.0  # their L-skewness (Hosking and Wallis 1997, A.9)
+
+
+@dataclass(frozen=True, slots=True)
+class Distribution:
+    """A distribution of `count` values: its family, and the quantiles of 0.135, 50, 99 and 99.865 %.
+
+    `p` is the p-value at which its own test did not reject it (None of the empirical one), `rejected` has those of the
+    families that were. `replicates` (k, 4) are quantiles of as many bootstrap samples; none of the normal families,
+    whose intervals have closed forms.
+    """
+
+    family: str
+    p: float | None
+    rejected: dict[str, float]
+    count: int
+    low: float
+    median: float
+    most: float
+    high: float
+    replicates: Float64 = field(default_factory=lambda: np.empty((0, len(_QUANTILES))))
+
+    @property
+    def is_normal(self) -> bool:
+        """Whether the values, or their logarithms, are normally distributed."""
+        return not len(self.replicates)
+
+
+def distribution(values: Float64, *, by_shares: bool = False) -> Distribution | None:
+    """Return the distribution of values (n >= 8); None where they do not scatter, or nothing describes them.
+
+    Normal, or lognormal where a quantity scatters `by_shares` and is above zero, unless Shapiro and Wilk's test rejects
+    that at 5 %. Then Pearson type III by L-moments, unless a bootstrapped Cramer-von Mises test rejects it; from 2,731
+    values on the empirical one in its place.
+    """
+    if len(values) < FEWEST or not np.ptp(values) > 0.0 or (by_shares and not np.all(values > 0.0)):
+        return None
+    family = LOGNORMAL if by_shares else NORMAL
+    p = _normal_p(np.log(values) if by_shares else values)
+    if p >= REJECTED:
+        return normal(values, p, by_shares=by_shares)
+    if len(values) >= ENOUGH:
+        return _empirical(values, {family: p})
+    return _pearson(values, {family: p})
+
+
+def normal(values: Float64, p: float = 1.0, *, by_shares: bool = False) -> Distribution:
+    """Return the normal distribution of values (n), or the lognormal one, whatever a test says of it."""
+    level = np.log(values) if by_shares else values
+    at = level.mean() + level.std(ddof=1) * np.array([-3.0, 0.0, 2.3263, 3.0])
+    low, median, most, high = (np.exp(at) if by_shares else at).tolist()
+    return Distribution(LOGNORMAL if by_shares else NORMAL, p, {}, len(values), low, median, most, high)
+
+
+def _normal_p(values: Float64) -> float:
+    from scipy.stats import shapiro  # noqa: PLC0415 (half a second)
+
+    tested = values[np.linspace(0, len(values) - 1, min(len(values), _MOST_TESTED)).astype(int)]
+    return float(shapiro((tested - tested.mean()) / tested.std()).pvalue)
+
+
+def _pearson(values: Float64, rejected: dict[str, float]) -> Distribution | None:
+    fitted = _Pearson.of(values[None, :])
+    draws = np.random.default_rng(len(values)).standard_gamma(fitted.shape[0], (_REPLICATES, len(values)))
+    samples = fitted.mean[0] + fitted.scale[0] * (draws - fitted.shape[0])
+    refitted = _Pearson.of(samples)
+    distance = refitted.distance(samples)
+    p = float(np.mean(distance >= fitted.distance(values[None, :])[0]))
+    if p < REJECTED:
+        return None
+    low, median, most, high = fitted.quantiles()[0].tolist()
+    return Distribution(PEARSON, p, rejected, len(values), low, median, most, high, refitted.quantiles())
+
+
+@dataclass(frozen=True, slots=True)
+class _Pearson:
+    """Pearson type III distributions (k): mean, shape and scale of a gamma; a scale below zero skews to the left."""
+
+    mean: Float64
+    shape: Float64
+    scale: Float64
+
+    @classmethod
+    def of(cls, samples: Float64) -> _Pearson:
+        """Return the distributions of samples (k, n) by L-moments (Hosking 1990)."""
+        count = samples.shape[1]
+        place = np.arange(count)
+        ordered = np.sort(samples, axis=1)
+        b0, b1 = ordered.mean(axis=1), (ordered * (place / (count - 1))).mean(axis=1)
+        b2 = (ordered * (place * (place - 1) / ((count - 1) * (count - 2)))).mean(axis=1)
+        width = 2.0 * b1 - b0
+        skew = (6.0 * b2 - 6.0 * b1 + b0) / width
+        shape = np.exp(np.interp(-np.abs(skew), -_SKEWS, np.log(_SHAPES)))
+        scale = np.sqrt(np.pi) * width * np.exp(gammaln(shape) - gammaln(shape + 0.5))
+        return cls(b0, shape, np.where(skew < 0.0, -scale, scale))
+
+    def quantiles(self) -> Float64:
+        """Return `_QUANTILES` (k, 4)."""
+        mean, shape, scale = (each[:, None] for each in (self.mean, self.shape, self.scale))
+        share = np.where(scale > 0.0, _QUANTILES, 1.0 - _QUANTILES)
+        found: Float64 = mean + scale * (gammaincinv(shape, share) - shape)
+        return found
+
+    def distance(self, samples: Float64) -> Float64:
+        """Return the Cramer-von Mises distance (k) of samples (k, n) from their distributions."""
+        mean, shape, scale = (each[:, None] for each in (self.mean, self.shape, self.scale))
+        below = gammainc(shape, np.maximum(shape + (samples - mean) / scale, 0.0))
+        share = np.sort(np.where(scale > 0.0, below, 1.0 - below), axis=1)
+        count = samples.shape[1]
+        apart: Float64 = ((share - (np.arange(count) + 0.5) / count) ** 2).sum(axis=1)
+        return apart
+
+
+def _empirical(values: Float64, rejected: dict[str, float]) -> Distribution:
+    """Return the distribution of many values as they are; their order statistics have Beta distributed shares."""
+    ordered, count = np.sort(values), len(values)
+    rank = np.ceil(_QUANTILES * count)
+    shares = np.random.default_rng(count).beta(rank, count + 1 - rank, (_REPLICATES, len(_QUANTILES)))
+    replicates = ordered[np.minimum((shares * count).astype(int), count - 1)]
+    low, median, most, high = ordered[rank.astype(int) - 1].tolist()
+    return Distribution(EMPIRICAL, None, rejected, count, low, median, most, high, replicates)
