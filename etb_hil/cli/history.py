@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--until", metavar="TIME", help="runs before this time")
     parser.add_argument("--latest", type=int, metavar="N", help="the latest N runs")
     parser.add_argument("--rows", type=int, default=ROWS, help="latest runs to print (default: %(default)s)")
-    parser.add_argument("--out", type=Path, help="folder for history.csv, .json, .parquet and the plots of each part")
+    parser.add_argument("--out", type=Path, help="folder for history.html, .csv, .json, .parquet and plots")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -46,10 +46,12 @@ def run(options: argparse.Namespace) -> int:
         print(f"note: {note}")
     if options.out is not None:
         from etb_hil.histories.tables import write_tables
+        from etb_hil.report.history_page import PAGE_NAME, write_history_page
         from etb_hil.report.history_plot import plot_history
         from etb_hil.report.history_temperature_plot import plot_over_temperature
 
         pages = write_tables(found, options.out)
+        pages.insert(0, write_history_page(found, options.out / PAGE_NAME, max(options.rows, 1), past.notes))
         for number, history in enumerate(found, 1):
             which = "" if len(found) == 1 else f"-{number}"
             pages.append(options.out / f"history{which}.png")

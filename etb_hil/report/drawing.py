@@ -14,6 +14,7 @@ import numpy as np
 from markupsafe import escape
 from matplotlib.axes import Axes
 from matplotlib.backend_bases import get_registered_canvas_class
+from matplotlib.dates import ConciseDateFormatter
 from matplotlib.figure import Figure
 
 from etb_hil.base.files import replacing
@@ -146,6 +147,8 @@ def _scales(axes: Axes) -> str:
     box = (frame.x0 * width, (1.0 - frame.y1) * height, frame.width * width, frame.height * height)
     values = {"box": box, "x": axes.get_xlim(), "y": axes.get_ylim()}
     words = {"xlabel": axes.get_xlabel(), "ylabel": axes.get_ylabel().replace("\n", " ")}
+    if isinstance(axes.xaxis.get_major_formatter(), ConciseDateFormatter):
+        words["dates"] = "days since 1970-01-01"
     shown = {key: " ".join(f"{value:.9g}" for value in each) for key, each in values.items()} | words
     return " ".join(f'data-{key}="{escape(text)}"' for key, text in shown.items())
 

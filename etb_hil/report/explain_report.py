@@ -10,7 +10,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from etb_hil import __version__
@@ -20,7 +19,7 @@ from etb_hil.discrepancy.answer.pictures import Pictures
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.report import explain_plots
 from etb_hil.report.drawing import inline_svg, save_png
-from etb_hil.report.html_report import script
+from etb_hil.report.page_template import ours, render
 from etb_hil.report.what_is_left import what_is_left
 from etb_hil.results.explanation import (
     LAST_FIT,
@@ -106,27 +105,20 @@ def write_explanation(
             plots["over_runs"] = explain_plots.over_runs(series.runs)
         for name, figure in plots.items():
             save_png(figure, folder / f"{name}.png")
-            drawn.append((name, Markup(inline_svg(figure, name))))  # noqa: S704 (our own drawing)
+            drawn.append((name, ours(inline_svg(figure, name))))
     return write_text(folder / REPORT_NAME, _page(found, drawn, folder, inputs))
 
 
 def _page(found: ExplanationResult, drawn: list[tuple[str, Markup]], folder: Path, inputs: Sequence[Path]) -> str:
-    here = Path(__file__).parent
-    environment = Environment(
-        loader=FileSystemLoader(here), autoescape=True, undefined=StrictUndefined, trim_blocks=True
-    )
-    zoom, zoom_hash = script("zoom.js")
     verdict = found.verdict
-    return environment.get_template("explain.html.jinja").render(
+    return render(
+        "explain.html.jinja",
         headline=verdict.replace("_", " ").upper(),
         tone=_TONES[verdict],
         named=_named(found),
         reason=_reason(found),
         further=_further(found),
         next_test=_next_test(found),
-        style=Markup((here / "report.css").read_text("utf-8")),  # noqa: S704 (our own file)
-        zoom=zoom,
-        zoom_hash=zoom_hash,
         causes=[_cause(cause, is_followed=_is_followed(found)) for cause in found.causes],
         model_file=_model_file(found),
         drawn=drawn,

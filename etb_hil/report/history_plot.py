@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Callable
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -15,11 +17,23 @@ from matplotlib.figure import Figure
 from etb_hil.histories.control_chart import FEWEST, ControlChart
 from etb_hil.histories.history import FRICTION, History, NumberHistory
 from etb_hil.recording.samples import Int64
-from etb_hil.report.drawing import CLOSING, INK, LIMIT, MEASURED, MUTED, STYLE, legend_below, save_png, say_empty
+from etb_hil.report.drawing import (
+    CLOSING,
+    INK,
+    LIMIT,
+    MEASURED,
+    MUTED,
+    OPENING,
+    STYLE,
+    legend_below,
+    save_png,
+    say_empty,
+)
 from etb_hil.report.show import printable
 
 _NAMED = 8  # units that are named; more would hide the data
 _MARKERS = "osD^vPX*"
+_COLOURS = (MEASURED, OPENING, CLOSING)
 _SHORTEST = timedelta(hours=1)  # of the time axis; of a single run it would be years
 
 
@@ -35,36 +49,39 @@ def plot_history(history: History, path: Path) -> None:
     part = printable(" ".join(filter(None, (history.part_number, history.revision, history.scenario))), 90)
     figure.suptitle(part, fontsize=11, color=INK)
     for place, number in enumerate(names):
-        _over_time(axes[f"{number.id} time"], history, number, named=place == 0)
-        _chart(axes[f"{number.id} chart"], axes[f"{number.id} range"], number, named=place == 0)
+        draw_over_time(axes[f"{number.id} time"], history, number, named=place == 0)
+        draw_chart(axes[f"{number.id} chart"], axes[f"{number.id} range"], number, named=place == 0)
     legend_below(figure, 5)
     save_png(figure, path)
 
 
-def _over_time(axes: Axes, history: History, number: NumberHistory, *, named: bool) -> None:
+def draw_over_time(axes: Axes, history: History, number: NumberHistory, *, named: bool) -> None:
+    """Draw each value of a measurement at its time, those of often tested units with marks of their own."""
     known = "" if number.temperature is None else " at 20 °C"
-    axes.set(title=f"{number.id}{known} by unit", ylabel=_label(number))
+    axes.set(title=f"{number.id}{known} by unit", ylabel=label_of(number))
     if not number.at:
         say_empty(axes, "no run counts")
         return
     when = np.array([datetime.fromisoformat(history.runs[k].started) for k in number.at])
     units = [history.runs[k].serial for k in number.at]
-    often = sorted(set(units), key=lambda unit: (not unit, -units.count(unit), unit))[:_NAMED]
+    again = [(unit, count) for unit, count in Counter(units).items() if count > 1]
+    often = [unit for unit, _ in sorted(again, key=lambda each: (not each[0], -each[1], each[0]))[:_NAMED]]
     rest = np.array([unit not in often for unit in units])
-    for marker, unit in zip(_MARKERS, often, strict=False):
+    for place, (marker, unit) in enumerate(zip(_MARKERS, often, strict=False)):
         here = np.array([u == unit for u in units])
         label = (printable(unit, 20) or "no serial number") if named else None
         axes.plot(
             when[here],
             number.compared[here],
             f"{marker}-" if unit else marker,
+            color=_COLOURS[place % len(_COLOURS)],
             markersize=4,
             linewidth=0.8,
             label=label,
         )
     if rest.any():
         axes.plot(when[rest], number.compared[rest], ".", color=MUTED, label="other units" if named else None)
-    _limits(axes, number, "limit" if named else None)
+    draw_limits(axes.axhline, number, "limit" if named else None)
     if when.max() - when.min() < _SHORTEST:
         middle = when.min() + 0.5 * (when.max() - when.min())
         axes.set_xlim(middle - 0.5 * _SHORTEST, middle + 0.5 * _SHORTEST)
@@ -73,12 +90,14 @@ def _over_time(axes: Axes, history: History, number: NumberHistory, *, named: bo
     axes.xaxis.set_major_formatter(ConciseDateFormatter(locator))  # type: ignore[no-untyped-call]
 
 
-def _label(number: NumberHistory) -> str:
+def label_of(number: NumberHistory) -> str:
+    """Return what an axis of a measurement is called."""
     return number.id if number.unit == "1" else f"{number.id} / {number.unit}"
 
 
-def _chart(values: Axes, ranges: Axes, number: NumberHistory, *, named: bool) -> None:
-    values.set(title=f"Control chart of {number.id}, a point a unit", ylabel=_label(number))
+def draw_chart(values: Axes, ranges: Axes, number: NumberHistory, *, named: bool) -> None:
+    """Draw the control chart of a measurement, and its moving ranges."""
+    values.set(title=f"Control chart of {number.id}, a point a unit", ylabel=label_of(number))
     values.sharex(ranges)
     values.tick_params(labelbottom=False)
     ranges.set(xlabel="units in order of their latest runs", ylabel="moving range")
@@ -120,7 +139,9 @@ def _lines(axes: Axes, chart: ControlChart, *, named: bool) -> None:
     axes.axhline(chart.high, color=INK, linestyle="--", linewidth=0.8)
 
 
-def _limits(axes: Axes, number: NumberHistory, label: str | None) -> None:
+def draw_limits(line: Callable[..., object], number: NumberHistory, label: str | None) -> None:
+    """Draw the limits of a measurement by an axes' own `line` across it or along."""
     for limit in (number.limit_low, number.limit_high):
         if limit is not None:
-            axes.axhline(limit, color=LIMIT, linestyle=":", label=label)
+            line(limit, color=LIMIT, linestyle=":", label=label)
+            label = None

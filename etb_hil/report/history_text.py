@@ -34,17 +34,17 @@ def history_text(history: History, rows: int) -> str:
     lines = ["", f"{head}, {printable(history.scenario, 30)}", *_table(history, rows)]
     numbers = [number for number in history.numbers if number.at]
     for number in numbers:
-        statements = list(_statements(number))
-        if statements:
+        said = list(statements(number))
+        if said:
             lines += ["", f"{number.id}, {number.plain}"]
-            lines += [line for name, text in statements for line in _entry(name, text)]
-    lacking: dict[tuple[str, str], list[str]] = {}
+            lines += [line for name, text in said for line in _entry(name, text)]
+    missing: dict[tuple[str, str], list[str]] = {}
     for number in numbers:
-        for entry in _lacking(number):
-            lacking.setdefault(entry, []).append(number.id)
-    if lacking:
+        for entry in lacking(number):
+            missing.setdefault(entry, []).append(number.id)
+    if missing:
         lines += ["", "Not told yet"]
-    for (name, text), ids in lacking.items():
+    for (name, text), ids in missing.items():
         whose = "" if name == "Temperature" or len(ids) == len(numbers) else f"{', '.join(ids)}: "
         lines += _entry(name, whose + text)
     return "\n".join(lines)
@@ -78,7 +78,7 @@ def _table(history: History, rows: int) -> Iterator[str]:
         yield f"  {run.started[:10]:11}{serial:18}{values}{plain(run.temperature, 'degC'):>6} {said}".rstrip()
 
 
-def _lacking(number: NumberHistory) -> Iterator[tuple[str, str]]:
+def lacking(number: NumberHistory) -> Iterator[tuple[str, str]]:
     """Yield what the runs do not tell, and what it would take."""
     if number.id in FRICTION and number.temperature is None:
         seen = f"fewer than {FEWEST_UNITS} units were seen at temperatures {LEAST_SPREAD:.0f} K apart"
@@ -91,7 +91,8 @@ def _lacking(number: NumberHistory) -> Iterator[tuple[str, str]]:
         yield "Drift", f"no unit and no bench has {LEAST} runs of units that were measured again."
 
 
-def _statements(number: NumberHistory) -> Iterator[tuple[str, str]]:
+def statements(number: NumberHistory) -> Iterator[tuple[str, str]]:
+    """Yield what the runs say of a measurement: a name and sentences each."""
     if number.temperature is not None:
         yield "Temperature", _temperature(number.temperature, int(np.count_nonzero(np.isnan(number.compared))))
     if number.chart is not None:
@@ -99,8 +100,8 @@ def _statements(number: NumberHistory) -> Iterator[tuple[str, str]]:
         yield "Distribution", distribution_text(number)
     if number.tolerance_limit is not None:
         yield "Population", _population(number.tolerance_limit, len(number.charted), number.temperature)
-    if number.capability is not None:
-        yield "Capability", _capability(number.capability)
+    if number.capability is not None and number.shape is not None:
+        yield "Capability", _capability(number.capability, by_quantiles=not number.shape.is_normal)
     if number.gauge is not None:
         yield "Gauge R&R", _gauge(number.gauge, number.unit)
     if number.rises is not None:
@@ -120,7 +121,10 @@ def _chart(chart: ControlChart, number: NumberHistory) -> str:
     limits = f"limits {plain(chart.low, unit)} to {quantity(chart.high, unit)}"
     centre = f"{len(chart.values)} units, centre {quantity(chart.centre, unit)}"
     ranges = f"moving range {quantity(chart.mean_range, unit)}"
-    chance = f"A steady process gives such a signal once in {RUN_LENGTH['all']} units." if signals else ""
+    chance = f"A steady process gives such a signal once in {RUN_LENGTH['all']} units" if signals else ""
+    if signals and (number.shape is None or not number.shape.is_normal):
+        chance += " where values are normally distributed; these are not, and give one more often"
+    chance += "." if chance else ""
     return f"{centre}, {limits}, {ranges}: {state}{more}. {chance}".rstrip()
 
 
@@ -165,8 +169,9 @@ def _population(limit: float, units: int, law: TemperatureEffect | None) -> str:
     return f"{at_reference}. As a limits file follows temperature: {{{stated}}}."
 
 
-def _capability(found: Capability) -> str:
-    text = f"Cpk {_index(found.cpk)}, Ppk {_index(found.ppk)}, "
+def _capability(found: Capability, *, by_quantiles: bool) -> str:
+    text = "" if by_quantiles else f"Cpk {_index(found.cpk)}, "
+    text += f"Ppk {_index(found.ppk)}{' by quantiles' if by_quantiles else ''}, "
     text += "Cp none: one side has no limit" if found.cp is None else f"Cp {_index(found.cp)}"
     text += f"; {found.count} units"
     if found.is_preliminary:
@@ -190,11 +195,16 @@ def _gauge(study: GaugeStudy, unit: str) -> str:
         text += "AV unknown (one bench), "
     else:
         text += f"AV {_spread(study.reproducibility, unit)}, "
-    text += f"PV {_spread(study.part, unit)} {'mN·m' if unit == 'N·m' else unit_shown(unit)}".rstrip()
+    text += f"PV {spread_text(study.part, unit)}"
     if study.units < 10:
         text += "; the manual asks for 10 units"
     limits = f"{100 * GOOD:.0f} and {100 * USABLE:.0f} %, {ENOUGH_CATEGORIES} categories"
     return f"{text}. This gauge is {study.verdict.upper()} (limits: {limits})."
+
+
+def spread_text(value: float, unit: str) -> str:
+    """Return a standard deviation with its unit, torques in mN·m."""
+    return f"{_spread(value, unit)} {'mN·m' if unit == 'N·m' else unit_shown(unit)}".rstrip()
 
 
 def _spread(value: float, unit: str) -> str:

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-from base64 import b64encode
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from etb_hil.base.files import write_text
@@ -16,6 +14,7 @@ from etb_hil.base.outcome import UnitVerdict
 from etb_hil.report import condition_plots, plots, show
 from etb_hil.report.drawing import inline_svg, save_png
 from etb_hil.report.grades import bus_facts, timing_facts
+from etb_hil.report.page_template import ours, render
 from etb_hil.report.series import ReportSeries
 from etb_hil.report.show import phase_name
 from etb_hil.report.unit_codes import facts, measured_for
@@ -73,37 +72,8 @@ def write_report(
     return write_text(folder / REPORT_NAME, page)
 
 
-def script(name: str) -> tuple[Markup, Markup]:
-    """Return a script of ours and the source by which a content security policy allows it, and no other."""
-    text = (Path(__file__).parent / name).read_text(encoding="utf-8")
-    digest = b64encode(hashlib.sha256(text.encode()).digest()).decode()
-    return _ours(text), _ours(f"'sha256-{digest}'")
-
-
 def render_page(results: RunResult, drawn: Mapping[str, str], texts: Mapping[str, str], next_step: str = "") -> str:
     """Return the page; `drawn` maps plots to their `<svg>` elements, `texts` inputs to what they hold."""
-    zoom, zoom_hash = script("zoom.js")
-    here = Path(__file__).parent
-    environment = Environment(
-        loader=FileSystemLoader(here),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        finalize=_finalize,
-    )
-    environment.filters.update(
-        plain=shown.plain,
-        unit_shown=shown.unit_shown,
-        value=shown.value,
-        interval=shown.interval,
-        limits=shown.limits,
-        share=show.share,
-        seconds=lambda value: shown.quantity(value, "s"),
-        whole=_sentence,
-        short=lambda text: text[:_LONGEST_WORD],
-        long=lambda text: _sentence(text[:_LONGEST_PHRASE]),
-        count=lambda value: shown.UNKNOWN if value is None else str(value),
-    )
     verdict = verdict_of(results, next_step)
     says = results.unit_diagnostics
     at_rates = [one for one in results.measurements.values() if one.id.startswith(_AT_RATE)]
@@ -111,7 +81,10 @@ def render_page(results: RunResult, drawn: Mapping[str, str], texts: Mapping[str
     shown_first = min(max(_MOST_NUMBERS, len(results.judged)), _MOST_JUDGED)
     made_by = [*results.versions.items(), *((f"plug-in {one.name}", one.version) for one in results.plugins)]
     versions = ", ".join(f"{name} {version}".strip() for name, version in made_by)
-    return environment.get_template("report.html.jinja").render(
+    return render(
+        "report.html.jinja",
+        _FILTERS,
+        _finalize,
         results=results,
         verdict=verdict,
         reason=_sentence(verdict.reason),
@@ -138,13 +111,10 @@ def render_page(results: RunResult, drawn: Mapping[str, str], texts: Mapping[str
         run_id=_sentence(results.run_id[:90]),
         versions=_sentence(versions[:_LONGEST_VERSIONS]),
         texts={name: _text(text) for name, text in texts.items()},
-        zoom=zoom,
-        zoom_hash=zoom_hash,
-        style=_ours((here / "report.css").read_text(encoding="utf-8")),
-        speed_plot=_ours(drawn["friction_over_speed"]),
-        angle_plot=_ours(drawn["friction_over_angle"]),
-        time_plot=_ours(drawn["time_traces"]),
-        further_plots=[(name.replace("_", " ").capitalize(), _ours(drawn[name])) for name in _FURTHER if name in drawn],
+        speed_plot=ours(drawn["friction_over_speed"]),
+        angle_plot=ours(drawn["friction_over_angle"]),
+        time_plot=ours(drawn["time_traces"]),
+        further_plots=[(name.replace("_", " ").capitalize(), ours(drawn[name])) for name in _FURTHER if name in drawn],
     )
 
 
@@ -169,11 +139,6 @@ def _text(text: str) -> Markup:
     return escape("\n".join(show.printable(line, _LONGEST_SENTENCE) for line in text.expandtabs(4).splitlines()))
 
 
-def _ours(text: str) -> Markup:
-    """Mark what the project itself made, with every name in it escaped already, as safe."""
-    return Markup(text)  # noqa: S704 (style sheet and plots; matplotlib escapes the texts that it draws)
-
-
 def _finalize(value: object) -> object:
     """Take control characters and endless names out of everything that goes into the page."""
     return show.printable(value, _LONGEST_NAME) if isinstance(value, str) and not isinstance(value, Markup) else value
@@ -186,3 +151,18 @@ def _sentence(text: str) -> Markup:
 def _highest(exceedances: tuple[Exceedance, ...]) -> list[Exceedance]:
     highest = sorted(exceedances, key=lambda e: abs(e.peak) - e.limit, reverse=True)[:_MOST_EXCEEDANCES]
     return sorted(highest, key=lambda e: e.start_s)
+
+
+_FILTERS: dict[str, Callable[..., Any]] = {
+    "plain": shown.plain,
+    "unit_shown": shown.unit_shown,
+    "value": shown.value,
+    "interval": shown.interval,
+    "limits": shown.limits,
+    "share": show.share,
+    "seconds": lambda value: shown.quantity(value, "s"),
+    "whole": _sentence,
+    "short": lambda text: text[:_LONGEST_WORD],
+    "long": lambda text: _sentence(text[:_LONGEST_PHRASE]),
+    "count": lambda value: shown.UNKNOWN if value is None else str(value),
+}

@@ -13,6 +13,14 @@ const element = (name, attributes) => {
   return made;
 };
 
+/* Times are days since 1970, as matplotlib has them: steps of minutes, hours and days, told as hours or as a date. */
+const MINUTE = 1 / 1440;
+const STEPS = [1, 2, 5, 10, 30, 60, 180, 360, 720, 1440, 2880, 10080, 43200, 129600, 525600].map((n) => n * MINUTE);
+const dated = (days, step) => {
+  const text = new Date(Math.round(days * 1440) * 60000).toISOString();
+  return step < 1 && text.slice(11, 16) !== "00:00" ? text.slice(11, 16) : step < 30 ? text.slice(5, 10) : text.slice(0, 7);
+};
+
 /* A plot's frame, what is drawn inside it, and its scales as they were drawn. */
 class Plot {
   constructor(group) {
@@ -102,8 +110,9 @@ class Plot {
   drawScale(axis, labelled) {
     const [from, to] = this.shown[axis];
     const rough = (to - from) / (axis === "x" ? this.width / 60 : this.height / 35);
+    const isTime = axis === "x" && "dates" in this.group.dataset;
     const power = 10 ** Math.floor(Math.log10(rough));
-    const step = power * ([1, 2, 5].find((digit) => digit * power >= rough) || 10);
+    const step = isTime ? STEPS.find((each) => each >= rough) || STEPS.at(-1) : power * ([1, 2, 5].find((digit) => digit * power >= rough) || 10);
     const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
     for (let k = Math.ceil(from / step); k * step <= to; k++) {
       const at = this.place(axis, k * step);
@@ -113,7 +122,7 @@ class Plot {
       if (!labelled) continue;
       const [x, y, anchor] = axis === "x" ? [at, bottom + 14, "middle"] : [this.left - 6, at + 3.5, "end"];
       const label = element("text", { x, y, "text-anchor": anchor });
-      label.textContent = (k * step).toFixed(digits).replace("-", "\u2212");
+      label.textContent = isTime ? dated(k * step, step) : (k * step).toFixed(digits).replace("-", "\u2212");
       this.scale.append(label);
     }
   }
@@ -145,11 +154,14 @@ function enable(svg) {
     showX(middle - share * (to - from) * factor, middle + (1 - share) * (to - from) * factor);
     draw();
   };
+  const times = plots.at(-1).group.dataset;
+  const said = (label, value) =>
+    label === times.xlabel && "dates" in times ? new Date(value * 864e5).toISOString().slice(0, 16).replace("T", " ") : value.toPrecision(4);
   const read = (x, y) => {
     const plot = plots.find((each) => each.holds(x, y));
     const across = plots.at(-1).group.dataset.xlabel;
     readout.textContent = !plot ? "" : [[across, plot.value("x", x)], [plot.group.dataset.ylabel, plot.value("y", y)]]
-      .filter(([label]) => label).map(([label, value]) => `${label}: ${value.toPrecision(4)}`).join("   ");
+      .filter(([label]) => label).map(([label, value]) => `${label}: ${said(label, value)}`).join("   ");
   };
 
   svg.addEventListener("pointerdown", (event) => {

@@ -66,7 +66,7 @@ def test_the_command(sessions, tmp_path, capsys):
     assert "Runs 2, units 1, benches 1; runs that count 2" in shown
     assert max(map(len, shown[: shown.index("note:")].splitlines())) <= 80
     written = {path.name for path in (tmp_path / "out").iterdir()} - {"history.parquet"}  # which needs an extra
-    assert written == {"history.csv", "history.json", "history.png"}
+    assert written == {"history.html", "history.csv", "history.json", "history.png"}
 
 
 def test_tables_hold_every_run(tmp_path):

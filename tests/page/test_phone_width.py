@@ -1,14 +1,19 @@
-"""Report, explanation and operator page on a phone (390 px), dark and on paper: nothing is cut, no word broken."""
+"""All pages on a phone (390 px), dark and on paper: nothing is cut, no word is broken."""
 
 import json
+import re
 
 import pytest
+from history import made_up
 from report import sample_run
 
+from etb_hil.histories.history import histories
 from etb_hil.report.explain_report import write_explanation
+from etb_hil.report.history_page import write_history_page
 from etb_hil.report.html_report import write_report
 from etb_hil.results.explanation_file import explanation_from_dict
 
+EVIL = "<script>document.title = 'ran'</script>\x1b[2J"
 PHONE, PAPER = 390, 718  # px: a phone held upright, and A4 between margins of 11 mm
 SIZE = {"value": 0.0312, "interval": [0.0288, 0.0336], "unit": "N·m", "in_model": 0.0309, "flags": ["at its bound"]}
 ERRORS = {"unit": "rad", "nominal": 0.0312, "calibrated": 0.0123, "extended": 0.0034, "noise_floor": 0.0031}
@@ -89,8 +94,11 @@ def pages(tmp_path_factory):
     data.write_text("t_s\n")
     for name in ("report", "explanation"):
         (folder / name).mkdir()
+    units = made_up.production(9, 10, coefficient=-0.003, warm=30.0, benches=("bench 1", EVIL))
+    units += [made_up.run(900 + k, EVIL, 0.17 * (1.0 + 0.004 * k)) for k in range(12)]
     return {
         "report": write_report(sample_run.results(0.567), sample_run.series(0.567), folder / "report"),
+        "history": write_history_page(histories(units), folder / "history.html", 20, [EVIL]),
         "explanation": write_explanation(explanation_from_dict(FOUND), None, folder / "explanation", [data]),
     }
 
@@ -107,7 +115,7 @@ def looked_at(browser, address, width, media="screen", theme="light"):
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
-@pytest.mark.parametrize("name", ["report", "explanation"])
+@pytest.mark.parametrize("name", ["report", "explanation", "history"])
 def test_a_phone_shows_all_of_a_page_with_tables_as_cards(browser, pages, name, theme):
     seen = looked_at(browser, pages[name].as_uri(), PHONE, theme=theme)
     assert (seen["wide"], seen["broken"]) == ([], [])
@@ -116,11 +124,37 @@ def test_a_phone_shows_all_of_a_page_with_tables_as_cards(browser, pages, name, 
     assert seen["paper"] == {"light": "rgb(253, 254, 254)", "dark": "rgb(20, 24, 29)"}[theme]
 
 
-@pytest.mark.parametrize("name", ["report", "explanation"])
+@pytest.mark.parametrize("name", ["report", "explanation", "history"])
 def test_paper_shows_all_of_a_page_on_white(browser, pages, name):
     seen = looked_at(browser, pages[name].as_uri(), PAPER, "print", "dark")
     assert (seen["wide"], seen["broken"]) == ([], [])
     assert seen["paper"] == "rgb(255, 255, 255)"
+
+
+ZOOM = """
+const svg = document.querySelector("figure svg");
+for (let k = 0; k < arguments[0]; k++) svg.dispatchEvent(new KeyboardEvent("keydown", { key: "+", bubbles: true }));
+return [...svg.querySelectorAll("g.scale text")].map((text) => text.textContent);
+"""
+
+
+def test_the_time_axis_of_a_history_tells_days_and_when_zoomed_hours(browser, pages):
+    looked_at(browser, pages["history"].as_uri(), 1280)
+    days = [text for text in browser.execute_script(ZOOM, 2) if re.fullmatch(r"\d\d-\d\d", text)]
+    assert len(days) > 2
+    assert days == sorted(days)
+    hours = [text for text in browser.execute_script(ZOOM, 12) if re.fullmatch(r"\d\d:\d\d", text)]
+    assert len(hours) > 2
+
+
+def test_a_history_says_what_its_statistics_say_and_runs_no_script_of_others(browser, pages):
+    looked_at(browser, pages["history"].as_uri(), 1280)
+    assert browser.title == "History"
+    text = pages["history"].read_text("utf-8")
+    assert "<script>document" not in text
+    assert "&lt;script&gt;document" in text
+    for said in ("Gauge R&amp;R: ", "distinct categories", "Ppk", "lognormal", "ALARM", "Nelson&#39;s rules"):
+        assert said in text
 
 
 def test_a_phone_shows_all_of_the_operators_page(browser, page):

@@ -1,0 +1,148 @@
+"""The page of a history: what many runs say of a part, with its charts, distributions and gauge studies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from markupsafe import Markup
+from matplotlib.figure import Figure
+
+from etb_hil import __version__
+from etb_hil.base.files import write_text
+from etb_hil.base.outcome import BenchOutcome
+from etb_hil.histories.gauge import ENOUGH_CATEGORIES, GOOD, USABLE, GaugeStudy
+from etb_hil.histories.history import FRICTION, History, NumberHistory
+from etb_hil.report import history_figures
+from etb_hil.report.drawing import inline_svg
+from etb_hil.report.history_text import lacking, spread_text, statements
+from etb_hil.report.page_template import ours, render
+from etb_hil.report.show import printable, share
+from etb_hil.results.shown import quantity
+from etb_hil.store.run import Run
+
+PAGE_NAME = "history.html"
+_LONGEST = 600  # characters of a text
+_CAPABLE = 1.33  # asked of a process that runs (AIAG, PPAP manual, 4th edition 2006, 2.2.11.3, asks 1.33 to 1.67)
+_TONES = {"good": "good", "usable": "unsure", "unsuitable": "bad"}
+
+
+def write_history_page(found: Sequence[History], path: Path, rows: int, notes: Sequence[str] = ()) -> Path:
+    """Write the page of histories, each with its latest `rows` runs; return its path, InputError where it cannot be."""
+    drawn = _Drawn()
+    page = render(
+        "history.html.jinja",
+        finalize=_finalize,
+        parts=[_part(history, rows, drawn) for history in found],
+        notes=notes,
+        written=f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC",
+        version=__version__,
+    )
+    return write_text(path, page)
+
+
+class _Drawn:
+    """Draws figures for one page, whose ids must differ."""
+
+    def __init__(self) -> None:
+        self._count = 0
+
+    def __call__(self, figure: Figure) -> Markup:
+        self._count += 1
+        return ours(inline_svg(figure, f"figure-{self._count}"))
+
+
+def _part(history: History, rows: int, drawn: _Drawn) -> dict[str, Any]:
+    numbers = [number for number in history.numbers if number.at]
+    alarms = [f"{number.id}: {text}" for number in numbers for _, text in statements(number) if "ALARM" in text]
+    runs = history.runs
+    told = [_number(history, number, drawn) for number in numbers]
+    tones = {tone for number in told for tone, _ in number["badges"]}
+    return {
+        "name": f"{history.part_number} revision {history.revision}",
+        "scenario": history.scenario,
+        "tone": next((tone for tone in ("bad", "unsure") if tone in tones), "good"),
+        "alarms": alarms,
+        "runs": len(runs),
+        "units": len({run.serial for run in runs if run.serial}),
+        "benches": len({run.bench for run in runs}),
+        "counting": sum(run.counts for run in runs),
+        "numbers": told,
+        "measured": FRICTION,
+        "rows": [_row(run) for run in reversed(runs[-rows:])],
+        "earlier": max(len(runs) - rows, 0),
+    }
+
+
+def _number(history: History, number: NumberHistory, drawn: _Drawn) -> dict[str, Any]:
+    has_chart = number.chart is not None
+    return {
+        "id": number.id,
+        "plain": number.plain,
+        "badges": _badges(number),
+        "over_time": drawn(history_figures.over_time(history, number)),
+        "chart": drawn(history_figures.chart(number)) if has_chart else "",
+        "spread": drawn(history_figures.spread(number)) if has_chart else "",
+        "statements": [*statements(number), *lacking(number)],
+        "gauge": None if number.gauge is None else _gauge(number.gauge, number.unit),
+    }
+
+
+def _badges(number: NumberHistory) -> list[tuple[str, str]]:
+    badges = []
+    if number.chart is not None:
+        steady = number.chart.is_steady
+        badges.append(("good", "steady") if steady else ("unsure", "not steady"))
+        has_limit = number.limit_low is not None or number.limit_high is not None
+        if number.capability is not None:
+            index = number.capability.ppk
+            tone = "good" if index.low >= _CAPABLE else "bad" if index.high < _CAPABLE else "unsure"
+            badges.append((tone, f"Ppk {index.value:.2f} ({index.low:.2f} to {index.high:.2f})"))
+        elif has_limit:
+            badges.append(("unsure", "no capability: distribution unknown"))
+    if number.gauge is not None:
+        badges.append((_TONES[number.gauge.verdict], f"gauge {number.gauge.verdict}"))
+    if number.drifts or (number.rises is not None and number.rises.found):
+        badges.append(("bad", "alarm"))
+    return badges
+
+
+def _gauge(study: GaugeStudy, unit: str) -> dict[str, Any]:
+    sources = (
+        ("repeatability (EV)", study.repeatability),
+        ("reproducibility (AV)", study.reproducibility),
+        ("gauge (GRR)", study.gauge),
+        ("units (PV)", study.part),
+        ("total (TV)", study.total),
+    )
+    rows = [
+        (name, "unknown: one bench", "") if sigma is None
+        else (name, spread_text(sigma, unit), share(study.share(sigma)))
+        for name, sigma in sources
+    ]  # fmt: skip
+    note = (
+        f"{study.units} units x {study.benches} benches x {study.trials} runs. Distinct categories: "
+        f"{study.categories}; {ENOUGH_CATEGORIES} are asked for. A gauge is good below {100 * GOOD:.0f} % and usable "
+        f"up to {100 * USABLE:.0f} % of the study's variation (AIAG, MSA, 4th edition 2010)."
+    )
+    return {"verdict": study.verdict, "rows": rows, "note": note}
+
+
+def _row(run: Run) -> dict[str, Any]:
+    verdict = run.verdict if run.bench_outcome == BenchOutcome.OK else f"bench {run.bench_outcome}"
+    return {
+        "started": run.started[:16].replace("T", " "),
+        "serial": run.serial or "-",
+        "bench": run.bench,
+        "measured": [quantity(run.numbers[name].value, "N·m") if name in run.numbers else "" for name in FRICTION],
+        "temperature": "" if run.temperature is None else quantity(run.temperature, "degC"),
+        "verdict": str(verdict) if run.counts else f"({verdict})",
+        "tone": str(run.verdict) if run.counts else "",
+    }
+
+
+def _finalize(value: object) -> object:
+    """Take control characters and endless names out of everything that goes into the page."""
+    return printable(value, _LONGEST) if isinstance(value, str) and not isinstance(value, Markup) else value
