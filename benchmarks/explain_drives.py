@@ -19,8 +19,8 @@ from generator.axis import COULOMB, MASS, STICTION, draw_axis
 
 from etb_hil.discrepancy.answer.explanation import causes
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.measured.stretches import measurements_of
-from etb_hil.discrepancy.search.naming import search
+from etb_hil.discrepancy.measured.segments import measurements_of
+from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.plant.drive_file import load_plant
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock

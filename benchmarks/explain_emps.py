@@ -13,13 +13,13 @@ from numba import njit
 from scipy.io import loadmat
 from scipy.signal import butter, decimate, filtfilt
 
-from etb_hil.discrepancy.fitting import freerun
+from etb_hil.discrepancy.fitting import free_run
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import all_unknowns, calibrate
-from etb_hil.discrepancy.fitting.following import follow, part_of
-from etb_hil.discrepancy.fitting.segments import SEGMENTS, held_out, segment_of
+from etb_hil.discrepancy.fitting.cross_validation import FOLDS, fold_of, held_out
+from etb_hil.discrepancy.fitting.free_run_fit import fit_free_run, part_of
 from etb_hil.discrepancy.fitting.unknowns import base_unknowns, effect_unknowns, simulable, start
-from etb_hil.discrepancy.measured.stretches import measurements_of
+from etb_hil.discrepancy.measured.segments import measurements_of
 from etb_hil.plant.drive_file import load_plant
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED
@@ -53,7 +53,7 @@ def with_effects(model, balances, names):
         for place, value in zip(effect.indices, values, strict=True):
             whole[place] = value
         unknowns = unknowns + effect_unknowns(effect, values, balances[0].load)
-    return calibrate(model, balances, whole, unknowns, rounds=12)
+    return calibrate(model, balances, whole, unknowns, iterations=12)
 
 
 def held_out_free_run(b, vectors):
@@ -62,7 +62,7 @@ def held_out_free_run(b, vectors):
     def parameters(share):
         return vectors[part_of([b], 0, share)][:EXTENDED]
 
-    found = freerun.errors(b, parameters, freerun.starts(b, parameters(0.0)), one_step=False)[freerun.POSITION]
+    found = free_run.errors(b, parameters, free_run.starts(b, parameters(0.0)), one_step=False)[free_run.POSITION]
     return 1e3 * float(np.sqrt(np.mean(found**2)))
 
 
@@ -72,14 +72,14 @@ def variants(model, balances):
     found = {}
     for names in VARIANTS:
         calibration = with_effects(model, balances, names)
-        own = [calibration.fit.whole.copy() for _ in range(SEGMENTS)]
-        x = held_out(calibration.fit, calibration.columns, calibration.unknowns, segment_of(balances)).x
+        own = [calibration.fit.whole.copy() for _ in range(FOLDS)]
+        x = held_out(calibration.fit, calibration.jacobian, calibration.unknowns, fold_of(balances)).x
         for vector, values in zip(own, x, strict=True):
             for unknown, value in zip(calibration.unknowns, values, strict=True):
                 unknown.put(vector, float(value))
         name = ", ".join(names) or "symmetric"
         found[name] = calibration.fit.whole, held_out_free_run(b, own)
-        followed = follow(balances, 0, calibration, FLOOR)
+        followed = fit_free_run(balances, 0, calibration, FLOOR)
         found[f"{name}, in free run"] = followed.whole, held_out_free_run(b, followed.held_out)
     return found
 
@@ -111,8 +111,8 @@ def held_out_force(model, balances, names):
     """Residual force (N rms) on the last part of the record under a fit to the first, of rows from each velocity on."""
     b = balances[0]
     kept = b.weights.copy()
-    cut = round(TRAINING * b.rows)
-    b.weights = kept * np.tile(np.arange(b.rows) < cut, 3)
+    cut = round(TRAINING * b.samples)
+    b.weights = kept * np.tile(np.arange(b.samples) < cut, 3)
     whole = with_effects(model, balances, names).fit.whole
     b.weights = kept
     left = b.channels(whole[:EXTENDED], whole[EXTENDED:])[0][cut:] / b.whitening(0)[0]
@@ -120,17 +120,17 @@ def held_out_force(model, balances, names):
     return [float(np.sqrt(np.mean(left[velocity >= least] ** 2))) for least in MOVING]
 
 
-def free_run(b, whole):
+def whole_free_run(b, whole):
     """Error (mm rms) of the free run of a whole file."""
-    off = freerun.trace(b, whole[:EXTENDED], 0, len(b.measured)) - b.measured.angle
+    off = free_run.trace(b, whole[:EXTENDED], 0, len(b.measured)) - b.measured.angle
     return 1e3 * float(np.sqrt(np.mean(off**2)))
 
 
 def free_runs_within(model, estimation, test):
     """Errors (mm rms) on the test file of parameters that the estimation file does not exclude, by blocks of it."""
     calibration = with_effects(model, estimation, ())
-    unknowns, columns, whole = calibration.unknowns, calibration.columns, calibration.fit.whole
-    block = segment_of(estimation, BLOCKS)
+    unknowns, columns, whole = calibration.unknowns, calibration.jacobian, calibration.fit.whole
+    block = fold_of(estimation, BLOCKS)
     scores = np.stack([columns[block == k].T @ calibration.fit.residual[block == k] for k in range(BLOCKS)])
     scores -= scores.mean(0)
     moved = scores @ np.linalg.pinv(columns.T @ columns + 1e-3 * np.eye(len(unknowns)), rcond=1e-13, hermitian=True)
@@ -139,7 +139,7 @@ def free_runs_within(model, estimation, test):
         drawn = whole.copy()
         for unknown, step in zip(unknowns, draw, strict=True):
             unknown.put(drawn, float(np.clip(unknown.x_of(whole) + step, unknown.low, unknown.high)))
-        errors.append(free_run(test, drawn))
+        errors.append(whole_free_run(test, drawn))
     return np.percentile(errors, [2.5, 50.0, 97.5])
 
 
@@ -212,7 +212,7 @@ def main(folder):
     chosen = min(tried, key=lambda name: tried[name][1])
     for name, (whole, error) in tried.items():
         said = "  <- chosen on the estimation file" if name == chosen else ""
-        print(f"  {name:56} {error:.2f} {free_run(test[0], whole):.2f}{said}")
+        print(f"  {name:56} {error:.2f} {whole_free_run(test[0], whole):.2f}{said}")
     low_end, middle, high_end = free_runs_within(model, estimation, test[0])
     print(
         f"  symmetric, parameters drawn from what the estimation file leaves open: {low_end:.1f} to {high_end:.1f} mm",

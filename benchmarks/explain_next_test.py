@@ -26,10 +26,10 @@ from scoring import canonical, rate, score
 from etb_hil.base.modes import Mode
 from etb_hil.discrepancy.answer.explanation import causes
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.measured.stretches import measurements_of
-from etb_hil.discrepancy.plan.beside import narrow
-from etb_hil.discrepancy.plan.nexttest import next_test
-from etb_hil.discrepancy.search.naming import search
+from etb_hil.discrepancy.measured.segments import measurements_of
+from etb_hil.discrepancy.plan.narrowing import narrow
+from etb_hil.discrepancy.plan.next_test import next_test
+from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.plant.effects.entries import measured_strength
 from etb_hil.plant.measured import measured_parameter
 from etb_hil.results.explanation import ExplanationResult

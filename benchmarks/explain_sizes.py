@@ -21,8 +21,8 @@ from scoring import rate
 
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.intervals import estimates
-from etb_hil.discrepancy.measured.stretches import measurements_of
-from etb_hil.discrepancy.search.naming import search
+from etb_hil.discrepancy.measured.segments import measurements_of
+from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.plant.effects.catalogue import CATALOGUE
 
 A, B, C = range(3)  # the generator's shape parameters
@@ -130,10 +130,10 @@ def covered(findings, truth):
 
 def compared(findings, truth):
     """{number: (truth, low, high)} of what can be compared."""
-    found = {e.name: e for e in estimates(findings.final, findings.balances, findings.final_floor)}
+    found = {e.name: e for e in estimates(findings.final, findings.balances, findings.final_noise_floor)}
     hidden = {entry["effect"]: entry for entry in truth["effects"]}
-    is_imitated = any(id_.startswith("parameter:") for round_ in findings.accepted for id_ in round_.alike)
-    if {round_.winner.id for round_ in findings.accepted} != set(hidden) or is_imitated:
+    is_collinear = any(id_.startswith("parameter:") for step in findings.accepted for id_ in step.ambiguity_group)
+    if {step.winner.id for step in findings.accepted} != set(hidden) or is_collinear:
         return {}
     numbers = {
         f"base:{name}": (value, found[name].low, found[name].high)
@@ -187,7 +187,7 @@ def one(seed):
         hidden.model, [Balances(m, hidden.model) for m in measurements_of(hidden.recording, hidden.model)]
     )
     numbers = compared(findings, hidden.case.truth)
-    named = [(round_.winner.id, round_.alike) for round_ in findings.accepted]
+    named = [(step.winner.id, step.ambiguity_group) for step in findings.accepted]
     return {"seed": seed, "effect": name, "form": form, "named": named, "numbers": numbers}
 
 

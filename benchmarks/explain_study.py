@@ -39,10 +39,10 @@ from scoring import score
 
 from etb_hil.discrepancy.answer.explanation import causes
 from etb_hil.discrepancy.answer.holdout import hold_out
-from etb_hil.discrepancy.answer.too_little import too_little_to_accuse
+from etb_hil.discrepancy.answer.insufficient_data import too_little_to_reject
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.measured.stretches import measurements_of
-from etb_hil.discrepancy.search.naming import search
+from etb_hil.discrepancy.measured.segments import measurements_of
+from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.results.explanation import ExplanationResult
 from etb_hil.results.explanation_file import explanation_as_dict
@@ -110,12 +110,12 @@ def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
     begin = time.process_time()
     findings = searched(hidden, effects if kind == "removed" else ())
     seconds = time.process_time() - begin
-    nothing = too_little_to_accuse(findings, measurements_of(hidden.recording, hidden.model))
+    nothing = too_little_to_reject(findings, measurements_of(hidden.recording, hidden.model))
     verdict = "insufficient_data" if nothing else findings.verdict
     found = explanation_as_dict(ExplanationResult(verdict, causes(findings)))
     if not found["causes"]:  # the best suspect all the same, for the rate of right first guesses
-        first = findings.rounds[0]
-        found["causes"] = [{"effect": first.winner.id, "class": first.alike}]
+        first = findings.selection_steps[0]
+        found["causes"] = [{"effect": first.winner.id, "class": first.ambiguity_group}]
     truth = hidden.truth()
     scored = score(found, truth, removed=kind == "removed", declared=declared(effects))
     row = {
@@ -135,7 +135,7 @@ def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
         "seconds": seconds,
         "covered": covered(findings, truth),
         "alike": [[*entry["look_alikes"], *entry["parameters"]] for entry in truth["separability"]],
-        "refused": findings.rounds[-1].refused if findings.rounds else "",
+        "refused": findings.selection_steps[-1].rejection if findings.selection_steps else "",
     }
     if with_holdout:
         errors = hold_out(findings)
@@ -143,9 +143,9 @@ def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
         row["free_run_over_floor"] = table.get("extended", table["calibrated"]) / table["noise_floor"]
         row["followed_over_floor"] = table["followed"] / table["noise_floor"]
         row["model_over_floor"] = min(row["free_run_over_floor"], row["followed_over_floor"])  # as model.yaml has it
-        row["most_over_floor"] = float(errors.floors.max()) / table["noise_floor"]
-        row["true_within"] = true_within(errors.floors)
-        driven = max(findings.balances, key=lambda b: b.rows)
+        row["most_over_floor"] = float(errors.noise_floors.max()) / table["noise_floor"]
+        row["true_within"] = true_within(errors.noise_floors)
+        driven = max(findings.balances, key=lambda b: b.samples)
         truth = truth_errors(hidden.case, driven.free_voltage, driven.measured.rate)
         row["truth_over_floor"] = float(np.sqrt(np.mean(truth**2))) / table["noise_floor"]
         row["nrmse"] = min(errors.nrmse["followed"], errors.nrmse.get("extended", errors.nrmse["calibrated"]))

@@ -9,7 +9,7 @@ from generator.friction import move_contact
 from generator.motor import terminal_voltage, warm
 from generator.plant import advance
 
-from etb_hil.discrepancy.fitting.freerun import SEGMENT_S
+from etb_hil.discrepancy.fitting.free_run import SEGMENT_S
 
 
 def truth_errors(case, voltage, rate):

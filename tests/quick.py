@@ -30,7 +30,7 @@ QUICK = (
     "diagnosis/test_plausibility",
     "diagnosis/test_verdict",
     "discrepancy/test_intervals",
-    "discrepancy/test_rows",
+    "discrepancy/test_sampling",
     "docs/test_changelog",
     "docs/test_decisions",
     "door/test_help_is_light",

@@ -24,22 +24,23 @@ def run(options: argparse.Namespace) -> int:
     """Run the scenarios on the virtual unit and print the pairs that are not isolable."""
     from etb_hil.base.outcome import ExitCode
     from etb_hil.base.stock import stock_names
-    from etb_hil.discrepancy.plan.isolability import isolability, together
+    from etb_hil.discrepancy.plan.isolability import combined, isolability
 
     parts = [_along(options, name) for name in options.scenarios]
-    found = isolability(together(parts))
-    print(f"{len(found.alike)} of {found.pairs} pairs are not isolable (cosine of 0.95 and more):")
-    for first, second, cosine in found.alike:
+    found = isolability(combined(parts))
+    print(f"{len(found.not_isolable)} of {found.pairs} pairs are not isolable (cosine of 0.95 and more):")
+    for first, second, cosine in found.not_isolable:
         print(f"  {first} and {second} ({cosine:.2f})")
     if found.hidden:
         print(f"does not show beside base parameters, whatever these are: {', '.join(found.hidden)}")
-    if options.suggest and found.alike:
+    if options.suggest and found.not_isolable:
         left = {}
         for name in stock_names("scenario"):
             if name not in options.scenarios:
-                left[name] = isolability(together([*parts, _along(options, name)]))
-        best = min(left, key=lambda name: (len(left[name].hidden), len(left[name].alike)))
-        print(f"add the scenario {best}: {len(left[best].alike)} pairs are left, {len(left[best].hidden)} do not show")
+                left[name] = isolability(combined([*parts, _along(options, name)]))
+        best = min(left, key=lambda name: (len(left[name].hidden), len(left[name].not_isolable)))
+        pairs, hidden = len(left[best].not_isolable), len(left[best].hidden)
+        print(f"add the scenario {best}: {pairs} pairs are left, {hidden} do not show")
     return int(ExitCode.DONE)
 
 
@@ -47,7 +48,7 @@ def _along(options: argparse.Namespace, scenario: str) -> Sensitivities:
     from etb_hil.base.stock import find
     from etb_hil.bench.job import JobFiles, execute, prepare
     from etb_hil.discrepancy.fitting.balances import Balances
-    from etb_hil.discrepancy.measured.stretches import measurements_of
+    from etb_hil.discrepancy.measured.segments import measurements_of
     from etb_hil.discrepancy.plan.isolability import sensitivities
 
     model = find("model", options.model)

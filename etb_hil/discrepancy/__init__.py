@@ -1,1 +1,1 @@
-"""What a simulation gets wrong, why, and how much better it gets."""
+"""Discrepancy analysis: what a model lacks, which cause explains it, and by how much."""

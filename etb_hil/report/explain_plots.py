@@ -8,8 +8,8 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from etb_hil.discrepancy.answer.leftover import Leftover
 from etb_hil.discrepancy.answer.pictures import Pictures, Runs
+from etb_hil.discrepancy.answer.residual_curves import ResidualCurve
 from etb_hil.report.drawing import CLOSING, INK, LIMIT, MEASURED, MUTED, OPENING, STYLE, legend_below, new_figure
 
 
@@ -52,7 +52,7 @@ def over_runs(runs: Runs) -> Figure:
 
 
 @mpl.rc_context(STYLE)
-def left_over(left: Leftover) -> Figure:
+def left_over(left: ResidualCurve) -> Figure:
     """Draw the residual of a balance over a coordinate, by direction, of the calibrated and of the extended model."""
     count = len(left.forward)
     figure, plots = new_figure(9.0, 2.3 * count, count)

@@ -6,8 +6,8 @@ from synthetic import MODEL, measurement
 
 from etb_hil.base.errors import InputError
 from etb_hil.discrepancy.measured.angles import Angles, grid_of
-from etb_hil.discrepancy.measured.plausible import must_be_of_throttle
-from etb_hil.discrepancy.measured.stretches import measurements_of
+from etb_hil.discrepancy.measured.plausibility import must_be_of_throttle
+from etb_hil.discrepancy.measured.segments import measurements_of
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock
 

@@ -8,8 +8,8 @@ from explain_cases import hidden_case, recording_of
 from generator import layout as at
 
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.measured.stretches import measurements_of
-from etb_hil.discrepancy.search.naming import search
+from etb_hil.discrepancy.measured.segments import measurements_of
+from etb_hil.discrepancy.search.stepwise import search
 
 SEED = 228100
 SUPPLY = 13.5  # V
@@ -88,16 +88,16 @@ def test_without_a_current_nobody_knows_when_the_bridge_was_off(healthy):
 
 
 def _verdict(hidden, *, as_duty):
-    stretches = measurements_of(_logged(hidden, as_duty=as_duty), hidden.model)
-    assert [flag for flag in stretches[0].flags if flag.startswith(SAID)]
-    return search(hidden.model, [Balances(m, hidden.model) for m in stretches])
+    segments = measurements_of(_logged(hidden, as_duty=as_duty), hidden.model)
+    assert [flag for flag in segments[0].flags if flag.startswith(SAID)]
+    return search(hidden.model, [Balances(m, hidden.model) for m in segments])
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("seed", "as_duty"), [pytest.param(SEED + 3, False, marks=pytest.mark.study), (SEED + 4, True)]
 )
-def test_a_healthy_unit_is_not_accused(seed, as_duty):
+def test_a_healthy_unit_is_not_rejected(seed, as_duty):
     assert _verdict(hidden_case(seed), as_duty=as_duty).verdict == "adequate"
 
 

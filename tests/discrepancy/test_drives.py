@@ -6,7 +6,7 @@ from explain_drives import CASES, outcome, searched
 from generator.axis import draw_axis
 
 from etb_hil.discrepancy.answer.quality import data_quality
-from etb_hil.discrepancy.plan.nexttest import next_test
+from etb_hil.discrepancy.plan.next_test import next_test
 
 
 @pytest.mark.parametrize("motion", ["linear", "rotary"])

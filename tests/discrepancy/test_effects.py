@@ -8,7 +8,7 @@ from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import residual_of
 from etb_hil.discrepancy.fitting.fit import fit_of, gauss_newton
 from etb_hil.discrepancy.fitting.unknowns import effect_unknowns, finer_unknowns, start
-from etb_hil.discrepancy.search.naming import search
+from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.plant.effects import ports, readings, teeth
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.contract import misfits, misstatements
@@ -178,7 +178,7 @@ def test_it_is_found_when_hidden_alone(effect):
     assert findings.verdict in ("explained", "ambiguous")
     # Where base parameters do the same, they may be two of them: T_c and T_st for what holds a plate at reversals.
     assert findings.accepted
-    assert all(effect.id in (found.winner.id, *found.alike) for found in findings.accepted)
+    assert all(effect.id in (found.winner.id, *found.ambiguity_group) for found in findings.accepted)
     assert len(findings.accepted) == 1 or not any(found.winner.candidate.effect for found in findings.accepted)
 
 

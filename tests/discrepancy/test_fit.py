@@ -9,7 +9,7 @@ from synthetic import MODEL, measurement
 from etb_hil.base import side_by_side
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import Calibration, all_unknowns, calibrate, off_edges, residual_of
-from etb_hil.discrepancy.fitting.fit import columns, fit_of
+from etb_hil.discrepancy.fitting.fit import fit_of, jacobian
 from etb_hil.discrepancy.fitting.unknowns import start
 from etb_hil.plant.physics import COULOMB, STICTION, STRIBECK_VELOCITY
 
@@ -24,7 +24,7 @@ def test_a_fit_that_begins_with_no_break_away_peak_finds_it():
     found = calibrate(MODEL, balances, whole, unknowns)
     assert found.fit.whole[[COULOMB, STICTION]] == pytest.approx(truth[[COULOMB, STICTION]], rel=0.01)
     column = next(k for k, unknown in enumerate(unknowns) if unknown.place == STRIBECK_VELOCITY)
-    assert np.any(found.columns[:, column] != 0.0)
+    assert np.any(found.jacobian[:, column] != 0.0)
 
 
 def test_numbers_on_the_edges_of_their_tolerances_are_put_back_as_stated_and_no_others():
@@ -44,11 +44,11 @@ def test_numbers_on_the_edges_of_their_tolerances_are_put_back_as_stated_and_no_
     eased = off_edges(residual, at(on_edge))
     assert eased is not None
     np.testing.assert_array_equal(eased.fit.whole, whole)
-    assert eased.columns.shape == (len(eased.fit.residual), len(unknowns))
+    assert eased.jacobian.shape == (len(eased.fit.residual), len(unknowns))
 
 
 @pytest.mark.parametrize("is_current_known", [True, False])
-def test_as_many_cores_as_there_are_find_the_same_columns(is_current_known, monkeypatch):
+def test_as_many_cores_as_there_are_find_the_same_jacobian(is_current_known, monkeypatch):
     measured = measurement(MODEL.vector(), seed=4)
     measured = measured if is_current_known else replace(measured, current=None)
     found = []
@@ -57,7 +57,7 @@ def test_as_many_cores_as_there_are_find_the_same_columns(is_current_known, monk
         balances = [Balances(measured, MODEL)]
         unknowns = all_unknowns(MODEL, balances)
         residual = residual_of(balances)
-        found.append(columns(residual, fit_of(residual, start(MODEL)), unknowns))
+        found.append(jacobian(residual, fit_of(residual, start(MODEL)), unknowns))
     assert np.any(found[0] != 0.0)
     np.testing.assert_array_equal(found[1], found[0])
     np.testing.assert_array_equal(found[2], found[0])

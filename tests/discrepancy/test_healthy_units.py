@@ -5,15 +5,15 @@ import pytest
 from explain_cases import hidden_case, recording_of
 from explain_sizes import base_numbers
 
-from etb_hil.discrepancy.fitting import freerun
+from etb_hil.discrepancy.fitting import free_run
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import all_unknowns, calibrate
-from etb_hil.discrepancy.fitting.floor import LEAST_ROWS, floor_of, group_means, weigh
 from etb_hil.discrepancy.fitting.intervals import estimates
-from etb_hil.discrepancy.measured.stretches import measurements_of
+from etb_hil.discrepancy.fitting.noise_floor import LEAST_SAMPLES, group_means, noise_floor_of, weigh
+from etb_hil.discrepancy.measured.segments import measurements_of
 from etb_hil.discrepancy.search import decision
-from etb_hil.discrepancy.search.naming import search
-from etb_hil.discrepancy.search.standing import standing_near
+from etb_hil.discrepancy.search.current_model import current_model_near
+from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import LIMP_HOME, STOP_HIGH
 
@@ -26,9 +26,9 @@ def calibrated():
         hidden = hidden_case(seed)
         balances = [Balances(m, hidden.model) for m in measurements_of(hidden.recording, hidden.model)]
         first = calibrate(hidden.model, balances)
-        floor = floor_of(hidden.model, balances, first.fit.whole, all_unknowns(hidden.model, balances))
-        weigh(balances, floor.level)
-        found.append((hidden, balances, calibrate(hidden.model, balances, first.fit.whole), floor))
+        noise_floor = noise_floor_of(hidden.model, balances, first.fit.whole, all_unknowns(hidden.model, balances))
+        weigh(balances, noise_floor.level)
+        found.append((hidden, balances, calibrate(hidden.model, balances, first.fit.whole), noise_floor))
     return found
 
 
@@ -36,8 +36,8 @@ def calibrated():
 def test_most_intervals_hold_the_truth(calibrated):
     """Binomial: of 33 intervals at 92 %, 25 and fewer hold the truth once in a thousand times."""
     held = []
-    for hidden, balances, calibration, floor in calibrated:
-        found = {e.name: e for e in estimates(calibration, balances, floor)}
+    for hidden, balances, calibration, noise_floor in calibrated:
+        found = {e.name: e for e in estimates(calibration, balances, noise_floor)}
         held += [found[name].low <= value <= found[name].high for name, value in base_numbers(hidden.truth()).items()]
     assert sum(held) > 25, held
 
@@ -46,18 +46,18 @@ def test_most_intervals_hold_the_truth(calibrated):
 def test_it_runs_freely_about_as_well_as_its_own_simulation(calibrated):
     """Driven by a voltmeter, a calibrated model errs less than twice as much as one that knows its numbers."""
     ratios = []
-    for _, (b,), calibration, floor in calibrated:
-        p, again = calibration.fit.whole[:EXTENDED], floor.balances[0]
+    for _, (b,), calibration, noise_floor in calibrated:
+        p, again = calibration.fit.whole[:EXTENDED], noise_floor.balances[0]
         off, least = (
-            freerun.errors(one, lambda _, q=q: q, freerun.starts(one, q), one_step=False)[freerun.POSITION]
-            for one, q in ((b, p), (again, floor.truth[:EXTENDED]))
+            free_run.errors(one, lambda _, q=q: q, free_run.starts(one, q), one_step=False)[free_run.POSITION]
+            for one, q in ((b, p), (again, noise_floor.truth[:EXTENDED]))
         )
         ratios.append(float(np.sqrt(np.mean(off**2) / np.mean(least**2))))
     assert np.median(ratios) < 1.6, ratios
 
 
 @pytest.mark.slow
-def test_the_jitter_of_its_rows_is_found(calibrated):
+def test_the_jitter_of_its_samples_is_found(calibrated):
     for hidden, (b,), _, _ in calibrated:
         assert b.jitter == pytest.approx(hidden.case.sensors.jitter, rel=0.15)
 
@@ -65,9 +65,9 @@ def test_the_jitter_of_its_rows_is_found(calibrated):
 @pytest.mark.slow
 def test_sliding_and_voltage_are_what_its_own_simulation_leaves(calibrated):
     """Torque and voltage balance where the plate slides, and the angle balance: within a third of the floor."""
-    for _, balances, calibration, floor in calibrated:
+    for _, balances, calibration, noise_floor in calibrated:
         groups, _ = group_means(balances, calibration.fit.whole)
-        assert (groups / floor.level)[[2, 4, 5, 7, 8]] == pytest.approx(1.0, abs=0.34)
+        assert (groups / noise_floor.level)[[2, 4, 5, 7, 8]] == pytest.approx(1.0, abs=0.34)
 
 
 @pytest.mark.slow
@@ -90,9 +90,9 @@ def test_a_limp_home_that_a_calibration_missed_is_no_dead_zone():
     first = calibrate(hidden.model, balances)
     limp_home = hidden.case.rig.unit["limp_home"]
     assert abs(first.fit.whole[LIMP_HOME] - limp_home) > 8e-3
-    standing = standing_near(hidden.model, balances, first.fit.whole, first.unknowns)
-    assert standing.calibration.fit.whole[LIMP_HOME] == pytest.approx(limp_home, abs=3e-3)
-    assert not decision.accuses(standing.groups, group_means(balances, first.fit.whole)[1] >= LEAST_ROWS)
+    current_model = current_model_near(hidden.model, balances, first.fit.whole, first.unknowns)
+    assert current_model.calibration.fit.whole[LIMP_HOME] == pytest.approx(limp_home, abs=3e-3)
+    assert not decision.rejects(current_model.groups, group_means(balances, first.fit.whole)[1] >= LEAST_SAMPLES)
 
 
 @pytest.mark.slow

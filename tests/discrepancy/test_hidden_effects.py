@@ -8,32 +8,32 @@ from explain_study import one_case, searched
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [5011, pytest.param(5012, marks=pytest.mark.study)])
 def test_nothing_hidden_is_never_named(seed):
-    scored, row = one_case("nothing", seed)
-    assert scored.outcome in ("right", "unexplained"), row
+    scored, sample = one_case("nothing", seed)
+    assert scored.outcome in ("right", "unexplained"), sample
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [*(pytest.param(seed, marks=pytest.mark.study) for seed in (5004, 5006, 5014)), 5025])
-def test_a_strong_effect_is_the_first_suspect(seed):
-    scored, row = one_case("strong", seed)
-    assert scored.best_in_class, row
-    assert scored.outcome != "wrong_class", row
+def test_a_strong_effect_is_the_first_candidate(seed):
+    scored, sample = one_case("strong", seed)
+    assert scored.best_in_class, sample
+    assert scored.outcome != "wrong_class", sample
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [5010, pytest.param(60752, marks=pytest.mark.study)])
 def test_without_its_own_term_an_effect_gets_no_other_name(seed):
-    scored, row = one_case("removed", seed)
-    assert scored.outcome != "wrong_confident", row
+    scored, sample = one_case("removed", seed)
+    assert scored.outcome != "wrong_confident", sample
 
 
 @pytest.mark.slow
 def test_without_a_current_a_wrong_resistance_is_not_told_from_other_losses():
-    _, row = one_case("strong", 5134, view="no_current")
-    (effect, others), *_ = row["causes"]
-    assert row["truth"] == ["parameter:resistance"]
-    assert row["outcome"] != "wrong_confident", row
-    assert effect != "parameter:resistance" or "supply_sag" in others, row
+    _, sample = one_case("strong", 5134, view="no_current")
+    (effect, others), *_ = sample["causes"]
+    assert sample["truth"] == ["parameter:resistance"]
+    assert sample["outcome"] != "wrong_confident", sample
+    assert effect != "parameter:resistance" or "supply_sag" in others, sample
 
 
 @pytest.mark.slow
@@ -47,11 +47,13 @@ def test_without_a_current_a_wrong_resistance_is_not_told_from_other_losses():
 def test_the_torque_alone_does_not_tell_play_from_a_soft_shaft(seed, effect, other):
     (found, *_) = searched(hidden_case(seed, (effect,))).accepted
     assert found.winner.id == effect
-    assert other in found.alike
+    assert other in found.ambiguity_group
 
 
 @pytest.mark.study
 def test_a_wave_of_another_curve_is_no_bump():
     findings = searched(hidden_case(80094, ("friction_position_periodic",), "medium", form=1))
-    assert [(found.winner.id, found.alike) for found in findings.accepted] == [("friction_position_periodic", [])]
+    assert [(found.winner.id, found.ambiguity_group) for found in findings.accepted] == [
+        ("friction_position_periodic", [])
+    ]
     assert findings.verdict == "explained"

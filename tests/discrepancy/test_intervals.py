@@ -16,9 +16,9 @@ FIRST, SECOND = 0, 1  # places of two numbers in the whole vector
 
 
 class Balances:
-    """What `estimates` asks of balances; `left` gives their residual (3 rows) from two numbers."""
+    """What `estimates` asks of balances; `left` gives their residual (3 samples) from two numbers."""
 
-    rows = ROWS
+    samples = ROWS
     measured = SimpleNamespace(angle_noise=1e-9)
 
     def __init__(self, left):
@@ -74,7 +74,7 @@ def test_what_data_show_is_not_drawn_to_what_is_stated():
 
 
 def of_effect(scatter, ended=12.0, **more):
-    """Return the estimate of an effect's parameter between 1 and 200 that the rows tell to about half of `scatter`."""
+    """Return the estimate of an effect's parameter between 1 and 200 known to about half of `scatter`."""
     rng = np.random.default_rng(3)
     noise = rng.standard_normal(3 * ROWS)
     slope = 2.0 / (scatter * np.sqrt(3 * ROWS))
@@ -86,18 +86,18 @@ def of_effect(scatter, ended=12.0, **more):
 def test_an_effects_interval_ends_at_its_bounds():
     few, some, all_ = (of_effect(scatter) for scatter in (5.0, 30.0, 135.0))
     assert 1.0 < few.low < few.high < 20.0
-    assert few.is_told
+    assert few.is_identifiable
     assert some.low == 1.0
     assert 30.0 < some.high < 60.0
-    assert some.is_told  # that it is no more than that
+    assert some.is_identifiable  # that it is no more than that
     assert all_.low == 1.0
     assert 100.0 < all_.high <= 200.0
-    assert not all_.is_told
+    assert not all_.is_identifiable
 
 
 def test_an_effects_number_that_was_measured_by_hand_is_told_whatever_the_data_say():
-    assert of_effect(1e4, is_known=True).is_told
-    assert not of_effect(1e4).is_told
+    assert of_effect(1e4, is_known=True).is_identifiable
+    assert not of_effect(1e4).is_identifiable
 
 
 @pytest.mark.parametrize("ended", [-2.0, 1.0])
@@ -105,7 +105,7 @@ def test_a_number_that_nothing_hangs_on_is_anywhere_in_its_bounds(ended):
     noise = np.random.default_rng(4).standard_normal(3 * ROWS)
     found = told(lambda first, _: noise + 0.0 * first, [Unknown("effect.x", FIRST, 0.0, 1.0, -2.0, 6.0)], ended)
     assert (found["effect.x"].low, found["effect.x"].high) == (-2.0, 6.0)
-    assert not found["effect.x"].is_told
+    assert not found["effect.x"].is_identifiable
 
 
 @pytest.mark.parametrize("pushed", [0.0, 1.0, 10.0, 30.0])
@@ -130,7 +130,7 @@ def test_a_value_says_what_its_interval_alone_does_not():
     assert flags(0.5, on_bound=False) == []
     assert flags(0.0, on_bound=True) == ["on a bound"]
     assert flags(1.0, on_bound=False) == ["at an end of its interval: told only together with others"]
-    assert flags(0.0, on_bound=True, is_told=False) == ["on a bound", "these data do not tell it"]
+    assert flags(0.0, on_bound=True, is_identifiable=False) == ["on a bound", "these data do not tell it"]
     assert Estimate("effect.x", FIRST, 1.0, 1.0, 1.0, on_bound=False).flags == []
 
 

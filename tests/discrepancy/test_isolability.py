@@ -4,8 +4,8 @@ import pytest
 from synthetic import MODEL, measurement, swept, textbook
 
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.plan.isolability import isolability, sensitivities, together
-from etb_hil.discrepancy.search.naming import search
+from etb_hil.discrepancy.plan.isolability import combined, isolability, sensitivities
+from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.measured import measured_parameter
 
@@ -22,33 +22,33 @@ def parts():
 def test_a_textbook_sweep_leaves_more_open(parts):
     slow, designed = (isolability(part) for part in parts)
     assert len(designed.hidden) < len(slow.hidden)
-    resolved = [found.pairs - len(found.alike) for found in (slow, designed)]
-    assert len(designed.alike) <= 10
+    resolved = [found.pairs - len(found.not_isolable) for found in (slow, designed)]
+    assert len(designed.not_isolable) <= 10
     assert resolved[1] > 1.5 * resolved[0]
 
 
 @pytest.mark.slow
 def test_another_record_never_hides_what_the_first_one_shows(parts):
-    both, one = isolability(together(parts)), isolability(parts[1])
+    both, one = isolability(combined(parts)), isolability(parts[1])
     assert set(both.hidden) <= set(one.hidden)
 
 
 @pytest.mark.slow
 def test_brush_drop_and_dead_time_cannot_be_told_apart_by_motion(parts):
-    alike = {frozenset(pair[:2]) for pair in isolability(parts[1]).alike}
-    assert frozenset({"brush_drop", "hbridge_dead_time"}) in alike
+    not_isolable = {frozenset(pair[:2]) for pair in isolability(parts[1]).not_isolable}
+    assert frozenset({"brush_drop", "hbridge_dead_time"}) in not_isolable
 
 
 @pytest.mark.slow
 def test_play_and_a_soft_shaft_are_no_more_told_apart_than_a_name_tells_them(parts):
     both = {"gear_backlash", "shaft_compliance"}
-    cosine = next(one[2] for one in isolability(parts[1]).alike if set(one[:2]) == both)
+    cosine = next(one[2] for one in isolability(parts[1]).not_isolable if set(one[:2]) == both)
     assert cosine > 0.98  # of motor and plate alone: the torque beside them would part the two
 
     p = MODEL.vector()
     p[list(CATALOGUE["gear_backlash"].indices)] = 0.004, 0.006
     (named,) = search(MODEL, [Balances(measurement(p, 1), MODEL)]).accepted
-    assert both <= {named.winner.id, *named.alike}
+    assert both <= {named.winner.id, *named.ambiguity_group}
 
 
 @pytest.mark.slow

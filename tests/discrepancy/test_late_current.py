@@ -26,16 +26,16 @@ def test_a_late_current_leaves_no_more_than_one_in_time(delay, lag):
 @pytest.mark.parametrize(
     "seed",
     [
-        pytest.param(100048, id="0.21 ms, less than half a row", marks=pytest.mark.study),
-        pytest.param(88009, id="0.67 ms, more than a row"),
+        pytest.param(100048, id="0.21 ms, less than half a sample", marks=pytest.mark.study),
+        pytest.param(88009, id="0.67 ms, more than a sample"),
         pytest.param(100053, id="a lag", marks=pytest.mark.study),
     ],
 )
 def test_a_late_current_is_named_and_measured(seed):
-    _, row = one_case("strong", seed)
-    assert row["causes"] == [("measurement_delay", [])]
-    assert row["outcome"] == "right"
-    held = row["covered"]
+    _, sample = one_case("strong", seed)
+    assert sample["causes"] == [("measurement_delay", [])]
+    assert sample["outcome"] == "right"
+    held = sample["covered"]
     numbers = [held[name] for name in held if name.startswith("measurement_delay")]
     assert numbers == [True]
     assert held["base:inertia"]

@@ -11,8 +11,8 @@ from etb_hil.base.errors import InputError
 from etb_hil.discrepancy.answer.quality import data_quality
 from etb_hil.discrepancy.explain import explain
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.search.extending import extended_model
-from etb_hil.discrepancy.search.naming import search
+from etb_hil.discrepancy.search.extended_model import extended_model
+from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.model_file import EffectEntry
 from etb_hil.plant.parameter import TemperatureLaw

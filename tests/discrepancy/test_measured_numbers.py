@@ -9,15 +9,15 @@ from synthetic import MODEL, measurement
 
 from etb_hil.base.modes import Mode
 from etb_hil.discrepancy.answer.explanation import explanation, shares
+from etb_hil.discrepancy.candidates.candidate import candidates_for
+from etb_hil.discrepancy.candidates.collinearity import Projector
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import all_unknowns, calibrate
-from etb_hil.discrepancy.plan.hands import instruments
-from etb_hil.discrepancy.plan.handtest import hand_test
-from etb_hil.discrepancy.plan.nexttest import next_test
+from etb_hil.discrepancy.plan.bench_measurements import plan_bench_measurements
+from etb_hil.discrepancy.plan.instruments import instruments
+from etb_hil.discrepancy.plan.next_test import next_test
 from etb_hil.discrepancy.plan.planned import Plan
-from etb_hil.discrepancy.search.naming import search
-from etb_hil.discrepancy.suspects.candidates import suspects
-from etb_hil.discrepancy.suspects.similarity import Projector
+from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.entries import measured_strength
 from etb_hil.plant.measured import measured_parameter
@@ -61,11 +61,11 @@ def test_a_measured_number_moves_inside_its_uncertainty_alone(known, hot):
     assert fitted == pytest.approx(hot[1], rel=0.003)
 
 
-def test_a_measured_number_is_no_suspect(known):
+def test_a_measured_number_is_no_candidate(known):
     model = known.model
     unknowns = all_unknowns(model, known.balances)
-    assert "parameter:resistance" not in suspects(known.balances, unknowns)
-    assert "parameter:inductance" in suspects(known.balances, unknowns)
+    assert "parameter:resistance" not in candidates_for(known.balances, unknowns)
+    assert "parameter:inductance" in candidates_for(known.balances, unknowns)
 
 
 def test_a_number_that_agrees_with_the_model_is_no_cause():
@@ -79,14 +79,14 @@ def test_a_measured_number_imitates_nothing():
     measured = measurement(MODEL.vector(), seed=3)
     model = MODEL.knowing([read("resistance", MODEL.values.resistance, 0.01)])
     for its, least in ((MODEL, 0.0), (model, 0.5)):
-        found = calibrate(its, [Balances(measured, its)], rounds=1)
-        column = found.columns[:, [u.name for u in found.unknowns].index("resistance")]
-        left = np.linalg.norm(Projector(found.columns, found.unknowns).rest(column)) / np.linalg.norm(column)
+        found = calibrate(its, [Balances(measured, its)], iterations=1)
+        column = found.jacobian[:, [u.name for u in found.unknowns].index("resistance")]
+        left = np.linalg.norm(Projector(found.jacobian, found.unknowns).rest(column)) / np.linalg.norm(column)
         assert left >= least
         assert (left < 1e-6) == (its is MODEL)
 
 
-def test_an_effect_that_was_measured_not_to_be_there_is_no_suspect_and_stays_where_it_was_read():
+def test_an_effect_that_was_measured_not_to_be_there_is_no_candidate_and_stays_where_it_was_read():
     gain = measured_strength("current_sensor_gain.gain_error", 0.0, 0.005)
     model = MODEL.knowing([gain])
     p = MODEL.vector()
@@ -109,16 +109,19 @@ def open_class():
     p[CATALOGUE["cogging_torque"].indices[0]] = 0.03
     p[CATALOGUE["cogging_torque"].indices[2]] = 7.0
     found = search(MODEL, [Balances(measurement(p, seed=5), MODEL)])
-    first = replace(found.accepted[0], alike=["parameter:coulomb"], refined=[found.accepted[0].winner])
-    return replace(found, rounds=[first, *found.rounds[1:]], verdict="ambiguous")
+    first = replace(found.accepted[0], ambiguity_group=["parameter:coulomb"], refined=[found.accepted[0].winner])
+    return replace(found, selection_steps=[first, *found.selection_steps[1:]], verdict="ambiguous")
 
 
 def test_a_hand_measures_what_is_open_and_is_promised_to_settle_it_if_the_answer_would(open_class, monkeypatch):
-    hand = hand_test(open_class, open_class.accepted[0], None, ["parameter:coulomb"], lambda *_: None)
+    hand = plan_bench_measurements(open_class, open_class.accepted[0], None, ["parameter:coulomb"], lambda *_: None)
     assert {one.name for one in hand.numbers} == {"coulomb", "stiction"}
     assert hand.left == ()
-    monkeypatch.setattr("etb_hil.discrepancy.plan.handtest.search", lambda *_, **__: replace(open_class))
-    assert hand_test(open_class, open_class.accepted[0], None, ["parameter:coulomb"], lambda *_: None) is None
+    monkeypatch.setattr("etb_hil.discrepancy.plan.bench_measurements.search", lambda *_, **__: replace(open_class))
+    assert (
+        plan_bench_measurements(open_class, open_class.accepted[0], None, ["parameter:coulomb"], lambda *_: None)
+        is None
+    )
 
 
 @pytest.fixture
@@ -129,31 +132,33 @@ def rest():
 
 
 def told_in_turn(monkeypatch, open_class, *classes):
-    answers = iter([replace(open_class, rounds=[replace(open_class.accepted[0], alike=one)]) for one in classes])
-    monkeypatch.setattr("etb_hil.discrepancy.plan.handtest.search", lambda *_, **__: next(answers))
+    answers = iter(
+        [replace(open_class, selection_steps=[replace(open_class.accepted[0], ambiguity_group=one)]) for one in classes]
+    )
+    monkeypatch.setattr("etb_hil.discrepancy.plan.bench_measurements.search", lambda *_, **__: next(answers))
 
 
 def test_what_comes_in_once_numbers_are_known_is_left_to_a_plan_that_parts_it(open_class, monkeypatch, rest):
     first = open_class.accepted[0]
     told_in_turn(monkeypatch, open_class, ["iron_loss"], [])
-    hand = hand_test(open_class, first, None, ["parameter:coulomb"], lambda *_: rest)
+    hand = plan_bench_measurements(open_class, first, None, ["parameter:coulomb"], lambda *_: rest)
     assert (hand.left, hand.plan) == ((), rest)
     told_in_turn(monkeypatch, open_class, ["iron_loss"], ["iron_loss"], ["iron_loss"])
-    assert hand_test(open_class, first, None, ["parameter:coulomb"], lambda *_: rest) is None
+    assert plan_bench_measurements(open_class, first, None, ["parameter:coulomb"], lambda *_: rest) is None
 
 
 def test_a_plan_that_tells_nothing_more_is_not_asked_for(open_class, monkeypatch, rest):
     first = open_class.accepted[0]
     left = ["parameter:coulomb", "parameter:viscous"]
     told_in_turn(monkeypatch, open_class, left[1:], left[1:], left[1:])
-    hand = hand_test(open_class, first, None, left, lambda *_: rest)
+    hand = plan_bench_measurements(open_class, first, None, left, lambda *_: rest)
     assert (hand.left, hand.plan) == (("parameter:viscous",), None)
 
 
 def test_the_next_test_says_what_to_measure_and_how_well(open_class, monkeypatch, rest, tmp_path):
-    answered = replace(open_class.accepted[0], alike=[])
-    settled = replace(open_class, rounds=[answered], verdict="explained")
-    monkeypatch.setattr("etb_hil.discrepancy.plan.handtest.search", lambda *_, **__: settled)
+    answered = replace(open_class.accepted[0], ambiguity_group=[])
+    settled = replace(open_class, selection_steps=[answered], verdict="explained")
+    monkeypatch.setattr("etb_hil.discrepancy.plan.bench_measurements.search", lambda *_, **__: settled)
     test = plain(next_test(open_class, [rest]))
     assert test["scenario"] is None
     assert test["expected_separation"]["leaves"] == []

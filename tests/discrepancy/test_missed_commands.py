@@ -1,4 +1,4 @@
-"""Rows of a voltage that somebody held are told from rows between which a controller commanded something else."""
+"""Samples of a voltage that somebody held are told from samples between which a controller commanded something else."""
 
 from dataclasses import replace
 
@@ -9,13 +9,13 @@ from explain_cases import hidden_case, recording_of
 
 from etb_hil.base.stock import find
 from etb_hil.bench.job import JobFiles, execute, prepare
-from etb_hil.discrepancy.answer.too_little import too_little_to_accuse
+from etb_hil.discrepancy.answer.insufficient_data import too_little_to_reject
 from etb_hil.discrepancy.explain import explain
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.rerun import rerun
-from etb_hil.discrepancy.measured.commands import may_miss_commands, rate_of_voltage
-from etb_hil.discrepancy.measured.stretches import measurements_of
-from etb_hil.discrepancy.search.naming import search
+from etb_hil.discrepancy.measured.missed_commands import may_miss_commands, rate_of_voltage
+from etb_hil.discrepancy.measured.segments import measurements_of
+from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.parameters import load_model
 
@@ -29,14 +29,14 @@ def _measured(hertz, seed=214300, effects=(), **changed):
 
 @pytest.mark.parametrize("seed", [214300, 214304])
 @pytest.mark.parametrize(("rate", "misses"), [(2000, False), (1000, False), (500, True), (250, True)])
-def test_rows_that_come_more_seldom_than_commands_miss_some(rate, misses, seed):
+def test_samples_that_come_more_seldom_than_commands_miss_some(rate, misses, seed):
     assert may_miss_commands(*_measured(rate, seed)) is misses
 
 
 @pytest.mark.parametrize("hertz", [500, 250])
 @pytest.mark.parametrize("degrees", [25.0, 70.0])
-def test_slow_rows_of_as_slow_a_controller_miss_none(hertz, degrees):
-    """Led along the same motion by a controller that commands once a row, also while the winding warms up."""
+def test_slow_samples_of_as_slow_a_controller_miss_none(hertz, degrees):
+    """Led along the same motion by a controller that commands once a sample, also while the winding warms up."""
     measured, model = _measured(hertz)
     measured = replace(measured, temperature=np.linspace(25.0, degrees, len(measured)))
     warm = Balances(measured, model)
@@ -46,7 +46,7 @@ def test_slow_rows_of_as_slow_a_controller_miss_none(hertz, degrees):
 
 
 def test_a_fast_logs_commands_lie_where_they_like():
-    """At 4 kHz rows are thinned for the balances, but not for this."""
+    """At 4 kHz samples are thinned for the balances, but not for this."""
     hidden = hidden_case(214304, rate=4000, seconds=20.0)
     later = {role: values[1:] for role, values in hidden.case.table.items()}
     hidden.case.table = {**later, "time": later["time"] - later["time"][0]}
@@ -55,7 +55,7 @@ def test_a_fast_logs_commands_lie_where_they_like():
 
 
 def _bursts(scenario, effect, folder):
-    """A session of a unit with an effect on the stock bench whose rows come at 20 kHz, with one voltage for ten."""
+    """A session of a unit with an effect on the stock bench whose samples come at 20 kHz, with one voltage for ten."""
     path, limits, unit = find("model", "default"), find("limits", "default"), folder / "unit.yaml"
     unit.write_text(path.read_text("utf-8").replace("effects: []", f"effects: [{effect}]"), "utf-8")
     files = JobFiles(find("scenario", scenario), find("bench", "virtual_fd"), path, limits, unit=unit)
@@ -81,28 +81,28 @@ def test_bursts_with_one_voltage_each_miss_none(scenario, tmp_path):
 def test_a_fault_that_was_recorded_in_bursts_is_in_the_class_that_is_named(name, strengths, tmp_path):
     measured, model = _bursts("isolability", f"{{id: {name}, strengths: {{{strengths}}}}}", tmp_path)
     findings = search(model, [Balances(measured, model)])
-    assert too_little_to_accuse(findings, [measured]) == []
+    assert too_little_to_reject(findings, [measured]) == []
     (found,) = findings.accepted
-    assert name in (found.winner.id, *found.alike)
+    assert name in (found.winner.id, *found.ambiguity_group)
 
 
 @pytest.mark.parametrize("missed", [2, 4])
 def test_where_bursts_miss_commands_their_voltages_rate_is_said(missed):
-    """The rows of a unit, and between them more: of its current and its motion each, of its voltage every so many."""
+    """The samples of a unit, and between them more: each of current and motion, every so many of voltage."""
     measured, model = _measured(2000, 214304)
-    rows = np.arange(10 * len(measured)) / 10
+    samples = np.arange(10 * len(measured)) / 10
     own = np.arange(len(measured))
-    fast = {name: np.interp(rows, own, getattr(measured, name)) for name in ("current", "angle", "temperature")}
-    held = np.repeat(measured.voltage[:: 2 * missed], 20 * missed)[: len(rows)]
-    bursts = replace(measured, rate=20000.0, voltage=held, is_good=np.ones(len(rows), np.bool_), plate=None, **fast)
+    fast = {name: np.interp(samples, own, getattr(measured, name)) for name in ("current", "angle", "temperature")}
+    held = np.repeat(measured.voltage[:: 2 * missed], 20 * missed)[: len(samples)]
+    bursts = replace(measured, rate=20000.0, voltage=held, is_good=np.ones(len(samples), np.bool_), plate=None, **fast)
     assert rate_of_voltage(bursts) == 2000.0
     assert may_miss_commands(bursts, model)
 
 
 def test_a_voltage_that_is_read_late_is_one_that_is_held():
     measured, model = _measured(1000)
-    rows = np.arange(len(measured))
-    late = {name: np.interp(rows + 0.5, rows, getattr(measured, name)) for name in ("current", "angle")}
+    samples = np.arange(len(measured))
+    late = {name: np.interp(samples + 0.5, samples, getattr(measured, name)) for name in ("current", "angle")}
     assert not may_miss_commands(replace(measured, **late), model)
 
 
@@ -121,27 +121,27 @@ def test_what_is_wrong_with_bridge_supply_or_sensor_is_no_command(effect, seed):
     assert not may_miss_commands(*_measured(2000, seed, (effect,)))
 
 
-def test_without_a_current_slow_rows_tell_nothing_of_commands():
+def test_without_a_current_slow_samples_tell_nothing_of_commands():
     assert may_miss_commands(*_measured(500, current=None))
     assert not may_miss_commands(*_measured(1000, current=None))
 
 
-def test_a_drive_is_given_what_its_rows_say():
+def test_a_drive_is_given_what_its_samples_say():
     assert not may_miss_commands(*_measured(500, is_drive=True))
 
 
 @pytest.mark.slow
-def test_a_healthy_unit_is_not_accused_of_commands_that_no_row_has():
+def test_a_healthy_unit_is_not_rejected_of_commands_that_no_sample_has():
     hidden = hidden_case(214302, rate=500)
     found = plain(explain([hidden.recording], hidden.model))
     assert found["verdict"] == "insufficient_data"
     assert found["causes"] == []
-    assert "at 500 Hz the voltage may change between rows" in found["data_quality"][0]
+    assert "at 500 Hz the voltage may change between samples" in found["data_quality"][0]
     assert "in step with the controller's commands" in found["data_quality"][0]
 
 
 @pytest.mark.slow
-def test_an_interrupt_accuses_nobody_of_such_commands_either():
+def test_an_interrupt_rejects_nobody_of_such_commands_either():
     hidden = hidden_case(214302, rate=500)
 
     def progress(what):
@@ -150,6 +150,6 @@ def test_an_interrupt_accuses_nobody_of_such_commands_either():
 
     found = plain(explain([hidden.recording], hidden.model, progress=progress))
     assert found["verdict"] == "insufficient_data"
-    assert "at 500 Hz the voltage may change between rows" in found["data_quality"][0]
+    assert "at 500 Hz the voltage may change between samples" in found["data_quality"][0]
     assert found["interrupted"].startswith("trying")
     assert found["stages"].startswith("done: reading the data")

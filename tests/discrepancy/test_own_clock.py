@@ -1,4 +1,4 @@
-"""Rows of a logger whose clock is its own: they lie beside the ticks at which the controller commands."""
+"""Samples of a logger whose clock is its own: they lie beside the ticks at which the controller commands."""
 
 import pytest
 from answers import plain
@@ -12,7 +12,7 @@ VIEW = "own_clock"
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [225300, pytest.param(225301, marks=pytest.mark.study)])
-def test_a_healthy_unit_stays_adequate_and_its_rows_are_found_beside_the_ticks(seed):
+def test_a_healthy_unit_stays_adequate_and_its_samples_are_found_beside_the_ticks(seed):
     findings = searched(hidden_case(seed, view=VIEW))
     assert findings.verdict == "adequate"
     (skew,) = (u.x_of(findings.final.fit.whole) for u in findings.final.unknowns if u.name == "voltage_skew")

@@ -11,8 +11,8 @@ from synthetic import MODEL, measurement
 from etb_hil import plugins
 from etb_hil.base.errors import InputError
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.search.extending import extended_model
-from etb_hil.discrepancy.search.naming import search
+from etb_hil.discrepancy.search.extended_model import extended_model
+from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.plant.effects import ports
 from etb_hil.plant.effects.catalogue import CATALOGUE, register, unregister
 from etb_hil.plant.effects.effect import Balance, Effect, Parity, State, strength

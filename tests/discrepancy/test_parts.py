@@ -14,13 +14,13 @@ from synthetic import MODEL, RATE, measurement
 from etb_hil.base.errors import InputError
 from etb_hil.discrepancy.explain import explain
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.fitting.boxed import boxed
+from etb_hil.discrepancy.fitting.box_least_squares import box_least_squares
 from etb_hil.discrepancy.fitting.calibration import calibrate
-from etb_hil.discrepancy.fitting.floor import floor_of
 from etb_hil.discrepancy.fitting.intervals import estimates
+from etb_hil.discrepancy.fitting.noise_floor import noise_floor_of
 from etb_hil.discrepancy.measured.confounding import confounded
+from etb_hil.discrepancy.measured.segments import measurements_of
 from etb_hil.discrepancy.measured.spectrum import Spectrum
-from etb_hil.discrepancy.measured.stretches import measurements_of
 from etb_hil.plant.drive_file import load_plant
 from etb_hil.plant.model_file import EffectEntry
 from etb_hil.plant.model_text import model_text
@@ -44,7 +44,7 @@ def test_boxed_least_squares_agree_with_an_independent_solver(seed, count):
     columns, right = rng.normal(size=(40, count)), rng.normal(size=40) * 3.0
     low = -rng.uniform(0.0, 0.1, count)
     high = rng.uniform(0.01, 0.1, count)
-    ours = boxed(columns.T @ columns, columns.T @ right, low, high)
+    ours = box_least_squares(columns.T @ columns, columns.T @ right, low, high)
     theirs = lsq_linear(columns, right, (low, high), method="bvls", tol=1e-12).x
     assert np.all(ours >= low - 1e-12)
     assert np.all(ours <= high + 1e-12)
@@ -72,8 +72,8 @@ def test_calibration_finds_numbers_inside_their_tolerance():
     bench = replace(MODEL, parameters=off)
     b = Balances(measurement(MODEL.vector(), seed=6), bench)
     calibration = calibrate(bench, [b])
-    floor = floor_of(bench, [b], calibration.fit.whole, calibration.unknowns)
-    numbers = {e.name: e for e in estimates(calibration, [b], floor)}
+    noise_floor = noise_floor_of(bench, [b], calibration.fit.whole, calibration.unknowns)
+    numbers = {e.name: e for e in estimates(calibration, [b], noise_floor)}
     assert numbers["resistance"].value == pytest.approx(1.5, rel=0.005)
     assert numbers["resistance"].low < numbers["resistance"].value < numbers["resistance"].high
 

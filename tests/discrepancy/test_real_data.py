@@ -57,8 +57,8 @@ def test_parameters_are_called_as_in_the_drives_own_file(answer):
     assert {"inertia", "viscous", "coulomb", "constant_load"} <= set(found)
     assert found["constant_load"]["unit"] == "N"
     assert found["constant_load"]["nominal"] == 0.1
-    suspects = {one["effect"] for one in plain(answer)["suspects"]}
-    assert not re.search("preload|motor_inertia", json.dumps([found, sorted(suspects)]))
+    candidates_for = {one["effect"] for one in plain(answer)["suspects"]}
+    assert not re.search("preload|motor_inertia", json.dumps([found, sorted(candidates_for)]))
 
 
 def test_errors_are_those_of_a_position_in_metres(answer):

@@ -19,13 +19,15 @@ def _changed(recording, **columns):
 
 
 @pytest.mark.parametrize("every", [1, 40])
-def test_a_duty_of_zeros_is_refused_at_once_however_slow_its_rows_are(cogging_recording, every):
+def test_a_duty_of_zeros_is_refused_at_once_however_slow_its_samples_are(cogging_recording, every):
     block = cogging_recording.block("table")
-    rows = slice(None, None, every)
-    columns = {role: values[rows] for role, values in block.columns.items() if role != "motor_voltage"}
+    samples = slice(None, None, every)
+    columns = {role: values[samples] for role, values in block.columns.items() if role != "motor_voltage"}
     columns["motor_duty"] = np.zeros(len(columns["motor_angle"]))
     found = Recording("zeros", ClockGrade.TABLE)
-    found.append([SampleBlock("table", block.time_ns[rows], block.stamp_ns[rows], columns, block.lost_before[rows])])
+    found.append(
+        [SampleBlock("table", block.time_ns[samples], block.stamp_ns[samples], columns, block.lost_before[samples])]
+    )
     answer = plain(explain([found], MODEL))
     assert answer["verdict"] == "insufficient_data"
     assert any("look at the column of motor_voltage or motor_duty" in str(one) for one in answer["data_quality"])

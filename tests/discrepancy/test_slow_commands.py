@@ -1,4 +1,4 @@
-"""Slow rows of a controlled unit: what was commanded between them is nobody's fault, and no number stands for it."""
+"""Slow samples of a controlled unit: what was commanded between them is nobody's fault, and no number stands for it."""
 
 from dataclasses import replace
 
@@ -10,12 +10,12 @@ from explain_cases import hidden_case, recording_of
 from etb_hil.discrepancy.answer.pictures import coarse_pictures
 from etb_hil.discrepancy.explain import explain, write
 from etb_hil.discrepancy.measured.angles import Angles
-from etb_hil.discrepancy.slow.driven import Driven, driven_rows
-from etb_hil.discrepancy.slow.stairs import is_held
+from etb_hil.discrepancy.slow.drive_samples import DriveSamples, drive_samples
+from etb_hil.discrepancy.slow.staircase import is_held
 from etb_hil.discrepancy.slow.sweeps import sweeps_of
 from etb_hil.plant.parameter import Tolerance
 
-EVERY = 25  # rows of 2 kHz
+EVERY = 25  # samples of 2 kHz
 VOLTMETER = 0.02  # V
 
 
@@ -40,11 +40,11 @@ def answer(healthy):
 
 
 def _driven(drive, *, is_duty=False):
-    rows = np.arange(len(drive))
-    return Driven(12_500_000 * rows, drive, is_duty, Angles(np.zeros(len(drive)), 1e-4, None))
+    samples = np.arange(len(drive))
+    return DriveSamples(12_500_000 * samples, drive, is_duty, Angles(np.zeros(len(drive)), 1e-4, None))
 
 
-def test_a_healthy_unit_whose_commands_are_missed_is_not_accused(answer):
+def test_a_healthy_unit_whose_commands_are_missed_is_not_rejected(answer):
     found = plain(answer)
     assert found["verdict"] == "insufficient_data"
     reason = found["data_quality"][0]
@@ -58,7 +58,7 @@ def test_no_number_is_fitted_in_place_of_missed_commands(answer, tmp_path):
     assert [path.name for path in write(answer, tmp_path)] == ["explanation.json"]
 
 
-def test_its_page_accuses_nobody_and_draws_no_empty_plot(answer, tmp_path):
+def test_its_page_rejects_nobody_and_draws_no_empty_plot(answer, tmp_path):
     gain = {**plain(answer)["gain"], "value": -0.91, "interval": [-6.15, 0.32]}
     series = coarse_pictures(answer.coarse)
     nowhere = np.full(len(series.runs.value), np.nan)
@@ -84,14 +84,14 @@ def test_an_encoder_counts_from_the_plate_sensors_zero(healthy, away):
     moved = _slow(healthy, motor_angle=healthy.case.table["motor_angle"] + gear * away)
     after = np.concatenate([one.angle for one in sweeps_of(moved, healthy.model)])
     np.testing.assert_allclose(after, before, atol=1e-3)
-    flags = driven_rows(moved, healthy.model).angles.flags
+    flags = drive_samples(moved, healthy.model).angles.flags
     assert flags == (f"the encoder's zero was {np.degrees(-away):.1f} deg off the plate sensor's: it was set to that",)
 
 
-@pytest.mark.parametrize("rows", [3, 20])
+@pytest.mark.parametrize("samples", [3, 20])
 @pytest.mark.parametrize("is_duty", [False, True])
-def test_stairs_were_held(healthy, rows, is_duty):
-    stairs = np.repeat(np.tile(np.linspace(0.0, 0.5, 26), 8), rows)
+def test_stairs_were_held(healthy, samples, is_duty):
+    stairs = np.repeat(np.tile(np.linspace(0.0, 0.5, 26), 8), samples)
     noise = VOLTMETER * np.random.default_rng(1).standard_normal(len(stairs))
     drive = stairs if is_duty else 13.5 * stairs + noise
     assert is_held(_driven(drive, is_duty=is_duty), healthy.model.sensors)

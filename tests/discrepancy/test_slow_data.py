@@ -67,13 +67,13 @@ def test_slow_data_are_told_from_fast_ones(slow, cogging_recording):
 
 
 def test_it_is_said_that_they_are_slow_and_when_it_may_be_the_times_unit(slow, cogging_recording):
-    assert "90.9 rows a second: causes are named from 200 a second on" in slow_remark(slow[0])
+    assert "90.9 samples a second: causes are named from 200 a second on" in slow_remark(slow[0])
     assert "ms that are read as s" not in slow_remark(slow[0])
     assert slow_remark(cogging_recording) == ""
     block = cogging_recording.block("table")
     thousandfold = Recording("ms as s", ClockGrade.TABLE)
     thousandfold.append([replace(block, time_ns=1000 * block.time_ns, stamp_ns=1000 * block.stamp_ns)])
-    assert "has 2 rows a second" in slow_remark(thousandfold)
+    assert "has 2 samples a second" in slow_remark(thousandfold)
     assert "look at the time's unit" in slow_remark(thousandfold)
 
 

@@ -17,18 +17,18 @@ from etb_hil.base.quantity import unit_of
 from etb_hil.base.stock import find
 from etb_hil.diagnosis.limits_file import load_limits
 from etb_hil.discrepancy.answer.consequence import consequence
+from etb_hil.discrepancy.answer.detection_limits import detection_limits
 from etb_hil.discrepancy.answer.explanation import _size, explanation
-from etb_hil.discrepancy.answer.leftover import _coordinates
-from etb_hil.discrepancy.answer.limits import detection_limits
 from etb_hil.discrepancy.answer.pictures import pictures
+from etb_hil.discrepancy.answer.residual_curves import _coordinates
 from etb_hil.discrepancy.explain import Answer, explain, write
 from etb_hil.discrepancy.fitting.balances import CHANNELS
-from etb_hil.discrepancy.fitting.freerun import SEGMENT_S
+from etb_hil.discrepancy.fitting.free_run import SEGMENT_S
 from etb_hil.discrepancy.fitting.intervals import Estimate
-from etb_hil.discrepancy.plan.nexttest import next_test
+from etb_hil.discrepancy.plan.next_test import next_test
 from etb_hil.discrepancy.plan.planned import PERIOD, Plan
-from etb_hil.discrepancy.search.extending import calibrated_parameters, extended_model
-from etb_hil.discrepancy.search.objections import LEAST_GAIN
+from etb_hil.discrepancy.search.extended_model import calibrated_parameters, extended_model
+from etb_hil.discrepancy.search.rejection import LEAST_GAIN
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.model_text import model_text
 from etb_hil.plant.parameters import load_model
@@ -51,7 +51,7 @@ def test_what_is_written_is_read_again_and_fits_its_schema(answer):
     jsonschema.validate(written, explanation_schema())
 
 
-def test_suspects_that_were_refused_say_why(answer):
+def test_candidates_that_were_refused_say_why(answer):
     best = {one["search"]: one for one in reversed(plain(answer)["suspects"])}
     for one in best.values():
         assert one["taken_in"] == (not one["refused"])
@@ -220,7 +220,7 @@ def still(name, seconds=6.0):
 def test_the_next_test_is_the_plan_whose_record_leaves_least_open(answer):
     first = answer.findings.accepted[0]
     others = ["torque_ripple", "friction_position_periodic"]
-    open_answer = replace(answer.findings, rounds=[replace(first, alike=others)])
+    open_answer = replace(answer.findings, selection_steps=[replace(first, ambiguity_group=others)])
     scenario = load_scenario(find("scenario", "multisine")).content
     moves = plan_of("multisine", scenario, MODEL.values)
     test = plain(next_test(open_answer, [still("rest"), moves]))
@@ -235,7 +235,7 @@ def test_what_a_test_cannot_part_is_said_to_stay_open(answer):
     """In a record at one temperature, nothing that only a change of temperature shows is excluded."""
     first = answer.findings.accepted[0]
     others = ["torque_ripple", "friction_temperature"]
-    open_answer = replace(answer.findings, rounds=[replace(first, alike=others)])
+    open_answer = replace(answer.findings, selection_steps=[replace(first, ambiguity_group=others)])
     scenario = load_scenario(find("scenario", "multisine")).content
     expected = plain(next_test(open_answer, [plan_of("multisine", scenario, MODEL.values)]))["expected_separation"]
     assert expected["parts"] == ["torque_ripple"]
@@ -244,7 +244,7 @@ def test_what_a_test_cannot_part_is_said_to_stay_open(answer):
 
 def test_where_no_plan_tells_the_class_apart_a_hand_has_to(answer):
     first = answer.findings.accepted[0]
-    open_answer = replace(answer.findings, rounds=[replace(first, alike=["torque_ripple"])])
+    open_answer = replace(answer.findings, selection_steps=[replace(first, ambiguity_group=["torque_ripple"])])
     test = plain(next_test(open_answer, [still("rest")]))
     assert test["scenario"] is None
     assert test["says"]
@@ -321,7 +321,7 @@ def test_what_a_cause_cannot_be_told_from_is_said_and_not_called_hidden(answer, 
 def test_what_data_do_not_tell_of_a_cause_is_said(answer, tmp_path):
     cause = plain(answer)["causes"][0]
     assert all(size["flags"] == [] for size in cause["parameters"].values())
-    estimate = Estimate("cogging_torque.sine", 3, 0.03, -0.5, 0.5, on_bound=False, is_told=False)
+    estimate = Estimate("cogging_torque.sine", 3, 0.03, -0.5, 0.5, on_bound=False, is_identifiable=False)
     size = plain(_size(estimate, "N·m", np.zeros(9)))
     assert size["flags"] == ["these data do not tell it"]
     found = plain(answer) | {"causes": [cause | {"parameters": {"sine": size}}]}

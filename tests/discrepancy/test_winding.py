@@ -70,12 +70,12 @@ def test_a_motor_that_gives_power_back_runs_against_nothing(measured):
     must_be_of_winding([replace(measured, voltage=voltage, angle=angle, current=current)], MODEL)
 
 
-def test_a_few_rows_at_rest_are_too_few_to_say_so(measured):
+def test_a_few_samples_at_rest_are_too_few_to_say_so(measured):
 
     def backwards(since, until):
-        rows = slice(int(since * RATE), int(until * RATE))
-        few = {name: getattr(measured, name)[rows] for name in ("voltage", "angle", "is_good")}
-        return replace(measured, **few, current=-measured.current[rows])
+        samples = slice(int(since * RATE), int(until * RATE))
+        few = {name: getattr(measured, name)[samples] for name in ("voltage", "angle", "is_good")}
+        return replace(measured, **few, current=-measured.current[samples])
 
     held = backwards(6.0, 6.4)
     must_be_of_winding([held], MODEL)

@@ -14,10 +14,10 @@ from etb_hil.base.stock import find
 from etb_hil.cli.main import main
 from etb_hil.diagnosis.diagnosis import Diagnosis
 from etb_hil.diagnosis.limits_file import load_limits
-from etb_hil.discrepancy.answer.called import as_in_its_file
+from etb_hil.discrepancy.answer.drive_names import as_in_its_file
 from etb_hil.discrepancy.answer.quality import _other_unit
 from etb_hil.discrepancy.explain import explain
-from etb_hil.discrepancy.measured.stretches import measurements_of
+from etb_hil.discrepancy.measured.segments import measurements_of
 from etb_hil.plant.drive_file import is_drive, load_plant
 from etb_hil.plant.drive_text import drive_text
 from etb_hil.plant.model_file import EffectEntry

@@ -1,1 +1,1 @@
-"""What is said of a search: errors, gains, limits, pictures, plain values."""
+"""The answer of a search: errors, gains, detection limits, plots."""

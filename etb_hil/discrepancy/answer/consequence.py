@@ -1,4 +1,4 @@
-"""What an extended model changes in the diagnosis of the very same measurement: T_st, T_c and the verdict."""
+"""The effect of an extended model on the diagnosis: T_st, T_c and the verdict."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from etb_hil.diagnosis.limits import Limits
 from etb_hil.diagnosis.phase_use import RunPhase, Use
 from etb_hil.diagnosis.result import DiagnosisResult
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.search.extending import extended_model
+from etb_hil.discrepancy.search.extended_model import extended_model
 from etb_hil.discrepancy.search.findings import Findings
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
@@ -24,10 +24,10 @@ Judge = Callable[[Model], DiagnosisResult]
 
 
 def consequence(findings: Findings, limits: Limits, whole: Vector, judge: Judge | None = None) -> Consequence | None:
-    """Return the diagnosis under the model as stated and as extended; None where the current was not measured.
+    """Return the diagnosis under reference and extended model; None without a current.
 
-    `whole`: the vector of the extended one. `judge`: how the bench judges this record, where it was the bench that made
-    it; of another nothing is known of its phases. A judgement that fails is said: what was searched for minutes stays.
+    `whole`: the vector of the extended one. `judge`: how the bench judges this record, if the bench made it; of another
+    nothing is known of its phases. A diagnosis that fails is said: the result of a long search stays.
     """
     if any(b.measured.current is None or b.measured.is_drive for b in findings.balances):
         return None

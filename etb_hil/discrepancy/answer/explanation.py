@@ -1,4 +1,4 @@
-"""The answer: what the findings of a search and the errors on held-out segments say."""
+"""The typed answer from findings and held-out errors."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from dataclasses import replace
 
 import numpy as np
 
+from etb_hil.discrepancy.answer.detection_limits import detection_limits
 from etb_hil.discrepancy.answer.holdout import Holdout
-from etb_hil.discrepancy.answer.limits import detection_limits
+from etb_hil.discrepancy.answer.instability import unstable_range
 from etb_hil.discrepancy.answer.quality import data_quality
-from etb_hil.discrepancy.answer.running_away import runs_away
-from etb_hil.discrepancy.fitting.floor import LEAST_ROWS
-from etb_hil.discrepancy.fitting.freerun import CURRENT_ROLE, POSITION, SEGMENT_S
+from etb_hil.discrepancy.candidates.nonparametric import in_their_own_balances
+from etb_hil.discrepancy.candidates.refinement import LEAST_GAIN
+from etb_hil.discrepancy.fitting.free_run import CURRENT_ROLE, POSITION, SEGMENT_S
 from etb_hil.discrepancy.fitting.intervals import Estimate, estimates
+from etb_hil.discrepancy.fitting.noise_floor import LEAST_SAMPLES
 from etb_hil.discrepancy.fitting.unknowns import FIELDS, simulable
 from etb_hil.discrepancy.measured.regimes import REGIMES
-from etb_hil.discrepancy.plan.nexttest import next_test
+from etb_hil.discrepancy.plan.next_test import next_test
 from etb_hil.discrepancy.search import decision
-from etb_hil.discrepancy.search.byhand import measured
-from etb_hil.discrepancy.search.findings import Findings, Round
-from etb_hil.discrepancy.suspects.placeholders import in_their_own_balances
-from etb_hil.discrepancy.suspects.refining import LEAST_GAIN
+from etb_hil.discrepancy.search.bench_numbers import bench_numbers
+from etb_hil.discrepancy.search.findings import Findings, SelectionStep
 from etb_hil.plant.drive_effects import unit_for
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import Vector
@@ -31,18 +31,18 @@ from etb_hil.results import explanation as results
 
 MOVED = 0.03  # share by which a base parameter that a term moves is flagged: it may have been stolen
 _BALANCES = ("torque", "voltage", "angle")
-_SHARPNESS = 3.0  # a competing hypothesis at the class margin is e^-3 as probable
+_SHARPNESS = 3.0  # a competing hypothesis at the ambiguity group margin is e^-3 as probable
 
 
 def explanation(findings: Findings, holdout: Holdout | None) -> results.ExplanationResult:
-    """Return the whole answer; `holdout` is None where there is no simulation that could be run."""
+    """Return the whole answer; `holdout` is None if no simulation could be run."""
     in_model = findings.final.fit.whole if holdout is None else holdout.best
-    numbers = estimates(findings.final, findings.balances, findings.final_floor)
+    numbers = estimates(findings.final, findings.balances, findings.final_noise_floor)
     found = results.ExplanationResult(
         verdict=findings.verdict,
         causes=causes(findings, in_model),
-        measured=measured(findings.model),
-        suspects=_suspects(findings),
+        measured=bench_numbers(findings.model),
+        suspects=_candidates(findings),
         unexplained=_unexplained(findings),
         calibrated=_calibrated(findings, numbers, in_model),
         model_file=_model_file(holdout),
@@ -64,9 +64,9 @@ def explanation(findings: Findings, holdout: Holdout | None) -> results.Explanat
 
 
 def _errors(findings: Findings, holdout: Holdout) -> results.Errors:
-    """Return errors with units, and what has to be said of a free run that errs where the balances lack nothing."""
+    """Return errors with units, and remarks on a free run that errs unexpectedly."""
     units = {POSITION: "m" if findings.balances[0].measured.is_linear else "rad", CURRENT_ROLE: "A"}
-    least, most = float(holdout.floors.min()), float(holdout.floors.max())
+    least, most = float(holdout.noise_floors.min()), float(holdout.noise_floors.max())
     left = holdout.table["free_run"][POSITION]["calibrated"]
     says = []
     if findings.verdict == "adequate" and left > most:
@@ -75,7 +75,7 @@ def _errors(findings: Findings, holdout: Holdout) -> results.Errors:
             f"the balances lack nothing, but in free run the calibrated model errs by {times * left:.3g} {its}, more "
             f"than noise alone left ({times * least:.3g} to {times * most:.3g} {its}); these data do not tell why"
         )
-    if away := runs_away(simulable(holdout.best)):
+    if away := unstable_range(simulable(holdout.best)):
         says.append(
             f"from {math.degrees(away[0]):.0f} to {math.degrees(away[1]):.0f} deg springs and flow hold the "
             "plate less the further it is open: a "
@@ -94,10 +94,10 @@ def _errors(findings: Findings, holdout: Holdout) -> results.Errors:
 
 
 def _worst(findings: Findings, holdout: Holdout) -> results.WorstSegment:
-    """Return the segment that the model file's model errs most in, beside all others and true models in that one."""
+    """Return the segment with the largest error of the model file's model."""
     errors = holdout.segments[holdout.in_file][POSITION]
     k = int(np.argmax(errors))
-    longest = max(findings.balances, key=lambda b: b.rows).measured
+    longest = max(findings.balances, key=lambda b: b.samples).measured
     there = holdout.drawn[:, k]
     return results.WorstSegment(
         from_s=longest.start_s + k * SEGMENT_S,
@@ -110,7 +110,7 @@ def _worst(findings: Findings, holdout: Holdout) -> results.WorstSegment:
 
 
 def _model_file(holdout: Holdout | None) -> results.ModelFile:
-    """Return which of the two fits the numbers in the model file are from."""
+    """Return which of the two fits the model file holds."""
     if holdout is not None and holdout.is_followed:
         says = (
             "the model file holds the values of the last fit in free run (in_model): its error is smaller on parts "
@@ -121,12 +121,12 @@ def _model_file(holdout: Holdout | None) -> results.ModelFile:
 
 
 def causes(findings: Findings, in_model: Vector | None = None) -> tuple[results.Cause, ...]:
-    """Return the causes that were taken in, most probable first; where none was, nothing.
+    """Return the accepted causes, most probable first.
 
-    `in_model`: the whole vector that the model file holds, where it is not the one that the balances gave.
+    `in_model`: the whole vector that the model file holds, if it is not the balances' one.
     """
     whole = findings.final.fit.whole if in_model is None else in_model
-    numbers = {e.place: e for e in estimates(findings.final, findings.balances, findings.final_floor)}
+    numbers = {e.place: e for e in estimates(findings.final, findings.balances, findings.final_noise_floor)}
     found = []
     for each, share in zip(findings.accepted, shares([each.gain for each in findings.accepted]), strict=True):
         winner = each.winner
@@ -134,7 +134,7 @@ def causes(findings: Findings, in_model: Vector | None = None) -> tuple[results.
             results.Cause(
                 id=winner.id,
                 probability=_probabilities(each)[winner.id],
-                indistinguishable=tuple(each.alike),
+                indistinguishable=tuple(each.ambiguity_group),
                 sizes=_parameters(each, numbers, whole, is_linear=findings.balances[0].measured.is_linear),
                 finer_in_model=_finer(each, numbers, whole),
                 share=share,
@@ -145,16 +145,16 @@ def causes(findings: Findings, in_model: Vector | None = None) -> tuple[results.
 
 
 def shares(gains: Sequence[float]) -> list[float]:
-    """Return the share of the error that each cause takes, from what each gains (n) beside those before it.
+    """Return the share of the error that each cause explains, from its gain (n).
 
-    Of numbers that were measured at the bench one may leave more, until the next is in: it is that one's share then.
+    A measured cause may leave more until the next is accepted: the share is that one's then.
     """
     least = np.minimum.accumulate(np.cumprod([1.0, *(1.0 - gain for gain in gains)]))
     return [float(share) for share in least[:-1] - least[1:]]
 
 
 def _parameters(
-    each: Round, numbers: dict[int, Estimate], whole: Vector, *, is_linear: bool
+    each: SelectionStep, numbers: dict[int, Estimate], whole: Vector, *, is_linear: bool
 ) -> Mapping[str, results.Size]:
     effect = each.winner.candidate.effect
     if effect is None:
@@ -180,8 +180,8 @@ def _size(estimate: Estimate, unit: str, whole: Vector) -> results.Size:
     )
 
 
-def _finer(each: Round, numbers: dict[int, Estimate], whole: Vector) -> dict[str, float]:
-    """Return the finer shapes in SI that only the last fit has: the balances asked for none of them."""
+def _finer(each: SelectionStep, numbers: dict[int, Estimate], whole: Vector) -> dict[str, float]:
+    """Return the finer shapes (SI) that only the last fit has."""
     effect = each.winner.candidate.effect
     if effect is None:
         return {}
@@ -189,18 +189,18 @@ def _finer(each: Round, numbers: dict[int, Estimate], whole: Vector) -> dict[str
     return {one.name: float(whole[place]) for one, place in stated if place not in numbers and whole[place] != 0.0}
 
 
-def _probabilities(each: Round) -> dict[str, float]:
-    """Return how probable each fitted candidate is beside the others, by what it leaves."""
-    margin = max(decision.class_margin(each), 1e-6)
+def _probabilities(each: SelectionStep) -> dict[str, float]:
+    """Return the probability of each fitted candidate, by its cost."""
+    margin = max(decision.ambiguity_margin(each), 1e-6)
     worse = np.array([np.log(r.fit.cost / each.winner.fit.cost) for r in each.refined])
     weights = np.exp(-_SHARPNESS * worse / margin)
     return {r.id: float(w / weights.sum()) for r, w in zip(each.refined, weights, strict=True)}
 
 
-def _suspects(findings: Findings) -> tuple[results.Suspect, ...]:
-    """Return every search's best candidates with the evidence for and against them."""
+def _candidates(findings: Findings) -> tuple[results.Suspect, ...]:
+    """Return every step's best candidates with the evidence for and against them."""
     found = []
-    for number, each in enumerate(findings.rounds, 1):
+    for number, each in enumerate(findings.selection_steps, 1):
         probable = _probabilities(each)
         for one in each.refined:
             effect = one.candidate.effect
@@ -209,7 +209,7 @@ def _suspects(findings: Findings) -> tuple[results.Suspect, ...]:
                     search=number,
                     effect=one.id,
                     taken_in=bool(each.accepted) and one is each.winner,
-                    refused=each.refused if one is each.winner else "",
+                    refused=each.rejection if one is each.winner else "",
                     probability=probable[one.id] if each.accepted else 0.0,
                     leaves=one.fit.cost / each.before.fit.cost,
                     looks_like=effect.looks_like if effect else "a base parameter outside its tolerance",
@@ -220,14 +220,14 @@ def _suspects(findings: Findings) -> tuple[results.Suspect, ...]:
 
 
 def _unexplained(findings: Findings) -> results.Unexplained:
-    over = decision.excess(findings.final_groups, findings.rows)
+    over = decision.excess(findings.final_groups, findings.samples)
     where = [
         results.Excess(_BALANCES[k // 3], REGIMES[k % 3], float(np.sqrt(findings.final_groups[k])))
         for k in np.argsort(-over)
         if over[k] > 0.0
     ]
     final = findings.final
-    own = in_their_own_balances(findings.balances, final.columns, final.fit, final.unknowns)
+    own = in_their_own_balances(findings.balances, final.jacobian, final.fit, final.unknowns)
     wrong = [one for one in findings.rest if one.balance == "all"]
     splines = [
         results.Placeholder(p.balance, p.over, p.parity, p.share)
@@ -263,7 +263,7 @@ def _calibrated(findings: Findings, numbers: Sequence[Estimate], in_model: Vecto
 
 
 def _nuisances(numbers: Sequence[Estimate]) -> Mapping[str, results.Nuisance]:
-    """Return what is no part of the unit but was fitted: clock skews of the signals, and the plate sensor's zero."""
+    """Return fitted nuisances: time offsets of the signals, and the plate sensor's zero."""
     return {
         e.name: results.Nuisance(
             e.value,
@@ -278,7 +278,7 @@ def _nuisances(numbers: Sequence[Estimate]) -> Mapping[str, results.Nuisance]:
 
 
 def _friction(findings: Findings, in_model: Vector) -> Mapping[str, results.ModelledFriction]:
-    """Return break-away and sliding friction at the throttle shaft as each model has them: what a verdict rests on."""
+    """Return break-away and sliding friction of each model at the throttle shaft."""
     first, last = simulable(findings.calibration.fit.whole), simulable(in_model)
     return {
         name: results.ModelledFriction(
@@ -292,15 +292,15 @@ def _friction(findings: Findings, in_model: Vector) -> Mapping[str, results.Mode
 
 
 def _balances(findings: Findings) -> Mapping[str, Mapping[str, results.BalanceResidual]]:
-    """Return each balance's residual over the noise floor, before any cause and with all of them, by regime."""
+    """Return each balance's residual over the noise floor by regime, before and after."""
     first = findings.first_groups
     found: dict[str, dict[str, results.BalanceResidual]] = {}
     for k in range(9):
-        if findings.rows[k] < LEAST_ROWS:
+        if findings.samples[k] < LEAST_SAMPLES:
             continue
         found.setdefault(_BALANCES[k // 3], {})[REGIMES[k % 3]] = results.BalanceResidual(
             calibrated_over_floor=float(np.sqrt(first[k])),
             extended_over_floor=float(np.sqrt(findings.final_groups[k])),
-            rows=int(findings.rows[k]),
+            rows=int(findings.samples[k]),
         )
     return found

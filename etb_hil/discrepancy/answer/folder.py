@@ -1,4 +1,4 @@
-"""Whether a folder may hold an answer: what people keep in it is not written over."""
+"""Protection of folders: no file of others is overwritten."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _ELSEWHERE = "give another folder with --out"
 
 
 def must_not_lose(folder: Path, inputs: Iterable[Path], names: Iterable[str] = WRITTEN) -> None:
-    """Refuse a folder in which an answer's files, of these names, would take an input's place or other people's."""
+    """Refuse a folder in which an answer would overwrite an input or other files."""
     there = [folder / name for name in names if (folder / name).exists()]
     if taken := [one for one in inputs if any(one.exists() and one.samefile(path) for path in there)]:
         what = "is read here, and the answer would take its place"

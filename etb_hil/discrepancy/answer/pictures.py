@@ -1,4 +1,4 @@
-"""What the report draws: traces before and after, and the residual over the coordinates in which it shows."""
+"""Data of the report's plots: traces before and after, and residual curves."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from etb_hil.base.roles import ROLES
 from etb_hil.discrepancy.answer.holdout import Holdout
-from etb_hil.discrepancy.answer.leftover import Leftover, leftovers
-from etb_hil.discrepancy.fitting import freerun
+from etb_hil.discrepancy.answer.residual_curves import ResidualCurve, residual_curves
+from etb_hil.discrepancy.fitting import free_run
 from etb_hil.discrepancy.search.findings import Findings
 from etb_hil.discrepancy.slow.coarse import Coarse
 from etb_hil.plant.effects.layout import EXTENDED
@@ -22,9 +22,9 @@ Float64 = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Pictures:
-    """Columns for the plots, SI: one free-run segment, and what balances have left.
+    """Columns for the plots, SI: one free-run segment, and residual curves.
 
-    `after` is None, and nothing is left "with the causes", where there are none.
+    `after` is None, and `left` has no second curve, where there are no causes.
     """
 
     time: Float64
@@ -32,7 +32,7 @@ class Pictures:
     before: Float64
     after: Float64 | None
     position_unit: str
-    left: list[Leftover]
+    left: list[ResidualCurve]
     title: str = "Free run on the segment with the largest error"
     before_is: str = "calibrated model"
     after_is: str = "extended model"
@@ -41,7 +41,7 @@ class Pictures:
 
 @dataclass(frozen=True, slots=True)
 class Runs:
-    """Free runs over what was set (n): R^2, and the voltages in V at which the plate broke away (NaN: it did not)."""
+    """Free runs over a condition (n): R^2, and break-away voltages (V, NaN if none)."""
 
     condition: str
     unit: str
@@ -53,25 +53,25 @@ class Runs:
 
 
 def pictures(findings: Findings, holdout: Holdout) -> Pictures:
-    """Return the columns; the segment is the one that the calibrated model gets most wrong."""
-    b = max(findings.balances, key=lambda each: each.rows)
+    """Return the columns; the segment is the worst of the calibrated model."""
+    b = max(findings.balances, key=lambda each: each.samples)
     m = b.measured
-    worst = int(np.argmax(holdout.segments["calibrated"][freerun.POSITION]))
-    rows = round(freerun.SEGMENT_S * m.rate)
-    begin = worst * rows
+    worst = int(np.argmax(holdout.segments["calibrated"][free_run.POSITION]))
+    samples = round(free_run.SEGMENT_S * m.rate)
+    begin = worst * samples
     first, last = findings.calibration.fit.whole, findings.final.fit.whole
     return Pictures(
-        time=np.arange(begin, begin + rows) / m.rate,
-        measured=m.angle[begin : begin + rows],
-        before=freerun.trace(b, first[:EXTENDED], begin),
-        after=freerun.trace(b, holdout.best[:EXTENDED], begin) if findings.accepted else None,
+        time=np.arange(begin, begin + samples) / m.rate,
+        measured=m.angle[begin : begin + samples],
+        before=free_run.trace(b, first[:EXTENDED], begin),
+        after=free_run.trace(b, holdout.best[:EXTENDED], begin) if findings.accepted else None,
         position_unit="m" if m.is_linear else "rad",
-        left=leftovers(b, first, last if findings.accepted else None),
+        left=residual_curves(b, first, last if findings.accepted else None),
     )
 
 
 def coarse_pictures(coarse: Coarse) -> Pictures:
-    """Return the columns for runs of slow data: of those that the fit did not see the worst, and numbers of all."""
+    """Return the columns of slow data: the worst held-out run, and numbers of all."""
     runs = coarse.explanation.runs
     judged = [k for k, run in enumerate(runs) if not run.seen_by_the_fit]
     worst = max(judged, key=lambda k: runs[k].rms_rad)

@@ -1,4 +1,4 @@
-"""What the data are worth: gaps, saturation, encoder steps, noise at rest, and what they cannot show."""
+"""Quality of the data: gaps, saturation, encoder steps, noise at rest, limits."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.angles import grid_of
 from etb_hil.discrepancy.measured.measurement import Measurement
-from etb_hil.discrepancy.measured.regimes import BESIDE
+from etb_hil.discrepancy.measured.regimes import GUARD_TIME
 from etb_hil.plant.effects.effect import REFERENCE
 from etb_hil.plant.effects.laws import laws, terms
 from etb_hil.plant.parameters import Model
@@ -30,7 +30,7 @@ _OFF_GRID = 0.5  # share of the samples from which it is said
 
 
 def data_quality(balances: Sequence[Balances], model: Model) -> tuple[DataQuality, ...]:
-    """Return what was found of each segment, and in words what it cannot show."""
+    """Return the quality of each segment, and in words what it cannot show."""
     return tuple(_of(b, model) for b in balances)
 
 
@@ -41,8 +41,8 @@ def _of(b: Balances, model: Model) -> DataQuality:
     if bridged > 0.0:
         unjudged = float(1.0 - np.mean(b.regimes.is_good))
         what = "were missing or bad, or the bridge opened in them"
-        beside = f"with what lies within {BESIDE:g} s of them {100.0 * unjudged:.3g} %"
-        flags.append(f"{100.0 * bridged:.2g} % of the rows {what}: {beside} are not judged")
+        beside = f"with what lies within {GUARD_TIME:g} s of them {100.0 * unjudged:.3g} %"
+        flags.append(f"{100.0 * bridged:.2g} % of the samples {what}: {beside} are not judged")
     limit = model.values.voltage_limit
     saturated = float(np.mean(np.abs(m.voltage) > 0.995 * limit))
     if saturated > _AT_LIMIT:
@@ -75,7 +75,7 @@ def _of(b: Balances, model: Model) -> DataQuality:
 
 
 def _off_grid(m: Measurement) -> list[str]:
-    """Flag an angle that is not on the steps of its encoder: somebody filtered it, and noise is no longer noise."""
+    """Flag an angle that is off its encoder's steps: it was filtered or resampled."""
     step = m.angle_noise * np.sqrt(12.0)
     if step <= 0.0 or grid_of(m.angle) > 0.0 or m.is_plates:
         return []
@@ -90,7 +90,7 @@ def _off_grid(m: Measurement) -> list[str]:
 
 
 def _other_ratio(m: Measurement, model: Model) -> list[str]:
-    """Flag two angles of which one goes farther than the other by more than a shaft gives way."""
+    """Flag two angles whose ratio a compliant shaft does not explain."""
     if m.plate is None or float(np.ptp(m.angle)) < _WIDE:
         return []
     # What play makes of the plate's angle is one step at limp-home, where the springs turn round, and is no scale.
@@ -104,7 +104,7 @@ def _other_ratio(m: Measurement, model: Model) -> list[str]:
 
 
 def _other_unit(m: Measurement) -> list[str]:
-    """Flag a force that a test adds, where the drive's own jumps with it by another amount than it says."""
+    """Flag a commanded force whose steps differ from the drive's."""
     if m.added is None:
         return []
     jumps = np.diff(m.added)
@@ -120,7 +120,7 @@ def _other_unit(m: Measurement) -> list[str]:
 
 
 def _at_rest(m: Measurement) -> dict[str, float]:
-    """Return the noise (rms of second differences, as white noise) where the angle rests."""
+    """Return the noise (rms of second differences, as white noise) at rest."""
     count = len(m) // _BURST
     angle = m.angle[: count * _BURST].reshape(count, _BURST)
     rest = np.ptp(angle, axis=1) < 4.0 * max(m.angle_noise, _TINY) * np.sqrt(12.0)
@@ -139,7 +139,7 @@ def _at_rest(m: Measurement) -> dict[str, float]:
 
 
 def _laws(model: Model) -> list[str]:
-    """Say what became of the model file's laws over the temperature."""
+    """Say how the model file's temperature laws were used."""
     stated = laws(model.parameters)
     if not stated:
         return []

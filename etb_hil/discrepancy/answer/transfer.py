@@ -1,4 +1,4 @@
-"""Whether a cause that was found in one recording is in another: fitted parameters need not transfer."""
+"""Transfer of causes: whether another recording shows them, too."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from etb_hil.discrepancy.fitting import freerun
+from etb_hil.discrepancy.fitting import free_run
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import all_unknowns, calibrate
-from etb_hil.discrepancy.fitting.floor import floor_of, weigh
+from etb_hil.discrepancy.fitting.noise_floor import noise_floor_of, weigh
 from etb_hil.discrepancy.search.findings import Findings
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import Vector
@@ -19,18 +19,18 @@ CARRIES = 0.02  # of the squared residual: what a cause must take of another rec
 
 
 def transfer(findings: Findings, others: Sequence[Balances]) -> tuple[Transfer, ...]:
-    """Return for each cause and other recording what the cause, as it was found, takes of its residual.
+    """Return for each cause and other recording what share of its residual it explains.
 
-    The base parameters are calibrated anew for the other recording, with and without the cause. In `free_run` they are
-    not: all numbers are those of the search before the cause was found, and with it.
+    Base parameters are calibrated anew for the other recording, with and without the cause. In `free_run` they are not:
+    all parameters are those of the search before the cause was found, and with it.
     """
     found = []
     for other in others:
-        stretches = [other]
-        unknowns = all_unknowns(findings.model, stretches)
-        plain = calibrate(findings.model, stretches)
-        weigh(stretches, floor_of(findings.model, stretches, plain.fit.whole, unknowns).level)
-        plain = calibrate(findings.model, stretches, plain.fit.whole)
+        segments = [other]
+        unknowns = all_unknowns(findings.model, segments)
+        plain = calibrate(findings.model, segments)
+        weigh(segments, noise_floor_of(findings.model, segments, plain.fit.whole, unknowns).level)
+        plain = calibrate(findings.model, segments, plain.fit.whole)
         before = plain
         for each in findings.accepted:
             effect = each.winner.candidate.effect
@@ -39,7 +39,7 @@ def transfer(findings: Findings, others: Sequence[Balances]) -> tuple[Transfer, 
             begin = before.fit.whole.copy()
             for place in effect.indices:
                 begin[place] = findings.final.fit.whole[place]
-            with_it = calibrate(findings.model, stretches, begin, unknowns)
+            with_it = calibrate(findings.model, segments, begin, unknowns)
             gain = 1.0 - with_it.fit.cost / before.fit.cost
             carried = bool(gain > CARRIES)
             without, with_its = (_free_run(other, whole) for whole in (each.before.fit.whole, each.winner.fit.whole))
@@ -59,9 +59,9 @@ def transfer(findings: Findings, others: Sequence[Balances]) -> tuple[Transfer, 
 
 
 def _free_run(other: Balances, whole: Vector) -> float:
-    """Return the rms error of the angle in rad, or of a way in m, of one free run over all of a recording."""
+    """Return the rms error (rad, or m) of one free run over a whole recording."""
     angle = other.measured.angle
-    return float(np.sqrt(np.mean((freerun.trace(other, whole[:EXTENDED], 0, len(angle)) - angle) ** 2)))
+    return float(np.sqrt(np.mean((free_run.trace(other, whole[:EXTENDED], 0, len(angle)) - angle) ** 2)))
 
 
 def _said(gain: float, without: float, with_its: float, unit: str) -> str:

@@ -1,1 +1,1 @@
-"""The residual of a measurement under parameters, and the fits that bring it down."""
+"""Residuals of a measurement under parameters, and the fits that reduce them."""

@@ -1,7 +1,7 @@
-"""Torque, voltage and angle balance of a measurement under given parameters, with their residuals.
+"""Torque, voltage and angle balances of a measurement, and their residuals.
 
-Nothing raw is differentiated: every signal passes one filter in the frequency domain and is divided there by the noise
-that the data sheet promises, so that a true model leaves about 1 in every balance.
+No raw signal is differentiated: every signal passes one filter in the frequency domain and is divided there by the
+noise of the data sheet, so that a true model leaves about 1 in every balance.
 """
 
 from __future__ import annotations
@@ -12,16 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.base.side_by_side import cores
-from etb_hil.discrepancy.fitting.along import Motion, Walk
-from etb_hil.discrepancy.fitting.remembered import Remembered
-from etb_hil.discrepancy.measured.driving import with_its_mean, without_noise
+from etb_hil.discrepancy.fitting.cache import Cache
+from etb_hil.discrepancy.fitting.inverse_model import InverseModel, Motion
+from etb_hil.discrepancy.measured.bridge_opening import without_diodes
+from etb_hil.discrepancy.measured.data_sheet import voltage_rms
+from etb_hil.discrepancy.measured.decimation import decimated
+from etb_hil.discrepancy.measured.driving_voltage import with_its_mean, without_noise
 from etb_hil.discrepancy.measured.measurement import Measurement
-from etb_hil.discrepancy.measured.opening import without_diodes
 from etb_hil.discrepancy.measured.regimes import Regimes
-from etb_hil.discrepancy.measured.rows import held, jitter, missed_by_rows, open_bridge, trembling, until_next
-from etb_hil.discrepancy.measured.sheet import voltage_rms
+from etb_hil.discrepancy.measured.sampling import held, jitter, missed_by_samples, open_bridge, trembling, until_next
 from etb_hil.discrepancy.measured.spectrum import Spectrum
-from etb_hil.discrepancy.measured.thinning import thinned
 from etb_hil.plant.drive_effects import THROTTLE_FRICTION
 from etb_hil.plant.effects import readings
 from etb_hil.plant.effects.effect import REFERENCE
@@ -41,10 +41,10 @@ Complex128 = NDArray[np.complex128]
 
 CHANNELS = ("torque", "voltage", "angle")
 # Low frequencies would else weigh more than bristles, seen through an encoder, can be trusted.
-_TORQUE_FLOOR = 3.0  # times the current's noise
+_TORQUE_NOISE_FLOOR = 3.0  # times the current's noise
 # Unknown but small: clock skew of current, voltage and plate sensor, and the plate sensor's zero.
 NUISANCES = ("current_skew", "voltage_skew", "plate_skew", "plate_zero")
-_AT_ROWS = 0.03  # of a sample, that steps of the voltage may be off it
+_AT_SAMPLES = 0.03  # of a sample, that steps of the voltage may be off it
 _TREMBLES = 0.01  # of T_c / sigma_0 from sample to sample
 
 
@@ -58,12 +58,12 @@ class _Truth:
     smooth_spectrum: Complex128
     angle: Float64
     velocity: Float64
-    walk: Walk
+    walk: InverseModel
 
 
 @dataclass(frozen=True, slots=True)
 class _Modelled:
-    """Spectra inside the band: torque but for the inertia's, voltage of the resistance and losses, plate, current."""
+    """In-band spectra: torque without inertia, voltage drop, plate angle and current."""
 
     torque: Complex128
     drop: Complex128
@@ -72,39 +72,39 @@ class _Modelled:
 
 
 class Balances:
-    """Whitened residuals of one measurement as a function of the extended parameter vector and of the nuisances.
+    """Whitened residuals of a measurement by extended parameters and nuisances.
 
-    `share_of_steps` (3): the part of each balance's noise, in squares, that the steps of the angle's encoder are.
+    `share_of_steps` (3): the share of each balance's noise variance that is quantisation of the encoder.
     """
 
     def __init__(self, measured: Measurement, model: Model) -> None:
-        self.measured = measured = thinned(without_diodes(measured, model))
+        self.measured = measured = decimated(without_diodes(measured, model))
         v = model.values
         self.gear = v.gear_ratio
         # Bounds of effects are a throttle's; another drive's forces are larger by as much as its friction is.
         self.load = v.coulomb / THROTTLE_FRICTION if measured.is_drive else 1.0
         self.spectrum = spectrum = Spectrum(len(measured), measured.rate)
         self.is_open = open_bridge(measured)
-        self._rows = spectrum.of(until_next(measured.voltage, self.is_open))
-        self._voltage = self._rows * held(spectrum.s, measured.dt)
+        self._samples = spectrum.of(until_next(measured.voltage, self.is_open))
+        self._voltage = self._samples * held(spectrum.s, measured.dt)
         self._plate = None if measured.plate is None else spectrum.of(measured.plate)
         self.driving = without_noise(measured.voltage, voltage_rms(measured.sensors), measured.rate)
         self.free_voltage = with_its_mean(self.driving, measured.voltage, measured.rate)
         self._is_calm = trembling(measured.angle, measured.rate) < _TREMBLES * v.coulomb / v.bristle_stiffness
         self.jitter = jitter(measured.angle, measured.rate, measured.angle_noise)
-        self._known: Remembered[_Truth] = Remembered()  # each is large, and few parameters are a sensor's
-        self._integrated: Remembered[_Modelled] = Remembered(cores())
-        self._places: Remembered[Complex128] = Remembered(cores())
+        self._known: Cache[_Truth] = Cache()  # each is large, and few parameters are a sensor's
+        self._integrated: Cache[_Modelled] = Cache(cores())
+        self._places: Cache[Complex128] = Cache(cores())
         base = v.vector()
         self._whiten, self.share_of_steps = _whitening(measured, model, spectrum)
         truth = self._truth(extended(base))
         self.regimes = Regimes.of(measured, model, spectrum, truth.angle, truth.velocity)
         self.has = (True, measured.current is not None and not measured.is_drive, measured.plate is not None)
-        self.rows = len(self.regimes.label)
+        self.samples = len(self.regimes.label)
         self.weights = self.regimes.start_weights(self.has)
 
     def residual(self, p: Vector, nuisance: Float64) -> Float64:
-        """Return all balances (3 m) over their noise, weighted; zero where a balance cannot be judged."""
+        """Return all balances (3 m) over their noise, weighted; zero where not judged."""
         return np.concatenate(self.channels(p, nuisance)) * self.weights
 
     def channels(self, p: Vector, nuisance: Float64) -> list[Float64]:
@@ -113,43 +113,46 @@ class Balances:
         truth = self._truth(p)
         s = spectrum.s
         modelled = self._modelled(truth, p)
-        skew_i, skew_u, skew_plate, zero = nuisance
-        missed = self._missed(p, float(skew_u))
+        offset_i, offset_u, offset_plate, zero = nuisance
+        missed = self._missed(p, float(offset_u))
         current_spectrum = modelled.current + missed
         torque = modelled.torque + p[TORQUE_PER_AMPERE] * missed - p[INERTIA] * s * s * truth.angle_spectrum
-        torque += skew_i * p[TORQUE_PER_AMPERE] * s * current_spectrum
+        torque += offset_i * p[TORQUE_PER_AMPERE] * s * current_spectrum
         # In units of the measured current: a gain that shrinks all torques would shrink the noise with them.
         torque *= readings.current_scale(REFERENCE, p)
         found = [spectrum.back(torque * self._whiten[0])]
         if not self.has[1]:
-            found.append(np.zeros(self.rows))
+            found.append(np.zeros(self.samples))
         else:
-            voltage = self._voltage * np.exp(skew_u * s) - modelled.drop - p[RESISTANCE] * missed
+            voltage = self._voltage * np.exp(offset_u * s) - modelled.drop - p[RESISTANCE] * missed
             voltage -= p[INDUCTANCE] * s * current_spectrum + p[BACK_EMF] * s * truth.angle_spectrum
-            voltage -= skew_i * (p[RESISTANCE] + p[INDUCTANCE] * s) * s * current_spectrum
+            voltage -= offset_i * (p[RESISTANCE] + p[INDUCTANCE] * s) * s * current_spectrum
             found.append(spectrum.back(voltage * self._whiten[1]))
         if self._plate is None:
-            found.append(np.zeros(self.rows))
+            found.append(np.zeros(self.samples))
         else:
-            angle = self._plate * (1.0 + skew_plate * s) - modelled.place
+            angle = self._plate * (1.0 + offset_plate * s) - modelled.place
             angle[0] -= zero * spectrum.padded
             found.append(spectrum.back(angle * self._whiten[2]))
         return found
 
     def _missed(self, p: Vector, before: float) -> Complex128:
-        """Return what of the current's spectrum its rows miss, inside the band; `before` (s): steps of the voltage."""
+        """Return what the samples of the current miss, inside the band.
+
+        `before` (s): by how much the voltage steps before its sample.
+        """
         if self.measured.current is None or self.measured.is_drive:
             return np.zeros(1, np.complex128)
         # A current has a knee at each step: a fit that found steps just before and just after their samples by turns
         # would stand there. What is nearer than an encoder's jitter is at the samples.
-        before *= before**2 / (before**2 + (_AT_ROWS * self.measured.dt) ** 2)
+        before *= before**2 / (before**2 + (_AT_SAMPLES * self.measured.dt) ** 2)
         # Steps that come before their samples are seen as by a current that is read ahead of them.
         s, (delay, lag) = self.spectrum.s, readings.late_by(p)
-        missed = missed_by_rows(s, self.measured.dt, p[RESISTANCE], p[INDUCTANCE], delay - before, lag)
-        return self._rows * np.exp(before * s) * missed
+        missed = missed_by_samples(s, self.measured.dt, p[RESISTANCE], p[INDUCTANCE], delay - before, lag)
+        return self._samples * np.exp(before * s) * missed
 
     def _modelled(self, truth: _Truth, p: Vector) -> _Modelled:
-        """Return what is integrated along the motion; only inductance and inertia have no part in it."""
+        """Return what is integrated along the motion, without inductance and inertia."""
         asked = p.copy()
         asked[INERTIA] = 0.0
         if self.measured.current is not None:
@@ -169,7 +172,7 @@ class Balances:
         )
 
     def _place(self, truth: _Truth, p: Vector) -> Complex128:
-        """Return the spectrum of the plate's angle as its sensor tells it, inside the band."""
+        """Return the in-band spectrum of the plate's angle as its sensor reads it."""
         place, _ = truth.walk.plate(p)
         if place is truth.angle and not readings.has_plate_errors(p):
             return truth.smooth_spectrum
@@ -178,15 +181,15 @@ class Balances:
 
     def judged_groups(self) -> NDArray[np.int64]:
         """Return the group (3 m) of each sample, -1 where it cannot be judged."""
-        there = np.repeat(np.array(self.has), self.rows)
+        there = np.repeat(np.array(self.has), self.samples)
         return np.where(there, self.regimes.groups(), -1)
 
     def whitening(self, channel: int) -> Float64:
-        """Return one over the noise of a balance, by frequency inside the band."""
+        """Return the reciprocal noise of a balance by frequency inside the band."""
         return self._whiten[channel]
 
     def motion(self, p: Vector) -> tuple[Float64, Float64]:
-        """Return angle and velocity (n) at the throttle shaft, lightly smoothed, as the sensors' effects have them."""
+        """Return smoothed angle and velocity (n) at the throttle shaft, sensor effects undone."""
         truth = self._truth(p)
         return truth.angle, truth.velocity
 
@@ -207,7 +210,7 @@ class Balances:
         smooth, velocity, acceleration = spectrum.motion(angle, whole, is_calm=self._is_calm)
         inside = whole[: spectrum.bins]
         smooth_spectrum = spectrum.of(smooth)
-        walk = Walk(Motion(smooth, velocity, acceleration, m.temperature, self.is_open, m.dt))
+        walk = InverseModel(Motion(smooth, velocity, acceleration, m.temperature, self.is_open, m.dt))
         if m.current is None:
             nothing = np.zeros(0)
             return _Truth(nothing, nothing.astype(complex), inside, smooth_spectrum, smooth, velocity, walk)
@@ -223,9 +226,9 @@ class Balances:
 
 
 def _whitening(measured: Measurement, model: Model, spectrum: Spectrum) -> tuple[list[Float64], Float64]:
-    """Return one over the noise in each balance, by frequency, and the part (3) of it that an encoder's steps are.
+    """Return the reciprocal noise of each balance by frequency, and the encoder's share (3).
 
-    The band then holds a variance of one, in the angle balance beside the steps.
+    The band then holds a variance of one; in the angle balance the encoder's steps come on top.
     """
     v, sensors = model.values, measured.sensors
     s = spectrum.s
@@ -237,9 +240,9 @@ def _whitening(measured: Measurement, model: Model, spectrum: Spectrum) -> tuple
     else:
         current_noise = np.full(len(s), np.hypot(sensors.current_noise, sensors.current_step * step))
     motion = np.abs(v.inertia * s * s + (v.bristle_damping + v.viscous) * s + v.bristle_stiffness)
-    floor = _TORQUE_FLOOR * v.torque_per_ampere * current_noise
+    noise_floor = _TORQUE_NOISE_FLOOR * v.torque_per_ampere * current_noise
     by_steps = motion * measured.angle_noise, np.abs(v.back_emf * s) * measured.angle_noise
-    torque = np.sqrt(floor**2 + (v.torque_per_ampere * current_noise) ** 2 + by_steps[0] ** 2)
+    torque = np.sqrt(noise_floor**2 + (v.torque_per_ampere * current_noise) ** 2 + by_steps[0] ** 2)
     voltage = np.sqrt(voltage_noise**2 + (winding * current_noise) ** 2 + by_steps[1] ** 2)
     plate = np.hypot(sensors.plate_noise, sensors.plate_range / 2**sensors.plate_bits * step)
     share = np.sqrt(np.sum(spectrum.low**2) / (0.5 * spectrum.padded))
@@ -251,5 +254,5 @@ def _whitening(measured: Measurement, model: Model, spectrum: Spectrum) -> tuple
         float(np.average((of / n) ** 2, weights=spectrum.low**2))
         for of, n in zip(by_steps, (torque, voltage), strict=True)
     ]
-    beside = (measured.angle_noise / (share * plate)) ** 2
-    return whiten, np.array([*steps, beside / (1.0 + beside)])
+    ratio = (measured.angle_noise / (share * plate)) ** 2
+    return whiten, np.array([*steps, ratio / (1.0 + ratio)])

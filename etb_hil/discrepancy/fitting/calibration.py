@@ -1,4 +1,4 @@
-"""The base model moved inside its stated tolerances before anything is suspected."""
+"""Calibration of the base model inside its stated tolerances."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.discrepancy.fitting.balances import Balances
-from etb_hil.discrepancy.fitting.fit import TOLERANCE, Fit, Residual, columns, fit_of, gauss_newton
+from etb_hil.discrepancy.fitting.fit import TOLERANCE, Fit, Residual, fit_of, gauss_newton, jacobian
 from etb_hil.discrepancy.fitting.unknowns import (
     SLACK,
     Unknown,
@@ -26,7 +26,7 @@ from etb_hil.plant.physics import LIMP_HOME, STOP_HIGH, STOP_LOW, Vector
 
 Float64 = NDArray[np.float64]
 
-_ROUNDS = 10
+_ITERATIONS = 10
 _INSIDE = 1e-3  # rad from the end of the travel
 _RESTS = 0.02  # rad/s
 GIVES_WAY = (0.0, 0.003, 0.006, 0.01, 0.015, 0.02)  # rad that a plate may press a stop in
@@ -34,15 +34,15 @@ GIVES_WAY = (0.0, 0.003, 0.006, 0.01, 0.015, 0.02)  # rad that a plate may press
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """The base model as calibrated, with the columns (n, unknowns) of its last linearisation."""
+    """The base model as calibrated, with the Jacobian (n, unknowns) at its end."""
 
     unknowns: list[Unknown]
     fit: Fit
-    columns: Float64
+    jacobian: Float64
 
 
 def residual_of(balances: Sequence[Balances]) -> Residual:
-    """Return the residual of several segments as one function of the whole vector."""
+    """Return the residual of several segments as a function of the whole vector."""
 
     def residual(whole: Vector) -> Float64:
         return np.concatenate([b.residual(whole[:EXTENDED], whole[EXTENDED:]) for b in balances])
@@ -55,23 +55,26 @@ def calibrate(
     balances: Sequence[Balances],
     begin: Vector | None = None,
     unknowns: Sequence[Unknown] | None = None,
-    rounds: int = _ROUNDS,
+    iterations: int = _ITERATIONS,
     first: Float64 | None = None,
     tolerance: float = TOLERANCE,
 ) -> Calibration:
-    """Fit the base parameters in the box of their tolerances, and the nuisances; starting at `begin` where given.
+    """Fit base parameters within their tolerances, and the nuisances.
 
-    `unknowns`: what is fitted instead, for instance an effect's parameters, too. `first`: columns from somewhere near.
+    It starts at `begin` where given. `unknowns`: what is fitted instead, such as an effect's parameters, too. `first`:
+    a Jacobian from nearby.
     """
     residual = residual_of(balances)
     fitted = all_unknowns(model, balances) if unknowns is None else list(unknowns)
     whole = _at_the_stops(start(model), fitted, balances) if begin is None else begin
-    fit, columns = gauss_newton(residual, fit_of(residual, whole), fitted, rounds, tolerance=tolerance, first=first)
-    return Calibration(fitted, fit, columns)
+    fit, jacobian = gauss_newton(
+        residual, fit_of(residual, whole), fitted, iterations, tolerance=tolerance, first=first
+    )
+    return Calibration(fitted, fit, jacobian)
 
 
 def all_unknowns(model: Model, balances: Sequence[Balances]) -> list[Unknown]:
-    """Return nuisances, base parameters, and the parameters of effects that the model has already."""
+    """Return nuisances, base parameters, and parameters of the model's own effects."""
     # Nuisances first: their columns need no integration, as long as the point that they are taken at is remembered.
     has_current = all(b.has[1] for b in balances)
     found = nuisance_unknowns(max(b.measured.dt for b in balances), has_current=has_current) + base_unknowns(model)
@@ -84,7 +87,7 @@ def all_unknowns(model: Model, balances: Sequence[Balances]) -> list[Unknown]:
 
 
 def beginnings(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence[Balances]) -> list[Vector]:
-    """Return whole vectors as stated, with limp-home where an open bridge shows it, and with stops met early."""
+    """Return start vectors: as stated, with limp-home as seen, and with stops met early."""
     stated = whole.copy()
     for unknown in unknowns:
         if "." not in unknown.name and unknown.high <= SLACK:  # no cause's own
@@ -94,9 +97,9 @@ def beginnings(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence[Ba
 
 
 def off_edges(residual: Residual, found: Calibration) -> Calibration | None:
-    """Return a calibration with the base parameters that lie on an edge of their tolerances put back as stated.
+    """Return a calibration with parameters on a tolerance's edge reset to their nominal.
 
-    None where none does. What lies there stands in for something that is missing.
+    None if there are none. A parameter on the edge may compensate for something that is missing.
     """
     whole = found.fit.whole.copy()
     for unknown in found.unknowns:
@@ -105,13 +108,14 @@ def off_edges(residual: Residual, found: Calibration) -> Calibration | None:
     if np.array_equal(whole, found.fit.whole):
         return None
     fit = fit_of(residual, whole)
-    return Calibration(found.unknowns, fit, columns(residual, fit, found.unknowns))
+    return Calibration(found.unknowns, fit, jacobian(residual, fit, found.unknowns))
 
 
 def met_before(unknown: Unknown, balances: Sequence[Balances]) -> list[float]:
-    """Return where (rad) a stop may be that a motion ends before; none for another unknown, or a stop that it reaches.
+    """Return positions (rad) of a stop that the motion ends before; none for other unknowns.
 
-    No slope leads there: a plate that is held before a stop does not tell it. How far it went into it nobody knows.
+    No gradient leads there: a plate that is held before a stop shows nothing of it. How far it went into the stop is
+    unknown.
     """
     if unknown.place not in (STOP_LOW, STOP_HIGH):
         return []
@@ -124,13 +128,16 @@ def met_before(unknown: Unknown, balances: Sequence[Balances]) -> list[float]:
 
 
 def _touches(balances: Sequence[Balances]) -> tuple[float, float]:
-    """Return where (rad) stops would be that a motion's ends just touch."""
+    """Return the positions (rad) of stops that the ends of the motion just touch."""
     lowest = min(float(b.measured.angle.min()) for b in balances) + _INSIDE
     return lowest, max(float(b.measured.angle.max()) for b in balances) - _INSIDE
 
 
 def _at_the_stops(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence[Balances]) -> Vector:
-    """Put a stop that the motion may just have missed to where it touches (in place): no slope leads there."""
+    """Move a stop that the motion just missed to where it touches (in place).
+
+    No gradient leads there.
+    """
     lowest, highest = _touches(balances)
     for unknown in unknowns:
         if unknown.place == STOP_HIGH and highest < whole[STOP_HIGH]:
@@ -141,7 +148,10 @@ def _at_the_stops(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence
 
 
 def _met_early(whole: Vector, unknowns: Sequence[Unknown]) -> Vector:
-    """Put the stops to the inner edges of their tolerances (in place): a slope leads out from there, but none in."""
+    """Move the stops to the inner edges of their tolerances (in place).
+
+    A gradient leads out from there, but none in.
+    """
     for unknown in unknowns:
         if unknown.place == STOP_HIGH and unknown.high <= SLACK:
             unknown.put(whole, unknown.low)
@@ -151,7 +161,10 @@ def _met_early(whole: Vector, unknowns: Sequence[Unknown]) -> Vector:
 
 
 def _at_limp_home(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence[Balances]) -> Vector:
-    """Put limp-home to where the plate rested with an open bridge (in place): the springs' jump has hills about it."""
+    """Move limp-home to where the plate rested with an open bridge (in place).
+
+    The springs' jump has local minima about it.
+    """
     rested = []
     for b in balances:
         angle, velocity = b.motion(whole[:EXTENDED])

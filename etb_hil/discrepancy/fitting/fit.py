@@ -1,4 +1,4 @@
-"""Gauss-Newton in a box: damped, its normal equations summed once a linearisation."""
+"""Damped Gauss-Newton in a box, on normal equations."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.base.side_by_side import side_by_side
-from etb_hil.discrepancy.fitting.boxed import boxed
+from etb_hil.discrepancy.fitting.box_least_squares import box_least_squares
 from etb_hil.discrepancy.fitting.unknowns import Unknown
 from etb_hil.plant.physics import COULOMB, STICTION, Vector
 
@@ -31,8 +31,8 @@ class Fit:
     cost: float
 
 
-def columns(residual: Residual, at: Fit, unknowns: Sequence[Unknown]) -> Float64:
-    """Return the residual's derivatives (n, unknowns) by differences, each into the box."""
+def jacobian(residual: Residual, at: Fit, unknowns: Sequence[Unknown]) -> Float64:
+    """Return the residual's Jacobian (n, unknowns) by differences inside the box."""
     found = np.empty((len(at.residual), len(unknowns)))
 
     def fill(k: int) -> None:
@@ -49,7 +49,7 @@ def columns(residual: Residual, at: Fit, unknowns: Sequence[Unknown]) -> Float64
 
 
 def fit_of(residual: Residual, whole: Vector) -> Fit:
-    """Return the residual at a point; where the model cannot be computed, at endless cost."""
+    """Return the residual at a point; infinite cost where the model cannot be computed."""
     left = residual(whole)
     cost = float(left @ left)
     return Fit(whole, left, cost if np.isfinite(cost) else np.inf)
@@ -59,16 +59,16 @@ def gauss_newton(
     residual: Residual,
     begin: Fit,
     unknowns: Sequence[Unknown],
-    rounds: int,
+    iterations: int,
     kept: Float64 | None = None,
     tolerance: float = TOLERANCE,
     first: Float64 | None = None,
 ) -> tuple[Fit, Float64]:
-    """Return the fit after some rounds, and the last columns (n, unknowns).
+    """Return the fit after some iterations, and its last Jacobian (n, unknowns).
 
-    `kept`: columns of the first unknowns that are taken as they are throughout, so that only the others are
-    differenced. `first`: columns to begin with, from somewhere near. Columns serve until a step gains other than they
-    promised. It stops where a round with fresh ones gains less than a share `tolerance`.
+    `kept`: columns of the first unknowns that stay as they are, so that only the others are differenced. `first`: a
+    Jacobian to begin with, from nearby. A Jacobian is kept until a step gains other than it predicted. The iteration
+    stops where one with a fresh Jacobian gains less than a share `tolerance`.
     """
     found = np.zeros((len(begin.residual), len(unknowns)))
     if not np.isfinite(begin.cost):
@@ -78,13 +78,13 @@ def gauss_newton(
     if first is not None:
         found[:] = first
     known = 0 if kept is None else kept.shape[1]
-    at = _descended(residual, begin, unknowns, rounds, found, known, tolerance, is_trusted=first is not None)
+    at = _descended(residual, begin, unknowns, iterations, found, known, tolerance, is_trusted=first is not None)
     raised = _with_peak(residual, at, unknowns) if kept is None else at
     if raised is not at:
-        columns_there = np.empty_like(found)
-        again = _descended(residual, raised, unknowns, rounds, columns_there, 0, tolerance, is_trusted=False)
+        jacobian_there = np.empty_like(found)
+        again = _descended(residual, raised, unknowns, iterations, jacobian_there, 0, tolerance, is_trusted=False)
         if again.cost < at.cost:
-            return again, columns_there
+            return again, jacobian_there
     return at, found
 
 
@@ -92,19 +92,22 @@ def _descended(
     residual: Residual,
     begin: Fit,
     unknowns: Sequence[Unknown],
-    rounds: int,
+    iterations: int,
     found: Float64,
     known: int,
     tolerance: float,
     *,
     is_trusted: bool,
 ) -> Fit:
-    """Return the fit after some rounds; `found` (n, unknowns) has the last columns, the first `known` as they came."""
+    """Return the fit after some iterations; `found` (n, unknowns) gets the last Jacobian.
+
+    Its first `known` columns stay.
+    """
     at, damping, is_fresh = begin, 1e-4, False
     normal = found.T @ found if is_trusted else np.empty((0, 0))
-    for _ in range(rounds):
+    for _ in range(iterations):
         if not is_trusted:
-            found[:, known:] = columns(residual, at, unknowns[known:])
+            found[:, known:] = jacobian(residual, at, unknowns[known:])
             normal = found.T @ found
             is_fresh = True
         before = at.cost
@@ -119,9 +122,9 @@ def _descended(
 
 
 def _with_peak(residual: Residual, at: Fit, unknowns: Sequence[Unknown]) -> Fit:
-    """Return a fit whose break-away friction is put above sliding friction where it was not, or the fit itself.
+    """Return a fit with break-away friction raised above sliding friction, if it was not.
 
-    Below it there is no peak, which would give it a slope, and the Stribeck velocity one: a fit that came there stays.
+    Below it there is no Stribeck peak, and so no gradient: a fit that came there stays.
     """
     whole = at.whole.copy()
     for unknown in unknowns:
@@ -135,12 +138,12 @@ def _with_peak(residual: Residual, at: Fit, unknowns: Sequence[Unknown]) -> Fit:
 def _step(
     residual: Residual, at: Fit, unknowns: Sequence[Unknown], normal: Float64, right: Float64, damping: float
 ) -> tuple[Fit, float, bool]:
-    """Return the fit after one step that gains, the damping that it took, and whether it gained what it promised."""
+    """Return the fit after one step, its damping, and whether it gained as predicted."""
     low = np.array([u.low for u in unknowns])
     high = np.array([u.high for u in unknowns])
     x = np.clip([u.x_of(at.whole) for u in unknowns], low, high)
     for _ in range(_TRIES):
-        step = boxed(normal + np.diag(damping * np.diag(normal) + _RIDGE), right, low - x, high - x)
+        step = box_least_squares(normal + np.diag(damping * np.diag(normal) + _RIDGE), right, low - x, high - x)
         moved = at.whole.copy()
         for unknown, value in zip(unknowns, x + step, strict=True):
             unknown.put(moved, value)

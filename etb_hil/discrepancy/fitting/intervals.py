@@ -1,9 +1,9 @@
-"""Intervals of fitted numbers: from blocks of the record, since neighbouring residuals are no news, and from a rerun.
+"""Intervals of fitted parameters: a sandwich over blocks, and a rerun.
 
-Blocks say how a number scatters; what the same bristles and encoder do in every block they do not see. The model's own
-simulation, of which the truth is known, does: the error made there is added. What no block shows is known as well as
-the model file states it. A parameter on the bound of its tolerance may also be somewhat inside, and what moves with it
-then moves, too. An effect's parameter is no further than its bounds, whatever the blocks say.
+Blocks show how a parameter scatters; they do not see what bristles and encoder do alike in every block. A simulation of
+the model, whose truth is known, shows that: its error is added. What no block identifies is known as well as the model
+file states it. A parameter on a bound of its tolerance may also lie inside, and what is correlated with it then moves,
+too. An effect's parameter stays within its bounds.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import Calibration, residual_of
+from etb_hil.discrepancy.fitting.cross_validation import fold_of
 from etb_hil.discrepancy.fitting.fit import Residual
-from etb_hil.discrepancy.fitting.floor import Floor
-from etb_hil.discrepancy.fitting.segments import segment_of
+from etb_hil.discrepancy.fitting.noise_floor import NoiseFloor
 from etb_hil.discrepancy.fitting.unknowns import SLACK, Unknown
 from etb_hil.plant.physics import LIMP_HOME, STOP_HIGH, STOP_LOW, Vector
 
@@ -38,7 +38,10 @@ _PLACES = (LIMP_HOME, STOP_LOW, STOP_HIGH)  # known to no less than an encoder's
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A fitted number with its 95 % interval, SI; where it is not told, the interval is about what its bounds allow."""
+    """A fitted parameter with its 95 % interval (SI) and its identifiability.
+
+    If it is not identifiable, the interval is about the range of its bounds.
+    """
 
     name: str
     place: int
@@ -46,23 +49,26 @@ class Estimate:
     low: float
     high: float
     on_bound: bool
-    is_told: bool = True
+    is_identifiable: bool = True
 
     @property
     def flags(self) -> list[str]:
-        """Return what has to be said of the value beside its interval."""
+        """Return the remarks on the value and its interval."""
         is_end = self.low < self.high and self.value in (self.low, self.high)
         found = ["on a bound"] if self.on_bound else []
         found += ["at an end of its interval: told only together with others"] if is_end and not self.on_bound else []
-        return found if self.is_told else [*found, "these data do not tell it"]
+        return found if self.is_identifiable else [*found, "these data do not tell it"]
 
 
-def estimates(calibration: Calibration, balances: Sequence[Balances], floor: Floor) -> list[Estimate]:
-    """Return every unknown of a fit with its interval: a sandwich over blocks, widened by what bounds hold back."""
-    missed = _missed(floor)
+def estimates(calibration: Calibration, balances: Sequence[Balances], noise_floor: NoiseFloor) -> list[Estimate]:
+    """Return every unknown of a fit with its interval.
+
+    It is a sandwich over blocks, widened by what bounds hold back.
+    """
+    missed = _missed(noise_floor)
     count = max(b.measured.angle_noise for b in balances) * np.sqrt(12.0)
     unknowns, whole = calibration.unknowns, calibration.fit.whole
-    said = _Said.of(residual_of(balances), whole, unknowns, segment_of(balances, _BLOCKS))
+    said = _Said.of(residual_of(balances), whole, unknowns, fold_of(balances, _BLOCKS))
     at_low = said.x <= np.array([u.low for u in unknowns]) + 1e-6
     at_high = said.x >= np.array([u.high for u in unknowns]) - 1e-6
     bound = at_low | at_high
@@ -84,21 +90,21 @@ def estimates(calibration: Calibration, balances: Sequence[Balances], floor: Flo
             half = max(half, count)
         low = min(value, value + drawn[k] * scale - half) + below[k] * scale
         high = max(value, value + drawn[k] * scale + half) + above[k] * scale
-        is_told = True
+        is_identifiable = True
         if _is_of_effect(unknown):
             bottom, top = (unknown.centre + scale * end for end in (unknown.low, unknown.high))
-            is_told = bool(unknown.is_known or high - low < _TELLS * (top - bottom))
+            is_identifiable = bool(unknown.is_known or high - low < _TELLS * (top - bottom))
             low, high = max(low, min(bottom, value)), min(high, max(top, value))
-        found.append(Estimate(unknown.name, unknown.place, value, low, high, bool(bound[k]), is_told))
+        found.append(Estimate(unknown.name, unknown.place, value, low, high, bool(bound[k]), is_identifiable))
     return found
 
 
 @dataclass(frozen=True, slots=True)
 class _Said:
-    """What blocks of the record and the model file say of the unknowns where their fit ended, each in its scale.
+    """Evidence of blocks and model file on the unknowns at the end of a fit, scaled.
 
-    `normals` (blocks, unknowns, unknowns) and `scores` (blocks, unknowns) of the residual; `stated` (unknowns): one
-    over the variance that a tolerance leaves, 0 where none is stated.
+    `normals` (blocks, unknowns, unknowns) and `scores` (blocks, unknowns) of the residual; `stated` (unknowns): the
+    reciprocal variance of a stated tolerance, 0 where none is stated.
     """
 
     x: Float64
@@ -108,25 +114,25 @@ class _Said:
 
     @classmethod
     def of(cls, residual: Residual, whole: Vector, unknowns: Sequence[Unknown], block: NDArray[np.int64]) -> _Said:
-        """Return it from derivatives taken anew: equal effects of two numbers cancel only in exact derivatives."""
+        """Return it from a fresh Jacobian: collinear effects cancel only in exact derivatives."""
         left, slopes = residual(whole), _slopes(residual, whole, unknowns)
-        rows = [np.flatnonzero(block == k) for k in range(_BLOCKS)]
+        samples = [np.flatnonzero(block == k) for k in range(_BLOCKS)]
         return cls(
             np.array([u.x_of(whole) for u in unknowns]),
-            np.stack([slopes[r].T @ slopes[r] for r in rows]),
-            np.stack([slopes[r].T @ left[r] for r in rows]),
+            np.stack([slopes[r].T @ slopes[r] for r in samples]),
+            np.stack([slopes[r].T @ left[r] for r in samples]),
             np.array([_STATED if _is_stated(u) else 0.0 for u in unknowns]),
         )
 
     def drawn(self, free: NDArray[np.bool_]) -> Float64:
-        """Return how far (free) the model file draws the unknowns that are `free`: far where no data show them."""
+        """Return how far (free) the model file pulls the `free` unknowns from their fit."""
         return np.asarray(-_inverse(self._normal(free)) @ (self.stated * self.x)[free])
 
     def reach(self, free: NDArray[np.bool_]) -> Float64:
-        """Return the half width (free) of the interval of each of the unknowns that are `free`.
+        """Return the half width (free) of the interval of each `free` unknown.
 
-        Scores are freed of what their own block took of them in the fit (CR2, Bell and McCaffrey 2002). Student's
-        quantile is that of as many blocks as share the news of a number evenly (Carter et al. 2017).
+        Scores are corrected for the leverage of their own block (CR2, Bell and McCaffrey 2002). Student's quantile is
+        that of the effective number of blocks (Carter et al. 2017).
         """
         normal, stated = self._normal(free), self.stated[free]
         inverse = _inverse(normal)
@@ -145,10 +151,11 @@ class _Said:
         return np.asarray(np.sqrt(_student(blocks) ** 2 * (half**2).sum(0) + from_file))
 
     def inward(self, side: Float64) -> Float64:
-        """Return how far inside its bound each unknown may be, if held there; `side`: 1 for the upper one, else -1.
+        """Return how far inside its bound each unknown may lie; `side`: 1 upper, -1 lower.
 
-        That far the likelihood has fallen from the bound by as much as from its peak to the end of an interval. What
-        pushes from farther beyond it than an interval reaches speaks against bound or model, and tells no better.
+        That far the likelihood has fallen from the bound by as much as from its peak to the end of an interval. A
+        gradient that pushes from farther beyond the bound than an interval reaches is evidence against bound or model,
+        and narrows nothing.
         """
         every = np.ones(len(self.x), np.bool_)
         reach = self.reach(every)
@@ -157,7 +164,7 @@ class _Said:
         return np.asarray(np.hypot(beyond, reach) - beyond)
 
     def following(self, bound: NDArray[np.bool_]) -> Float64:
-        """Return by how much each free unknown (free, bound) moves with one that is held on its bound."""
+        """Return how much each free unknown (free, bound) moves with one on its bound."""
         across = self.normals.sum(0)[np.ix_(~bound, bound)]
         return np.asarray(-_inverse(self._normal(~bound)) @ across)
 
@@ -167,7 +174,7 @@ class _Said:
 
 
 def _slopes(residual: Residual, whole: Vector, unknowns: Sequence[Unknown]) -> Float64:
-    """Return the residual's derivatives (n, unknowns), of second order in the step and inside the box."""
+    """Return the residual's Jacobian (n, unknowns), second order, inside the box."""
 
     def at(unknown: Unknown, x: float) -> Float64:
         moved = whole.copy()
@@ -187,7 +194,7 @@ def _slopes(residual: Residual, whole: Vector, unknowns: Sequence[Unknown]) -> F
 
 
 def _is_stated(unknown: Unknown) -> bool:
-    """Tell whether an unknown's box is what somebody states of it, and no effect's range or one that was opened."""
+    """Tell whether an unknown's box is a stated tolerance, not an effect's range."""
     return (unknown.is_known or not _is_of_effect(unknown)) and unknown.low >= -SLACK and unknown.high <= SLACK
 
 
@@ -200,11 +207,11 @@ def _inverse(normal: Float64) -> Float64:
 
 
 def _student(blocks: float | Float64) -> Float64:
-    """Return Student's 97.5 % for numbers that so many blocks tell."""
+    """Return Student's 97.5 % quantile for a number of independent blocks."""
     return np.interp(1.0 / np.maximum(np.asarray(blocks) - 1.0, 1.0), _ONE_OVER, _STUDENT)
 
 
-def _missed(floor: Floor) -> dict[str, float]:
-    """Return by name how far a rerun's calibration ended from what was simulated."""
-    found = floor.calibration.fit.whole
-    return {u.name: abs(float(found[u.place] - floor.truth[u.place])) for u in floor.calibration.unknowns}
+def _missed(noise_floor: NoiseFloor) -> dict[str, float]:
+    """Return by name how far a rerun's calibration ended from the simulated truth."""
+    found = noise_floor.calibration.fit.whole
+    return {u.name: abs(float(found[u.place] - noise_floor.truth[u.place])) for u in noise_floor.calibration.unknowns}

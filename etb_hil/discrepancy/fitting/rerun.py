@@ -1,4 +1,4 @@
-"""The model run along a measured motion and measured by the data sheet's sensors: what a true model would leave."""
+"""Simulation of a record: the model along the motion, read by the data sheet's sensors."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from etb_hil.base.compiled import njit
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.unknowns import simulable
 from etb_hil.discrepancy.measured.measurement import Measurement
-from etb_hil.discrepancy.measured.rows import in_rows, until_next
+from etb_hil.discrepancy.measured.sampling import current_in_samples, until_next
 from etb_hil.plant.effects import readings
 from etb_hil.plant.extended import PLATE, advance_extended, new_extended_state
 from etb_hil.plant.integrator import CURRENT, OMEGA, THETA, TICK
@@ -24,42 +24,43 @@ _BANDWIDTH = 120.0  # rad/s of the weak controller that keeps the model on the m
 
 
 def rerun(balances: Balances, p: Vector, seed: int) -> Measurement:
-    """Return what the sensors would have measured, had the extended parameters `p` been the truth."""
+    """Return what the sensors would have measured if parameters `p` were true."""
     m = balances.measured
     p = simulable(p)
-    rows = _simulated(balances, p)
+    samples = _simulated(balances, p)
     rng = np.random.default_rng(seed)
     sensors = m.sensors
     count = len(m)
     noise = rng.standard_normal((4, count))
-    rows[:, 0] += np.gradient(rows[:, 0]) * m.rate * balances.jitter * noise[3]
-    voltage = _rounded(rows[:, 3] + sensors.voltage_noise * noise[0], sensors.voltage_step)
+    samples[:, 0] += np.gradient(samples[:, 0]) * m.rate * balances.jitter * noise[3]
+    voltage = _rounded(samples[:, 3] + sensors.voltage_noise * noise[0], sensors.voltage_step)
     gear = balances.gear
-    motor = readings.measured_angle(rows[:, 0] * gear, p)
-    plate = None if m.plate is None else _plate(readings.measured_plate(rows[:, 2], p), sensors, noise[2])
+    motor = readings.measured_angle(samples[:, 0] * gear, p)
+    plate = None if m.plate is None else _plate(readings.measured_plate(samples[:, 2], p), sensors, noise[2])
     if m.is_plates:
-        angle = _plate(rows[:, 0], sensors, noise[2])
+        angle = _plate(samples[:, 0], sensors, noise[2])
     else:
         grid = m.angle_noise * np.sqrt(12.0) * gear
         angle = (np.floor(motor / grid) + 0.5) * grid / gear
     current = None
     if m.current is not None:
-        current = readings.measured_current(_late(balances, rows, p), m.temperature, p)
+        current = readings.measured_current(_late(balances, samples, p), m.temperature, p)
         current = _rounded(current + sensors.current_noise * noise[1], sensors.current_step)
     return replace(m, voltage=voltage, angle=angle, plate=plate, current=current)
 
 
-def _late(balances: Balances, rows: Float64, p: Vector) -> Float64:
-    """Return the current (n) as it is read late: what bends between rows where it bends, the rest of it as a whole."""
+def _late(balances: Balances, samples: Float64, p: Vector) -> Float64:
+    """Return the current (n) as it is read late, with its bends between samples."""
     spectrum, dt = balances.spectrum, balances.measured.dt
     late = readings.lateness(spectrum.all_s, p)
     if late is None:
-        return rows[:, 1]
-    driven = spectrum.all_of(until_next(rows[:, 3], balances.is_open))
+        return samples[:, 1]
+    driven = spectrum.all_of(until_next(samples[:, 3], balances.is_open))
     bends, read = (
-        driven * in_rows(spectrum.all_s, dt, p[RESISTANCE], p[INDUCTANCE], *by) for by in ((), readings.late_by(p))
+        driven * current_in_samples(spectrum.all_s, dt, p[RESISTANCE], p[INDUCTANCE], *by)
+        for by in ((), readings.late_by(p))
     )
-    return spectrum.signal(late * (spectrum.all_of(rows[:, 1]) - bends) + read)
+    return spectrum.signal(late * (spectrum.all_of(samples[:, 1]) - bends) + read)
 
 
 def _plate(angle: Float64, sensors: Sensors, noise: Float64) -> Float64:
@@ -72,17 +73,17 @@ def _rounded(values: Float64, step: float) -> Float64:
 
 
 def _simulated(balances: Balances, p: Vector) -> Float64:
-    """Return angle, current, plate angle and voltage (n, 4) of the model kept on the measured motion."""
+    """Return angle, current, plate angle and voltage (n, 4) of the model on the motion."""
     m = balances.measured
     angle, velocity = balances.motion(p)
-    rows = np.empty((len(m), 4))
+    samples = np.empty((len(m), 4))
     state = new_extended_state(float(angle[0]), float(m.temperature[0]), p)
     stiff = p[RESISTANCE] * p[INERTIA] / p[TORQUE_PER_AMPERE]
     _keep_on(
         state, p, angle, velocity, balances.driving, balances.is_open, m.temperature,
-        max(1, round(m.dt / TICK)), _BANDWIDTH**2 * stiff, _BANDWIDTH * stiff, rows,
+        max(1, round(m.dt / TICK)), _BANDWIDTH**2 * stiff, _BANDWIDTH * stiff, samples,
     )  # fmt: skip
-    return rows
+    return samples
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -97,17 +98,17 @@ def _keep_on(
     ticks: int,
     gain_p: float,
     gain_d: float,
-    rows: Float64,
+    samples: Float64,
 ) -> None:
     limit = p[VOLTAGE_LIMIT]
     for k in range(angle.size):
         u = voltage[k] + gain_p * (angle[k] - state[THETA]) + gain_d * (velocity[k] - state[OMEGA])
         u = min(max(u, -limit), limit)
-        rows[k, 0] = state[THETA]
-        rows[k, 1] = state[CURRENT]
-        rows[k, 2] = state[PLATE]
-        rows[k, 3] = u
+        samples[k, 0] = state[THETA]
+        samples[k, 1] = state[CURRENT]
+        samples[k, 2] = state[PLATE]
+        samples[k, 3] = u
         if is_open[k]:
-            rows[k, 3] = p[BACK_EMF] * state[OMEGA]  # the voltmeter sees the motor
+            samples[k, 3] = p[BACK_EMF] * state[OMEGA]  # the voltmeter sees the motor
             u = np.nan
         advance_extended(state, p, u, ticks, temperature[k])

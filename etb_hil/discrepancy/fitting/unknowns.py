@@ -1,4 +1,4 @@
-"""What a fit may move: base parameters in the box of their tolerances, nuisances, and an effect's parameters."""
+"""Unknowns of a fit: base parameters, nuisances, and an effect's parameters."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from etb_hil.plant.values import ThrottleParameters
 
 FIELDS = tuple(field.name for field in fields(ThrottleParameters))
 SLACK = 1.02  # of a tolerance: the noise is so low that a hair outside it would count
-WIDEST = 8.0  # tolerances that a parameter may leave its box by, when it is suspected itself
+WIDEST = 8.0  # tolerances that a parameter may leave its box by, when it is tested itself
 _NEVER = ("gear_ratio", "supply_voltage", "voltage_limit", "back_emf")
 _MEASURED_AS = {"torque_per_ampere": ("torque_constant", "back_emf_constant"), "inertia": ("motor_inertia",)}
-_SKEW = 0.6  # of a sample period: what samples of one line are apart
+_TIME_OFFSET = 0.6  # of a sample period: what samples of one line are apart
 _ON = 1e-6  # of a scaled unit: what is as near to an edge lies on it
 _ZERO = 0.01  # rad of the plate sensor
 
@@ -28,9 +28,9 @@ _ZERO = 0.01  # rad of the plate sensor
 class Unknown:
     """A number that is fitted: `value = centre + scale * x` with `low <= x <= high`.
 
-    It stands at `place` of the whole vector (extended parameters, then nuisances); what stands at `tied` moves with it
-    in proportion. `step` is x's step for a difference. `is_known`: it was measured at the bench, so that it is
-    collinear with nothing and is no candidate; its box is that measurement's uncertainty.
+    It is at `place` of the whole vector (extended parameters, then nuisances); the number at `tied` moves with it in
+    proportion. `step` is x's step for a difference. `is_known`: it was measured at the bench, so that it is collinear
+    with nothing and is no candidate; its box is that measurement's uncertainty.
     """
 
     name: str
@@ -55,13 +55,13 @@ class Unknown:
         return float((whole[self.place] - self.centre) / self.scale)
 
     def is_on_edge(self, whole: Vector) -> bool:
-        """Tell whether the value in a whole vector lies on an edge of the box."""
+        """Tell whether the value in a whole vector is on an edge of the box."""
         x = self.x_of(whole)
         return x <= self.low + _ON or x >= self.high - _ON
 
     @property
     def is_toleranced(self) -> bool:
-        """Tell whether it is a base parameter that stays inside what the model file states of it."""
+        """Tell whether it is a base parameter inside its stated tolerance."""
         return self.place < PARAMETERS and not self.is_known and self.high <= SLACK
 
     def free(self) -> Unknown:
@@ -69,25 +69,25 @@ class Unknown:
         lowest = (0.15 * self.centre - self.centre) / self.scale if self.centre > 0.0 else -WIDEST
         return replace(self, low=max(lowest, -6.0 * WIDEST), high=5.0 * WIDEST)
 
-    def boxed(self) -> Unknown:
+    def within_tolerance(self) -> Unknown:
         """Return a base parameter with its box at its tolerance."""
         return replace(self, low=-SLACK, high=SLACK)
 
 
 def start(model: Model) -> Vector:
-    """Return the whole vector as the model states it, with its own effects and no nuisance."""
+    """Return the whole vector as the model states it, without nuisances."""
     return np.concatenate([model.vector(), np.zeros(len(NUISANCES))])
 
 
 def simulable(p: Vector) -> Vector:
-    """Return a vector for a simulation: break-away friction no less than sliding friction, as the balances have it."""
+    """Return a vector for a simulation: break-away is no less than sliding friction."""
     found = p.copy()
     found[STICTION] = max(float(p[STICTION]), float(p[COULOMB]))
     return found
 
 
 def base_unknowns(model: Model) -> list[Unknown]:
-    """Return the base parameters that have a tolerance; K_e moves with K_t, for they are one number."""
+    """Return the base parameters that have a tolerance; K_e moves with K_t."""
     found = []
     for index, name in enumerate(FIELDS):
         half = model.tolerance(name) if name not in _NEVER else 0.0
@@ -100,8 +100,11 @@ def base_unknowns(model: Model) -> list[Unknown]:
 
 
 def nuisance_unknowns(dt: float, *, has_current: bool) -> list[Unknown]:
-    """Return clock skews and the plate sensor's zero; a measured current that is late is a delay, which is a cause."""
-    scales = [_SKEW * dt] * 3 + [_ZERO]
+    """Return time offsets of the signals and the plate sensor's zero.
+
+    A measured current that is late is a delay, which is a cause.
+    """
+    scales = [_TIME_OFFSET * dt] * 3 + [_ZERO]
     return [
         Unknown(name, EXTENDED + k, 0.0, scale, -1.0, 1.0)
         for k, (name, scale) in enumerate(zip(NUISANCES, scales, strict=True))
@@ -110,9 +113,9 @@ def nuisance_unknowns(dt: float, *, has_current: bool) -> list[Unknown]:
 
 
 def effect_unknowns(effect: Effect, values: Iterable[float], load: float = 1.0) -> list[Unknown]:
-    """Return an effect's parameters, its strengths scaled by their physical step, about given shapes.
+    """Return an effect's parameters about given shapes, strengths scaled by their step.
 
-    `load`: how many times a throttle's torques are those of this drive.
+    `load`: the ratio of this drive's torques to a throttle's.
     """
     found, first = [], 1.0
     for parameter, place, value in zip(effect.parameters, effect.indices, values, strict=True):
@@ -128,9 +131,9 @@ def effect_unknowns(effect: Effect, values: Iterable[float], load: float = 1.0) 
 
 
 def measured_unknowns(unknowns: Iterable[Unknown], effect: Effect, model: Model) -> list[Unknown]:
-    """Return an effect's unknowns beside what was measured of it: a measured strength stays in its uncertainty.
+    """Return an effect's unknowns; a measured strength stays in its uncertainty.
 
-    A strength that was not measured stays as it is, and so do the shapes of what is not there.
+    A strength that was not measured stays as it is, and so do the shapes of an effect that is not there.
     """
     own = {name: one for name, one in model.measured.items() if one.is_of_effect and one.id == effect.id}
     if not own:
@@ -148,7 +151,7 @@ def measured_unknowns(unknowns: Iterable[Unknown], effect: Effect, model: Model)
 
 
 def finer_unknowns(effect: Effect, load: float = 1.0) -> list[Unknown]:
-    """Return an effect's finer shapes; `load`: how many times a throttle's torques are those of this drive."""
+    """Return an effect's finer shapes; `load`: this drive's torques over a throttle's."""
     found = []
     for parameter, place in zip(effect.finer, effect.stated_indices[len(effect.parameters) :], strict=True):
         size = load if parameter.unit == "N·m" else 1.0

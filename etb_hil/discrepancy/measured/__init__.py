@@ -1,1 +1,1 @@
-"""What was measured, made ready: even samples of one shaft, and what samples do not say."""
+"""Measured signals made ready: evenly sampled, at one shaft, with their limits known."""

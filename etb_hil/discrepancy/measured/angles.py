@@ -1,4 +1,4 @@
-"""Which sensor the motion is read from, where motor and plate have one each: the finer one."""
+"""Choice of the angle sensor that the motion is read from: the finer one."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from etb_hil.discrepancy.measured.sheet import plate_rms
+from etb_hil.discrepancy.measured.data_sheet import plate_rms
 from etb_hil.plant.parameters import Model
 
 Float64 = NDArray[np.float64]
@@ -21,7 +21,7 @@ _STANDS_FOR_IT = "the plate sensor stands for it, and what lies between them is 
 
 @dataclass(frozen=True, slots=True)
 class Angles:
-    """The angle (n) of a motion with its noise (rms), and a second one (n) behind what lies between motor and plate.
+    """The angle (n) of a motion with its noise (rms), and a second angle (n) of the plate.
 
     All in rad at the throttle shaft. `is_plates`: the first is the plate sensor's, and there is no second; `encoder`
     (n) is then the motor's, where it has one that is too coarse for a motion.
@@ -36,7 +36,7 @@ class Angles:
 
     @staticmethod
     def of(columns: Mapping[str, Float64], model: Model) -> Angles | None:
-        """Return the angles of columns (n) by role; None where no sensor has told any."""
+        """Return the angles of columns (n) by role; None without an angle sensor."""
         gear = model.values.gear_ratio
         plate = columns.get("throttle_angle")
         plate_noise = plate_rms(model.sensors)
@@ -60,9 +60,9 @@ class Angles:
 
 
 def grid_of(values: Float64) -> float:
-    """Return the step of a quantised signal as it shows itself, 0 where every value is another.
+    """Return the step of a quantised signal as its values show it; 0 if unquantised.
 
-    Where a signal always moves by several steps at a time, they are apart by one.
+    Where a signal always moves by several steps at a time, their greatest common step is one apart.
     """
     steps = np.abs(np.diff(values))
     steps = steps[steps > 1e-9][: 1 << 16]

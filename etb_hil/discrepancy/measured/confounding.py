@@ -1,4 +1,4 @@
-"""Conditions that only ever changed together: what one of them does, the other may have done."""
+"""Confounded conditions: those that only ever changed together."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ _CONDITIONS = {
 }
 _TOGETHER = 0.95
 _VARIES = 0.02  # of its mean: less is no change of the condition
-_MOST_ROWS = 20_000
+_MOST_SAMPLES = 20_000
 
 
 def confounded(recording: Recording) -> list[Confounded]:
-    """Return the conditions that cannot be told from elapsed time or from each other, and what would part them."""
+    """Return conditions confounded with elapsed time or each other, and a test for each."""
     series = {}
     for role, name in _CONDITIONS.items():
         if role in recording.roles:
@@ -47,7 +47,7 @@ def confounded(recording: Recording) -> list[Confounded]:
 
 
 def _least_change(role: str, values: Float64) -> float:
-    """Return the span over which a condition changes: a temperature's in K, for its zero is no zero of heat."""
+    """Return the span that counts as a change of a condition; of a temperature in K."""
     return CHANGES if role == "temperature" else _VARIES * max(abs(float(np.mean(values))), 1e-12)
 
 
@@ -63,7 +63,7 @@ def _said(first: str, second: str, correlation: float, test: str) -> Confounded:
 
 def _rank_correlation(x: Float64, y: Float64) -> float:
     """Return Spearman's rank correlation, ties at their mean rank."""
-    step = max(1, len(x) // _MOST_ROWS)
+    step = max(1, len(x) // _MOST_SAMPLES)
     return float(np.corrcoef(_ranks(x[::step]), _ranks(y[::step]))[0, 1])
 
 

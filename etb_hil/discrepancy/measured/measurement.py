@@ -1,4 +1,4 @@
-"""What was measured, made ready for the balances: one even clock, one shaft, SI."""
+"""A measurement ready for the balances: one even clock, one shaft, SI."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Measurement:
     is_linear: bool = False  # a drive in N and m; others are in N·m and rad
     is_plates: bool = False  # the angle is the plate sensor's: no encoder is as fine
     encoder: Float64 | None = None  # of one that is not
-    is_thinned: bool = False  # the samples that a balance is made of; what is simulated along them has no others
+    is_decimated: bool = False  # the samples that a balance is made of; what is simulated along them has no others
     added: Float64 | None = None  # force or torque that a test says it adds to a drive's
 
     def __len__(self) -> int:
@@ -50,11 +50,11 @@ class Measurement:
 
     @property
     def motor_and_plate(self) -> tuple[Float64, Float64 | None]:
-        """The motor's angle (n) and the plate's, whichever tells the motion; one that is alone comes first."""
+        """The motor's angle (n) and the plate's; a single one comes first."""
         return (self.angle, self.plate) if self.encoder is None else (self.encoder, self.angle)
 
     def role(self, name: str) -> str:
-        """Return what a signal of the motor or the plate is called in a record."""
+        """Return the role of a signal of the motor or the plate."""
         if name == "current":
             return "motor_current"
         return "throttle_angle" if name == "plate" or self.is_plates else "motor_angle"

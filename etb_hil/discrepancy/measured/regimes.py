@@ -1,4 +1,4 @@
-"""Samples that belong together: on a stop, nearly at rest, sliding; a small error in one must not drown in another."""
+"""Regimes of motion: on a stop, nearly at rest, sliding. Each has its own noise floor."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ _CREEP = 0.08  # of T_c / sigma_0 in twice that time
 _SETTLES = 5.0  # times T_st / sigma_0 that a plate goes until nothing is left of what held it when the record began
 _COUNTS = 8.0  # times the noise of the angle: some two counts of its encoder
 _AROUND = 0.04  # s that the filter smears a stop over, or what held the plate
-BESIDE = 0.1  # s about a bad sample that are not judged: a filter carries it there
+GUARD_TIME = 0.1  # s about a bad sample that are not judged: a filter carries it there
 # What a true model leaves of the torque balance, before the case's own noise floor is known.
 _START = {STOP: 4.0, SLOW: 3.0, SLIDING: 1.0}
 
 
 @dataclass(frozen=True, slots=True)
 class Regimes:
-    """`label` (m) by sample at the output rate; `is_good` (m) False where samples were bridged.
+    """`label` (m) by sample at the output rate; `is_good` (m) False where bridged.
 
-    `is_stuck` (m): the plate rests off the stops, and friction is whatever holds it: the torque balance says nothing.
-    `has_slid` (m): the plate has gone so far that nothing is left of what held it when the record began.
+    `is_stuck` (m): the plate rests off the stops, and its friction is unknown: the torque balance says nothing.
+    `has_slid` (m): the plate has moved so far that the friction state at the beginning of the record is forgotten.
     """
 
     label: NDArray[np.int64]
@@ -51,7 +51,7 @@ class Regimes:
             np.abs(velocity), np.full(_odd(0.016 * measured.rate), 1.0 / _odd(0.016 * measured.rate)), "same"
         )
         label = np.where(near, STOP, np.where(calm < _SLOW * v.stribeck_velocity, SLOW, SLIDING))
-        good = ~_widened(~measured.is_good, round(BESIDE * measured.rate))
+        good = ~_widened(~measured.is_good, round(GUARD_TIME * measured.rate))
         stuck = ~near & _resting(
             angle,
             max(round(_REST * measured.rate), 1),
@@ -61,19 +61,19 @@ class Regimes:
         slid = ~_widened(held, round(_AROUND * measured.rate))
         return Regimes(spectrum.picked(label), spectrum.picked(good), spectrum.picked(stuck), spectrum.picked(slid))
 
-    def since_it_slid(self) -> Regimes:
-        """Return them with no torque to judge from before the plate first slid."""
+    def after_first_slide(self) -> Regimes:
+        """Return the regimes with no torque judged before the plate first slid."""
         return replace(self, is_stuck=self.is_stuck | ~self.has_slid)
 
     def start_weights(self, has: tuple[bool, bool, bool]) -> Float64:
-        """Return weights (3 m) of the balances before the noise floor of the case is known."""
+        """Return weights (3 m) of the balances until the noise floor is known."""
         torque = 1.0 / np.array([_START[k] for k in range(3)])[self.label]
         torque = np.where(self.is_stuck, 0.0, torque)
         parts = [torque, np.ones(len(self.label)), np.ones(len(self.label))]
         return np.concatenate([w * self.is_good * there for w, there in zip(parts, has, strict=True)])
 
     def groups(self) -> NDArray[np.int64]:
-        """Return the group (3 m) of each sample: 3 times the channel plus the regime; -1 where it does not count."""
+        """Return the group (3 m) of each sample: 3 times channel plus regime; -1 if not judged."""
         each = np.where(self.is_good, self.label, -10)
         groups = [np.where(each >= 0, 3 * channel + each, -1) for channel in range(3)]
         groups[0] = np.where(self.is_stuck, -1, groups[0])
@@ -81,7 +81,7 @@ class Regimes:
 
 
 def _resting(angle: Float64, half: int, most: float) -> NDArray[np.bool_]:
-    """Return where (n) the angle has stayed and stays within `most` rad for `half` samples before and after."""
+    """Return where (n) the angle stays within `most` rad for `half` samples either side."""
     padded = np.pad(angle, half, mode="edge")
     blocks = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1)[:, :: max(1, half // 8)]
     return np.asarray(blocks.max(1) - blocks.min(1) < most)

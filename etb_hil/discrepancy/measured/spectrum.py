@@ -1,4 +1,4 @@
-"""Signals of a long record in the frequency domain: derivatives, one band for all, and back at a lower rate."""
+"""Signals of a long record in the frequency domain: derivatives, band, decimation."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 Float64 = NDArray[np.float64]
 Complex128 = NDArray[np.complex128]
 
-BAND = 60.0  # Hz that pass whole
+THRESHOLD = 60.0  # Hz that pass whole
 EDGE = 90.0  # Hz from which nothing passes
 OUTPUT_RATE = 250.0  # Hz
 ENDS = 0.3  # s at either end that are not looked at: filter and bristles settle
@@ -24,7 +24,7 @@ class Spectrum:
     `s` is j omega over the band only, for what is filtered; `kept` picks the samples at `output_rate` without the ends.
     """
 
-    def __init__(self, count: int, rate: float, band: float = BAND, edge: float = EDGE) -> None:
+    def __init__(self, count: int, rate: float, band: float = THRESHOLD, edge: float = EDGE) -> None:
         self.count = count
         self.rate = rate
         edge = min(edge, 0.45 * rate)
@@ -63,10 +63,10 @@ class Spectrum:
         return values[:: self.every][: self.count // self.every][self.kept]
 
     def motion(self, angle: Float64, spectrum: Complex128, *, is_calm: bool) -> tuple[Float64, Float64, Float64]:
-        """Return angle and velocity for the bristles, and the acceleration inside the band, all (n).
+        """Return angle and velocity for the bristles, and in-band acceleration, all (n).
 
-        An angle that `is_calm` at rest is taken as it is: half a millisecond of smoothing costs bristles, which live on
-        the way since the last reversal, ten times what an encoder's counts do.
+        An angle that `is_calm` at rest is taken unfiltered: half a millisecond of smoothing costs bristles, which
+        depend on the travel since the last reversal, ten times what an encoder's counts do.
         """
         smooth = spectrum * (self._smooth if is_calm else self._calm)
         angle = angle if is_calm else np.fft.irfft(smooth, self.padded)[: self.count]
@@ -80,7 +80,7 @@ class Spectrum:
 
 
 def _even_length(count: int, every: int) -> int:
-    """Return a length from `count` on that is a multiple of 2 `every` and else of 2, 3 and 5 only."""
+    """Return the next length that is a multiple of 2 `every` and of 2, 3 and 5 only."""
     unit = 2 * every
     blocks = -(-count // unit)
     while not _is_smooth(blocks):

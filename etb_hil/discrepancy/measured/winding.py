@@ -1,4 +1,4 @@
-"""Whether a measured current can be that of the model's winding: in its unit and range, the way the voltage has it."""
+"""Plausibility of a measured current: unit, range, and sign against the voltage."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ _MORE = 1.1  # times the value that the voltage drives: R may be off
 _NOISE = 3.0  # times the sensor's, by which it does at least
 
 
-def must_be_of_winding(stretches: Sequence[Measurement], model: Model) -> None:
-    """Refuse a recording whose current is in another unit than it says, cut off, or runs against the voltage."""
-    pairs = [(m, m.current) for m in stretches if m.current is not None and not m.is_drive]
+def must_be_of_winding(segments: Sequence[Measurement], model: Model) -> None:
+    """Refuse a current in a wrong unit, clipped, or with a sign against the voltage."""
+    pairs = [(m, m.current) for m in segments if m.current is not None and not m.is_drive]
     if not pairs:
         return
-    origin, resistance = stretches[0].origin, model.values.resistance
+    origin, resistance = segments[0].origin, model.values.resistance
     volts = _greatest([m.voltage for m, _ in pairs])
     if volts <= _POWERED * model.values.voltage_limit:
         return
@@ -43,7 +43,7 @@ def must_be_of_winding(stretches: Sequence[Measurement], model: Model) -> None:
 
 
 def _must_be_in_its_unit(origin: str, volts: float, amperes: float, resistance: float) -> None:
-    """Refuse a current that is far from what the greatest voltage drives through the winding: mA are no A."""
+    """Refuse a current far from V/R at the greatest voltage: mA are no A."""
     allowed = volts / resistance
     if allowed / _HARDLY <= amperes <= _BRAKES * allowed:
         return
@@ -56,7 +56,7 @@ def _must_be_in_its_unit(origin: str, volts: float, amperes: float, resistance: 
 
 
 def _must_be_within_its_range(m: Measurement, current: Float64, model: Model) -> None:
-    """Refuse a current that stays at its greatest or least value while the voltage drives more through the winding."""
+    """Refuse a current clipped at its extremes while the voltage drives more."""
     v, sensors = model.values, m.sensors
     driven = (m.voltage - v.back_emf * np.gradient(m.angle) * m.rate) / v.resistance
     least = _NOISE * float(np.hypot(sensors.current_noise, sensors.current_step))
@@ -65,7 +65,7 @@ def _must_be_within_its_range(m: Measurement, current: Float64, model: Model) ->
         is_cut = (sign * current == end) & (sign * driven > _MORE * max(end, 0.0) + least) & m.is_good
         edges = np.flatnonzero(np.diff(is_cut, prepend=False, append=False)).reshape(-1, 2)
         if (edges[:, 1] - edges[:, 0] >= _STAYS).any():
-            much = f"in {100.0 * float(np.mean(sign * current == end)):.3g} % of the rows"
+            much = f"in {100.0 * float(np.mean(sign * current == end)):.3g} % of the samples"
             more = f"{sign * float((sign * driven[is_cut]).max()):.3g} A"
             what = f"{m.origin}: motor_current stays at {sign * end:.3g} A {much} while the voltage drives up to {more}"
             remedy = "its sensor's range ends there: use one that reads further, or leave the column out"
@@ -73,7 +73,7 @@ def _must_be_within_its_range(m: Measurement, current: Float64, model: Model) ->
 
 
 def _must_follow_the_voltage(origin: str, shares: Float64) -> None:
-    """Refuse a current that near rest has the sign against its voltage: there it is V/R, whatever else is wrong."""
+    """Refuse a current whose sign near rest, where it is V/R, is against the voltage."""
     if len(shares) < _FEWEST or np.median(shares) > -_BACKWARDS or np.mean(shares < 0.0) < _NEARLY_ALL:
         return
     seconds = f"in {len(shares) * _BLOCK:.2g} s of a motor nearly at rest it is {np.median(shares):.2g} times V/R"
@@ -82,15 +82,15 @@ def _must_follow_the_voltage(origin: str, shares: Float64) -> None:
 
 
 def _shares_near_rest(m: Measurement, current: Float64, model: Model) -> Float64:
-    """Return the current over V/R (k) of every block in which a voltage meets hardly any back-EMF."""
+    """Return the current over V/R (k) of every block with hardly any back-EMF."""
     v = model.values
-    rows = max(round(_BLOCK * m.rate), 2)
-    count = len(m) // rows
+    samples = max(round(_BLOCK * m.rate), 2)
+    count = len(m) // samples
     voltage, amperes, angle, is_good = (
-        values[: count * rows].reshape(count, rows) for values in (m.voltage, current, m.angle, m.is_good)
+        values[: count * samples].reshape(count, samples) for values in (m.voltage, current, m.angle, m.is_good)
     )
     volts = voltage.mean(axis=1)
-    back_emf = v.back_emf * np.ptp(angle, axis=1) / ((rows - 1) * m.dt)
+    back_emf = v.back_emf * np.ptp(angle, axis=1) / ((samples - 1) * m.dt)
     is_powered = np.abs(volts) > _POWERED * v.voltage_limit
     at_rest = is_good.all(axis=1) & is_powered & (back_emf < _NEAR_REST * np.abs(volts))
     return v.resistance * amperes.mean(axis=1)[at_rest] / volts[at_rest]

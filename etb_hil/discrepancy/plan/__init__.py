@@ -1,1 +1,1 @@
-"""What would distinguish what is open: planned scenarios, other records, numbers measured at the bench."""
+"""Plans for isolation: scenarios, other records, bench measurements."""

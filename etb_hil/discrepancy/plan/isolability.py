@@ -1,4 +1,4 @@
-"""Which effects a record could distinguish, from the model's own sensitivities along a motion."""
+"""Isolability: which effects a record can distinguish, by the model's sensitivities."""
 
 from __future__ import annotations
 
@@ -8,12 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from etb_hil.discrepancy.candidates.candidate import Candidate, candidates_for
+from etb_hil.discrepancy.candidates.collinearity import (
+    COLLINEAR,
+    Projector,
+    Weighting,
+    angle_samples,
+    weightings,
+    zeros,
+)
+from etb_hil.discrepancy.candidates.uniform_weighting import uniformly_weighted
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import calibrate
 from etb_hil.discrepancy.fitting.unknowns import Unknown
-from etb_hil.discrepancy.suspects.candidates import Candidate, suspects
-from etb_hil.discrepancy.suspects.evenly import evenly
-from etb_hil.discrepancy.suspects.similarity import ALIKE, Light, Projector, angle_rows, lights, zeros
 from etb_hil.plant.parameters import Model
 
 Float64 = NDArray[np.float64]
@@ -25,17 +32,17 @@ _NOTHING = 0.03  # share of a column below which what remains of it is the error
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """An effect about one shape, and what each of its strengths' physical steps changes (n, strengths)."""
+    """An effect at one shape, and its sensitivities (n, strengths) per physical step."""
 
     candidate: Candidate
-    columns: Float64
+    jacobian: Float64
 
 
 @dataclass(frozen=True, slots=True)
 class Sensitivities:
-    """Columns along one motion, over the noise: of the base (n, k), and of each effect's shapes.
+    """Sensitivities along one motion over the noise: of the base (n, k), and of effects.
 
-    `is_angle` (n): samples of the balance of motor and plate.
+    `is_angle` (n): samples of the angle balance.
     """
 
     unknowns: list[Unknown]
@@ -46,9 +53,9 @@ class Sensitivities:
 
 @dataclass(frozen=True, slots=True)
 class Isolability:
-    """Pairs that are not isolable, with their cosine; effects that do not show; how many pairs remain."""
+    """Pairs that are not isolable, with their cosine; undetectable effects; all pairs."""
 
-    alike: list[tuple[str, str, float]]
+    not_isolable: list[tuple[str, str, float]]
     hidden: list[str]
     pairs: int
 
@@ -56,19 +63,19 @@ class Isolability:
 def sensitivities(
     model: Model, balances: Sequence[Balances], progress: Callable[[str], None] = lambda _: None
 ) -> Sensitivities:
-    """Return what the base parameters and each effect's physical step would change in these records."""
-    stretches = list(balances)
+    """Return the sensitivities of these records to base parameters and effects."""
+    segments = list(balances)
     # A plan's record is the model's own simulation: what it leaves is its noise.
-    calibration = calibrate(model, stretches)
-    residual, at = evenly(stretches, calibration, calibration.fit.whole)
+    calibration = calibrate(model, segments)
+    residual, at = uniformly_weighted(segments, calibration, calibration.fit.whole)
     effects: dict[str, list[Shape]] = {}
-    for id_, shapes in suspects(stretches, at.unknowns).items():
+    for id_, shapes in candidates_for(segments, at.unknowns).items():
         if shapes[0].effect is None:
             continue
         progress(id_)
         chosen = shapes[:: max(1, len(shapes) // _MOST_SHAPES)]
         effects[id_] = [Shape(one, _stepped(at.fit.residual, residual, at.fit.whole, one)) for one in chosen]
-    return Sensitivities(at.unknowns, at.columns, effects, angle_rows(stretches))
+    return Sensitivities(at.unknowns, at.jacobian, effects, angle_samples(segments))
 
 
 def _stepped(plain: Float64, residual: Callable[[Float64], Float64], whole: Float64, candidate: Candidate) -> Float64:
@@ -86,15 +93,15 @@ def _stepped(plain: Float64, residual: Callable[[Float64], Float64], whole: Floa
     return np.column_stack(found)
 
 
-def together(parts: Sequence[Sensitivities]) -> Sensitivities:
-    """Return the sensitivities of several motions taken as one record; effects that all of them can judge."""
+def combined(parts: Sequence[Sensitivities]) -> Sensitivities:
+    """Return the sensitivities of several motions as one record, of their shared effects."""
     shared = [id_ for id_ in parts[0].effects if all(id_ in part.effects for part in parts)]
     return Sensitivities(
         parts[0].unknowns,
         np.concatenate([part.base for part in parts]),
         {
             id_: [
-                Shape(shapes[0].candidate, np.concatenate([one.columns for one in shapes]))
+                Shape(shapes[0].candidate, np.concatenate([one.jacobian for one in shapes]))
                 for shapes in zip(*(p.effects[id_] for p in parts), strict=True)
             ]
             for id_ in shared
@@ -104,54 +111,60 @@ def together(parts: Sequence[Sensitivities]) -> Sensitivities:
 
 
 def isolability(found: Sensitivities) -> Isolability:
-    """Return which effects are not isolable, in the lights that a name is held to, and in any of their shapes."""
+    """Return the ambiguity groups: effects collinear under every weighting.
+
+    One collinear shape is enough.
+    """
     seen = _Seen(found)
     shown = [id_ for id_ in found.effects if seen.shows(id_)]
-    alike = []
+    not_isolable = []
     for k, first in enumerate(shown):
         for second in shown[k + 1 :]:
             cosine = seen.cosine(first, second)
-            if cosine >= ALIKE:
-                alike.append((first, second, min(cosine, 1.0)))
+            if cosine >= COLLINEAR:
+                not_isolable.append((first, second, min(cosine, 1.0)))
     hidden = [id_ for id_ in found.effects if id_ not in shown]
-    return Isolability(sorted(alike, key=lambda pair: -pair[2]), hidden, len(shown) * (len(shown) - 1) // 2)
+    return Isolability(sorted(not_isolable, key=lambda pair: -pair[2]), hidden, len(shown) * (len(shown) - 1) // 2)
 
 
 class _Seen:
-    """What the base parameters leave of each effect, in each light."""
+    """The effects with the base projected out, under each weighting."""
 
     def __init__(self, found: Sensitivities) -> None:
         self._found = found
-        rows = {light: np.ones(len(found.base)) for light in Light} | {Light.ANGLE: found.is_angle.astype(np.float64)}
-        self._rows = {light: counts[:, None] for light, counts in rows.items()}
-        self._suspected = {light: zeros(found.unknowns) for light in Light} | {Light.WHOLE: frozenset()}
+        samples = {each: np.ones(len(found.base)) for each in Weighting}
+        samples |= {Weighting.ANGLE: found.is_angle.astype(np.float64)}
+        self._samples = {each: counts[:, None] for each, counts in samples.items()}
+        self._known = {each: zeros(found.unknowns) for each in Weighting} | {Weighting.WHOLE: frozenset()}
         self._projector = {
-            light: Projector(found.base * counts, found.unknowns) for light, counts in self._rows.items()
+            each: Projector(found.base * counts, found.unknowns) for each, counts in self._samples.items()
         }
-        self._spans: dict[tuple[str, Light], list[Float64]] = {}
+        self._spans: dict[tuple[str, Weighting], list[Float64]] = {}
 
     def shows(self, id_: str) -> bool:
-        """Tell whether a physical step of an effect stands out of the noise, in one shape at least."""
-        return any(self._is_shown(shape.columns) for shape in self._found.effects[id_])
+        """Tell whether a physical step of an effect exceeds the noise, for one shape at least."""
+        return any(self._is_shown(shape.jacobian) for shape in self._found.effects[id_])
 
     def _is_shown(self, raw: Float64) -> bool:
-        rest = np.column_stack([self._projector[Light.WHOLE].rest(column) for column in raw.T])
+        rest = np.column_stack([self._projector[Weighting.WHOLE].rest(column) for column in raw.T])
         left = np.linalg.norm(rest, axis=0)
         return bool(left.max() > _SEEN and (left > _NOTHING * np.linalg.norm(raw, axis=0)).all())
 
     def cosine(self, first: str, second: str) -> float:
-        """Return the largest cosine of two effects over both one's shapes, in any light that they are held to."""
+        """Return the largest cosine of two effects over shapes and weightings."""
         one, other = (self._found.effects[id_][0].candidate for id_ in (first, second))
         return max(
             float(np.linalg.norm(a.T @ b, 2)) if a.size and b.size else 0.0
-            for light in lights(one, other)
-            for a in self._in(light, first)
-            for b in self._in(light, second)
+            for weighting in weightings(one, other)
+            for a in self._in(weighting, first)
+            for b in self._in(weighting, second)
         )
 
-    def _in(self, light: Light, id_: str) -> list[Float64]:
-        if (id_, light) not in self._spans:
-            shapes = [shape.columns for shape in self._found.effects[id_] if self._is_shown(shape.columns)]
-            seen, suspected = self._projector[light], self._suspected[light]
-            self._spans[id_, light] = [seen.directions(raw * self._rows[light], suspected) for raw in shapes]
-        return self._spans[id_, light]
+    def _in(self, weighting: Weighting, id_: str) -> list[Float64]:
+        if (id_, weighting) not in self._spans:
+            shapes = [shape.jacobian for shape in self._found.effects[id_] if self._is_shown(shape.jacobian)]
+            seen, not_projected = self._projector[weighting], self._known[weighting]
+            self._spans[id_, weighting] = [
+                seen.directions(raw * self._samples[weighting], not_projected) for raw in shapes
+            ]
+        return self._spans[id_, weighting]

@@ -1,4 +1,4 @@
-"""A scenario that has not been run: what a model's sensors would record in it."""
+"""Simulated records of scenarios that have not been run."""
 
 from __future__ import annotations
 
@@ -48,32 +48,32 @@ class Plan:
 
 
 def recorded(plan: Plan, model: Model, like: Balances, p: Vector, seed: int = 7) -> Balances:
-    """Return the balances of a plan's record, had the extended parameters `p` been the truth.
+    """Return the balances of a plan's record if extended parameters `p` were true.
 
     It has the sensors and the rate of `like`; a PD law with static feed-forward of the model follows the plan.
     """
     m = like.measured
-    rows = np.empty((round(len(plan.mode) * PERIOD * m.rate), 4))
+    samples = np.empty((round(len(plan.mode) * PERIOD * m.rate), 4))
     temperature = float(np.median(m.temperature))
     base = model.vector()
     state = new_extended_state(float(base[LIMP_HOME]), temperature, p)
     _follow(
         state, plan.mode, plan.position, plan.velocity, plan.voltage, base, simulable(p), temperature,
-        round(m.dt / TICK), m.dt / PERIOD, rows,
+        round(m.dt / TICK), m.dt / PERIOD, samples,
     )  # fmt: skip
     ideal = replace(
         m,
         origin=plan.name,
         start_s=0.0,
-        voltage=rows[:, 3].copy(),
-        angle=rows[:, 0].copy(),
-        current=None if m.current is None else rows[:, 1].copy(),
-        plate=None if m.plate is None else rows[:, 2].copy(),
+        voltage=samples[:, 3].copy(),
+        angle=samples[:, 0].copy(),
+        current=None if m.current is None else samples[:, 1].copy(),
+        plate=None if m.plate is None else samples[:, 2].copy(),
         encoder=None,
-        temperature=np.full(len(rows), temperature),
+        temperature=np.full(len(samples), temperature),
         has_temperature=False,  # a scenario does not change it
         supply=None,
-        is_good=np.ones(len(rows), np.bool_),
+        is_good=np.ones(len(samples), np.bool_),
     )
     return Balances(rerun(Balances(ideal, model), p, seed), model)
 
@@ -90,13 +90,13 @@ def _follow(
     temperature: float,
     ticks: int,
     set_points: float,
-    rows: Float64,
+    samples: Float64,
 ) -> None:
-    """Fill angle, current, plate angle and voltage; `set_points`: how many of them pass from sample to sample."""
+    """Fill in angle, current, plate angle and voltage; `set_points`: passed per sample."""
     volts = base[RESISTANCE] / base[TORQUE_PER_AMPERE]
     stiff = volts * base[INERTIA] * _BANDWIDTH
     limit = base[VOLTAGE_LIMIT]
-    for k in range(rows.shape[0]):
+    for k in range(samples.shape[0]):
         now = min(int(k * set_points + 1e-6), mode.size - 1)
         theta, omega = state[THETA], state[OMEGA]
         if mode[now] == _OFF:
@@ -109,6 +109,6 @@ def _follow(
             u = volts * (spring_torque(goal, base) + friction) + base[BACK_EMF] * speed
             u += _BANDWIDTH * stiff * (goal - theta) + 1.6 * stiff * (speed - omega)
         u = min(max(u, -limit), limit) if not np.isnan(u) else u
-        rows[k, 0], rows[k, 1], rows[k, 2] = theta, state[CURRENT], state[PLATE]
-        rows[k, 3] = p[BACK_EMF] * omega if np.isnan(u) else u
+        samples[k, 0], samples[k, 1], samples[k, 2] = theta, state[CURRENT], state[PLATE]
+        samples[k, 3] = p[BACK_EMF] * omega if np.isnan(u) else u
         advance_extended(state, p, u, ticks, temperature)

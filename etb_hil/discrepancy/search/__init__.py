@@ -1,1 +1,1 @@
-"""The loop that takes in one cause after another, and what speaks against each."""
+"""The stepwise search for causes, and the rejection criteria."""

@@ -1,1 +1,1 @@
-"""Data too slow for balances: whole runs fitted in free run."""
+"""Analysis of data too slow for balances: whole runs fitted in free run."""

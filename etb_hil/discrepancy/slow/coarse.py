@@ -1,4 +1,4 @@
-"""What a recording tells that is too slow for balances: the model fitted to some runs, judged on the others.
+"""Analysis of slow data: the model fitted to some runs, judged on the others.
 
 No cause can be named without balances. What is wrong, where and by how much, can be said.
 """
@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.discrepancy.fitting.unknowns import base_unknowns, start
-from etb_hil.discrepancy.search.extending import calibrated_model
+from etb_hil.discrepancy.search.extended_model import calibrated_model
 from etb_hil.discrepancy.slow.coarse_answer import answer_of
-from etb_hil.discrepancy.slow.driven import driven_rows
-from etb_hil.discrepancy.slow.freefit import fit_runs
+from etb_hil.discrepancy.slow.drive_samples import drive_samples
+from etb_hil.discrepancy.slow.sweep_fit import fit_sweeps
 from etb_hil.discrepancy.slow.sweeps import Sweep
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
@@ -28,7 +28,7 @@ Float64 = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Coarse:
-    """Runs with the angles (rad) of the model as stated and as fitted, and which of them the fit saw."""
+    """Runs with the angles (rad) of reference and fitted model, and which were fitted."""
 
     sweeps: list[Sweep]
     nominal: list[Float64]
@@ -46,19 +46,19 @@ def explain_coarsely(
     progress: Callable[[str], None],
     why: Sequence[str],
 ) -> Coarse:
-    """Fit a model to some runs of a recording by the voltage alone and judge it on the others.
+    """Fit a model to some runs by the voltage alone and judge it on the others.
 
-    `fit_on`: the conditions of the runs to fit; two of them, a third of the way from either end, where none are given.
-    `why`: why no balances could be judged. InputError where the recording has no such runs.
+    `fit_on`: the conditions of the runs to fit; without it two runs, a third of the way from either end. `why`: why no
+    balances could be judged. InputError where the recording has no such runs.
     """
     is_seen = _chosen(sweeps, fit_on)
     unknowns = base_unknowns(model)
-    found = fit_runs([s for s, seen in zip(sweeps, is_seen, strict=True) if seen], start(model), unknowns, progress)
+    found = fit_sweeps([s for s, seen in zip(sweeps, is_seen, strict=True) if seen], start(model), unknowns, progress)
     progress("running the models freely")
     stated, fitted = start(model)[:EXTENDED], found.whole[:EXTENDED]
     nominal = [s.simulated(stated) for s in sweeps]
     after = [s.simulated(fitted, late=found.late) for s in sweeps]
-    answer = answer_of(recording, driven_rows(recording, model), model, sweeps, is_seen, found, nominal, after, why)
+    answer = answer_of(recording, drive_samples(recording, model), model, sweeps, is_seen, found, nominal, after, why)
     return Coarse(sweeps, nominal, after, is_seen, calibrated_model(model, found.whole), answer)
 
 

@@ -1,4 +1,4 @@
-"""The words and numbers of an answer that free runs alone gave: what slow data say of a model."""
+"""The answer for slow data: words and numbers of free runs."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from etb_hil.base.roles import ROLES
 from etb_hil.discrepancy.fitting.gain import gain_of
-from etb_hil.discrepancy.measured.sheet import plate_rms
-from etb_hil.discrepancy.slow.driven import Driven
-from etb_hil.discrepancy.slow.freefit import FreeFit
-from etb_hil.discrepancy.slow.stairs import is_held
+from etb_hil.discrepancy.measured.data_sheet import plate_rms
+from etb_hil.discrepancy.slow.drive_samples import DriveSamples
+from etb_hil.discrepancy.slow.staircase import is_held
+from etb_hil.discrepancy.slow.sweep_fit import SweepFit
 from etb_hil.discrepancy.slow.sweeps import Sweep, breaks_away, slow_remark
 from etb_hil.plant.integrator import TICK
 from etb_hil.plant.parameters import Model
@@ -27,25 +27,26 @@ Float64 = NDArray[np.float64]
 # Decision 0029. A published throttle by these: benchmarks/explain_tbcp.py.
 _BLOCKS = 40
 _Z = 2.02  # Student's 97.5 % of 40 blocks
-_AT_FLOOR = 2.0  # times the sensor's noise: what is as near as that lacks nothing that could be seen
+_AT_NOISE_FLOOR = 2.0  # times the sensor's noise: what is as near as that lacks nothing that could be seen
 _FEWEST_RUNS = 5  # in which a trend is looked for
 _SEEN = 1e-4  # of the squared residual: what a whole tolerance must change for the data to say anything of a number
 
 
 def answer_of(
     recording: Recording,
-    rows: Driven,
+    samples: DriveSamples,
     model: Model,
     sweeps: Sequence[Sweep],
     is_seen: Sequence[bool],
-    found: FreeFit,
+    found: SweepFit,
     nominal: Sequence[Float64],
     after: Sequence[Float64],
     why: Sequence[str],
 ) -> results.ExplanationResult:
-    """Return the answer of a fit to some runs; `why`: why no balances could be judged.
+    """Return the answer of a fit to some runs; `why`: why no balances were judged.
 
-    `nominal` and `after` are the runs' angles (rad) of the model as stated and as fitted, `is_seen` those fitted to.
+    `nominal` and `after` are the runs' angles (rad) of the reference and the fitted model, `is_seen` marks the fitted
+    runs.
     """
     noise = plate_rms(model.sensors)
     judged = [k for k, seen in enumerate(is_seen) if not seen]
@@ -56,8 +57,8 @@ def answer_of(
     span = float(np.ptp(np.concatenate(angles)))
     gain = gain_of(before_rms, after_rms)
     runs = tuple(_run_of(*one) for one in zip(sweeps, after, is_seen, strict=True))
-    is_adequate = rms["calibrated"] < _AT_FLOOR * noise
-    missed = [] if is_adequate else _may_miss_commands(recording.origin, rows, model)
+    is_adequate = rms["calibrated"] < _AT_NOISE_FLOOR * noise
+    missed = [] if is_adequate else _may_miss_commands(recording.origin, samples, model)
     verdict = "adequate" if is_adequate else "insufficient_data" if missed else "unexplained"
     return results.ExplanationResult(
         verdict=verdict,
@@ -77,18 +78,18 @@ def answer_of(
             of="free-run error of the throttle angle on runs that the fit did not see, nominal to calibrated",
         ),
         starts=results.Starts(tuple(found.ends), _starts(found.ends)),
-        data_quality=(*missed, _quality(recording, rows, sweeps, found)),
+        data_quality=(*missed, _quality(recording, samples, sweeps, found)),
     )
 
 
-def _may_miss_commands(origin: str, rows: Driven, model: Model) -> list[str]:
-    """Return why what a model leaves may be commands between samples, and what to do; nothing where the drive stood."""
-    if is_held(rows, model.sensors):
+def _may_miss_commands(origin: str, samples: DriveSamples, model: Model) -> list[str]:
+    """Say that commands between samples may explain the residual; empty if held."""
+    if is_held(samples, model.sensors):
         return []
-    its, rate = ("duty" if rows.is_duty else "voltage"), 1e9 / float(np.median(np.diff(rows.time_ns)))
-    what = f"the model leaves more than noise, and at {rate:.0f} Hz the {its} may change between rows"
-    why = "it does not stand from row to row; a fault is not told from what was commanded there"
-    remedy = "drive it in steps that stand for several rows, or record every command of the controller"
+    its, rate = ("duty" if samples.is_duty else "voltage"), 1e9 / float(np.median(np.diff(samples.time_ns)))
+    what = f"the model leaves more than noise, and at {rate:.0f} Hz the {its} may change between samples"
+    why = "it does not stand from sample to sample; a fault is not told from what was commanded there"
+    remedy = "drive it in steps that stand for several samples, or record every command of the controller"
     return [f"{origin}: {what} ({why}): {remedy}"]
 
 
@@ -113,7 +114,7 @@ def _worst(runs: Sequence[results.FreeRun]) -> tuple[results.FreeRun, ...]:
 
 
 def _trend(runs: Sequence[results.FreeRun]) -> str:
-    """Say towards which end of a condition the error grows, where it does: the last two runs are the worst of all."""
+    """Say towards which end of a condition the error grows, if it does."""
     if not runs[0].condition or len(runs) < _FEWEST_RUNS:
         return ""
     rising = sorted(runs, key=lambda run: run.value or 0.0)
@@ -134,9 +135,9 @@ def _trend(runs: Sequence[results.FreeRun]) -> str:
     return text
 
 
-def _calibrated(model: Model, found: FreeFit) -> Mapping[str, results.Calibrated]:
+def _calibrated(model: Model, found: SweepFit) -> Mapping[str, results.Calibrated]:
     spread = _spread(found)
-    shown = np.sum(found.columns**2, axis=0) > _SEEN * np.sum(found.residual**2)
+    shown = np.sum(found.jacobian**2, axis=0) > _SEEN * np.sum(found.residual**2)
     result = {}
     for k, unknown in enumerate(found.unknowns):
         value = float(found.whole[unknown.place])
@@ -159,12 +160,12 @@ def _calibrated(model: Model, found: FreeFit) -> Mapping[str, results.Calibrated
     return result
 
 
-def _spread(found: FreeFit) -> Float64:
-    """Return the standard deviation of each unknown in its own scale, from blocks of the runs that were fitted."""
+def _spread(found: SweepFit) -> Float64:
+    """Return each unknown's scaled standard deviation, from blocks of the fitted runs."""
     block = np.arange(len(found.residual)) * _BLOCKS // len(found.residual)
-    scores = np.stack([found.columns[block == k].T @ found.residual[block == k] for k in range(_BLOCKS)])
+    scores = np.stack([found.jacobian[block == k].T @ found.residual[block == k] for k in range(_BLOCKS)])
     scores -= scores.mean(0)
-    normal = found.columns.T @ found.columns
+    normal = found.jacobian.T @ found.jacobian
     half = scores @ np.linalg.pinv(normal + 1e-9 * np.eye(len(normal)), rcond=1e-12, hermitian=True)
     return np.asarray(np.sqrt((half**2).sum(0) * _BLOCKS / (_BLOCKS - 1.0)))
 
@@ -177,9 +178,11 @@ def _starts(ends: Sequence[float]) -> str:
     return f"{len(ends)} starts ended at {low:.3g} to {high:.3g} deg: the best was taken, there may be better ones"
 
 
-def _quality(recording: Recording, rows: Driven, sweeps: Sequence[Sweep], found: FreeFit) -> results.DataQuality:
+def _quality(
+    recording: Recording, samples: DriveSamples, sweeps: Sequence[Sweep], found: SweepFit
+) -> results.DataQuality:
     rate = 1.0 / float(np.median(np.diff(sweeps[0].seconds)))
-    flags = [slow_remark(recording), *rows.angles.flags]
+    flags = [slow_remark(recording), *samples.angles.flags]
     flags += ["no balances: no cause can be named, and what is fitted takes the place of what is missing"]
     roles = recording.roles
     if "motor_current" not in roles:
@@ -192,7 +195,9 @@ def _quality(recording: Recording, rows: Driven, sweeps: Sequence[Sweep], found:
     if "temperature" not in roles:
         flags.append("no temperature: heat cannot be told from time")
     if found.late:
-        flags.append(f"the voltage acts {1e3 * found.late * TICK:.1f} ms after its row, or the angle was taken earlier")
+        flags.append(
+            f"the voltage acts {1e3 * found.late * TICK:.1f} ms after its sample, or the angle was taken earlier"
+        )
     seconds = sweeps[-1].start_s + float(sweeps[-1].seconds[-1])
     return results.DataQuality(recording.origin, rate, seconds, (*flags, *recording.notes))
 

@@ -1,4 +1,4 @@
-"""A recording as runs of the drive alone: one a condition, at whatever rate it was sampled."""
+"""A recording as runs of the drive: one a condition, at any sampling rate."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from etb_hil.base.compiled import njit
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.discrepancy.measured.measurement import SLOWEST
-from etb_hil.discrepancy.measured.plausible import must_be_driven
-from etb_hil.discrepancy.slow.driven import ANGLES, FEWEST_ROWS, driven_rows
+from etb_hil.discrepancy.measured.plausibility import must_be_driven
+from etb_hil.discrepancy.slow.drive_samples import ANGLES, FEWEST_SAMPLES, drive_samples
 from etb_hil.plant.extended import advance_extended, new_extended_state
 from etb_hil.plant.integrator import THETA, TICK_NS
 from etb_hil.plant.parameters import Model
@@ -34,7 +34,7 @@ _FAR = 10.0  # times slower than balances need: rather another unit of time than
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """One run: columns (n) in SI, angle at the throttle shaft; a voltage is held for its `ticks` of the plant's clock.
+    """One run: columns (n) in SI, angle at the throttle shaft; `ticks` each voltage lasts.
 
     `condition` is what was set (`role`, "" where nothing was), `start_s` when it began; motion begins after `first`.
     """
@@ -51,20 +51,20 @@ class Sweep:
 
     @property
     def step(self) -> int:
-        """Ticks from one sample to the next, most of the time."""
+        """Ticks from one sample to the next, as a median."""
         return int(np.median(self.ticks))
 
     def simulated(self, p: Vector, *, first: int = 0, pull: float = 0.0, late: int = 0) -> Float64:
-        """Return the angle (from sample `first` on) of the extended parameters `p`, driven by the voltage alone.
+        """Return the angle (from sample `first` on) for parameters `p`, by the voltage alone.
 
-        `pull`: by what share of the error each sample draws the model to the measured angle; it keeps a fit out of
-        false minima. `late`: ticks by which the voltage acts later than its sample, or the angle was taken earlier.
+        `pull`: the share of the error by which each sample pulls the model to the measured angle, against local minima.
+        `late`: ticks by which the voltage acts later than its sample, or the angle was taken earlier.
         """
         out = np.empty(len(self.angle) - first)
         state = new_extended_state(float(self.angle[first]), float(self.temperature[first]), p)
-        rows, rest = divmod(late, self.step)
-        early = np.concatenate([np.full(rows + 1, self.voltage[0]), self.voltage])[: len(self.voltage)]
-        now = np.concatenate([np.full(rows, self.voltage[0]), self.voltage])[: len(self.voltage)]
+        samples, rest = divmod(late, self.step)
+        early = np.concatenate([np.full(samples + 1, self.voltage[0]), self.voltage])[: len(self.voltage)]
+        now = np.concatenate([np.full(samples, self.voltage[0]), self.voltage])[: len(self.voltage)]
         _run(
             state, p, self.ticks[first:], rest, early[first:], now[first:], self.temperature[first:],
             self.angle[first:], pull, out,
@@ -73,23 +73,26 @@ class Sweep:
 
 
 def is_slow(recording: Recording) -> bool:
-    """Tell whether a recording's angle is sampled too slowly for balances, but over some time."""
+    """Tell whether a recording's angle is too slow for balances, but long enough."""
     seen = next((role for role in ANGLES if role in recording.roles), None)
     if seen is None:
         return False
     time_ns = recording.series(seen).time_ns
-    if len(time_ns) < FEWEST_ROWS or float(time_ns[-1] - time_ns[0]) * 1e-9 < _SHORTEST:
+    if len(time_ns) < FEWEST_SAMPLES or float(time_ns[-1] - time_ns[0]) * 1e-9 < _SHORTEST:
         return False
     return float(np.median(np.diff(time_ns))) * 1e-9 > 1.0 / SLOWEST
 
 
 def slow_remark(recording: Recording) -> str:
-    """Say that a recording is too slow to name causes by, and whether its time may be in another unit; else nothing."""
+    """Say that a recording is too slow to name causes; empty if it is not.
+
+    It also says whether its time may be in another unit.
+    """
     if not is_slow(recording):
         return ""
     seen = next(role for role in ANGLES if role in recording.roles)
     rate = 1e9 / float(np.median(np.diff(recording.series(seen).time_ns)))
-    says = f"{recording.origin} has {rate:.3g} rows a second: causes are named from {SLOWEST:g} a second on"
+    says = f"{recording.origin} has {rate:.3g} samples a second: causes are named from {SLOWEST:g} a second on"
     if rate > SLOWEST / _FAR:
         return f"{says}; of these data free runs alone are made, which takes minutes"
     asks = "look at the time's unit in the column's header or in the map (ms that are read as s?)"
@@ -97,17 +100,17 @@ def slow_remark(recording: Recording) -> str:
 
 
 def sweeps_of(recording: Recording, model: Model) -> list[Sweep]:
-    """Return the runs of a recording; InputError where the roles do not suffice or too little was recorded."""
-    rows = driven_rows(recording, model)
-    time_ns, angle = rows.time_ns, rows.angles.angle
+    """Return the runs of a recording; InputError if roles or data are missing."""
+    samples = drive_samples(recording, model)
+    time_ns, angle = samples.time_ns, samples.angles.angle
     at = _reader(recording, time_ns)
-    voltage = rows.drive * at("supply_voltage", model.values.supply_voltage) if rows.is_duty else rows.drive
+    voltage = samples.drive * at("supply_voltage", model.values.supply_voltage) if samples.is_duty else samples.drive
     must_be_driven(recording.origin, voltage, angle, model.sensors)
     temperature = at("temperature", 25.0)
     role, condition = _condition(recording, at, len(time_ns))
     found = []
     for part in np.split(np.arange(len(time_ns)), _cuts(time_ns, condition, split=not role)):
-        if len(part) < FEWEST_ROWS:
+        if len(part) < FEWEST_SAMPLES:
             continue
         own = time_ns[part]
         steps = np.diff(np.round((own - own[0]) / TICK_NS).astype(np.int64))
@@ -129,18 +132,18 @@ def sweeps_of(recording: Recording, model: Model) -> list[Sweep]:
             )
         )
     if not found:
-        raise InputError(Problem(f"{recording.origin} falls apart into runs of less than {FEWEST_ROWS} rows"))
+        raise InputError(Problem(f"{recording.origin} falls apart into runs of less than {FEWEST_SAMPLES} samples"))
     return found
 
 
 def breaks_away(sweep: Sweep, angle: Float64) -> float | None:
-    """Return the voltage in V at which an angle (n) of a run leaves its rest; None where it never rests or moves."""
+    """Return the voltage (V) at which an angle (n) leaves its rest; None if it does not."""
     first = _first_motion(angle, float(np.ptp(sweep.angle)))
     return None if first is None or sweep.seconds[first] < _REST_KEPT else float(sweep.voltage[first])
 
 
 def _first_motion(angle: Float64, span: float) -> int | None:
-    """Return the sample from which an angle (n) is away from its rest for some samples on end: one alone is a spike."""
+    """Return the sample from which an angle (n) is away from rest for some samples."""
     away = np.abs(angle - np.median(angle[:10])) > _MOVES * span
     counts = np.convolve(away, np.ones(_ON_END), "full")[_ON_END - 1 :]
     found = np.flatnonzero(counts > _ON_END - 0.5)
@@ -148,7 +151,7 @@ def _first_motion(angle: Float64, span: float) -> int | None:
 
 
 def _reader(recording: Recording, time_ns: NDArray[np.int64]) -> Callable[[str, float], Float64]:
-    """Return what gives a role's values (n) at some instants, or a constant where the role is not there."""
+    """Return a function for a role's values (n) at some instants, with a default."""
 
     def at(role: str, otherwise: float) -> Float64:
         if role not in recording.roles:
@@ -163,13 +166,13 @@ def _reader(recording: Recording, time_ns: NDArray[np.int64]) -> Callable[[str, 
 
 
 def _condition(recording: Recording, at: Callable[[str, float], Float64], count: int) -> tuple[str, Float64]:
-    """Return the role that was set in steps, with its values (n); "" where none was."""
+    """Return the role that was set in steps, with its values (n); "" if none was."""
     for role in CONDITIONS:
         if role in recording.roles:
             values = at(role, 0.0)
             levels = len(np.unique(values))
             changes = int(np.count_nonzero(np.diff(values)))  # a supply's noise has few levels, too
-            if 2 < levels <= _MOST_CONDITIONS and changes < count // FEWEST_ROWS:
+            if 2 < levels <= _MOST_CONDITIONS and changes < count // FEWEST_SAMPLES:
                 return role, values
     return "", np.zeros(count)
 

@@ -1,0 +1,1 @@
+"""Candidates: effects and parameters that are tested and fitted, and their collinearity."""

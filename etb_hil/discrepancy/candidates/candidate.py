@@ -1,0 +1,125 @@
+"""Candidates: effects of the catalogue at a shape, and parametric faults."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Container, Iterable, Sequence
+from dataclasses import dataclass, replace
+
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.calibration import met_before
+from etb_hil.discrepancy.fitting.unknowns import Unknown, effect_unknowns
+from etb_hil.plant.effects.catalogue import CATALOGUE, acting_at
+from etb_hil.plant.effects.effect import Effect, Need
+from etb_hil.plant.effects.port import VOLTAGE
+from etb_hil.plant.physics import PARAMETERS
+
+# In a model file K_t, J and the like are the motor's: that is what a technician would correct.
+MODEL_FILE_NAME = {"torque_per_ampere": "torque_constant", "inertia": "motor_inertia"}
+# What a current per volt that changes is taken for, beside effects of the winding's voltage, where none was measured.
+_OF_ELECTRICAL = ("parameter:resistance", "parameter:torque_constant")
+# Sliding friction and break-away friction are of the same contacts: what raises the first one raises the second.
+_GOES_WITH = {"coulomb": "stiction"}
+# Too small in any balance to be a cause.
+_TOO_SMALL = ("stop_damping", "bristle_damping", "dead_zone")
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A candidate at one shape: `unknowns` to fit; `frees`: a parameter off its tolerance.
+
+    `also_frees`: another parameter that leaves its tolerance with it, since one fault changes both. `begins`: the value
+    from which the freed parameter is fitted; None: from the edge of its box, where a gradient leads.
+    """
+
+    id: str
+    effect: Effect | None
+    shape: tuple[float, ...]
+    unknowns: tuple[Unknown, ...]
+    frees: str = ""
+    steps: tuple[float, ...] = ()
+    begins: float | None = None
+    also_frees: str = ""
+
+    @property
+    def freed(self) -> frozenset[str]:
+        """The names of the parameters that leave their tolerances."""
+        return frozenset({self.frees, self.also_frees} - {""})
+
+    @property
+    def strengths(self) -> tuple[Unknown, ...]:
+        """The unknowns that a search moves."""
+        if self.effect is None:
+            return ()
+        return tuple(self.unknowns[k] for k in self.effect.searched)
+
+
+def candidates_for(
+    balances: Sequence[Balances], base: Sequence[Unknown], without: Iterable[str] = ()
+) -> dict[str, list[Candidate]]:
+    """Return all candidates that these data can show, by id; `without`: ids left out."""
+    out = {*without, *beyond_judging(balances)}
+    load = balances[0].load
+    found = {id_: _shapes(effect, load) for id_, effect in CATALOGUE.items() if id_ not in out}
+    for unknown in base:
+        id_ = parameter_id(unknown.name)
+        is_candidate = id_ not in out and unknown.name not in _TOO_SMALL and not unknown.is_known
+        if is_candidate and unknown.place < PARAMETERS:
+            begins = met_before(unknown, balances) or (None,)
+            found[id_] = [Candidate(id_, None, (), (), unknown.name, begins=value) for value in begins]
+            found[id_] += [replace(found[id_][0], also_frees=other) for other in _freed_jointly(unknown, base, out)]
+    return found
+
+
+def parameter_id(name: str) -> str:
+    """Return the id under which a base parameter is a cause."""
+    return f"parameter:{MODEL_FILE_NAME.get(name, name)}"
+
+
+def _freed_jointly(unknown: Unknown, base: Iterable[Unknown], out: Container[str]) -> list[str]:
+    """Return the name of the parameter that leaves its tolerance together with this one."""
+    other = _GOES_WITH.get(unknown.name)
+    return [u.name for u in base if u.name == other and u.is_toleranced and parameter_id(other) not in out]
+
+
+def beyond_judging(balances: Sequence[Balances]) -> dict[str, str]:
+    """Return the effects that these data cannot show, by id, with what they lack."""
+    is_drive = any(b.measured.is_drive for b in balances)
+    lacks = {  # of two needs of one effect the later one is said
+        Need.PLATE_ANGLE: (not all(b.has[2] for b in balances), "no second angle"),
+        Need.CURRENT: (not all(b.has[1] for b in balances), "driven in force or torque" if is_drive else "no current"),
+        Need.OPEN_BRIDGE: (is_drive, "a drive never coasts with its bridge open"),
+        Need.THROTTLE: (is_drive, "no part of a drive"),
+        Need.MOTOR_ANGLE: (any(b.measured.is_plates for b in balances), "no motor angle that tells the motion"),
+        Need.TEMPERATURE: (not any(b.measured.has_temperature for b in balances), "no temperature, or a constant one"),
+    }
+    return {
+        effect.id: says
+        for effect in CATALOGUE.values()
+        for need, (is_lacking, says) in lacks.items()
+        if is_lacking and need in effect.needs
+    }
+
+
+def unjudged(balances: Sequence[Balances], id_: str) -> list[str]:
+    """Return effects similar to a found one that cannot be tested without a current."""
+    if any(b.measured.is_drive or b.has[1] for b in balances):
+        return []
+    if id_ in _OF_ELECTRICAL:
+        return [effect.id for effect in acting_at(*VOLTAGE)]
+    return list(CATALOGUE[id_].without_current_like) if id_ in CATALOGUE else []
+
+
+def _shapes(effect: Effect, load: float) -> list[Candidate]:
+    grids = [(0.0,) if p.is_strength else p.starts for p in effect.parameters]
+    searched = [effect.parameters[k] for k in effect.searched]
+    found = []
+    for values in itertools.product(*grids):
+        unknowns = tuple(effect_unknowns(effect, values, load))
+        for turn in range(max(len(parameter.starts) for parameter in searched)):
+            steps = tuple(
+                parameter.starts[min(turn, len(parameter.starts) - 1)] * (load if parameter.unit == "N·m" else 1.0)
+                for parameter in searched
+            )
+            found.append(Candidate(effect.id, effect, values, unknowns, steps=steps))
+    return found

@@ -1,0 +1,168 @@
+"""The model driven by the measured voltage alone, segment by segment."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.base.compiled import njit
+from etb_hil.base.side_by_side import side_by_side
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.unknowns import simulable
+from etb_hil.plant.effects import readings
+from etb_hil.plant.extended import advance_extended, new_extended_state
+from etb_hil.plant.integrator import CURRENT, OMEGA, THETA, TICK
+from etb_hil.plant.physics import Vector
+
+Float64 = NDArray[np.float64]
+
+POSITION, CURRENT_ROLE = "throttle_angle", "motor_current"
+SEGMENT_S = 2.0
+STEP_S = 0.01  # of the one-step error
+
+
+def starts(b: Balances, p: Vector) -> Float64:
+    """Return the model's state (segments, states) at the start of each segment.
+
+    It is led there along the measured motion: bristles and temperatures at the start of a segment come from what
+    happened before.
+    """
+    samples = round(SEGMENT_S * b.measured.rate)
+    return _led(b, p, np.arange(0, len(b.measured) - samples + 1, samples))
+
+
+def errors(
+    b: Balances, parameters: Callable[[float], Vector], begin_at: Float64, *, one_step: bool
+) -> dict[str, Float64]:
+    """Return rms errors (SI) by segment of each signal, each segment started anew.
+
+    `parameters` gives the extended vector for a segment that begins at a share (0 to 1) of the record, `begin_at` the
+    states (segments, states) that it starts from. With `one_step` angle, velocity and current are reset to the measured
+    ones every 10 ms.
+    """
+    m = b.measured
+    samples = round(SEGMENT_S * m.rate)
+    has_current = m.current is not None and not m.is_drive
+    found: dict[str, list[float]] = {name: [] for name in ((POSITION, CURRENT_ROLE) if has_current else (POSITION,))}
+    every = max(1, round(STEP_S * m.rate)) if one_step else 0
+    begins = range(0, len(m) - samples + 1, samples)
+
+    def run(number: int) -> tuple[Float64, Float64]:
+        begin = begins[number]
+        return _segment(b, parameters(begin / len(m)), begin, begin_at[number], samples, every)
+
+    for begin, (angle, current) in zip(begins, side_by_side(run, range(len(begins))), strict=True):
+        part = slice(begin, begin + samples)
+        found[POSITION].append(_rms(angle - m.angle[part]))
+        if has_current and m.current is not None:
+            found[CURRENT_ROLE].append(_rms(current - m.current[part]))
+    return {name: np.array(values) for name, values in found.items()}
+
+
+def _segment(b: Balances, p: Vector, begin: int, begin_at: Vector, samples: int, every: int) -> tuple[Float64, Float64]:
+    """Return angle and current (samples) as the sensors read them.
+
+    `every`: samples between two resets, 0 for none.
+    """
+    m = b.measured
+    p = simulable(p)
+    angle, velocity = b.motion(p)
+    part = slice(begin, begin + samples)
+    out = np.empty((samples, 2))
+    _run(
+        begin_at.copy(), p, b.free_voltage[part], m.temperature[part], angle[part], velocity[part],
+        _true_current(b, p)[part], round(m.dt / TICK), every, out,
+    )  # fmt: skip
+    sensed = readings.measured_current(out[:, 1], m.temperature[part], p)
+    return readings.measured_angle(out[:, 0] * b.gear, p) / b.gear, sensed
+
+
+def segment(b: Balances, p: Vector, begin: int, begin_at: Vector, samples: int) -> Float64:
+    """Return the encoder's angle (samples), run freely from a sample and a state on."""
+    return _segment(b, p, begin, begin_at, samples, 0)[0]
+
+
+def trace(b: Balances, p: Vector, begin: int, samples: int | None = None) -> Float64:
+    """Return the encoder's angle (samples, else a segment's), run freely from a sample on."""
+    begin_at = _led(b, p, np.array([begin]))[0]
+    return _segment(b, p, begin, begin_at, samples or round(SEGMENT_S * b.measured.rate), 0)[0]
+
+
+def _true_current(b: Balances, p: Vector) -> Float64:
+    """Return the current (n) before its sensor; NaN where none was measured."""
+    m = b.measured
+    if m.current is None:
+        return np.full(len(m), np.nan)
+    return readings.true_current(m.current, m.temperature, p)
+
+
+def _led(b: Balances, p: Vector, begins: NDArray[np.int64]) -> Float64:
+    """Return the state (begins, states) at some samples after following the motion."""
+    m = b.measured
+    p = simulable(p)
+    angle, velocity = b.motion(p)
+    state = new_extended_state(float(angle[0]), float(m.temperature[0]), p)
+    found = np.empty((len(begins), len(state)))
+    _lead(
+        state, p, b.free_voltage, m.temperature, angle, velocity, _true_current(b, p), round(m.dt / TICK), begins,
+        found,
+    )  # fmt: skip
+    return found
+
+
+def _rms(values: Float64) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+@njit(cache=True, error_model="numpy")
+def _set(state: Vector, angle: float, velocity: float, current: float) -> None:
+    state[THETA], state[OMEGA] = angle, velocity
+    if not np.isnan(current):
+        state[CURRENT] = current
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _lead(
+    state: Vector,
+    p: Vector,
+    voltage: Vector,
+    temperature: Vector,
+    angle: Vector,
+    velocity: Vector,
+    current: Vector,
+    ticks: int,
+    begins: NDArray[np.int64],
+    found: Float64,
+) -> None:
+    k = 0
+    for number in range(begins.size):
+        while k < begins[number]:
+            _set(state, angle[k], velocity[k], current[k])
+            advance_extended(state, p, voltage[k], ticks, temperature[k])
+            k += 1
+        _set(state, angle[k], velocity[k], current[k])
+        found[number] = state
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _run(
+    state: Vector,
+    p: Vector,
+    voltage: Vector,
+    temperature: Vector,
+    angle: Vector,
+    velocity: Vector,
+    current: Vector,
+    ticks: int,
+    every: int,
+    out: Float64,
+) -> None:
+    for k in range(voltage.size):
+        if every > 0 and k % every == 0 and k > 0:
+            _set(state, angle[k], velocity[k], current[k])
+        out[k, 0] = state[THETA]
+        out[k, 1] = state[CURRENT]
+        # With the bridge off the voltmeter sees the motor: driven by it, no current flows, which is what happens.
+        advance_extended(state, p, voltage[k], ticks, temperature[k])

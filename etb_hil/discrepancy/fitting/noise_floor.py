@@ -1,0 +1,78 @@
+"""The noise floor of the case at hand, from a simulation of the calibrated model.
+
+The simulation passes the same balances and calibration. A fixed noise floor does not work: nearly at rest and on the
+stops it varies twentyfold between devices.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.calibration import Calibration, calibrate
+from etb_hil.discrepancy.fitting.quantisation import quantisation_spread
+from etb_hil.discrepancy.fitting.rerun import rerun
+from etb_hil.discrepancy.fitting.unknowns import Unknown
+from etb_hil.plant.effects.layout import EXTENDED
+from etb_hil.plant.parameters import Model
+from etb_hil.plant.physics import Vector
+
+Float64 = NDArray[np.float64]
+
+GROUPS = 9  # 3 balances by 3 regimes
+_LOWEST = 0.05  # below it a noise floor is sampling variance: noise alone leaves more
+LEAST_SAMPLES = 25  # of a group that is judged: 0.1 s
+
+
+@dataclass(frozen=True, slots=True)
+class NoiseFloor:
+    """Mean square (9) by group that a true model may leave, unweighted, and its rerun.
+
+    `truth`: the whole vector that was simulated; the distance of the rerun's calibration from it shows how well it is
+    identified.
+    """
+
+    level: Float64
+    balances: list[Balances]
+    calibration: Calibration
+    truth: Vector
+
+
+def group_means(balances: Sequence[Balances], whole: Vector) -> tuple[Float64, NDArray[np.int64]]:
+    """Return mean squares (9) of the unweighted residual by group, and sample counts (9)."""
+    total, count = np.zeros(GROUPS), np.zeros(GROUPS, np.int64)
+    for b in balances:
+        left = np.concatenate(b.channels(whole[:EXTENDED], whole[EXTENDED:]))
+        groups = b.judged_groups()
+        inside = groups >= 0
+        total += np.bincount(groups[inside], left[inside] ** 2, GROUPS)
+        count += np.bincount(groups[inside], minlength=GROUPS)
+    return total / np.maximum(count, 1), count
+
+
+def noise_floor_of(
+    model: Model, balances: Sequence[Balances], whole: Vector, unknowns: Sequence[Unknown], seed: int = 1
+) -> NoiseFloor:
+    """Return the noise floor of the model at `whole`: simulated, measured and fitted again."""
+    again = [Balances(rerun(b, whole[:EXTENDED], seed + k), model) for k, b in enumerate(balances)]
+    for new, old in zip(again, balances, strict=True):
+        new.weights = old.weights
+        new.regimes = old.regimes
+    begin = whole.copy()
+    begin[EXTENDED:] = 0.0
+    calibration = calibrate(model, again, begin, unknowns)
+    level, _ = group_means(again, calibration.fit.whole)
+    level = np.maximum(level, _LOWEST) * quantisation_spread(balances)
+    return NoiseFloor(level, again, calibration, begin)
+
+
+def weigh(balances: Sequence[Balances], noise_floor: Float64) -> None:
+    """Weigh each group by its noise floor, so that a true model leaves about 1."""
+    for b in balances:
+        groups = b.judged_groups()
+        weight = 1.0 / np.sqrt(np.maximum(noise_floor, _LOWEST))
+        b.weights = np.where(groups >= 0, weight[np.maximum(groups, 0)], 0.0)

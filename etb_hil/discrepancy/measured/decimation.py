@@ -1,0 +1,64 @@
+"""Decimation of a record that is sampled faster than needed, with mean voltages."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from etb_hil.discrepancy.measured.measurement import Float64, Measurement
+from etb_hil.discrepancy.measured.sampling import commanded
+
+_ENOUGH = 2000.0  # Hz: what more samples would show is noise
+_PLENTY = 5000.0  # Hz: a voltage that changes within such a sample is near enough to its mean
+_FEWEST = 100  # jumps that show a step
+_IN_STEP = 0.98  # of them
+
+
+def decimated(measured: Measurement) -> Measurement:
+    """Return every n-th sample, with the mean voltage or force until the next kept sample.
+
+    Kept samples are in step with the commands, so that a voltage is held from one to the next as it was: no mean shows
+    what a current does after a step within a sample. A sample is good if all samples of its mean are.
+    """
+    if measured.is_decimated:
+        return measured
+    first, every = _step(measured)
+    if every <= 1:
+        return replace(measured, is_decimated=True)
+    whole = first + (len(measured) - first) // every * every
+
+    def kept(values: Float64 | None) -> Float64 | None:
+        return None if values is None else values[first:whole:every]
+
+    voltage = measured.voltage[first:whole].reshape(-1, every).mean(axis=1)
+    return replace(
+        measured,
+        rate=measured.rate / every,
+        start_s=measured.start_s + first * measured.dt,
+        voltage=voltage,
+        angle=measured.angle[first:whole:every],
+        current=voltage if measured.is_drive else kept(measured.current),
+        plate=kept(measured.plate),
+        temperature=measured.temperature[first:whole:every],
+        supply=kept(measured.supply),
+        is_good=np.all(measured.is_good[first:whole].reshape(-1, every), axis=1),
+        encoder=kept(measured.encoder),
+        added=kept(measured.added),
+        is_decimated=True,
+    )
+
+
+def _step(measured: Measurement) -> tuple[int, int]:
+    """Return the first kept sample, and the decimation factor."""
+    most = int(measured.rate / _ENOUGH + 1e-6)
+    if most <= 1 or measured.is_drive:
+        return 0, most
+    samples = np.flatnonzero(commanded(measured)) + 1
+    if len(samples) < _FEWEST:
+        return 0, most
+    for every in range(most, 1, -1):
+        jumps = np.bincount(samples % every, minlength=every)
+        if jumps.max() > _IN_STEP * len(samples):
+            return int(jumps.argmax()), every
+    return 0, int(measured.rate / _PLENTY + 1e-6)

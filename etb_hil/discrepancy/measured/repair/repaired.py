@@ -1,0 +1,84 @@
+"""All repairs of a record's sensors and samples, in their order."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from etb_hil.discrepancy.measured.data_sheet import plate_rms
+from etb_hil.discrepancy.measured.measurement import SLOWEST, Measurement
+from etb_hil.discrepancy.measured.repair.coasting import commanded_coasts
+from etb_hil.discrepancy.measured.repair.noise import observed_noise
+from etb_hil.discrepancy.measured.repair.spikes import without_spikes
+from etb_hil.discrepancy.measured.repair.voltage_shift import voltage_shift
+from etb_hil.discrepancy.measured.repair.voltage_zero import voltage_zero
+from etb_hil.plant.parameters import Model
+
+
+def repaired(measured: Measurement, model: Model) -> Measurement:
+    """Return a throttle's measurement without sensor errors; its flags say which."""
+    if measured.is_drive or measured.rate < SLOWEST:
+        return measured
+    m = _with_its_noise(measured)
+    m = _coasting(m, model)  # a winding whose voltage is not its own would keep samples and spikes from being judged
+    m = _in_step(m)  # a current that goes with another sample's voltage would be no winding's
+    m = _without_spikes(m)
+    return _from_its_zero(m, model)
+
+
+def _without_spikes(m: Measurement) -> Measurement:
+    found = without_spikes(m)
+    if not found:
+        return m
+    columns: dict[str, Any] = {name: values for name, (values, _) in found.items()}
+    said = []
+    for name, (_, count) in found.items():
+        what = (
+            f"1 single value of {m.role(name)} jumps" if count == 1 else f"{count} single values of {m.role(name)} jump"
+        )
+        said.append(f"{what} away and back as nothing in a throttle does: what is expected there stands for them")
+    return replace(m, flags=(*m.flags, *said), **columns)
+
+
+def _with_its_noise(m: Measurement) -> Measurement:
+    sensors, said = observed_noise(m)
+    noise = plate_rms(sensors) if m.is_plates else m.angle_noise
+    return replace(m, sensors=sensors, angle_noise=noise, flags=(*m.flags, *said)) if said else m
+
+
+def _coasting(m: Measurement, model: Model) -> Measurement:
+    found = commanded_coasts(m, model)
+    if found is None:
+        return m
+    seconds = f"{float(np.count_nonzero(found.samples)) * m.dt:.2g} s"
+    what = f"motor_voltage is 0 V while the motor turns with the bridge off ({seconds}): commanded, and not measured"
+    said = f"{what}; what the motor gives stands for it, and is not judged"
+    return replace(m, voltage=found.voltage, is_good=m.is_good & ~found.samples, flags=(*m.flags, said))
+
+
+def _from_its_zero(m: Measurement, model: Model) -> Measurement:
+    zero = voltage_zero(m, model)
+    if zero == 0.0:
+        return m
+    said = f"motor_voltage is {1e3 * zero:.3g} mV where no current flows and nothing moves: taken from that zero"
+    return replace(m, voltage=m.voltage - zero, flags=(*m.flags, said))
+
+
+def _in_step(m: Measurement) -> Measurement:
+    late = voltage_shift(m)
+    if late == 0:
+        return m
+    voltage, is_good = m.voltage.copy(), m.is_good.copy()
+    if late > 0:
+        voltage[:-late] = m.voltage[late:]
+        is_good[-late:] = False
+    else:
+        voltage[-late:] = m.voltage[:late]
+        is_good[:-late] = False
+    sample, way = "sample" if abs(late) == 1 else "samples", "late" if late > 0 else "early"
+    answers = "before" if late > 0 else "after"
+    what = f"motor_voltage is {abs(late)} {sample} ({1e3 * abs(late) * m.dt:.2g} ms) {way}"
+    said = f"{what}, for the current answers each of its steps as long {answers} it: it was put back in step"
+    return replace(m, voltage=voltage, is_good=is_good, flags=(*m.flags, said))

@@ -1,0 +1,265 @@
+"""Segments of a recording: without gaps, evenly sampled, long enough."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.base.errors import InputError, Problem
+from etb_hil.discrepancy.measured.angles import Angles
+from etb_hil.discrepancy.measured.measurement import CHANGES, SLOWEST, Measurement
+from etb_hil.discrepancy.measured.missing_samples import SLOW, filled_in, left_out
+from etb_hil.discrepancy.measured.repair.clock import even_times
+from etb_hil.discrepancy.measured.repair.repaired import repaired
+from etb_hil.plant.drive_file import is_drive
+from etb_hil.plant.parameters import Model
+from etb_hil.recording.recording import Recording
+
+Float64 = NDArray[np.float64]
+
+SHORTEST = 2.0  # s; what is shorter shows no cause
+LONGEST_GAP = 0.05  # s that are bridged; beyond it the record falls apart
+ROOM_TEMPERATURE = 25.0
+_STANDS = 12.0  # times the angle's noise: what moves less stands still
+_TOO_FAR = 1.3  # times the way between the model's stops
+# by motion: what drives it, where it is, and what a test says it adds
+DRIVES = (
+    ("linear", ("drive_force", "linear_position", "command_force")),
+    ("rotary", ("drive_torque", "drive_angle", "command_torque")),
+)
+_DRIVEN_BY = ("motor_voltage", "motor_duty", "drive_force", "drive_torque")
+_MOVES = ("motor_angle", "throttle_angle", "linear_position", "drive_angle")
+
+
+def drive_roles(recording: Recording, *, is_linear: bool) -> tuple[str, ...]:
+    """Return the roles of a force- or torque-driven drive in a recording; none if no drive."""
+    _, roles = DRIVES[0 if is_linear else 1]
+    return tuple(role for role in roles if role in recording.roles) if {*roles[:2]} <= set(recording.roles) else ()
+
+
+def is_measured_on_drive(recording: Recording) -> bool:
+    """Tell whether a recording is of a drive with measured force or torque."""
+    return any(drive_roles(recording, is_linear=is_linear) for is_linear in (True, False))
+
+
+def measurements_of(recording: Recording, model: Model) -> list[Measurement]:
+    """Return a recording's segments that are long enough and move.
+
+    InputError where roles are missing.
+    """
+    roles = [role for role in recording.roles if np.isfinite(recording.series(role).values).any()]
+    if its := drive_roles(recording, is_linear=model.is_linear):
+        samples = recording.joined(list(its))
+        return _segments(recording, samples.time_ns, dict(samples.columns), model)
+    if "motor_voltage" not in roles and "motor_duty" not in roles:
+        remedy = "free run is driven by it: record one of them, or name its column in a map"
+        raise InputError(_lacks(recording, "motor_voltage or motor_duty", remedy))
+    if "motor_angle" not in roles and "throttle_angle" not in roles:
+        raise InputError(
+            _lacks(recording, "motor_angle or throttle_angle", "give the angle, calibrated, in rad or deg")
+        )
+    wanted = [
+        role
+        for role in (
+            "motor_voltage",
+            "motor_duty",
+            "motor_current",
+            "motor_angle",
+            "throttle_angle",
+            "temperature",
+            "supply_voltage",
+        )
+        if role in roles and not (role == "motor_duty" and "motor_voltage" in roles)
+    ]
+    fast = [role for role in wanted if role not in SLOW]
+    samples = recording.joined(fast)
+    columns = dict(samples.columns)
+    for role in wanted:
+        if role not in columns:
+            series = recording.series(role)
+            known = np.isfinite(series.values)
+            if known.any():
+                columns[role] = np.interp(samples.time_ns, series.time_ns[known], series.values[known])
+    return _segments(recording, samples.time_ns, columns, model)
+
+
+def _lacks(recording: Recording, what: str, why: str) -> Problem:
+    has = [role for role in recording.roles if np.isfinite(recording.series(role).values).any()]
+    return Problem(f"{recording.origin} has no values of {what}, only of {', '.join(has) or 'nothing'}", remedy=why)
+
+
+def _segments(
+    recording: Recording, time_ns: NDArray[np.int64], columns: dict[str, Float64], model: Model
+) -> list[Measurement]:
+    origin = recording.origin
+    if len(time_ns) < 2:
+        raise InputError(Problem(f"{origin} has fewer than two samples"))
+    samples = _without_long_gaps(time_ns, columns)
+    time_ns, columns = time_ns[samples], {role: values[samples] for role, values in columns.items()}
+    if len(time_ns) < 2:
+        raise InputError(
+            Problem(f"{origin} has fewer than two samples with a value of what drives it and of its angle")
+        )
+    steps = np.diff(time_ns)
+    step = float(np.median(steps)) * 1e-9
+    if float(steps.max()) < 1.5e9 * step:
+        step = float(time_ns[-1] - time_ns[0]) * 1e-9 / len(steps)
+    cuts = np.flatnonzero(np.diff(time_ns) * 1e-9 > max(LONGEST_GAP, 3.0 * step)) + 1
+    found: list[Measurement] = []
+    problems: list[Problem] = []
+    short: list[NDArray[np.int64]] = []
+    for part in np.split(np.arange(len(time_ns)), cuts):
+        if len(part) < 2 or (time_ns[part[-1]] - time_ns[part[0]]) * 1e-9 < SHORTEST:
+            short.append(part)
+            continue
+        try:
+            own = {role: values[part] for role, values in columns.items()}
+            times, scattered = even_times(time_ns[part], own[next(role for role in _MOVES if role in own)])
+            apart = float(times[-1] - times[0]) * 1e-9 / (len(times) - 1) if scattered else step
+            even = _even(origin, times, own, apart, model)
+            _must_move(even, model)
+            even = repaired(even, model)
+            flags = (*scattered, *even.flags, *filled_in(times, own, apart))
+            found.append(replace(even, flags=flags))
+        except InputError as error:
+            problems += error.problems
+    if problems and not found:
+        raise InputError(*problems)
+    if found and found[0].rate < SLOWEST:
+        raise InputError(
+            Problem(f"{origin} is sampled too slowly", value=f"{found[0].rate:.0f} Hz", allowed=f"from {SLOWEST:g} Hz")
+        )
+    if not found:
+        raise InputError(
+            Problem(
+                f"{origin} has no stretch of {SHORTEST:g} s without a gap", remedy="measure longer, look for losses"
+            )
+        )
+    said = [*recording.notes, *left_out(time_ns, short, SHORTEST), *(f"left out: {problem}" for problem in problems)]
+    return [replace(found[0], flags=(*found[0].flags, *said)), *found[1:]]
+
+
+def _without_long_gaps(time_ns: NDArray[np.int64], columns: dict[str, Float64]) -> NDArray[np.bool_]:
+    """Return the samples (n) outside gaps of drive or angle that are too long to bridge."""
+    kept = np.ones(len(time_ns), np.bool_)
+    drive = next(role for role in _DRIVEN_BY if role in columns)
+    angle = next(role for role in _MOVES if role in columns)
+    for role in (drive, angle):
+        known = np.isfinite(columns[role])
+        times = np.concatenate([time_ns[:1] - 1, time_ns[known], time_ns[-1:] + 1])
+        after = np.searchsorted(times, time_ns, "right")
+        gap = times[np.minimum(after, len(times) - 1)] - times[after - 1]
+        kept &= known | (gap * 1e-9 <= LONGEST_GAP)
+    return kept
+
+
+def _must_move(m: Measurement, model: Model) -> None:
+    """Refuse a segment at rest, or with more travel than the model's stops allow."""
+    way, unit = float(np.ptp(m.angle)), "m" if m.is_linear else "rad"
+    if way <= _STANDS * m.angle_noise:
+        what = f"{m.origin} stands still from {m.start_s:.1f} s on"
+        least = f"more than {_STANDS * m.angle_noise:.2g} {unit}"
+        remedy = "move it over its travel, such as by the scenario isolability"
+        raise InputError(Problem(what, value=f"{way:.2g} {unit}", allowed=least, remedy=remedy))
+    between = model.values.stop_high - model.values.stop_low
+    if not m.is_drive and way > _TOO_FAR * between:
+        raise InputError(
+            Problem(
+                f"{m.origin}: the plate goes further than the model's stops let it",
+                value=f"{math.degrees(way):.3g} deg",
+                allowed=f"up to {math.degrees(_TOO_FAR * between):.3g} deg",
+                remedy="look at the angle's unit (rad or deg), and at the model's gear_ratio and stops",
+            )
+        )
+
+
+def _even(
+    origin: str, time_ns: NDArray[np.int64], columns: dict[str, Float64], step: float, model: Model
+) -> Measurement:
+    start = int(time_ns[0])
+    seconds = (time_ns - start) * 1e-9
+    count = int(np.floor(seconds[-1] / step + 1e-6)) + 1
+    clock = np.arange(count) * step
+    is_even = count == len(seconds) and float(np.abs(seconds - clock).max()) < 0.05 * step
+    good = np.ones(count, bool)
+    even = {}
+    for role, values in columns.items():
+        known = np.isfinite(values)
+        if not known.any():
+            continue
+        if is_even and known.all():
+            even[role] = np.asarray(values, np.float64)
+            continue
+        even[role] = np.interp(clock, seconds[known], values[known])
+        nearest = np.clip(np.searchsorted(seconds[known], clock), 1, int(known.sum()) - 1)
+        if role not in SLOW:
+            good &= seconds[known][nearest] - seconds[known][nearest - 1] < 2.5 * step
+    return _measurement(origin, start * 1e-9, 1.0 / step, even, good, model)
+
+
+def _measurement(
+    origin: str, start: float, rate: float, even: dict[str, Float64], good: NDArray[np.bool_], model: Model
+) -> Measurement:
+    if is_drive(model):
+        return _drive(origin, start, rate, even, good, model)
+    angles = Angles.of(even, model)
+    if angles is None:
+        raise InputError(Problem(f"{origin} has no angle"))
+    flags = list(angles.flags)
+    if "motor_voltage" in even:
+        voltage = even["motor_voltage"]
+    elif "motor_duty" not in even:
+        raise InputError(Problem(f"{origin} has no value of what drives it from {start:.1f} s on"))
+    else:
+        voltage = even["motor_duty"] * even.get(
+            "supply_voltage", np.full(len(angles.angle), model.values.supply_voltage)
+        )
+        flags.append("motor_voltage is duty times supply")
+    temperature = even.get("temperature")
+    return Measurement(
+        origin=origin,
+        rate=rate,
+        start_s=start,
+        voltage=voltage,
+        angle=angles.angle,
+        angle_noise=angles.noise,
+        current=even.get("motor_current"),
+        plate=angles.plate,
+        temperature=np.full(len(angles.angle), ROOM_TEMPERATURE) if temperature is None else temperature,
+        has_temperature=temperature is not None and float(np.ptp(temperature)) > CHANGES,
+        supply=even.get("supply_voltage"),
+        is_good=good,
+        sensors=model.sensors,
+        flags=tuple(flags),
+        is_plates=angles.is_plates,
+        encoder=angles.encoder,
+    )
+
+
+def _drive(
+    origin: str, start: float, rate: float, even: dict[str, Float64], good: NDArray[np.bool_], model: Model
+) -> Measurement:
+    _, (drives, moves, adds) = DRIVES[0 if model.is_linear else 1]
+    position, force = even[moves], even[drives]
+    step = 2.0 * np.pi / model.values.gear_ratio / model.sensors.motor_counts_per_turn
+    return Measurement(
+        origin=origin,
+        rate=rate,
+        start_s=start,
+        voltage=force,
+        angle=position,
+        angle_noise=step / np.sqrt(12.0),
+        current=force,
+        plate=None,
+        temperature=np.full(len(position), ROOM_TEMPERATURE),
+        has_temperature=False,
+        supply=None,
+        is_good=good,
+        sensors=model.sensors,
+        is_drive=True,
+        is_linear=model.is_linear,
+        added=even.get(adds),
+    )

@@ -1,0 +1,64 @@
+"""The current model of a search, and its replacement by another one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.calibration import beginnings, calibrate
+from etb_hil.discrepancy.fitting.noise_floor import group_means, noise_floor_of, weigh
+from etb_hil.discrepancy.fitting.unknowns import Unknown
+from etb_hil.discrepancy.search import decision
+from etb_hil.discrepancy.search.findings import CurrentModel, Findings, SelectionStep
+from etb_hil.discrepancy.search.joint_parameter import split_joint
+from etb_hil.plant.parameters import Model
+from etb_hil.plant.physics import Vector
+
+_CLEARLY = 0.9  # of what a fit left: from another start it has to leave less than that
+
+
+def accept(findings: Findings, found: SelectionStep) -> None:
+    """Make a step's winner, and its jointly freed parameter, part of the model."""
+    partners = split_joint(findings, found)
+    continue_from(findings, found.winner.fit.whole, found.winner.unknowns)
+    for each in (found, *partners):
+        each.accepted = True
+    findings.selection_steps += partners
+
+
+def continue_from(findings: Findings, whole: Vector, unknowns: Sequence[Unknown]) -> None:
+    """Continue the search from a model near `whole`: noise floor, weights, calibration."""
+    findings.current_model = current_model_near(findings.model, findings.balances, whole, unknowns)
+
+
+def current_model_near(
+    model: Model, balances: Sequence[Balances], whole: Vector, unknowns: Sequence[Unknown], iterations: int = 4
+) -> CurrentModel:
+    """Return the model near `whole`, or a better one started from nominal values."""
+    current_model, missing = _current_model(model, balances, whole, unknowns, iterations)
+    if missing > 0.0:
+        # Base parameters stood in for what was missing, or may be held there by a hill: they begin again as stated.
+        starts = beginnings(current_model.calibration.fit.whole, unknowns, balances)
+        begun = [calibrate(model, balances, start, unknowns) for start in starts]
+        again = min(begun, key=lambda found: found.fit.cost)
+        if again.fit.cost < _CLEARLY * current_model.calibration.fit.cost:
+            current_model, _ = _current_model(model, balances, again.fit.whole, unknowns, iterations)
+    return current_model
+
+
+def _current_model(
+    model: Model, balances: Sequence[Balances], whole: Vector, unknowns: Sequence[Unknown], iterations: int
+) -> tuple[CurrentModel, float]:
+    """Return the model near `whole`, and its excess over the thresholds."""
+    noise_floor = noise_floor_of(model, balances, whole, unknowns)
+    weigh(balances, noise_floor.level)
+    calibration = calibrate(model, balances, whole, unknowns, iterations)
+    means, samples = group_means(balances, calibration.fit.whole)
+    groups = means / noise_floor.level
+    return CurrentModel(calibration, noise_floor, groups), float(decision.excess(groups, samples).sum())
+
+
+def restore(findings: Findings, current_model: CurrentModel) -> None:
+    """Restore an earlier model of the search."""
+    findings.current_model = current_model
+    weigh(findings.balances, current_model.noise_floor.level)

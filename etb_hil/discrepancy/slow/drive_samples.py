@@ -1,0 +1,47 @@
+"""Samples of a recording with its drive and its angle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etb_hil.base.errors import InputError, Problem
+from etb_hil.discrepancy.measured.angles import Angles
+from etb_hil.plant.parameters import Model
+from etb_hil.recording.recording import Recording
+
+Float64 = NDArray[np.float64]
+
+ANGLES = ("motor_angle", "throttle_angle")
+FEWEST_SAMPLES = 100
+_DRIVES = ("motor_voltage", "motor_duty")
+
+
+@dataclass(frozen=True, slots=True)
+class DriveSamples:
+    """Instants (n, ns) with the drive (n, V or duty) and angles (rad, throttle shaft)."""
+
+    time_ns: NDArray[np.int64]
+    drive: Float64
+    is_duty: bool
+    angles: Angles
+
+
+def drive_samples(recording: Recording, model: Model) -> DriveSamples:
+    """Return the samples with drive and angle; InputError if roles or data are missing."""
+    roles = [role for role in recording.roles if np.isfinite(recording.series(role).values).any()]
+    drive = next((role for role in _DRIVES if role in roles), None)
+    seen = [role for role in ANGLES if role in roles]
+    if drive is None or not seen:
+        what = "motor_voltage or motor_duty" if drive is None else "motor_angle or throttle_angle"
+        raise InputError(Problem(f"{recording.origin} has no {what}", allowed=", ".join(roles)))
+    samples = recording.joined([drive, *seen])
+    good = np.all([np.isfinite(values) for values in samples.columns.values()], axis=0)
+    columns = {role: values[good] for role, values in samples.columns.items()}
+    count = int(np.count_nonzero(good))
+    angles = Angles.of(columns, model) if count >= FEWEST_SAMPLES else None
+    if angles is None:
+        raise InputError(Problem(f"{recording.origin} has too few samples", value=count, allowed=f"{FEWEST_SAMPLES}"))
+    return DriveSamples(samples.time_ns[good], columns[drive], drive == "motor_duty", angles)

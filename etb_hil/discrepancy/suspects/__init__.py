@@ -1,1 +1,0 @@
-"""What may be a cause: effects and parameters, tried and fitted, and how collinear they are."""

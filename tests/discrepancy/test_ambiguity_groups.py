@@ -1,0 +1,114 @@
+"""A right name is a guess where the data allow another: what has to be in a class."""
+
+import pytest
+from explain_cases import hidden_case
+from explain_study import searched
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("seed", "effects", "options", "others"),
+    [
+        pytest.param(
+            90058,
+            ("measurement_delay",),
+            {"view": "plate_only"},
+            {"parameter:inductance"},
+            id="base parameters where no sample is skew",
+            marks=pytest.mark.study,
+        ),
+        pytest.param(
+            90397,
+            ("limp_home_dead_zone",),
+            {},
+            {"parameter:preload_close", "parameter:slope_close"},
+            id="base parameters beside a zone that reaches to the stop",
+            marks=pytest.mark.study,
+        ),
+        pytest.param(
+            90386,
+            ("current_sensor_offset", "hbridge_dead_time"),
+            {"pair": True},
+            {"brush_drop"},
+            id="a rival whose best shape is the end of its range",
+            marks=pytest.mark.study,
+        ),
+        pytest.param(
+            100016,
+            ("parameter:coulomb",),
+            {},
+            {"stribeck_shape"},
+            id="a rival that takes nearly all as it was fitted",
+            marks=pytest.mark.study,
+        ),
+        pytest.param(
+            100035,
+            ("presliding_hysteresis",),
+            {},
+            {"parameter:coulomb", "parameter:stiction"},
+            id="base parameters beside another shape that fits as well",
+            marks=pytest.mark.study,
+        ),
+        pytest.param(
+            111018,
+            ("presliding_hysteresis",),
+            {"level": "medium"},
+            {"parameter:stiction", "parameter:viscous"},
+            id="base parameters beside another curve that fits better",
+            marks=pytest.mark.study,
+        ),
+        pytest.param(
+            100012,
+            ("parameter:bristle_stiffness",),
+            {},
+            {"presliding_hysteresis"},
+            id="a rival whose shape that takes most is none that looks alike",
+        ),
+        pytest.param(
+            214510,
+            ("magnet_temperature",),
+            {"view": "no_current"},
+            {"resistance_temperature"},
+            id="a winding that warms up, where no current tells",
+            marks=pytest.mark.study,
+        ),
+    ],
+)
+def test_what_does_nearly_the_same_is_named_beside_it(seed, effects, options, others):
+    findings = searched(hidden_case(seed, () if "pair" in options else effects, **options))
+    classes = {found.winner.id: set(found.ambiguity_group) for found in findings.accepted}
+    assert set(classes) == set(effects)
+    assert classes[effects[-1]] == others
+    assert findings.verdict == "ambiguous"
+
+
+@pytest.mark.study
+def test_a_current_that_reads_wrong_is_not_taken_for_one_wrong_number_alone():
+    """All torques off by one factor, most of them inside their tolerances: what is left is the inertia's part of it."""
+    (found,) = searched(hidden_case(212013, ("current_sensor_gain",), view="coarse_encoder")).accepted
+    assert {found.winner.id, *found.ambiguity_group} == {"parameter:motor_inertia", "current_sensor_gain"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("seed", "effect", "unmodelled"),
+    [
+        pytest.param(
+            175000,
+            "parameter:bristle_stiffness",
+            {"current_sensor_gain"},
+            id="a gain that is the number that was found, and the base",
+            marks=pytest.mark.study,
+        ),
+        pytest.param(
+            175105,
+            "parameter:viscous",
+            {"parameter:coulomb", "parameter:stiction"},
+            id="friction's levels, which do it at no speed",
+        ),
+    ],
+)
+def test_what_is_no_class_of_a_wrong_number_is_not_named(seed, effect, unmodelled):
+    findings = searched(hidden_case(seed, (effect,), "medium"))
+    assert [found.winner.id for found in findings.accepted] == [effect]
+    assert not unmodelled & set(findings.accepted[0].ambiguity_group)

@@ -1,0 +1,121 @@
+"""Ctrl-C while explaining: what is known by then is kept, and nothing is claimed that was not looked for."""
+
+import pytest
+from answers import plain, write_explanation
+from synthetic import MODEL
+
+from etb_hil.base.outcome import ExitCode
+from etb_hil.cli.main import main
+from etb_hil.discrepancy.explain import explain, write
+
+
+def _interrupts(*_, **__):
+    raise KeyboardInterrupt
+
+
+def _interrupted_at(cogging_recording, word):
+    def progress(what):
+        if what.startswith(word):
+            raise KeyboardInterrupt
+
+    return explain([cogging_recording], MODEL, progress=progress)
+
+
+def test_before_the_calibration_nothing_is_known(cogging_recording):
+    answer = _interrupted_at(cogging_recording, "calibrating")
+    assert plain(answer)["verdict"] == "insufficient_data"
+    assert plain(answer)["interrupted"].startswith("calibrating")
+    assert plain(answer)["data_quality"]
+    assert plain(answer)["stages"].startswith("done: reading the data; not done: calibrating, looking for causes")
+
+
+def test_in_the_search_the_calibration_is_kept_and_no_cause_is_named(cogging_recording, tmp_path):
+    answer = _interrupted_at(cogging_recording, "trying stribeck_shape")
+    found = plain(answer)
+    assert found["verdict"] == "unexplained"
+    assert found["causes"] == []
+    assert found["interrupted"] == "trying stribeck_shape"
+    assert found["calibrated"]["resistance"]["value"] == pytest.approx(MODEL.values_at(25.0).resistance, rel=0.02)
+    assert found["unexplained"]["where"]
+    assert {path.name for path in write(answer, tmp_path)} == {"explanation.json", "model.yaml"}
+    assert "interrupted while trying stribeck shape" in write_explanation(found, None, tmp_path).read_text("utf-8")
+
+
+def test_after_the_search_the_causes_are_kept(cogging_recording):
+    answer = _interrupted_at(cogging_recording, "running the models freely")
+    assert plain(answer)["verdict"] in ("explained", "ambiguous")
+    assert [cause["effect"] for cause in plain(answer)["causes"]] == ["cogging_torque"]
+    assert plain(answer)["errors"] is None
+    assert plain(answer)["interrupted"] == "running the models freely"
+
+
+@pytest.mark.parametrize(
+    "moment",
+    [
+        "fitting a last time, in free run",
+        pytest.param("fitting a last time, in free run, without each part", marks=pytest.mark.study),
+    ],
+)
+def test_in_the_last_fit_the_held_out_errors_are_kept(cogging_recording, tmp_path, moment):
+    answer = _interrupted_at(cogging_recording, moment)
+    found = plain(answer)
+    errors = found["errors"]["holdout"]["free_run"]["throttle_angle"]
+    assert {name for name, one in errors.items() if one is None} == {"followed"}
+    assert found["gain"]["value"] == pytest.approx(1.0 - errors["extended"] / errors["calibrated"])
+    assert found["gain"]["over_stated"]["value"] == pytest.approx(1.0 - errors["extended"] / errors["nominal"])
+    assert found["gain"]["value"] > 0.3
+    assert found["interrupted"].startswith(moment)
+    assert found["model_file"]["numbers_of"] == "balances"
+    for number in found["causes"][0]["parameters"].values():
+        assert number["in_model"] == number["value"]
+    assert {path.name for path in write(answer, tmp_path)} == {"explanation.json", "model.yaml"}
+    assert "interrupted while fitting a last time, in free run" in write_explanation(found, None, tmp_path).read_text(
+        "utf-8"
+    )
+
+
+def test_while_candidates_are_compared_with_what_is_left_the_causes_and_the_calibration_are_kept(
+    cogging_recording, monkeypatch
+):
+    monkeypatch.setattr("etb_hil.discrepancy.search.stepwise.nonparametric_terms", _interrupts)
+    found = plain(explain([cogging_recording], MODEL))
+    assert [cause["effect"] for cause in found["causes"]] == ["cogging_torque"]
+    assert found["calibrated"]["resistance"]["value"] == pytest.approx(MODEL.values_at(25.0).resistance, rel=0.02)
+    assert "done: reading the data, calibrating; not done: looking for causes" in found["stages"]
+
+
+def test_right_after_the_calibration_its_numbers_are_kept_without_intervals(cogging_recording, monkeypatch, tmp_path):
+    monkeypatch.setattr("etb_hil.discrepancy.search.stepwise.current_model_near", _interrupts)
+    answer = explain([cogging_recording], MODEL)
+    found = plain(answer)
+    assert found["verdict"] == "insufficient_data"
+    resistance = found["calibrated"]["resistance"]
+    assert resistance["value"] == pytest.approx(MODEL.values_at(25.0).resistance, rel=0.02)
+    assert resistance["interval"] is None
+    assert found["interrupted"] == "simulating what a true model would leave"
+    assert [path.name for path in write(answer, tmp_path)] == ["explanation.json"]
+    page = write_explanation(found, None, tmp_path).read_text("utf-8")
+    assert "interrupted before its interval was known" in page
+    assert "Done: reading the data, calibrating; not done: looking for causes" in page
+
+
+def test_an_interrupt_while_the_answer_is_put_together_does_not_lose_it(cogging_recording):
+    answer = _interrupted_at(cogging_recording, "putting the answer together")
+    assert [cause["effect"] for cause in plain(answer)["causes"]] == ["cogging_torque"]
+    assert plain(answer)["errors"] is not None
+    assert plain(answer)["interrupted"] == "putting the answer together"
+
+
+def test_while_the_data_are_made_ready_it_is_said_that_nothing_was_done(cogging_recording, monkeypatch):
+    monkeypatch.setattr("etb_hil.discrepancy.explain.measurements_of", _interrupts)
+    found = plain(explain([cogging_recording], MODEL))
+    assert found["verdict"] == "insufficient_data"
+    assert found["stages"].startswith("not done: reading the data, calibrating, looking for causes")
+
+
+def test_in_the_first_seconds_of_the_command_it_says_that_nothing_was_written(monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr("etb_hil.api.recordings.read", _interrupts)
+    code = main(["explain", "data.csv", "--model", "default", "--out", str(tmp_path / "there")])
+    assert code == ExitCode.ABORTED
+    assert "the data were being read; nothing was fitted and nothing was written" in capsys.readouterr().err
+    assert not (tmp_path / "there").exists()

@@ -1,0 +1,148 @@
+"""Two records of one unit: the cause is in the class of both, and what could not be judged is not told apart."""
+
+from dataclasses import replace
+
+import pytest
+from answers import plain, write_explanation
+from synthetic import MODEL, measurement
+
+from etb_hil.base.stock import find
+from etb_hil.discrepancy.explain import explain
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.plan.narrowing import left_open, narrow
+from etb_hil.discrepancy.plan.next_test import next_test
+from etb_hil.discrepancy.search.stepwise import search
+from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.scenario.planning import plan_of
+from etb_hil.scenario.scenario_file import load_scenario
+
+OTHERS = ["torque_ripple", "friction_position_periodic"]
+
+
+@pytest.fixture(scope="module")
+def found():
+    p = MODEL.vector()
+    p[CATALOGUE["cogging_torque"].indices[0]] = 0.03
+    p[CATALOGUE["cogging_torque"].indices[2]] = 7.0
+    return search(MODEL, [Balances(measurement(p, seed=5), MODEL)])
+
+
+def with_class(found, ambiguity_group, verdict="ambiguous", **changed):
+    first = replace(found.accepted[0], ambiguity_group=list(ambiguity_group), **changed)
+    return replace(found, selection_steps=[first, *found.selection_steps[1:]], verdict=verdict)
+
+
+def suspect(found, id_):
+    """The cause's fit under the name of another suspect."""
+    candidate = next(one.candidate for one in found.accepted[0].screened if one.candidate.id == id_)
+    return replace(found.accepted[0].winner, candidate=candidate)
+
+
+def test_what_either_record_tells_apart_is_told_apart(found):
+    answer = with_class(found, OTHERS)
+    told = plain(narrow(answer, with_class(found, OTHERS[:1])))
+    assert answer.accepted[0].ambiguity_group == OTHERS[:1]
+    assert answer.verdict == "ambiguous"
+    assert [(one["effect"], one["tells_from"]) for one in told] == [("cogging_torque", OTHERS[1:])]
+
+
+def test_where_nothing_is_left_the_cause_stands_alone(found):
+    answer = with_class(found, OTHERS)
+    narrow(answer, with_class(found, [], "explained"))
+    assert answer.accepted[0].ambiguity_group == []
+    assert answer.verdict == "explained"
+
+
+def test_a_cause_in_the_class_of_another_name_is_the_cause_all_the_same(found):
+    """The other record took a rival for the cause; the pair stays open, the third is told apart."""
+    answer = with_class(found, OTHERS)
+    narrow(answer, with_class(found, ["cogging_torque"], refined=[suspect(found, OTHERS[1])]))
+    assert answer.accepted[0].ambiguity_group == OTHERS[1:]
+
+
+def test_a_record_that_is_not_explained_tells_nothing(found):
+    answer = with_class(found, OTHERS)
+    assert narrow(answer, with_class(found, [], "unexplained")) == ()
+    assert answer.accepted[0].ambiguity_group == OTHERS
+
+
+def test_a_record_with_another_cause_tells_nothing(found):
+    answer = with_class(found, OTHERS)
+    assert narrow(answer, with_class(found, [], refined=[suspect(found, "stribeck_shape")])) == ()
+    assert answer.accepted[0].ambiguity_group == OTHERS
+
+
+def test_what_a_record_could_not_judge_it_does_not_tell_apart(found):
+    first = found.accepted[0]
+    without = replace(
+        first, ambiguity_group=[], screened=[one for one in first.screened if one.candidate.id != "torque_ripple"]
+    )
+    assert left_open(OTHERS, without) == ["torque_ripple"]
+
+
+def test_base_parameters_too_small_to_be_candidates_are_judged_all_the_same(found):
+    first = found.accepted[0]
+    assert "parameter:dead_zone" not in {one.candidate.id for one in first.screened}
+    assert left_open(["parameter:dead_zone"], replace(first, ambiguity_group=[])) == []
+
+
+def answers_in_turn(monkeypatch, module, answers):
+    left = iter(answers)
+    monkeypatch.setattr(f"etb_hil.discrepancy.{module}.search", lambda *_, **__: next(left))
+
+
+def test_recordings_of_one_unit_are_asked_and_what_they_told_is_said(monkeypatch, found, cogging_recording, tmp_path):
+    answers_in_turn(monkeypatch, "explain", [with_class(found, OTHERS), with_class(found, OTHERS[:1])])
+    answer = plain(explain([cogging_recording, cogging_recording], MODEL, is_same_unit=True))
+    assert answer["causes"][0]["class"] == OTHERS[:1]
+    assert answer["told_apart_by_others"][0]["tells_from"] == OTHERS[1:]
+    page = write_explanation(answer, None, tmp_path).read_text("utf-8")
+    assert "synthetic distinguishes cogging torque from friction position periodic." in page
+
+
+def test_recordings_of_other_units_exclude_nothing(monkeypatch, found, cogging_recording):
+    answers_in_turn(monkeypatch, "explain", [with_class(found, OTHERS)])
+    answer = plain(explain([cogging_recording, cogging_recording], MODEL))
+    assert answer["causes"][0]["class"] == OTHERS
+    assert answer["told_apart_by_others"] == []
+
+
+def test_an_interrupted_look_at_another_recording_tells_nothing(monkeypatch, found, cogging_recording):
+    in_part = replace(with_class(found, []), is_interrupted=True)
+    answers_in_turn(monkeypatch, "explain", [with_class(found, OTHERS), in_part])
+    answer = plain(explain([cogging_recording, cogging_recording], MODEL, is_same_unit=True))
+    assert answer["causes"][0]["class"] == OTHERS
+    assert answer["interrupted"] == "asking synthetic"
+
+
+@pytest.fixture
+def plan():
+    scenario = load_scenario(find("scenario", "multisine")).content
+    return plan_of("multisine", scenario, MODEL.values)
+
+
+def test_a_likely_competing_hypothesis_is_promised_to_be_parted_only_if_it_would_be_were_it_the_truth(
+    monkeypatch, found, plan
+):
+    first = found.accepted[0]
+    answer = with_class(found, OTHERS[:1], refined=[first.winner, suspect(found, OTHERS[0])])
+    as_found, as_rival = (
+        with_class(found, []),
+        with_class(found, ["cogging_torque"], refined=answer.selection_steps[0].refined[1:]),
+    )
+    answers_in_turn(monkeypatch, "plan.next_test", [as_found, as_rival])
+    assert plain(next_test(answer, [plan]))["scenario"] is None
+    as_rival = with_class(found, [], refined=answer.selection_steps[0].refined[1:])
+    answers_in_turn(monkeypatch, "plan.next_test", [as_found, as_rival])
+    assert plain(next_test(answer, [plan]))["expected_separation"]["leaves"] == []
+
+
+def test_what_these_data_tell_apart_is_not_open_after_a_test_that_does_not(monkeypatch, found, plan):
+    answers_in_turn(monkeypatch, "plan.next_test", [with_class(found, OTHERS[1:])])
+    expected = plain(next_test(with_class(found, OTHERS[:1]), [plan]))["expected_separation"]
+    assert (expected["parts"], expected["leaves"]) == (OTHERS[:1], [])
+
+
+def test_a_test_whose_record_would_not_be_explained_promises_nothing(monkeypatch, found, plan):
+    answers_in_turn(monkeypatch, "plan.next_test", [with_class(found, [], "unexplained")])
+    assert plain(next_test(with_class(found, OTHERS[:1]), [plan]))["scenario"] is None

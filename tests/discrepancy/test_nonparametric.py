@@ -1,0 +1,24 @@
+"""What is said of a rest without a name: what it follows in its own balance, and that no test of ours is for it."""
+
+import pytest
+from explain_cases import hidden_case
+from explain_study import searched
+
+from etb_hil.discrepancy.candidates.nonparametric import in_their_own_balances
+from etb_hil.discrepancy.plan.next_test import next_test
+
+
+@pytest.mark.slow
+def test_a_torque_that_is_missing_is_not_said_to_be_the_motor_constants():
+    """A spline in the voltage lets that number go where the torque wants it: half of the rest, none of its own."""
+    findings = searched(hidden_case(206137, ("running_in",)))
+    assert findings.verdict == "unexplained"
+    together = {(one.balance, one.over): one.share for one in findings.rest}
+    assert together["voltage", "time, times velocity"] > 0.3
+    final = findings.final
+    own = in_their_own_balances(findings.balances, final.jacobian, final.fit, final.unknowns)
+    assert (own[0].balance, own[0].over, own[0].parity) == ("torque", "time", "odd")
+    assert own[0].share > 0.8
+    assert all(one.share < 0.02 for one in own if one.balance == "voltage")
+    assert findings.selection_steps[-1].refined[1].fit.cost > 0.5 * findings.selection_steps[-1].before.fit.cost
+    assert next_test(findings) is None

@@ -1,0 +1,80 @@
+"""Signals that cannot be one throttle's are refused with what to look at; a throttle's own, however odd, are not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from synthetic import MODEL, measurement
+
+from etb_hil.base.errors import InputError
+from etb_hil.discrepancy.measured.plausibility import must_be_of_throttle
+from etb_hil.plant.effects.layout import row
+
+GEAR = MODEL.values.gear_ratio
+
+
+@pytest.fixture(scope="module")
+def measured():
+    return measurement(MODEL.vector(), seed=5)
+
+
+@pytest.mark.parametrize(
+    ("changed", "says"),
+    [
+        (lambda m: {"voltage": 1000.0 * m.voltage}, "look at its unit (V or mV)"),
+        (lambda m: {"voltage": 100.0 / 13.5 * m.voltage}, "a duty that is in per cent"),
+        (
+            lambda m: {"voltage": 0.02 * np.random.default_rng(1).standard_normal(len(m))},
+            "the motor's voltage stands at",
+        ),
+        (lambda m: {"temperature": m.temperature + 273.15}, "look at its unit (degC or K)"),
+        (lambda m: {"angle": m.plate / GEAR, "plate": GEAR * m.angle}, "324 times as far as motor_angle over the gear"),
+        (
+            lambda m: {"plate": np.degrees(m.plate)},
+            "57.3 times as far as motor_angle over the gear ratio",
+        ),
+        (
+            lambda m: {"angle": np.radians(m.angle)},
+            "57.3 times as far as motor_angle over the gear ratio",
+        ),
+        (
+            lambda m: {"plate": np.full(len(m), 0.14)},
+            "throttle_angle stands still while motor_angle moves",
+        ),
+        (lambda m: {"angle": np.full(len(m), 0.14)}, "motor_angle stands still while throttle_angle moves"),
+        (lambda m: {"angle": np.mod(GEAR * m.angle, 2.0 * np.pi) / GEAR}, "throttle_angle"),
+        (lambda m: {"plate": np.roll(m.plate, len(m) // 3)}, "an encoder that starts anew each turn"),
+        (lambda m: {"plate": -m.plate}, "throttle_angle goes against motor_angle; turn the sign of the one"),
+        (
+            lambda m: {"angle": -m.angle, "plate": -m.plate},
+            "goes against motor_voltage; turn the angle's sign",
+        ),
+        (lambda m: {"voltage": -m.voltage, "current": -m.current}, "else the voltage's and the current's"),
+        (lambda m: {"voltage": -m.voltage, "current": None, "plate": None}, "the angle goes against motor_voltage"),
+    ],
+)
+def test_what_is_no_throttles_is_refused_with_what_to_look_at(measured, changed, says):
+    with pytest.raises(InputError) as error:
+        must_be_of_throttle([replace(measured, **changed(measured))], MODEL)
+    assert says in str(error.value)
+
+
+def test_what_a_throttle_may_be_is_not(measured):
+    must_be_of_throttle([measured, replace(measured, current=None), replace(measured, plate=None)], MODEL)
+    odd = MODEL.vector()
+    for effect, strengths in {
+        "angle_sensor_eccentricity": (0.5, -0.5),
+        "gear_backlash": (0.01,),
+        "resistance_temperature": (2.5,),
+        "magnet_temperature": (4.0,),
+    }.items():
+        odd[row(effect) : row(effect) + len(strengths)] = strengths
+    must_be_of_throttle([measurement(odd, seed=6)], MODEL)
+
+
+def test_springs_that_drive_the_motor_for_a_while_are_no_wrong_sign(measured):
+    """The plate closes against the voltage: more comes back than friction takes."""
+    for first in range(0, len(measured) - 2000, 500):
+        samples = slice(first, first + 2000)
+        its = ("voltage", "angle", "current", "plate", "temperature", "is_good")
+        must_be_of_throttle([replace(measured, **{name: getattr(measured, name)[samples] for name in its})], MODEL)

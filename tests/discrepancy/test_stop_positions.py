@@ -1,0 +1,55 @@
+"""A stop that is not where the model file has it: a wrong number, and no layer before the stop that it states."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from explain_cases import hidden_case
+
+from etb_hil.discrepancy.candidates.candidate import candidates_for
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.fitting.calibration import GIVES_WAY, calibrate, met_before
+from etb_hil.discrepancy.measured.segments import measurements_of
+from etb_hil.discrepancy.search.stepwise import search
+
+DEGREE = np.radians(1.0)
+
+
+def _stated_elsewhere(seed, stop, degrees):
+    """A healthy unit, and its model file with a stop that many degrees further than the unit has it."""
+    hidden = hidden_case(seed, seconds=20.0)
+    there = hidden.case.rig.unit[stop]
+    stated = replace(hidden.model.parameters[stop], value=there + degrees * DEGREE)
+    model = replace(hidden.model, parameters={**hidden.model.parameters, stop: stated})
+    return model, [Balances(m, model) for m in measurements_of(hidden.recording, model)], there
+
+
+@pytest.mark.parametrize(("stop", "degrees"), [("stop_high", 2.0), ("stop_low", -2.0)])
+def test_a_stop_that_the_motion_ends_before_begins_where_it_ended(stop, degrees):
+    model, balances, there = _stated_elsewhere(8003, stop, degrees)
+    shapes = candidates_for(balances, calibrate(model, balances).unknowns)
+    begins = [one.begins for one in shapes[f"parameter:{stop}"]]
+    assert len(begins) == len(GIVES_WAY)
+    assert min(abs(begin - there) for begin in begins) < 0.003
+    assert [one.begins for one in shapes["parameter:limp_home"]] == [None]
+
+
+@pytest.mark.parametrize(("stop", "degrees"), [("stop_high", -2.0), ("stop_low", 2.0), ("stop_high", 0.0)])
+def test_a_stop_that_the_motion_reaches_begins_at_its_tolerance(stop, degrees):
+    model, balances, _ = _stated_elsewhere(8003, stop, degrees)
+    unknowns = {unknown.name: unknown for unknown in calibrate(model, balances).unknowns}
+    assert met_before(unknowns[stop], balances) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [pytest.param(8001, marks=pytest.mark.study), 8004])
+@pytest.mark.parametrize(("stop", "degrees"), [("stop_high", 2.0), ("stop_high", 0.7), ("stop_low", -2.0)])
+def test_a_stop_met_before_the_stated_one_is_no_layer_alone(stop, degrees, seed):
+    model, balances, there = _stated_elsewhere(seed, stop, degrees)
+    findings = search(model, balances)
+    assert findings.verdict in ("explained", "ambiguous")
+    (found,) = findings.accepted
+    assert f"parameter:{stop}" in (found.winner.id, *found.ambiguity_group)
+    if found.winner.candidate.effect is None:
+        (unknown,) = [u for u in found.winner.unknowns if u.name == stop]
+        assert findings.final.fit.whole[unknown.place] == pytest.approx(there, abs=1e-3)
