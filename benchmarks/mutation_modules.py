@@ -15,22 +15,19 @@ class Tests:
         return [f"tests/{name}.py" for name in (self.kernels if compiled else self.plain).split()]
 
 
-HISTORY = "history/test_drift_gauge_rise history/test_tolerance_and_charts history/test_statistics"
+HISTORY = "history/test_drift_gauge_rise history/test_tolerance_and_charts"
 LIMITS = "diagnosis/test_limit_laws diagnosis/test_limits_file"
-RUNS = "bench/test_seen_off bench/test_safe_stop trusted/test_safe_stop_verbs"
 
 MODULES = {
     "base/outcome": Tests("base/test_outcome"),
     "bench/safe_state": Tests("bench/test_seen_off"),
-    "bench/runner": Tests(
-        "bench/test_runner bench/test_waking bench/test_time_left bench/test_guided uds/test_uds_in_a_run"
-    ),
+    "bench/runner": Tests("bench/test_runner bench/test_waking bench/test_time_left"),
     "bench/interlock": Tests("bench/test_interlock"),
     "bench/supervision": Tests("bench/test_supervision", "bench/test_supervision"),
     "bench/speed_watch": Tests("bench/test_speed_watch", "bench/test_supervision"),
     "bench/supply_guard": Tests("bench/test_supply_guard"),
     "bench/command_pause": Tests("bench/test_stop_signals"),
-    "bench/beat": Tests(f"bench/test_beat {RUNS} bench/test_interlock uds/test_uds_in_a_run"),
+    "bench/beat": Tests("bench/test_beat bench/test_interlock"),
     "bench/stop_signals": Tests("bench/test_stop_signals trusted/test_safe_stop_verbs"),
     "bench/guided": Tests("bench/test_guided"),
     "bench/guided_process": Tests("bench/test_guided"),
@@ -54,7 +51,7 @@ MODULES = {
     "histories/drift": Tests(HISTORY),
     "histories/gauge": Tests(HISTORY),
     "histories/rise": Tests(HISTORY),
-    "histories/temperature": Tests(HISTORY),
+    "histories/temperature": Tests("history/test_statistics"),
     "histories/tolerance": Tests(HISTORY),
     "scenario/condition_watch": Tests("scenario/test_condition_watch"),
     "canio/dbc/reception": Tests("canio/test_decoder", "canio/test_decoder"),

@@ -123,6 +123,13 @@ def test_a_log_is_judged_by_stock_files_unless_others_are_named():
     assert own_rules(options("a.blf --limits dv_e5")) == (None, find("limits", "dv_e5"))
 
 
+def test_the_plug_ins_of_a_bench_are_loaded_before_it_is_read(tmp_path):
+    bench = tmp_path / "own.yaml"
+    bench.write_text(find("bench", "virtual_classic").read_text("utf-8") + "plugins: [nosuch.py]\n", "utf-8")
+    with pytest.raises(InputError, match=r"nosuch\.py"):
+        units_of(options(f"a.blf --bench {bench}"))
+
+
 @pytest.fixture(scope="module")
 def live(tmp_path_factory):
     """A short run whose model is another than the stock one."""
