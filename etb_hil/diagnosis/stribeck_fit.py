@@ -158,26 +158,40 @@ def fit_stribeck(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prio
 
 
 def refit(
-    ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, start: Float64, alike: Float64 | None = None
+    ticks: Ticks,
+    windows: Windows,
+    evidence: Evidence,
+    prior: Prior,
+    start: Float64,
+    alike: Float64 | None = None,
+    little: float = 0.0,
 ) -> StribeckFit | None:
     """Fit from parameters (18) that are near already, windows weighed by kind; None where that comes to no end.
 
-    Kinds are those by the parameters `alike`, by default those of the start.
+    Kinds are those by the parameters `alike`, by default those of the start. A descent that lowers -2 log posterior
+    density by no more than `little` has come to its end.
     """
     # Bristles that are bent by an angle known in steps, after a rest above all, are off by more than any noise.
     kind = _kinds(ticks, windows, start if alike is None else alike)
-    weighed = _descend(ticks, windows, evidence, prior, start, None, kind)
+    weighed = _descend(ticks, windows, evidence, prior, start, None, kind, little)
     return None if weighed is None else _conclude(ticks, windows, evidence, prior, weighed[1], kind)
 
 
-def weights_by(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> Float64:
-    """Return the weights (m) of windows, inverse variances, by what a fit leaves over."""
-    return _weights(fit.residual, _kinds(ticks, windows, fit.parameters), evidence.counts)
+def weights_of_sliding(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> Float64:
+    """Return the weights (m) of windows, inverse variances, by what a fit leaves over; 0 where bristles are bent."""
+    q = fit.parameters
+    weight = _weights(fit.residual, _kinds(ticks, windows, q), evidence.counts)
+    return np.where(_bent(ticks, windows, q) <= _KINDS[0], weight, 0.0)
+
+
+def _bent(ticks: Ticks, windows: Windows, q: Float64) -> Float64:
+    """Return the share (m) of sigma_0 by which friction answers an error of the angle."""
+    return window_means(unsettled(ticks.angle, q), WINDOW, windows)
 
 
 def _kinds(ticks: Ticks, windows: Windows, q: Float64) -> Int64:
     """Return the kind (m) of every window, from 1 on, more bent ones later; 0 where too few are equal."""
-    share = window_means(unsettled(ticks.angle, q), WINDOW, windows)
+    share = _bent(ticks, windows, q)
     kind, named = np.zeros(len(windows), np.int64), 1
     for least, most in zip((-np.inf, *_KINDS), (*_KINDS, np.inf), strict=True):
         inside = (share > least) & (share <= most)
@@ -208,7 +222,7 @@ def start_of(evidence: Evidence, prior: Prior, factor: float) -> Float64:
     return q
 
 
-def _linearise(ticks: Ticks, windows: Windows, evidence: Evidence, q: Float64, count: int) -> tuple[Float64, Float64]:
+def linearise(ticks: Ticks, windows: Windows, evidence: Evidence, q: Float64, count: int) -> tuple[Float64, Float64]:
     """Return residuals (m) of the motor torque that the parameters call for, and the Jacobian (m, `count`).
 
     The measured current is what carries the noise, so it stands alone: were it multiplied by a fitted constant, a
@@ -278,10 +292,11 @@ def _descend(
     start: Float64,
     known: Float64 | None,
     kind: Int64,
+    little: float = 0.0,
 ) -> tuple[float, Float64] | None:
     """Return the residual mean square and the parameters; None where there is no end, or only a `known` one."""
-    q, damping, count = start, 1e-3, prior.count
-    residual, jacobian = _linearise(ticks, windows, evidence, q, count)
+    q, damping, growth, count = start, 1e-3, 2.0, prior.count
+    residual, jacobian = linearise(ticks, windows, evidence, q, count)
     for _ in range(_ITERATIONS):
         weight = _weights(residual, kind, evidence.counts)
         matrix, gradient = accumulate(jacobian, residual, weight)
@@ -290,22 +305,28 @@ def _descend(
         cost = _cost(residual, weight, q, prior.mean, prior.precision)
         for _ in range(8):
             damped = matrix.copy()
-            damped[np.diag_indices(count)] *= 1.0 + damping
+            scaled = damping * np.diag(matrix)
+            damped[np.diag_indices(count)] += scaled
             covariance = inverse(damped)
             step = _padded(times(covariance, gradient))
             if not np.all(np.isfinite(step)):
                 return None
-            tried, tried_jacobian = _linearise(ticks, windows, evidence, q + step, count)
-            if _cost(tried, weight, q + step, prior.mean, prior.precision) < cost:
-                q, residual, jacobian, damping = q + step, tried, tried_jacobian, 0.1 * damping
+            tried, tried_jacobian = linearise(ticks, windows, evidence, q + step, count)
+            gained = cost - _cost(tried, weight, q + step, prior.mean, prior.precision)
+            if gained > 0.0:
+                q, residual, jacobian = q + step, tried, tried_jacobian
+                promised = float(np.sum(step[:count] * (gradient + scaled * step[:count])))
+                as_promised = 2.0 * gained / promised - 1.0
+                damping *= max(1.0 / 3.0, 1.0 - as_promised * as_promised * as_promised)
+                growth = 2.0
                 break
-            damping = 10.0 * damping
+            damping, growth = growth * damping, 2.0 * growth
         else:
             break
         error = np.sqrt(np.diag(covariance))
         if known is not None and np.all(np.abs(q - known)[:count] < _SAME_VALLEY * error):
             return None
-        if np.all(np.abs(step[:count]) < _CONVERGED * error):
+        if gained < little or np.all(np.abs(step[:count]) < _CONVERGED * error):
             break
     # Costs of different starts compare only at one precision; the profile over the noise level is its logarithm,
     # and the mean square orders the starts in the same way.
@@ -322,7 +343,7 @@ def _padded(values: Float64) -> Float64:
 def _conclude(
     ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, q: Float64, kind: Int64
 ) -> StribeckFit | None:
-    residual, jacobian = _linearise(ticks, windows, evidence, q, prior.count)
+    residual, jacobian = linearise(ticks, windows, evidence, q, prior.count)
     weight = _weights(residual, kind, evidence.counts)
     matrix, _ = accumulate(jacobian, residual, weight)
     held = np.diag(prior.precision[: prior.count])
@@ -349,11 +370,11 @@ def widened_by(
     scatter shows it.
     """
     q = fit.parameters
-    residual, jacobian = _linearise(ticks, windows, evidence, q, prior.count)
+    residual, jacobian = linearise(ticks, windows, evidence, q, prior.count)
     weight = _weights(residual, _kinds(ticks, windows, q), evidence.counts)
     matrix, _ = accumulate(jacobian, residual, weight)
     matrix[np.diag_indices(prior.count)] += prior.precision[: prior.count]
-    moved, _ = _linearise(ticks, windows, replace(evidence, over_time=local), q, USUAL)
+    moved, _ = linearise(ticks, windows, replace(evidence, over_time=local), q, USUAL)
     shift = _padded(times(inverse(matrix), accumulate(jacobian, moved - residual, weight)[1]))
     known = fit.spread.known + shift[:, None] * shift[None, :]
     return replace(fit, spread=replace(fit.spread, known=known))

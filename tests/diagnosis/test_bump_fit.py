@@ -44,8 +44,13 @@ def test_a_tall_bump_bends_no_curve(height, place, width, seed):
         "viscous": unit.viscous,
     }
     found = {name: result.measurements.get(name) for name in truth}
-    held = {name: number is None or number.low <= truth[name] <= number.high for name, number in found.items()}
-    assert all(held.values()), {name: (found[name].low, found[name].high) for name in truth if not held[name]}
+    # Of 28 intervals of 95 % one or two miss: three standard errors hold all of them with a chance of 93 %.
+    off = {
+        name: (number.value - truth[name]) / (0.5 * (number.high - number.low) / 1.96)
+        for name, number in found.items()
+        if number is not None
+    }
+    assert all(abs(errors) < 3.0 for errors in off.values()), off
     assert result.measurements.get("T_st") is not None
     assert any(reason.id == "T_st_exceeded" for reason in result.reasons)
     assert not any(reason.id in {"model_contradicted", "uneven_way"} for reason in result.reasons)

@@ -66,7 +66,7 @@ def test_another_law_is_measured_and_said(unit, wrong):
 def test_a_unit_as_the_model_says_keeps_its_narrow_interval():
     result = diagnosed(Unit())
     number = result.measurements.get("T_c")
-    assert (number.high - number.low) / number.value < 0.08
+    assert (number.high - number.low) / number.value < 0.06
     assert not any(reason.id == "another_friction_law" for reason in result.reasons)
 
 

@@ -1,0 +1,63 @@
+"""Whether a run asks for another law of friction: a score test, before any such law is fitted.
+
+The score of a parameter that a fitted law has not is summed over segments of the run, net of what the fitted parameters
+take of it (Rao 1948; Neyman 1959). Its own scatter from segment to segment is its error, so that neither a wrong noise
+nor a single segment makes it large (White 1982; Boos 1992). Windows that slide are asked alone: bent bristles answer an
+error of the angle with their stiffness, and that is no noise.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from etb_hil.diagnosis.friction_model import AGEING
+from etb_hil.diagnosis.prior import PARAMETERS, USUAL, Prior
+from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit, linearise
+from etb_hil.diagnosis.ticks import Ticks
+from etb_hil.diagnosis.windows import Windows
+from etb_hil.observer.normal_equations import accumulate, inverse, times
+from etb_hil.plant.exactmath import log
+from etb_hil.recording.samples import Float64
+
+_NO_AGE = 1e-9  # share of T_st: what contacts that do not age are differentiated at
+
+
+def log_evidence(
+    ticks: Ticks,
+    windows: Windows,
+    evidence: Evidence,
+    prior: Prior,
+    fit: StribeckFit,
+    free: Sequence[int],
+    index: int,
+    weight: Float64,
+) -> float:
+    """Return the logarithm of the Bayes factor of a law with parameter `index`, over that of `fit`, which has `free`.
+
+    It is Laplace's, to first order, by the robust score; `weight` (m) are those of windows that slide, 0 of others.
+    Contacts do not become weaker with age: a score that says so is evidence of nothing.
+    """
+    q = fit.parameters
+    if q[AGEING] == 0.0:
+        q = q.copy()
+        q[AGEING] = _NO_AGE * fit.stiction[0]
+    residual, jacobian = linearise(ticks, windows, evidence, q, PARAMETERS)
+    fitted = np.array([*range(USUAL), *free])
+    columns, own = np.ascontiguousarray(jacobian[:, fitted]), jacobian[:, index].copy()
+    matrix, gained = accumulate(columns, own, weight)
+    matrix[np.diag_indices(len(fitted))] += prior.precision[fitted]
+    taken = times(inverse(matrix), gained)
+    alone = weight * (own - times(columns, taken))
+    scores = np.bincount(evidence.cluster, weights=alone * residual)
+    # what the prior says of the fitted parameters is one segment more
+    said = -float(np.sum(taken * (prior.precision * (prior.mean - q))[fitted]))
+    total, squares = float(np.sum(scores)) + said, float(np.sum(scores * scores)) + said * said
+    information = float(np.sum(alone * own))
+    if not (squares > 0.0 and information > 0.0):
+        return -math.inf
+    statistic = 0.0 if index == AGEING and total < 0.0 else total * total / squares
+    variance = squares / (information * information)
+    return 0.5 * (statistic + min(float(log(variance * prior.precision[index])), 0.0))
