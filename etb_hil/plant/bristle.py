@@ -11,6 +11,7 @@ from etb_hil.plant.physics import BRISTLE_STIFFNESS, STICTION, Values
 _SERIES_BELOW = 0.5
 _C2, _C3, _C4, _C5, _C6, _C7, _C8, _C9, _C10, _C11, _C12 = (1.0 / math.factorial(n) for n in range(2, 13))
 _THIRD = 1.0 / 3.0
+_SIXTH = 1.0 / 6.0
 _TWELFTH = 1.0 / 12.0
 
 
@@ -47,6 +48,15 @@ def slide(
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
+def _turn(start: float, slope: float, curve: float) -> float:
+    """Return the one s in 0 ... 1 where start + slope s + curve s^2, of opposite sign at both ends, is zero."""
+    root = math.sqrt(max(slope * slope - 4.0 * curve * start, 0.0))
+    sum_of = abs(slope) + root  # whichever of the two forms does not cancel
+    share = 2.0 * abs(start) / sum_of if start * slope < 0.0 else sum_of / (2.0 * abs(curve))
+    return min(max(share, 0.0), 1.0)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
 def strain(
     bristle: float,
     omega: float,
@@ -61,22 +71,20 @@ def strain(
     """Return the bristles after h s, their mean over that time (rad), and both by the end velocity (rad per rad/s).
 
     The velocity runs from `omega` to `omega_end` along a parabola that starts out for `rise`. Where it passes zero the
-    two directions are solved one after the other.
+    two directions are solved one after the other. The mean over time is later than that over the way where the velocity
+    falls: on a parabola by a twelfth of the fall.
     """
     stiffness = p[BRISTLE_STIFFNESS]
-    bow = h * (rise - omega_end) * _TWELFTH  # what the parabola adds to the mean travel; twice that to all of it
+    travel = 0.5 * h * (omega + omega_end) + h * (rise - omega_end) * _SIXTH
     if omega * omega_end >= 0.0:
-        travel = 0.5 * h * (omega + omega_end) + 2.0 * bow
         end, mean, give_end, give = slide(bristle, travel, g, g_end, stiffness, compliance)
-        # Positions of a velocity that rises lie, in time, closer to the start than to the end.
         mean += give * h * (omega - omega_end) * _TWELFTH
     else:
-        turn = h * omega / (omega - omega_end)
-        turned, before, _, give = slide(bristle, 0.5 * omega * turn, g, p[STICTION], stiffness, compliance)
-        before += give * omega * turn * _TWELFTH
-        left = h - turn
-        end, mean, give_end, give = slide(turned, 0.5 * omega_end * left, p[STICTION], g_end, stiffness, compliance)
-        mean -= give * omega_end * left * _TWELFTH
-        mean = (before * turn + mean * left) / h + give * bow
-        end += 2.0 * give_end * bow
+        share = _turn(omega, rise - omega, omega_end - rise)
+        first = h * share * (omega + share * (0.5 * (rise - omega) + share * _THIRD * (omega_end - rise)))
+        turned, before, _, give = slide(bristle, first, g, p[STICTION], stiffness, compliance)
+        before += give * omega * share * h * _TWELFTH
+        end, mean, give_end, give = slide(turned, travel - first, p[STICTION], g_end, stiffness, compliance)
+        mean -= give * omega_end * (1.0 - share) * h * _TWELFTH
+        mean = before * share + mean * (1.0 - share)
     return end, mean, _THIRD * h * give_end, _TWELFTH * h * give
