@@ -30,6 +30,7 @@ from etb_hil.controller.state import (
 )
 from etb_hil.plant.extended import new_sensed_state
 from etb_hil.plant.integrator import THETA, new_state
+from etb_hil.plant.model_file import FrictionModel
 from etb_hil.plant.parameters import Model, ThrottleParameters
 from etb_hil.plant.physics import GEAR_RATIO, SUPPLY_VOLTAGE, Vector
 
@@ -95,7 +96,7 @@ class Machine:
         self._sheet["track_2_offset"] = track_2_offset
         base = values.vector()
         change = unit.values_at(ambient + 1.0).vector() - base
-        if unit.effects:
+        if unit.effects or unit.friction_model is not FrictionModel.LUGRE:
             whole = unit.vector()
             self._plant = new_sensed_state(angle, ambient, whole)
             behind = whole[len(base) :]

@@ -6,8 +6,8 @@ import numpy as np
 
 from etb_hil.base.compiled import njit
 from etb_hil.plant.effects import ports, sensing, teeth
-from etb_hil.plant.effects.layout import PLATE_INERTIA, SLOW
-from etb_hil.plant.integrator import CURRENT, OMEGA, STATES, THETA, TICK, advance
+from etb_hil.plant.effects.layout import ELASTIC, PLATE_INERTIA, SLOW
+from etb_hil.plant.integrator import CURRENT, OMEGA, STATES, THETA, TICK, advance_bristles
 from etb_hil.plant.physics import (
     BACK_EMF,
     BRISTLE_STIFFNESS,
@@ -55,7 +55,7 @@ def advance_extended(state: Vector, p: Vector, voltage: float, ticks: int, tempe
     behind it that remember.
     """
     if not ports.has_effects(p):
-        advance(state[:STATES], p, voltage, ticks)
+        advance_bristles(state[:STATES], p, p[ELASTIC], voltage, ticks)
         state[PLATE] = state[THETA]
         return
     base = p[:PARAMETERS].copy()
@@ -81,7 +81,7 @@ def advance_extended(state: Vector, p: Vector, voltage: float, ticks: int, tempe
         extra += ports.motor_drag(theta, omega, slow, p)
         state[OMEGA] = omega - TICK * extra / p[INERTIA]
         u = voltage - ports.voltage_loss(current, command, is_open, slow, p)
-        advance(state[:STATES], base, u, 1)
+        advance_bristles(state[:STATES], base, p[ELASTIC], u, 1)
         if loose:
             # The plate's inertia swings with the motor's acceleration, smoothed over a millisecond against the kicks.
             now = p[PLATE_INERTIA] * (state[OMEGA] - omega) / TICK

@@ -71,9 +71,12 @@ def _end_of_current(omega: float, current: float, current_end: float, u: float, 
 
 @njit(cache=True, error_model="numpy")
 def _run(  # noqa: C901 (one loop that must stay in registers)
-    state: Vector, parameters: Vector, voltage: float, ticks: int, record: Vector, row: int
+    state: Vector, parameters: Vector, elastic: float, voltage: float, ticks: int, record: Vector, row: int
 ) -> None:
-    """Move `state` by whole ticks; from `row` on, where that is not negative, write it to `record` after each."""
+    """Move `state` by whole ticks; from `row` on, where that is not negative, write it to `record` after each.
+
+    `elastic`: that of `bristle.bend`, 0 for LuGre friction.
+    """
     p = registers(parameters)
     inverse = (1.0 / p[INERTIA], 1.0 / p[INDUCTANCE], 1.0 / p[STRIBECK_VELOCITY], 1.0 / p[BRISTLE_STIFFNESS])
     theta, omega, bristle, current = state[THETA], state[OMEGA], state[BRISTLE], state[CURRENT]
@@ -90,7 +93,7 @@ def _run(  # noqa: C901 (one loop that must stay in registers)
             last = cut == _CUTS - 1
             h = left if last else _stride(theta, omega, contact, left, p)
             armature = whole if h == TICK else answer(h, p) if conducts else NO_CURRENT
-            end = step(theta, omega, bristle, current, h, u, armature, contact, inverse, p)
+            end = step(theta, omega, bristle, current, h, u, armature, contact, inverse, elastic, p)
             part, contact_new, is_gone = h, contact, False
             if not last:
                 part, contact_new = change_of_contact(theta, omega, contact, end[0], end[1], h, p)
@@ -101,7 +104,7 @@ def _run(  # noqa: C901 (one loop that must stay in registers)
             if part > _INSTANT:
                 if part < h:
                     armature = answer(part, p) if conducts else NO_CURRENT
-                    end = step(theta, omega, bristle, current, part, u, armature, contact, inverse, p)
+                    end = step(theta, omega, bristle, current, part, u, armature, contact, inverse, elastic, p)
                 theta, omega, bristle, current = end
             contact = contact_new
             if is_gone:
@@ -118,13 +121,19 @@ def _run(  # noqa: C901 (one loop that must stay in registers)
 
 
 @njit(cache=True, error_model="numpy")
+def advance_bristles(state: Vector, p: Vector, elastic: float, voltage: float, ticks: int) -> None:
+    """Move `state` as `advance` does, with bristles that are elastic up to a share of friction; see `bristle`."""
+    _run(state, p, elastic, voltage, ticks, state.reshape((1, -1)), -1)
+
+
+@njit(cache=True, error_model="numpy")
 def advance(state: Vector, p: Vector, voltage: float, ticks: int) -> None:
     """Move `state` in place by whole ticks of 50 us under a constant voltage in V; NaN is an open bridge.
 
     The voltage is limited to what the bridge gives. With the bridge open, the diodes put the supply against the
     current until it is gone; a back-EMF above the supply is not modelled.
     """
-    _run(state, p, voltage, ticks, state.reshape((1, -1)), -1)
+    advance_bristles(state, p, 0.0, voltage, ticks)
 
 
 @njit(cache=True, error_model="numpy")
@@ -134,4 +143,4 @@ def advance_record(state: Vector, p: Vector, voltages: Vector, ticks: int, recor
     `record` (n * ticks, `STATES`) takes the state after each tick. Per tick this costs half of calling `advance`.
     """
     for k in range(len(voltages)):
-        _run(state, p, voltages[k], ticks, record, k * ticks)
+        _run(state, p, 0.0, voltages[k], ticks, record, k * ticks)

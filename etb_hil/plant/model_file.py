@@ -6,6 +6,7 @@ import dataclasses
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -61,6 +62,13 @@ class Sensors(FileModel):
     voltage_noise: Annotated[Voltage, Field(ge=0.0)]
 
 
+class FrictionModel(StrEnum):
+    """The law of the bristles; `etb_hil/plant/bristle.py` has its equations."""
+
+    LUGRE = "lugre"
+    ELASTO_PLASTIC = "elasto-plastic"
+
+
 class EffectEntry(FileModel):
     """An effect that the base model leaves out, with its strengths."""
 
@@ -108,6 +116,9 @@ class ModelFile(FileModel):
     description: Text
     parameters: ParameterTable
     sensors: Sensors
+    friction_model: Annotated[
+        FrictionModel, Field(description="law of the bristles: LuGre creeps below break-away, elasto-plastic stays")
+    ] = FrictionModel.LUGRE
     effects: list[EffectEntry] = Field(default_factory=list)
     measured: Annotated[
         dict[str, MeasuredEntry],
@@ -123,6 +134,7 @@ class ModelContent:
     parameters: Mapping[str, Parameter]
     sensors: Sensors
     effects: tuple[EffectEntry, ...]
+    friction_model: FrictionModel
     measured: Mapping[str, Measured]
 
 
@@ -146,7 +158,9 @@ def read_model_file(path: Path) -> ModelContent:
         raise InputError(*problems)
     _warn_of_ranges(document, parameters)
     content = document.content
-    return ModelContent(content.name, parameters, content.sensors, tuple(content.effects), measured)
+    return ModelContent(
+        content.name, parameters, content.sensors, tuple(content.effects), content.friction_model, measured
+    )
 
 
 def _parameters(document: Document[ModelFile]) -> dict[str, Parameter]:

@@ -22,6 +22,7 @@ def model_text(model: Model, description: str) -> str:
         "description": description,
         "parameters": {name: _entry(parameter) for name, parameter in model.parameters.items()},
         "sensors": _sensors(model),
+        "friction_model": str(model.friction_model),
         "effects": [{"id": entry.id, "strengths": dict(entry.strengths)} for entry in model.effects],
     }
     return yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=120)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.plant.measured import Measured, with_measured
 from etb_hil.plant.model_check import impossible
-from etb_hil.plant.model_file import EffectEntry, Sensors, read_model_file
+from etb_hil.plant.model_file import EffectEntry, FrictionModel, Sensors, read_model_file
 from etb_hil.plant.parameter import Parameter, referred
 from etb_hil.plant.values import ThrottleParameters
 
@@ -30,7 +30,8 @@ class Model:
     """A throttle as a model file states it, or as drawn from one; a linear drive has N for N·m, and m for rad.
 
     What was measured of it is in its parameters and effects already; `measured` says what that was.
-    `has_laws_as_terms`: `vector` obeys the parameters' laws over the temperature, too.
+    `friction_model`: the law of its bristles. `has_laws_as_terms`: `vector` obeys the parameters' laws over the
+    temperature, too.
     """
 
     name: str
@@ -40,6 +41,7 @@ class Model:
     is_linear: bool = False
     measured: Mapping[str, Measured] = field(default_factory=dict)
     has_laws_as_terms: bool = False
+    friction_model: FrictionModel = FrictionModel.LUGRE
 
     @classmethod
     def load(cls, source: str | Path) -> Model:
@@ -92,11 +94,15 @@ class Model:
 
     def vector(self) -> Vector:
         """Return the extended parameter vector: base values and effects (`etb_hil.plant.effects.layout`)."""
+        from etb_hil.plant.bristle import ELASTIC_SHARE  # noqa: PLC0415 (numba)
         from etb_hil.plant.effects.entries import whole_vector  # noqa: PLC0415 (numba)
         from etb_hil.plant.effects.laws import put_laws  # noqa: PLC0415 (numba)
+        from etb_hil.plant.effects.layout import ELASTIC  # noqa: PLC0415 (numba)
 
         inertia = self.parameters["throttle_inertia"].value
         vector = whole_vector(self.values.vector(), inertia, [(entry.id, entry.strengths) for entry in self.effects])
+        if self.friction_model is FrictionModel.ELASTO_PLASTIC:
+            vector[ELASTIC] = ELASTIC_SHARE
         if self.has_laws_as_terms:
             put_laws(vector, self.parameters)
         return vector
@@ -155,5 +161,11 @@ def load_model(path: Path) -> Model:
     outside table I of the seed paper.
     """
     content = read_model_file(path)
-    stated = Model(content.name, content.parameters, content.sensors, content.effects)
+    stated = Model(
+        content.name,
+        content.parameters,
+        content.sensors,
+        content.effects,
+        friction_model=content.friction_model,
+    )
     return stated.knowing(content.measured.values()) if content.measured else stated

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from etb_hil.base.compiled import njit
 from etb_hil.plant.armature import Answer
-from etb_hil.plant.bristle import strain
+from etb_hil.plant.bristle import strain, yielding
 from etb_hil.plant.exactmath import gauss, gauss_near
 from etb_hil.plant.physics import (
     BACK_EMF,
@@ -38,6 +38,7 @@ def step(
     armature: Answer,
     contact: float,
     inverse: tuple[float, float, float, float],
+    elastic: float,
     p: Values,
 ) -> tuple[float, float, float, float]:
     """Return angle, velocity, bristles and current after h s under the voltage u.
@@ -45,7 +46,7 @@ def step(
     The velocity is a parabola that starts with the acceleration of now. Current (`armature`: its answer over h s) and
     bristles follow it in closed form, and the balance of momentum over the step is solved for the velocity at its end
     by Newton's method, from the prediction at the tangent: once, or again where the direction turns. `inverse` holds
-    1 / J, 1 / L, 1 / omega_s and 1 / sigma_0.
+    1 / J, 1 / L, 1 / omega_s and 1 / sigma_0; `elastic` is that of `bristle.bend`.
     """
     decay, phi_1, phi_2, phi_3 = armature
     inverse_inertia, inverse_inductance, inverse_stribeck, compliance = inverse
@@ -58,10 +59,14 @@ def step(
     here = gauss(ratio)
     g = p[COULOMB] + stiction_excess * here
 
+    if elastic == 0.0:
+        bristle_torque = bristle * (sigma_0 - sigma_1 * sigma_0 * abs(omega) / g)
+    else:
+        bristle_torque = bristle * sigma_0 - sigma_1 * omega * yielding(bristle, omega, g, elastic, sigma_0)
     torque = (
         (p[TORQUE_PER_AMPERE] * current - (damping + sigma_1) * omega)
         - (spring_torque(theta, p) + stop_k * (theta - edge))
-        - bristle * (sigma_0 - sigma_1 * sigma_0 * abs(omega) / g)
+        - bristle_torque
     )
     rise = omega + h * torque * inverse_inertia
 
@@ -76,7 +81,7 @@ def step(
     guess = rise
     for _ in range(3):
         g_guess = p[COULOMB] + stiction_excess * gauss_near(guess * inverse_stribeck, ratio, here)
-        end, mean, end_by, mean_by = strain(bristle, omega, rise, guess, g, g_guess, h, compliance, p)
+        end, mean, end_by, mean_by = strain(bristle, omega, rise, guess, g, g_guess, h, compliance, elastic, p)
         by_bristle = sigma_0 * h * mean_by + sigma_1 * end_by
         load = (
             sigma_0 * h * mean

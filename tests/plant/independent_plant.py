@@ -9,10 +9,13 @@ CONTROL_PERIOD = 1e-3
 SAMPLES = 20  # a control period
 
 
-def friction(omega, z, v):
-    """Seed paper, eq. (2)."""
+def friction(omega, z, v, elastic=0.0):
+    """Seed paper, eq. (2); Dupont et al. (2002) with bristles that are elastic up to a share of friction."""
     g = v.coulomb + (v.stiction - v.coulomb) * math.exp(-((omega / v.stribeck_velocity) ** 2))
     z_dot = omega - v.bristle_stiffness * abs(omega) / g * z
+    if elastic > 0.0:
+        bent = v.bristle_stiffness * z * math.copysign(1.0, omega) / g
+        z_dot = omega * (1.0 - max(bent - elastic, 0.0) / (1.0 - elastic))
     return v.bristle_stiffness * z + v.bristle_damping * z_dot + v.viscous * omega, z_dot
 
 

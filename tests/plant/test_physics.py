@@ -34,7 +34,7 @@ def slide_along(values, velocities, bristle=0.0):
     rows = []
     for start, end in itertools.pairwise(velocities):
         g, g_end = physics.stribeck(start, p), physics.stribeck(end, p)
-        bristle = strain(bristle, start, end, end, g, g_end, TICK, 1.0 / values.bristle_stiffness, p)[0]
+        bristle = strain(bristle, start, end, end, g, g_end, TICK, 1.0 / values.bristle_stiffness, 0.0, p)[0]
         rows.append((bristle, physics.friction_torque(end, bristle, p)))
     return np.array(rows).T
 

@@ -7,7 +7,8 @@ import numpy as np
 from etb_hil.plant.physics import PARAMETERS, Vector
 
 PLATE_INERTIA = PARAMETERS  # of the plate alone, for what lies between motor and plate
-EFFECTS = PLATE_INERTIA + 1
+ELASTIC = PLATE_INERTIA + 1  # share of friction up to which bristles are elastic, 0: LuGre friction
+EFFECTS = ELASTIC + 1
 ROOM = 256  # numbers for all effects together; compiled code knows this length, so that it never changes
 EXTENDED = EFFECTS + ROOM
 SLOW = 16  # slow states of all effects together, likewise
