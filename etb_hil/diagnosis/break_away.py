@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from etb_hil.base.compiled import njit
+from etb_hil.base.student import student
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
-from etb_hil.diagnosis.motion.repeats import error_of_means, student
+from etb_hil.diagnosis.motion.repeats import error_of_means
 from etb_hil.diagnosis.ticks import TICK, Ticks
 from etb_hil.plant.exactmath import log
 from etb_hil.plant.parameters import ThrottleParameters
@@ -171,7 +172,7 @@ def _per_decade(found: Sequence[BreakAway], of: Sequence[float], level: float) -
         return None
     slope = sum(x * y for x, y in zip(xs, ys, strict=True)) / square
     left = sum((y - slope * x) * (y - slope * x) for x, y in zip(xs, ys, strict=True)) / free
-    reach = TWO_SIDED_95 * student(free) * math.sqrt(left / square)
+    reach = float(student(free)) * math.sqrt(left / square)
     return slope / level, (slope - reach) / level, (slope + reach) / level
 
 

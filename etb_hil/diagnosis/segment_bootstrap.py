@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from etb_hil.base.compiled import njit
+from etb_hil.base.student import student
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.observer.normal_equations import accumulate, inverse, times
 from etb_hil.recording.samples import Float64, Int64
@@ -72,19 +73,9 @@ def segment_bootstrap(jacobian: Float64, residual: Float64, weight: Float64, clu
     count = len(stretches)
     if count < _FEWEST:
         return np.full((_DRAWS, len(prior)), np.nan)
-    few = _students(count - 1) / TWO_SIDED_95 * math.sqrt(count / (count - 1.0))
+    few = float(student(count - 1)) / TWO_SIDED_95 * math.sqrt(count / (count - 1.0))
     steps: Float64 = few * _drawn(stretches, prior)
     return steps
-
-
-def _students(freedom: int) -> float:
-    """Return what Student's distribution stays within in 95 %, 1 % off at 4 (Abramowitz and Stegun 1964, 26.7.5)."""
-    z = TWO_SIDED_95
-    z2 = z * z
-    first = z * (z2 + 1.0) / 4.0
-    second = z * ((5.0 * z2 + 16.0) * z2 + 3.0) / 96.0
-    third = z * (((3.0 * z2 + 19.0) * z2 + 17.0) * z2 - 15.0) / 384.0
-    return z + (first + (second + third / freedom) / freedom) / freedom
 
 
 @njit(cache=True, error_model="numpy")

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from etb_hil.base.student import student
 from etb_hil.diagnosis.contradiction import GAIN
-from etb_hil.diagnosis.half_width import combined
+from etb_hil.diagnosis.half_width import TWO_SIDED_95, combined
 from etb_hil.diagnosis.measurement_kind import Estimate, MeasurementKind
-from etb_hil.diagnosis.motion.repeats import student
 from etb_hil.diagnosis.motion.rests import rests
 
 if TYPE_CHECKING:
@@ -38,8 +38,8 @@ def _compute(run: Findings) -> Estimate | None:
     value = float(np.sum(apart * voltage)) / square
     residual = voltage - np.mean(voltage) - value * apart
     degrees = len(found) - 2
-    error = math.sqrt(float(np.sum(residual * residual)) / degrees / square) * student(degrees)
-    reach = combined((GAIN * value, coefficient * _SOAKED * value), error)
+    error = math.sqrt(float(np.sum(residual * residual)) / degrees / square)
+    reach = combined((GAIN * value, coefficient * _SOAKED * value), error * float(student(degrees)) / TWO_SIDED_95)
     flows = f"{float(np.min(current)):.1f} to {float(np.max(current)):.1f} A"
     return Estimate(
         value, value - reach, value + reach, f"{len(found)} rests of 50 ms at {flows}, winding as the housing"

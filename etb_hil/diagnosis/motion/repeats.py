@@ -13,10 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from etb_hil.base.student import student
 from etb_hil.diagnosis.half_width import TWO_SIDED_95, combined
-
-# Student's t, two-sided 95 %, by degrees of freedom from 1 on.
-_STUDENT = (12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228)
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,11 +46,6 @@ def mean_with_interval(readings: Sequence[Reading]) -> tuple[float, float, float
     return mean, mean - below, mean + above
 
 
-def student(degrees: int) -> float:
-    """Return by how much Student's t with so many degrees of freedom is wider than the normal distribution's 1.96."""
-    return _STUDENT[min(degrees, len(_STUDENT)) - 1] / TWO_SIDED_95
-
-
 def error_of_means(groups: Sequence[Sequence[float]]) -> float:
     """Return the standard deviation of a sum of means, one of each group; 1.96 of it are Student's 95 %.
 
@@ -62,7 +55,8 @@ def error_of_means(groups: Sequence[Sequence[float]]) -> float:
     if degrees < 1:
         return 0.0
     squares = sum(float(np.var(values)) * len(values) for values in groups)
-    return math.sqrt(squares / degrees * sum(1.0 / len(values) for values in groups)) * student(degrees)
+    error = math.sqrt(squares / degrees * sum(1.0 / len(values) for values in groups))
+    return error * float(student(degrees)) / TWO_SIDED_95
 
 
 def _mean(values: Sequence[float]) -> float:

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from etb_hil.base.student import student
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.interval import Interval
 from etb_hil.diagnosis.measurement_kind import Estimate
 from etb_hil.diagnosis.motion.passes import Bins, presliding, slow_passes
-from etb_hil.diagnosis.motion.repeats import student
 from etb_hil.diagnosis.prior import CONSTANT
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def spring_line(run: Findings, *, is_above: bool) -> SpringLine | None:
     slope = float(np.sum(apart * torque)) / square
     mean = float(np.mean(torque))
     residual = torque - mean - slope * apart
-    scatter = math.sqrt(float(np.sum(residual * residual)) / (count - 2)) * student(count - 2)
+    scatter = math.sqrt(float(np.sum(residual * residual)) / (count - 2)) * float(student(count - 2)) / TWO_SIDED_95
     at_zero = mean - slope * middle
     errors = scatter * math.sqrt(1.0 / count + middle * middle / square), scatter / math.sqrt(square)
     note = f"{count} bins of 0.5 deg, {math.degrees(float(np.min(distance))):.1f} to "

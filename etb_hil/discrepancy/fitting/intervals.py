@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from etb_hil.base.student import student
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.fitting.calibration import Calibration, residual_of
 from etb_hil.discrepancy.fitting.cross_validation import fold_of
@@ -26,9 +27,7 @@ Float64 = NDArray[np.float64]
 
 # Decision 0033. How often intervals hold: benchmarks/explain_sizes.py.
 _BLOCKS = 40
-# Student's 97.5 % over one by the degrees of freedom.
-_ONE_OVER = (1 / 40, 1 / 20, 1 / 12, 1 / 8, 1 / 6, 1 / 5, 1 / 4, 1 / 3, 1 / 2.5, 1 / 2, 1 / 1.5, 1.0)
-_STUDENT = (2.021, 2.086, 2.179, 2.306, 2.447, 2.571, 2.776, 3.182, 3.558, 4.303, 6.125, 12.706)
+_OF_BLOCKS = float(student(_BLOCKS - 1))
 _RIDGE = 1e-3
 _STATED = 3.0  # one over the variance of what may be anywhere within a tolerance
 _ALONE = 0.99  # of what is known in a direction; a block that has more of it leaves the others nothing to say
@@ -85,7 +84,7 @@ def estimates(calibration: Calibration, balances: Sequence[Balances], noise_floo
     found = []
     for k, unknown in enumerate(unknowns):
         value, scale = float(whole[unknown.place]), unknown.scale
-        half = 0.0 if bound[k] else float(np.hypot(reach[k] * scale, _student(_BLOCKS) * missed.get(unknown.name, 0.0)))
+        half = 0.0 if bound[k] else float(np.hypot(reach[k] * scale, _OF_BLOCKS * missed.get(unknown.name, 0.0)))
         if unknown.place in _PLACES:
             half = max(half, count)
         low = min(value, value + drawn[k] * scale - half) + below[k] * scale
@@ -147,8 +146,8 @@ class _Said:
             news[k] = np.einsum("ij,jk,ik->i", inverse, own, inverse)
         blocks = news.sum(0) ** 2 / np.maximum((news**2).sum(0), 1e-300)
         # What neither data nor file tell only the ridge holds: it is anywhere, and no block scatters about it.
-        from_file = _student(_BLOCKS) ** 2 * (inverse**2 @ (stated + _RIDGE))
-        return np.asarray(np.sqrt(_student(blocks) ** 2 * (half**2).sum(0) + from_file))
+        from_file = _OF_BLOCKS**2 * (inverse**2 @ (stated + _RIDGE))
+        return np.asarray(np.sqrt(student(blocks - 1.0) ** 2 * (half**2).sum(0) + from_file))
 
     def inward(self, side: Float64) -> Float64:
         """Return how far inside its bound each unknown may lie; `side`: 1 upper, -1 lower.
@@ -204,11 +203,6 @@ def _is_of_effect(unknown: Unknown) -> bool:
 
 def _inverse(normal: Float64) -> Float64:
     return np.asarray(np.linalg.pinv(normal, rcond=1e-13, hermitian=True))
-
-
-def _student(blocks: float | Float64) -> Float64:
-    """Return Student's 97.5 % quantile for a number of independent blocks."""
-    return np.interp(1.0 / np.maximum(np.asarray(blocks) - 1.0, 1.0), _ONE_OVER, _STUDENT)
 
 
 def _missed(noise_floor: NoiseFloor) -> dict[str, float]:
