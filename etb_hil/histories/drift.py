@@ -106,7 +106,7 @@ def _trend(kind: str, name: str, group: Sequence[Point]) -> Drift:
 def _is_shared(group: Sequence[Point]) -> bool:
     """Return whether a bench's trend is there without any one of its units."""
     rest = [[p for p in group if p.unit != unit] for unit in {p.unit for p in group}]
-    return len(rest) > 1 and all(len(r) >= FEWEST and _trend("bench", "", r).p < _CARRIED for r in rest)
+    return all(len(r) >= FEWEST and _trend("bench", "", r).p < _CARRIED for r in rest)
 
 
 def _apart(point: Point, others: Sequence[Point]) -> Point:

@@ -65,10 +65,9 @@ class GaugeStudy:
     @property
     def verdict(self) -> str:
         """What the gauge is good for: good, usable or unsuitable; by its share of the variation, and its categories."""
-        share = self.share(self.gauge)
-        if share > USABLE or self.categories < ENOUGH_CATEGORIES:
+        if self.categories < ENOUGH_CATEGORIES:  # five are 27 % of the variation, which is below USABLE
             return "unsuitable"
-        return "good" if share < GOOD else "usable"
+        return "good" if self.share(self.gauge) < GOOD else "usable"
 
     @property
     def categories(self) -> int:

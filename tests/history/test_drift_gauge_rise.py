@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import f as f_distribution
 
 from etb_hil.histories.drift import Drift, Point, deviations, drifts
-from etb_hil.histories.gauge import AnovaRow, GaugeStudy, balanced, gauge_study
+from etb_hil.histories.gauge import ENOUGH_CATEGORIES, USABLE, AnovaRow, GaugeStudy, balanced, gauge_study
 from etb_hil.histories.rise import rises
 from etb_hil.histories.temperature import unit_laws
 
@@ -94,6 +94,24 @@ def test_of_a_unit_on_a_bench_that_drifts_what_the_others_did_there_is_taken_out
     assert not by_name["u"].alone
 
 
+def test_eight_values_of_other_units_are_enough_to_tell_a_bench():
+    swings = [Point(float(k), "u", "b", 0.01 * k + 0.03 * (-1) ** k) for k in range(16)]
+    found, _ = drifts([*swings, *line(8, unit="v", start=0.5, step=2.0, slope=0.02)])
+    assert [(one.kind, one.name) for one in found] == [("bench", "b")]
+    found, _ = drifts([*swings, *line(7, unit="v", start=0.5, step=2.0, slope=0.02)])
+    assert [(one.kind, one.name) for one in found] == [("unit", "u")]
+
+
+def test_what_a_bench_did_about_then_is_the_mean_of_the_four_nearest_values():
+    """Others that go up and down by fours: two of them would show it, their mean of four does not."""
+    swing = (0.02, 0.02, -0.02, -0.02)
+    others = [Point(k + 0.5, "v", "b", 0.01 * k + swing[k % 4]) for k in range(-8, 40)]
+    found, _ = drifts([*line(32, unit="u", slope=0.03), *others])
+    u = next(one for one in found if one.name == "u")
+    assert u.change == pytest.approx(0.02 * 31, abs=2e-3)
+    assert u.high - u.low < 0.01
+
+
 def test_a_unit_on_a_bench_of_its_own_is_alone():
     points = [*line(16, unit="u", bench="b"), *line(16, unit="v", bench="c", slope=0.0)]
     ((one,), _) = drifts(points)
@@ -165,6 +183,13 @@ def test_a_gauge_is_as_good_as_its_share_and_its_categories(gauge, part, verdict
     assert (study.verdict, study.categories) == (verdict, categories)
     assert study.total == pytest.approx(math.hypot(gauge, part))
     assert study_of(0.6 * gauge, part, 0.8 * gauge).gauge == pytest.approx(gauge)
+
+
+@pytest.mark.parametrize("share", np.linspace(0.28, 1.0, 20))
+def test_enough_categories_are_a_usable_share(share):
+    """ndc = 1.41 PV / GRR, and GRR and PV are sides of a right triangle: five need a share under 27.2 %."""
+    assert study_of(share, math.sqrt(1.0 - share**2)).verdict == "unsuitable"
+    assert 1.0 / math.hypot(1.0, ENOUGH_CATEGORIES / 1.41) < USABLE
 
 
 def test_a_share_of_a_tenth_is_usable():
