@@ -33,7 +33,7 @@ MODULES = {
     "bench/guided_process": Tests("bench/test_guided"),
     "cli/batch": Tests("cli/test_batch"),
     "cli/replay_options": Tests("replay/test_replay_options"),
-    "replays/outcome": Tests("replay/test_outcome"),
+    "replays/outcome": Tests("replay/test_log_outcome"),
     "station/admission": Tests("station/test_admission"),
     "session/attempts": Tests("bench/test_attempts"),
     "session/answer_time": Tests("bench/test_supervision"),
