@@ -103,7 +103,7 @@ class Supervisor:
         if inside:  # False where one of them is no number, too
             return None
         place = f"{math.degrees(set_point.position):.2f} deg"
-        asked = f"{place}, {set_point.velocity:.2f} rad/s, {set_point.voltage:.2f} V"
+        asked = f"{place}, {math.degrees(set_point.velocity):.1f} deg/s, {set_point.voltage:.2f} V"
         return Trip("set_point_limit", f"the next set-point ({asked}) is outside the bench's limits; it was not sent")
 
     def look(self, blocks: Iterable[SampleBlock], *, heed_faults: bool = True) -> Trip | None:
@@ -190,9 +190,8 @@ class Supervisor:
             newest, peak = (speed / self._gear_ratio for speed in self._speed.push(block))
             self.velocity = newest
             if abs(peak) > limits.velocity:
-                return Trip(
-                    "velocity_limit", f"plate at {peak:.1f} rad/s, above the limit of {limits.velocity:g} rad/s"
-                )
+                seen, most = math.degrees(peak), math.degrees(limits.velocity)
+                return Trip("velocity_limit", f"plate at {seen:.0f} deg/s, above the limit of {most:.4g} deg/s")
         return None
 
     def _look_at_status(self, block: SampleBlock) -> Trip | None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError
 from etb_hil.base.outcome import ExitCode
+from etb_hil.cli.lines import columns, say
 from etb_hil.cli.replay_options import against_baseline, baseline_of, stretch_of, units_of, window_of, worst
 from etb_hil.cli.replay_session import compared
 from etb_hil.replays.against import beside_session
@@ -45,11 +46,11 @@ def _unit(options: argparse.Namespace, files: RuleFiles, channel: int | None) ->
     job = LogJob(tuple(options.sources), files, files.read(), keep=options.against is not None)
     if options.against:
         finished = beside_session(job, frames, options.against)
-        print(verdict_text(finished.results))
+        print(verdict_text(finished.results, columns=columns()))
     else:
         finished = _in_stretches(judge_stretches(job, frames, round(stretch_of(options) * 1e9)), frames)
     for note in frames.notes:
-        print(f"  Note     {note}")
+        say("Note", note)
     code = compared(options, finished) if options.against else finished.results.code
     return against_baseline(baseline, finished.results, code)
 
@@ -64,7 +65,7 @@ def _in_stretches(parts: Iterator[Finished], frames: Frames) -> Finished:
             printed = True
         print(_line(finished, frames.start_ns or 0))
         deciding = min(deciding, finished, key=_rank)
-    print(verdict_text(deciding.results))
+    print(verdict_text(deciding.results, columns=columns()))
     return deciding
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from etb_hil.base.outcome import ExitCode
+from etb_hil.cli.lines import columns, say
 from etb_hil.cli.replay_options import against_baseline, baseline_of, own_rules, window_of
 from etb_hil.replays.session_replay import replay
 from etb_hil.report.verdict import verdict_text
@@ -21,9 +22,9 @@ def replay_session(options: argparse.Namespace) -> int:
     baseline = baseline_of(options)
     model, limits = own_rules(options)
     finished = replay(options.sources[0], model, limits, window_of(options), options.observer)
-    print(verdict_text(finished.results))
+    print(verdict_text(finished.results, columns=columns()))
     for note in finished.analysis.recording.notes:
-        print(f"  Note     {note}")
+        say("Note", note)
     return against_baseline(baseline, finished.results, _beside(options, finished))
 
 
@@ -34,14 +35,14 @@ def _beside(options: argparse.Namespace, finished: Finished) -> int:
         return compared(options, finished)
     if not finished.session.has_results and not other:
         finished.session.write_results(finished.results)
-        print("  The run was cut short before it left results; these are in its folder now.")
+        say("", "The run was cut short before it left results; these are in its folder now.")
     elif not finished.session.has_results:
-        print("  The run was cut short before it left results: there is nothing to compare with.")
+        say("", "The run was cut short before it left results: there is nothing to compare with.")
     elif other:
         print(changes_text(changes(finished.session.read_results(), finished.results)))
     else:
         found, code = beside_live(finished)
-        print("  The same results as live, bit for bit." if found is None else f"  Differs from live: {found}")
+        say("", "The same results as live, bit for bit." if found is None else f"Differs from live: {found}")
         return code
     return finished.results.code
 
@@ -52,7 +53,7 @@ def compared(options: argparse.Namespace, finished: Finished) -> int:
     divergence = first_divergence(finished, other)
     print(changes_text(changes(other.results, finished.results)))
     if divergence is None:
-        print("  Every sample and every estimate is that of the session, bit for bit.")
+        say("", "Every sample and every estimate is that of the session, bit for bit.")
         return finished.results.code
-    print(f"  First divergence: {divergence}")
+    say("", f"First divergence: {divergence}")
     return finished.results.code or ExitCode.INCONCLUSIVE

@@ -38,7 +38,7 @@ def test_the_dry_run_sees_how_fast_the_plate_is_between_two_commands(stepping):
         if fits:
             rehearse(scenario, bench, stock.model, stock.limits)
         else:
-            with pytest.raises(InputError, match=r"steps\.yaml:4: .*dry run .*plate at .* rad/s"):
+            with pytest.raises(InputError, match=r"steps\.yaml:4: .*dry run .*plate at .* deg/s"):
                 rehearse(scenario, bench, stock.model, stock.limits)
 
 

@@ -248,7 +248,7 @@ def test_a_speed_is_held_against_its_limit_in_both_directions(supervisor, sign):
     angle = sign * GEAR * 1e-3 * np.arange(10)
     assert supervisor.look([samples(motor_angle=angle * 24.9)]) is None
     trip = Supervisor(LIMITS, GEAR, 0).look([samples(motor_angle=angle * 25.1)])
-    assert (trip.reason_id, f"{sign * 25.1:.1f} rad/s" in trip.reason) == ("velocity_limit", True)
+    assert (trip.reason_id, f"{np.degrees(sign * 25.1):.0f} deg/s" in trip.reason) == ("velocity_limit", True)
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ PAGES = [
 RESULTS = sorted((CHECKOUT / "benchmarks" / "results").glob("*.md"))
 
 _SHELL = r"(?:etb-hil|grep|cat) .*"
+_PROGRAM = r"(?:(?:etb-hil|python3?|pip|git|sudo|ip|docker|psql|cat|grep|bash|pytest) |\.venv/|\./)"
 _BLOCK = re.compile(rf"^    ({_SHELL})$", re.MULTILINE)
 _TYPED = re.compile(rf"^    ({_SHELL})$|`(etb-hil [^`\n]*)`", re.MULTILINE)
 _ANYWHERE = re.compile(r"etb-hil ([a-z]+)((?: [^`|\n&]*)?)")
@@ -36,6 +37,12 @@ def typed(page):
     found = _TYPED.findall(page.read_text("utf-8"))
     commands = [(block or inline).split(" #")[0].strip() for block, inline in found]
     return [command for command in commands if not re.search(r" (?:[A-Z]+\b(?!-)|[|<\[])", command)]
+
+
+def executed(page):
+    """Return the lines that a page shows as code of their own and that begin with a program, in order."""
+    prose = re.sub(r"^```.*?^```", "", page.read_text("utf-8"), flags=re.DOTALL | re.MULTILINE)
+    return [line.split(" #")[0].strip() for line in re.findall(rf"^    ({_PROGRAM}.*)$", prose, re.MULTILINE)]
 
 
 def files(page):

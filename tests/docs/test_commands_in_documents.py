@@ -35,6 +35,36 @@ NOT_RUN = {
 }
 
 
+# What stands in a page as code of its own and is no command of `etb-hil` on a page of `RUN`: where it is run.
+ELSEWHERE = {
+    "python3 -m venv .venv && .venv/bin/pip install -q . && .venv/bin/etb-hil run": ".ci/run",
+    "python3 -m venv .venv && .venv/bin/pip install -q -e '.[test]'": ".ci/run",
+    "python3 -m venv .venv && . .venv/bin/activate": ".ci/run",
+    "python3 -m venv .venv": ".ci/run",
+    ".venv/bin/pip install -q -e '.[dev]'": ".ci/run",
+    "pip install": ".ci/run",
+    "python benchmarks/fuzz.py": "tests/trusted/test_fuzz.py",
+    "python benchmarks/fuzz_coverage.py": "benchmarks/fuzz_coverage.py",  # needs atheris; its options are checked below
+    "python benchmarks/faults_": "benchmarks/faults_study.py",  # hours; its options are checked below
+    "./pipeline.sh": "tests/cli/test_ci_example.py",
+    "etb-hil run --batch": "tests/cli",
+    "etb-hil completion bash": "tests/cli/test_completion.py",
+    "etb-hil controller --bench vcan_classic": "tests/vcan",
+    "etb-hil run --bench vcan_classic": "tests/vcan",
+    "etb-hil page": "tests/page",
+}
+
+
+@pytest.mark.parametrize("page", documents.PAGES, ids=lambda page: page.stem)
+def test_every_command_in_a_block_is_run_here_or_elsewhere(page):
+    for line in documents.executed(page):
+        is_run = page in RUN and re.match(r"(?:etb-hil|grep|cat) ", line)
+        is_form = re.search(r" (?:[A-Z]+\b(?!-)|\[)", line)  # with placeholders: its options are checked below
+        where = next((path for begin, path in ELSEWHERE.items() if line.startswith(begin)), None)
+        assert is_run or is_form or where, (page.name, line)
+        assert where is None or (documents.CHECKOUT / where).exists(), where
+
+
 @pytest.mark.parametrize("page", RUN, ids=lambda page: page.stem)
 def test_a_page_as_its_reader_types_it(page, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
@@ -69,6 +99,13 @@ def expanded(word, folder):
     found = sorted(str(path.relative_to(folder)) for path in folder.glob(word)) if "*" in word else [word]
     assert found, word
     return found
+
+
+def test_the_first_command_of_the_readme(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    first = next(line for line in documents.executed(documents.CHECKOUT / "README.md") if "etb-hil run" in line)
+    commands = re.findall(r"\.venv/bin/etb-hil ([^&]+)", first)
+    assert [main([*shlex.split(command), "--yes"]) for command in commands] == [0, 10]
 
 
 BENCHMARK = re.compile(r"(?:python |`)(?:benchmarks/)?([a-z_]+\.py)((?: [^`\n|]*)?)")

@@ -3,6 +3,8 @@
 import re
 
 import documents
+import language
+import pytest
 
 NO_PAGE = ("docs/decisions/", "docs/reference/", "docs/examples/")
 
@@ -14,6 +16,26 @@ def test_no_page_but_the_reference_is_over_1500_words():
         if not name.startswith(NO_PAGE) and name != "CHANGELOG.md":
             long[name] = len(page.read_text("utf-8").split())
     assert {name: words for name, words in long.items() if words > 1500} == {}
+
+
+WRITTEN = [
+    page for page in documents.PAGES if not language.NOT_PAGES.match(page.relative_to(documents.CHECKOUT).as_posix())
+]
+WRITTEN = [page for page in WRITTEN if page.name != "CHANGELOG.md"]
+
+
+@pytest.mark.parametrize("page", WRITTEN, ids=lambda page: page.stem)
+def test_sentences_are_short_and_words_are_the_fields(page):
+    text = page.read_text("utf-8")
+    assert language.long_sentences(text) == []
+    assert language.banned_words(text) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "long", "words"), [("word " * 26, 1, 0), ("Two suspects are alike, `suspects` not.", 0, 2)]
+)
+def test_long_sentences_and_banned_words_are_found(text, long, words):
+    assert (len(language.long_sentences(text)), len(language.banned_words(text))) == (long, words)
 
 
 def test_no_line_of_code_is_cut_off():

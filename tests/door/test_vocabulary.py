@@ -10,30 +10,10 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
+from language import PATTERNS
 
 PACKAGE = Path(__file__).resolve().parents[2] / "etb_hil"
 LONGEST = 25  # words of a sentence that a person reads
-
-# Words of our own for what the field names otherwise, and what it names it.
-BANNED = {
-    r"suspects?": "candidate",
-    r"rivals?": "competing hypothesis",
-    r"alike": "not isolable, equal",
-    r"accus\w+": "rejects, blames",
-    r"imitat\w+": "is collinear with",
-    r"yardsticks?": "reference",
-    r"luck\w*": "sampling variance",
-    r"strangers?": "unmodelled effect",
-    r"left ?overs?": "residual",
-    r"mend\w*": "repair, correct",
-    r"told apart": "distinguished",
-    r"hand tests?": "bench measurement",
-    r"stretches": "segments",
-    r"what is left": "residual",
-    r"wrong numbers?": "parametric fault",
-    r"the house|rooms|the door": "layers, packages, CI",
-}
-_BANNED = {re.compile(rf"\b(?:{word})\b", re.IGNORECASE): better for word, better in BANNED.items()}
 
 
 def modules(package=PACKAGE):
@@ -72,7 +52,7 @@ def banned(package=PACKAGE):
         f"{path.relative_to(package.parent)}:{line}: '{hit[0]}' ({better})"
         for path, tree in modules(package).items()
         for line, said, _ in texts(tree)
-        for pattern, better in _BANNED.items()
+        for pattern, better in PATTERNS.items()
         for hit in pattern.finditer(re.sub(r"`[^`]*`", "", said))
     ]
 

@@ -1,9 +1,9 @@
 """Intervals of fitted parameters: a sandwich over blocks, and a rerun.
 
-Blocks show how a parameter scatters; they do not see what bristles and encoder do alike in every block. A simulation of
-the model, whose truth is known, shows that: its error is added. What no block identifies is known as well as the model
-file states it. A parameter on a bound of its tolerance may also lie inside, and what is correlated with it then moves,
-too. An effect's parameter stays within its bounds.
+Blocks show how a parameter scatters. They do not see what bristles and encoder do equally in every block. A simulation
+of the model, whose truth is known, shows that: its error is added. What no block identifies is known as well as the
+model file states it. A parameter on a bound of its tolerance may also lie inside, and what is correlated with it then
+moves, too. An effect's parameter stays within its bounds.
 """
 
 from __future__ import annotations
