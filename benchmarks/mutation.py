@@ -104,7 +104,6 @@ def main():
     tree, until = options.tree.resolve(), time.monotonic() + 60.0 * options.minutes
     sys.path.insert(0, str(tree))
     os.environ["CI"] = "1"  # the same examples of property tests every time
-    os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
     for name in (*PRELOADED, *OURS):
         importlib.import_module(name)
     lines = changed_lines(tree, options.changed) if options.changed else {}

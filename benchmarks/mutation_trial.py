@@ -178,6 +178,7 @@ def killed(tree, path, syntax, mutant, watch):
 def _ask(tree, files, plugin, *options, compiled):
     """Run tests in this process; return pytest's exit code."""
     os.chdir(tree)
+    os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
     numba.config.DISABLE_JIT = not compiled
     folder = tempfile.mkdtemp(prefix="mutant-")
     try:

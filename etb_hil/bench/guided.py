@@ -71,16 +71,12 @@ class GuidedRunner(Runner):
         while True:
             step = self._orders.next(self._idle if self._is_virtual else 0.0)
             if step is not None:
-                self._record_expected(step)
                 return step
             if time.monotonic() - begun >= self._idle:
                 reason = f"the program gave no order for {self._idle:g} s"
                 raise RunStopped(BenchOutcome.ABORTED, "nobody_commands", reason)
             if not self._is_virtual:
                 self._beat(self._holding())
-
-    def _record_expected(self, step: Step) -> None:
-        self._ahead_s += self._expected_s(step)
 
     def _holding(self) -> SetPoint:
         commanded = self._beat.commanded

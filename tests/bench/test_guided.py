@@ -17,6 +17,7 @@ from whole_run import files
 from etb_hil.base.errors import BenchFault
 from etb_hil.base.stock import find
 from etb_hil.bench import guided_process
+from etb_hil.bench import job as job_room
 from etb_hil.bench.guided import End, GuidedRunner, Seen
 from etb_hil.bench.guided_process import OrdersOnAPipe
 from etb_hil.bench.job import JobFiles, execute, prepare
@@ -128,11 +129,26 @@ def test_a_bench_in_virtual_time_stands_still_while_it_waits(run):
     assert second.start_s - first.end_s < 0.005
 
 
+def test_times_count_from_the_begin_of_the_run(run, monkeypatch):
+    connect = job_room.connect
+
+    def later(job, seed):
+        link, clock = connect(job, seed)
+        clock.sleep_until_ns(1_000_000_000)
+        return link, clock
+
+    monkeypatch.setattr(job_room, "connect", later)
+    program = Program(ZERO, End())
+    assert run(program).record.start_ns == 1_000_000_000
+    assert [seen.time < 0.2 for seen, _ in program.told] == [True, True]
+
+
 def test_a_watcher_is_told_how_long_the_step_takes(run):
     shown = []
     run(Program(ZERO, {**HOLD, "duration": "1 s"}, End()), watcher=shown.append)
     left = [one.total_s - one.time_s for one in shown if one.phase == "hold"]
     assert 0.8 < left[0] < 1.5
+    assert left[-1] < 0.2
 
 
 @pytest.fixture
@@ -155,7 +171,7 @@ def test_orders_come_line_by_line(pipe):
     orders, program, _ = pipe
     write(program, {"phase": HOLD}, {"end": "", "reason": ""})
     given = orders.next(60.0)
-    assert (given.id, given.phase.kind) == ("hold", "hold")
+    assert (given.id, given.phase.kind, given.key) == ("hold", "hold", ("phases", 0))
     with pytest.raises(End) as ended:
         orders.next(60.0)
     assert (ended.value.reason_id, ended.value.reason) == ("", "")

@@ -6,7 +6,9 @@ from hypothesis import strategies as st
 from whole_run import run_on
 
 from etb_hil.base.outcome import UnitVerdict
+from etb_hil.diagnosis import measurements
 from etb_hil.diagnosis.limits_file import load_limits
+from etb_hil.diagnosis.measurement_registry import measurement_kinds, phases_needed
 from etb_hil.diagnosis.measuring import stand
 from etb_hil.replays.session_replay import replay
 
@@ -60,6 +62,66 @@ def test_two_limits_are_each_held_by_itself(low, wide, limit_low, apart, band):
     ]
     worst = next(verdict for verdict in (FAIL, UNDECIDED, PASS) if verdict in each)
     assert stand(low, low, high, float(limit_low), limit_high, band) is worst
+
+
+MADE = '''
+"""Values of every sort."""
+
+from etb_hil.diagnosis.measurement_kind import Estimate, MeasurementKind
+
+
+def compute(run):
+    return [
+        Estimate(0.5, 0.4, 0.6, suffix="_pass", note="as told"),
+        Estimate(0.5, 0.4, 0.6, suffix="_unseen", name="of its own", may_pass=False),
+        Estimate(2.5, 2.4, 2.6, suffix="_fail", may_pass=False),
+        Estimate(1.0, 0.9, 1.1, suffix="_near"),
+        Estimate(None, suffix="_none"),
+        Estimate(0.5, None, 0.6, suffix="_no_low"),
+        Estimate(0.5, 0.4, None, suffix="_no_high"),
+        Estimate(2.5, 2.4, 2.6, suffix="_free"),
+    ]
+
+
+MEASUREMENT = MeasurementKind(
+    id="made", name="made up", unit="A", compute=compute, order=1,
+    suffixes="pass|unseen|fail|near|none|no_low|no_high|free",
+)
+'''
+ALL = ("pass", "unseen", "fail", "near", "none", "no_low", "no_high")
+
+
+@pytest.fixture
+def made(tmp_path, monkeypatch):
+    """Add a measurement to those that there are, as if its file stood beside theirs."""
+    folder = tmp_path / "measurements"
+    folder.mkdir()
+    (folder / "made.py").write_text(MADE)
+    monkeypatch.setattr(measurements, "__path__", [*measurements.__path__, str(folder)])
+    for known in (measurement_kinds, phases_needed):
+        known.cache_clear()
+    yield
+    for known in (measurement_kinds, phases_needed):
+        known.cache_clear()
+
+
+@pytest.mark.usefixtures("made")
+@pytest.mark.parametrize(("side", "passes", "fails"), [("max", PASS, FAIL), ("min", FAIL, PASS)])
+def test_what_a_value_lacks_decides_its_verdict(tmp_path, side, passes, fails):
+    limits, scenario = tmp_path / "limits.yaml", tmp_path / "short.yaml"
+    entries = "".join(f"  made_{name}: {{{side}: 1 A}}\n" for name in ALL)
+    limits.write_text(
+        f'schema: etb_hil/limits/2\npart_number: A\nrevision: "1"\nlimits:\n{entries}marginal_band: 3 %\n'
+    )
+    phase = "{id: zero, kind: current_zero, duration: 0.2 s}"
+    scenario.write_text(f"schema: etb_hil/scenario/1\nname: short\nphases:\n  - {phase}\n")
+    found = run_on(tmp_path, scenario=scenario, limits=limits).results.measurements
+    unseen = UNDECIDED if passes is PASS else passes  # a fail needs no whole look
+    failed = UNDECIDED if fails is PASS else fails
+    expected = (passes, unseen, failed, UNDECIDED, None, UNDECIDED, UNDECIDED, None)
+    assert [found[f"made_{name}"].verdict for name in (*ALL, "free")] == list(expected)
+    assert (found["made_pass"].note, found["made_pass"].name) == ("as told", "made up")
+    assert (found["made_unseen"].note, found["made_unseen"].name) == ("", "of its own")
 
 
 LIMITS = """\
