@@ -258,9 +258,12 @@ def _correct(
 
 @njit(cache=True, error_model="numpy")
 def _estimate(
-    x: Vector, cov: Float64, p: Vector, n: int, settings: Vector, lowest: Vector, highest: Vector
+    x: Vector, cov: Float64, p: Vector, misfit: float, n: int, settings: Vector, lowest: Vector, highest: Vector
 ) -> tuple[float, float]:
-    """Keep parameters inside their bounds, and return the friction torque and its standard deviation in N·m."""
+    """Keep parameters inside their bounds, and return the friction torque and its standard deviation in N·m.
+
+    `misfit`: what was learnt of bristles that are not LuGre's, a share of T_c squared. It counts while they bend.
+    """
     if n > MOVING:
         for k in range(len(ADAPTED)):
             at = ADAPTED[k]
@@ -275,6 +278,7 @@ def _estimate(
     # Bristles that yield as fast as they go are bent by the level alone, whatever their own error was.
     a, b = damping * yields + p[VISCOUS], max(1.0 - damping * abs(omega) / g, 0.0)
     square = settings[CONSTANT] * friction * friction + cov[DISTURBANCE, DISTURBANCE]
+    square += misfit * p[COULOMB] ** 2 * min(max(yields, 0.0), 1.0)
     square += a * (a * cov[OMEGA, OMEGA] + 2.0 * (b * cov[OMEGA, BRISTLE] + cov[OMEGA, DISTURBANCE]))
     square += b * (b * cov[BRISTLE, BRISTLE] + 2.0 * cov[BRISTLE, DISTURBANCE])
     c = (1.0 - b) * x[BRISTLE]
@@ -331,7 +335,7 @@ def run_filter(
         for part in range(steps):
             _predict(x, cov, p, before + change * (part + 0.5) / steps, noise, h, n, work)
         _correct(x, cov, p, s, measured - x[THETA], dt, n, settings, work[2])
-        torque, sigma = _estimate(x, cov, p, n, settings, lowest, highest)
+        torque, sigma = _estimate(x, cov, p, s[MISFIT], n, settings, lowest, highest)
         unsure = max(sigma, math.sqrt(max(cov[BRISTLE, BRISTLE], 0.0)))
         s[SETTLED] += dt if unsure > _SURE * settings[NOMINAL] else _SETTLES_S
         if s[SETTLED] < _SETTLES_S:
