@@ -84,12 +84,22 @@ def history(
     from etb_hil.api.recordings import library
 
     library("scipy", "pip install 'etb-hil[history]'")
-    from etb_hil.histories.history import histories
+    from etb_hil.histories.history import FRICTION, histories
     from etb_hil.histories.runs import read_runs
     from etb_hil.store.address import store_address
+    from etb_hil.store.run import TEMPERATURE
     from etb_hil.store.selection import Selection
 
     places = [store_address(one) for one in ([sources] if isinstance(sources, str | Path) else sources)]
     serials = None if serial is None else (serial,)
-    runs, notes = read_runs(places, Selection(part, serials=serials, since=since, until=until, latest=latest))
+    selection = Selection(
+        part,
+        serials=serials,
+        since=since,
+        until=until,
+        latest=latest,
+        measured=(*FRICTION, TEMPERATURE),
+        and_limited=True,
+    )
+    runs, notes = read_runs(places, selection)
     return Histories(histories(runs), notes)

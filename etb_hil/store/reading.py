@@ -33,7 +33,10 @@ def read_store(address: StoreAddress, selection: Selection = EVERYTHING) -> list
             ids = chosen.subquery()
             found = sa.select(measurements.c.run, measurements.c.id, *columns).join(ids, ids.c.id == measurements.c.run)
             if selection.measured is not None:
-                found = found.where(measurements.c.id.in_(selection.measured))
+                wanted = set(selection.measured)
+                if selection.and_limited:
+                    wanted.update(connection.scalars(_limited(ids)))
+                found = found.where(measurements.c.id.in_(sorted(wanted)))
             for run, name, *values in connection.execute(found):
                 numbers.setdefault(run, {})[name] = (*values,)
             return [_run(entry, numbers.get(entry[0], {})) for entry in reversed(entries)]
@@ -68,6 +71,12 @@ def reading(address: StoreAddress) -> Iterator[sa.Connection]:
 
 def _run(entry: Any, numbers: dict[str, Values]) -> Run:  # noqa: ANN401 (a row)
     return run_of(entry[1:5], entry[5:8], (*entry[8:10], entry[10] or ""), numbers)
+
+
+def _limited(ids: sa.Subquery) -> sa.Select[Any]:
+    """Return the query for what a limit applied to in any of some runs."""
+    has_limit = sa.or_(measurements.c.limit_low.is_not(None), measurements.c.limit_high.is_not(None))
+    return sa.select(measurements.c.id).join(ids, ids.c.id == measurements.c.run).where(has_limit).distinct()
 
 
 def chosen_runs(selection: Selection) -> sa.Select[Any]:

@@ -11,7 +11,8 @@ from etb_hil.store.run import Run
 class Selection:
     """Which runs are read; what is None selects nothing. `since` and `until` are ISO 8601 in UTC, or a beginning of it.
 
-    `latest` limits the number of runs. `measured` are the measurements that are read with them.
+    `latest` limits the number of runs. `measured` are the measurements that are read with them; with `and_limited`
+    those of a store to which a limit applied in any selected run, too.
     """
 
     part_number: str | None = None
@@ -23,6 +24,7 @@ class Selection:
     until: str | None = None
     latest: int | None = None
     measured: tuple[str, ...] | None = None
+    and_limited: bool = False
 
     def takes(self, run: Run) -> bool:
         """Return whether a run is selected; `latest` aside."""

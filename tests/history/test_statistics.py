@@ -257,6 +257,21 @@ def test_a_bench_and_a_unit_that_drift_are_told_apart():
     assert [(d.kind, d.name, d.alone) for d in alone] == [("unit", "G1", True)]
 
 
+def test_of_many_runs_a_bench_drifts_where_no_single_unit_is_the_reason():
+    rng = np.random.default_rng(17)
+    count = 1500
+    time = np.arange(float(count))
+    units = ["G" if k % 2 else f"U{k % 60}" for k in range(count)]
+    noise = 0.17 * (1.0 + 0.01 * rng.standard_normal(count))
+    moved = 1.0 + 0.02 * time / count
+    alone = np.where(np.array(units) == "G", moved, 1.0)
+    shared, _ = drifts(deviations(time, noise * moved, units, ["a"] * count))
+    assert ("bench", "a") in [(one.kind, one.name) for one in shared]
+    assert shared[0].low < 0.02 < shared[0].high
+    of_one, _ = drifts(deviations(time, noise * alone, units, ["a"] * count))
+    assert [(one.kind, one.name) for one in of_one] == [("unit", "G")]
+
+
 def test_no_drift_no_alarm():
     alarms = sum(bool(drifts_of(made_up.golden(seed, 24, ("G1", "G2", "G3")))) for seed in range(150))
     assert alarms <= 5  # 1 % of 150 is 1.5; more than 5 would be seen once in 250 times

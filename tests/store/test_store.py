@@ -13,6 +13,7 @@ from made_up_runs import LIMITS, result, session
 
 from etb_hil.base.errors import InputError
 from etb_hil.histories.runs import read_runs, run_of_results, runs_at
+from etb_hil.results.measurement import Measurement, Measurements
 from etb_hil.results.run_result import Unit
 from etb_hil.store.address import STORE, StoreAddress, store_address
 from etb_hil.store.connection import connected, require_schema
@@ -123,6 +124,16 @@ def test_runs_are_chosen_by_part_unit_and_time(address, tmp_path):
     assert chosen(since="2026-11-24T08:00:02", until="2026-11-24T08:00:04") == ["run-0002", "run-0003"]
     assert chosen(latest=2) == ["run-0003", "run-0004"]
     assert [*read_store(address, Selection(measured=("temperature",)))[0].numbers] == []
+
+
+def test_a_history_reads_what_a_limit_applied_to_in_any_run(address, tmp_path):
+    def values(limit):
+        return Measurements([Measurement("a", "", 1.0, "V", limit_high=limit), Measurement("b", "", 2.0, "V")])
+
+    delivered(tmp_path, address, result(0, measurements=values(3.0)), result(1, measurements=values(None)))
+    runs = read_store(address, Selection(measured=("c",), and_limited=True))
+    assert [{name: one.limit_high for name, one in run.numbers.items()} for run in runs] == [{"a": 3.0}, {"a": None}]
+    assert [*read_store(address, Selection(measured=("b",)))[0].numbers] == ["b"]
 
 
 def test_a_page_reads_the_latest_runs_and_a_measurement_of_either_store(address, tmp_path):
