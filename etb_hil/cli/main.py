@@ -31,6 +31,7 @@ COMMANDS = {
     "isolability": "tell which effects a planned scenario could tell apart",
     "station": "say what a station tests, whether its bench is fit, and which sessions need not be kept",
     "history": "units over time, control charts, capability, gauge R&R and drift of many runs",
+    "store": "say what a store of results holds; export, copy or delete runs of it",
     "new": "write a bench, a model and a scenario to start from, for a controller's DBC file",
     "check": "say what is missing for a run, on paper and on this machine, and how to put it right",
     "simulate": "run a scenario or a recorded voltage on a model, without a bus, into a table",

@@ -53,12 +53,18 @@ def known_runs(address: StoreAddress) -> set[str]:
 @contextmanager
 def reading(address: StoreAddress) -> Iterator[sa.Connection]:
     """Yield a connection that reads; InputError where the store cannot be reached, or is none."""
+    with opened(address) as engine, engine.connect() as connection:
+        yield connection
+
+
+@contextmanager
+def opened(address: StoreAddress, *, writes: bool = False) -> Iterator[sa.Engine]:
+    """Yield the engine of a store that exists; InputError where it cannot be reached, or is none."""
     require_store(address)
-    engine = engine_of(address)
+    engine = engine_of(address, writes=writes)
     try:
         require_schema(address)
-        with engine.connect() as connection:
-            yield connection
+        yield engine
     except ConnectionError as error:  # StoreDown
         raise _no_store(address, str(error)) from None
     except DBAPIError as error:

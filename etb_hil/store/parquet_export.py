@@ -1,0 +1,61 @@
+"""A store as Parquet files, a file a table, for the tools of those who analyse."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import sqlalchemy as sa
+
+from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.files import make_folder, replacing
+from etb_hil.store.address import StoreAddress
+from etb_hil.store.reading import chosen_runs, reading
+from etb_hil.store.row_values import CHILDREN
+from etb_hil.store.schema import metadata, runs
+from etb_hil.store.selection import Selection
+
+_AT_ONCE = 50_000  # rows in memory
+
+
+def export_parquet(address: StoreAddress, selection: Selection, folder: Path) -> list[Path]:
+    """Write the selected runs and what belongs to them as `runs.parquet` and so on; return the paths.
+
+    Column `run` of the other files is `id` of `runs.parquet`. Raises InputError where the store is missing or does not
+    answer, where pyarrow is not installed, or where a file cannot be written.
+    """
+    try:
+        import pyarrow as pa  # noqa: PLC0415 (an extra)
+    except ImportError:
+        raise InputError(Problem("pyarrow is not installed", remedy="pip install 'etb-hil[history]'")) from None
+    make_folder(folder)
+    chosen = chosen_runs(selection).subquery()
+    written = []
+    with reading(address) as connection:
+        for name in ("runs", *CHILDREN):
+            table = metadata.tables[name]
+            key = table.c.id if table is runs else table.c.run
+            query = sa.select(table).join(chosen, chosen.c.id == key).order_by(key)
+            schema = pa.schema([(column.name, _kind(pa, column)) for column in table.columns])
+            written.append(folder / f"{name}.parquet")
+            _write(connection, query, schema, written[-1])
+    return written
+
+
+def _write(connection: sa.Connection, query: sa.Select[Any], schema: Any, path: Path) -> None:  # noqa: ANN401 (no types)
+    import pyarrow as pa  # noqa: PLC0415
+    from pyarrow import parquet  # noqa: PLC0415
+
+    streamed = connection.execution_options(stream_results=True, max_row_buffer=_AT_ONCE).execute(query)
+    with replacing(path) as part, parquet.ParquetWriter(part, schema, compression="zstd") as file:
+        for rows in streamed.partitions(_AT_ONCE):
+            columns = [
+                pa.array(column, kind) for column, kind in zip(zip(*rows, strict=True), schema.types, strict=True)
+            ]
+            file.write_batch(pa.record_batch(columns, schema=schema))
+
+
+def _kind(pa: Any, column: sa.Column[Any]) -> Any:  # noqa: ANN401
+    if isinstance(column.type, sa.Float):
+        return pa.float64()
+    return pa.int64() if isinstance(column.type, sa.Integer) else pa.string()
