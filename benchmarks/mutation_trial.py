@@ -114,15 +114,16 @@ def forget(tree, path, *, compiled):
     """
     name = ".".join(path.relative_to(tree).with_suffix("").parts)
     importers = _importers(tree)
-    gone, found = set(), {name} if compiled else {*importers, name}
+    package = name.partition(".")[0]
+    gone, found = set(), {name} if compiled else {one for one in sys.modules if one.partition(".")[0] == package}
     while found:
         gone |= found
         found = {each for one in found for each in importers.get(one, ())} - gone
     for one in gone & sys.modules.keys():
         del sys.modules[one]
-        package, _, last = one.rpartition(".")
-        if hasattr(sys.modules.get(package), last):
-            delattr(sys.modules[package], last)
+        above, _, last = one.rpartition(".")
+        if hasattr(sys.modules.get(above), last):
+            delattr(sys.modules[above], last)
 
 
 @functools.cache
