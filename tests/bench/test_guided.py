@@ -286,15 +286,15 @@ def test_a_process_says_what_of_its_files_is_wrong(commanded):
     assert "nosuch" in answer["failed"]
 
 
-def test_an_internal_error_is_said_as_a_fault_of_the_bench(commanded, monkeypatch):
+def test_an_internal_error_is_said_as_a_fault_of_the_bench(commanded, monkeypatch, tmp_path):
     def broken(*_, **__):
         raise ZeroDivisionError("a bug")
 
     monkeypatch.setattr(guided_process, "prepare", broken)
-    answers = []
     with pytest.raises(ZeroDivisionError, match="a bug"):
-        answers = commanded()
-    assert answers == []
+        commanded()
+    answer = json.loads((tmp_path / "answers").read_text("utf-8"))
+    assert answer == {"failed": "internal error: ZeroDivisionError: a bug", "kind": "BenchFault"}
 
 
 def test_a_fault_of_the_bench_is_said_as_one(commanded, monkeypatch):

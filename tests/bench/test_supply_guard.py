@@ -28,7 +28,8 @@ def block(*volts, start_ms=0, every_ms=25, late_ms=2, role="supply_voltage"):
     [
         ([], False),
         ([13, 13, 13, 13], False),
-        ([10, 18, 10, 18], False),  # the ends belong to the window
+        ([10, 10, 10, 10], False),  # the ends belong to the window
+        ([18, 18, 18, 18], False),
         ([25, 25, 25, 13], False),
         ([25, 13, 25, 25], False),
         ([25, 25, 13, 25], False),
