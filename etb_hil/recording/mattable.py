@@ -18,7 +18,7 @@ from etb_hil.recording.samples import Float64, Int64
 
 MOST_BYTES = 256 << 20  # of a file, and of what its variables unpack to
 _HEADER, _TAG = 128, 8
-_COMPRESSED = 15
+_COMPRESSED, _DIMENSIONS = 15, 5  # kinds of element
 _NUMERIC = range(6, 16)  # classes of arrays: double, single and integers of 8 to 64 bits
 
 
@@ -112,6 +112,10 @@ def _vectors(content: bytes) -> bytes:
         # Behind the tag of the array and that of its flags, the low byte of the flags says of what class it is.
         flags = int.from_bytes(element[2 * _TAG : 2 * _TAG + 4], order)
         if flags & 0xFF in _NUMERIC:
+            tag = element[3 * _TAG : 4 * _TAG]
+            kind, length = (int.from_bytes(tag[first : first + 4], order) for first in (0, 4))
+            if kind != _DIMENSIONS or length < 2 * 4:  # SciPy reads those of a table without looking (it crashes)
+                raise ValueError("an array in it lacks its dimensions")
             parts.append(element)
             left -= size
     return b"".join(parts)

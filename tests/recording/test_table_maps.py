@@ -84,3 +84,17 @@ def test_a_wrong_map_says_file_line_and_remedy(tmp_path, map_file, wrong, right,
         read_table(path, map_file)
     assert says in str(caught.value)
     assert "map.yaml" in str(caught.value)
+
+
+@pytest.mark.parametrize("size", [0, 4])
+def test_a_mat_array_without_dimensions_is_refused(tmp_path, size):
+    """SciPy reads dimensions that are not there, and the process would die of it."""
+    path = tmp_path / "t.mat"
+    scipy_io.savemat(path, {"zeit": [0.0, 1.0], "u": [1.0, 2.0]})
+    content = bytearray(path.read_bytes())
+    dimensions = 128 + 3 * 8  # behind the header, and the tags and flags of the first array
+    assert content[dimensions : dimensions + 8] == bytes([5, 0, 0, 0, 8, 0, 0, 0])
+    content[dimensions + 4] = size
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=r"t\.mat: is no whole MAT file: an array in it lacks its dimensions"):
+        read_table(path)
