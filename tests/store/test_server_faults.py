@@ -31,7 +31,7 @@ from made_up_runs import result, session
 from etb_hil.store.address import store_address
 from etb_hil.store.queue import Queue
 queue = Queue(Path(sys.argv[1]))
-for number in range(60):
+for number in range(100):
     queue.add(result(number, sys.argv[2]), session(queue.sessions))
     queue.deliver(store_address(sys.argv[3]))
     time.sleep(0.02)
@@ -79,7 +79,7 @@ def test_a_server_that_is_stopped_killed_and_started_loses_no_run(own_cluster, t
         assert Queue(folder).deliver(address).warnings == ()
     runs = read_store(address)
     assert sorted((run.bench, run.run_id) for run in runs) == [
-        (name, f"run-{k:04d}") for name in ("one", "two") for k in range(60)
+        (name, f"run-{k:04d}") for name in ("one", "two") for k in range(100)
     ]
     assert all(len(run.numbers) == 1 for run in runs)
 
