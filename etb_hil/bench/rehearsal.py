@@ -222,6 +222,4 @@ def _dry_run(steps: Sequence[Step], bench: Bench, model: Model, limits: Limits) 
     link = VirtualLink(network)
     analysis = Analysis(setup.dialect, model, limits, "dry run", observer=bench.observer)
     tap = Tap(link, CommandEncoder(setup.dialect), analysis, _Nowhere(), _Nowhere(), network.clock)
-    record = Runner(stand_in, steps, analysis, tap, network.clock).run()
-    analysis.finish()
-    return record
+    return Runner(stand_in, steps, analysis, tap, network.clock).run()
