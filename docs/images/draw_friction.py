@@ -13,7 +13,8 @@ from etb_hil.base.stock import find
 from etb_hil.diagnosis.diagnosis import Diagnosis
 from etb_hil.diagnosis.friction_map import find_bumps, friction_map
 from etb_hil.diagnosis.limits_file import load_limits
-from etb_hil.report.drawing import CLOSING, INK, LIMIT, MEASURED, MUTED, OPENING, STYLE, save_png
+from etb_hil.report.chart import CLOSING, INK, LIMIT, MEASURED, MUTED, OPENING
+from etb_hil.report.drawing import STYLE, save_png
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 from independent_throttle import Unit, friction_check, sense

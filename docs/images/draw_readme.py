@@ -8,7 +8,8 @@ from matplotlib.figure import Figure
 
 from etb_hil.base.stock import find
 from etb_hil.bench.job import JobFiles, execute, prepare
-from etb_hil.report.drawing import CLOSING, LIMIT, MEASURED, MUTED, STYLE, save_png
+from etb_hil.report.chart import CLOSING, LIMIT, MEASURED, MUTED
+from etb_hil.report.drawing import STYLE, save_png
 
 
 @mpl.rc_context(STYLE)

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from etb_hil.diagnosis.limits import Limits
     from etb_hil.plant.parameters import Model
     from etb_hil.recording.recording import Recording
+    from etb_hil.report.chart import Chart
 
 NEEDED = ("motor_current", "motor_angle")
 
@@ -25,6 +26,11 @@ class Judgement(DiagnosisResult):
 
     def figure(self) -> Any:  # noqa: ANN401 (matplotlib is loaded when drawn)
         """Return a matplotlib figure of friction over speed, with the fitted curve and the limits."""
+        from etb_hil.report.drawing import figure_of
+
+        return figure_of(self._chart())
+
+    def _chart(self) -> Chart:
         from etb_hil.base.outcome import BenchOutcome
         from etb_hil.report.plots import friction_over_speed
         from etb_hil.report.series import ReportSeries
@@ -38,7 +44,7 @@ class Judgement(DiagnosisResult):
 
         about = f"{str(self.verdict).upper()}: {'; '.join(reason.text for reason in self.reasons[:1])}"
         further = [reason.text for reason in self.reasons[1:]]
-        return page(about, measurements(self.measurements), further, self.figure())
+        return page(about, measurements(self.measurements), further, self._chart())
 
 
 @checked

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from etb_hil.discrepancy.answer.consequence import Judge
     from etb_hil.discrepancy.explain import Answer
     from etb_hil.plant.parameters import Model
+    from etb_hil.report.chart import Chart
     from etb_hil.results.explanation import Cause, ExplanationResult, Gain
 
 
@@ -75,6 +76,12 @@ class Explanation:
 
     def figure(self) -> Any:  # noqa: ANN401 (matplotlib is loaded when drawn)
         """Return a matplotlib figure of the part that the model gets most wrong, before and after; None without one."""
+        from etb_hil.report.drawing import figure_of
+
+        chart = self._chart()
+        return None if chart is None else figure_of(chart)
+
+    def _chart(self) -> Chart | None:
         from etb_hil.report.explain_plots import before_and_after
 
         series = self._pictures()
@@ -82,10 +89,11 @@ class Explanation:
 
     def residual_figures(self) -> list[Any]:
         """Return matplotlib figures of what the model lacks over angle, speed and so on, before and after."""
+        from etb_hil.report.drawing import figure_of
         from etb_hil.report.explain_plots import left_over
 
         series = self._pictures()
-        return [] if series is None else [left_over(left) for left in series.left]
+        return [] if series is None else [figure_of(left_over(left)) for left in series.left]
 
     def _pictures(self) -> Any:  # noqa: ANN401 (its module draws nothing, and takes its time to load)
         from etb_hil.discrepancy.answer.pictures import coarse_pictures, pictures
@@ -111,8 +119,7 @@ class Explanation:
             rows.append((one.id, ", ".join(one.indistinguishable), f"{one.share:.0%}", sizes))
         causes = table(("cause", "or", "share of the error", "sizes (95 %)"), rows) if rows else ""
         notes = [left] if (left := what_is_left(self.result)) else []
-        figures = [] if (figure := self.figure()) is None else [figure]
-        return page(self.verdict.replace("_", " "), causes, notes, *figures)
+        return page(self.verdict.replace("_", " "), causes, notes, self._chart())
 
 
 @checked

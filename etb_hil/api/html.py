@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from itertools import count
-from typing import Any
+from typing import TYPE_CHECKING
 
 from etb_hil.results import shown
 from etb_hil.results.measurement import Measurement
+
+if TYPE_CHECKING:
+    from etb_hil.report.chart import Chart
 
 _SHOWN = 40  # rows
 _DRAWN = count(1)  # pictures of one notebook must not share the ids inside them
@@ -23,12 +26,12 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{left}"
 
 
-def page(about: str, content: str, notes: Iterable[str] = (), *figures: Any) -> str:  # noqa: ANN401 (matplotlib's)
+def page(about: str, content: str, notes: Iterable[str] = (), *charts: Chart | None) -> str:
     """Return a line in bold, the content, notes, and pictures as SVG."""
-    from etb_hil.report.drawing import inline_svg
+    from etb_hil.report.svg import svg_of
 
     said = "".join(f"<p>{escape(note)}</p>" for note in notes)
-    drawn = "".join(inline_svg(figure, f"etb-{next(_DRAWN)}") for figure in figures)
+    drawn = "".join(svg_of(chart, f"etb-{next(_DRAWN)}") for chart in charts if chart is not None)
     return f'<div style="max-width: 60em"><p><b>{escape(about)}</b></p>{content}{said}{drawn}</div>'
 
 

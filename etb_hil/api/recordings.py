@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from etb_hil.recording.recording import Series
     from etb_hil.recording.samples import Float64, Int64
+    from etb_hil.report.chart import Chart
 
 TIME = "time_s"
 
@@ -119,9 +120,14 @@ class Recording(recording.Recording):
 
     def figure(self, roles: Iterable[str] | None = None) -> Any:  # noqa: ANN401 (matplotlib is loaded when drawn)
         """Return a matplotlib figure with one plot a role over time, gaps shaded."""
-        from etb_hil.report.recording_plot import figure_of, worth_showing
+        from etb_hil.report.drawing import figure_of
 
-        return figure_of(self, worth_showing(self) if roles is None else list(roles))
+        return figure_of(self._chart(roles))
+
+    def _chart(self, roles: Iterable[str] | None = None) -> Chart:
+        from etb_hil.report.recording_plot import chart_of, worth_showing
+
+        return chart_of(self, worth_showing(self) if roles is None else list(roles))
 
     def _units(self, roles: Iterable[str] | None) -> dict[str, str]:
         return {column_name(role): ROLES[role].unit for role in (self.roles if roles is None else roles)}
@@ -135,7 +141,7 @@ class Recording(recording.Recording):
             span = (f"{good.min():.5g}", f"{good.max():.5g}") if len(good) else ("-", "-")
             rows.append((role, ROLES[role].unit, len(values), *span))
         about = f"{Path(self.origin).name}: {self.duration:.3f} s, time by {self.clock.value}"
-        return page(about, table(("role", "unit", "samples", "least", "most"), rows), self.notes, self.figure())
+        return page(about, table(("role", "unit", "samples", "least", "most"), rows), self.notes, self._chart())
 
 
 @checked

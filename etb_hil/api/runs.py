@@ -14,6 +14,7 @@ from etb_hil.api.recordings import Recording
 if TYPE_CHECKING:
     from etb_hil.base.outcome import ExitCode, UnitVerdict
     from etb_hil.recording.samples import Float64
+    from etb_hil.report.chart import Chart
     from etb_hil.results.measurement import Measurements
     from etb_hil.results.run_result import RunResult
     from etb_hil.session.finished import Finished
@@ -92,6 +93,11 @@ class Run:
 
     def figure(self) -> Any:  # noqa: ANN401 (matplotlib is loaded when drawn)
         """Return a matplotlib figure of friction over speed, with the fitted curve and the limits."""
+        from etb_hil.report.drawing import figure_of
+
+        return figure_of(self._chart())
+
+    def _chart(self) -> Chart:
         from etb_hil.report.plots import friction_over_speed
         from etb_hil.report.series import ReportSeries
 
@@ -119,7 +125,7 @@ class Run:
 
         verdict = verdict_of(self.result)
         about = f"{verdict.headline}: {verdict.reason}"
-        return page(about, measurements(self.measurements), self.warnings, self.figure())
+        return page(about, measurements(self.measurements), self.warnings, self._chart())
 
 
 @checked

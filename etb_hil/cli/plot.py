@@ -12,7 +12,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--bench", help="bench file that says which frame of a CAN log is which role")
     parser.add_argument("--map", type=Path, help="which column of a table is which role")
     parser.add_argument("--roles", nargs="+", metavar="ROLE", help="what to show (default: all that was measured)")
-    parser.add_argument("--out", type=Path, metavar="FILE", help="the picture (default: the data's name with .png)")
+    picture = "the picture, .svg or .png (default: the data's name with .svg)"
+    parser.add_argument("--out", type=Path, metavar="FILE", help=picture)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -23,7 +24,7 @@ def run(options: argparse.Namespace) -> int:
     recording = read(options.data, bench=options.bench, columns=options.map)
     recording.origin = str(options.data)  # of a session its name, not that of the log in it
     roles = options.roles or worth_showing(recording)
-    page = options.out or Path(f"{options.data.resolve().stem}.png")
+    page = options.out or Path(f"{options.data.resolve().stem}.svg")
     plot_recording(recording, roles, page)
     for role in roles:
         print(range_text(recording.series(role)))

@@ -18,7 +18,8 @@ from etb_hil.paper.trade import Trade
 from etb_hil.plant.parameters import ThrottleParameters
 from etb_hil.plant.physics import spring_torque
 from etb_hil.recording.samples import Float64
-from etb_hil.report.drawing import CLOSING, INK, LIMIT, MEASURED, MUTED, OPENING, STYLE, legend_below
+from etb_hil.report.chart import CLOSING, INK, LIMIT, MEASURED, MUTED, OPENING
+from etb_hil.report.drawing import STYLE, legend_below
 
 _SHADES = (MEASURED, OPENING, CLOSING, LIMIT)
 _LINES = ("-", "--", "-.", ":")

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import math
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from etb_hil.recording.samples import Float64
-from etb_hil.report.drawing import CLOSING, MEASURED, OPENING, STYLE, legend_below, new_figure
+from etb_hil.report.chart import CLOSING, MEASURED, OPENING, Bars, Chart, Panel
 from etb_hil.report.series import ReportSeries
 from etb_hil.results.run_result import RunResult
 
@@ -20,33 +17,25 @@ _BIN, _FEWEST = 1.0, 10  # K, and points in it
 _SLOW, _FAST = 0.15, 1.5  # times omega_s: below, friction is T_st within 2 % of the drop; above, nearly T_c
 
 
-@mpl.rc_context(STYLE)
-def break_away_over_rate(series: ReportSeries, results: RunResult) -> Figure | None:  # noqa: ARG001 (one signature for all)
+def break_away_over_rate(series: ReportSeries, results: RunResult) -> Chart | None:  # noqa: ARG001 (one signature for all)
     """Draw what it took to break away over how fast the torque rose; None where it rose equally everywhere."""
     if not len(series.ramp_rate):
         return None
-    figure, (axes,) = new_figure(5.2, 4.2)
-    axes.set(title="Break-away over rate", xlabel="rate of the torque / N·m/s", ylabel="break-away torque / N·m")
-    axes.set_xscale("log")
+    panel = Panel("Break-away over rate", "break-away torque / N·m")
     for sign, colour, marker, name in ((1.0, OPENING, "^", "opening"), (-1.0, CLOSING, "v", "closing")):
         way = sign * series.break_away_torque > 0.0
         rate, torque = series.break_away_rate[way], sign * series.break_away_torque[way]
-        axes.plot(rate, torque, marker, color=colour, markersize=5, alpha=0.75, linestyle="", label=name)
-    reach = [series.ramp_torque - series.ramp_low, series.ramp_high - series.ramp_torque]
+        panel.line(rate, torque, colour, "", marker=marker, alpha=0.75, label=name)
     label = "mean of both, 95 % of its scatter"
-    axes.errorbar(series.ramp_rate, series.ramp_torque, yerr=reach, fmt="o-", color=MEASURED, capsize=4, label=label)
+    panel.line(series.ramp_rate, series.ramp_torque, MEASURED, marker="o", label=label)
+    panel.marks.append(Bars(series.ramp_rate, series.ramp_low, series.ramp_high, MEASURED))
     middle = float(np.mean(series.ramp_torque))
     room = max(_LEAST_ROOM * middle, 1.2 * float(np.max(np.abs(np.abs(series.break_away_torque) - middle))))
-    axes.set_ylim(middle - room, middle + room)
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    axes.xaxis.set_minor_formatter(NullFormatter())
-    legend_below(figure, 2)
-    return figure
+    panel.y_limits = (middle - room, middle + room)
+    return Chart(5.2, 4.2, [panel], "rate of the torque / N·m/s", columns=2, is_log=True)
 
 
-@mpl.rc_context(STYLE)
-def friction_over_temperature(series: ReportSeries, results: RunResult) -> Figure | None:
+def friction_over_temperature(series: ReportSeries, results: RunResult) -> Chart | None:
     """Draw T_st and T_c as the plate showed them at each temperature, with the law; None where it hardly warmed.
 
     Slow windows tell T_st, fast ones T_c: the fitted number, times what the window lies above the fitted curve.
@@ -71,13 +60,11 @@ def friction_over_temperature(series: ReportSeries, results: RunResult) -> Figur
             shown.append((name, colour, marker, middle, number.value * share, number.value * law[1], law[0]))
     if not shown:
         return None
-    figure, (axes,) = new_figure(5.2, 4.2)
-    axes.set(title="Friction over temperature", xlabel="temperature / °C", ylabel="friction torque / N·m")
+    panel = Panel("Friction over temperature", "friction torque / N·m")
     for name, colour, marker, middle, torque, level, slope in shown:
-        axes.plot(middle, torque, marker, color=colour, markersize=4, label=f"{name}, median over {_BIN:g} K")
-        axes.plot(middle, level * np.exp(slope * middle), color=colour, label=f"{name}: {100.0 * slope:+.2f} %/K")
-    legend_below(figure, 2)
-    return figure
+        panel.line(middle, torque, colour, "", marker=marker, size=4.0, label=f"{name}, median over {_BIN:g} K")
+        panel.line(middle, level * np.exp(slope * middle), colour, label=f"{name}: {100.0 * slope:+.2f} %/K")
+    return Chart(5.2, 4.2, [panel], "temperature / °C", columns=2)
 
 
 def _medians(temperature: Float64, share: Float64) -> tuple[Float64, Float64]:

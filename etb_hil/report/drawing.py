@@ -1,4 +1,4 @@
-"""How every plot of the project looks, and how it becomes a PNG file and an SVG that follows light and dark."""
+"""Plots with matplotlib: a chart as a figure, the style of every figure, PNG files, and SVG of a history's page."""
 
 from __future__ import annotations
 
@@ -10,32 +10,16 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
-import numpy as np
 from markupsafe import escape
 from matplotlib.axes import Axes
 from matplotlib.backend_bases import get_registered_canvas_class
 from matplotlib.dates import ConciseDateFormatter
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from etb_hil.base.files import replacing
-from etb_hil.recording.samples import Float64, Int64
-
-# Okabe and Ito's colours, distinguished with any colour vision; what a colour says, a line style or a marker says
-# again.
-INK, MUTED, GRID, PAPER = "#1b1f24", "#5c6670", "#d5dae0", "#fdfefe"
-MEASURED, OPENING, CLOSING, LIMIT = "#0072b2", "#00765a", "#a8479a", "#d55e00"
-
-# The variables that a page sets to make an SVG follow its light or dark colours.
-_VARIABLES = {
-    INK: "--plot-ink",
-    MUTED: "--plot-muted",
-    GRID: "--plot-grid",
-    PAPER: "--plot-paper",
-    MEASURED: "--plot-measured",
-    OPENING: "--plot-opening",
-    CLOSING: "--plot-closing",
-    LIMIT: "--plot-limit",
-}
+from etb_hil.report.chart import GRID, INK, MUTED, PAPER, VARIABLES, Band, Bars, Box, Chart, Line, Mark, Rule, Text
 
 # Matplotlib reads some of these when a plot is made and others when it is written: `@mpl.rc_context(STYLE)` on both.
 STYLE: dict[Any, Any] = {  # Any: matplotlib spells the keys out as a type of a thousand words
@@ -73,7 +57,6 @@ _MARKS = re.compile(r'<g clip-path="(?P<clip>[^"]*)">(?P<marks>(?:\s*<use [^>]*/
 _MANY, _DOT = 20, 2.2  # marks, and their diameter in points
 PNG_DPI = 160
 _SVG_DPI = 72  # its unit is the point
-COLUMNS = 1400
 
 
 @mpl.rc_context(STYLE)
@@ -134,7 +117,7 @@ def inline_svg(figure: Figure, name: str) -> str:
     )
     svg = re.sub(r'(<svg [^>]*?) (?:width|height)="[^"]*"', r"\1", svg, count=1)
     svg = re.sub(r'(<svg [^>]*?) (?:width|height)="[^"]*"', r'\1 role="img"', svg, count=1)
-    for colour, variable in _VARIABLES.items():
+    for colour, variable in VARIABLES.items():
         svg = svg.replace(colour, f"var({variable}, {colour})")
     return svg
 
@@ -171,35 +154,60 @@ def _dots(group: re.Match[str]) -> str:
     return f'<path d="{path}" clip-path="{group["clip"]}" style="{look}"/>'
 
 
-def envelope(time: Float64, values: Float64, columns: int = COLUMNS) -> tuple[Float64, Float64]:
-    """Return the least and the greatest sample of each of `columns` segments, in their order: a peak stays a peak."""
-    count = len(values)
-    if count <= 2 * columns:
-        return time, values
-    width = -(-count // columns)
-    padded = np.full(width * columns, np.nan)
-    padded[:count] = values
-    table = padded.reshape(columns, width)
-    least = np.where(np.isnan(table), np.inf, table).argmin(axis=1)
-    most = np.where(np.isnan(table), -np.inf, table).argmax(axis=1)
-    picked: Int64 = np.sort(np.stack([least, most], axis=1), axis=1) + width * np.arange(columns)[:, None]
-    index = np.unique(np.minimum(picked.ravel(), count - 1))
-    return time[index], values[index]
+@mpl.rc_context(STYLE)
+def figure_of(chart: Chart) -> Figure:
+    """Return a chart as a matplotlib figure."""
+    ratios = [panel.ratio for panel in chart.panels]
+    figure = Figure(figsize=(chart.width, chart.height), layout="constrained")
+    rows = figure.subplots(len(ratios), 1, sharex=True, squeeze=False, height_ratios=ratios)[:, 0]
+    for axes, panel in zip(rows, chart.panels, strict=True):
+        axes.set(title=panel.title, ylim=panel.y_range())
+        beside = {"rotation": 0, "ha": "right", "va": "center"} if panel.upright_label else {}
+        axes.set_ylabel(panel.y_label, **beside)
+        for mark in panel.marks:
+            _draw(axes, mark)
+        if panel.y_ticks is not None:
+            axes.set_yticks(panel.y_ticks)
+        axes.grid(visible=panel.grid)
+        if panel.empty:
+            say_empty(axes, panel.empty)
+        if panel.bare:
+            axes.set_yticks([])
+            axes.grid(visible=False)
+            axes.spines[:].set_visible(False)
+            axes.tick_params(bottom=False)
+    if chart.is_log:
+        rows[-1].set_xscale("log")
+        rows[-1].xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        rows[-1].xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        rows[-1].xaxis.set_minor_formatter(NullFormatter())
+    rows[-1].set(xlim=chart.x_range(), xlabel=chart.x_label)
+    figure.align_ylabels(rows)
+    legend_below(figure, chart.columns)
+    return figure
 
 
-def broken_at_gaps(time: Float64, values: Float64) -> tuple[Float64, Float64]:
-    """Return the samples with a NaN wherever time jumps, so that no line is drawn over a gap."""
-    if len(time) < 3:
-        return time, values
-    steps = np.diff(time)
-    after = np.flatnonzero(steps > 10.0 * np.median(steps)) + 1
-    return np.insert(time, after, time[after - 1]), np.insert(values, after, np.nan)
-
-
-def thinned(*columns: Float64, most: int = 900) -> list[Float64]:
-    """Return every n-th value of columns of one length, `most` at the utmost."""
-    stride = max(1, -(-len(columns[0]) // most))
-    return [column[::stride] for column in columns]
+def _draw(axes: Axes, mark: Mark) -> None:
+    match mark:
+        case Line(x, y, colour, style, width, marker, size, alpha, label):
+            line: dict[str, Any] = {"linestyle": style, "linewidth": width, "marker": marker, "markersize": size}
+            axes.plot(x, y, color=colour, alpha=alpha, label=label, **line)
+        case Band(x, low, high, colour, alpha, label):
+            axes.fill_between(x, low, high, color=colour, alpha=alpha, linewidth=0, label=label)
+        case Box((left, right), None, colour, alpha, label):
+            axes.axvspan(left, right, color=colour, alpha=alpha, linewidth=0, label=label)
+        case Box((left, right), (low, high), colour, alpha, label):
+            box = Rectangle((left, low), right - left, high - low, facecolor=colour, alpha=alpha, linewidth=0)
+            box.set_label(label or "")
+            axes.add_patch(box)
+        case Rule(at, colour, is_level, style, width, label):
+            rule = axes.axhline if is_level else axes.axvline
+            rule(at, color=colour, linestyle=style, linewidth=width, label=label)
+        case Bars(x, low, high, colour):
+            middle = 0.5 * (low + high)
+            axes.errorbar(x, middle, yerr=[middle - low, high - middle], fmt="none", ecolor=colour, capsize=4)
+        case Text(x, y, text, size):
+            axes.text(x, y, text, ha="center", va="center", fontsize=size, color=INK, clip_on=True)
 
 
 def say_empty(axes: Axes, text: str) -> None:

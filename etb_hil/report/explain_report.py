@@ -18,8 +18,9 @@ from etb_hil.discrepancy.answer.folder import WRITTEN
 from etb_hil.discrepancy.answer.pictures import Pictures
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.report import explain_plots
-from etb_hil.report.drawing import inline_svg, save_png
+from etb_hil.report.drawing import figure_of, save_png
 from etb_hil.report.page_template import ours, render
+from etb_hil.report.svg import svg_of
 from etb_hil.report.what_is_left import what_is_left
 from etb_hil.results.explanation import (
     LAST_FIT,
@@ -103,9 +104,9 @@ def write_explanation(
             plots[f"{left.balance}_over_{left.over}".replace(" ", "_")] = explain_plots.left_over(left)
         if series.runs is not None:
             plots["over_runs"] = explain_plots.over_runs(series.runs)
-        for name, figure in plots.items():
-            save_png(figure, folder / f"{name}.png")
-            drawn.append((name, ours(inline_svg(figure, name))))
+        for name, chart in plots.items():
+            save_png(figure_of(chart), folder / f"{name}.png")
+            drawn.append((name, ours(svg_of(chart, name))))
     return write_text(folder / REPORT_NAME, _page(found, drawn, folder, inputs))
 
 

@@ -7,7 +7,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from etb_hil.histories.history import History, NumberHistory
-from etb_hil.report.drawing import CLOSING, INK, MEASURED, STYLE, legend_below, new_figure
+from etb_hil.report.chart import CLOSING, INK, MEASURED
+from etb_hil.report.drawing import STYLE, legend_below, new_figure
 from etb_hil.report.history_plot import draw_chart, draw_limits, draw_over_time, label_of
 
 

@@ -17,18 +17,8 @@ from matplotlib.figure import Figure
 from etb_hil.histories.control_chart import FEWEST, ControlChart
 from etb_hil.histories.history import FRICTION, History, NumberHistory
 from etb_hil.recording.samples import Int64
-from etb_hil.report.drawing import (
-    CLOSING,
-    INK,
-    LIMIT,
-    MEASURED,
-    MUTED,
-    OPENING,
-    STYLE,
-    legend_below,
-    save_png,
-    say_empty,
-)
+from etb_hil.report.chart import CLOSING, INK, LIMIT, MEASURED, MUTED, OPENING
+from etb_hil.report.drawing import STYLE, legend_below, save_png, say_empty
 from etb_hil.report.show import printable
 
 _NAMED = 8  # units that are named; more would hide the data

@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from etb_hil.histories.history import FRICTION, History, NumberHistory
 from etb_hil.histories.temperature import REFERENCE, TemperatureEffect
 from etb_hil.recording.samples import Float64
-from etb_hil.report.drawing import INK, LIMIT, MUTED, STYLE, legend_below, save_png, say_empty
+from etb_hil.report.chart import INK, LIMIT, MUTED
+from etb_hil.report.drawing import STYLE, legend_below, save_png, say_empty
 from etb_hil.report.show import printable
 
 _NAMED = 6  # units that are named; more would hide the data

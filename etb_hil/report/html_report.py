@@ -12,11 +12,11 @@ from markupsafe import Markup, escape
 from etb_hil.base.files import write_text
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.report import condition_plots, plots, show
-from etb_hil.report.drawing import inline_svg, save_png
 from etb_hil.report.grades import bus_facts, timing_facts
 from etb_hil.report.page_template import ours, render
 from etb_hil.report.series import ReportSeries
 from etb_hil.report.show import phase_name
+from etb_hil.report.svg import svg_of
 from etb_hil.report.unit_codes import facts, measured_for
 from etb_hil.report.verdict import unit_line, verdict_of
 from etb_hil.results import shown
@@ -60,14 +60,14 @@ def write_report(
     cannot be written.
     """
     series = series if isinstance(series, ReportSeries) else ReportSeries.from_mapping(series)
-    drawn = {}
-    figures = {name: draw(series, results) for name, draw in (*_PLOTS.items(), *_FURTHER.items())}
-    for name, figure in figures.items():
-        if figure is None:
-            continue
-        if pictures:
-            save_png(figure, folder / f"{name}.png")
-        drawn[name] = inline_svg(figure, name)
+    charts = {name: draw(series, results) for name, draw in (*_PLOTS.items(), *_FURTHER.items())}
+    drawn = {name: svg_of(chart, name) for name, chart in charts.items() if chart is not None}
+    if pictures:
+        from etb_hil.report.drawing import figure_of, save_png  # noqa: PLC0415 (matplotlib takes its time to load)
+
+        for name, chart in charts.items():
+            if chart is not None:
+                save_png(figure_of(chart), folder / f"{name}.png")
     page = render_page(results, drawn, _input_texts(results, folder / "inputs"), next_step)
     return write_text(folder / REPORT_NAME, page)
 

@@ -41,4 +41,4 @@ def render(
 
 def ours(text: str) -> Markup:
     """Mark what the project itself made, with every name in it escaped already, as safe."""
-    return Markup(text)  # noqa: S704 (style sheet, script and plots; matplotlib escapes the texts that it draws)
+    return Markup(text)  # noqa: S704 (style sheet, script and plots; those who draw escape the texts)

@@ -6,25 +6,16 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
 
-from etb_hil.base.errors import InputError
+from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.files import write_text
 from etb_hil.base.roles import ROLES
 from etb_hil.recording.recording import Recording, Series
 from etb_hil.recording.samples import Float64
-from etb_hil.report.drawing import (
-    LIMIT,
-    MEASURED,
-    STYLE,
-    broken_at_gaps,
-    envelope,
-    legend_below,
-    new_figure,
-    save_png,
-    say_empty,
-)
+from etb_hil.report.chart import LIMIT, MEASURED, Box, Chart, Panel
+from etb_hil.report.reduction import broken_at_gaps, envelope
+from etb_hil.report.svg import svg_of
 
 _NS = 1e-9
 _LONGEST_TITLE = 90
@@ -33,12 +24,19 @@ _CLOCKS = {"sample_counter", "controller_time"}
 
 
 def plot_recording(recording: Recording, roles: Sequence[str], path: Path) -> None:
-    """Write `figure_of` a recording as PNG; InputError where it cannot be written."""
-    save_png(figure_of(recording, roles), path)
+    """Write `chart_of` a recording as `.svg` or `.png`; InputError where it cannot be written."""
+    chart = chart_of(recording, roles)
+    if path.suffix.lower() == ".svg":
+        write_text(path, svg_of(chart, "plot") + "\n")
+    elif path.suffix.lower() == ".png":
+        from etb_hil.report.drawing import figure_of, save_png  # noqa: PLC0415 (matplotlib takes its time to load)
+
+        save_png(figure_of(chart), path)
+    else:
+        raise InputError(Problem("is no picture that can be written", Place(path), path.suffix, ".svg, .png"))
 
 
-@mpl.rc_context(STYLE)
-def figure_of(recording: Recording, roles: Sequence[str]) -> Figure:
+def chart_of(recording: Recording, roles: Sequence[str]) -> Chart:
     """Draw one plot a role over time, gaps shaded; angles in degrees, shares in per cent.
 
     Raises InputError where the recording has no signal for a role, naming those it has, or where no role is given.
@@ -48,31 +46,31 @@ def figure_of(recording: Recording, roles: Sequence[str]) -> Figure:
     signals = [recording.series(role) for role in roles]
     begins = [int(signal.time_ns[0]) for signal in signals if len(signal.time_ns)]
     start_ns = min(begins, default=0)
-    shown = [_shown(signal) for signal in signals]
-    heights = [_FLAT if _is_flat(values) else _TALL for values, _ in shown]
-    figure, rows = new_figure(10.4, 1.2 + sum(heights), rows=len(signals), ratios=heights)
+    panels = [_panel(signal, start_ns) for signal in signals]
     title = f"{Path(recording.origin).name} ({recording.clock.value})"  # no one's folders in a picture
-    rows[0].set_title(title if len(title) <= _LONGEST_TITLE else "..." + title[-_LONGEST_TITLE:])
-    rows[-1].set_xlabel("time / s")
-    for axes, signal, (values, unit) in zip(rows, signals, shown, strict=True):
-        name = signal.role.replace("_", " ")
-        axes.set_ylabel(f"{name}\n/ {unit}" if unit else name, rotation=0, ha="right", va="center")
-        if not np.any(np.isfinite(values)):
-            say_empty(axes, "no good sample")
-            continue
-        time = (signal.time_ns - start_ns).astype(np.float64) * _NS
-        axes.plot(*broken_at_gaps(*envelope(time, values)), color=MEASURED, linewidth=1.0)
-        if _is_flat(values):
-            axes.set_yticks([float(np.nanmin(values))])
-    figure.align_ylabels(rows)
-    first = True
-    for gap in recording.gaps():
+    panels[0].title = title if len(title) <= _LONGEST_TITLE else "..." + title[-_LONGEST_TITLE:]
+    for number, gap in enumerate(recording.gaps()):
         span = ((gap.start_ns - start_ns) * _NS, (gap.end_ns - start_ns) * _NS)
-        for axes in rows:
-            axes.axvspan(*span, color=LIMIT, alpha=0.25, label="samples missing" if first else None)
-            first = False
-    legend_below(figure, 1)
-    return figure
+        for panel in panels:
+            is_first = number == 0 and panel is panels[0]
+            panel.marks.append(Box(span, None, LIMIT, 0.25, "samples missing" if is_first else None))
+    return Chart(10.4, 1.2 + sum(panel.ratio for panel in panels), panels, "time / s")
+
+
+def _panel(signal: Series, start_ns: int) -> Panel:
+    """Return the plot of one role; its height in inches is its ratio."""
+    values, unit = _shown(signal)
+    name = signal.role.replace("_", " ")
+    label = f"{name}\n/ {unit}" if unit else name
+    panel = Panel(y_label=label, ratio=_FLAT if _is_flat(values) else _TALL, upright_label=True)
+    if not np.any(np.isfinite(values)):
+        panel.empty = "no good sample"
+        return panel
+    time = (signal.time_ns - start_ns).astype(np.float64) * _NS
+    panel.line(*broken_at_gaps(*envelope(time, values)), MEASURED, width=1.0)
+    if _is_flat(values):
+        panel.y_ticks = [float(np.nanmin(values))]
+    return panel
 
 
 def worth_showing(recording: Recording) -> list[str]:

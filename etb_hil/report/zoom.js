@@ -28,8 +28,8 @@ class Plot {
     [this.left, this.top, this.width, this.height] = numbers(group.dataset.box);
     this.full = { x: numbers(group.dataset.x), y: numbers(group.dataset.y) };
     this.shown = { x: [...this.full.x], y: [...this.full.y] };
-    const scales = [...group.children].filter((child) => child.id.includes("matplotlib.axis_"));
-    this.scales = scales.map((scale) => [...scale.children].filter((child) => child.id.includes("tick_")));
+    const scales = [...group.children].filter((child) => child.matches(".axis, [id*='matplotlib.axis_']"));
+    this.scales = scales.map((scale) => [...scale.children].filter((child) => child.matches(".tick, [id*='tick_']")));
     this.hasValues = this.scales[1].length > 0;
     this.scale = element("g", { class: "scale" });
     group.append(this.scale);
@@ -47,7 +47,7 @@ class Plot {
       child.before(frame);
       frame.append(child);
       for (const each of child.querySelectorAll("[clip-path]")) each.removeAttribute("clip-path");
-      const single = [...child.querySelectorAll("use, text")];
+      const single = [...child.querySelectorAll("use, text, .mark")];
       for (const each of single) {
         const box = each.getBBox();
         const holder = element("g", {});
@@ -114,7 +114,7 @@ class Plot {
     const power = 10 ** Math.floor(Math.log10(rough));
     const step = isTime ? STEPS.find((each) => each >= rough) || STEPS.at(-1) : power * ([1, 2, 5].find((digit) => digit * power >= rough) || 10);
     const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-    for (let k = Math.ceil(from / step); k * step <= to; k++) {
+    for (let k = Math.ceil(from / step - 1e-6); k * step <= to + 1e-6 * step; k++) {
       const at = this.place(axis, k * step);
       const [right, bottom] = [this.left + this.width, this.top + this.height];
       const ends = axis === "x" ? { x1: at, x2: at, y1: this.top, y2: bottom } : { x1: this.left, x2: right, y1: at, y2: at };

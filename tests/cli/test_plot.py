@@ -24,8 +24,8 @@ def test_a_table_is_drawn_beside_the_reader(tmp_path, monkeypatch, capsys):
     said = capsys.readouterr().out.splitlines()
     assert said[0].split() == ["throttle_angle", "3", "samples", "in", "2.0", "s,", "1", "to", "3", "deg"]
     assert said[1].split() == ["motor_current", "3", "samples", "in", "2.0", "s,", "0.25", "to", "0.5", "A"]
-    assert said[-1] == "rig.png"
-    assert (tmp_path / "rig.png").read_bytes().startswith(PNG)
+    assert said[-1] == "rig.svg"
+    assert (tmp_path / "rig.svg").read_text("utf-8").startswith("<svg")
 
 
 @needs_data

@@ -12,18 +12,19 @@ import sample_run
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.colors import to_hex
-from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 from etb_hil.base.errors import InputError
-from etb_hil.diagnosis.friction_map import FrictionMap
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock
 from etb_hil.recording.tables import read_table
 from etb_hil.report import condition_plots, plots
-from etb_hil.report.drawing import LIMIT, broken_at_gaps, envelope, inline_svg
-from etb_hil.report.recording_plot import plot_recording
+from etb_hil.report.chart import LIMIT, Chart, Panel
+from etb_hil.report.drawing import figure_of
+from etb_hil.report.recording_plot import chart_of, plot_recording
+from etb_hil.report.reduction import broken_at_gaps, envelope
 from etb_hil.report.series import ReportSeries
+from etb_hil.report.svg import svg_of
 from etb_hil.results.measurement import Measurement, Measurements
 from etb_hil.results.run_result import Phase
 
@@ -34,7 +35,7 @@ ALL = [plots.friction_over_speed, plots.friction_over_angle, plots.time_traces]
 
 @pytest.mark.parametrize("draw", ALL)
 def test_units_stand_on_every_axis(draw):
-    figure = draw(sample_run.series(), sample_run.results())
+    figure = figure_of(draw(sample_run.series(), sample_run.results()))
     drawn = [axes for axes in figure.axes if axes.lines and axes.get_ylabel()]
     assert all(re.search(r" / (deg|deg/s|A|N·m|°C)$", axes.get_ylabel()) for axes in drawn)
     assert re.search(r" / (s|deg|deg/s)$", figure.axes[-1].get_xlabel())
@@ -42,15 +43,16 @@ def test_units_stand_on_every_axis(draw):
 
 @pytest.mark.parametrize("draw", ALL)
 def test_a_run_without_data_gives_a_plot_that_says_so(draw):
-    figure = draw(ReportSeries(), sample_run.results(measurements=Measurements(), phases=()))
+    chart = draw(ReportSeries(), sample_run.results(measurements=Measurements(), phases=()))
+    figure = figure_of(chart)
     texts = [text.get_text() for axes in figure.axes for text in axes.texts]
     assert any("in this run" in text for text in texts)
-    assert "<svg" in inline_svg(figure, "empty")
+    assert "in this run</text>" in svg_of(chart, "empty")
 
 
 @pytest.mark.parametrize("draw", ALL)
 def test_svg_is_well_formed_with_ids_of_its_own_and_no_address(draw):
-    svg = inline_svg(draw(sample_run.series(0.567), sample_run.results(0.567)), "one")
+    svg = svg_of(draw(sample_run.series(0.567), sample_run.results(0.567)), "one")
     root = ET.fromstring(svg)  # noqa: S314 (our own)
     ids = [element.get("id") for element in root.iter() if element.get("id")]
     assert all(i.startswith("one-") for i in ids)
@@ -62,20 +64,20 @@ def test_svg_is_well_formed_with_ids_of_its_own_and_no_address(draw):
 @pytest.mark.parametrize("factor", [1.05, 1.3969849246231156, 1.6502512562814071, 3.0])
 def test_the_deepest_colour_of_a_map_is_no_more_than_whole(factor):
     """Matplotlib refuses a hair more than one, which rounding may make of a cell that is the deepest."""
-    there = FrictionMap(np.array([0.5]), np.array([20.0]), np.array([[factor]]), np.array([[0.01]]))
-    axes = Figure().subplots()
-    plots._map(axes, there)
-    (patch,) = axes.patches
-    assert 0.08 < patch.get_alpha() <= 1.0
+    points = sample_run.series()
+    excess = np.where(np.abs(points.point_angle - 1.0) < 0.2, factor - 1.0, 0.0)
+    over = plots.friction_over_angle(replace(points, point_excess=excess), sample_run.results())
+    depths = [patch.get_alpha() for patch in figure_of(over).axes[1].patches]
+    assert 0.5 < max(depths) <= 1.0
 
 
 def test_same_input_gives_the_same_svg():
-    first, second = (inline_svg(plots.time_traces(sample_run.series(), sample_run.results()), "t") for _ in range(2))
+    first, second = (svg_of(plots.time_traces(sample_run.series(), sample_run.results()), "t") for _ in range(2))
     assert first == second
 
 
 def test_limits_are_drawn_where_they_are_compared():
-    (axes,) = plots.friction_over_speed(sample_run.series(), sample_run.results()).axes
+    (axes,) = figure_of(plots.friction_over_speed(sample_run.series(), sample_run.results())).axes
     omega_s = np.degrees(sample_run.OMEGA_S)
     stiction, coulomb = [
         line.get_xydata() for line in axes.lines if str(line.get_label()).startswith(("limit T_st", "limit T_c"))
@@ -86,7 +88,7 @@ def test_limits_are_drawn_where_they_are_compared():
 
 
 def test_exceedances_are_shaded_in_every_trace_and_marked_at_their_peak():
-    figure = plots.time_traces(sample_run.series(0.567), sample_run.results(0.567))
+    figure = figure_of(plots.time_traces(sample_run.series(0.567), sample_run.results(0.567)))
     for axes in figure.axes[1:]:
         assert sum(to_hex(patch.get_facecolor()) == LIMIT for patch in axes.patches) == 2
     marks = [line.get_ydata()[0] for line in figure.axes[-1].lines if line.get_marker() == "v"]
@@ -94,7 +96,7 @@ def test_exceedances_are_shaded_in_every_trace_and_marked_at_their_peak():
 
 
 def test_the_map_shows_where_and_at_which_temperature_friction_is_off():
-    figure = plots.friction_over_angle(sample_run.series(), sample_run.results())
+    figure = figure_of(plots.friction_over_angle(sample_run.series(), sample_run.results()))
     over = figure.axes[1]
     cells = [patch for patch in over.patches if patch.get_width() == pytest.approx(2.0, abs=0.01)]
     deep = [cell for cell in cells if cell.get_alpha() > 0.5]
@@ -107,7 +109,7 @@ def test_the_map_shows_where_and_at_which_temperature_friction_is_off():
 
 
 def test_a_plot_in_the_page_knows_its_scales():
-    svg = inline_svg(plots.time_traces(sample_run.series(), sample_run.results()), "t")
+    svg = svg_of(plots.time_traces(sample_run.series(), sample_run.results()), "t")
     scales = re.findall(r'data-box="([^"]*)" data-x="([^"]*)" data-y="([^"]*)" data-xlabel="([^"]*)"', svg)
     assert [len(scale[0].split()) for scale in scales] == [4] * 5
     assert {tuple(map(float, scale[1].split())) for scale in scales} == {(0.0, 24.0)}
@@ -115,15 +117,15 @@ def test_a_plot_in_the_page_knows_its_scales():
 
 
 def test_many_marks_are_one_path():
-    svg = inline_svg(plots.friction_over_speed(sample_run.series(), sample_run.results()), "t")
-    assert svg.count("<use") < 60
-    assert len(re.findall("h0", svg)) == 600
+    svg = svg_of(plots.friction_over_speed(sample_run.series(), sample_run.results()), "t")
+    dots = max(re.findall(r'd="((?:M[^M"]*h0)+)"', svg), key=len)
+    assert dots.count("h0") == 600
 
 
 def test_names_are_no_formulas():
     name = "ramp $\\frac{$ <b>&amp;"
     results = sample_run.results(phases=(Phase(name, "", 0.0, 24.0),))
-    svg = inline_svg(plots.time_traces(sample_run.series(), results), "t")
+    svg = svg_of(plots.time_traces(sample_run.series(), results), "t")
     assert "1 ramp $\\frac{$ &lt;b&gt;&amp;amp;" in svg
 
 
@@ -182,6 +184,54 @@ def test_tables_of_other_rigs_become_pictures(table, mapping, roles, tmp_path):
     assert np.mean(np.any(picture < 0.9, axis=2)) > 0.03  # something is drawn
 
 
+def test_a_picture_is_as_its_name_ends(tmp_path):
+    rec = recording(throttle_angle=np.sin(np.arange(4000) * 0.01))
+    plot_recording(rec, ["throttle_angle"], tmp_path / "all.svg")
+    root = ET.fromstring((tmp_path / "all.svg").read_text("utf-8"))  # noqa: S314 (our own)
+    texts = {element.text for element in root.iter() if element.tag.endswith("text")}
+    assert {"throttle angle", "/ deg", "time / s", "samples missing"} <= texts
+    with pytest.raises(InputError, match=r"\.svg, \.png"):
+        plot_recording(rec, ["throttle_angle"], tmp_path / "all.gif")
+
+
+def test_a_gap_is_shaded_and_no_line_crosses_it():
+    stamps = np.r_[np.arange(100), 400 + np.arange(100)] * 1_000_000
+    rec = Recording("gap", ClockGrade.RECEIVE_STAMPS)
+    lost = np.zeros(200, np.int64)
+    lost[100] = 300
+    rec.append([SampleBlock("m", stamps, stamps, {"throttle_angle": np.linspace(0.0, 1.0, 200)}, lost)])
+    svg = svg_of(chart_of(rec, ["throttle_angle"]), "t")
+    (line,) = [path for path in re.findall(r' d="(M[^"]*)"', svg) if path.count("L") > 100]
+    assert line.count("M") == 2
+    assert "samples missing" in svg
+
+
+@given(
+    st.floats(-1e6, 1e6, allow_subnormal=False),
+    st.floats(1e-9, 1e6),
+    st.integers(20, 600),
+)
+def test_scales_are_round_evenly_spaced_and_inside(low, span, height):
+    panel = Panel(y_limits=(low, low + max(span, 1e-6 * abs(low))))
+    panel.line([0.0, 1.0], panel.y_limits, LIMIT)
+    svg = svg_of(Chart(5.0, height / 72.0 + 2.0, [panel]), "t")
+    box = list(map(float, re.search(r'data-box="([^"]*)"', svg)[1].split()))
+    axis = svg.split('<g class="axis">')[2]
+    at = [float(y) for y in re.findall(r'd="M\S+ (\S+)h-3.5"', axis)]
+    assert 1 <= len(at) <= 10
+    assert all(box[1] - 0.01 <= y <= box[1] + box[3] + 0.01 for y in at)
+    assert np.ptp(np.diff(at)) < 0.05 if len(at) > 2 else True
+
+
+def test_a_scale_reads_as_people_write_it():
+    panel = Panel(y_limits=(-0.3, 0.3))
+    panel.line([0.1, 2.0], [-0.3, 0.3], LIMIT)
+    svg = svg_of(Chart(5.0, 4.0, [panel], is_log=True), "t")
+    texts = re.findall(r">([^<>]+)</text>", svg)
+    assert texts[:5] == ["0.1", "0.2", "0.5", "1", "2"]
+    assert texts[5:] == ["\u22120.3", "\u22120.2", "\u22120.1", "0.0", "0.1", "0.2", "0.3"]
+
+
 def test_a_role_that_is_not_there_is_named(tmp_path):
     with pytest.raises(InputError, match=r"no signal for the role 'temperature'.*throttle_angle"):
         plot_recording(recording(throttle_angle=[1, 2]), ["temperature"], tmp_path / "x.png")
@@ -192,7 +242,9 @@ def test_a_role_that_is_not_there_is_named(tmp_path):
 
 def test_infinite_and_missing_numbers_do_not_stop_a_plot():
     numbers = (Measurement("T_st", "x", None, "N·m"), Measurement("omega_s", "x", 0.0, "rad/s"))
-    figure = plots.friction_over_speed(sample_run.series(), sample_run.results(measurements=Measurements(numbers)))
+    figure = figure_of(
+        plots.friction_over_speed(sample_run.series(), sample_run.results(measurements=Measurements(numbers)))
+    )
     assert not any(str(line.get_label()).startswith("limit") for line in figure.axes[0].lines)
 
 
@@ -204,7 +256,7 @@ def test_break_away_over_rate_only_where_there_were_several_rates():
     means = {"ramp_rate": np.array([0.3, 1.0, 3.0]), "ramp_torque": np.full(3, 0.17)}
     bounds = {"ramp_low": np.full(3, 0.168), "ramp_high": np.full(3, 0.172)}
     several = replace(series, break_away_rate=rate, break_away_torque=torque, **means, **bounds)
-    (axes,) = condition_plots.break_away_over_rate(several, sample_run.results()).axes
+    (axes,) = figure_of(condition_plots.break_away_over_rate(several, sample_run.results())).axes
     drawn = {line.get_label(): line.get_ydata() for line in axes.lines}
     assert len(drawn["opening"]) == len(drawn["closing"]) == 6
     assert all(value > 0.0 for value in drawn["closing"])
@@ -223,7 +275,7 @@ def test_friction_over_temperature_only_where_the_plate_warmed():
     shown = {"point_velocity": speed, "point_friction": speed, "point_angle": speed, "point_temperature": warmth}
     excess = np.exp(-0.003 * (warmth - 30.0)) - 1.0 + rng.normal(0.0, 0.02, 2 * count)
     warm = replace(series, **shown, point_excess=excess)
-    (axes,) = condition_plots.friction_over_temperature(warm, sample_run.results()).axes
+    (axes,) = figure_of(condition_plots.friction_over_temperature(warm, sample_run.results())).axes
     laws = [float(str(line.get_label()).split()[1]) for line in axes.lines if "%/K" in str(line.get_label())]
     assert laws == pytest.approx([-0.3, -0.3], abs=0.03)
 
@@ -232,4 +284,4 @@ def test_a_map_at_one_temperature_that_follows_the_curve_is_left_out():
     points = sample_run.series()
     still, on_curve = np.full(len(points.point_angle), 20.0), np.zeros(len(points.point_angle))
     flat = replace(points, point_temperature=still, point_excess=on_curve)
-    assert len(plots.friction_over_angle(flat, sample_run.results()).axes) == 1
+    assert len(plots.friction_over_angle(flat, sample_run.results()).panels) == 1
