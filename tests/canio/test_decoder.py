@@ -368,3 +368,12 @@ def test_a_pause_of_this_side_loses_no_command(classic, is_ours, lost):
     found, decoder = decode(classic, frames)
     assert decoder.lost == lost
     assert len(found["EtbCommand"]) == len(stamps)
+
+
+@pytest.mark.parametrize(("gone", "jumps"), [(0, 0), (1, 1), (14, 1), (15, 0), (16, 0), (17, 1)])
+def test_a_jump_is_a_counter_that_did_not_go_on_by_one(classic, gone, jumps):
+    """A loss of nearly a whole wrap of sixteen leaves the counter where it was, or at its next number."""
+    frames = streams.classic(classic, np.arange(100) * 20)
+    frames = streams.without(frames, streams.of(frames, CURRENT)[30 : 30 + gone])
+    statistics = decode(classic, frames)[1].statistics()["EtbCurrent"]
+    assert (statistics.counter_jumps, statistics.lost, statistics.frames) == (jumps, gone, 100 - gone)
