@@ -1,4 +1,7 @@
-"""What the arguments of public functions may be, by their annotations; another type is refused first."""
+"""What the arguments of public functions may be, by their annotations.
+
+Another type is refused first.
+"""
 
 from __future__ import annotations
 

@@ -41,7 +41,10 @@ class ConnectedBench:
         self._seen: Seen | None = None
 
     def __enter__(self) -> Self:
-        """Switch the bench on; BenchFault where the controller does not answer or another program holds the bench."""
+        """Switch the bench on.
+
+        BenchFault where the controller does not answer or another program holds the bench.
+        """
         if self._process is not None or self._ended is not None:
             raise InputError(Problem("this bench was entered before", remedy="call `connect` for each block"))
         files = self._job.files
@@ -133,7 +136,10 @@ class ConnectedBench:
 
     @property
     def seen(self) -> Seen:
-        """What the bench saw last, when the last motion ended; InputError before the block is entered."""
+        """What the bench saw last, when the last motion ended.
+
+        InputError before the block is entered.
+        """
         if self._seen is None:
             raise _not_entered()
         return self._seen
@@ -189,7 +195,10 @@ class ConnectedBench:
         return self._seen
 
     def _line(self) -> dict[str, Any]:
-        """Return the next answer; BenchFault where the run has ended, InputError as the process met it."""
+        """Return the next answer.
+
+        BenchFault where the run has ended, InputError as the process met it.
+        """
         assert self._process is not None  # noqa: S101 (entered)
         assert self._process.stdout is not None  # noqa: S101
         line = self._process.stdout.readline()
@@ -246,7 +255,9 @@ def connect(
     folder: str | Path = "sessions",
     idle: float = 30.0,
 ) -> ConnectedBench:
-    """Return a bench to be driven from own code in a `with` block; files are named as for `run`.
+    """Return a bench to be driven from own code in a `with` block.
+
+    Files are named as for `run`.
 
     Without an order for `idle` s, the run ends in the safe state. A session is recorded as in any run. Raises
     InputError where files are wrong or do not fit, before anything moves.

@@ -25,7 +25,10 @@ _SOURCE = Path("own code")
 
 
 def plain(entry: dict[str, Any]) -> dict[str, Any]:
-    """Return the settings of a phase as JSON has them; InputError where a value is no text, number, list or mapping."""
+    """Return the settings of a phase as JSON has them.
+
+    InputError where a value is no text, number, list or mapping.
+    """
 
     def of_numpy(value: object) -> object:
         if isinstance(value, np.generic | np.ndarray):
@@ -67,7 +70,10 @@ def checked_phase(entry: dict[str, Any], held_at: float | None, known: set[str],
 
 
 def end_of(entry: dict[str, Any], job: Job) -> float | None:
-    """Return where a phase leaves the set-point, in rad; None where it leaves the bridge off."""
+    """Return where a phase leaves the set-point, in rad.
+
+    None where it leaves the bridge off.
+    """
     throttle = job.model.values
     trajectory = read_phase(entry).trajectory(throttle.limp_home, throttle)
     last = trajectory.at(trajectory.duration)

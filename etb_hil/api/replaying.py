@@ -1,4 +1,7 @@
-"""Sessions and logs judged again, one or a hundred thousand; one that cannot be read costs only itself."""
+"""Sessions and logs judged again, one or a hundred thousand.
+
+One that cannot be read costs only itself.
+"""
 
 from __future__ import annotations
 

@@ -116,7 +116,10 @@ def _temperature(given: recording.Recording, time_ns: Int64) -> Float64:
 
 
 def _quantity(option: str, given: float | str, dimension: str) -> float:
-    """Return a value in SI; InputError names the command line's option for it, and the units allowed."""
+    """Return a value in SI.
+
+    InputError names the command line's option for it, and the units allowed.
+    """
     from etb_hil.base.quantity import parse_quantity
 
     if isinstance(given, int | float):

@@ -14,7 +14,10 @@ class Clock(Protocol):
         ...
 
     def sleep_until_ns(self, deadline_ns: int) -> None:
-        """Return when `now_ns` has reached the deadline; on a virtual clock this moves the world forward."""
+        """Return when `now_ns` has reached the deadline.
+
+        On a virtual clock this moves the world forward.
+        """
         ...
 
 

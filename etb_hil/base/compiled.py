@@ -46,7 +46,10 @@ _CHECKSUM = hashlib.sha256().digest_size
 
 
 def njit(*, cache: bool, **options: object) -> Callable[[Function], Function]:
-    """Return the decorator `numba.njit(**options)`; with `cache` the machine code is kept for later processes."""
+    """Return the decorator `numba.njit(**options)`.
+
+    With `cache` the machine code is kept for later processes.
+    """
 
     def compiled(function: Function) -> Function:
         dispatcher = numba.njit(**options)(function)
@@ -92,7 +95,10 @@ class _MachineCode(_Cache):  # type: ignore[misc] # numba has no types
             _delete(folder.glob(f"*/{self._name}-*"))
 
     def load_overload(self, signature: Types, target_context: BaseContext) -> CompileResult | None:
-        """Return what was compiled for a signature, None if it is not there; then numba compiles it."""
+        """Return what was compiled for a signature, None if it is not there.
+
+        Then numba compiles it.
+        """
         with lean_numba():
             target_context.refresh()  # makes numba's own functions known, which the machine code may call
         name = f"{_environment(target_context.codegen())}/{self._file(signature)}"

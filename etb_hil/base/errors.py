@@ -71,7 +71,10 @@ class Problem:
 
 
 class InputError(EtbHilError, ValueError):
-    """A file, an option or a value that people gave is wrong; carries every `Problem` found."""
+    """A file, an option or a value that people gave is wrong.
+
+    Carries every `Problem` found.
+    """
 
     def __init__(self, *problems: Problem | str) -> None:
         self.problems = tuple(Problem(p) if isinstance(p, str) else p for p in problems)

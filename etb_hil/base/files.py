@@ -37,19 +37,28 @@ def replacing(path: Path, remedy: str = REMEDY) -> Iterator[Path]:
 
 
 def write_text(path: Path, text: str, remedy: str = REMEDY) -> Path:
-    """Write a text as UTF-8, whole or not at all, and return its path; InputError where it cannot be written."""
+    """Write a text as UTF-8, whole or not at all, and return its path.
+
+    InputError where it cannot be written.
+    """
     return write_bytes(path, text.encode(), remedy)
 
 
 def write_bytes(path: Path, content: bytes, remedy: str = REMEDY) -> Path:
-    """Write a file whole or not at all, and return its path; InputError where it cannot be written."""
+    """Write a file whole or not at all, and return its path.
+
+    InputError where it cannot be written.
+    """
     with replacing(path, remedy) as part:
         part.write_bytes(content)
     return path
 
 
 def make_folder(folder: Path, remedy: str = REMEDY) -> Path:
-    """Make a folder and those above it, where they are missing, and return it; InputError where that fails."""
+    """Make a folder and those above it, where they are missing, and return it.
+
+    InputError where that fails.
+    """
     with refused_by_name(folder, remedy):
         folder.mkdir(parents=True, exist_ok=True)
     return folder

@@ -97,7 +97,9 @@ def _constant(value: object) -> object:
 
 
 def _frozen(value: object, names: list[str], calls: set[FunctionType]) -> object:
-    """Return what machine code holds of a global's value; add the compiled functions that it leads to.
+    """Return what machine code holds of a global's value.
+
+    Add the compiled functions that it leads to.
 
     Numba knows a class or a function of a library by its name, and refuses any other kind of global.
     """

@@ -14,7 +14,9 @@ _STATUS = Path("/proc/self/status")  # of Linux
 
 @contextmanager
 def bounded_memory(path: Path, most: int = MOST_BYTES) -> Iterator[None]:
-    """Let the process take at most so many bytes more; InputError that names the file where it asks for more.
+    """Let the process take at most so many bytes more.
+
+    InputError that names the file where it asks for more.
 
     A page of a few bytes may claim to unpack to gigabytes, and no parser asks whether that makes sense. The bound is
     the operating system's on writable memory (RLIMIT_DATA of Linux); on other systems nothing is bounded.

@@ -1,4 +1,7 @@
-"""What a throttle controller can be told to do; the numbers are those of the command frame."""
+"""What a throttle controller can be told to do.
+
+The numbers are those of the command frame.
+"""
 
 from __future__ import annotations
 

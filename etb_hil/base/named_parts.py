@@ -16,7 +16,9 @@ Declared = TypeVar("Declared")
 
 
 class NamedParts(Generic[Declared]):
-    """The parts of a kind. A name is that of a module of the package `ours`, of a file, or of an entry point.
+    """The parts of a kind.
+
+    A name is that of a module of the package `ours`, of a file, or of an entry point.
 
     `called` is what messages call a part, `declared` its type; `check` raises InputError of a part whose declaration
     breaks the contract.

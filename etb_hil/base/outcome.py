@@ -29,7 +29,10 @@ class SafeState(StrEnum):
 
 
 class ExitCode(IntEnum):
-    """Exit codes of `etb-hil`; 1 is left to Python's own crash, which must not blame a unit."""
+    """Exit codes of `etb-hil`.
+
+    1 is left to Python's own crash, which must not blame a unit.
+    """
 
     DONE = 0
     BAD_INPUT = 2

@@ -24,7 +24,10 @@ _GONE = {errno.EPIPE, errno.EIO}  # the reader has read enough (`| head`), or th
 
 
 class _Descriptor(io.RawIOBase):
-    """A descriptor that is written to until that fails; what comes later is dropped, and `failure` says why."""
+    """A descriptor that is written to until that fails.
+
+    What comes later is dropped, and `failure` says why.
+    """
 
     def __init__(self, number: int) -> None:
         super().__init__()
@@ -63,13 +66,19 @@ class Output(io.TextIOWrapper):
 
     @property
     def failure(self) -> OSError | None:
-        """Why text was lost that somebody wanted: a full disk, say; None where the reader has gone away."""
+        """Why text was lost that somebody wanted: a full disk, say.
+
+        None where the reader has gone away.
+        """
         failure = self._descriptor.failure
         return None if failure is None or failure.errno in _GONE else failure
 
 
 def use_safe_streams() -> None:
-    """Make standard output and error of this process streams that survive; both have to be open."""
+    """Make standard output and error of this process streams that survive.
+
+    Both have to be open.
+    """
     sys.stdout = Output(1, sys.stdout.encoding)
     sys.stderr = Output(2, sys.stderr.encoding)
 

@@ -1,4 +1,6 @@
-"""Plug-ins: installed packages and Python files that add parts to a registry; each registry asks for its own kind.
+"""Plug-ins: installed packages and Python files that add parts to a registry.
+
+Each registry asks for its own kind.
 
 An installed package names a part as an entry point of the group `etb_hil.KIND`. A file declares one as a constant.
 Files are listed in the environment, so that every process of a run has the same ones.
@@ -39,7 +41,9 @@ FILES = "ETB_HIL_PLUGINS"  # paths of files, as in PATH
 
 @dataclass(frozen=True, slots=True)
 class Plugin:
-    """A plug-in as results record it: a package and its version, or a file's name; `sha256` is that of its code.
+    """A plug-in as results record it: a package and its version, or a file's name.
+
+    `sha256` is that of its code.
 
     `parts` are its parts as `kind: name`; `file` is the path of a file that was loaded by itself.
     """
@@ -104,12 +108,18 @@ _changed: list[Callable[[], object]] = []
 
 
 def when_changed(forget: Callable[[], object]) -> None:
-    """Have something called whenever a file is added or removed; InputError from it refuses the file."""
+    """Have something called whenever a file is added or removed.
+
+    InputError from it refuses the file.
+    """
     _changed.append(forget)
 
 
 def parts(kind: str) -> tuple[Part, ...]:
-    """Return the parts of a kind, those of installed packages first; InputError names one that cannot be loaded."""
+    """Return the parts of a kind, those of installed packages first.
+
+    InputError names one that cannot be loaded.
+    """
     found = [_of_package(entry) for entry in _entry_points(kind)]
     for path in files():
         module = _module(path)
@@ -128,7 +138,10 @@ _temporary: list[Part] = []
 
 @contextmanager
 def temporary_part(kind: str, name: str, value: object) -> Iterator[None]:
-    """Have a part in this process alone for as long as a block runs; InputError where a registry refuses it."""
+    """Have a part in this process alone for as long as a block runs.
+
+    InputError where a registry refuses it.
+    """
     part = Part(kind, name, value, Place("a test"))
     _temporary.append(part)
     try:
@@ -167,7 +180,10 @@ def add_file(path: Path) -> None:
 
 
 def declared(path: Path) -> tuple[str, ...]:
-    """Return the kinds of part that a file declares; InputError where it cannot be loaded."""
+    """Return the kinds of part that a file declares.
+
+    InputError where it cannot be loaded.
+    """
     module = _module(path)
     return tuple(kind for kind, constant in KINDS.items() if hasattr(module, constant))
 

@@ -78,7 +78,10 @@ def dimension_of_unit(unit: str) -> str | None:
 
 
 def to_si(value: float, unit: str, dimension: str) -> float:
-    """Convert a value in a unit of the dimension to SI; ValueError names the units allowed."""
+    """Convert a value in a unit of the dimension to SI.
+
+    ValueError names the units allowed.
+    """
     units = DIMENSIONS[dimension][1]
     tidied = tidy_unit(unit)
     if tidied not in units:
@@ -89,7 +92,10 @@ def to_si(value: float, unit: str, dimension: str) -> float:
 
 
 def parse_quantity(text: object, dimension: str) -> float:
-    """Read `30 deg` and the like; the result is in the dimension's SI unit. ValueError says what is wrong."""
+    """Read `30 deg` and the like; the result is in the dimension's SI unit.
+
+    ValueError says what is wrong.
+    """
     if isinstance(text, bool) or not isinstance(text, str | int | float):
         raise ValueError(f"{_named(dimension)} is expected, for instance '1 {unit_of(dimension)}'")  # noqa: TRY004 (pydantic wants it)
     if isinstance(text, int | float):

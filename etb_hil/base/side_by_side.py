@@ -24,7 +24,9 @@ def cores() -> int:
 
 
 def side_by_side(work: Callable[[T], R], items: Iterable[T]) -> Iterator[R]:
-    """Yield what some work makes of each item, in their order; after one that raises no more are begun.
+    """Yield what some work makes of each item, in their order.
+
+    After one that raises no more are begun.
 
     Those that were begun by then are waited for. Work inside such work goes on one after another, so that there are
     never more threads than cores. `work` must not change what another item reads.

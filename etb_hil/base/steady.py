@@ -31,7 +31,10 @@ def steady(priority: int = BENCH) -> Iterator[None]:
 
 
 def _go_first(priority: int) -> tuple[int, os.sched_param] | None:
-    """Ask for a real-time priority; return what there was before, None where nothing changed."""
+    """Ask for a real-time priority.
+
+    Return what there was before, None where nothing changed.
+    """
     if not hasattr(os, "sched_setscheduler"):  # only Linux lets a process ask
         return None
     before = os.sched_getscheduler(0), os.sched_getparam(0)

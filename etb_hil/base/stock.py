@@ -27,7 +27,10 @@ def stock_names(kind: str) -> list[str]:
 
 
 def stock_files(kind: str) -> dict[str, Path]:
-    """Return the paths of a kind's stock files by name, sorted; unlike `find`, whatever lies in the current folder."""
+    """Return the paths of a kind's stock files by name, sorted.
+
+    Unlike `find`, whatever lies in the current folder.
+    """
     folder, suffix = _FOLDERS[kind]
     return {path.stem: path for path in sorted(folder.glob(f"*{suffix}"))}
 

@@ -26,7 +26,10 @@ _KINDS = {
 
 
 def open_file(path: Path, remedy: str = CHECK_PATH) -> BufferedReader:
-    """Open a regular file for reading; InputError where it is none or cannot be opened."""
+    """Open a regular file for reading.
+
+    InputError where it is none or cannot be opened.
+    """
     try:
         if stat.S_ISREG(kind := path.stat().st_mode):  # opening a device may have effects
             file = open(path, "rb", opener=_open)  # noqa: SIM115 (the caller closes it)
@@ -45,7 +48,10 @@ def require_file(path: Path, remedy: str = CHECK_PATH) -> None:
 
 
 def read_bytes(path: Path, most: int = MOST_TEXT_BYTES, remedy: str = CHECK_PATH) -> bytes:
-    """Return what is in a file of at most so many bytes; InputError where it is longer or cannot be read."""
+    """Return what is in a file of at most so many bytes.
+
+    InputError where it is longer or cannot be read.
+    """
     with open_file(path, remedy) as file:
         try:
             content = file.read(most + 1)

@@ -61,7 +61,10 @@ class Document(Generic[ModelT]):
 
 
 def load(path: Path, model: type[ModelT]) -> Document[ModelT]:
-    """Read a YAML file into a pydantic model; InputError lists every problem with file, line, key and value."""
+    """Read a YAML file into a pydantic model.
+
+    InputError lists every problem with file, line, key and value.
+    """
     data, lines = parse(path)
     try:
         content = model.model_validate(data)

@@ -35,7 +35,9 @@ _LONG_FD = 16  # payloads beyond it carry CRC-21 in place of CRC-17
 
 
 def _stuffing_tables() -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Return the next state and the stuff bits for (state, byte); state = 5 * last bit + run length - 1.
+    """Return the next state and the stuff bits for (state, byte).
+
+    State = 5 * last bit + run length - 1.
 
     A stuff bit is counted with the bit that follows it, because one that is due at the end of the dynamically stuffed
     part of an FD frame is left out: the fixed stuff bit stands in its place.

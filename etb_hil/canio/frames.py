@@ -73,7 +73,10 @@ class FrameBlock:
 def classic_frames(
     stamp_ns: int, ident: int, payloads: Sequence[bytes], *, extended: bool = False, width: int = 8
 ) -> FrameBlock:
-    """Return classic frames of one identifier at one instant; `payloads` have up to 8 bytes, rows are `width` wide."""
+    """Return classic frames of one identifier at one instant.
+
+    `payloads` have up to 8 bytes, rows are `width` wide.
+    """
     count = len(payloads)
     data = np.zeros((count, width), np.uint8)
     for row, payload in enumerate(payloads):
@@ -89,7 +92,10 @@ def classic_frames(
 
 
 def clear_behind(data: NDArray[np.uint8], length: NDArray[np.integer[Any]]) -> None:
-    """Set what lies behind each payload's length (n) to zero, in place; `data` is uint8 (n, 8 or 64), contiguous."""
+    """Set what lies behind each payload's length (n) to zero, in place.
+
+    `data` is uint8 (n, 8 or 64), contiguous.
+    """
     words = data.view(np.uint64)
     words &= _KEPT[:, : words.shape[1]].take(length, axis=0)
 

@@ -73,7 +73,10 @@ class IsoTpEnd:
         self._out.clear()
 
     def send(self, payload: bytes) -> None:
-        """Begin to send a message; ValueError where it is empty, too long, or another one is under way."""
+        """Begin to send a message.
+
+        ValueError where it is empty, too long, or another one is under way.
+        """
         if not 0 < len(payload) <= LONGEST:
             raise ValueError(f"a message must have 1 to {LONGEST} bytes (it has {len(payload)})")
         if self._rest:
@@ -86,7 +89,10 @@ class IsoTpEnd:
         self._awaits_flow_control, self._due_flow_ns = True, 0  # the time runs from when the frame goes out
 
     def take(self, now_ns: int, data: bytes) -> None:
-        """Take a frame of the other end that ended at `now_ns`; TransportError where it breaks a rule."""
+        """Take a frame of the other end that ended at `now_ns`.
+
+        TransportError where it breaks a rule.
+        """
         kind = data[0] >> 4 if data else -1
         if kind == _SINGLE:
             self._take_single(data)
@@ -99,7 +105,10 @@ class IsoTpEnd:
         # others are reserved, and ignored (9.6.1)
 
     def step(self, now_ns: int) -> list[bytes]:
-        """Return the frames to be sent at `now_ns`; TransportError where the other end has been silent for too long."""
+        """Return the frames to be sent at `now_ns`.
+
+        TransportError where the other end has been silent for too long.
+        """
         if self._into is not None and now_ns > self._due_in_ns:
             self._into = None
             raise TransportError("N_TIMEOUT_Cr", "a message broke off: its next frame did not come in time")

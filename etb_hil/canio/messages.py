@@ -1,4 +1,7 @@
-"""Frames in columns from and to python-can's messages; apart from `frames` because `import can` is slow."""
+"""Frames in columns from and to python-can's messages.
+
+Apart from `frames` because `import can` is slow.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,10 @@ _BITRATE_SWITCH, _ERROR_STATE, _SENT = map(int, (FrameFlag.BITRATE_SWITCH, Frame
 
 
 def from_messages(messages: Iterable[can.Message], *, sent: bool = False) -> FrameBlock:
-    """Return python-can's messages as columns; stamps are rounded to the nanosecond; `sent` flags all as `SENT`."""
+    """Return python-can's messages as columns; stamps are rounded to the nanosecond.
+
+    `sent` flags all as `SENT`.
+    """
     items = list(messages)
     width = 64 if any(m.is_fd for m in items) else 8
     data = np.zeros((len(items), width), np.uint8)

@@ -39,7 +39,10 @@ class RequestedValuesDecoder:
         self.half_ns: dict[str, list[int]] = {one.role: [] for one in requested.identifiers}
 
     def push(self, frames: FrameBlock) -> list[SampleBlock]:
-        """Take frames in the order of their arrival; return the readings that they brought, a block an identifier."""
+        """Take frames in the order of their arrival.
+
+        Return the readings that they brought, a block an identifier.
+        """
         requested = self._requested
         for row in np.flatnonzero(np.isin(frames.ident, self._idents)):
             flags = int(frames.flags[row])

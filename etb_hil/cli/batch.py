@@ -120,7 +120,10 @@ def _next_serial(last: str, check: Callable[[str], str], tally: Tally, *, attend
 
 
 def _asked(question: str) -> str | None:
-    """Return the next line without what surrounds it; None where there is none, or it ends the queue."""
+    """Return the next line without what surrounds it.
+
+    None where there is none, or it ends the queue.
+    """
     print(question, end="", flush=True)
     try:
         line = sys.stdin.readline()
@@ -143,7 +146,10 @@ def _may_come(serial: str, check: Callable[[str], str]) -> bool:
 
 
 def ask_again(serial: str) -> bool:
-    """Ask whether the test that was stopped begins again; nothing moves until Enter is pressed."""
+    """Ask whether the test that was stopped begins again.
+
+    Nothing moves until Enter is pressed.
+    """
     print(f"Enter runs {printable(serial, 30) or 'the unit'} again, '{QUIT}' ends: ", end="", flush=True)
     try:
         line = sys.stdin.readline()
@@ -158,7 +164,10 @@ def wrapped(text: str) -> str:
 
 
 def read_serial(source: TextIO) -> str:
-    """Return the serial number that is typed, scanned or piped in; InputError where there is none."""
+    """Return the serial number that is typed, scanned or piped in.
+
+    InputError where there is none.
+    """
     if source.isatty():
         print("Serial number, then Enter: ", end="", file=sys.stderr, flush=True)
     return checked_serial(source.readline().strip())

@@ -23,7 +23,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print what the run would do and what is missing, with what to do; exit code 2 for files, 3 for the machine."""
+    """Print what the run would do and what is missing, with what to do.
+
+    Exit code 2 for files, 3 for the machine.
+    """
     from etb_hil.base.errors import InputError
     from etb_hil.base.outcome import ExitCode
     from etb_hil.bench.job import prepare
@@ -79,7 +82,10 @@ def _print_plan(job: Job) -> None:
 
 
 def _each_by_itself(files: JobFiles, problems: list[Problem]) -> Bench | None:
-    """Add what is wrong with each file, not only with the first one; return the bench file's contents where it can."""
+    """Add what is wrong with each file, not only with the first one.
+
+    Return the bench file's contents where it can.
+    """
     from etb_hil.base.yamlfile import load
     from etb_hil.bench.bench_file import Bench, load_bench, load_plugins
     from etb_hil.diagnosis.limits_file import load_limits

@@ -47,7 +47,10 @@ def add_baseline_argument(parser: argparse._ActionsContainer) -> None:
 
 
 def held_against(comparisons: Sequence[Comparison], code: ExitCode, screen: TextIO | None = None) -> ExitCode:
-    """Say what of a baseline is not met; return the exit code, inconclusive where only the baseline disagrees."""
+    """Say what of a baseline is not met.
+
+    Return the exit code, inconclusive where only the baseline disagrees.
+    """
     differing = [comparison for comparison in comparisons if not comparison.agrees]
     for comparison in differing:
         print(f"  Baseline {comparison}", file=screen)
@@ -79,7 +82,10 @@ class CiOutput:
         return self._json == STANDARD_OUTPUT
 
     def add(self, results: RunResult, session: Path | None = None) -> ExitCode:
-        """Write what came of a run; return its exit code, inconclusive where only the baseline disagrees."""
+        """Write what came of a run.
+
+        Return its exit code, inconclusive where only the baseline disagrees.
+        """
         from etb_hil.report.junit import Reported, junit_text
         from etb_hil.results.json_file import result_as_dict
         from etb_hil.session.baseline import compare
@@ -97,7 +103,10 @@ class CiOutput:
 
 
 def _clear(path: Path) -> None:
-    """Take away what an earlier run left, lest it be read as this one's; find out whether a file can stand there."""
+    """Take away what an earlier run left, lest it be read as this one's.
+
+    Find out whether a file can stand there.
+    """
     if path.exists() and not (path.is_file() or path.is_dir()):  # else /dev/null would be gone for everybody
         raise InputError(Problem("is no file that can be written anew", Place(path), remedy="choose another file"))
     if not path.parent.is_dir():
@@ -109,7 +118,10 @@ def _clear(path: Path) -> None:
 
 
 def _write(path: Path, text: str) -> None:
-    """Write what CI reads; where that fails, say so: the exit code stays that of the verdict."""
+    """Write what CI reads.
+
+    Where that fails, say so: the exit code stays that of the verdict.
+    """
     try:
         write_text(path, text, "make room, then take the results from the session")
     except InputError as error:

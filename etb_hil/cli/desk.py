@@ -49,7 +49,10 @@ class Conclusion(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Desk:
-    """A station file and its sessions; `unit` is the model of the virtual unit, on a virtual bench."""
+    """A station file and its sessions.
+
+    `unit` is the model of the virtual unit, on a virtual bench.
+    """
 
     document: Document[Station]
     bench: Path
@@ -60,7 +63,10 @@ class Desk:
 
     @staticmethod
     def open(options: argparse.Namespace, path: Path) -> Desk:
-        """Read the station file; InputError where it is wrong, or another option names what the station decides."""
+        """Read the station file.
+
+        InputError where it is wrong, or another option names what the station decides.
+        """
         document = load_station(path)
         given = [name for name in ("scenario", "model", "limits") if getattr(options, name) is not None]
         if given or (options.station is not None and options.bench is not None):

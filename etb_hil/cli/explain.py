@@ -130,7 +130,10 @@ def _inputs(options: argparse.Namespace) -> list[Path]:
 
 
 def _must_take_an_answer(folder: Path, inputs: list[Path]) -> None:
-    """Refuse a folder that cannot be written to, or would lose what people have there; what it tried is gone again."""
+    """Refuse a folder that cannot be written to, or would lose what people have there.
+
+    What it tried is gone again.
+    """
     from etb_hil.base.errors import InputError, Place, Problem
     from etb_hil.discrepancy.answer.folder import WRITTEN, must_not_lose
     from etb_hil.report.explain_report import REPORT_FILES

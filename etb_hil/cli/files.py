@@ -12,7 +12,10 @@ DEFAULTS = {"scenario": "friction_check", "bench": "virtual_classic", "model": "
 
 
 def add_file_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add scenario, bench, model, limits and virtual unit; each is a path or the name of a stock file."""
+    """Add scenario, bench, model, limits and virtual unit.
+
+    Each is a path or the name of a stock file.
+    """
     parser.add_argument("scenario", nargs="?", help=f"scenario file (default: {DEFAULTS['scenario']})")
     parser.add_argument("--bench", help=f"bench file (default: {DEFAULTS['bench']})")
     parser.add_argument("--model", help=f"what the bench knows of the unit (default: {DEFAULTS['model']})")

@@ -13,7 +13,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Write the files and say what is proposed; a file that exists is never overwritten."""
+    """Write the files and say what is proposed.
+
+    A file that exists is never overwritten.
+    """
     from etb_hil.base.errors import InputError, Place, Problem
     from etb_hil.base.files import make_folder, write_text
     from etb_hil.base.roles import COMMANDED

@@ -22,7 +22,9 @@ def faulted(job: Job, serial: str, fault: BenchFault) -> RunResult:
 
 
 def interrupted(job: Job | None, serial: str, time_out: str) -> RunResult:
-    """Return the results of a run that was ended before it began; `time_out` is empty where somebody ended it.
+    """Return the results of a run that was ended before it began.
+
+    `time_out` is empty where somebody ended it.
 
     Without a `job` it was ended while its files were read.
     """

@@ -37,7 +37,10 @@ class PageScreen:
     operator: str
 
     def run(self, serial: str, before: str, signals: StopSignals) -> tuple[Finished, bool]:
-        """Run the scenario on the unit of this serial number; nobody asks here for it to be repeated."""
+        """Run the scenario on the unit of this serial number.
+
+        Nobody asks here for it to be repeated.
+        """
         channel = Channel(self.page)
         with ExitStack() as open_things:
             operator = open_things.enter_context(PageOperator(channel, self.operator, waits=self.job.is_virtual))
@@ -49,7 +52,10 @@ class PageScreen:
 
 
 def run_for_page(units: Units, options: argparse.Namespace) -> int:
-    """Run one unit, and leave what came of it for the page, whatever that is; return the exit code."""
+    """Run one unit, and leave what came of it for the page, whatever that is.
+
+    Return the exit code.
+    """
     channel = Channel(options.page)
     outcome = refusal("BENCH FAULT", "The program failed.", "Repeat the test. Where it happens again, report it.")
     try:

@@ -14,7 +14,10 @@ class Parser(argparse.ArgumentParser):
     """An `argparse.ArgumentParser` whose errors name the nearest command, choice or option."""
 
     def error(self, message: str) -> NoReturn:
-        """Print usage and message, with the nearest name where one was mistyped; exit with code 2."""
+        """Print usage and message, with the nearest name where one was mistyped.
+
+        Exit with code 2.
+        """
         if chosen := re.match(r"(argument .*: invalid choice: )'(.*)' \(choose from (.*)\)", message):
             meant = did_you_mean(chosen[2], re.findall(r"[^', ]+", chosen[3]))
             message = f"{message}{f'; {meant}' if meant else ''}"
@@ -23,7 +26,10 @@ class Parser(argparse.ArgumentParser):
     def parse_args(  # type: ignore[override]
         self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
     ) -> argparse.Namespace:
-        """Parse the whole command line; what no option takes is an error of the command it was given to."""
+        """Parse the whole command line.
+
+        What no option takes is an error of the command it was given to.
+        """
         found, unknown = self.parse_known_args(args, namespace)
         if unknown:
             parser = self._parser_of(getattr(found, "command", None))

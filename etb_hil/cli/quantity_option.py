@@ -4,7 +4,10 @@ from __future__ import annotations
 
 
 def quantity_option(option: str, text: str, dimension: str) -> float:
-    """Return an option's value in SI; InputError names the option and the units allowed."""
+    """Return an option's value in SI.
+
+    InputError names the option and the units allowed.
+    """
     from etb_hil.base.errors import InputError, Problem
     from etb_hil.base.quantity import parse_quantity
 

@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 
 
 def replay_many(options: argparse.Namespace) -> int:
-    """Judge every source, print what could not be judged and how many came to what; return the worst exit code."""
+    """Judge every source, print what could not be judged and how many came to what.
+
+    Return the worst exit code.
+    """
     tasks = tasks_for(options.sources, units_of(options), *own_rules(options), stretch_of(options), window_of(options))
     pool = DaskWorkers(options.dask) if options.dask else LocalProcesses(options.jobs)
     folder = options.out or Path("replays")

@@ -144,12 +144,18 @@ def _rule_files(options: argparse.Namespace, bench_name: str | None) -> RuleFile
 
 
 def baseline_of(options: argparse.Namespace) -> Document[Baseline] | None:
-    """Return the baseline that was named, if one was; InputError where it cannot be read."""
+    """Return the baseline that was named, if one was.
+
+    InputError where it cannot be read.
+    """
     return None if options.baseline is None else load_baseline(options.baseline)
 
 
 def against_baseline(baseline: Document[Baseline] | None, results: RunResult, code: int) -> ExitCode:
-    """Say what of the baseline a judgement does not meet; return the exit code, as of a run."""
+    """Say what of the baseline a judgement does not meet.
+
+    Return the exit code, as of a run.
+    """
     return held_against([] if baseline is None else compare(baseline, results), ExitCode(code))
 
 

@@ -40,7 +40,10 @@ _NO_SCREEN = {"", "dumb", "unknown"}
 
 @dataclass(frozen=True, slots=True)
 class RunScreen:
-    """Runs units on a bench; `attended` says that somebody is at the keyboard, `shown` that the run may be watched."""
+    """Runs units on a bench.
+
+    `attended` says that somebody is at the keyboard, `shown` that the run may be watched.
+    """
 
     job: Job
     folder: Path
@@ -50,7 +53,9 @@ class RunScreen:
     operator: str = "operator"
 
     def run(self, serial: str, before: str, signals: StopSignals) -> tuple[Finished, bool]:
-        """Run the scenario on the unit of this serial number; `before` is what came of the units before it.
+        """Run the scenario on the unit of this serial number.
+
+        `before` is what came of the units before it.
 
         `signals` end the run, and are held once it has begun. Also returns whether somebody ended it by the
         key that wants it from the start again.

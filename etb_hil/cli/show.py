@@ -21,7 +21,9 @@ def show_finished(
     *,
     pictures: bool = False,
 ) -> None:
-    """Write the report beside the results and print the verdict; `next_step` and `pictures` as of `write_report`.
+    """Write the report beside the results and print the verdict.
+
+    `next_step` and `pictures` as of `write_report`.
 
     Somebody who presses Ctrl-C again and again need not wait for the report.
     """

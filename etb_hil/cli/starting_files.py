@@ -72,7 +72,10 @@ _SCENARIO = """\
 
 
 def starting_files(dbc: Path, folder: Path, database: Database, found: dict[str, list[Proposal]]) -> dict[str, str]:
-    """Return the texts of the new files by name; `folder` is where they will stand, `found` what is proposed."""
+    """Return the texts of the new files by name.
+
+    `folder` is where they will stand, `found` what is proposed.
+    """
     rate, source = _bit_rate(database)
     is_fd = any(message.is_fd for message in database.messages)
     name = _plain(dbc.stem)

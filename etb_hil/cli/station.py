@@ -24,7 +24,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print what the station tests and how it stands; exit code 3 where its bench may not judge units now."""
+    """Print what the station tests and how it stands.
+
+    Exit code 3 where its bench may not judge units now.
+    """
     from datetime import UTC, datetime
 
     from etb_hil.base.errors import BenchFault

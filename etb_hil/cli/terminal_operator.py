@@ -17,7 +17,9 @@ _BACKSPACES = "\b\x7f"
 
 
 class TerminalOperator:
-    """An `Operator`; where `waits` is set, its looks take time, for benches whose time would fly otherwise.
+    """An `Operator`.
+
+    Where `waits` is set, its looks take time, for benches whose time would fly otherwise.
 
     Without a `screen` for the questions, somebody else shows them (the live panel), with `hint` below.
     """
@@ -46,7 +48,10 @@ class TerminalOperator:
         self._say(f"\n>>> {prompt.text}\n    {self.hint}")
 
     def answer(self) -> str | None:
-        """Return the answer once its number was pressed, or its words and Enter; ask again after anything else."""
+        """Return the answer once its number was pressed, or its words and Enter.
+
+        Ask again after anything else.
+        """
         if self._prompt is None:
             return None
         for key in self._keyboard.read(self._wait_s):
@@ -59,7 +64,10 @@ class TerminalOperator:
         self._prompt, self._typed = None, ""
 
     def heed_keys(self) -> None:
-        """End the run where that was asked for by a key; while a question is open, keys belong to its answer."""
+        """End the run where that was asked for by a key.
+
+        While a question is open, keys belong to its answer.
+        """
         if self._prompt is not None:
             return
         keys = self._keyboard.read()

@@ -18,7 +18,9 @@ LONGEST_S = 1e6
 
 
 class TimeLimit:
-    """While entered, the time that is left runs out; None means that there is no limit.
+    """While entered, the time that is left runs out.
+
+    None means that there is no limit.
 
     Before and after a run, its end is that of an interrupted command. A run hears of it as of any other order to
     abort, and ends in the safe state. What has not ended by itself `GRACE_S` later is ended with the exit code of a

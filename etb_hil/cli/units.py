@@ -45,7 +45,10 @@ class Judged(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Units:
-    """Runs units as the options say, or a station's desk where there is one; `output` keeps what CI reads."""
+    """Runs units as the options say, or a station's desk where there is one.
+
+    `output` keeps what CI reads.
+    """
 
     options: argparse.Namespace
     output: CiOutput
@@ -58,7 +61,10 @@ class Units:
         return checked_serial(text) if self.desk is None else self.desk.check(text)
 
     def screen_for(self, serial: str) -> Screen:
-        """Return what runs a unit, its files read and checked; InputError lists what is wrong."""
+        """Return what runs a unit, its files read and checked.
+
+        InputError lists what is wrong.
+        """
         files = job_files(self.options) if self.desk is None else self.desk.files(serial)
         if files not in self.screens:
             try:

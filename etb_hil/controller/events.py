@@ -68,7 +68,10 @@ def _command(s: State, now_ns: int, stamp_ns: int, event: Vector) -> None:
 
 @njit(cache=True, error_model="numpy")
 def _request(s: State, settings: Settings, event: Vector) -> None:
-    """Signals, rate in Hz, burst, duration in s; without a signal, a rate or a frame for it the measurement ends."""
+    """Signals, rate in Hz, burst, duration in s.
+
+    Without a signal, a rate or a frame for it the measurement ends.
+    """
     signals, rate, duration = int(event[1]), event[2], event[4]
     s.burst = settings.has_burst if event[3] > 0.0 else 0
     if signals == 0 or not (s.burst or (rate > 0.0 and settings.has_single)):

@@ -50,7 +50,10 @@ UNASKED_RATE = 1000.0  # Hz
 
 
 class FrameReader:
-    """Takes the frames of one dialect; events wait here until their control tick has come."""
+    """Takes the frames of one dialect.
+
+    Events wait here until their control tick has come.
+    """
 
     def __init__(self, dialect: Dialect) -> None:
         messages = [m for m in dialect.messages if m.commanded]
@@ -96,7 +99,10 @@ class FrameReader:
         return self._events[: self._waiting]
 
     def push(self, frames: FrameBlock) -> None:
-        """Take frames in the order of their stamps; those of other senders' messages are passed over."""
+        """Take frames in the order of their stamps.
+
+        Those of other senders' messages are passed over.
+        """
         self._grow(self._waiting + 2 * len(frames))
         self._waiting = _read(
             frames.stamp_ns, frames.ident, frames.flags, frames.length, frames.data,
@@ -145,7 +151,10 @@ def _read(
     events: Float64,
     count: int,
 ) -> int:
-    """Append an event for each frame that concerns the controller; return how many wait now."""
+    """Append an event for each frame that concerns the controller.
+
+    Return how many wait now.
+    """
     for row in range(len(stamp_ns)):
         for index in range(len(messages)):
             message = messages[index]
@@ -172,7 +181,10 @@ def _read(
 def _refusal(
     payload: Bytes, length: int, message: Int64, data_ids: NDArray[np.uint16], counters: Int64, index: int
 ) -> int:
-    """Return the event of a frame that must not be taken, or 0; a good frame's alive counter is kept."""
+    """Return the event of a frame that must not be taken, or 0.
+
+    A good frame's alive counter is kept.
+    """
     expected, profile = int(message[_LENGTH]), int(message[_PROFILE])
     if length < expected or not crc_is_right(payload, expected, profile, data_ids):
         return REFUSED_CRC
@@ -187,7 +199,10 @@ def _refusal(
 
 @njit(cache=True, error_model="numpy")
 def _decoded(payload: Bytes, message: Int64, roles: Int64, places: Int64, factors: Float64, values: Float64) -> bool:
-    """Bring the values up to date; a frame that holds something which is no number changes nothing."""
+    """Bring the values up to date.
+
+    A frame that holds something which is no number changes nothing.
+    """
     for entry in range(message[_FIRST], message[_END]):
         if not np.isfinite(read_value(payload, places[entry], factors[entry, 0], factors[entry, 1])):
             return False

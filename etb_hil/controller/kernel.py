@@ -147,7 +147,9 @@ def _show_refusals(s: State) -> None:
 
 @njit(cache=True, error_model="numpy")
 def _sample(s: State, plant: Vector, unit: Vector, sheet: DataSheet, row: Sample, burst: NDArray[np.float64]) -> bool:
-    """Sample this instant; return whether it completed the row, which only the last one of a burst does.
+    """Sample this instant.
+
+    Return whether it completed the row, which only the last one of a burst does.
 
     The voltage is the one that the bridge gives from this instant on.
     """
@@ -167,7 +169,10 @@ def _sample(s: State, plant: Vector, unit: Vector, sheet: DataSheet, row: Sample
 
 @njit(cache=True, error_model="numpy")
 def _terminal_voltage(s: State, plant: Vector, unit: Vector) -> float:
-    """Return the voltage over the motor; with the bridge open the diodes', then the motor's own as a generator."""
+    """Return the voltage over the motor.
+
+    With the bridge open the diodes', then the motor's own as a generator.
+    """
     if not math.isnan(s.voltage):
         return s.voltage
     if abs(plant[CURRENT]) > DECAYED:

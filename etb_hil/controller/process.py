@@ -29,7 +29,10 @@ class EventLog:
         self._stream = stream
 
     def write(self, event: str, **values: object) -> None:
-        """Write one line; nothing where no log was asked for. RecordingFault where it cannot be written."""
+        """Write one line; nothing where no log was asked for.
+
+        RecordingFault where it cannot be written.
+        """
         if self._stream is None:
             return
         try:

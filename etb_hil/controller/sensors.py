@@ -52,7 +52,10 @@ def encoder_angle(motor_angle: float, sheet: DataSheet) -> float:
 
 @njit(cache=True, error_model="numpy")
 def track_angles(theta: float, counter: int, sheet: DataSheet) -> tuple[float, float]:
-    """Return both plate tracks in rad; the second one falls as the plate opens and is given as the angle it means."""
+    """Return both plate tracks in rad.
+
+    The second one falls as the plate opens and is given as the angle it means.
+    """
     one = rounded(theta + normal(sheet.seed, counter, TRACK) * sheet.track_noise, sheet.track_step)
     noise = normal(sheet.seed, counter, TRACK_2) * sheet.track_noise
     two = -rounded(-theta - sheet.track_2_offset + noise, sheet.track_step)

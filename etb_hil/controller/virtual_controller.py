@@ -104,7 +104,9 @@ class VirtualController:
         return self._machine.plant_state
 
     def run(self, until_ns: int, inbox: FrameBlock | None = None) -> FrameBlock:
-        """Live until `until_ns`; return the frames handed to the transmitter before it, stamped with when.
+        """Live until `until_ns`.
+
+        Return the frames handed to the transmitter before it, stamped with when.
 
         `inbox` holds frames that ended on the bus until now, or will by `until_ns`; one takes effect at the first
         control tick at or after its stamp. How time is cut into calls changes nothing.

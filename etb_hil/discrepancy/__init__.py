@@ -1,1 +1,1 @@
-"""Discrepancy analysis: what a model lacks, which cause explains it, and by how much."""
+"""Discrepancy analysis: what a model lacks, which cause explains it, and how well."""

@@ -80,7 +80,7 @@ def explain(
     *,
     is_same_unit: bool = False,
 ) -> Answer:
-    """Explain the first of some recordings by a model, and test the causes on the others.
+    """Explain the first of some recordings by a model; test the causes on the others.
 
     All recordings are of one kind of unit. `without`: effects that are not tested. With `limits` the answer says what
     the causes change in the diagnosis; `judge` diagnoses the first recording as the bench does that made it.
@@ -143,7 +143,7 @@ def _searched(
 def _insufficient(
     why: list[str], balances: Sequence[Balances], model: Model, confounding: Sequence[Confounded], said: _Said
 ) -> Answer:
-    """Return the answer to insufficient data with the reasons, also after an interrupt."""
+    """Return the answer to insufficient data with the reasons, also if interrupted."""
     answer = _nothing((*why, *data_quality(balances, model)), confounding)
     if said.is_interrupted:
         done = stages(answer, is_read=True, is_searched=False)
@@ -212,7 +212,7 @@ def _held_out(findings: Findings, said: _Said) -> Holdout | None:
 
 
 def _put_together(findings: Findings, holdout: Holdout | None, said: _Said) -> ExplanationResult:
-    """Return the answer so far. An interrupt ends what would follow, and not the answer."""
+    """Return the answer so far. An interrupt ends what would follow, not the answer."""
     found = None
     if not said.is_interrupted:
         found = said.unless_interrupted("putting the answer together", explanation, findings, holdout)
@@ -273,7 +273,7 @@ def _coarsely(
 
 
 def _obeying_its_laws(model: Model, recordings: Sequence[Recording]) -> Model:
-    """Return the model with its temperature laws as terms, if temperature was recorded."""
+    """Return the model with its temperature laws as terms, if temperature is known."""
     is_known = all("temperature" in r.roles and np.isfinite(r.series("temperature").values).any() for r in recordings)
     if not is_known or not laws(model.parameters):
         return model
@@ -289,7 +289,7 @@ def _obeying_its_laws(model: Model, recordings: Sequence[Recording]) -> Model:
 def _read(
     recordings: Sequence[Recording], model: Model
 ) -> tuple[list[Measurement], list[list[Measurement]], list[str]]:
-    """Return the segments of the first recording, of each other one, and what is missing."""
+    """Return segments of the first recording, of each other one, and what is missing."""
     segments: list[Measurement] = []
     others: list[list[Measurement]] = []
     missing: list[str] = []
@@ -336,7 +336,7 @@ class _Said:
 
 
 def write(answer: Answer, folder: Path) -> list[Path]:
-    """Write `explanation.json` and, where a model was fitted, `model.yaml`; return the paths.
+    """Write `explanation.json` and, if a model was fitted, `model.yaml`; return paths.
 
     Files of an earlier answer that this one does not have are deleted: they are not of these data. InputError where
     files of these names belong to no answer, or one cannot be written.

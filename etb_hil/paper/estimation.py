@@ -29,7 +29,9 @@ def paper_settings(cutoff: float = CUTOFF) -> SlidingModeSettings:
 def estimate(
     motion: Motion, settings: SlidingModeSettings | None = None, known: ThrottleParameters | None = None
 ) -> FrictionEstimate:
-    """Return what eq. (4) to (6) make of current, angle and velocity at 20 kHz; `known` defaults to the healthy unit.
+    """Return what eq. (4) to (6) make of current, angle and velocity at 20 kHz.
+
+    `known` defaults to the healthy unit.
 
     The observer's model holds springs, inertia and motor constant; of friction it takes M alone.
     """

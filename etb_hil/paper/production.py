@@ -21,7 +21,9 @@ _ROOM = 20.0  # degC
 
 
 def diagnosed(motion: Motion, kind: str, seed: int = 1) -> DiagnosisResult:
-    """Return what the project's own diagnosis says of a motion; `kind` is the kind of phase.
+    """Return what the project's own diagnosis says of a motion.
+
+    `kind` is the kind of phase.
 
     It gets the default plant's sensors, and a model of the healthy unit that is off inside its tolerances.
     """

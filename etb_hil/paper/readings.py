@@ -37,7 +37,10 @@ class Reading:
 
 
 def readings(normal: Motion, fault: Motion) -> Sequence[Reading]:
-    """Return every unclear place, with the numbers of its other reading; the motions are those of figures 4 and 6."""
+    """Return every unclear place, with the numbers of its other reading.
+
+    The motions are those of figures 4 and 6.
+    """
     return (
         *_parameters(normal),
         *_estimator(normal, fault),

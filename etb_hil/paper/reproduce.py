@@ -126,7 +126,10 @@ def _pictures(set_ups: Sequence[SetUp], trades: dict[str, Trade], properties: Pr
 
 
 def is_as_the_paper_says(done: Reproduction) -> list[str]:
-    """Return what of the paper's claims (section IV) the runs do not bear out; nothing where all hold."""
+    """Return what of the paper's claims (section IV) the runs do not bear out.
+
+    Nothing where all hold.
+    """
     by_figure = {one.figure: one for one in done.set_ups}
     missing = []
     for kind, normal, fault in (("sinusoid", 4, 6), ("step", 5, 7)):

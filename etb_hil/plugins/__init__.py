@@ -1,4 +1,7 @@
-"""Plug-ins: what loads them from files; the modules of this package hold what each kind of part is declared with."""
+"""Plug-ins: what loads them from files.
+
+The modules of this package hold what each kind of part is declared with.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""What a kind of phase is declared with: a subclass of `PhaseModel`; `PHASE = MyPhase`."""
+"""What a kind of phase is declared with: a subclass of `PhaseModel`.
+
+`PHASE = MyPhase`.
+"""
 
 from etb_hil.base.modes import Mode as Mode
 from etb_hil.base.quantity import Angle as Angle

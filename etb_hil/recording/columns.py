@@ -40,7 +40,10 @@ class TimeColumn(FileModel):
 
 
 class RoleColumn(FileModel):
-    """One role's column: SI value = (number * scale + offset) in `unit`; with `optional` a table may lack it."""
+    """One role's column: SI value = (number * scale + offset) in `unit`.
+
+    With `optional` a table may lack it.
+    """
 
     column: str
     unit: str = "1"
@@ -92,7 +95,10 @@ class TablePlan:
 
 
 def plan_by_map(document: Document[TableMap], file: Path, names: Sequence[str]) -> TablePlan:
-    """Return the plan that a map file gives; InputError where the table lacks one of its columns."""
+    """Return the plan that a map file gives.
+
+    InputError where the table lacks one of its columns.
+    """
     table_map = document.content
     uses = {role: use for role, use in table_map.roles.items() if use.column in names or not use.optional}
     wanted: list[tuple[tuple[str, ...], str]] = [(("time", "column"), table_map.time.column)]

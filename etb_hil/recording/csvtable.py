@@ -53,7 +53,10 @@ class _Rows:
 
 
 class CsvTable:
-    """A table in a text file: names in its first line, then a row a line; `#` begins a comment line."""
+    """A table in a text file: names in its first line, then a row a line.
+
+    `#` begins a comment line.
+    """
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -71,7 +74,9 @@ class CsvTable:
             )
 
     def read(self, time: TimeColumn, names: Sequence[str]) -> tuple[Int64, dict[str, Float64]]:
-        """Return the time in ns and the named columns as numbers; an empty cell or `nan` is NaN, except in the time.
+        """Return the time in ns and the named columns as numbers.
+
+        An empty cell or `nan` is NaN, except in the time.
 
         InputError lists up to 20 broken cells with line, column and value.
         """
@@ -91,7 +96,10 @@ class CsvTable:
         return np.array(read.time_ns, np.int64), {name: np.array(one, np.float64) for name, one in found.items()}
 
     def _blocks(self, read: _Read) -> Iterator[_Rows]:
-        """Yield what is wanted of the rows, thousands at a time; what is no row goes to the problems."""
+        """Yield what is wanted of the rows, thousands at a time.
+
+        What is no row goes to the problems.
+        """
         rows = _Rows()
         try:
             for line, cells in self._rows():
@@ -110,7 +118,10 @@ class CsvTable:
             yield rows
 
     def _take_together(self, rows: _Rows, read: _Read) -> None:
-        """Take rows column by column, which is fast; ValueError, and nothing is taken, where a cell is broken."""
+        """Take rows column by column, which is fast.
+
+        ValueError, and nothing is taken, where a cell is broken.
+        """
         in_time, *by_column = zip(*rows.cells, strict=True)
         last, times = read.last, []
         for cell in in_time:
@@ -216,5 +227,8 @@ class CsvTable:
 
 
 def _line(problem: Problem) -> int:
-    """Return the line that a problem is in; what ended the reading anywhere else comes last."""
+    """Return the line that a problem is in.
+
+    What ended the reading anywhere else comes last.
+    """
     return sys.maxsize if problem.place is None or problem.place.line is None else problem.place.line

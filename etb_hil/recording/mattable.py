@@ -33,7 +33,10 @@ class MatTable:
         self.names = tuple(self._vectors)
 
     def read(self, time: TimeColumn, names: Sequence[str]) -> tuple[Int64, dict[str, Float64]]:
-        """Return the time in ns and the named vectors; InputError names the vector and the row that is wrong."""
+        """Return the time in ns and the named vectors.
+
+        InputError names the vector and the row that is wrong.
+        """
         seconds = self._vectors[time.column]
         if not np.all(np.isfinite(seconds)) or np.any(np.abs(seconds) * float(NS_PER_UNIT[time.unit]) > 2.0**62):
             raise self._wrong(time.column, "holds a value that is no time", "remove those rows")
@@ -84,7 +87,10 @@ class MatTable:
 
 
 def _is_version_5(content: bytes) -> bool:
-    """Return whether the file has the header of versions 5 to 7; that of version 4 has a zero among its first bytes."""
+    """Return whether the file has the header of versions 5 to 7.
+
+    That of version 4 has a zero among its first bytes.
+    """
     return len(content) >= _HEADER and 0 not in content[:4] and 1 in content[_HEADER - 4 : _HEADER - 2]
 
 

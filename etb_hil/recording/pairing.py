@@ -33,7 +33,10 @@ def paired(blocks: Sequence[SampleBlock]) -> list[SampleBlock]:
 
 
 def _at(block: SampleBlock, fastest: SampleBlock) -> dict[str, Float64]:
-    """Return a block's columns in the rows of the fastest one; nothing where most of these find no row of it."""
+    """Return a block's columns in the rows of the fastest one.
+
+    Nothing where most of these find no row of it.
+    """
     if len(block) < max(2.0, _MOST * len(fastest)):
         return {}
     after = np.clip(np.searchsorted(block.time_ns, fastest.time_ns), 1, max(len(block) - 1, 1))

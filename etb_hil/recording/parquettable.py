@@ -46,13 +46,19 @@ class ParquetTable:
             self.called["stamp_ns"] = "time_ns"
 
     def read(self, time: TimeColumn, names: Sequence[str]) -> tuple[Int64, dict[str, Float64]]:
-        """Return the time in ns and the named columns as numbers, null as NaN; InputError names column and row."""
+        """Return the time in ns and the named columns as numbers, null as NaN.
+
+        InputError names column and row.
+        """
         first, *others = self._columns([time.column, *names])
         columns = {name: self._numbers(name, one) for name, one in zip(names, others, strict=True)}
         return self._time(first, time), columns
 
     def rows_by_message(self, messages: Iterable[str]) -> dict[str, NDArray[np.bool_]]:
-        """Return the rows (n) of each of some messages of a log; InputError where they came from two units."""
+        """Return the rows (n) of each of some messages of a log.
+
+        InputError where they came from two units.
+        """
         channel, message = self._columns(["channel", "message"])
         channels = channel.to_numpy()
         rows = {one: self._spoken(message, one) for one in messages}

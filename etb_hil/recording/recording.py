@@ -43,7 +43,9 @@ class Gap:
 
 @dataclass(slots=True)
 class Recording:
-    """Signals in SI units on the controller's sample clock; grows by `append`, is read by role.
+    """Signals in SI units on the controller's sample clock.
+
+    Grows by `append`, is read by role.
 
     `notes` says in words what of the source could not be read or was left out.
     """
@@ -107,7 +109,10 @@ class Recording:
         return found
 
     def source_of(self, role: str) -> str:
-        """Return the source that delivers a role; InputError names the roles that are there."""
+        """Return the source that delivers a role.
+
+        InputError names the roles that are there.
+        """
         for source, parts in self._blocks.items():
             if role in parts[0].columns:
                 return source

@@ -45,7 +45,10 @@ class SampleBlock:
 
 
 def concatenate(blocks: Iterable[SampleBlock]) -> SampleBlock:
-    """Join blocks of one source and the same roles end to end; raises ValueError without any block."""
+    """Join blocks of one source and the same roles end to end.
+
+    Raises ValueError without any block.
+    """
     parts = list(blocks)
     if len(parts) == 1:
         return parts[0]
@@ -77,7 +80,10 @@ class Joiner:
             raise ValueError("a join needs at least one source")
 
     def push(self, blocks: Iterable[SampleBlock]) -> SampleBlock | None:
-        """Take new blocks (those of other sources are left alone); return the rows that became whole, if any."""
+        """Take new blocks (those of other sources are left alone).
+
+        Return the rows that became whole, if any.
+        """
         for block in blocks:
             if block.source in self._pending and len(block):
                 self._pending[block.source].append(block)

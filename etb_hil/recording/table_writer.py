@@ -1,4 +1,7 @@
-"""Tables out: CSV for everybody, Parquet where pyarrow is; columns are named by role and unit, as they are read."""
+"""Tables out: CSV for everybody, Parquet where pyarrow is.
+
+Columns are named by role and unit, as they are read.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +41,9 @@ def check_writable(path: Path) -> None:
 
 
 def write_table(path: Path, time_ns: Int64, columns: Mapping[str, Float64]) -> None:
-    """Write columns (n) by role over `time_ns` (n), whole or not at all; NaN becomes an empty cell.
+    """Write columns (n) by role over `time_ns` (n), whole or not at all.
+
+    NaN becomes an empty cell.
 
     Raises InputError where the file cannot be written.
     """

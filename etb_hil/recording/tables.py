@@ -67,7 +67,10 @@ def read_table(path: Path, map_file: Path | None = None) -> Recording:
 def _sources(
     table: CsvTable | MatTable | ParquetTable, path: Path, uses: Sequence[Conversion], raw: Mapping[str, Float64]
 ) -> list[tuple[str, NDArray[np.bool_], list[Conversion]]]:
-    """Return what was sampled together: its name, its rows (n) and its roles; of a log's signals by message."""
+    """Return what was sampled together: its name, its rows (n) and its roles.
+
+    Of a log's signals by message.
+    """
     if not isinstance(table, ParquetTable) or not table.is_of_log:
         return _sampled_together(path.stem, uses, raw)
     by_message: dict[str, list[Conversion]] = {}
@@ -104,7 +107,10 @@ def _sampled_together(
 
 
 def _block(recording: Recording, source: str, time_ns: Int64, columns: dict[str, Float64]) -> SampleBlock:
-    """Return what was sampled together; of rows with the same time the first, and a note says so."""
+    """Return what was sampled together.
+
+    Of rows with the same time the first, and a note says so.
+    """
     samples = SampleBlock(source, time_ns, time_ns, columns, _gaps(time_ns))
     repeated = np.diff(time_ns, prepend=time_ns[0] - 1) == 0
     if not repeated.any():

@@ -1,1 +1,4 @@
-"""What was recorded judged again: sessions, logs of any origin, one or many; exports, and logs sent onto a bus."""
+"""What was recorded judged again: sessions, logs of any origin, one or many.
+
+Exports, and logs sent onto a bus.
+"""

@@ -72,7 +72,9 @@ class _Source:
 
 
 def export(log: Iterable[FrameBlock], path: Path, messages: Sequence[Message] = (), id_offset: int = 0) -> Exported:
-    """Write a log's frames to a file whose suffix names the format; `messages` are those to decode.
+    """Write a log's frames to a file whose suffix names the format.
+
+    `messages` are those to decode.
 
     Their identifiers are `id_offset` higher on the bus than in their DBC file.
 

@@ -40,7 +40,10 @@ class Frames:
         self.channels: set[int] = set()
 
     def __iter__(self) -> Iterator[FrameBlock]:
-        """Yield the blocks; InputError where a file starts before the one in front of it ended, and without frames."""
+        """Yield the blocks.
+
+        InputError where a file starts before the one in front of it ended, and without frames.
+        """
         self.notes, self.start_ns, self.channels = [], None, set()
         others: set[int] = set()
         for block in within(self._joined(), self._window, self._paths[0]):

@@ -35,7 +35,10 @@ class NothingToJudgeError(InputError):
 
 @dataclass(frozen=True, slots=True)
 class LogJob:
-    """One or more files with what they are judged by; `phases` where somebody knows them, and what ends each."""
+    """One or more files with what they are judged by.
+
+    `phases` where somebody knows them, and what ends each.
+    """
 
     paths: tuple[Path, ...]
     files: RuleFiles
@@ -86,7 +89,9 @@ def judge(job: LogJob, frames: Iterable[FrameBlock]) -> Finished:
 
 
 def judge_stretches(job: LogJob, frames: Frames, length_ns: int) -> Iterator[Finished]:
-    """Judge a log in segments of so many ns, each as if it were a log by itself; those without a role are left out.
+    """Judge a log in segments of so many ns, each as if it were a log by itself.
+
+    Those without a role are left out.
 
     How many those were stands in the notes of `frames` afterwards. Raises InputError, which carries these notes, where
     there was nothing else, and where a message comes on two channels.
@@ -110,7 +115,9 @@ def judge_stretches(job: LogJob, frames: Frames, length_ns: int) -> Iterator[Fin
 
 
 def stretches(frames: Iterable[FrameBlock], length_ns: int) -> Iterator[Iterator[FrameBlock]]:
-    """Cut a log into segments of so many ns from its first frame on; each is read before the next one comes.
+    """Cut a log into segments of so many ns from its first frame on.
+
+    Each is read before the next one comes.
 
     Frames that are a little late stay in the segment in which they came. Where stamps fall by more than a segment (a
     clock was set back, a stamp is damaged), a new one begins: none grows with the log.
@@ -129,7 +136,10 @@ def stretches(frames: Iterable[FrameBlock], length_ns: int) -> Iterator[Iterator
 def _between(
     waiting: list[FrameBlock], source: Iterator[FrameBlock], low_ns: int, high_ns: int, left: list[FrameBlock]
 ) -> Iterator[FrameBlock]:
-    """Yield the frames between two instants; what follows from the first frame outside on is put into `left`."""
+    """Yield the frames between two instants.
+
+    What follows from the first frame outside on is put into `left`.
+    """
     while True:
         block = waiting.pop() if waiting else next(source, None)
         if block is None:

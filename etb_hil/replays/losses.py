@@ -32,7 +32,9 @@ _MOST_WAITING = 64  # blocks of one stamp that are looked at together
 
 @dataclass(slots=True)
 class Losses:
-    """`frames` that both logs have; the shift of all stamps, as the first frame has it, and the largest rest, in ns.
+    """`frames` that both logs have.
+
+    The shift of all stamps, as the first frame has it, and the largest rest, in ns.
 
     `gone` says what else is not as it was, and of how many frames.
     """

@@ -33,7 +33,9 @@ _REMEDY = "make room, or give another folder with --out"
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One unit in a log, or a session, which has files of its own (no `rules`); all paths are absolute.
+    """One unit in a log, or a session, which has files of its own (no `rules`).
+
+    All paths are absolute.
 
     `key` tells it from all others, and from itself once one of its files has changed.
     """
@@ -56,7 +58,9 @@ def tasks_for(
     stretch_s: float = STRETCH_S,
     window: Window | None = None,
 ) -> list[Task]:
-    """Return a task a session, and a task a log and unit; a unit is its files, and the channel if not all are its own.
+    """Return a task a session, and a task a log and unit.
+
+    A unit is its files, and the channel if not all are its own.
 
     `model` and `limits` overrule a session's. A source that cannot be read is a task too: its outcome says so.
     """
@@ -102,7 +106,9 @@ def _digest(path: Path) -> str:
 def judge_many(
     tasks: Sequence[Task], folder: Path, pool: Callable[[Sequence[Task]], Iterator[Outcome]]
 ) -> list[Outcome]:
-    """Judge all tasks that `folder` does not already hold; return the outcomes of all, in the order of the tasks.
+    """Judge all tasks that `folder` does not already hold.
+
+    Return the outcomes of all, in the order of the tasks.
 
     What was refused or crashed is tried again: what it lacked may be there now. Each outcome is on the disk before the
     next one is asked for, with a checksum; an outcome that was changed since is not read, and its log is judged again.
@@ -126,7 +132,10 @@ def _line(outcome: Outcome) -> str:
 
 
 def _read_progress(path: Path) -> dict[str, Outcome]:
-    """Return the outcomes by key whose checksums are right; nothing else of the file is parsed."""
+    """Return the outcomes by key whose checksums are right.
+
+    Nothing else of the file is parsed.
+    """
     if not path.exists():
         return {}
     done, changed = {}, 0

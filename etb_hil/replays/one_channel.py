@@ -19,7 +19,10 @@ _KIND = FrameFlag.EXTENDED | FrameFlag.REMOTE | FrameFlag.ERROR
 
 
 def one_channel_each(frames: Iterable[FrameBlock], dialect: Dialect, path: Path) -> Iterator[FrameBlock]:
-    """Yield the frames of a log; InputError where a message with roles comes on more than one channel."""
+    """Yield the frames of a log.
+
+    InputError where a message with roles comes on more than one channel.
+    """
     seen: dict[str, set[int]] = {message.name: set() for message in dialect.messages}
     for block in frames:
         kind = block.flags & _KIND

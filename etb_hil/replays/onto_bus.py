@@ -40,7 +40,9 @@ class BusReplay:
 
 
 def send_log(log: Iterable[FrameBlock], link: Link, clock: Clock, *, fd: bool) -> BusReplay:
-    """Send the frames of a log with the spacing of their stamps; stamps that fall are sent at once.
+    """Send the frames of a log with the spacing of their stamps.
+
+    Stamps that fall are sent at once.
 
     Raises BenchFault where the bus goes away.
     """

@@ -27,7 +27,9 @@ SHOWS_TOO_LITTLE = frozenset({
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """A session, or one segment of a log: its times count from `start_ns`, in s; `deciding_s` is when it began.
+    """A session, or one segment of a log: its times count from `start_ns`, in s.
+
+    `deciding_s` is when it began.
 
     `measurements` holds value and 95 % interval in SI by id, None where unknown.
     """
@@ -99,7 +101,10 @@ def _shows_too_little(reason_id: str) -> bool:
 
 
 def part_of(finished: Finished, origin_ns: int) -> Part:
-    """Return what is kept of a session, or of one segment of a log; its times count from `origin_ns`, in seconds."""
+    """Return what is kept of a session, or of one segment of a log.
+
+    Its times count from `origin_ns`, in seconds.
+    """
     results = finished.results
     unit, messages = results.unit, results.bus.messages
     later = (finished.record.start_ns - origin_ns) * 1e-9
@@ -145,7 +150,10 @@ def as_json(outcome: Outcome) -> str:
 
 
 def from_json(text: str | bytes) -> Outcome | None:
-    """Return the outcome of a JSON object that `as_json` made; None of any other, as another version may have it."""
+    """Return the outcome of a JSON object that `as_json` made.
+
+    None of any other, as another version may have it.
+    """
     from pydantic import TypeAdapter, ValidationError  # noqa: PLC0415 (only who goes on with earlier work needs it)
 
     try:

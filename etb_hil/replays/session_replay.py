@@ -37,7 +37,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class RuleFiles:
-    """The files that a verdict rests on; without `dbc`, it is the one that the bench file names, as is the observer."""
+    """The files that a verdict rests on.
+
+    Without `dbc`, it is the one that the bench file names, as is the observer.
+    """
 
     bench: Path
     model: Path
@@ -98,7 +101,9 @@ def replay(
     window: Window | None = None,
     observer: str | None = None,
 ) -> Finished:
-    """Judge a recorded session again; with its own inputs, the results are those of the live run.
+    """Judge a recorded session again.
+
+    With its own inputs, the results are those of the live run.
 
     `model`, `limits` and `observer` take the place of the session's own; of a `window`, nothing else is read.
     """
@@ -157,7 +162,10 @@ def _judged(session: Session, rules: Rules, window: Window | None) -> tuple[RunR
 
 
 def conditions_of(session: Session) -> dict[str, Condition | None]:
-    """Return what ends each phase of a session's scenario, where something does; own code has no scenario."""
+    """Return what ends each phase of a session's scenario, where something does.
+
+    Own code has no scenario.
+    """
     if not any(entry.kind == "scenario" for entry in session.inputs):
         return {}
     scenario = load_scenario(session.input_path("scenario")).content

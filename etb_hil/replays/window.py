@@ -23,7 +23,9 @@ class Window:
 
 
 def within(log: Iterable[FrameBlock], window: Window | None, path: Path) -> Iterator[FrameBlock]:
-    """Yield the frames of a window, counted from the log's first frame; all of them without a window.
+    """Yield the frames of a window, counted from the log's first frame.
+
+    All of them without a window.
 
     Raises InputError, afterwards, where the log has frames and the window has none.
     """

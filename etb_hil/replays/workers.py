@@ -30,7 +30,10 @@ _DIED = "the process that read it died"
 
 
 class LocalProcesses:
-    """Judges tasks in so many processes; a log at which a process dies costs only itself."""
+    """Judges tasks in so many processes.
+
+    A log at which a process dies costs only itself.
+    """
 
     def __init__(self, jobs: int, work: Callable[[Task], Outcome] = judge_task) -> None:
         self._jobs = jobs
@@ -46,7 +49,10 @@ class LocalProcesses:
                 yield from self._alone(task)
 
     def _together(self, left: deque[Task], suspects: list[Task]) -> Iterator[Outcome]:
-        """Work until all is done or a process dies; what was under way then is put into `suspects`."""
+        """Work until all is done or a process dies.
+
+        What was under way then is put into `suspects`.
+        """
         with _pool(min(self._jobs, len(left))) as pool:
             running: dict[Future[Outcome], Task] = {}
             while (left or running) and not suspects:
@@ -87,7 +93,10 @@ def _pool(processes: int) -> Iterator[ProcessPoolExecutor]:
 
 
 def _end_with(pipe: Connection) -> None:
-    """End this process when the other end of a pipe is closed; a killed process closes its ends, too."""
+    """End this process when the other end of a pipe is closed.
+
+    A killed process closes its ends, too.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that hands out the work
 
     def wait() -> None:

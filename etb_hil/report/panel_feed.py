@@ -77,7 +77,10 @@ class Feed(Protocol):
 
 
 class PanelFeed:
-    """Starts the panel and feeds it; use as a context manager, or call `start` and `close`."""
+    """Starts the panel and feeds it.
+
+    Use as a context manager, or call `start` and `close`.
+    """
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
@@ -87,7 +90,10 @@ class PanelFeed:
         self.dropped = 0
 
     def start(self) -> None:
-        """Start the panel on this process's standard output; a machine that cannot start it runs without."""
+        """Start the panel on this process's standard output.
+
+        A machine that cannot start it runs without.
+        """
         sys.stdout.flush()
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115 (closed by close)
         # In a session of its own, so that Ctrl-C reaches the run alone, which then ends in its safe state.
@@ -108,11 +114,17 @@ class PanelFeed:
         return self._process is not None and self._process.poll() is None
 
     def due(self, phase: str) -> bool:
-        """Return whether a snapshot would be shown now, so that nobody builds one in vain; a new phase always is."""
+        """Return whether a snapshot would be shown now, so that nobody builds one in vain.
+
+        A new phase always is.
+        """
         return self._pipe is not None and (phase != self._phase or time.monotonic() >= self._next_s)
 
     def update(self, snapshot: PanelSnapshot) -> None:
-        """Hand over a snapshot; returns at once, and drops it where the panel is not ready for it."""
+        """Hand over a snapshot.
+
+        Returns at once, and drops it where the panel is not ready for it.
+        """
         if self._pipe is None:
             return
         self._next_s = time.monotonic() + PERIOD_S
@@ -125,7 +137,10 @@ class PanelFeed:
             self._pipe = None  # the panel has died; the run goes on
 
     def close(self) -> str:
-        """End the panel, so that the terminal is the caller's; return why it had died before, or an empty text."""
+        """End the panel, so that the terminal is the caller's.
+
+        Return why it had died before, or an empty text.
+        """
         process, self._process, self._pipe = self._process, None, None
         if process is None:
             return ""

@@ -23,7 +23,10 @@ class PanelLimits:
     stribeck_velocity: float | None = None
 
     def at(self, velocity: float) -> float | None:
-        """Return the limit that friction is held against at a velocity; None between the two regimes."""
+        """Return the limit that friction is held against at a velocity.
+
+        None between the two regimes.
+        """
         if self.stribeck_velocity is None or abs(velocity) < self.stribeck_velocity:
             return self.stiction
         return self.coulomb if abs(velocity) > _FAR_ABOVE * self.stribeck_velocity else None

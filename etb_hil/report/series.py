@@ -64,7 +64,10 @@ class ReportSeries:
 
     @classmethod
     def from_mapping(cls, columns: Mapping[str, Any]) -> Self:
-        """Take the columns by name; names not known here are left alone, missing ones are empty."""
+        """Take the columns by name.
+
+        Names not known here are left alone, missing ones are empty.
+        """
         known = {f.name for f in fields(cls)}
         return cls(**{name: np.asarray(values, float) for name, values in columns.items() if name in known})
 

@@ -1,4 +1,7 @@
-"""Names, shares and texts as people read them; values of measurements are in `results.shown`."""
+"""Names, shares and texts as people read them.
+
+Values of measurements are in `results.shown`.
+"""
 
 from __future__ import annotations
 

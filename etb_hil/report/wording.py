@@ -25,7 +25,10 @@ _AGAIN = "Repeat the test. Where it happens again, have an engineer look at the 
 
 @dataclass(frozen=True, slots=True)
 class Wording:
-    """A reason in a sentence, and what to do next; `with_detail` puts the given text behind it, in brackets."""
+    """A reason in a sentence, and what to do next.
+
+    `with_detail` puts the given text behind it, in brackets.
+    """
 
     reason: str
     next_step: str
@@ -306,7 +309,10 @@ _STICKS = {"T_st_exceeded", "plate_stuck"}
 
 
 def unit_wording(results: RunResult) -> Wording:
-    """Return why the unit got its verdict and what to do; of an unknown reason, the words that came with it."""
+    """Return why the unit got its verdict and what to do.
+
+    Of an unknown reason, the words that came with it.
+    """
     unit = results.unit
     if unit.verdict is None:
         return UNIT_REASONS["run_not_finished"]
@@ -335,7 +341,10 @@ def _within(results: RunResult) -> str:
 
 
 def _of_limit(reason_id: str, results: RunResult) -> Wording | None:
-    """Return the words for a measurement beyond, or too close to, its limit; None of any other reason."""
+    """Return the words for a measurement beyond, or too close to, its limit.
+
+    None of any other reason.
+    """
     for ending in (_BEYOND, _UNDECIDED, _NOT_MEASURED, _WITHOUT_SIGNAL, _WITHOUT_INTERVAL):
         of = reason_id.removesuffix(ending)
         kind = kind_of(of) if reason_id.endswith(ending) else None
@@ -371,7 +380,10 @@ def _plain(measurement_id: str) -> str:
 
 
 def bench_wording(results: RunResult) -> Wording:
-    """Return why the bench ended as it did and what to do; what the bench measured stands behind it in brackets."""
+    """Return why the bench ended as it did and what to do.
+
+    What the bench measured stands behind it in brackets.
+    """
     bench = results.bench
     default = _BENCH_DEFAULTS[bench.outcome]
     known = BENCH_REASONS.get(bench.reason_id, default)

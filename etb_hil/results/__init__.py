@@ -1,1 +1,4 @@
-"""The typed record of a run: measurements, verdict, bench, bus; its JSON file; how values are shown."""
+"""The typed record of a run: measurements, verdict, bench, bus; its JSON file.
+
+How values are shown.
+"""

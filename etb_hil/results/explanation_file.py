@@ -1,4 +1,7 @@
-"""`explanation.json`: the one place that reads and writes it; its JSON schema comes from the types."""
+"""`explanation.json`: the one place that reads and writes it.
+
+Its JSON schema comes from the types.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,10 @@ from etb_hil.results.explanation import ExplanationResult
 
 
 def explanation_from_dict(data: Mapping[str, Any], file: str = "explanation.json") -> ExplanationResult:
-    """Return the result that the contents of an `explanation.json` hold; InputError names each wrong key."""
+    """Return the result that the contents of an `explanation.json` hold.
+
+    InputError names each wrong key.
+    """
     try:
         return _adapter().validate_python(dict(data))
     except ValidationError as error:

@@ -1,4 +1,7 @@
-"""`results.json`: the one place that reads it, of any version, and writes it; its JSON schema comes from the types."""
+"""`results.json`: the one place that reads it, of any version, and writes it.
+
+Its JSON schema comes from the types.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,9 @@ if TYPE_CHECKING:
 
 
 def result_from_dict(data: Mapping[str, Any], file: str = "results.json") -> RunResult:
-    """Return the result that the contents of a `results.json` hold; keys not known here are left alone.
+    """Return the result that the contents of a `results.json` hold.
+
+    Keys not known here are left alone.
 
     Raises InputError that names each wrong key, or a schema newer than this program.
     """

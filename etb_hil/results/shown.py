@@ -29,7 +29,10 @@ UNKNOWN_WORD = "unknown"  # in sentences
 
 
 def plain(value: float | None, unit: str, decimals: int | None = None) -> str:
-    """Return a value in SI without its unit, as it is shown; `decimals` count in the unit that is shown."""
+    """Return a value in SI without its unit, as it is shown.
+
+    `decimals` count in the unit that is shown.
+    """
     if value is None or not math.isfinite(value):
         return UNKNOWN
     _, factor, usual = _SHOWN.get(unit, (unit, 1.0, None))
@@ -87,7 +90,10 @@ def limit(one: Measurement) -> str:
 
 
 def nearer_limit(one: Measurement) -> float | None:
-    """Return the limit of a measurement in SI, the one that its value is nearer to; None where there is none."""
+    """Return the limit of a measurement in SI, the one that its value is nearer to.
+
+    None where there is none.
+    """
     if one.limit_low is None or one.limit_high is None:
         return one.limit_low if one.limit_high is None else one.limit_high
     middle = 0.5 * (one.limit_low + one.limit_high)

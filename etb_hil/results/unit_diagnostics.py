@@ -73,7 +73,10 @@ class UnitDiagnostics:
 
 
 def diagnostics_from(plain: Mapping[str, Any]) -> UnitDiagnostics:
-    """Return what `dataclasses.asdict` made plain; KeyError, TypeError or ValueError where it is damaged."""
+    """Return what `dataclasses.asdict` made plain.
+
+    KeyError, TypeError or ValueError where it is damaged.
+    """
     before, after, left = (
         None if plain.get(key) is None else tuple(TroubleCode(**code) for code in plain[key])
         for key in ("codes_before", "codes_after", "codes_left")

@@ -107,7 +107,10 @@ class Condition(FileModel):
         return next(kind for kind in KINDS if getattr(self, kind) is not None)
 
     def holds(self, value: float) -> bool:
-        """Return whether a value fulfils an edge's, a level's or a window's condition; NaN does not."""
+        """Return whether a value fulfils an edge's, a level's or a window's condition.
+
+        NaN does not.
+        """
         kind: Any = self.kind
         bound = getattr(self, kind)
         if kind in {"rises_above", "above"}:

@@ -42,7 +42,10 @@ class ConditionWatch:
         self.fired: Firing | None = None
 
     def push(self, blocks: Iterable[SampleBlock]) -> Firing | None:
-        """Take samples in the order in which they were received; return the one that fired, then and ever after."""
+        """Take samples in the order in which they were received.
+
+        Return the one that fired, then and ever after.
+        """
         role = self._condition.role
         for block in blocks:
             if self.fired is None and role in block.columns and len(block) and self._source in (None, block.source):
@@ -63,7 +66,10 @@ class ConditionWatch:
                 return
 
     def _is_held(self, time_ns: int, value: float, is_after_gap: bool) -> bool:
-        """Take one sample; return whether the condition has now been true for as long as it has to be."""
+        """Take one sample.
+
+        Return whether the condition has now been true for as long as it has to be.
+        """
         is_true = self._is_true(time_ns, value)
         if not is_true:
             self._true_since_ns = None
@@ -94,7 +100,10 @@ class _Trend:
         self._change: float | None = None
 
     def change(self, time_ns: int, value: float) -> float | None:
-        """Take one sample; return the change, or None while the signal has not been seen for long enough."""
+        """Take one sample.
+
+        Return the change, or None while the signal has not been seen for long enough.
+        """
         if value != value:  # noqa: PLR0124 (NaN: a bad sample)
             return self._change
         if self._bin_end_ns is None:

@@ -15,7 +15,10 @@ class PhaseWatches:
         self._open: list[ConditionWatch] = []
 
     def begin(self, stamp_ns: int, condition: Condition | None, source: str | None) -> None:
-        """Let samples after this stamp belong to the next phase; `source` is what brings the condition's role."""
+        """Let samples after this stamp belong to the next phase.
+
+        `source` is what brings the condition's role.
+        """
         last = self._watches[-1] if self._watches else None
         if last is not None:
             last.until_ns = stamp_ns

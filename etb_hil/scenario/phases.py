@@ -20,7 +20,10 @@ from etb_hil.scenario.trajectory import SetPoint, Trajectory
 
 @cache
 def phase_kinds() -> dict[str, type[PhaseModel]]:
-    """Return the kinds of phase by name, ours first; InputError where a plug-in's breaks the contract."""
+    """Return the kinds of phase by name, ours first.
+
+    InputError where a plug-in's breaks the contract.
+    """
     files = pkgutil.iter_modules(kinds.__path__)
     own: list[type[PhaseModel]] = [import_module(f"{kinds.__name__}.{one.name}").PHASE for one in files]
     found = {kind_name(phase): phase for phase in own}
@@ -93,12 +96,18 @@ def _adapter() -> TypeAdapter[PhaseModel]:
 
 
 def read_phase(entry: object) -> PhaseModel:
-    """Return the phase that a mapping describes, as in a scenario file; ValidationError where it is wrong."""
+    """Return the phase that a mapping describes, as in a scenario file.
+
+    ValidationError where it is wrong.
+    """
     return _adapter().validate_python(entry)
 
 
 def use_of(kind: str) -> Use:
-    """Return what the diagnosis does with the samples of a kind of phase; of one that is not known, nothing."""
+    """Return what the diagnosis does with the samples of a kind of phase.
+
+    Of one that is not known, nothing.
+    """
     if kind == LOG:
         return Use.FITTED
     known = phase_kinds().get(kind)

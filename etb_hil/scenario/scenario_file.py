@@ -100,7 +100,10 @@ when_changed(_take_plugins)
 
 
 def load_scenario(path: Path) -> Document[Scenario]:
-    """Read a scenario file; InputError lists every problem with file, line, key and value."""
+    """Read a scenario file.
+
+    InputError lists every problem with file, line, key and value.
+    """
     document = load(path, Scenario)
     seen: set[str] = set()
     problems = []

@@ -1,4 +1,7 @@
-"""Periodic set-points about a centre; their amplitude grows in over the first period of the slowest sine."""
+"""Periodic set-points about a centre.
+
+Their amplitude grows in over the first period of the slowest sine.
+"""
 
 from __future__ import annotations
 

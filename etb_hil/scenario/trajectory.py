@@ -117,7 +117,10 @@ class Motion:
 
 
 def move(start: float, end: float, speed: float) -> Motion:
-    """Go from start to end (rad) at a speed (rad/s), with soft ends; short ways stay below that speed."""
+    """Go from start to end (rad) at a speed (rad/s), with soft ends.
+
+    Short ways stay below that speed.
+    """
     way = abs(end - start)
     reached = min(speed, way / SETTLE_S)
     signed = math.copysign(reached, end - start)

@@ -141,7 +141,10 @@ class Analysis:
 
     @property
     def firings(self) -> list[Firing | None]:
-        """The samples that fired the phases' conditions, in the order of the phases; None where none did."""
+        """The samples that fired the phases' conditions, in the order of the phases.
+
+        None where none did.
+        """
         return self._watches.firings
 
     @property
@@ -150,7 +153,9 @@ class Analysis:
         return self.decoder.lost
 
     def finish(self, *, complete: bool = True) -> DiagnosisResult:
-        """Return the verdict on the unit, from all that was pushed; none where the measurement cannot be true.
+        """Return the verdict on the unit, from all that was pushed.
+
+        None where the measurement cannot be true.
 
         A run that is not `complete`, since it was ended early or its log is cut, never passes a unit.
         """
@@ -179,7 +184,10 @@ class Analysis:
             self._half.kept += self._half.parts.of(rows, self._marks)
 
     def _judge(self, rows: SampleBlock) -> None:
-        """Hand each row to the diagnosis as part of the phase that its stamp lies in; what came before all is left."""
+        """Hand each row to the diagnosis as part of the phase that its stamp lies in.
+
+        What came before all is left.
+        """
         for index, mark, stretch in self._parts.of(rows, self._marks):
             self.diagnosis.push(stretch, mark.phase)
             if self._half is None:
@@ -226,7 +234,10 @@ class _Parts:
 
 @dataclass(slots=True)
 class _Half:
-    """The run once more, with every second reading left out; judged at the end, when no set-point waits for it."""
+    """The run once more, with every second reading left out.
+
+    Judged at the end, when no set-point waits for it.
+    """
 
     rows: RowBuilder
     diagnosis: Diagnosis

@@ -31,7 +31,10 @@ class AnswerWatch:
         self._is_awaited = False
 
     def push(self, block: SampleBlock) -> str | None:
-        """Take a block of commands or statuses; return what is wrong, if anything, as a sentence."""
+        """Take a block of commands or statuses.
+
+        Return what is wrong, if anything, as a sentence.
+        """
         if COMMAND in block.columns:
             self._command(block)
         if STATUS in block.columns and self._is_awaited:

@@ -32,7 +32,9 @@ def is_tried_again(retry: Retry | None, results: RunResult, attempt: int) -> boo
 
 
 def set_aside(session: Session, attempt: int) -> Path:
-    """Move what an attempt left into a session folder of its own inside the session; return that folder.
+    """Move what an attempt left into a session folder of its own inside the session.
+
+    Return that folder.
 
     The folder gets its name when it is whole, and only then is anything taken away: whoever is killed on the way leaves
     a session that can be replayed.

@@ -91,12 +91,17 @@ class Comparison:
 
 
 def load_baseline(path: Path) -> Document[Baseline]:
-    """Read a baseline file; InputError lists every problem with file, line, key and value."""
+    """Read a baseline file.
+
+    InputError lists every problem with file, line, key and value.
+    """
     return load(path, Baseline)
 
 
 def compare(baseline: Document[Baseline], results: RunResult) -> list[Comparison]:
-    """Hold the results of a run against a baseline; return an entry for each expectation.
+    """Hold the results of a run against a baseline.
+
+    Return an entry for each expectation.
 
     Nobody knows the phases of a bare log: what is measured in single phases is not expected of it.
 
@@ -128,7 +133,9 @@ def _compared(baseline: Document[Baseline], name: str, found: Measurement | None
 
 
 def baseline_text(results: RunResult, description: str) -> str:
-    """Return a baseline file that a run like this one agrees with; InputError where it measured nothing to expect.
+    """Return a baseline file that a run like this one agrees with.
+
+    InputError where it measured nothing to expect.
 
     It has the measurements that come with a 95 % interval; each may be off by twice its half, or by 2 %, which is more.
     """

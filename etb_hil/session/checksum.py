@@ -15,7 +15,10 @@ SUMS = "SHA256SUMS"
 
 
 def write_checked(path: Path, text: str, remedy: str) -> Path:
-    """Write a file whole or not at all, then its checksum beside it; InputError where one cannot be written."""
+    """Write a file whole or not at all, then its checksum beside it.
+
+    InputError where one cannot be written.
+    """
     sums = path.parent / SUMS
     with refused_by_name(sums, remedy):
         sums.unlink(missing_ok=True)  # never the checksum of an earlier file, should this end half-way

@@ -1,4 +1,7 @@
-"""What happened in a run beside its frames: phases, stops, lateness; appended line by line to `events.jsonl`."""
+"""What happened in a run beside its frames: phases, stops, lateness.
+
+Appended line by line to `events.jsonl`.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +35,9 @@ class EventSink(Protocol):
 
 
 class EventLog:
-    """Appends events to a file; each line is with the operating system before `add` returns.
+    """Appends events to a file.
+
+    Each line is with the operating system before `add` returns.
 
     Where the file cannot be written any more, RecordingFault says so once; later events are dropped.
     """
@@ -67,7 +72,10 @@ def _stamp(value: object) -> int:
 
 
 def read_events(path: Path) -> list[Event]:
-    """Read the events of a session; a last line that was cut short is left out, any other bad line is an InputError."""
+    """Read the events of a session.
+
+    A last line that was cut short is left out, any other bad line is an InputError.
+    """
     lines = read_bytes(path, remedy="restore the file from the session").split(b"\n")
     found = []
     for number, line in enumerate(lines, 1):

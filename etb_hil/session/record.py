@@ -1,4 +1,7 @@
-"""How a run went, apart from what was measured; kept in the events, so that a replay knows it too."""
+"""How a run went, apart from what was measured.
+
+Kept in the events, so that a replay knows it too.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,10 @@ class PhaseEnd(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class PhaseTime:
-    """When a phase ran, on the clock of the bus; `end_ns` is None where the run ended inside it."""
+    """When a phase ran, on the clock of the bus.
+
+    `end_ns` is None where the run ended inside it.
+    """
 
     id: str
     kind: str
@@ -46,7 +52,9 @@ class Answered:
 
 @dataclass(slots=True)
 class RunRecord:
-    """Start and end, phases, how the bench fared; `health` holds the fields of `BusHealth` at the end.
+    """Start and end, phases, how the bench fared.
+
+    `health` holds the fields of `BusHealth` at the end.
 
     A run that is not `is_recorded` received frames that its log does not hold.
     """
@@ -80,7 +88,10 @@ class RunRecord:
 
 
 def record_of(events: Iterable[Event]) -> RunRecord:
-    """Return the record that the events of a run tell; a run without an end is a bench fault."""
+    """Return the record that the events of a run tell.
+
+    A run without an end is a bench fault.
+    """
     record = RunRecord(outcome=BenchOutcome.FAULT, reason_id="cut_short", reason=CUT_SHORT)
     for event in events:
         details = event.details

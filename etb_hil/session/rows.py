@@ -25,7 +25,10 @@ class RowBuilder:
     """
 
     def __init__(self, rows: RowSource, slow: dict[str, str]) -> None:
-        """Take the rows of `rows`; `slow` maps roles to the sources that bring them now and then."""
+        """Take the rows of `rows`.
+
+        `slow` maps roles to the sources that bring them now and then.
+        """
         self._source = rows
         self._held = {role: _Held(source, role) for role, source in slow.items()}
 

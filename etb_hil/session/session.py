@@ -34,7 +34,10 @@ BEFORE_IT_WAS_NAMED = "angle"  # the observer of sessions that do not name their
 
 @dataclass(frozen=True, slots=True)
 class Session:
-    """An opened session folder; scenario, model, observer and seed as far as the session keeps them."""
+    """An opened session folder.
+
+    Scenario, model, observer and seed as far as the session keeps them.
+    """
 
     folder: Path
     run_id: str
@@ -48,7 +51,10 @@ class Session:
     plugins: tuple[Plugin, ...] = ()
 
     def input_path(self, kind: str) -> Path:
-        """Return the session's own copy of an input; InputError where it has none of that kind."""
+        """Return the session's own copy of an input.
+
+        InputError where it has none of that kind.
+        """
         for entry in self.inputs:
             if entry.kind == kind:
                 return self.folder / "inputs" / entry.name
@@ -65,7 +71,10 @@ class Session:
         return self.folder / EVENTS
 
     def write_results(self, results: RunResult) -> Path:
-        """Write `results.json` whole or not at all, and its checksum; RecordingFault where that fails."""
+        """Write `results.json` whole or not at all, and its checksum.
+
+        RecordingFault where that fails.
+        """
         text = json.dumps(result_as_dict(results), indent=1, ensure_ascii=False) + "\n"
         try:
             return write_checked(self.folder / RESULTS, text, "make room, then judge the session again by a replay")
@@ -74,11 +83,17 @@ class Session:
 
     @property
     def has_results(self) -> bool:
-        """Whether the run came so far as to leave results; reading them says whether they are sound."""
+        """Whether the run came so far as to leave results.
+
+        Reading them says whether they are sound.
+        """
         return (self.folder / RESULTS).exists()
 
     def read_results(self) -> RunResult:
-        """Return what `results.json` holds; InputError where the run left none, or it is damaged or was changed."""
+        """Return what `results.json` holds.
+
+        InputError where the run left none, or it is damaged or was changed.
+        """
         require_unchanged(self.folder / RESULTS)
         return self.read_results_unchecked()
 

@@ -15,7 +15,9 @@ ROLE = "command_mode"
 def set_point_jitter(
     recording: Recording, command_rate: float, pauses: Sequence[tuple[int, int]] = ()
 ) -> Jitter | None:
-    """Return rms and worst deviation from the period in us; None where the bus does not show the commands sent.
+    """Return rms and worst deviation from the period in us.
+
+    None where the bus does not show the commands sent.
 
     In `pauses` (ns, from and to) the bench commands nothing, since the unit moves by itself.
     """

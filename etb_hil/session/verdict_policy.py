@@ -35,7 +35,10 @@ def corruption_doubts(statistics: Mapping[str, MessageStatistics], dialect: Dial
 
 
 def withheld(result: DiagnosisResult, doubts: Sequence[Reason]) -> DiagnosisResult:
-    """Return the result, inconclusive where there are doubts; they then stand before its own reasons."""
+    """Return the result, inconclusive where there are doubts.
+
+    They then stand before its own reasons.
+    """
     if not doubts:
         return result
     return replace(result, verdict=UnitVerdict.INCONCLUSIVE, reasons=(*doubts, *result.reasons))

@@ -13,7 +13,9 @@ from etb_hil.store.run import Run
 
 
 def admitted_part(station: Station, serial: str, runs: Sequence[Run]) -> Part:
-    """Return the part that a unit is; InputError where its number is no part's, or it may not come again.
+    """Return the part that a unit is.
+
+    InputError where its number is no part's, or it may not come again.
 
     `runs` are all earlier ones, in order of time.
     """

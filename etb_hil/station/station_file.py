@@ -125,7 +125,10 @@ class Station(FileModel):
         return next((part for part in self.parts if part.number == number), None)
 
     def parts_of(self, serial: str) -> list[Part]:
-        """Return the parts that a unit can be, by its serial number; the golden unit is what the file says."""
+        """Return the parts that a unit can be, by its serial number.
+
+        The golden unit is what the file says.
+        """
         if self.golden is not None and serial == self.golden.serial:
             return [part for part in self.parts if part.number == self.golden.part]
         return [part for part in self.parts if part.takes(serial)]

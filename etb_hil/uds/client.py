@@ -34,7 +34,10 @@ class UdsError(Exception):
 
 
 class UdsClient:
-    """One request at a time; `step` is to be called often, with every frame that was seen on the bus since."""
+    """One request at a time.
+
+    `step` is to be called often, with every frame that was seen on the bus since.
+    """
 
     def __init__(self, settings: UdsSettings) -> None:
         timing = settings.timing
@@ -48,7 +51,10 @@ class UdsClient:
         self._pending = 0
 
     def ask(self, request: Request, now_ns: int) -> None:
-        """Begin to send a request; ValueError where the one before it still waits for its response."""
+        """Begin to send a request.
+
+        ValueError where the one before it still waits for its response.
+        """
         if self._service is not None:
             raise ValueError("the request before it still waits for its response")
         payload = request.get_payload()
@@ -68,7 +74,9 @@ class UdsClient:
         self._service = None
 
     def step(self, now_ns: int, frames: FrameBlock) -> tuple[FrameBlock | None, Response | None]:
-        """Take the bus's frames; return those to be sent, and the response where it has come.
+        """Take the bus's frames.
+
+        Return those to be sent, and the response where it has come.
 
         Raises UdsError where there is none in time, where it is none of this request, or somebody else asks the unit.
         """
@@ -104,7 +112,10 @@ class UdsClient:
                 )
 
     def _response(self, now_ns: int) -> Response | None:
-        """Return the final response to the request; 'response pending' only moves the deadline."""
+        """Return the final response to the request.
+
+        'response pending' only moves the deadline.
+        """
         while self._end.received:
             payload = self._end.received.popleft()
             if self._service is None:

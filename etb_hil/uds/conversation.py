@@ -36,7 +36,10 @@ ROUTINE_DONE, ROUTINE_RUNNING = 0, 1
 def read_identity(
     settings: UdsSettings, expected: Mapping[str, str]
 ) -> Generator[Request, Response, tuple[Identity, ...]]:
-    """Read the texts by which the unit says what it is; `expected` by name are kept with them."""
+    """Read the texts by which the unit says what it is.
+
+    `expected` by name are kept with them.
+    """
     found = []
     for name, identifier in settings.identification.items():
         request = ReadDataByIdentifier.make_request([identifier], {identifier: AsciiCodec(1)})
@@ -65,7 +68,10 @@ def read_codes(settings: UdsSettings) -> Generator[Request, Response, tuple[Trou
 
 
 def read_value(one: DataIdentifier) -> Generator[Request, Response, None]:
-    """Ask for a value of `uds.data`; whoever decodes the bus's frames takes it from there."""
+    """Ask for a value of `uds.data`.
+
+    Whoever decodes the bus's frames takes it from there.
+    """
     what = f"the data identifier {one.number:#06x} ({one.role.replace('_', ' ')})"
     request = ReadDataByIdentifier.make_request([one.number], {one.number: AsciiCodec(one.length)})
     data = _positive((yield request), what).data or b""

@@ -37,12 +37,18 @@ def _keys() -> dict[str, SecurityKey]:
 
 
 def key_names() -> tuple[str, ...]:
-    """Return the names of all key functions, ours first; InputError where a plug-in breaks the contract."""
+    """Return the names of all key functions, ours first.
+
+    InputError where a plug-in breaks the contract.
+    """
     return tuple(_keys())
 
 
 def key_of(name: str, seed: bytes, level: int) -> bytes:
-    """Return the key that a function makes of a seed; KeyError where there is no such function."""
+    """Return the key that a function makes of a seed.
+
+    KeyError where there is no such function.
+    """
     return _keys()[name].compute(seed, level)
 
 

@@ -14,6 +14,8 @@ from language import PATTERNS
 
 PACKAGE = Path(__file__).resolve().parents[2] / "etb_hil"
 LONGEST = 25  # words of a sentence that a person reads
+LONGEST_FIRST_LINE = 80  # characters of a docstring's first line
+SHORT_FIRST_LINES = ("discrepancy", "plugins", "stock")  # packages that keep to it so far
 
 
 def modules(package=PACKAGE):
@@ -69,6 +71,21 @@ def long_sentences(package=PACKAGE):
     ]
 
 
+def long_first_lines(package=PACKAGE):
+    """Return `path:line: first line` of each docstring whose first line has more than 80 characters."""
+    return [
+        f"{path.relative_to(package.parent)}:{line}: {first}"
+        for path, tree in modules(package).items()
+        for line, said, is_docstring in texts(tree)
+        if is_docstring and len(first := said.strip().partition("\n")[0]) > LONGEST_FIRST_LINE
+    ]
+
+
+@pytest.mark.parametrize("folder", SHORT_FIRST_LINES)
+def test_first_lines_of_docstrings_are_short(folder):
+    assert long_first_lines(PACKAGE / folder) == []
+
+
 def test_user_facing_words_are_the_fields():
     assert banned() == []
 
@@ -90,7 +107,11 @@ def test_long_sentences_are_found(tmp_path):
 
 def main(folder=PACKAGE):
     """Print how many banned words and long sentences a package has, by folder."""
-    for name, found in (("banned words", banned(folder)), ("long sentences", long_sentences(folder))):
+    for name, found in (
+        ("banned words", banned(folder)),
+        ("long sentences", long_sentences(folder)),
+        ("long first lines", long_first_lines(folder)),
+    ):
         by_folder = Counter(line.split("/")[1].partition(":")[0] for line in found)
         print(f"{len(found)} {name}: {dict(by_folder.most_common())}")
         if "-v" in sys.argv:

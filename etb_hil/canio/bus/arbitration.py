@@ -78,7 +78,9 @@ def enqueue(
     last_ns: int,
     at_once: bool,
 ) -> int:
-    """Append frames to a port's queue; return -1, or the row that is out of order or that this bus cannot carry.
+    """Append frames to a port's queue.
+
+    Return -1, or the row that is out of order or that this bus cannot carry.
 
     Stamps rise and lie between `first_ns` and `last_ns`; with `at_once` all is handed over at `last_ns` instead. No
     frame wins over what its port was said to send.
@@ -197,7 +199,10 @@ def next_end(queue: Ints, ports: Ints, bus: Ints, now_ns: int) -> int:
 
 @njit(cache=True, error_model="numpy")
 def start_next(queue: Ints, ports: Ints, bus: Ints, until_ns: int) -> bool:
-    """Let the queues' heads arbitrate; return whether a frame started before `until_ns`."""
+    """Let the queues' heads arbitrate.
+
+    Return whether a frame started before `until_ns`.
+    """
     mask = queue.shape[1] - 1
     start = _next_start(queue, ports, bus, until_ns)
     if start >= until_ns:
@@ -220,7 +225,10 @@ def start_next(queue: Ints, ports: Ints, bus: Ints, until_ns: int) -> bool:
 
 @njit(cache=True, error_model="numpy")
 def _next_start(queue: Ints, ports: Ints, bus: Ints, until_ns: int) -> int:
-    """Return when the next frame starts, `NEVER` where none is queued; ports that recover until then are back."""
+    """Return when the next frame starts, `NEVER` where none is queued.
+
+    Ports that recover until then are back.
+    """
     mask = queue.shape[1] - 1
     while True:
         start, recovery, recovering = NEVER, until_ns, -1
@@ -272,7 +280,10 @@ def audience(ports: Ints, sender: int) -> int:
 
 @njit(cache=True, error_model="numpy")
 def finish(queue: Ints, payload: Bytes, ports: Ints, bus: Ints, meter: Ints) -> tuple[Ints, Bytes]:
-    """End the frame under way in success; return its row as it stands in the log, and its payload."""
+    """End the frame under way in success.
+
+    Return its row as it stands in the log, and its payload.
+    """
     sender = bus[SENDER]
     slot = ports[sender, HEAD] & (queue.shape[1] - 1)
     row = queue[sender, slot]
@@ -289,7 +300,10 @@ def finish(queue: Ints, payload: Bytes, ports: Ints, bus: Ints, meter: Ints) -> 
 
 @njit(cache=True, error_model="numpy")
 def destroy(ports: Ints, bus: Ints, meter: Ints) -> None:
-    """End the frame under way by an error frame; its sender will try again, or goes bus-off."""
+    """End the frame under way by an error frame.
+
+    Its sender will try again, or goes bus-off.
+    """
     sender = bus[SENDER]
     for port in range(len(ports)):
         if port != sender and ports[port, OPEN] and ports[port, OFF_LEFT] == 0:
@@ -338,7 +352,10 @@ def oldest_unread(ports: Ints, bus: Ints) -> int:
 def transmit(
     queue: Ints, payload: Bytes, ports: Ints, bus: Ints, log: Ints, log_payload: Bytes, meter: Ints, until_ns: int
 ) -> bool:
-    """Send what is queued until `until_ns`; return False where the log is full before that."""
+    """Send what is queued until `until_ns`.
+
+    Return False where the log is full before that.
+    """
     oldest = oldest_unread(ports, bus)
     while True:
         if bus[SENDER] < 0 and not start_next(queue, ports, bus, until_ns):

@@ -102,7 +102,10 @@ def bus_budget(
 
 
 def budget_of(dialect: Dialect, rates: Mapping[str, float], bus: BusRates, limit: float = LIMIT) -> BusBudget:
-    """Return the budget of messages sent at the given rates (name -> Hz); raises InputError as `bus_budget` does."""
+    """Return the budget of messages sent at the given rates (name -> Hz).
+
+    Raises InputError as `bus_budget` does.
+    """
     lines = []
     for name, rate in rates.items():
         message = dialect.message(name)

@@ -1,4 +1,7 @@
-"""How the bus fares: load, counts, error state; what cannot be known is None, never a constant."""
+"""How the bus fares: load, counts, error state.
+
+What cannot be known is None, never a constant.
+"""
 
 from __future__ import annotations
 
@@ -61,12 +64,18 @@ class LoadMeter:
         self.note(FrameBlock.empty())  # loads the compiled counting now, not when the first frames wait to be read
 
     def note(self, frames: FrameBlock) -> None:
-        """Count frames, in rising order of their stamps; all of them were on the bus, sent or received."""
+        """Count frames, in rising order of their stamps.
+
+        All of them were on the bus, sent or received.
+        """
         nominal, data = frame_bits(frames)
         _note_all(self.bins, frames.stamp_ns, nominal, data, self._bitrate, self._data_bitrate)
 
     def load(self, now_ns: int) -> tuple[float | None, float | None]:
-        """Return the load of the last full window and the highest so far; None before the first full window."""
+        """Return the load of the last full window and the highest so far.
+
+        None before the first full window.
+        """
         advance_load(self.bins, now_ns)
         full, peak = int(self.bins[_FULL]), int(self.bins[_PEAK])
         return (None if full < 0 else full / WINDOW_NS, None if peak < 0 else peak / WINDOW_NS)
@@ -90,7 +99,10 @@ def advance_load(meter: NDArray[np.int64], now_ns: int) -> None:
 
 @njit(cache=True, error_model="numpy")
 def note_busy(meter: NDArray[np.int64], end_ns: int, busy_ns: int) -> None:
-    """Count a frame that held the bus until `end_ns`; what of it lies before the bin under way counts before it."""
+    """Count a frame that held the bus until `end_ns`.
+
+    What of it lies before the bin under way counts before it.
+    """
     advance_load(meter, end_ns)
     current = meter[_CURRENT]
     if end_ns // BIN_NS < meter[_FIRST]:

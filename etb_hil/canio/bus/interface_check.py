@@ -1,4 +1,7 @@
-"""What a machine lacks for a bench's bus, and how to put it right; nothing is opened for longer than a look."""
+"""What a machine lacks for a bench's bus, and how to put it right.
+
+Nothing is opened for longer than a look.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +38,10 @@ class Finding:
 
 
 def look_at(bus: BusSettings, network: Path = NETWORK) -> list[Finding]:
-    """Return what was found of the bus's interface; `network` is where the kernel lists the machine's interfaces."""
+    """Return what was found of the bus's interface.
+
+    `network` is where the kernel lists the machine's interfaces.
+    """
     if bus.interface == VIRTUAL:
         return [Finding(True, "the virtual bus needs nothing of this machine")]
     if bus.interface == SOCKETCAN:
@@ -142,7 +148,10 @@ def _python_can(bus: BusSettings) -> Iterator[Finding]:
 
 
 def _serial_port(channel: str) -> Finding:
-    """Look at a serial port, which may be a path or a URL; python-can puts the serial speed behind an @."""
+    """Look at a serial port, which may be a path or a URL.
+
+    Python-can puts the serial speed behind an @.
+    """
     path = Path(channel.partition("@")[0])
     if "://" in channel:
         return Finding(None, f"whether {channel} answers shows when a run opens it")

@@ -72,7 +72,10 @@ class PythonCanLink:
         self._sent.append(replace(frames, stamp_ns=stamps, flags=frames.flags | np.uint8(FrameFlag.SENT)))
 
     def receive(self) -> FrameBlock:
-        """Return the frames that came or were sent since the last call; what takes too long waits for the next one."""
+        """Return the frames that came or were sent since the last call.
+
+        What takes too long waits for the next one.
+        """
         received = self._without_own(from_messages(self._messages()))
         received = replace(received, stamp_ns=self._on_our_clock(received), channel=np.zeros(len(received), np.uint8))
         errors = int(np.count_nonzero(received.flags & FrameFlag.ERROR))
@@ -155,7 +158,10 @@ def _content(frames: FrameBlock, row: int) -> bytes:
 
 
 def require_interface(settings: BusSettings, place: Place | None = None) -> None:
-    """Raise InputError where python-can has no interface of this name; `place` is where the bench file says it."""
+    """Raise InputError where python-can has no interface of this name.
+
+    `place` is where the bench file says it.
+    """
     if settings.interface not in can.VALID_INTERFACES:
         raise InputError(
             Problem(

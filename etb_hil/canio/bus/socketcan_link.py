@@ -109,7 +109,10 @@ class SocketCanLink:
         return frames
 
     def health(self) -> BusHealth:
-        """Return load and counts; state and error counters where the driver ever reported them."""
+        """Return load and counts.
+
+        State and error counters where the driver ever reported them.
+        """
         load, peak = self._meter.load(self._clock.now_ns())
         transmit_errors, receive_errors = self._counters
         return BusHealth(
@@ -207,7 +210,9 @@ def _columns(raw: list[bytes], stamps: np.ndarray[Any, np.dtype[np.int64]], own:
 
 
 def _controller_state(settings: BusSettings) -> tuple[BusState | None, tuple[int | None, int | None]]:
-    """Ask the driver once for state and error counters; later error frames keep them up to date.
+    """Ask the driver once for state and error counters.
+
+    Later error frames keep them up to date.
 
     Raises InputError where the interface runs at another bit rate than the settings say.
     """

@@ -55,7 +55,9 @@ class VirtualBus(can.BusABC):
         super().__init__(channel=channel, can_filters=can_filters)
 
     def recv(self, timeout: float | None = None) -> can.Message | None:
-        """Return the next frame, or None after `timeout` seconds of virtual time; None waits for ever.
+        """Return the next frame, or None after `timeout` seconds of virtual time.
+
+        None waits for ever.
 
         Raises CanOperationError where nobody is left who could send while it waits for ever.
         """
@@ -85,7 +87,10 @@ class VirtualBus(can.BusABC):
         return bool(self._inbox)
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:  # noqa: ARG002 (python-can's signature)
-        """Hand a message to the transmitter; it leaves when virtual time passes, so that `timeout` has no meaning."""
+        """Hand a message to the transmitter.
+
+        It leaves when virtual time passes, so that `timeout` has no meaning.
+        """
         self._check_open()
         try:
             self.network.send(self._port, from_messages([msg]))

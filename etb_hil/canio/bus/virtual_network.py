@@ -134,7 +134,9 @@ class VirtualNetwork:
             self._wire.close_port(port)
 
     def send(self, port: int, frames: FrameBlock) -> None:
-        """Hand frames to the port's transmitter now, in order; their stamps are not looked at.
+        """Hand frames to the port's transmitter now, in order.
+
+        Their stamps are not looked at.
 
         Raises BenchFault, and queues none, where this bus cannot carry one of them.
         """

@@ -47,7 +47,10 @@ class Wire:
         self.bus[arb.LOOKAHEAD] = self.lookahead_ns
 
     def open_port(self, *, node: bool, least_key: int = 0) -> int:
-        """Return the number of a new port, none of whose frames is below a key; BenchFault where there are too many."""
+        """Return the number of a new port, none of whose frames is below a key.
+
+        BenchFault where there are too many.
+        """
         free = np.flatnonzero(self.ports[:, arb.OPEN] == 0)
         if len(free):
             port = int(free[0])
@@ -71,7 +74,10 @@ class Wire:
         self.ports[port, arb.OPEN] = self.ports[port, arb.WAITING] = 0
 
     def enqueue(self, port: int, frames: FrameBlock, first_ns: int, last_ns: int, *, at_once: bool) -> None:
-        """Append frames to a port's queue as `arbitration.enqueue` does; BenchFault names one that cannot be sent."""
+        """Append frames to a port's queue as `arbitration.enqueue` does.
+
+        BenchFault names one that cannot be sent.
+        """
         waiting = int(self.ports[port, arb.TAIL] - self.ports[port, arb.HEAD])
         while waiting + len(frames) > self.queue.shape[1]:
             self.queue, self.payload = _doubled(self.queue), _doubled(self.payload)
@@ -162,7 +168,10 @@ class Wire:
 
 
 def _doubled(ring: NDArray[Item]) -> NDArray[Item]:
-    """Return a ring (ports, capacity, ...) of twice the capacity; every row is found at its old number."""
+    """Return a ring (ports, capacity, ...) of twice the capacity.
+
+    Every row is found at its old number.
+    """
     return np.concatenate([ring, ring], axis=1)
 
 

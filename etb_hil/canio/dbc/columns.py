@@ -133,7 +133,10 @@ class _MessageReader:
         return MessageColumns(self._name, stamp_ns, {name: out[row] for name, row in self._rows.items()})
 
     def _active(self, name: str, raw: Mapping[str, NDArray[np.generic]]) -> NDArray[np.bool_] | None:
-        """Return in which frames a signal's multiplexers choose it; None where it has none."""
+        """Return in which frames a signal's multiplexers choose it.
+
+        None where it has none.
+        """
         active, signal = None, self._by_name[name]
         while signal.multiplexer_signal:
             chosen = np.isin(raw[signal.multiplexer_signal], np.array(signal.multiplexer_ids or [], np.int64))
@@ -189,7 +192,9 @@ class _SignalReader:
     def bits(
         self, data: Bytes, word: NDArray[np.uint64], scratch: NDArray[np.uint64], signed: NDArray[np.int64]
     ) -> NDArray[np.generic]:
-        """Return the bits as an integer with its sign, or as a float; `signed` is `scratch` with a sign.
+        """Return the bits as an integer with its sign, or as a float.
+
+        `signed` is `scratch` with a sign.
 
         What is returned lies in them and is good until the next call.
         """
@@ -232,7 +237,9 @@ class _SignalReader:
 
 
 def _exact_factors(signal: Signal) -> tuple[int, int] | None:
-    """Return scale and offset of a signal that cantools scales in integers; None where floats are as exact.
+    """Return scale and offset of a signal that cantools scales in integers.
+
+    None where floats are as exact.
 
     An offset that is no integer is none of these.
     """

@@ -34,7 +34,9 @@ class CommandEncoder:
         return frozenset(role for writer in self._writers.values() for role in writer.roles)
 
     def encode(self, values: Mapping[str, float], stamp_ns: int) -> FrameBlock:
-        """Return one frame for each message that carries one of the roles; what a frame lacks is 0 in it.
+        """Return one frame for each message that carries one of the roles.
+
+        What a frame lacks is 0 in it.
 
         Raises InputError for a role that no message carries, and for a value that its signal cannot hold.
         """

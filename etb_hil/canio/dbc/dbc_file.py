@@ -23,7 +23,10 @@ _REMEDY = "take the wrong one out of the DBC file"
 
 
 def load_dbc(path: Path) -> Database:
-    """Open a DBC file; messages that break its rules are allowed, for vehicles' files are full of them."""
+    """Open a DBC file.
+
+    Messages that break its rules are allowed, for vehicles' files are full of them.
+    """
     # As cantools opens it: DBC files are written in Windows' code page.
     text = TextIOWrapper(BytesIO(read_bytes(path, MOST_BYTES)), "cp1252", "replace").read()
     try:

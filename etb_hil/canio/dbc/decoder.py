@@ -72,7 +72,10 @@ class Decoder:
         self._clock = np.array([0, 0, 0, 0, 1 << min(bits, default=0)], np.int64)
 
     def push(self, frames: FrameBlock) -> list[SampleBlock]:
-        """Take frames in the order of their arrival; return the samples that they brought, a block a message."""
+        """Take frames in the order of their arrival.
+
+        Return the samples that they brought, a block a message.
+        """
         if not len(frames):
             return []
         data = np.ascontiguousarray(frames.data)

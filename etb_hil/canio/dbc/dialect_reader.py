@@ -65,7 +65,10 @@ class _Reader:
         return tuple(found)
 
     def _is_plain(self, message: Message, place: Place) -> bool:
-        """Return whether the message and its signals are there once; else nobody knows which of them is meant."""
+        """Return whether the message and its signals are there once.
+
+        Else nobody knows which of them is meant.
+        """
         for kind, names, twice in (
             ("message", [other.name for other in self._database.messages], message.name),
             *(("signal", [s.name for s in message.signals], signal.name) for signal in message.signals),
@@ -241,7 +244,10 @@ class _Reader:
 
 
 def _attribute(message: Message, name: str) -> object:
-    """Return a message's attribute, enumerations as their text; None where the file does not define it."""
+    """Return a message's attribute, enumerations as their text.
+
+    None where the file does not define it.
+    """
     attributes = message.dbc.attributes if message.dbc else {}
     if name not in attributes:
         return None

@@ -143,7 +143,10 @@ def is_right_at(
 def protect_at(
     data: NDArray[np.uint8], start: Int, length: Int, profile: Int, data_ids: NDArray[np.uint16], counter: Int
 ) -> None:
-    """Write an alive counter and then the CRC into the payload at `start`; nothing where it is not protected."""
+    """Write an alive counter and then the CRC into the payload at `start`.
+
+    Nothing where it is not protected.
+    """
     if profile == _NONE:
         return
     if profile == _PROFILE_2:
@@ -164,7 +167,10 @@ def alive_counter(payload: NDArray[np.uint8], profile: Int) -> np.int64:
 
 @njit(cache=True, error_model="numpy")
 def crc_is_right(payload: NDArray[np.uint8], length: Int, profile: Int, data_ids: NDArray[np.uint16]) -> bool:
-    """Return whether one payload carries the CRC that its content asks for; always where it is not protected."""
+    """Return whether one payload carries the CRC that its content asks for.
+
+    Always where it is not protected.
+    """
     return is_right_at(payload, 0, length, profile, data_ids, 0)
 
 
@@ -172,7 +178,10 @@ def crc_is_right(payload: NDArray[np.uint8], length: Int, profile: Int, data_ids
 def write_protection(
     payload: NDArray[np.uint8], length: Int, profile: Int, data_ids: NDArray[np.uint16], counter: Int
 ) -> None:
-    """Write an alive counter and then the CRC into one payload; nothing where it is not protected."""
+    """Write an alive counter and then the CRC into one payload.
+
+    Nothing where it is not protected.
+    """
     protect_at(payload, 0, length, profile, data_ids, counter)
 
 

@@ -56,7 +56,10 @@ class Proposal:
 
 
 def proposals(database: Database) -> dict[str, list[Proposal]]:
-    """Return what may have each role, the best proposal first; roles for which nothing was found have no entry."""
+    """Return what may have each role, the best proposal first.
+
+    Roles for which nothing was found have no entry.
+    """
     file_words = {word for message in database.messages for word in _all_words(message)}
     if not any(re.fullmatch(THROTTLE, word) for word in file_words):
         return {}
@@ -181,7 +184,10 @@ def _is_about_throttle(rule: Rule, words: list[str], around: list[str]) -> bool:
 
 
 def _scaled(rule: Rule, signal: Signal) -> tuple[str, float, float] | None:
-    """Return the signal's unit and what brings it to the role's; None where the unit speaks against the role."""
+    """Return the signal's unit and what brings it to the role's.
+
+    None where the unit speaks against the role.
+    """
     wanted = dimension_of_unit(ROLES[rule.role].unit)
     unit = UNITS.get((signal.unit or "").replace("Â", "").strip().lower(), signal.unit or "")
     if not unit:

@@ -1,4 +1,7 @@
-"""Words in signal names that indicate a role, in English and German; `role_proposals` applies them."""
+"""Words in signal names that indicate a role, in English and German.
+
+`role_proposals` applies them.
+"""
 
 from __future__ import annotations
 

@@ -68,7 +68,9 @@ class SampleStore:
         self._renew()
 
     def add(self, frames: FrameBlock, data: Bytes, accepted: Int64) -> list[SampleBlock]:
-        """Read the frames that were accepted; return the samples that they brought, a block a message.
+        """Read the frames that were accepted.
+
+        Return the samples that they brought, a block a message.
 
         `data` are the frames' payloads, contiguous; `accepted` int64 (3, n): message or -1, time, frames lost before.
         """
@@ -105,7 +107,10 @@ class SampleStore:
         return SampleBlock(self._names[k], times[0, first:end], times[1, first:end], columns, times[2, first:end])
 
     def _renew(self) -> None:
-        """Begin new columns with room for the samples that came last; blocks that are out keep the old ones."""
+        """Begin new columns with room for the samples that came last.
+
+        Blocks that are out keep the old ones.
+        """
         if self._gather and self._times:
             self._gathered += self._since_last()
         messages = self._messages
@@ -173,7 +178,10 @@ def _fill(
     times: Int64,
     values: Float64,
 ) -> bool:
-    """Write the samples of the accepted frames behind those that are there; False, and nothing, where no room is."""
+    """Write the samples of the accepted frames behind those that are there.
+
+    False, and nothing, where no room is.
+    """
     count, width = data.shape
     flat = data.reshape(count * width)
     rows, ends = _by_message(accepted, len(messages))
@@ -264,7 +272,10 @@ def _read_role(
     values: Float64,
     at: int,
 ) -> None:
-    """Write one role's samples of one message; what a frame carries once is held over its samples."""
+    """Write one role's samples of one message.
+
+    What a frame carries once is held over its samples.
+    """
     signal, turns, count = kinds[c, _SIGNAL], kinds[c, _TURNS], kinds[c, _COUNT]
     for j in range(count):
         sb.read_signal(data, width, rows, first, end, places, wanted[signal + j], factors, ids, values, at + j, samples)
@@ -288,7 +299,10 @@ def _read_role(
 def _unwrap(
     values: Float64, at: int, frames: int, count: int, samples: int, turns: Float64, c: int, numbers: Float64
 ) -> None:
-    """Take the wraps out; `turns` (frames), where there are any, is that of each frame's first sample."""
+    """Take the wraps out.
+
+    `turns` (frames), where there are any, is that of each frame's first sample.
+    """
     span, last, turn = numbers[c, _SPAN], numbers[c, _LAST], numbers[c, _TURN]
     for frame in range(frames):
         for j in range(count):

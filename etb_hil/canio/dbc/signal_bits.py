@@ -151,7 +151,10 @@ def read_signal(
 def decode_rows(
     data: Bytes, rows: Int64, wanted: Int64, places: Int64, factors: Float64, ids: Int64, out: Float64
 ) -> None:
-    """Fill `out` (s, n) with the values of the signals `wanted` (s) in some rows; NaN where multiplexed out."""
+    """Fill `out` (s, n) with the values of the signals `wanted` (s) in some rows.
+
+    NaN where multiplexed out.
+    """
     count, width = data.shape
     flat, table, values = data.reshape(count * width), places.reshape(places.size), out.reshape(out.size)
     for index in range(len(wanted)):
@@ -212,7 +215,10 @@ def _write_at(
 
 @njit(cache=True, error_model="numpy")
 def write_value(payload: Bytes, place: Int64, scale: float, offset: float, value: float, overflow: int) -> bool:
-    """Write a signal's value into bits of one payload that are zero; False where they cannot hold it and stay zero."""
+    """Write a signal's value into bits of one payload that are zero.
+
+    False where they cannot hold it and stay zero.
+    """
     return _write_at(payload, 0, place, 0, scale, offset, value, overflow)
 
 
@@ -227,7 +233,10 @@ def encode_rows(
     ids: Int64,
     out: Bytes,
 ) -> tuple[int, int]:
-    """Write values (s, n) into payloads that are zero; return signal and row of the first refused, or -1, -1."""
+    """Write values (s, n) into payloads that are zero.
+
+    Return signal and row of the first refused, or -1, -1.
+    """
     count, width = out.shape
     flat, table = out.reshape(count * width), places.reshape(places.size)
     for index in order:

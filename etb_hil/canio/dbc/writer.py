@@ -123,7 +123,10 @@ class _Plan:
         self._plain = all(part.plain for part in self._parts)
 
     def fill(self, values: Mapping[str, ArrayLike], data: NDArray[np.uint8]) -> None:
-        """Encode the values into payloads (n, w) that are zero; InputError for a value that is refused."""
+        """Encode the values into payloads (n, w) that are zero.
+
+        InputError for a value that is refused.
+        """
         if len(data) == 1 and self._plain and all(isinstance(value, _NUMBER) for value in values.values()):
             matrix = np.array([values[part.key] for part in self._parts], np.float64).reshape(-1, 1)
         else:

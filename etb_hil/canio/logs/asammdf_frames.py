@@ -27,7 +27,10 @@ _REMEDY = "check that the file is whole, or save it with sorted records of fixed
 
 
 def frames_by_asammdf(path: Path, notes: list[str]) -> Iterator[FrameBlock]:
-    """Yield the frames of a file, then add to `notes` what could not be read; InputError where nothing can."""
+    """Yield the frames of a file, then add to `notes` what could not be read.
+
+    InputError where nothing can.
+    """
     command = [sys.executable, "-P", "-m", __name__, str(path)]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(entry or os.getcwd() for entry in sys.path)}  # noqa: PTH109
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment) as child:  # noqa: S603 (ours)

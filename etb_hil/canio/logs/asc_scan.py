@@ -226,7 +226,10 @@ def _asc_classic(
 def _asc_fd(
     text: Bytes, at: np.int64, end: np.int64, base: np.int64, stamp: np.int64, columns: Columns, row: np.int64
 ) -> np.int64:
-    """Read `CANFD channel direction ident [name] brs esi code length payload`; the result is that of `_asc_event`."""
+    """Read `CANFD channel direction ident [name] brs esi code length payload`.
+
+    The result is that of `_asc_event`.
+    """
     odd = np.int64(-ODD)
     start = at
     at += 5
@@ -288,7 +291,10 @@ def _asc_fd(
 
 @njit(cache=True, error_model="numpy")
 def _direction(text: Bytes, at: np.int64, end: np.int64) -> np.int64:
-    """Return the flag of `Rx` or `Tx`; -1 where it is written in another way, -2 where there is no direction."""
+    """Return the flag of `Rx` or `Tx`.
+
+    -1 where it is written in another way, -2 where there is no direction.
+    """
     if end - at < 2 or text[at + 1] | 0x20 != 120 or (text[at] | 0x20 != 114 and text[at] | 0x20 != 116):
         return np.int64(-2)
     if text[at + 1] != 120 or text[at] & 0x20 or (end - at > 2 and not blank(text[at + 2])):
@@ -312,7 +318,10 @@ def _identifier(text: Bytes, at: np.int64, end: np.int64, base: np.int64) -> tup
 def _payload(
     text: Bytes, at: np.int64, end: np.int64, base: np.int64, length: np.int64, data: Bytes, row: np.int64, width: int
 ) -> bool:
-    """Write the bytes that follow, each behind white space; False where one is missing or none."""
+    """Write the bytes that follow, each behind white space.
+
+    False where one is missing or none.
+    """
     if base == 16 and at + 3 * length <= end and (at + 3 * length == end or blank(text[at + 3 * length])):
         # Unsigned places: numba need not ask at each one whether it counts from the end.
         wrong, place, out, one, three = np.uint8(0), np.uint64(at), np.uint64(row), np.uint64(1), np.uint64(3)
@@ -339,5 +348,8 @@ def _payload(
 
 @njit(cache=True, error_model="numpy")
 def _index(channel: np.int64) -> np.int64:
-    """Return a channel of the file, which counts from 1; -1 where a column does not hold it."""
+    """Return a channel of the file, which counts from 1.
+
+    -1 where a column does not hold it.
+    """
     return np.int64(max(int(channel) - 1, 0) if channel <= _MAX_CHANNEL else -1)

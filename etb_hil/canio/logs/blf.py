@@ -69,7 +69,10 @@ class BlfLog:
         self._append(self._header())
 
     def write(self, frames: FrameBlock) -> None:
-        """Take frames in the order in which they were seen; full containers go to the file."""
+        """Take frames in the order in which they were seen.
+
+        Full containers go to the file.
+        """
         if not len(frames):
             return
         if int(frames.stamp_ns.min()) < self.start_ns:
@@ -249,7 +252,9 @@ class BlfReader:
 
 
 def read_blf(path: Path) -> BlfReader:
-    """Open a BLF file; iterated, it yields its frames as FrameBlocks with stamps exact to the nanosecond.
+    """Open a BLF file.
+
+    Iterated, it yields its frames as FrameBlocks with stamps exact to the nanosecond.
 
     A broken end or a damaged container costs only itself, and `notes` says where it was. Raises InputError, on
     iteration, where the file cannot be read or is no BLF file.

@@ -36,7 +36,10 @@ class Objects:
 
 
 def find_objects(data: bytes, length: int, note: Callable[[str], None]) -> Objects:
-    """Return the whole objects in the first `length` bytes; what belongs to none is skipped and noted."""
+    """Return the whole objects in the first `length` bytes.
+
+    What belongs to none is skipped and noted.
+    """
     return _even(data, length) or _searched(data, length) or _followed(data, length, note)
 
 

@@ -221,7 +221,10 @@ def _fill(
     step: int,
     far: list[NDArray[np.intp]],
 ) -> None:
-    """Write the objects of a group into their rows of `frames`; those on channels beyond a column's go to `far`."""
+    """Write the objects of a group into their rows of `frames`.
+
+    Those on channels beyond a column's go to `far`.
+    """
     kind = group.kind
     body_at = starts + group.head_bytes
     body = _gather(data, body_at, _BODIES[kind], step)
@@ -268,7 +271,10 @@ def _fill(
 
 
 def _fill_channels(frames: FrameBlock, rows: Rows, channel: NDArray[np.integer[Any]]) -> list[NDArray[np.intp]]:
-    """Write the channels, which objects count from 1; return the rows of those that do not fit, if there are any."""
+    """Write the channels, which objects count from 1.
+
+    Return the rows of those that do not fit, if there are any.
+    """
     frames.channel[rows] = np.maximum(channel, 1) - 1
     if channel.max(initial=0) <= _MAX_CHANNEL:
         return []

@@ -133,7 +133,10 @@ def scan_candump(text: Bytes, newlines: Int64, plain: bool, columns: Columns, st
 
 @njit(cache=True, error_model="numpy")
 def _frame(text: Bytes, at: np.int64, end: np.int64, columns: Columns, row: np.int64) -> np.int64:
-    """Read `(seconds) channel ident#payload [direction]`; return 1, or why it was not read, negative."""
+    """Read `(seconds) channel ident#payload [direction]`.
+
+    Return 1, or why it was not read, negative.
+    """
     odd = np.int64(-ODD)
     if text[at] != _OPEN:
         return odd
@@ -188,7 +191,10 @@ def _frame(text: Bytes, at: np.int64, end: np.int64, columns: Columns, row: np.i
 
 @njit(cache=True, error_model="numpy")
 def _channel(text: Bytes, first: np.int64, end: np.int64) -> np.int64:
-    """Return the number at the end of a channel's name; `_FAR` where 8 bits do not hold it."""
+    """Return the number at the end of a channel's name.
+
+    `_FAR` where 8 bits do not hold it.
+    """
     digits = end
     while digits > first and DIGIT[text[digits - 1]] < 10:
         digits -= 1

@@ -1,4 +1,7 @@
-"""Logs in the formats that python-can reads; a broken end costs what is broken, not what came before."""
+"""Logs in the formats that python-can reads.
+
+A broken end costs what is broken, not what came before.
+"""
 
 from __future__ import annotations
 
@@ -83,7 +86,10 @@ class ForeignLog:
         self._format = FORMATS[suffix.lower()]
 
     def __iter__(self) -> Iterator[FrameBlock]:
-        """Yield the frames in blocks; InputError where not even the first frame can be read."""
+        """Yield the frames in blocks.
+
+        InputError where not even the first frame can be read.
+        """
         self.notes = []
         notes = Notes()
         frames = 0
@@ -143,7 +149,9 @@ def frames_of_text(text: str, suffix: str, note: Note) -> tuple[FrameBlock, str]
 
 
 def _is_held(message: can.Message, known: _Format, note: Note) -> bool:
-    """Make a number of a message's channel, and return whether a column holds it; else it is noted.
+    """Make a number of a message's channel, and return whether a column holds it.
+
+    Else it is noted.
 
     Raises ValueError for a message that is not whole or that no bus can carry: python-can's readers let them through.
     """

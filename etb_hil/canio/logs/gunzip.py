@@ -39,7 +39,10 @@ class Gunzip(RawIOBase):
         return True
 
     def readinto(self, buffer: WriteableBuffer, /) -> int:
-        """Fill the buffer and return how much came, 0 at the end; EOFError, OSError or zlib.error at damage."""
+        """Fill the buffer and return how much came, 0 at the end.
+
+        EOFError, OSError or zlib.error at damage.
+        """
         out, filled = memoryview(buffer).cast("B"), 0
         while filled < len(out):
             if not self._plain and not self._inflated():

@@ -22,7 +22,9 @@ _SLICE = 96 << 10  # of a large block: what it inflates to stays in the processo
 
 
 def inflate(packed: bytes | memoryview, size: int, *, cut: bool = False) -> bytes | bytearray:
-    """Return at most `size` bytes (no more than `MOST_BYTES`) of a zlib stream; of one that is cut off, what is there.
+    """Return at most `size` bytes (no more than `MOST_BYTES`) of a zlib stream.
+
+    Of one that is cut off, what is there.
 
     Raises zlib.error where the stream is damaged, and where it does not end although it is not `cut`: damage may well
     inflate to nonsense, and only the checksum at the end tells.

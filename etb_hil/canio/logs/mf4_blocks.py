@@ -96,7 +96,10 @@ class Mf4Blocks:
         return found
 
     def records(self, group: FrameGroup) -> Iterator[NDArray[np.uint8]]:
-        """Yield the records of a group as uint8 (n, record bytes); a cut end gives fewer than `count`."""
+        """Yield the records of a group as uint8 (n, record bytes).
+
+        A cut end gives fewer than `count`.
+        """
         width = group.record_bytes
         rest: bytes | bytearray = b""
         left = group.count
@@ -252,7 +255,10 @@ class Mf4Blocks:
 
 
 def _straight(part: bytes | bytearray, columns: int) -> bytes:
-    """Return bytes that lay in transposed order as they were; what fills no row stands at the end."""
+    """Return bytes that lay in transposed order as they were.
+
+    What fills no row stands at the end.
+    """
     rows = len(part) // columns
     matrix = np.frombuffer(part, np.uint8, rows * columns).reshape(columns, rows)
     return matrix.T.tobytes() + part[rows * columns :]

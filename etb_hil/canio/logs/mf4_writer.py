@@ -62,7 +62,10 @@ class Mf4Log:
         self._signals: dict[tuple[str, int], _SignalRecords] = {}
 
     def write(self, frames: FrameBlock) -> None:
-        """Take frames in the order in which they were seen; groups of data, error and remote frames hold them."""
+        """Take frames in the order in which they were seen.
+
+        Groups of data, error and remote frames hold them.
+        """
         error = (frames.flags & FrameFlag.ERROR) != 0
         remote = ~error & ((frames.flags & FrameFlag.REMOTE) != 0)
         if not (error.any() or remote.any()):

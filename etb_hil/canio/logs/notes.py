@@ -17,7 +17,10 @@ class Notes:
         self._kinds: dict[str, tuple[str, int]] = {}
 
     def add(self, place: object, what: str, kind: str = "", count: int = 1) -> None:
-        """Take in what happened at a place; without a `kind`, notes that differ in numbers alone are of one."""
+        """Take in what happened at a place.
+
+        Without a `kind`, notes that differ in numbers alone are of one.
+        """
         what = shortened(what, _LONGEST)
         kind = kind or _NUMBER.sub("0", what)
         first, before = self._kinds.get(kind, (f"{place}: {what}", 0))

@@ -19,7 +19,9 @@ _SUFFIX = re.compile(r"\.[a-z0-9_+-]+")
 
 
 def read_log(path: Path) -> LogReader:
-    """Open a log by its suffix; iterated, it yields its frames as FrameBlocks in bounded memory.
+    """Open a log by its suffix.
+
+    Iterated, it yields its frames as FrameBlocks in bounded memory.
 
     BLF, ASC, TRC, candump's `.log`, python-can's CSV and SQLite, MF4, each also as `.gz`; and what plug-ins read.
     Stamps are as exact as the format holds them. A broken end costs what is broken, not what came before. Raises
@@ -45,7 +47,10 @@ def read_log(path: Path) -> LogReader:
 
 @cache
 def _own() -> dict[str, Reader]:
-    """Return our readers by suffix; those of plug-ins are not asked for, which takes its time."""
+    """Return our readers by suffix.
+
+    Those of plug-ins are not asked for, which takes its time.
+    """
     names = [module.name for module in pkgutil.iter_modules(formats.__path__)]
     readers: list[Reader] = [import_module(f"{formats.__name__}.{name}").READER for name in names]
     return {suffix: reader for reader in readers for suffix in reader.suffixes}
@@ -53,7 +58,10 @@ def _own() -> dict[str, Reader]:
 
 @cache
 def _of_plugins() -> dict[str, Reader]:
-    """Return the readers of plug-ins by suffix; InputError where one breaks the contract."""
+    """Return the readers of plug-ins by suffix.
+
+    InputError where one breaks the contract.
+    """
     found: dict[str, Reader] = {}
     for part in parts("readers"):
         part.require(Reader)

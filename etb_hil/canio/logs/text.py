@@ -61,7 +61,10 @@ class TextLog:
         self._odd, self._is_noted = Notes(), False  # what was left out, and whether that was said of the odd line
 
     def __iter__(self) -> Iterator[FrameBlock]:
-        """Yield the frames in blocks of bounded size; InputError where not even the first frame can be read."""
+        """Yield the frames in blocks of bounded size.
+
+        InputError where not even the first frame can be read.
+        """
         self.notes, self._odd = [], Notes()
         self._frames, self._line, self._base, self._width, self._fault = 0, 0, 16, 8, ""
         self._is_open = self._is_noted = False
@@ -83,7 +86,10 @@ class TextLog:
                 return
 
     def _chunks(self) -> Iterator[bytes]:
-        """Yield whole lines, about a chunk at a time; the last line too, unless it was cut off."""
+        """Yield whole lines, about a chunk at a time.
+
+        The last line too, unless it was cut off.
+        """
         is_packed = self.path.suffix.lower() == ".gz"
         with cast("IO[bytes]", Gunzip(self.path) if is_packed else open_file(self.path)) as file:
             rest = b""
@@ -153,7 +159,10 @@ class TextLog:
             state[scan.LINE] += 1
 
     def _odd_line(self, line: bytes) -> FrameBlock:
-        """Return what python-can makes of a line; where it refuses the line, the reading ends."""
+        """Return what python-can makes of a line.
+
+        Where it refuses the line, the reading ends.
+        """
         from etb_hil.canio.logs.foreign import frames_of_text  # noqa: PLC0415 (importing can is slow)
 
         head = (

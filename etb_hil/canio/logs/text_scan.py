@@ -83,7 +83,10 @@ def is_plain(text: Bytes, at: np.int64, end: np.int64) -> bool:
 
 @njit(cache=True, error_model="numpy")
 def number(text: Bytes, at: np.int64, end: np.int64, base: np.int64, most: np.int64) -> tuple[np.int64, np.int64]:
-    """Return the number of at most so many digits that starts here and where it ends; -1 where there is none."""
+    """Return the number of at most so many digits that starts here and where it ends.
+
+    -1 where there is none.
+    """
     value, place, stop = np.int64(0), np.uint64(at), np.uint64(end)
     while place < stop and DIGIT[text[place]] < base:
         value = value * base + DIGIT[text[place]]
@@ -96,7 +99,10 @@ def number(text: Bytes, at: np.int64, end: np.int64, base: np.int64, most: np.in
 
 @njit(cache=True, error_model="numpy")
 def seconds(text: Bytes, at: np.int64, end: np.int64) -> tuple[np.int64, np.int64, bool]:
-    """Return seconds with a point in ns, where they end, and whether there are any; -1 ns of too many digits."""
+    """Return seconds with a point in ns, where they end, and whether there are any.
+
+    -1 ns of too many digits.
+    """
     whole, point = number(text, at, end, np.int64(10), np.int64(_WHOLE_DIGITS))
     if point == at or point >= end or text[point] != DOT:
         return np.int64(-1), at, False

@@ -27,7 +27,10 @@ class UnpackedLog:
         self.begin_ns: int | None = 0
 
     def __iter__(self) -> Iterator[FrameBlock]:
-        """Yield the frames; InputError where they cannot be read, or there is no room to unpack them."""
+        """Yield the frames.
+
+        InputError where they cannot be read, or there is no room to unpack them.
+        """
         self.notes = []
         with TemporaryDirectory() as folder:
             plain = Path(folder) / self._path.stem

@@ -57,7 +57,9 @@ def held(suffix: str, frames: FrameBlock) -> FrameBlock:
 
 
 def write_log(path: Path, start_ns: int) -> LogWriter:
-    """Open a log for writing, its format named by its suffix; `start_ns` is the earliest stamp.
+    """Open a log for writing, its format named by its suffix.
+
+    `start_ns` is the earliest stamp.
 
     InputError where the format is unknown or the file cannot be written.
     """

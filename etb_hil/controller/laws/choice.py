@@ -18,7 +18,10 @@ _OWN = LAWS.all_own()
 
 
 def law_number(name: str) -> int:
-    """Return the number by which compiled code calls a law; InputError names the laws there are."""
+    """Return the number by which compiled code calls a law.
+
+    InputError names the laws there are.
+    """
     LAWS.require(name)
     return list(_OWN).index(name) if name in _OWN else address_of(LAWS.of_plugins()[name])
 
@@ -33,7 +36,10 @@ def law_gains(name: str, nominal: ThrottleParameters) -> Vector:
 
 
 def _written_out() -> Callable[..., Any]:
-    """Return a function that calls our law of a number; of any other number, the law at this address."""
+    """Return a function that calls our law of a number.
+
+    Of any other number, the law at this address.
+    """
     passed = "gain, memory, error, rate"
     scope: dict[str, Any] = {"called": called}
     lines = [f"def choose(law, {passed}):"]

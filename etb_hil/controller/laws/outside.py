@@ -24,7 +24,10 @@ def compiled(torque: Any) -> Any:  # noqa: ANN401 (Numba's dispatchers have no t
 
 
 def address_of(part: Part) -> int:
-    """Return the address at which `called` finds a law of a plug-in; InputError where it cannot be compiled."""
+    """Return the address at which `called` finds a law of a plug-in.
+
+    InputError where it cannot be compiled.
+    """
     law: ControlLaw = part.value
     if law.torque not in _compiled:
         torque = compiled(law.torque)
@@ -39,7 +42,10 @@ def address_of(part: Part) -> int:
 
 
 def gains_of(part: Part, nominal: ThrottleParameters) -> Vector:
-    """Return the gains that a law of a plug-in designs; InputError where they are not what a law returns."""
+    """Return the gains that a law of a plug-in designs.
+
+    InputError where they are not what a law returns.
+    """
     with part.guarded("designing its gains"):
         found = np.asarray(part.value.gains(nominal), np.float64)
     if found.ndim != 1 or len(found) > GAINS or not np.isfinite(found).all():

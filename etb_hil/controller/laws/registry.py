@@ -1,4 +1,7 @@
-"""The position laws by name: every file in `kinds` declares one as `LAW`; plug-ins add theirs."""
+"""The position laws by name: every file in `kinds` declares one as `LAW`.
+
+Plug-ins add theirs.
+"""
 
 from __future__ import annotations
 

@@ -20,7 +20,9 @@ class UdsFaultKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class UdsFault:
-    """A fault of the answers to one service (None: to all); `delay_ns` is how late a slow answer is.
+    """A fault of the answers to one service (None: to all).
+
+    `delay_ns` is how late a slow answer is.
 
     It begins `after_ns` after power-on. A second tester is a unmodelled effect on the bus, and asks whatever the
     service.

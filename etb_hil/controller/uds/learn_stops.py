@@ -31,7 +31,10 @@ class RoutineState(IntEnum):
 
 
 class LearnStops:
-    """Commands the machine as a bench would; a command of the bus that takes the drive off ends it."""
+    """Commands the machine as a bench would.
+
+    A command of the bus that takes the drive off ends it.
+    """
 
     def __init__(self, machine: Machine, nominal: ThrottleParameters) -> None:
         self._machine = machine

@@ -27,7 +27,9 @@ BLOCK_SIZE = 8  # frames between two flow controls
 
 
 class UdsServer:
-    """Answers on `settings.request`; `texts` are what its data identifiers say, `faults` what goes wrong.
+    """Answers on `settings.request`.
+
+    `texts` are what its data identifiers say, `faults` what goes wrong.
 
     It does something at control ticks alone, so that how time is cut into calls changes nothing.
     """
@@ -82,7 +84,10 @@ class UdsServer:
                 self._arrived.append((int(frames.stamp_ns[row]), data))
 
     def next_ns(self, tick_ns: int) -> int | None:
-        """Return the first control tick from `tick_ns` on at which it has something to do; None where it rests."""
+        """Return the first control tick from `tick_ns` on at which it has something to do.
+
+        None where it rests.
+        """
         busy = (
             self._faults_of(UdsFaultKind.SECOND_TESTER)
             or self._request
@@ -98,7 +103,10 @@ class UdsServer:
         return tick_ns + max(-(-late // CONTROL_NS), 0) * CONTROL_NS
 
     def act(self, now_ns: int) -> tuple[list[tuple[int, list[bytes]]], list[float] | None]:
-        """Do what is due at a control tick; return frames by identifier, and a command to the machine."""
+        """Do what is due at a control tick.
+
+        Return frames by identifier, and a command to the machine.
+        """
         while self._arrived and self._arrived[0][0] <= now_ns:
             stamp_ns, data = self._arrived.pop(0)
             self._hear(stamp_ns, data)

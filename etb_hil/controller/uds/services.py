@@ -1,4 +1,7 @@
-"""What each UDS service (ISO 14229-1) does in the virtual controller; a message in, the answer's bytes out."""
+"""What each UDS service (ISO 14229-1) does in the virtual controller.
+
+A message in, the answer's bytes out.
+"""
 
 from __future__ import annotations
 
@@ -85,7 +88,10 @@ class Services:
     seeds: int = 0
 
     def answer(self, payload: bytes, now_ns: int) -> bytes | None:
-        """Return the positive response to a request, None where it is suppressed; Refused otherwise."""
+        """Return the positive response to a request, None where it is suppressed.
+
+        Refused otherwise.
+        """
         known: dict[int, Callable[[bytes, int], bytes | None]] = {
             Service.SESSION_CONTROL: self._session_control,
             Service.CLEAR_CODES: self._clear_codes,

@@ -263,7 +263,7 @@ def _calibrated(findings: Findings, numbers: Sequence[Estimate], in_model: Vecto
 
 
 def _nuisances(numbers: Sequence[Estimate]) -> Mapping[str, results.Nuisance]:
-    """Return fitted nuisances: time offsets of the signals, and the plate sensor's zero."""
+    """Return fitted nuisances: time offsets, and the plate sensor's zero."""
     return {
         e.name: results.Nuisance(
             e.value,

@@ -60,7 +60,7 @@ class Holdout:
 
 
 def hold_out(findings: Findings, progress: Callable[[str], None] = lambda _: None) -> Holdout:
-    """Return all errors of a search's models on the held-out parts of the longest segment."""
+    """Return all errors of a search's models on held-out parts of the longest segment."""
     number = int(np.argmax([each.samples for each in findings.balances]))
     b = findings.balances[number]
     final = findings.final

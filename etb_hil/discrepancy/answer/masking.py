@@ -21,7 +21,7 @@ _NOTHING = 1e-12
 
 @dataclass(frozen=True, slots=True)
 class MaskedEffect:
-    """Normal equations by group of samples (groups, k, k), and of an effect (groups, k).
+    """Normal equations by group of samples (groups, k, k), and of an effect.
 
     `own` (groups): the effect's squares; `low` and `high` (k): how far each parameter may move. The effect is
     detectable if it leaves the squares `least`, and in one group (groups) `least_in` it.
@@ -70,7 +70,7 @@ class Masking:
         self._findings, self._least, self._least_in = findings, least, least_in
 
     def by(self, column: Float64, causes: Sequence[SelectionStep]) -> MaskedEffect:
-        """Return the masking of an effect with this sensitivity (n), without these `causes`."""
+        """Return the masking of an effect by its sensitivity (n), without these `causes`."""
         final = self._findings.final
         own = tuple(f"{each.winner.id}." for each in causes)
         frees = {each.winner.candidate.frees for each in causes}

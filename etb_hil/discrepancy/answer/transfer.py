@@ -19,7 +19,7 @@ CARRIES = 0.02  # of the squared residual: what a cause must take of another rec
 
 
 def transfer(findings: Findings, others: Sequence[Balances]) -> tuple[Transfer, ...]:
-    """Return for each cause and other recording what share of its residual it explains.
+    """Return for each cause and other recording the share of residual it explains.
 
     Base parameters are calibrated anew for the other recording, with and without the cause. In `free_run` they are not:
     all parameters are those of the search before the cause was found, and with it.

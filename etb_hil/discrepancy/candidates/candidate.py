@@ -26,10 +26,11 @@ _TOO_SMALL = ("stop_damping", "bristle_damping", "dead_zone")
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A candidate at one shape: `unknowns` to fit; `frees`: a parameter off its tolerance.
+    """A candidate at one shape: `unknowns` to fit; `frees`: a parameter it frees.
 
-    `also_frees`: another parameter that leaves its tolerance with it, since one fault changes both. `begins`: the value
-    from which the freed parameter is fitted; None: from the edge of its box, where a gradient leads.
+    The freed parameter leaves its tolerance. `also_frees`: another parameter that leaves its tolerance with it, since
+    one fault changes both. `begins`: the value from which the freed parameter is fitted; None: from the edge of its
+    box, where a gradient leads.
     """
 
     id: str
@@ -77,7 +78,7 @@ def parameter_id(name: str) -> str:
 
 
 def _freed_jointly(unknown: Unknown, base: Iterable[Unknown], out: Container[str]) -> list[str]:
-    """Return the name of the parameter that leaves its tolerance together with this one."""
+    """Return the name of the parameter that leaves its tolerance with this one."""
     other = _GOES_WITH.get(unknown.name)
     return [u.name for u in base if u.name == other and u.is_toleranced and parameter_id(other) not in out]
 

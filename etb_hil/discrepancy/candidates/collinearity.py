@@ -78,7 +78,7 @@ class Projector:
         self._freed: dict[frozenset[str], Float64] = {}
 
     def rest(self, column: Float64, without: frozenset[str] = frozenset()) -> Float64:
-        """Return a sensitivity with the base projected out; `without`: parameters not used."""
+        """Return a sensitivity with the base projected out; `without`: not used."""
         inside = self._basis.T @ column
         if without:
             freed = self._freed_by(without)

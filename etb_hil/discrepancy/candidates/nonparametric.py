@@ -28,7 +28,7 @@ _ON_EDGE = 1e-3  # tolerances
 
 @dataclass(frozen=True, slots=True)
 class NonparametricTerm:
-    """A spline: its balance, coordinate and parity, and the share of the residual it explains."""
+    """A spline: its balance, coordinate and parity, and the share it explains."""
 
     balance: str
     over: str

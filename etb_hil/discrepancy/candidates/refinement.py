@@ -79,7 +79,7 @@ def fit_fully(residual: Residual, refined: Linearised, iterations: int = _FULL_I
 
 
 def by_itself(residual: Residual, refined: Refined, iterations: int = _FULL_ITERATIONS) -> Linearised:
-    """Return a parametric fault fitted alone; the jointly freed one back in its tolerance."""
+    """Return a parametric fault fitted alone, the jointly freed one in tolerance."""
     candidate, whole = refined.candidate, refined.fit.whole.copy()
     unknowns = [u.within_tolerance() if u.name == candidate.also_frees else u for u in refined.unknowns]
     for unknown in unknowns:
@@ -96,7 +96,7 @@ def _is_beyond(refined: Linearised) -> bool:
 
 
 def fit_finer_shapes(residual: Residual, refined: Linearised, load: float) -> Linearised:
-    """Return a candidate fitted with its effect's finer shapes, which a search leaves out."""
+    """Return a candidate with its effect's finer shapes, which a search leaves out."""
     effect = refined.candidate.effect
     if effect is None or not effect.finer:
         return refined
@@ -152,7 +152,7 @@ def elsewhere(residual: Residual, at: Fit, jacobian: Float64, unknowns: Sequence
 
 
 def unknowns_of(base: Sequence[Unknown], candidate: Candidate, start: Vector, load: float) -> list[Unknown]:
-    """Return the unknowns of a candidate's fit: the base, the freed ones, the effect's."""
+    """Return the unknowns of a candidate's fit: base, freed ones, the effect's."""
     moved = [u.free() if u.name in candidate.freed else u for u in base]
     if candidate.effect is None:
         return moved

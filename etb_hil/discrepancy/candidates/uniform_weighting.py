@@ -42,7 +42,7 @@ def _channels(balances: Balances, whole: Vector) -> Float64:
 
 
 def _weights(balances: Balances, whole: Vector) -> Float64:
-    """Return the reciprocal noise (3 m) of the model's own simulation; zero if not judged."""
+    """Return the reciprocal noise (3 m) of the model's own simulation, else zero."""
     left = _channels(balances, whole).reshape(3, -1)
     found = np.zeros(left.shape)
     on_stop = balances.regimes.label == STOP

@@ -189,7 +189,7 @@ class Balances:
         return self._whiten[channel]
 
     def motion(self, p: Vector) -> tuple[Float64, Float64]:
-        """Return smoothed angle and velocity (n) at the throttle shaft, sensor effects undone."""
+        """Return smoothed angle and velocity (n) at the throttle shaft, sensors corrected."""
         truth = self._truth(p)
         return truth.angle, truth.velocity
 
@@ -226,7 +226,7 @@ class Balances:
 
 
 def _whitening(measured: Measurement, model: Model, spectrum: Spectrum) -> tuple[list[Float64], Float64]:
-    """Return the reciprocal noise of each balance by frequency, and the encoder's share (3).
+    """Return each balance's reciprocal noise by frequency; the encoder's share (3).
 
     The band then holds a variance of one; in the angle balance the encoder's steps come on top.
     """

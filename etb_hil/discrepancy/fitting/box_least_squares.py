@@ -1,4 +1,4 @@
-"""Least squares inside a box on the normal equations: projected Newton, active set."""
+"""Least squares inside a box on normal equations: projected Newton, active set."""
 
 from __future__ import annotations
 

@@ -87,7 +87,7 @@ def all_unknowns(model: Model, balances: Sequence[Balances]) -> list[Unknown]:
 
 
 def beginnings(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence[Balances]) -> list[Vector]:
-    """Return start vectors: as stated, with limp-home as seen, and with stops met early."""
+    """Return start vectors: as stated, with limp-home as seen, with stops met early."""
     stated = whole.copy()
     for unknown in unknowns:
         if "." not in unknown.name and unknown.high <= SLACK:  # no cause's own
@@ -97,7 +97,7 @@ def beginnings(whole: Vector, unknowns: Sequence[Unknown], balances: Sequence[Ba
 
 
 def off_edges(residual: Residual, found: Calibration) -> Calibration | None:
-    """Return a calibration with parameters on a tolerance's edge reset to their nominal.
+    """Return a calibration with parameters on a tolerance's edge reset to nominal.
 
     None if there are none. A parameter on the edge may compensate for something that is missing.
     """
@@ -112,7 +112,7 @@ def off_edges(residual: Residual, found: Calibration) -> Calibration | None:
 
 
 def met_before(unknown: Unknown, balances: Sequence[Balances]) -> list[float]:
-    """Return positions (rad) of a stop that the motion ends before; none for other unknowns.
+    """Return positions (rad) of a stop that the motion ends before; else none.
 
     No gradient leads there: a plate that is held before a stop shows nothing of it. How far it went into the stop is
     unknown.

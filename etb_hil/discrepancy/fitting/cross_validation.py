@@ -23,7 +23,7 @@ _PRIOR = 3.0
 
 @dataclass(frozen=True, slots=True)
 class HeldOut:
-    """Squared residual (folds) under parameters `x` (folds, unknowns) of the other folds."""
+    """Squared residual (folds) under parameters `x` (folds, unknowns) of the others."""
 
     cost: Float64
     x: Float64

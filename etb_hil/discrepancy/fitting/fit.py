@@ -24,7 +24,7 @@ _TRUST = 0.2  # of what a step was to gain: within it the columns that promised 
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """Where a fit ended: the whole vector, the residual (n) and its sum of squares there."""
+    """The end of a fit: the whole vector, the residual (n) and its sum of squares."""
 
     whole: Vector
     residual: Float64
@@ -49,7 +49,7 @@ def jacobian(residual: Residual, at: Fit, unknowns: Sequence[Unknown]) -> Float6
 
 
 def fit_of(residual: Residual, whole: Vector) -> Fit:
-    """Return the residual at a point; infinite cost where the model cannot be computed."""
+    """Return the residual at a point; infinite cost if the model cannot be computed."""
     left = residual(whole)
     cost = float(left @ left)
     return Fit(whole, left, cost if np.isfinite(cost) else np.inf)
@@ -99,7 +99,7 @@ def _descended(
     *,
     is_trusted: bool,
 ) -> Fit:
-    """Return the fit after some iterations; `found` (n, unknowns) gets the last Jacobian.
+    """Return the fit after some iterations; `found` (n, unknowns) gets its Jacobian.
 
     Its first `known` columns stay.
     """
@@ -122,7 +122,7 @@ def _descended(
 
 
 def _with_peak(residual: Residual, at: Fit, unknowns: Sequence[Unknown]) -> Fit:
-    """Return a fit with break-away friction raised above sliding friction, if it was not.
+    """Return a fit with break-away friction raised above sliding friction.
 
     Below it there is no Stribeck peak, and so no gradient: a fit that came there stays.
     """

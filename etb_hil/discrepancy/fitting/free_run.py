@@ -85,7 +85,7 @@ def segment(b: Balances, p: Vector, begin: int, begin_at: Vector, samples: int) 
 
 
 def trace(b: Balances, p: Vector, begin: int, samples: int | None = None) -> Float64:
-    """Return the encoder's angle (samples, else a segment's), run freely from a sample on."""
+    """Return the encoder's angle (samples, else a segment's), run freely."""
     begin_at = _led(b, p, np.array([begin]))[0]
     return _segment(b, p, begin, begin_at, samples or round(SEGMENT_S * b.measured.rate), 0)[0]
 

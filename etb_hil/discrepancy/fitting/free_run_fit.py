@@ -84,7 +84,7 @@ def _put(whole: Vector, unknowns: Sequence[Unknown], values: Float64) -> Vector:
 
 
 def part_of(balances: Sequence[Balances], number: int, share: float) -> int:
-    """Return the fold that a share (0 to 1) of a segment, given by its number, lies in."""
+    """Return the fold of a share (0 to 1) of a segment, given by its number."""
     before = sum(b.samples for b in balances[:number])
     total = sum(b.samples for b in balances)
     return min(int((before + share * balances[number].samples) * FOLDS / total), FOLDS - 1)
@@ -118,7 +118,7 @@ class _Runs:
 
 
 class _Said:
-    """The balances' evidence on the unknowns, linearised and condensed to a few samples."""
+    """The balances' evidence on the unknowns, linearised and condensed."""
 
     def __init__(self, unknowns: Sequence[Unknown], begin: Vector, jacobian: Float64, residual: Float64) -> None:
         self._unknowns, self._columns, self._residual = unknowns, jacobian, residual

@@ -13,7 +13,7 @@ _DRAWS = 2000
 
 
 def gain_of(before: Float64, after: Float64) -> Gain:
-    """Return the share by which rms errors (parts) of one model are less than another's."""
+    """Return by what share rms errors (parts) of one model are less than another's."""
     rng = np.random.default_rng(0)
     picks = rng.integers(len(before), size=(_DRAWS, len(before)))
     drawn = 1.0 - np.sqrt((after[picks] ** 2).sum(1) / np.maximum((before[picks] ** 2).sum(1), 1e-30))

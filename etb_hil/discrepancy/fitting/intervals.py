@@ -113,7 +113,7 @@ class _Said:
 
     @classmethod
     def of(cls, residual: Residual, whole: Vector, unknowns: Sequence[Unknown], block: NDArray[np.int64]) -> _Said:
-        """Return it from a fresh Jacobian: collinear effects cancel only in exact derivatives."""
+        """Return it from a fresh Jacobian: collinear effects cancel only in exact ones."""
         left, slopes = residual(whole), _slopes(residual, whole, unknowns)
         samples = [np.flatnonzero(block == k) for k in range(_BLOCKS)]
         return cls(

@@ -60,7 +60,7 @@ _OF_THE_LOAD = np.array(ports.strengths_that_ask("load", *FRICTION))
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """Angle, velocity and acceleration (n each) at the throttle shaft, temperature (n).
+    """Angle, velocity, acceleration (n each) at the throttle shaft; temperature (n).
 
     `is_open` (n): samples with the bridge open; `dt`: sample time in s.
     """
@@ -100,7 +100,10 @@ class InverseModel:
         return p[_OF_THE_PLATE].tobytes()
 
     def plate(self, p: Vector) -> tuple[Vector, Vector]:
-        """Return the plate's angle (n, rad) and the torque of springs, stops and flow (n, N·m)."""
+        """Return the plate's angle (n, rad) and the torque on it (n, N·m).
+
+        The torque is that of springs, stops and flow.
+        """
 
         def make() -> tuple[Vector, Vector]:
             m = self._motion
@@ -130,7 +133,7 @@ class InverseModel:
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _hold(angle: Vector, velocity: Vector, acceleration: Vector, p: Vector, plate: Vector, holds: Vector) -> None:
-    """Fill in the plate's angle, where backlash acts, and the torque of springs and stops."""
+    """Fill in the plate's angle behind backlash, and the torque of springs and stops."""
     elastic_acts, loose = ports.acting(p)[1], ports.is_loose(p)
     where = angle[0]
     for k in range(angle.size):

@@ -43,7 +43,7 @@ class NoiseFloor:
 
 
 def group_means(balances: Sequence[Balances], whole: Vector) -> tuple[Float64, NDArray[np.int64]]:
-    """Return mean squares (9) of the unweighted residual by group, and sample counts (9)."""
+    """Return mean squares (9) of the unweighted residual by group, and counts (9)."""
     total, count = np.zeros(GROUPS), np.zeros(GROUPS, np.int64)
     for b in balances:
         left = np.concatenate(b.channels(whole[:EXTENDED], whole[EXTENDED:]))
@@ -57,7 +57,7 @@ def group_means(balances: Sequence[Balances], whole: Vector) -> tuple[Float64, N
 def noise_floor_of(
     model: Model, balances: Sequence[Balances], whole: Vector, unknowns: Sequence[Unknown], seed: int = 1
 ) -> NoiseFloor:
-    """Return the noise floor of the model at `whole`: simulated, measured and fitted again."""
+    """Return the noise floor of the model at `whole`: simulated, measured, refitted."""
     again = [Balances(rerun(b, whole[:EXTENDED], seed + k), model) for k, b in enumerate(balances)]
     for new, old in zip(again, balances, strict=True):
         new.weights = old.weights

@@ -1,4 +1,4 @@
-"""Simulation of a record: the model along the motion, read by the data sheet's sensors."""
+"""Simulation of a record: the model on the motion, read by its sensors."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def _rounded(values: Float64, step: float) -> Float64:
 
 
 def _simulated(balances: Balances, p: Vector) -> Float64:
-    """Return angle, current, plate angle and voltage (n, 4) of the model on the motion."""
+    """Return angle, current, plate angle and voltage (n, 4) of the model on a motion."""
     m = balances.measured
     angle, velocity = balances.motion(p)
     samples = np.empty((len(m), 4))

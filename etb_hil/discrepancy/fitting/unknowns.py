@@ -113,7 +113,7 @@ def nuisance_unknowns(dt: float, *, has_current: bool) -> list[Unknown]:
 
 
 def effect_unknowns(effect: Effect, values: Iterable[float], load: float = 1.0) -> list[Unknown]:
-    """Return an effect's parameters about given shapes, strengths scaled by their step.
+    """Return an effect's parameters about given shapes, strengths scaled by a step.
 
     `load`: the ratio of this drive's torques to a throttle's.
     """

@@ -1,1 +1,1 @@
-"""Measured signals made ready: evenly sampled, at one shaft, with their limits known."""
+"""Measured signals made ready: evenly sampled, at one shaft, with known limits."""

@@ -1,4 +1,4 @@
-"""Repair of the sample in which a bridge opens, where the diodes conduct for a part of it."""
+"""Repair of samples in which a bridge opens and its diodes conduct for a part."""
 
 from __future__ import annotations
 
@@ -76,10 +76,10 @@ def _first_of(measured: Measurement, sample: int) -> int:
 
 
 def _seen_by_voltage(measured: Measurement, model: Model) -> Openings:
-    """Return the samples with diode voltage against the driven current (A), then a coast.
+    """Return the samples with diode voltage against the driven current (A).
 
-    A bridge that is driven so for a sample strikes the motor: it moves, and the next voltage is not the back-EMF of
-    that motion.
+    A coast follows. A bridge that is driven so for a sample strikes the motor: it moves, and the next voltage is not
+    the back-EMF of that motion.
     """
     size, limit = np.abs(measured.voltage), model.values.voltage_limit
     found = {}
@@ -91,7 +91,7 @@ def _seen_by_voltage(measured: Measurement, model: Model) -> Openings:
 
 
 def _driven(measured: Measurement, sample: int, v: ThrottleParameters) -> float:
-    """Return the winding's current in A at the beginning of a sample, from the voltages held before it."""
+    """Return the winding's current (A) at a sample's beginning, by earlier voltages."""
     winding = v.inductance / v.resistance * measured.rate  # samples
     samples = min(math.ceil(_FORGOTTEN * winding), sample)
     if samples == 0:
@@ -117,7 +117,7 @@ def _coasts(measured: Measurement, first: int, model: Model) -> bool:
 
 
 def _mean(diodes: float, after: float, current: float, rate: float, v: ThrottleParameters) -> float:
-    """Return the mean voltage (V) of a sample: diodes until zero current, then back-EMF."""
+    """Return the mean voltage (V) of a sample: diodes until zero current, then EMF."""
     lasts = v.inductance / v.resistance * math.log1p(v.resistance * abs(current / diodes))
     share = min(lasts * rate, 1.0)
     return share * diodes + (1.0 - share) * after

@@ -22,7 +22,7 @@ _MOST_SAMPLES = 20_000
 
 
 def confounded(recording: Recording) -> list[Confounded]:
-    """Return conditions confounded with elapsed time or each other, and a test for each."""
+    """Return conditions confounded with time or each other, and a test for each."""
     series = {}
     for role, name in _CONDITIONS.items():
         if role in recording.roles:

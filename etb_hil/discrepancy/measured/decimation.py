@@ -16,7 +16,7 @@ _IN_STEP = 0.98  # of them
 
 
 def decimated(measured: Measurement) -> Measurement:
-    """Return every n-th sample, with the mean voltage or force until the next kept sample.
+    """Return every n-th sample, with mean voltage or force until the next kept one.
 
     Kept samples are in step with the commands, so that a voltage is held from one to the next as it was: no mean shows
     what a current does after a step within a sample. A sample is good if all samples of its mean are.

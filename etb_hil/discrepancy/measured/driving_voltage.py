@@ -1,4 +1,4 @@
-"""The voltage that drives a simulation: as measured, without the voltmeter's noise."""
+"""The voltage that drives a simulation: measured, without the voltmeter's noise."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ _GAUSS = 0.6745  # median of the absolute value of a normal variable
 
 
 def without_noise(voltage: Float64, noise: float, rate: float) -> Float64:
-    """Return a voltage (n, V) with averaged noise and sharp edges (sigma filter, Lee 1983).
+    """Return a voltage (n, V) with averaged noise and sharp edges.
 
-    `noise`: the rms of the data sheet in V; if the samples show less, that counts. In a simulation driven by a
-    voltmeter's noise the bristles creep, which those of the real plate do not.
+    It is a sigma filter (Lee 1983). `noise`: the rms of the data sheet in V; if the samples show less, that counts. In
+    a simulation driven by a voltmeter's noise the bristles creep, which those of the real plate do not.
     """
     shown = float(np.median(np.abs(np.diff(voltage)))) / (_GAUSS * np.sqrt(2.0)) if len(voltage) > 1 else 0.0
     reach = _SAME * min(noise, shown)

@@ -17,11 +17,11 @@ CHANGES = 1.0  # K: a temperature that stays within it tells nothing of heat
 
 @dataclass(frozen=True, slots=True)
 class Measurement:
-    """A segment without gaps, evenly sampled: columns (n) in SI, angles at the throttle shaft.
+    """A segment without gaps, evenly sampled, in SI; angles at the throttle shaft.
 
-    `voltage` is the command or terminal voltage of each sample, held until the next. `is_good` (n) is False where
-    samples were bad or bridged. `sensors`: the model file's data sheet, with the noise that these samples show where
-    that is more.
+    Columns have n values each. `voltage` is the command or terminal voltage of each sample, held until the next.
+    `is_good` (n) is False where samples were bad or bridged. `sensors`: the model file's data sheet, with the noise
+    that these samples show where that is more.
     """
 
     origin: str

@@ -60,7 +60,7 @@ def rate_of_voltage(measured: Measurement) -> float:
 
 
 def _samples_together(measured: Measurement, jumps: Int64) -> int:
-    """Return how many samples before a jump are averaged: as long as a voltage is held."""
+    """Return how many samples before a jump are averaged: the length of one voltage."""
     most = int(measured.rate * _SHORTEST + 1e-6)
     if most <= 1 or not len(jumps):
         return 1
@@ -68,7 +68,7 @@ def _samples_together(measured: Measurement, jumps: Int64) -> int:
 
 
 def _before_jumps(m: Measurement) -> tuple[Int64, Int64]:
-    """Return the samples where a voltage begins, with the bridge on, and those of its jump."""
+    """Return the samples where a voltage begins, and those of its jump, bridge on."""
     jumps = np.flatnonzero(commanded(m))
     samples = _samples_together(m, jumps)
     ends = jumps[np.diff(jumps, prepend=-1) >= samples] + 1
@@ -78,7 +78,7 @@ def _before_jumps(m: Measurement) -> tuple[Int64, Int64]:
 
 
 def _means(values: Float64, begins: Int64, ends: Int64) -> Float64:
-    """Return means over windows of equal length, from a sample to the one before its end."""
+    """Return means over windows of equal length, from a sample to before its end."""
     if not len(ends):
         return np.zeros(0)
     return np.asarray(sliding_window_view(values, int(ends[0] - begins[0]))[begins].mean(axis=1))

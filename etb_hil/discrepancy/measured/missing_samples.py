@@ -15,7 +15,7 @@ _ONE_SAMPLE = (1.5, 2.5)  # steps from one value to the next with one sample mis
 
 
 def filled_in(time_ns: Int64, columns: Mapping[str, Float64], step: float) -> list[str]:
-    """Say what share of samples of columns (n) has no value, and what share is filled in.
+    """Say what share of samples of columns (n) is missing, and what share filled in.
 
     `step`: time between two samples in s.
     """

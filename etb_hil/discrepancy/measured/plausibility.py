@@ -29,7 +29,7 @@ _AGAINST = 1.0 / 3.0  # of what the back-EMF takes: K_e may be off
 
 
 def must_be_of_throttle(segments: Sequence[Measurement], model: Model) -> None:
-    """Refuse an implausible supply voltage or temperature, and angles of different motions."""
+    """Refuse an implausible voltage or temperature, and angles of different motions."""
     if driven := [m for m in segments if not m.is_drive]:
         voltage, angle = (np.concatenate([getattr(m, name) for m in driven]) for name in ("voltage", "angle"))
         must_be_driven(driven[0].origin, voltage, angle, model.sensors)
@@ -60,7 +60,7 @@ def must_be_driven(origin: str, voltage: Float64, angle: Float64, sensors: Senso
 
 
 def stands(voltage: Float64, sensors: Sensors) -> bool:
-    """Tell whether a voltage (n, V) is constant but for spikes and the voltmeter's noise."""
+    """Tell whether a voltage (n, V) is constant, spikes and noise excepted."""
     low, high = np.quantile(voltage, [1.0 - _MOST, _MOST]).tolist()
     return bool(high - low <= _STILL * voltage_rms(sensors))
 

@@ -1,4 +1,4 @@
-"""Regimes of motion: on a stop, nearly at rest, sliding. Each has its own noise floor."""
+"""Regimes of motion, each with a noise floor: on a stop, nearly at rest, sliding."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class Regimes:
         return np.concatenate([w * self.is_good * there for w, there in zip(parts, has, strict=True)])
 
     def groups(self) -> NDArray[np.int64]:
-        """Return the group (3 m) of each sample: 3 times channel plus regime; -1 if not judged."""
+        """Return the group (3 m) of each sample: 3 times channel plus regime, else -1."""
         each = np.where(self.is_good, self.label, -10)
         groups = [np.where(each >= 0, 3 * channel + each, -1) for channel in range(3)]
         groups[0] = np.where(self.is_stuck, -1, groups[0])
@@ -81,7 +81,7 @@ class Regimes:
 
 
 def _resting(angle: Float64, half: int, most: float) -> NDArray[np.bool_]:
-    """Return where (n) the angle stays within `most` rad for `half` samples either side."""
+    """Return where (n) the angle stays within `most` rad for `half` samples around."""
     padded = np.pad(angle, half, mode="edge")
     blocks = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1)[:, :: max(1, half // 8)]
     return np.asarray(blocks.max(1) - blocks.min(1) < most)

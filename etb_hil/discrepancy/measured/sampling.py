@@ -32,7 +32,7 @@ def held(s: Complex128, dt: float) -> Complex128:
 def missed_by_samples(
     s: Complex128, dt: float, resistance: float, inductance: float, delay: float = 0.0, lag: float = 0.0
 ) -> Complex128:
-    """Return what samples of a winding's current miss, over the spectrum of its voltage.
+    """Return what samples of a winding's current miss, over its voltage's spectrum.
 
     Between two samples the current bends after every voltage step. The samples alone take that for a straight line; at
     2 kHz and a step of 12 V a throttle's torque balance would see ten times its noise. Samples read late by a `delay`
@@ -47,7 +47,7 @@ def missed_by_samples(
 def current_in_samples(
     s: Complex128, dt: float, resistance: float, inductance: float, delay: float = 0.0, lag: float = 0.0
 ) -> Complex128:
-    """Return the spectrum of a late sampled winding current over that of its held voltage."""
+    """Return the spectrum of a late sampled current over that of its held voltage."""
     winding = inductance / resistance
     if abs(winding - lag) < _SAME * winding:
         lag = (1.0 - _SAME) * winding
@@ -64,7 +64,7 @@ def current_in_samples(
 
 
 def until_next(voltage: Float64, is_open: NDArray[np.bool_]) -> Float64:
-    """Return the mean voltage (n) from each sample to the next; back-EMF with an open bridge."""
+    """Return the mean voltage (n) until the next sample; back-EMF with an open bridge."""
     ahead = np.concatenate([voltage[1:], voltage[-1:]])
     return np.where(is_open, 0.5 * (voltage + ahead), voltage)
 
@@ -92,7 +92,7 @@ def trembling(angle: Float64, rate: float) -> float:
 
 
 def jitter(angle: Float64, rate: float, noise: float) -> float:
-    """Return the rms sampling jitter of an angle in s; `noise`: its other noise (rad, rms).
+    """Return the rms sampling jitter of an angle in s; `noise`: its other noise, rad.
 
     An angle read at the wrong moment is wrong by its speed. Fourth differences suppress the motion up to what voltage
     steps do to it, and the median over short windows suppresses that.

@@ -35,7 +35,7 @@ _MOVES = ("motor_angle", "throttle_angle", "linear_position", "drive_angle")
 
 
 def drive_roles(recording: Recording, *, is_linear: bool) -> tuple[str, ...]:
-    """Return the roles of a force- or torque-driven drive in a recording; none if no drive."""
+    """Return the roles of a force- or torque-driven drive in a recording, if any."""
     _, roles = DRIVES[0 if is_linear else 1]
     return tuple(role for role in roles if role in recording.roles) if {*roles[:2]} <= set(recording.roles) else ()
 
@@ -143,7 +143,7 @@ def _segments(
 
 
 def _without_long_gaps(time_ns: NDArray[np.int64], columns: dict[str, Float64]) -> NDArray[np.bool_]:
-    """Return the samples (n) outside gaps of drive or angle that are too long to bridge."""
+    """Return the samples (n) outside gaps of drive or angle that are too long."""
     kept = np.ones(len(time_ns), np.bool_)
     drive = next(role for role in _DRIVEN_BY if role in columns)
     angle = next(role for role in _MOVES if role in columns)

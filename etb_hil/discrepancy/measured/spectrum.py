@@ -54,7 +54,7 @@ class Spectrum:
         return self.all_of(values)[: self.bins]
 
     def back(self, spectrum: Complex128) -> Float64:
-        """Return the signal of a spectrum inside the band, at the output rate, without the ends."""
+        """Return the signal of an in-band spectrum at the output rate, without the ends."""
         length = self.padded // self.every
         return np.fft.irfft(spectrum * self.low, length)[self.kept] * (length / self.padded)
 

@@ -32,7 +32,7 @@ FindPlan = Callable[[Findings, SelectionStep], Plan | None]
 
 @dataclass(frozen=True, slots=True)
 class BenchPlan:
-    """Instruments, the numbers they would read if the cause is true, and what stays `left`.
+    """Instruments, their readings if the cause is true, and what stays `left`.
 
     `plan`: the scenario to run besides, None where the record at hand is explained again.
     """

@@ -19,7 +19,7 @@ from etb_hil.plant.table_one import KINDS, Shaft
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Instrument:
-    """One bench measurement, and its parameters with uncertainties; rotary ones at a `shaft`."""
+    """One bench measurement, and its parameters with uncertainties, at a `shaft`."""
 
     how: str
     gives: dict[str, float]

@@ -1,4 +1,4 @@
-"""Isolability: which effects a record can distinguish, by the model's sensitivities."""
+"""Isolability: which effects a record can distinguish, by sensitivities."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Shape:
 
 @dataclass(frozen=True, slots=True)
 class Sensitivities:
-    """Sensitivities along one motion over the noise: of the base (n, k), and of effects.
+    """Sensitivities along one motion over the noise: of base (n, k), and effects.
 
     `is_angle` (n): samples of the angle balance.
     """
@@ -94,7 +94,10 @@ def _stepped(plain: Float64, residual: Callable[[Float64], Float64], whole: Floa
 
 
 def combined(parts: Sequence[Sensitivities]) -> Sensitivities:
-    """Return the sensitivities of several motions as one record, of their shared effects."""
+    """Return the sensitivities of several motions as one record.
+
+    It has the effects that all of them can judge.
+    """
     shared = [id_ for id_ in parts[0].effects if all(id_ in part.effects for part in parts)]
     return Sensitivities(
         parts[0].unknowns,
@@ -142,7 +145,7 @@ class _Seen:
         self._spans: dict[tuple[str, Weighting], list[Float64]] = {}
 
     def shows(self, id_: str) -> bool:
-        """Tell whether a physical step of an effect exceeds the noise, for one shape at least."""
+        """Tell whether a physical step of an effect exceeds the noise for any shape."""
         return any(self._is_shown(shape.jacobian) for shape in self._found.effects[id_])
 
     def _is_shown(self, raw: Float64) -> bool:

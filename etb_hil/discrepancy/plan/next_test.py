@@ -96,7 +96,7 @@ def next_test(
 
 
 def _are_two(found: SelectionStep) -> bool:
-    """Tell whether two candidates each explain enough that one of them may be the cause."""
+    """Tell whether two candidates each explain enough to be the cause."""
     return len(found.refined) > 1 and found.refined[1].fit.cost < _LIKELY * found.before.fit.cost
 
 
@@ -174,7 +174,7 @@ def _outlook(plan: Plan, found: SelectionStep, left: Iterable[str], shows: float
 
 
 def _without(found: SelectionStep) -> Vector:
-    """Return a step's fit without its winner: its effect off, its parameter in tolerance."""
+    """Return a step's fit without its winner, its parameter in tolerance."""
     winner = found.winner
     whole = winner.fit.whole.copy()
     whole[EXTENDED:] = 0.0

@@ -38,7 +38,10 @@ _TURNS = 0.05  # rad/s over which the friction that is fed forward turns its sig
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """A scenario's set-points (n each), one a millisecond; `mode` holds the numbers of `base.modes`."""
+    """A scenario's set-points (n each), one a millisecond.
+
+    `mode` holds the numbers of `base.modes`.
+    """
 
     name: str
     mode: NDArray[np.int64]
@@ -92,7 +95,7 @@ def _follow(
     set_points: float,
     samples: Float64,
 ) -> None:
-    """Fill in angle, current, plate angle and voltage; `set_points`: passed per sample."""
+    """Fill in angle, current, plate angle and voltage; `set_points` pass per sample."""
     volts = base[RESISTANCE] / base[TORQUE_PER_AMPERE]
     stiff = volts * base[INERTIA] * _BANDWIDTH
     limit = base[VOLTAGE_LIMIT]

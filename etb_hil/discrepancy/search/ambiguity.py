@@ -1,4 +1,4 @@
-"""Ambiguity groups: candidates collinear with a found cause, for at least one shape."""
+"""Ambiguity groups: candidates collinear with a found cause for any shape."""
 
 from __future__ import annotations
 
@@ -170,7 +170,7 @@ class _Records:
 
 @dataclass(frozen=True, slots=True)
 class _Record:
-    """A record without the winner; `whole` (n): the winner's change, `own` (n): projected.
+    """A record without the winner; `whole` (n): the winner's change, `own`: projected.
 
     `not_projected`: names that do not count as base: the winner's parameter, and sensors' zeros where they are known.
     `collinear_parameters`: base parameters collinear with the winner, None if there are none.
@@ -233,7 +233,7 @@ class _Record:
 
 
 def _collinear_parameters(projector: Projector, whole: Float64, not_projected: frozenset[str]) -> list[str] | None:
-    """Return the base parameters collinear with a winner, with or without time offsets."""
+    """Return the base parameters collinear with a winner, time offsets or not."""
     offsets = frozenset(name for name in projector.names if name.endswith("_skew"))
     # Of a delay skew samples take nearly all, and are no parameter.
     clear = projector.rest(whole, frozenset(projector.names) - offsets)

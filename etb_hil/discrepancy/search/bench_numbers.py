@@ -1,4 +1,4 @@
-"""Bench measurements: those off their nominal are causes, accepted before a search."""
+"""Bench measurements: those off their nominal are causes before any search."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ def accept(findings: Findings, found: SelectionStep) -> None:
 
 
 def continue_from(findings: Findings, whole: Vector, unknowns: Sequence[Unknown]) -> None:
-    """Continue the search from a model near `whole`: noise floor, weights, calibration."""
+    """Continue the search near `whole`: noise floor, weights, calibration."""
     findings.current_model = current_model_near(findings.model, findings.balances, whole, unknowns)
 
 

@@ -47,7 +47,7 @@ def after_first_slide(
 
 
 def _against(current_model: CurrentModel, balances: Sequence[Balances], whole: Vector) -> float:
-    """Return the significant excess over the thresholds, in samples of the noise floor."""
+    """Return the significant excess over the thresholds, in noise-floor samples."""
     means, samples = group_means(balances, whole)
     groups = means / current_model.noise_floor.level
     return float(decision.excess(groups, np.where(decision.beyond_chance(groups, samples), samples, 0)).sum())

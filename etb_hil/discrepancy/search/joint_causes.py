@@ -1,4 +1,4 @@
-"""Joint tests: a rejected cause together with another, or in place of an earlier one.
+"""Joint tests: a rejected cause with another, or in place of an earlier one.
 
 A missing cause biases the balances and masks how well another one holds. A candidate that approximates two causes at
 once masks both.

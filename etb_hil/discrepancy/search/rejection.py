@@ -47,7 +47,7 @@ def reason_to_reject(found: SelectionStep, findings: Findings) -> str:
 
 
 def is_open(found: SelectionStep, findings: Findings, *also: RejectionCriterion) -> bool:
-    """Tell whether only criteria that another missing cause may trigger reject a winner.
+    """Tell whether only criteria that a missing cause may trigger reject a winner.
 
     `also`: further criteria that a compensating cause may trigger.
     """
@@ -266,7 +266,10 @@ def _brought_down(found: SelectionStep) -> NDArray[np.bool_]:
 
 
 def _untouched(findings: Findings) -> NDArray[np.bool_]:
-    """Return which judged groups (9) no cause has changed: nothing there is a cause's rest."""
+    """Return which judged groups (9) no cause has changed.
+
+    Nothing there is the residual of a cause.
+    """
     found = _judged(findings)
     for each in findings.accepted:
         before, after = (np.maximum(groups - THRESHOLD, 0.0) for groups in (each.before_groups, each.after_groups))

@@ -103,7 +103,7 @@ def _is_missing(findings: Findings, refined: Linearised) -> bool:
 
 
 def _residual_is_large(findings: Findings, refined: Linearised) -> bool:
-    """Tell whether a group over its threshold stays there, or keeps much of its excess."""
+    """Tell whether a group stays over its threshold, or keeps much of its excess."""
     before, after = findings.final_groups, _groups(findings, refined)
     is_left = (before > decision.THRESHOLD) & (after > np.minimum(_MUCH * before, decision.THRESHOLD))
     return bool((is_left & (findings.samples >= LEAST_SAMPLES)).any())

@@ -131,7 +131,7 @@ def _look(findings: Findings, without: Sequence[str], progress: Progress) -> Non
 
 
 def _share_ambiguity_groups(findings: Findings, rejection: SelectionStep) -> None:
-    """Add a rejected candidate to the ambiguity group of each cause that is in its own."""
+    """Add a rejected candidate to the ambiguity groups of causes in its own."""
     for each in findings.accepted:
         if each.winner.id in rejection.ambiguity_group and rejection.winner.id not in each.ambiguity_group:
             each.ambiguity_group.append(rejection.winner.id)

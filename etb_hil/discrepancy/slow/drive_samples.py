@@ -30,7 +30,7 @@ class DriveSamples:
 
 
 def drive_samples(recording: Recording, model: Model) -> DriveSamples:
-    """Return the samples with drive and angle; InputError if roles or data are missing."""
+    """Return the samples with drive and angle; InputError if data are missing."""
     roles = [role for role in recording.roles if np.isfinite(recording.series(role).values).any()]
     drive = next((role for role in _DRIVES if role in roles), None)
     seen = [role for role in ANGLES if role in roles]

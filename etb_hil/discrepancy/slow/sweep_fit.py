@@ -32,7 +32,7 @@ _WEIGHT = 100.0  # residuals are of the order of one
 
 @dataclass(frozen=True, slots=True)
 class SweepFit:
-    """The best fit with its Jacobian (n, unknowns), and rms errors (rad) of all starts.
+    """The best fit with its Jacobian (n, unknowns), and rms errors (rad) by start.
 
     `late`: ticks by which the voltage acts later than its sample.
     """

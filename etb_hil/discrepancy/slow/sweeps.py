@@ -34,9 +34,10 @@ _FAR = 10.0  # times slower than balances need: rather another unit of time than
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """One run: columns (n) in SI, angle at the throttle shaft; `ticks` each voltage lasts.
+    """One run: columns (n) in SI, angle at the throttle shaft.
 
-    `condition` is what was set (`role`, "" where nothing was), `start_s` when it began; motion begins after `first`.
+    `ticks`: how long each voltage lasts. `condition` is what was set (`role`, "" where nothing was), `start_s` when it
+    began; motion begins after `first`.
     """
 
     role: str
@@ -55,7 +56,7 @@ class Sweep:
         return int(np.median(self.ticks))
 
     def simulated(self, p: Vector, *, first: int = 0, pull: float = 0.0, late: int = 0) -> Float64:
-        """Return the angle (from sample `first` on) for parameters `p`, by the voltage alone.
+        """Return the angle (from sample `first` on) for `p`, by the voltage alone.
 
         `pull`: the share of the error by which each sample pulls the model to the measured angle, against local minima.
         `late`: ticks by which the voltage acts later than its sample, or the angle was taken earlier.
@@ -137,7 +138,7 @@ def sweeps_of(recording: Recording, model: Model) -> list[Sweep]:
 
 
 def breaks_away(sweep: Sweep, angle: Float64) -> float | None:
-    """Return the voltage (V) at which an angle (n) leaves its rest; None if it does not."""
+    """Return the voltage (V) at which an angle (n) leaves its rest; None if never."""
     first = _first_motion(angle, float(np.ptp(sweep.angle)))
     return None if first is None or sweep.seconds[first] < _REST_KEPT else float(sweep.voltage[first])
 

@@ -1,1 +1,4 @@
-"""The log formats that are read, one file each; `reading` finds them by their suffixes."""
+"""The log formats that are read, one file each.
+
+`reading` finds them by their suffixes.
+"""

@@ -1,1 +1,4 @@
-"""The position laws that a bench file can name, one file each; `registry` finds them."""
+"""The position laws that a bench file can name, one file each.
+
+`registry` finds them.
+"""

@@ -17,7 +17,7 @@ _SURE = 4.0  # standard errors
 
 
 def even_times(time_ns: Int64, angle: Float64) -> tuple[Int64, list[str]]:
-    """Return the times (n, ns) of the samples, and why, if they differ from the stamps.
+    """Return the times (n, ns) of the samples, and why they differ from the stamps.
 
     `angle` (n) in any unit, NaN where it is missing. A sample that was read late has moved on by then. If the angle's
     curvature is uncorrelated with that of the stamps, the samples were even, and the scatter is the host's.
@@ -44,7 +44,7 @@ def _lacks_samples(off: Float64, step: float) -> bool:
 
 
 def _followed(off: Float64, angle: Float64, step: float) -> tuple[float, float]:
-    """Return the share of the stamps' scatter that the motion shows, with standard error."""
+    """Return the share of the stamps' scatter that the motion shows, with its error."""
     bend = angle[1:-1] - 0.5 * (angle[:-2] + angle[2:])
     late = off[1:-1] - 0.5 * (off[:-2] + off[2:])
     asked = (angle[2:] - angle[:-2]) / (2.0 * step) * late

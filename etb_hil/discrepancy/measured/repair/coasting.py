@@ -1,4 +1,4 @@
-"""Repair of a logged command in place of a measured voltage, while the motor coasts.
+"""Repair of a logged command in place of a measured voltage during a coast.
 
 A coasting motor shows its back-EMF at open terminals, which a voltmeter reads. A log of commands has 0 V there.
 """
@@ -27,7 +27,7 @@ _NEARLY_ALL = 0.9  # of the samples
 
 
 class Coasts(NamedTuple):
-    """A voltage (n, V) with the back-EMF of coasts, and the samples (n) not to be judged."""
+    """A voltage (n, V) with the back-EMF of coasts, and samples (n) not judged."""
 
     voltage: Float64
     samples: Bool
@@ -62,7 +62,7 @@ def _around(wide: Bool, narrow: Bool) -> Bool:
 
 
 def _velocity(m: Measurement, noise: float) -> Float64:
-    """Return the velocity (n, rad/s) over as few samples as keep its noise below `noise`."""
+    """Return the velocity (n, rad/s) over as few samples as keep it below `noise`."""
     half = math.ceil(m.angle_noise * m.rate / (math.sqrt(2.0) * noise))
     samples = np.arange(len(m))
     before, after = np.maximum(samples - half, 0), np.minimum(samples + half, len(m) - 1)

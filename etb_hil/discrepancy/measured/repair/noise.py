@@ -1,4 +1,4 @@
-"""Sensors with more noise than their data sheet states, as records at rest show it.
+"""Sensors with more noise than their data sheet states, as rests show it.
 
 A true model leaves the noise of the real sensors. If it were underestimated, the rest would count as a fault of the
 unit.

@@ -24,7 +24,7 @@ class Blocks:
 
     @staticmethod
     def of(measured: Measurement) -> Blocks:
-        """Return the blocks; one rests if all is good and the angle stays within its noise."""
+        """Return the blocks; one rests if all is good and the angle is within its noise."""
         samples = max(round(_BLOCK * measured.rate), 8)
         count = len(measured) // samples
         angle, is_good = (_cut(values, samples, count) for values in (measured.angle, measured.is_good))

@@ -49,7 +49,7 @@ def _alone(values: Float64, least: float) -> Int64:
 
 
 def _of_no_winding(m: Measurement, current: Float64) -> tuple[Int64, Float64]:
-    """Return the samples (k) with a current that the winding cannot have, and its estimate.
+    """Return the samples (k) with an impossible winding current, and its estimate.
 
     At the end of a sample a winding's current is linear in the current at its beginning, in the travel and in the
     voltage, of that sample or, where the current is read late, of the one before.

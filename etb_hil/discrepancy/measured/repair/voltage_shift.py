@@ -57,7 +57,7 @@ def _shift(numbers: Float64) -> int | None:
 
 
 def _informative_samples(m: Measurement, current: Float64) -> NDArray[np.int64]:
-    """Return the samples (k) near a voltage step, with the bridge on and no current spike."""
+    """Return the samples (k) near a voltage step, bridge on, without current spikes."""
     jumps = np.concatenate([[False], commanded(m)])
     neighbours = np.array([current[:-2], current[1:-1], current[2:]])
     is_spike = np.abs(current[1:-1] - np.median(neighbours, axis=0)) > _FAR * current_rms(m.sensors)
@@ -69,7 +69,7 @@ def _informative_samples(m: Measurement, current: Float64) -> NDArray[np.int64]:
 
 
 def _noise(m: Measurement) -> Float64:
-    """Return the covariance of the regressors' noise: neighbouring differences share an angle."""
+    """Return the covariance of the regressors' noise; differences share an angle."""
     voltages, ways = len(_SHIFTS), len(_WAYS)
     found = np.zeros((voltages + ways + 3, voltages + ways + 3))
     found[:voltages, :voltages] = np.eye(voltages) * voltage_rms(m.sensors) ** 2
