@@ -211,7 +211,8 @@ def _progress(rng, folder, given):
         (logs / f"{name}.blf").write_bytes(given.short[".blf"])
     good = json.dumps({"key": "k", "path": str(logs / "a.blf"), "status": "judged", "verdict": "pass"}) + "\n"
     (out / "progress.jsonl").write_text(changed_json_lines(rng, good * 3), "utf-8", "surrogatepass")
-    return ["replay", str(logs / "a.blf"), str(logs / "b.blf"), "--bench", BENCH, "--out", str(out)], None
+    sources = [str(logs / "a.blf"), str(logs / "b.blf")]
+    return ["replay", *sources, "--bench", BENCH, "--jobs", "1", "--out", str(out)], None
 
 
 KINDS = {suffix.removeprefix("."): _log(suffix) for suffix in (".blf", ".mf4", ".asc", ".log", ".trc", ".csv", ".db")}
