@@ -310,7 +310,7 @@ def test_each_effect_has_a_limit_or_why_there_is_none(answer):
 
 def test_what_a_cause_cannot_be_told_from_is_said_and_not_called_hidden(answer, monkeypatch):
     (cause,) = answer.findings.accepted
-    monkeypatch.setattr(cause, "alike", ["torque_ripple"])
+    monkeypatch.setattr(cause, "ambiguity_group", ["torque_ripple"])
     for least_gain in (LEAST_GAIN, 1e12):
         found = plain(detection_limits(answer.findings, least_gain))
         assert found["torque_ripple"]["says"] == "cannot be told from cogging_torque, which was found"
