@@ -23,20 +23,22 @@ def with_sampling_error(
 ) -> DiagnosisResult:
     """Return the result of all readings, its intervals wider by what half of the readings change of them.
 
-    A verdict that half of the readings do not give, or that the wider intervals do not, is inconclusive. `words` says
-    how the signal was read, `band` is the limits' marginal band.
+    A verdict that the wider intervals do not give, or that half of the readings contradict, is inconclusive. Half of
+    the readings that decide nothing contradict nothing: what they cost is in the intervals. `words` says how the signal
+    was read, `band` is the limits' marginal band.
     """
     wider = {id_: _wider(one, half_read.measurements.get(id_), band) for id_, one in all_read.measurements.items()}
     undecided = [one for id_, one in wider.items() if one.verdict is not all_read.measurements[id_].verdict]
     all_read = _with_shared_remarks(all_read, half_read)
     verdict, told = all_read.verdict, f"{words}. {_cost(all_read.measurements, wider)}"
     if verdict is not UnitVerdict.INCONCLUSIVE:
+        is_contradicted = half_read.verdict not in {verdict, UnitVerdict.INCONCLUSIVE}
         lost = "; ".join(shown.sentence(one) for one in undecided)
         if lost:
             told += f" That leaves undecided: {lost}"
-        elif half_read.verdict is not verdict:
+        elif is_contradicted:
             told += " With half of the readings the verdict would be another"
-        if lost or half_read.verdict is not verdict:
+        if lost or is_contradicted:
             reason = Reason("read_too_seldom", told, NEXT_STEP)
             reasons = (reason, *_restated(all_read, wider))
             return replace(
