@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
-import re
 from collections.abc import AsyncIterator, Awaitable, Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,12 +25,12 @@ if TYPE_CHECKING:
 
     from etb_hil.page.live import Live
     from etb_hil.page.password import Password
+    from etb_hil.page.session_files import SessionFiles
 
 HERE = Path(__file__).parent
 PERIOD_S = 0.125  # between two messages to an open page
 LARGEST_ORDER = 10_000  # bytes
 MOST_PAGES = 200
-_RUN_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,120}")
 _REPORT_POLICY = (
     "sandbox allow-scripts allow-downloads; default-src 'none'; style-src 'unsafe-inline'; img-src data:; "
     "script-src 'unsafe-inline'"
@@ -42,9 +41,9 @@ Handler = Callable[["Request", Visitor, dict[str, Any]], Awaitable[Response]]
 class Page:
     """The page of one bench; `password` is None on this machine alone."""
 
-    def __init__(self, live: Live, sessions: Path, password: Password | None, cookie: str) -> None:
+    def __init__(self, live: Live, files: SessionFiles, password: Password | None, cookie: str) -> None:
         self.live = live
-        self._sessions = sessions
+        self._files = files
         self._password = password
         self._cookie = cookie
         self._visitors = Visitors()
@@ -56,7 +55,8 @@ class Page:
         """Return the application, known by the names `hosts`, and by its addresses where `is_open`."""
         return Starlette(
             routes=[
-                Route("/", self._home),
+                Route("/", self._document("page.html")),
+                Route("/engineer", self._document("engineer.html")),
                 Route("/login", self._login_page),
                 Route("/api/login", self._login, methods=["POST"]),
                 Route("/api/logout", self._order(self._logout), methods=["POST"]),
@@ -67,7 +67,12 @@ class Page:
                 Route("/api/end", self._order(self._end, is_stop=True), methods=["POST"]),
                 Route("/api/answer", self._order(self._answer), methods=["POST"]),
                 Route("/api/history", self._history),
-                Route("/report/{run_id}", self._report),
+                Route("/api/explain", self._order(self._explain), methods=["POST"]),
+                Route("/api/explain/stop", self._order(self._explain_stop), methods=["POST"]),
+                Route("/results/{run_id}", self._file(self._files.results)),
+                Route("/report/{run_id}", self._file(self._files.report, _REPORT_POLICY)),
+                Route("/explanation/{run_id}", self._file(self._files.explanation, _REPORT_POLICY)),
+                Route("/download/{run_id}.{kind}", self._download),
                 Mount("/static", StaticFiles(directory=HERE / "static")),
                 Mount("/words", StaticFiles(directory=HERE / "words")),
                 WebSocketRoute("/live", self._socket),
@@ -87,14 +92,18 @@ class Page:
     def _visitor(self, connection: HTTPConnection) -> Visitor | None:
         return self._visitors.find(connection.cookies.get(self._cookie))
 
-    async def _home(self, request: Request) -> Response:
-        visitor = self._visitor(request)
-        response = FileResponse(HERE / "static" / "page.html")
-        if visitor is None:
-            if self._password is not None:
-                return RedirectResponse("/login", 303)
-            self._remember(response, request)
-        return response
+    def _document(self, name: str) -> Callable[[Request], Awaitable[Response]]:
+        """Return a route to a page, which begins a session where no password is needed."""
+
+        async def handler(request: Request) -> Response:
+            response = FileResponse(HERE / "static" / name)
+            if self._visitor(request) is None:
+                if self._password is not None:
+                    return RedirectResponse("/login", 303)
+                self._remember(response, request)
+            return response
+
+        return handler
 
     async def _login_page(self, _: Request) -> Response:
         return FileResponse(HERE / "static" / "login.html")
@@ -196,14 +205,46 @@ class Page:
         values = await asyncio.to_thread(past.history, wanted[:100]) if wanted else []
         return JSONResponse({"measured": measured, "values": values})
 
-    async def _report(self, request: Request) -> Response:
+    async def _explain(self, _: Request, visitor: Visitor, order: dict[str, Any]) -> Response:
+        if self.live.holder.visitor is not visitor:
+            return _refused(403, "not_holder")
+        folder = self._files.folder(str(order.get("run_id", "")))
+        if folder is None:
+            return _refused(404, "no_session")
+        if self.live.is_testing:
+            return _refused(409, "running_now")
+        return JSONResponse({}) if self.live.explaining.start(folder) else _refused(409, "explains_now")
+
+    async def _explain_stop(self, _: Request, visitor: Visitor, __: dict[str, Any]) -> Response:
+        if self.live.holder.visitor is not visitor:
+            return _refused(403, "not_holder")
+        return JSONResponse({}) if self.live.explaining.stop() else _refused(409, "nothing_runs")
+
+    async def _download(self, request: Request) -> Response:
+        """Send frames or signals of a run; what must be computed for it waits until no test is under way."""
         if self._visitor(request) is None:
             return RedirectResponse("/login", 303)
-        run_id = request.path_params["run_id"]
-        path = self._sessions / run_id / "report.html"
-        if not _RUN_ID.fullmatch(run_id) or not path.is_file():
-            return _refused(404, "no_report")
-        return FileResponse(path, headers={"Content-Security-Policy": _REPORT_POLICY})
+        run_id, kind = request.path_params["run_id"], request.path_params["kind"]
+        if kind == "blf":
+            path = self._files.raw(run_id)
+        elif self.live.is_testing:
+            return _refused(409, "running_now")
+        else:
+            path = await self._files.exported(run_id, kind)
+        return _refused(404, "no_data") if path is None else FileResponse(path, filename=f"{run_id}.{kind}")
+
+    def _file(self, find: Callable[[str], Path | None], policy: str = "") -> Callable[[Request], Awaitable[Response]]:
+        """Return a route to a file of a session, which may do what its `policy` allows."""
+
+        async def handler(request: Request) -> Response:
+            if self._visitor(request) is None:
+                return RedirectResponse("/login", 303)
+            path = find(request.path_params["run_id"])
+            if path is None:
+                return _refused(404, "no_report")
+            return FileResponse(path, headers={"Content-Security-Policy": policy} if policy else None)
+
+        return handler
 
     async def _socket(self, socket: WebSocket) -> None:
         visitor = self._visitor(socket)

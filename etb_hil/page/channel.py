@@ -144,9 +144,9 @@ class Channel:
         return self.folder / "run.log"
 
     @property
-    def pictures(self) -> Path:
-        """The folder in which a page leaves photographs for its run."""
-        return self.folder / "pictures"
+    def exports(self) -> Path:
+        """The folder in which a page keeps what it exported of sessions."""
+        return self.folder / "exports"
 
     @property
     def _lock(self) -> Path:

@@ -7,28 +7,33 @@ import json
 import signal
 import socket
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import islice
 from typing import Any
 
+from etb_hil.base.errors import InputError
 from etb_hil.page.channel import LARGEST, Channel, new_sender
+from etb_hil.page.explaining import Explaining
 from etb_hil.page.outcome import refusal
 from etb_hil.page.past import Past
 from etb_hil.page.visitors import Holder
 
 LOOK_S = 0.25  # how often the process of the run is looked for
+SURVEY_S = 300.0  # how often an idle bench is looked at: a calibration runs out by the clock
 MOST_POINTS = 5000  # of a run's curves: ten minutes
 _LOG_TAIL = 400
 
 
 @dataclass(slots=True)
 class Live:
-    """What all open pages show; `bench` is the survey of it, `base` the options of every run."""
+    """What all open pages show; `bench` is what `survey` returned of it, `base` the options of every run."""
 
     channel: Channel
     past: Past
     bench: dict[str, Any]
     base: list[str]
+    survey: Callable[[], dict[str, Any]]
     holder: Holder = field(default_factory=Holder)
     status: str = "idle"
     number: int = 0  # of the run, since the page began
@@ -38,11 +43,22 @@ class Live:
     prompt: dict[str, Any] | None = None
     recent: dict[str, Any] = field(default_factory=dict)
     version: int = 0
+    explaining: Explaining = field(init=False)
     _points: deque[list[Any]] = field(default_factory=lambda: deque(maxlen=MOST_POINTS))
     _seen: int = 0
+    _is_stale: bool = False
+    _refreshing: asyncio.Task[None] | None = None
     _waiting: set[asyncio.Event] = field(default_factory=set)
     _heard: socket.socket | None = None
     _sender: socket.socket = field(default_factory=new_sender)
+
+    def __post_init__(self) -> None:
+        self.explaining = Explaining(self.changed)
+
+    @property
+    def is_testing(self) -> bool:
+        """Whether a test is under way."""
+        return self.status in {"starting", "running"}
 
     def open(self) -> None:
         """Hear the run from now on, also one that another page began."""
@@ -59,8 +75,14 @@ class Live:
         loop.add_reader(self._heard, self._hear)
         try:
             was_here = self.holder.is_here()
+            surveyed_s = loop.time()
             while True:
                 self.look()
+                if not self.is_testing and loop.time() - surveyed_s > SURVEY_S:
+                    self._is_stale = True
+                if self._is_stale and (self._refreshing is None or self._refreshing.done()):
+                    self._is_stale, surveyed_s = False, loop.time()
+                    self._refreshing = asyncio.create_task(self._refresh())
                 if was_here != (was_here := self.holder.is_here()):
                     self.changed()
                 await asyncio.sleep(LOOK_S)
@@ -72,12 +94,12 @@ class Live:
         busy, state = self.channel.is_busy(), self.channel.read_state()
         outcome = state.get("outcome")
         if busy and outcome is None:
-            if self.status not in {"starting", "running"}:
+            if not self.is_testing:
                 self._begin(state.get("run") or {})
             if state.get("run") and self.status != "running":
                 self.status, self.run = "running", state["run"]
                 self.changed()
-        elif self.status in {"starting", "running"} or (state.get("run") and outcome is None):
+        elif self.is_testing or (state.get("run") and outcome is None):
             self._end(state.get("run") or self.run, outcome)
 
     def start(self, order: dict[str, str], operator: str) -> bool:
@@ -95,7 +117,7 @@ class Live:
     def stop(self, *, in_order: bool) -> bool:
         """Take the drive off now, or lead the plate home first; False where nothing runs."""
         number = signal.SIGUSR1 if in_order else signal.SIGINT
-        return self.status in {"starting", "running"} and self.channel.signal(number)
+        return self.is_testing and self.channel.signal(number)
 
     def answer(self, number: int, answer: str) -> bool:
         """Answer a prompt; False where it does not wait any more."""
@@ -130,6 +152,7 @@ class Live:
             "run": self.run,
             "outcome": self.outcome,
             "recent": self.recent,
+            "explaining": self.explaining.state(),
             "holder": {"name": self.holder.name, "is_here": self.holder.is_here()},
         }
 
@@ -156,7 +179,17 @@ class Live:
             )
             self.channel.write_state({"run": run, "outcome": outcome})
         self.status, self.run, self.outcome, self.prompt = "done", run, outcome, None
-        self.recent = self.past.recent()
+        self._is_stale = True
+        self.changed()
+
+    async def _refresh(self) -> None:
+        """Read the last units anew, and whether the bench is fit; a store that is down may take seconds."""
+        self.recent = await asyncio.to_thread(self.past.recent)
+        self.changed()
+        try:
+            self.bench = await asyncio.to_thread(self.survey)
+        except InputError as error:
+            self.bench = {**self.bench, "unfit": str(error)}
         self.changed()
 
     def _last_words(self) -> str:

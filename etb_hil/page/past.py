@@ -1,39 +1,38 @@
-"""What the page shows of earlier runs: the last units, the yield, and a measurement over time; from the store."""
+"""What the page shows of earlier runs, read as `history` does: last units, yield, and a measurement over time."""
 
 from __future__ import annotations
 
-import sqlite3
-from contextlib import closing
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from etb_hil.base.errors import InputError
 from etb_hil.base.outcome import BenchOutcome
-from etb_hil.store.address import STORE
+from etb_hil.histories.runs import runs_at
+from etb_hil.page.session_files import EXPLANATION, EXPLANATION_PAGE
+from etb_hil.report.html_report import REPORT_NAME
+from etb_hil.store.address import StoreAddress
+from etb_hil.store.run import Measured, Run
+from etb_hil.store.selection import Selection
 
 LAST = 20  # units
 MOST = 2000  # values of a chart
 
 
+@dataclass(frozen=True, slots=True)
 class Past:
-    """Reads the store in a folder of sessions; a store that is not there, or is written to, gives what it can."""
+    """Reads the runs of a bench from its store, with those that wait for it; a store that is down gives what it can."""
 
-    def __init__(self, sessions: Path) -> None:
-        self._sessions = sessions
+    sessions: Path
+    store: StoreAddress
+    bench: str
 
     def recent(self) -> dict[str, Any]:
         """Return the last `LAST` finished runs, newest first, and of the units among them how many were judged.
 
         A unit that was run several times counts by its last run that judged it.
         """
-        rows = self._rows(
-            "SELECT run_id, started, serial, part_number, scenario, bench, bench_outcome, verdict, reason FROM runs "
-            "WHERE bench_outcome IS NOT NULL ORDER BY started DESC, run_id DESC LIMIT ?",
-            (LAST,),
-        )
-        names = ("run_id", "started", "serial", "part", "scenario", "bench", "outcome", "verdict", "reason")
-        runs = [dict(zip(names, row, strict=True)) for row in rows]
-        for run in runs:
-            run["has_report"] = (self._sessions / run["run_id"] / "report.html").is_file()
+        runs = [self._shown(run) for run in self._latest(LAST, measured=())]
         judged: dict[str, str] = {}
         for run in runs:
             if run["outcome"] == BenchOutcome.OK and run["verdict"] is not None:
@@ -43,32 +42,52 @@ class Past:
 
     def measured(self) -> list[dict[str, str]]:
         """Return the ids and units of what the last runs measured, those with a limit first."""
-        rows = self._rows(
-            "SELECT id, unit, max(limit_low IS NOT NULL OR limit_high IS NOT NULL) FROM measurements WHERE run IN "
-            "(SELECT id FROM runs WHERE bench_outcome IS NOT NULL ORDER BY started DESC, run_id DESC LIMIT ?) "
-            "GROUP BY id ORDER BY 3 DESC, 1",
-            (LAST,),
-        )
-        return [{"id": row[0], "unit": row[1]} for row in rows]
+        units: dict[str, tuple[bool, str]] = {}
+        for run in self._latest(LAST):
+            for name, one in run.numbers.items():
+                units[name] = (one.has_limit or units.get(name, (False, ""))[0], one.unit)
+        ordered = sorted(units.items(), key=lambda item: (not item[1][0], item[0]))
+        return [{"id": name, "unit": unit} for name, (_, unit) in ordered]
 
     def history(self, measurement: str) -> list[dict[str, Any]]:
-        """Return the last `MOST` values of a measurement, oldest first, with interval, limits and verdict."""
-        rows = self._rows(
-            "SELECT started, serial, value, low, high, limit_low, limit_high, measurements.verdict, unit "
-            "FROM measurements JOIN runs ON runs.id = measurements.run "
-            "WHERE measurements.id = ? AND value IS NOT NULL AND bench_outcome IS NOT NULL "
-            "ORDER BY started DESC, run_id DESC LIMIT ?",
-            (measurement, MOST),
-        )
-        names = ("started", "serial", "value", "low", "high", "limit_low", "limit_high", "verdict", "unit")
-        return [dict(zip(names, row, strict=True)) for row in reversed(rows)]
+        """Return the last `MOST` values of a measurement, oldest first, with interval and limits."""
+        runs = reversed(self._latest(MOST, measured=(measurement,)))
+        return [_value(run, run.numbers[measurement]) for run in runs if measurement in run.numbers]
 
-    def _rows(self, query: str, values: tuple[str | int, ...]) -> list[tuple[Any, ...]]:
-        path = self._sessions / STORE
-        if not path.is_file():
-            return []
+    def _shown(self, run: Run) -> dict[str, Any]:
+        folder = self.sessions / run.run_id
+        return {
+            "run_id": run.run_id,
+            "started": run.started,
+            "serial": run.serial,
+            "outcome": run.bench_outcome,
+            "verdict": run.verdict,
+            "has_session": folder.is_dir(),
+            "has_report": (folder / REPORT_NAME).is_file(),
+            "is_explained": (folder / EXPLANATION / EXPLANATION_PAGE).is_file(),
+        }
+
+    def _latest(self, most: int, measured: tuple[str, ...] | None = None) -> list[Run]:
+        """Return the latest finished runs of the bench, newest first."""
         try:
-            with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True, timeout=1.0)) as store:
-                return store.execute(query, values).fetchall()
-        except sqlite3.Error:
+            runs = runs_at(self.sessions, self.store, Selection(bench=self.bench, latest=most, measured=measured))
+        except InputError:
             return []
+        return runs[: -most - 1 : -1]
+
+
+def _value(run: Run, one: Measured) -> dict[str, Any]:
+    is_outside = (one.limit_low is not None and one.value < one.limit_low) or (
+        one.limit_high is not None and one.value > one.limit_high
+    )
+    return {
+        "started": run.started,
+        "serial": run.serial,
+        "value": one.value,
+        "low": one.low,
+        "high": one.high,
+        "limit_low": one.limit_low,
+        "limit_high": one.limit_high,
+        "unit": one.unit,
+        "is_outside": is_outside,
+    }

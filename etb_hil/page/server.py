@@ -21,6 +21,8 @@ from etb_hil.page.guard import known_names
 from etb_hil.page.live import Live
 from etb_hil.page.password import Password
 from etb_hil.page.past import Past
+from etb_hil.page.session_files import SessionFiles
+from etb_hil.store.address import store_address
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,9 +51,15 @@ def serve(settings: Settings) -> None:
         ) from None
     listener = _listener(settings.host or "127.0.0.1", settings.port)
     port = listener.getsockname()[1]
-    live = Live(channel, Past(settings.sessions), surveyed, settings.base)
+    live = Live(
+        channel,
+        Past(settings.sessions, store_address(surveyed["store"]), surveyed["bench"]),
+        surveyed,
+        settings.base,
+        lambda: _survey(settings),
+    )
     live.open()
-    page = Page(live, settings.sessions, settings.password, f"etb_hil_{port}")
+    page = Page(live, SessionFiles(settings.sessions, channel.exports), settings.password, f"etb_hil_{port}")
     name = settings.host or "127.0.0.1"
     print(f"http://{f'[{name}]' if ':' in name else name}:{port}/", flush=True)  # noqa: T201 (where the page is)
     config = uvicorn.Config(

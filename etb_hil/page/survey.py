@@ -15,12 +15,14 @@ from typing import Any
 from etb_hil.base.errors import BenchFault, InputError
 from etb_hil.base.stock import find, stock_files
 from etb_hil.bench.bench_file import load_bench, load_plugins
+from etb_hil.bench.job import bench_store
 from etb_hil.canio.bus.bus_settings import VIRTUAL
-from etb_hil.histories.runs import read_runs
+from etb_hil.histories.runs import runs_at
 from etb_hil.scenario.scenario_file import load_scenario
 from etb_hil.station.admission import require_fit_bench
 from etb_hil.station.station_file import load_station
-from etb_hil.store.address import STORE
+from etb_hil.store.address import store_address
+from etb_hil.store.selection import Selection
 
 
 def survey(bench: str | None, station: Path | None, sessions: Path) -> dict[str, Any]:
@@ -30,12 +32,15 @@ def survey(bench: str | None, station: Path | None, sessions: Path) -> dict[str,
     path = find("bench", named, beside=station)
     load_plugins(path)
     setup = load_bench(path)
+    named_store = None if document is None else document.content.store
+    store = bench_store(setup, sessions) if named_store is None else store_address(named_store, station)
     is_virtual = setup.bench.bus.interface == VIRTUAL
     found: dict[str, Any] = {
         "bench": setup.bench.name,
         "is_virtual": is_virtual,
         "units": list(stock_files("model")) if is_virtual else [],
         "station": None,
+        "store": str(store),
         "scenarios": [],
         "unfit": "",
     }
@@ -51,7 +56,8 @@ def survey(bench: str | None, station: Path | None, sessions: Path) -> dict[str,
         {"number": part.number, "revision": part.revision, "serial": part.serial, "scenario": part.scenario}
         for part in content.parts
     ]
-    runs = read_runs([sessions / STORE])[0] if (sessions / STORE).is_file() else []
+    serials = () if content.golden is None else (content.golden.serial,)
+    runs = runs_at(sessions, store, Selection(serials=serials, measured=()))
     try:
         require_fit_bench(content, setup.bench.name, "", runs, datetime.now(UTC))
     except BenchFault as fault:

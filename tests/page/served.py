@@ -115,6 +115,21 @@ def station(folder):
     return path
 
 
+STRANGE = "<img src=x onerror=document.title=1>"  # a name that becomes a script where a page takes it for HTML
+
+
+def strange_station(folder):
+    """Write a station like `station`, whose unit answers UDS, and whose names would be scripts; return its file."""
+    path = station(folder)
+    bench = find("bench", "virtual_uds").read_text("utf-8").replace("Virtual bench with UDS", STRANGE)
+    (folder / "strange.bench.yaml").write_text(bench)
+    asks = folder / "asks.scenario.yaml"
+    asks.write_text(asks.read_text().replace("name: asks", f"name: {STRANGE!r}").replace("Is the plug in?", STRANGE))
+    text = path.read_text().replace("virtual_classic", "strange.bench.yaml").replace("Throttle line 2", STRANGE)
+    path.write_text(text.replace("'OK-[0-9]+'", "'OK.*'").replace("'AS-[0-9]+'", "'AS.*'"))
+    return path
+
+
 def open_browser(profile, size=(1920, 1080), *flags):
     """Return a headless Chromium of this size."""
     options = webdriver.ChromeOptions()
@@ -128,6 +143,35 @@ def open_browser(profile, size=(1920, 1080), *flags):
         {"width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": size[0] < 500},
     )
     return driver
+
+
+SIZES = ((1920, 1080), (1280, 800), (390, 844))
+
+
+def resize(driver, size):
+    """Give the page of a browser this size."""
+    driver.execute_cdp_cmd(
+        "Emulation.setDeviceMetricsOverride",
+        {"width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False},
+    )
+
+
+def clipped(driver):
+    """Return the sections whose contents are wider than they are."""
+    return driver.execute_script(
+        "return [...document.querySelectorAll('section')].filter((one) => one.scrollWidth > one.clientWidth)"
+        ".map((one) => `${one.id || one.innerText.slice(0, 40)}: ${one.scrollWidth} > ${one.clientWidth}`)"
+    )
+
+
+def keep_pictures(driver, name):
+    """Keep what a browser shows at each size, where ETB_HIL_SCREENSHOTS names a folder."""
+    if folder := os.environ.get("ETB_HIL_SCREENSHOTS"):
+        for size in SIZES:
+            resize(driver, size)
+            driver.execute_script("return new Promise((done) => setTimeout(done, 150))")
+            driver.save_screenshot(str(Path(folder) / f"{name}_{size[0]}.png"))
+        resize(driver, SIZES[0])
 
 
 def until(condition, seconds=60.0):

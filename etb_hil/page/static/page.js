@@ -2,10 +2,9 @@
 
 import { draw } from "./chart.js";
 import { CODE, listen } from "./scanner.js";
-import { clock, keep, language, loadWords, number, recall, say, sayOr, shown } from "./words.js";
+import { DEGREES, inDegrees, clock, keep, language, loadWords, number, recall, say, sayOr, shown } from "./words.js";
 
 const $ = (id) => document.getElementById(id);
-const DEGREES = 180 / Math.PI;
 const MOST_POINTS = 5000;
 const FAR_ABOVE = 2.15; // beyond so many Stribeck velocities friction is held against the limit of sliding friction
 const SIGNS = {
@@ -235,9 +234,9 @@ function showFacts(snapshot) {
 }
 
 function showCurves() {
-  const limits = about.run.limits ?? {}, omega = limits.stribeck_velocity ?? null;
-  const speeds = points.filter((point) => point[3] !== null && point[4] !== null);
-  const fastest = Math.max(1, omega === null ? 0 : FAR_ABOVE * omega * 1.4, ...speeds.map((point) => Math.abs(point[3])));
+  const limits = about.run.limits ?? {}, omega = limits.stribeck_velocity == null ? null : limits.stribeck_velocity * DEGREES;
+  const speeds = points.filter((point) => point[3] !== null && point[4] !== null).map((point) => [point[3] * DEGREES, point[4]]);
+  const fastest = Math.max(60, omega === null ? 0 : FAR_ABOVE * omega * 1.4, ...speeds.map(([speed]) => Math.abs(speed)));
   const lines = [];
   for (const sign of [1, -1]) {
     if (limits.stiction != null) lines.push({ y: sign * limits.stiction, from: -(omega ?? fastest), to: omega ?? fastest, label: sign > 0 ? say("limit_T_st") : "" });
@@ -246,9 +245,9 @@ function showCurves() {
       lines.push({ y: sign * limits.coulomb, from: -fastest, to: -FAR_ABOVE * omega });
     }
   }
-  const high = 1.15 * Math.max(0.05, limits.stiction ?? 0, ...speeds.map((point) => Math.abs(point[4])));
+  const high = 1.15 * Math.max(0.05, limits.stiction ?? 0, ...speeds.map(([, friction]) => Math.abs(friction)));
   draw($("friction"), {
-    series: [{ kind: "dots", colour: "--line", points: speeds.map((point) => [point[3], point[4]]) }],
+    series: [{ kind: "dots", colour: "--line", points: speeds }],
     lines, x: [-fastest, fastest], y: [-high, high],
     xLabel: say("axis_speed"), yLabel: say("axis_friction"), xTick: (v) => number(v), yTick: (v) => number(v),
   });
@@ -326,18 +325,17 @@ async function showHistory() {
   $("which").replaceChildren(...measured.map((one) => Object.assign(element("option", sayOr(`measurement ${one.id}`, one.id)), { value: one.id })));
   if (measured.some((one) => one.id === chosen)) $("which").value = chosen;
   $("history").hidden = !measured.length;
-  const factor = values[0]?.unit === "rad" ? DEGREES : 1, last = values.at(-1) ?? {};
+  const last = values.at(-1) ?? {}, isAngle = (last.unit ?? "").startsWith("rad"), factor = isAngle ? DEGREES : 1;
   const lines = [];
   if (last.limit_high != null) lines.push({ y: last.limit_high * factor, label: say("limit") });
   if (last.limit_low != null) lines.push({ y: last.limit_low * factor, label: say("limit") });
-  const colours = { pass: "--good", fail: "--bad", inconclusive: "--unsure" };
   draw($("chart"), {
     series: [
       { kind: "line", colour: "--grid", points: values.map((one, index) => [index + 1, one.value * factor]) },
-      { kind: "dots", size: 5, points: values.map((one, index) => [index + 1, one.value * factor, colours[one.verdict] ?? "--line"]), colour: "--line" },
+      { kind: "dots", size: 5, points: values.map((one, index) => [index + 1, one.value * factor, one.is_outside ? "--bad" : "--line"]), colour: "--line" },
     ],
     lines, x: [0.5, Math.max(values.length, 2) + 0.5],
-    xLabel: say("axis_run"), yLabel: factor === 1 ? last.unit ?? "" : "°", xTick: (v) => (Number.isInteger(v) ? String(v) : ""), yTick: (v) => number(v, 4),
+    xLabel: say("axis_run"), yLabel: isAngle ? inDegrees(last.unit) : last.unit ?? "", xTick: (v) => (Number.isInteger(v) ? String(v) : ""), yTick: (v) => number(v, 4),
   });
   $("chart").setAttribute("aria-label", say("history_alt", { count: values.length }));
 }

@@ -26,7 +26,8 @@ export const sayOr = (key, text) => words[key] ?? text;
 
 export function number(value, digits = 3) {
   if (value === null || value === undefined) return "–";
-  return new Intl.NumberFormat(language, { maximumSignificantDigits: digits, useGrouping: false }).format(value);
+  const notation = value !== 0 && Math.abs(value) < 1e-3 ? "scientific" : "standard";
+  return new Intl.NumberFormat(language, { maximumSignificantDigits: digits, useGrouping: false, notation }).format(value);
 }
 
 export function clock(seconds) {
@@ -34,12 +35,15 @@ export function clock(seconds) {
   return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")}`;
 }
 
-const DEGREES = 180 / Math.PI;
+export const DEGREES = 180 / Math.PI;
 
-// Return a value in SI as people read it: angles in degrees, small times in milliseconds.
+// Return the unit in degrees of one in radians: ° for rad, °/s for rad/s.
+export const inDegrees = (unit) => unit.replace("rad", "°");
+
+// Return a value in SI as people read it: angles in degrees, speeds in degrees a second, small times in milliseconds.
 export function shown(value, unit, digits = 3) {
   if (value === null || value === undefined) return say("unknown");
-  if (unit === "rad") return `${number(value * DEGREES, digits)} °`;
+  if (unit.startsWith("rad")) return `${number(value * DEGREES, digits)} ${inDegrees(unit)}`;
   if (unit === "s" && Math.abs(value) < 1) return `${number(value * 1000, digits)} ms`;
   return `${number(value, digits)} ${unit === "1" ? "" : unit === "degC" ? "°C" : unit}`.trim();
 }

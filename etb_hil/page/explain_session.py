@@ -1,0 +1,37 @@
+"""Explain a session for the page: `python -m etb_hil.page.explain_session SESSION`, a process of its own.
+
+It prints what it does, a JSON text a line, and leaves the answer in the session's folder `explanation`.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+from etb_hil.api.explaining import explain
+from etb_hil.base.errors import EtbHilError
+from etb_hil.page.session_files import EXPLANATION
+from etb_hil.session.session import open_session
+
+
+def main() -> int:
+    """Explain the session that the argument names; an interrupt ends the search with what is known by then."""
+    folder = Path(sys.argv[1])
+    try:
+        model = open_session(folder).input_path("model")
+        answer = explain(folder, model, progress=_say)
+        answer.write(folder / EXPLANATION, [folder, model])
+    except (EtbHilError, OSError, KeyboardInterrupt) as error:
+        _say(str(error))
+        return 2
+    _say(answer.verdict)
+    return 0
+
+
+def _say(what: str) -> None:
+    print(json.dumps(what), flush=True)  # noqa: T201 (the page reads it)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

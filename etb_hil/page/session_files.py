@@ -1,0 +1,74 @@
+"""What the engineer's view reads of a session: results, raw frames, and signals in formats for other tools."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+import shutil
+import sys
+from pathlib import Path
+
+from etb_hil.report.html_report import REPORT_NAME
+from etb_hil.session.session import MANIFEST, RAW_LOG, RESULTS
+
+EXPLANATION = "explanation"  # the folder of a session's explanation, in the session
+EXPLANATION_PAGE = "explanation.html"
+MADE = ("csv", "mf4")
+MOST_KEPT = 8  # exported files
+LOW_PRIORITY = ("nice", "-n", "19")  # whatever computes beside the bench gives way to it
+_RUN_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,120}")
+
+
+class SessionFiles:
+    """The files of the sessions in a folder; what is exported lies in the folder `exported`, which is emptied first."""
+
+    def __init__(self, sessions: Path, exported: Path) -> None:
+        self._sessions = sessions
+        self._exported = exported
+        self._exports = asyncio.Lock()
+        shutil.rmtree(exported, ignore_errors=True)
+        exported.mkdir(mode=0o700)
+
+    def folder(self, run_id: str) -> Path | None:
+        """Return the folder of a session; None where there is none of this name."""
+        folder = self._sessions / run_id
+        return folder if _RUN_ID.fullmatch(run_id) and (folder / MANIFEST).is_file() else None
+
+    def report(self, run_id: str) -> Path | None:
+        """Return the report of a run; None where it has none."""
+        return self._file(run_id, REPORT_NAME)
+
+    def results(self, run_id: str) -> Path | None:
+        """Return the results of a run; None where it left none."""
+        return self._file(run_id, RESULTS)
+
+    def explanation(self, run_id: str) -> Path | None:
+        """Return the page of a run's explanation; None where it was not explained."""
+        return self._file(run_id, f"{EXPLANATION}/{EXPLANATION_PAGE}")
+
+    def raw(self, run_id: str) -> Path | None:
+        """Return the raw frames of a run as BLF; None where there are none."""
+        return self._file(run_id, RAW_LOG)
+
+    async def exported(self, run_id: str, kind: str) -> Path | None:
+        """Return a run's file of a kind of `MADE`, made by `etb-hil export`; None where it has no such data."""
+        folder = self.folder(run_id)
+        if folder is None or kind not in MADE:
+            return None
+        path = self._exported / f"{run_id}.{kind}"
+        async with self._exports:  # one at a time: the bench comes first
+            if path.is_file():
+                return path
+            for old in sorted(self._exported.iterdir(), key=lambda one: one.stat().st_mtime)[: 1 - MOST_KEPT]:
+                old.unlink()
+            command = [*LOW_PRIORITY, sys.executable, "-P", "-m", "etb_hil", "export", str(folder), str(path)]
+            quiet = asyncio.subprocess.DEVNULL
+            process = await asyncio.create_subprocess_exec(*command, stdin=quiet, stdout=quiet, stderr=quiet)
+            if await process.wait():
+                path.unlink(missing_ok=True)
+                return None
+        return path
+
+    def _file(self, run_id: str, name: str) -> Path | None:
+        folder = self.folder(run_id)
+        return folder / name if folder is not None and (folder / name).is_file() else None
