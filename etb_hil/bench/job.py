@@ -40,6 +40,7 @@ from etb_hil.session.analysis import Analysis
 from etb_hil.session.attempts import earlier_attempts, is_tried_again, set_aside
 from etb_hil.session.events import EventLog
 from etb_hil.session.finished import Finished
+from etb_hil.session.photos import keep_photos
 from etb_hil.session.session import Session, create
 from etb_hil.store.address import STORE, StoreAddress, store_address
 from etb_hil.store.queue import Queue
@@ -260,7 +261,7 @@ def _attempt(
         results = results_of(session, job.setup.bench, job.limits, record, analysis, found)
         session.write_results(results)
         run_id = session.run_id if attempt == 1 else f"{session.run_id}_attempt-{attempt}"
-        warnings = _queued(session, results, run_id)
+        warnings = (*keep_photos(session.folder, record.answers), *_queued(session, results, run_id))
     return Finished(session, results, record, analysis, found, warnings)
 
 

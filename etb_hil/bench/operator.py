@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from etb_hil.base.errors import InputError, Problem
@@ -10,6 +11,14 @@ from etb_hil.scenario.kinds.prompt import PromptPhase
 if TYPE_CHECKING:
     from etb_hil.base.yamlfile import Document
     from etb_hil.scenario.scenario_file import Scenario
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """One of a prompt's answers; `entry` is the text that it asks for, or the path of the photo."""
+
+    answer: str
+    entry: str = ""
 
 
 class Operator(Protocol):
@@ -21,8 +30,8 @@ class Operator(Protocol):
         """Put the question."""
         ...
 
-    def answer(self) -> str | None:
-        """Return one of the prompt's answers once it was given; returns at once where the bench runs at wall clock."""
+    def answer(self) -> Reply | None:
+        """Return the reply once it was given; returns at once where the bench runs at wall clock."""
         ...
 
     def withdraw(self) -> None:
@@ -36,15 +45,15 @@ class Unattended:
     name = "scenario"
 
     def __init__(self) -> None:
-        self._answer: str | None = None
+        self._reply: Reply | None = None
 
     def ask(self, prompt: PromptPhase) -> None:
         """Take the scenario's own answer."""
-        self._answer = prompt.unattended
+        self._reply = None if prompt.unattended is None else Reply(prompt.unattended)
 
-    def answer(self) -> str | None:
+    def answer(self) -> Reply | None:
         """Return the scenario's own answer, None where it has none."""
-        return self._answer
+        return self._reply
 
     def withdraw(self) -> None:
         """Do nothing."""

@@ -49,7 +49,9 @@ def results_of(
             _phase(phase, fired, record.start_ns) for phase, fired in zip(record.phases, analysis.firings, strict=True)
         ),
         prompts=tuple(
-            run_result.Prompt(said.id, said.text, said.answer, said.by, (said.stamp_ns - record.start_ns) * 1e-9)
+            run_result.Prompt(
+                said.id, said.text, said.answer, said.by, (said.stamp_ns - record.start_ns) * 1e-9, said.entry
+            )
             for said in record.answers
         ),
         unit_diagnostics=record.diagnostics,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 from etb_hil.base.clock import Clock
 from etb_hil.base.errors import BenchFault, RecordingFault
@@ -22,6 +22,7 @@ from etb_hil.scenario.phase import Measure
 from etb_hil.scenario.scenario_file import Step
 from etb_hil.scenario.trajectory import OFF, Trajectory, move
 from etb_hil.session.analysis import Analysis
+from etb_hil.session.photos import photo_name
 from etb_hil.session.record import Answered, PhaseEnd, PhaseTime, RunRecord
 
 ANSWER_S = 1.0  # how long the controller may take to send its first samples: a hundred of its statuses
@@ -230,11 +231,12 @@ class Runner:
     def _ask(self, step_id: str, prompt: PromptPhase) -> None:
         """Ask the operator with the drive off; only the first of the prompt's answers goes on."""
         asked_ns = self._clock.now_ns()
-        self._tap.events.add(asked_ns, "prompt", id=step_id, text=prompt.text, answers=list(prompt.answers))
+        asks = {"id": step_id, "text": prompt.text, "answers": list(prompt.answers)}
+        self._tap.events.add(asked_ns, "prompt", **asks | ({"entry": prompt.entry} if prompt.entry else {}))
         self._message = prompt.text
         self._operator.ask(prompt)
         try:
-            while (answer := self._operator.answer()) is None:
+            while (reply := self._operator.answer()) is None:
                 if self._clock.now_ns() - asked_ns > prompt.timeout * 1e9:
                     raise RunStopped(BenchOutcome.ABORTED, "nobody_answered", f"nobody answered: {prompt.text}")
                 self._beat(OFF)
@@ -242,10 +244,13 @@ class Runner:
             self._operator.withdraw()
             self._message = ""
         now_ns = self._clock.now_ns()
-        self._tap.events.add(now_ns, "answer", id=step_id, text=prompt.text, answer=answer, by=self._operator.name)
-        self._record.answers.append(Answered(step_id, prompt.text, answer, self._operator.name, now_ns))
-        if answer != prompt.answers[0]:
-            raise RunStopped(BenchOutcome.ABORTED, "stopped_by_answer", f"{prompt.text} - {answer}")
+        said = Answered(step_id, prompt.text, reply.answer, self._operator.name, now_ns, reply.entry)
+        if prompt.entry == "photo" and reply.entry:
+            said = replace(said, entry=photo_name(step_id), photo=reply.entry)
+        self._tap.events.add(now_ns, "answer", **said.details())
+        self._record.answers.append(said)
+        if reply.answer != prompt.answers[0]:
+            raise RunStopped(BenchOutcome.ABORTED, "stopped_by_answer", f"{prompt.text} - {reply.answer}")
         self._beat(OFF)
 
     def _make_safe(self) -> None:

@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import os
 import signal
+from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
+
+from etb_hil.base.errors import InputError
+from etb_hil.bench.operator import Reply
+from etb_hil.scenario.kinds.prompt import LONGEST_TEXT
+from etb_hil.session.photos import read_photo
 
 if TYPE_CHECKING:
     from etb_hil.cli.keyboard import Keyboard
@@ -39,24 +45,27 @@ class TerminalOperator:
         """What can be pressed now, and what was typed so far."""
         if self._prompt is None:
             return KEYS
-        answers = "   ".join(f"{number} {answer}" for number, answer in enumerate(self._prompt.answers, 1))
-        return f"{answers}   [press the number] {self._typed}"
+        answers = [f"{number} {answer}" for number, answer in enumerate(self._prompt.answers, 1)]
+        if self._prompt.entry is None:
+            return f"{'   '.join(answers)}   [press the number] {self._typed}"
+        wanted = "type it" if self._prompt.entry == "text" else "type the path of the photo, a JPEG file"
+        return f"{'   '.join(answers[1:])}   [{wanted}, then Enter] {self._typed}".lstrip()
 
     def ask(self, prompt: PromptPhase) -> None:
         """Put the question, with its answers numbered."""
         self._prompt, self._typed = prompt, ""
         self._say(f"\n>>> {prompt.text}\n    {self.hint}")
 
-    def answer(self) -> str | None:
-        """Return the answer once its number was pressed, or its words and Enter.
+    def answer(self) -> Reply | None:
+        """Return the reply once its number was pressed, or its words and Enter, or what the prompt asks for and Enter.
 
         Ask again after anything else.
         """
         if self._prompt is None:
             return None
         for key in self._keyboard.read(self._wait_s):
-            if (answer := self._take(key, self._prompt.answers)) is not None:
-                return answer
+            if (reply := self._take(key, self._prompt)) is not None:
+                return reply
         return None
 
     def withdraw(self) -> None:
@@ -77,20 +86,37 @@ class TerminalOperator:
             self.wants_repeat = STOP not in keys.lower()
             os.kill(os.getpid(), signal.SIGUSR1)
 
-    def _take(self, key: str, answers: tuple[str, ...]) -> str | None:
-        numbers = {str(number): answer for number, answer in enumerate(answers, 1)}
-        if not self._typed and key in numbers and not any(answer[0].isdigit() for answer in answers):
-            return numbers[key]
+    def _take(self, key: str, prompt: PromptPhase) -> Reply | None:
+        numbers = {str(number): answer for number, answer in enumerate(prompt.answers, 1)}
+        is_choice = prompt.entry is None and not any(answer[0].isdigit() for answer in prompt.answers)
+        if is_choice and not self._typed and key in numbers:
+            return Reply(numbers[key])
         if key in _BACKSPACES:
             self._typed = self._typed[:-1]
         elif key != "\n":
             self._typed += key
         elif self._typed.strip():
-            text, self._typed = self._typed.strip().lower(), ""
-            known = numbers | {answer.lower(): answer for answer in answers}
-            if text in known:
-                return known[text]
-            self._say(f"    no answer to this; allowed: {', '.join(answers)}")
+            text, self._typed = self._typed.strip(), ""
+            known = numbers | {answer.lower(): answer for answer in prompt.answers}
+            answer = known.get(text.lower())
+            if answer is not None and (prompt.entry is None or answer != prompt.answers[0]):
+                return Reply(answer)
+            return self._entered(text, prompt)
+        return None
+
+    def _entered(self, text: str, prompt: PromptPhase) -> Reply | None:
+        """Return the reply with a text or a photo; say what is wrong with it otherwise."""
+        if prompt.takes(text):
+            return Reply(prompt.answers[0], text)
+        if prompt.entry == "photo":
+            try:
+                read_photo(Path(text))
+            except InputError as error:
+                self._say(f"    {error}")
+                return None
+            return Reply(prompt.answers[0], str(Path(text).absolute()))
+        allowed = ", ".join(prompt.answers) if prompt.entry is None else f"a text of up to {LONGEST_TEXT} characters"
+        self._say(f"    no answer to this; allowed: {allowed}")
         return None
 
     def _say(self, text: str) -> None:

@@ -16,8 +16,12 @@ from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocketDisconnect
 
+from etb_hil.base.files import write_bytes
 from etb_hil.page.guard import Guard
 from etb_hil.page.visitors import Rate, Visitor, Visitors
+from etb_hil.scenario.kinds.prompt import LONGEST_TEXT
+from etb_hil.session.photos import LARGEST as LARGEST_PHOTO
+from etb_hil.session.photos import is_photo
 
 if TYPE_CHECKING:
     from starlette.requests import HTTPConnection, Request
@@ -66,6 +70,7 @@ class Page:
                 Route("/api/stop", self._order(self._stop, is_stop=True), methods=["POST"]),
                 Route("/api/end", self._order(self._end, is_stop=True), methods=["POST"]),
                 Route("/api/answer", self._order(self._answer), methods=["POST"]),
+                Route("/api/photo/{number:int}", self._photo, methods=["POST"]),
                 Route("/api/history", self._history),
                 Route("/api/explain", self._order(self._explain), methods=["POST"]),
                 Route("/api/explain/stop", self._order(self._explain_stop), methods=["POST"]),
@@ -191,8 +196,28 @@ class Page:
     async def _answer(self, _: Request, visitor: Visitor, order: dict[str, Any]) -> Response:
         if self.live.holder.visitor is not visitor:
             return _refused(403, "not_holder")
-        number, answer = order.get("number"), order.get("answer")
-        if not isinstance(number, int) or not isinstance(answer, str) or not self.live.answer(number, answer):
+        number, answer, entry = order.get("number"), order.get("answer"), order.get("entry", "")
+        if not (isinstance(number, int) and isinstance(answer, str) and isinstance(entry, str)):
+            return _refused(409, "not_asked")
+        is_taken = len(entry) <= LONGEST_TEXT and self.live.answer(number, answer, entry)
+        return JSONResponse({}) if is_taken else _refused(409, "not_asked")
+
+    async def _photo(self, request: Request) -> Response:
+        """Answer the prompt that asks for a photo with the photo in the request's body."""
+        visitor = self._visitor(request)
+        if visitor is None or self.live.holder.visitor is not visitor:
+            return _refused(401 if visitor is None else 403, "not_logged_in" if visitor is None else "not_holder")
+        if not self._orders.allows(visitor.token):
+            return _refused(429, "too_many")
+        number, prompt = request.path_params["number"], self.live.prompt
+        if prompt is None or prompt["number"] != number or prompt["entry"] != "photo":
+            return _refused(409, "not_asked")
+        content = await _content(request, LARGEST_PHOTO)
+        if not is_photo(content):
+            return _refused(400, "no_photo")
+        photo = self.live.channel.photo
+        await asyncio.to_thread(write_bytes, photo, content)
+        if not self.live.answer(number, prompt["answers"][0], str(photo)):
             return _refused(409, "not_asked")
         return JSONResponse({})
 
@@ -303,16 +328,21 @@ async def _until_closed(socket: WebSocket) -> None:
 
 async def _body(request: Request) -> dict[str, Any]:
     """Return the order that a request carries; empty where it carries none."""
-    content = b""
-    async for part in request.stream():
-        content += part
-        if len(content) > LARGEST_ORDER:
-            return {}
     try:
-        order = json.loads(content or b"{}")
+        order = json.loads(await _content(request, LARGEST_ORDER) or b"{}")
     except ValueError:
         return {}
     return order if isinstance(order, dict) else {}
+
+
+async def _content(request: Request, most: int) -> bytes:
+    """Return the body of a request; empty where it is longer than so many bytes."""
+    content = bytearray()
+    async for part in request.stream():
+        content += part
+        if len(content) > most:
+            return b""
+    return bytes(content)
 
 
 def _refused(code: int, why: str) -> Response:

@@ -144,6 +144,11 @@ class Channel:
         return self.folder / "run.log"
 
     @property
+    def photo(self) -> Path:
+        """The photo that an operator took for the prompt that waits."""
+        return self.folder / "photo.jpg"
+
+    @property
     def exports(self) -> Path:
         """The folder in which a page keeps what it exported of sessions."""
         return self.folder / "exports"

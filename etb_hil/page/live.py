@@ -119,11 +119,12 @@ class Live:
         number = signal.SIGUSR1 if in_order else signal.SIGINT
         return self.is_testing and self.channel.signal(number)
 
-    def answer(self, number: int, answer: str) -> bool:
-        """Answer a prompt; False where it does not wait any more."""
+    def answer(self, number: int, answer: str, entry: str = "") -> bool:
+        """Answer a prompt, with the text or photo that it asks for; False where it does not wait any more."""
         if self.prompt is None or self.prompt["number"] != number:
             return False
-        return self.channel.send(self.channel.run_socket, {"number": number, "answer": answer}, self._sender)
+        reply = {"number": number, "answer": answer, "entry": entry}
+        return self.channel.send(self.channel.run_socket, reply, self._sender)
 
     def changed(self) -> None:
         """Tell all open pages."""

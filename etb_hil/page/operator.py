@@ -6,6 +6,7 @@ import json
 import select
 from typing import TYPE_CHECKING, Any, Self
 
+from etb_hil.bench.operator import Reply
 from etb_hil.page.channel import LARGEST, Channel
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ class PageOperator:
         self.name = name
         self._heard = channel.listen(channel.run_socket)
         self._path = channel.run_socket
+        self._photo = channel.photo
         self._wait_s = LOOK_S if waits else 0.0
         self._prompt: PromptPhase | None = None
         self._number = 0
@@ -31,15 +33,20 @@ class PageOperator:
         prompt = self._prompt
         if prompt is None:
             return None
-        return {"number": self._number, "text": prompt.text, "answers": list(prompt.answers)}
+        return {
+            "number": self._number,
+            "text": prompt.text,
+            "answers": list(prompt.answers),
+            "entry": prompt.entry,
+        }
 
     def ask(self, prompt: PromptPhase) -> None:
         """Put the question."""
         self._prompt = prompt
         self._number += 1
 
-    def answer(self) -> str | None:
-        """Return the answer once the page has sent one to this prompt; anything else that is sent is dropped."""
+    def answer(self) -> Reply | None:
+        """Return the reply once the page has sent one to this prompt; anything else that is sent is dropped."""
         if self._prompt is None or not select.select([self._heard], [], [], self._wait_s)[0]:
             return None
         try:
@@ -48,8 +55,13 @@ class PageOperator:
             return None
         if not isinstance(said, dict) or said.get("number") != self._number:
             return None
-        answer = said.get("answer")
-        return answer if answer in self._prompt.answers else None
+        answer, entry = said.get("answer"), said.get("entry", "")
+        if answer not in self._prompt.answers or not isinstance(entry, str):
+            return None
+        if self._prompt.entry is None or answer != self._prompt.answers[0]:
+            return Reply(answer)
+        is_entered = self._prompt.takes(entry) if self._prompt.entry == "text" else entry == str(self._photo)
+        return Reply(answer, entry.strip()) if is_entered else None
 
     def withdraw(self) -> None:
         """Stop asking."""

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
-from pathlib import Path
+from base64 import b64encode
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path, PurePath
 from typing import Any
 
 from markupsafe import Markup, escape
 
+from etb_hil.base.errors import InputError
 from etb_hil.base.files import write_text
 from etb_hil.base.outcome import UnitVerdict
 from etb_hil.report import condition_plots, plots, show
@@ -22,6 +25,7 @@ from etb_hil.report.verdict import unit_line, verdict_of
 from etb_hil.results import shown
 from etb_hil.results.measurement import Measurement
 from etb_hil.results.run_result import Exceedance, RunResult
+from etb_hil.session.photos import photo_name, read_photo
 
 REPORT_NAME = "report.html"
 
@@ -68,12 +72,23 @@ def write_report(
         for name, chart in charts.items():
             if chart is not None:
                 save_png(figure_of(chart), folder / f"{name}.png")
-    page = render_page(results, drawn, _input_texts(results, folder / "inputs"), next_step)
+    page = render_page(
+        results, drawn, _input_texts(results, folder / "inputs"), next_step, tuple(_photos(results, folder))
+    )
     return write_text(folder / REPORT_NAME, page)
 
 
-def render_page(results: RunResult, drawn: Mapping[str, str], texts: Mapping[str, str], next_step: str = "") -> str:
-    """Return the page; `drawn` maps plots to their `<svg>` elements, `texts` inputs to what they hold."""
+def render_page(
+    results: RunResult,
+    drawn: Mapping[str, str],
+    texts: Mapping[str, str],
+    next_step: str = "",
+    photos: tuple[tuple[str, str], ...] = (),
+) -> str:
+    """Return the page; `drawn` maps plots to their `<svg>` elements, `texts` inputs to what they hold.
+
+    `photos` are pairs of a prompt's text and a photo as a data URL.
+    """
     verdict = verdict_of(results, next_step)
     says = results.unit_diagnostics
     at_rates = [one for one in results.measurements.values() if one.id.startswith(_AT_RATE)]
@@ -105,6 +120,7 @@ def render_page(results: RunResult, drawn: Mapping[str, str], texts: Mapping[str
         of_rates=len(at_rates),
         phases=results.phases[:_MOST_PHASES],
         prompts=results.prompts[:_MOST_PROMPTS],
+        photos=[(text, ours(photo)) for text, photo in photos],
         exceedances=_highest(results.exceedances),
         messages=results.bus.messages[:_MOST_MESSAGES],
         inputs=results.inputs[:_MOST_INPUTS],
@@ -121,6 +137,15 @@ def render_page(results: RunResult, drawn: Mapping[str, str], texts: Mapping[str
 def _how_urgent(one: Measurement) -> int:
     """Sort what did not pass before what passed, and that before what has no limit."""
     return 2 if one.verdict is None else int(one.verdict is UnitVerdict.PASS)
+
+
+def _photos(results: RunResult, folder: Path) -> Iterator[tuple[str, str]]:
+    """Yield the text of each prompt that asked for a photo, and the photo, as far as the session holds it."""
+    for prompt in results.prompts[:_MOST_PROMPTS]:
+        is_ours = prompt.entry == photo_name(prompt.id) and PurePath(prompt.id).name == prompt.id
+        if is_ours and (path := folder / prompt.entry).is_file():
+            with suppress(InputError):
+                yield prompt.text, f"data:image/jpeg;base64,{b64encode(read_photo(path)).decode()}"
 
 
 def _input_texts(results: RunResult, folder: Path) -> dict[str, str]:

@@ -146,13 +146,17 @@ class Phase:
 
 @dataclass(frozen=True, slots=True)
 class Prompt:
-    """What the scenario asked the operator, and what was answered by whom (operator or scenario)."""
+    """What the scenario asked the operator, and what was answered by whom (operator or scenario).
+
+    `entry` is the text that the operator entered, or the path of the photo in the session; empty where none was asked.
+    """
 
     id: str
     text: str
     answer: str
     by: str
     answered_s: float
+    entry: str = ""
 
 
 @dataclass(frozen=True, slots=True)

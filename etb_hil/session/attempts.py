@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.results.run_result import Attempt
+from etb_hil.session import photos as of_prompts
 from etb_hil.session.session import EVENTS, MANIFEST, RAW_LOG, RESULTS, open_session
 
 if TYPE_CHECKING:
@@ -44,11 +45,15 @@ def set_aside(session: Session, attempt: int) -> Path:
     part.mkdir(parents=True)
     shutil.copytree(session.folder / "inputs", part / "inputs")
     shutil.copyfile(session.folder / MANIFEST, part / MANIFEST)
+    photos = session.folder / of_prompts.FOLDER
+    if photos.is_dir():
+        shutil.copytree(photos, part / photos.name)
     for name in (RAW_LOG, EVENTS, RESULTS):
         _link(session.folder / name, part / name)
     part.rename(folder)
     for name in (RESULTS, EVENTS, RAW_LOG):
         (session.folder / name).unlink()
+    shutil.rmtree(photos, ignore_errors=True)
     return folder
 
 

@@ -41,13 +41,23 @@ class PhaseTime:
 
 @dataclass(frozen=True, slots=True)
 class Answered:
-    """A prompt of the scenario, and who answered it with what and when."""
+    """A prompt of the scenario, and who answered it with what and when.
+
+    `entry` is the text that was entered, or the path of the photo in the session; `photo` where the photo came from.
+    """
 
     id: str
     text: str
     answer: str
     by: str
     stamp_ns: int
+    entry: str = ""
+    photo: str = ""
+
+    def details(self) -> dict[str, str]:
+        """Return what the event of the answer keeps beside its time."""
+        always = {"id": self.id, "text": self.text, "answer": self.answer, "by": self.by}
+        return always | {name: value for name, value in (("entry", self.entry), ("photo", self.photo)) if value}
 
 
 @dataclass(slots=True)
@@ -105,7 +115,8 @@ def record_of(events: Iterable[Event]) -> RunRecord:
             record.phases[-1] = PhaseTime(begun.id, begun.kind, begun.start_ns, event.stamp_ns, end)
         elif event.event == "answer":
             said = {key: details[key] for key in ("id", "text", "answer", "by")}
-            record.answers.append(Answered(**said, stamp_ns=event.stamp_ns))
+            entered = {key: details.get(key, "") for key in ("entry", "photo")}
+            record.answers.append(Answered(**said, **entered, stamp_ns=event.stamp_ns))
         elif event.event == "unit_diagnostics":
             record.diagnostics = diagnostics_from(details)
         elif event.event == "end":

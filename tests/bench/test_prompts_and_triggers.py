@@ -2,6 +2,7 @@
 
 import os
 import pty
+from base64 import b64encode
 
 import numpy as np
 import pytest
@@ -12,9 +13,12 @@ from etb_hil.bench.job import JobFiles, execute, prepare
 from etb_hil.cli.keyboard import Keyboard
 from etb_hil.cli.terminal_operator import TerminalOperator
 from etb_hil.replays.session_replay import replay
+from etb_hil.report.html_report import write_report
 from etb_hil.session.differences import first_difference
 from etb_hil.session.events import read_events
+from etb_hil.session.record import record_of
 
+JPEG = b"\xff\xd8\xff\xe0"  # how such a file begins
 ZERO = "- {id: zero, kind: current_zero, duration: 0.3 s}\n"
 SUPPLY = "{role: supply_voltage, inside: [13 V, 14 V], for: 100 ms}"
 
@@ -125,3 +129,51 @@ def test_the_operators_answer_is_kept(run, typed, answer, outcome):
     assert [p.answer for p in finished.results.prompts] == ([] if answer is None else [answer])
     reason = {"ok": "", "aborted": "stopped_by_answer" if answer else "nobody_answered"}[outcome]
     assert finished.results.bench.reason_id == reason
+
+
+ASKS_FOR = ZERO + "- {id: which, kind: prompt, text: Which, answers: [yes, no], entry: %s, timeout: 0.4 s}\n"
+
+
+def typed_at_a_terminal(run, typed, entry):
+    keyboard, screen = pty.openpty()
+    os.write(keyboard, typed.encode())
+    with os.fdopen(os.dup(1), "w") as out:
+        operator = TerminalOperator(Keyboard(screen), out, waits=False)
+        finished = run(ASKS_FOR % entry, operator=operator)
+    os.close(keyboard), os.close(screen)
+    return finished
+
+
+@pytest.mark.parametrize(
+    ("typed", "replies", "outcome"),
+    [
+        ("\nLot 4711\n", [("yes", "Lot 4711")], "ok"),
+        ("1\n", [("yes", "1")], "ok"),
+        ("2\n", [("no", "")], "aborted"),
+        ("x" * 201 + "\nNo\n", [("no", "")], "aborted"),
+    ],
+)
+def test_a_text_is_kept_with_the_answer(run, typed, replies, outcome):
+    finished = typed_at_a_terminal(run, typed, "text")
+    assert finished.results.bench.outcome == outcome
+    assert [(one.answer, one.entry) for one in finished.results.prompts] == replies
+    assert record_of(read_events(finished.session.events)).answers == finished.record.answers
+
+
+def test_a_photo_is_kept_in_the_session_and_shown_in_the_report(run, tmp_path):
+    photo = tmp_path / "plug.jpg"
+    photo.write_bytes(JPEG + bytes(range(256)))
+    (tmp_path / "note.txt").write_text("no photo")
+    finished = typed_at_a_terminal(run, f"{tmp_path / 'none.jpg'}\n{tmp_path / 'note.txt'}\n{photo}\n", "photo")
+    assert [(one.answer, one.entry) for one in finished.results.prompts] == [("yes", "photos/which.jpg")]
+    assert (finished.session.folder / "photos" / "which.jpg").read_bytes() == photo.read_bytes()
+    page = write_report(finished.results, finished.series, finished.session.folder).read_text()
+    assert b64encode(photo.read_bytes()).decode() in page
+
+
+def test_a_photo_that_is_too_large_is_asked_for_again(run, tmp_path):
+    photo = tmp_path / "plug.jpg"
+    photo.write_bytes(JPEG + bytes(5_000_000))
+    finished = typed_at_a_terminal(run, f"{photo}\n2\n", "photo")
+    assert [(one.answer, one.entry) for one in finished.results.prompts] == [("no", "")]
+    assert finished.results.bench.reason_id == "stopped_by_answer"

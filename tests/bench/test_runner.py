@@ -13,7 +13,7 @@ from etb_hil.base.errors import BenchFault
 from etb_hil.base.stock import find
 from etb_hil.bench import job as job_room
 from etb_hil.bench.job import JobFiles, execute, prepare
-from etb_hil.bench.operator import Unattended
+from etb_hil.bench.operator import Reply, Unattended
 from etb_hil.session.events import read_events
 
 MS = 1_000_000
@@ -150,7 +150,7 @@ class Slow(Unattended):
 
     def answer(self):
         self.looks -= 1
-        return self.said if self.looks < 0 else None
+        return Reply(self.said) if self.looks < 0 else None
 
     def withdraw(self):
         self.withdrawn += 1

@@ -30,6 +30,10 @@ _FLAGS = (
 ZERO = "- {id: zero, kind: current_zero, duration: 0.3 s}\n"
 WARM = "{role: throttle_angle, rises_above: 80 deg, for: 5 ms, otherwise: stop}"
 ASKS = '- {id: plug, kind: prompt, text: "Is the plug in?", answers: [done, stop]}\n' + ZERO
+TELLS = (
+    '- {id: lot, kind: prompt, text: "Which lot?", entry: text, timeout: 60 s}\n'
+    '- {id: look, kind: prompt, text: "Photo of the plug", entry: photo, timeout: 60 s}\n' + ZERO
+)
 NEVER = ZERO + f"- {{id: wait, kind: wait, timeout: 0.3 s, until: {WARM}}}\n"
 
 
@@ -98,7 +102,8 @@ def station(folder):
     """Write a station whose parts pass or fail (OK-), let the bench fail (BF-) and ask (AS-); return its file."""
     limits = find("limits", "default").read_text("utf-8")
     parts = []
-    for number, prefix, phases in (("default-throttle", "OK", None), ("never", "BF", NEVER), ("asks", "AS", ASKS)):
+    scenarios = (("default-throttle", "OK", None), ("never", "BF", NEVER), ("asks", "AS", ASKS), ("tells", "TE", TELLS))
+    for number, prefix, phases in scenarios:
         (folder / f"{number}.limits.yaml").write_text(limits.replace("default-throttle", number))
         if phases is not None:
             text = f"schema: etb_hil/scenario/1\nname: {number}\nphases:\n{phases}"

@@ -14,6 +14,7 @@ from etb_hil.base.modes import Mode
 from etb_hil.base.stock import find
 from etb_hil.bench import job as job_room
 from etb_hil.bench.job import JobFiles, execute, prepare
+from etb_hil.bench.operator import Reply
 from etb_hil.bench.rehearsal import rehearse, with_margins
 from etb_hil.bench.supervision import Supervisor
 from etb_hil.canio.dbc.decoder import Decoder
@@ -240,7 +241,7 @@ class Slow:
         self._asked += 1
 
     def answer(self):
-        return "done" if self._asked == 1 else None
+        return Reply("done") if self._asked == 1 else None
 
     def withdraw(self):
         pass

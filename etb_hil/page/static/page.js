@@ -26,10 +26,10 @@ function element(name, text = "", classes = "") {
   return made;
 }
 
-async function ask(what, order = {}) {
+async function ask(what, order = {}, body = JSON.stringify(order)) {
   $("said").textContent = "";
   try {
-    const answer = await fetch(`/api/${what}`, { method: "POST", body: JSON.stringify(order) });
+    const answer = await fetch(`/api/${what}`, { method: "POST", body });
     if (answer.ok) return true;
     if (answer.status === 401) return location.assign("/login"), false;
     const why = (await answer.json().catch(() => ({}))).why ?? "too_many";
@@ -245,7 +245,7 @@ function showCurves() {
       lines.push({ y: sign * limits.coulomb, from: -fastest, to: -FAR_ABOVE * omega });
     }
   }
-  const high = 1.15 * Math.max(0.05, limits.stiction ?? 0, ...speeds.map(([, friction]) => Math.abs(friction)));
+  const high = 1.3 * Math.max(0.05, limits.stiction ?? 0, ...speeds.map(([, friction]) => Math.abs(friction)));
   draw($("friction"), {
     series: [{ kind: "dots", colour: "--line", points: speeds }],
     lines, x: [-fastest, fastest], y: [-high, high],
@@ -272,27 +272,65 @@ function showPrompt() {
   const prompt = isRunning() ? news.prompt : null;
   $("prompt").hidden = !prompt;
   if (!prompt) { shownPrompt = 0; return; }
-  const key = `${shownRun}/${prompt.number}/${you.holds}/${language}`;
+  const key = `${shownRun}/${prompt.number}/${you.holds}/${language}`, [first] = prompt.answers;
   if (shownPrompt === key) return;
   shownPrompt = key;
   $("prompt_text").textContent = prompt.text;
-  $("answers").replaceChildren(...prompt.answers.map((answer, index) => {
+  const entry = you.holds && prompt.entry ? { text: textEntry, photo: photoEntry }[prompt.entry](prompt) : null;
+  $("answers").replaceChildren(...(entry ? [entry] : []), ...prompt.answers.flatMap((answer, index) => {
+    if (entry && answer === first) return [];
     const button = element("button", "", index ? "big" : "big go");
     button.type = "button";
     button.append(element("kbd", String(index + 1)), element("span", sayOr(`answer ${answer}`, answer)));
     button.disabled = !you.holds;
     button.addEventListener("click", () => ask("answer", { number: prompt.number, answer }));
-    return button;
+    return [button];
   }));
   if (!you.holds) $("answers").append(element("p", say("holder_answers", { name: about.holder.name })));
-  $("prompt_text").focus();
+  ($("entry") ?? $("prompt_text")).focus();
 }
 
-function answerByNumber(text) {
-  const prompt = news.prompt, index = Number(text) - 1;
-  if (!prompt || !you.holds || !prompt.answers[index]) return false;
-  ask("answer", { number: prompt.number, answer: prompt.answers[index] });
-  return true;
+// Return a form for the text that a prompt asks for.
+function textEntry(prompt) {
+  const form = element("form"), field = element("input"), button = element("button", say("send"), "big go");
+  Object.assign(field, { id: "entry", maxLength: 200, autocomplete: "off", required: true });
+  field.setAttribute("aria-label", prompt.text);
+  form.append(field, button);
+  form.addEventListener("submit", (event) => { event.preventDefault(); heard(field.value); });
+  return form;
+}
+
+// Return a button that takes a photo for a prompt, and sends it no larger than a report needs it.
+function photoEntry(prompt) {
+  const label = element("label", "", "big go"), field = Object.assign(element("input"), { id: "entry", type: "file", accept: "image/*" });
+  field.setAttribute("capture", "environment");
+  label.append(element("span", say("take_photo")), field);
+  field.addEventListener("change", async () => {
+    const photo = field.files[0] && (await smaller(field.files[0]));
+    if (photo) ask(`photo/${prompt.number}`, {}, photo);
+    else if (field.files[0]) $("said").textContent = say("no_photo");
+    field.value = "";
+  });
+  return label;
+}
+
+const MOST_PIXELS = 1600;  // of a photo's longer side: a scratch of 0.1 mm on a plate of 100 mm is still there
+
+async function smaller(file) {
+  const picture = await createImageBitmap(file).catch(() => null);
+  if (!picture) return null;
+  const scale = Math.min(1, MOST_PIXELS / Math.max(picture.width, picture.height));
+  const canvas = Object.assign(element("canvas"), { width: Math.round(picture.width * scale), height: Math.round(picture.height * scale) });
+  canvas.getContext("2d").drawImage(picture, 0, 0, canvas.width, canvas.height);
+  return new Promise((done) => canvas.toBlob(done, "image/jpeg", 0.85));
+}
+
+// Answer a prompt with what was typed or scanned: the code or number of an answer, or the text that it asks for.
+function answerPrompt(code, text) {
+  const prompt = news.prompt, answer = prompt.answers[Number(code || (prompt.entry === "text" ? "" : text)) - 1];
+  if (!you.holds) return;
+  if (answer && !(prompt.entry && answer === prompt.answers[0])) ask("answer", { number: prompt.number, answer });
+  else if (!code && prompt.entry === "text") ask("answer", { number: prompt.number, answer: prompt.answers[0], entry: text });
 }
 
 // ---------------------------------------------------------------- past
@@ -379,7 +417,7 @@ function heard(line) {
   const code = text.toUpperCase().startsWith(CODE) ? text.toUpperCase().slice(CODE.length) : "";
   if (code === "STOP") stop();
   else if (code === "END") ask("end");
-  else if (news.prompt && isRunning()) answerByNumber(code || text);
+  else if (news.prompt && isRunning()) answerPrompt(code, text);
   else if (isRunning()) $("said").textContent = say("running_now");
   else if (!you.holds) takeBench(text);
   else if (code === "START") start();
