@@ -8,6 +8,7 @@ import os
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy is loaded: as the command does it
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # a command that a test starts reads what the one before it compiled
 
 import pytest
 from bus_truth import VIRTUAL, assert_bus_truth, assert_bus_was_healthy

@@ -9,7 +9,8 @@ from etb_hil.plant.exactmath import exp
 
 TWO_SIDED_95 = 1.96
 
-_HALVINGS = 40
+_MOST_STEPS = 20  # 4 to 6 are enough
+_CLOSE = 1e-6  # of the width: the next step would be its square
 _PER_SQRT_TWO_PI = 0.3989422804014327
 
 
@@ -22,13 +23,18 @@ def half_width(normal: float, even: float) -> float:
         return TWO_SIDED_95 * normal
     if normal <= 1e-3 * even:
         return 0.95 * even
-    low, high = 0.0, even + TWO_SIDED_95 * normal
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
+    # Each error alone stays within less than their sum does (Anderson 1955). The share within rises ever more slowly
+    # with the width, so that Newton's steps from below never pass the root.
+    width = max(0.95 * even, TWO_SIDED_95 * normal)
+    for _ in range(_MOST_STEPS):
+        above, below = (width + even) / normal, (width - even) / normal
         # The share within is the mean, over the even error, of the normal one's: an integral that has a closed form.
-        share = (_integral((middle + even) / normal) - _integral((middle - even) / normal)) * normal / even - 1.0
-        low, high = (middle, high) if share < 0.95 else (low, middle)
-    return 0.5 * (low + high)
+        share = (_integral(above) - _integral(below)) * normal / even - 1.0
+        step = (0.95 - share) * even / (share_below(above) - share_below(below))
+        width += step
+        if step <= _CLOSE * width:
+            break
+    return width
 
 
 def combined(evens: Sequence[float], normal: float = 0.0) -> float:
