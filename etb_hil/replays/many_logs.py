@@ -17,6 +17,7 @@ from etb_hil.base.userfile import digest, open_file, read_bytes
 from etb_hil.replays.log_frames import Frames
 from etb_hil.replays.log_replay import STRETCH_S, LogJob, judge_stretches
 from etb_hil.replays.outcome import CRASHED, JUDGED, REFUSED, Outcome, as_json, from_json, part_of, together
+from etb_hil.replays.progress import Watch
 from etb_hil.replays.session_replay import RuleFiles, replay
 from etb_hil.session.differences import beside_live
 from etb_hil.session.session import EVENTS, MANIFEST, RAW_LOG
@@ -24,6 +25,7 @@ from etb_hil.session.session import EVENTS, MANIFEST, RAW_LOG
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
+    from etb_hil.replays.progress import Told
     from etb_hil.replays.window import Window
 
 PROGRESS = "progress.jsonl"
@@ -104,7 +106,10 @@ def _digest(path: Path) -> str:
 
 
 def judge_many(
-    tasks: Sequence[Task], folder: Path, pool: Callable[[Sequence[Task]], Iterator[Outcome]]
+    tasks: Sequence[Task],
+    folder: Path,
+    pool: Callable[[Sequence[Task]], Iterator[Outcome]],
+    told: Told | None = None,
 ) -> list[Outcome]:
     """Judge all tasks that `folder` does not already hold.
 
@@ -112,6 +117,7 @@ def judge_many(
 
     What was refused or crashed is tried again: what it lacked may be there now. Each outcome is on the disk before the
     next one is asked for, with a checksum; an outcome that was changed since is not read, and its log is judged again.
+    `told` hears how far the work is, at its begin and with each outcome; other processes read that from the folder.
     Raises InputError where the folder cannot be written.
     """
     path = make_folder(folder, _REMEDY) / PROGRESS
@@ -120,9 +126,11 @@ def judge_many(
     with refused_by_name(path, _REMEDY), path.open("a", encoding="utf-8", buffering=1) as progress:
         if path.stat().st_size:
             progress.write("\n")  # behind half a line that a killed run may have left
+        watch = Watch(folder, len(tasks), len(tasks) - len(left), told)
         for outcome in pool(left):
             done[outcome.key] = outcome
             progress.write(_line(outcome))
+            watch.add(outcome)
     return [done[task.key] for task in tasks]
 
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import asyncio
 import multiprocessing
 import os
+import re
 import signal
+import socket
 import threading
+import warnings
 from collections import deque
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -25,7 +29,8 @@ if TYPE_CHECKING:
     from etb_hil.replays.outcome import Outcome
 
 _AHEAD = 2  # tasks a process that wait for it
-_ANSWERS_S = 3.0  # until a cluster that says nothing counts as not there: Dask waits for 30 s
+_ANSWERS_S = 2.0  # until a cluster that says nothing counts as not there: Dask waits for 30 s
+_TCP = re.compile(r"(tcp://)?[^\s/]+:\d{1,5}")
 _DIED = "the process that read it died"
 
 
@@ -110,27 +115,61 @@ class DaskWorkers:
     """Judges tasks on a running Dask cluster, whose workers see the same files and have the same etb_hil."""
 
     def __init__(self, address: str, work: Callable[[Task], Outcome] = judge_task) -> None:
+        """Take the scheduler's address; BenchFault where none answers there, InputError where it is no address."""
+        if not _TCP.fullmatch(address):
+            raise InputError(
+                Problem("is no address of a Dask scheduler", value=address, allowed="HOST:PORT or tcp://HOST:PORT")
+            )
+        self._address = address if "://" in address else f"tcp://{address}"
         try:
-            import distributed  # noqa: PLC0415 (an extra)
+            self._require_listener()
+            import distributed  # noqa: PLC0415 (an extra, and heavy)
         except ImportError:
             raise InputError(Problem("Dask is not installed", remedy="pip install 'etb-hil[fleet]'")) from None
         self._distributed: Any = distributed  # it carries no types
-        self._address = address
         self._work = work
+        asyncio.run(self._require_scheduler())
+
+    def _require_listener(self) -> None:
+        """Raise BenchFault where nothing listens at the address; a name or port that is wrong shows at once."""
+        host, _, port = self._address.removeprefix("tcp://").rpartition(":")
+        try:
+            socket.create_connection((host.strip("[]"), int(port)), _ANSWERS_S).close()
+        except (OSError, OverflowError) as error:
+            raise self._none_answers(str(error)) from None
+
+    async def _require_scheduler(self) -> None:
+        """Raise BenchFault where what listens is no Dask scheduler, or says nothing."""
+        connecting = self._distributed.comm.connect(self._address, timeout=_ANSWERS_S)
+        try:
+            comm = await asyncio.wait_for(connecting, _ANSWERS_S)
+            comm.abort()
+        except TimeoutError:
+            raise self._none_answers(f"what listens there says nothing for {_ANSWERS_S:g} s") from None
+        except Exception as error:  # noqa: BLE001 (Dask raises anything, MemoryError too, at what another server says)
+            raise self._none_answers(f"what listens there is no Dask scheduler: {error}") from None
+
+    def _none_answers(self, why: str) -> BenchFault:
+        return BenchFault(f"no Dask scheduler answers at {self._address}: {why}")
 
     def __call__(self, tasks: Sequence[Task]) -> Iterator[Outcome]:
-        """Yield the outcomes as they come; BenchFault where no scheduler answers."""
+        """Yield the outcomes as they come; BenchFault where the scheduler is gone."""
         if not tasks:
             return
         try:
             client = self._distributed.Client(self._address, set_as_default=False, timeout=_ANSWERS_S)
         except (OSError, TimeoutError, ValueError) as error:
-            raise BenchFault(f"no Dask scheduler answers at {self._address}: {error}") from None
+            raise self._none_answers(str(error)) from None
         with client:
+            if not client.nthreads():
+                what = f"the Dask scheduler at {self._address} has no worker yet; the logs wait for one"
+                warnings.warn(what, stacklevel=2)
             futures = {client.submit(self._work, task, key=task.key, pure=False): task for task in tasks}
             for future in self._distributed.as_completed(futures, loop=client.loop):
                 if future.status == "finished":
                     yield future.result()
+                elif future.status == "cancelled":
+                    raise BenchFault(f"the Dask scheduler at {self._address} is gone; what was judged is kept")
                 else:
                     yield failed(futures[future], CRASHED, f"{_DIED}: {future.exception()}")
                 future.release()

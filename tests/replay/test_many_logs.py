@@ -4,15 +4,17 @@ import contextlib
 import hashlib
 import json
 import os
+import re
 import shutil
 import signal
+import socket
 import subprocess
 import sys
+import threading
 import time
 from dataclasses import replace
 from pathlib import Path
 
-import dask
 import distributed
 import duckdb
 import numpy as np
@@ -24,10 +26,12 @@ from etb_hil.canio.frames import concatenate_frames
 from etb_hil.canio.logs.blf import BlfLog, read_blf
 from etb_hil.cli import replay as command
 from etb_hil.cli.main import main as command_line
+from etb_hil.cli.progress_line import duration
 from etb_hil.replays.log_replay import STRETCH_S
 from etb_hil.replays.many_logs import PROGRESS, judge_many, judge_task, tasks_for
 from etb_hil.replays.outcome import CRASHED, JUDGED, REFUSED, SHOWS_TOO_LITTLE, Outcome, rank
 from etb_hil.replays.parquet import write_parquet
+from etb_hil.replays.progress import STATE, Watch, read_progress
 from etb_hil.replays.session_replay import RuleFiles, rule_files
 from etb_hil.replays.window import Window
 from etb_hil.replays.workers import DaskWorkers, LocalProcesses
@@ -249,9 +253,106 @@ def test_a_dask_cluster_gives_the_same(tasks, tmp_path):
         assert replace(ours, wall_s=None, processor_s=None) == replace(theirs, wall_s=None, processor_s=None)
 
 
-def test_a_cluster_that_does_not_answer_is_said(tasks):
-    with dask.config.set({"distributed.comm.timeouts.connect": "1s"}), pytest.raises(BenchFault, match="no Dask"):
-        next(DaskWorkers("tcp://127.0.0.1:9")(tasks))
+@contextlib.contextmanager
+def listener(says):
+    """Yield the port of a server that says something to whoever comes, or nothing."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def serve():
+            with contextlib.suppress(OSError):
+                while True:
+                    guest, _ = server.accept()
+                    guest.sendall(says)
+                    guests.append(guest)
+
+        guests = []
+        threading.Thread(target=serve, daemon=True).start()
+        yield server.getsockname()[1]
+        for guest in guests:
+            guest.close()
+
+
+@pytest.mark.parametrize(
+    ("says", "why"),
+    [(b"", "says nothing for 2 s"), (b"HTTP/1.1 400 Bad Request\r\n\r\n", "is no Dask scheduler")],
+)
+def test_another_server_than_a_scheduler_is_said(says, why):
+    with listener(says) as port, pytest.raises(BenchFault, match=f"no Dask scheduler answers at .*{port}: .*{why}"):
+        DaskWorkers(f"127.0.0.1:{port}")
+
+
+def test_a_wrong_cluster_address_is_said_by_the_command_before_any_log_is_read(sources, tmp_path, capsys):
+    asked = ["replay", *map(str, sources), "--out", str(tmp_path / "out"), "--dask"]
+    for address, code, why in (
+        ("tcp://127.0.0.1:9", 3, "no Dask scheduler answers at tcp://127.0.0.1:9: .*refused"),
+        ("no-such-host.invalid:8786", 3, "no Dask scheduler answers at tcp://no-such-host.invalid:8786"),
+        ("http://127.0.0.1:9", 2, "is no address of a Dask scheduler.*allowed: HOST:PORT or tcp://HOST:PORT"),
+        ("127.0.0.1", 2, "is no address of a Dask scheduler"),
+    ):
+        assert command_line([*asked, address]) == code
+        assert re.search(why, capsys.readouterr().err)
+    assert not (tmp_path / "out").exists()
+
+
+def test_progress_names_what_failed(sources, tmp_path, capsys):
+    asked = ["replay", *map(str, sources), "--jobs", "1", "--out", str(tmp_path / "out")]
+    assert command_line(asked) == 2
+    said = capsys.readouterr()
+    assert re.search(r"^refused: .*bad.blf: is no BLF file", said.out, re.MULTILINE)
+    assert said.out.count("bad.blf") == 1
+    state = read_progress(tmp_path / "out")
+    assert (state.total, state.done, state.failures, state.left_s, state.ended) == (3, 3, 1, 0.0, True)
+    assert [(Path(one.path).name, one.status) for one in state.failed] == [("bad.blf", REFUSED)]
+
+
+def test_a_terminal_shows_how_far_the_work_is(sources, tmp_path):
+    here, there = os.openpty()
+    command = [sys.executable, "-m", "etb_hil", "replay", *map(str, sources), "--jobs", "1", "--out", str(tmp_path)]
+    with subprocess.Popen(command, stdout=there, stderr=there) as work:
+        os.close(there)
+        said = b""
+        with contextlib.suppress(OSError):  # the end of a terminal
+            while some := os.read(here, 4096):
+                said += some
+        os.close(here)
+    assert work.returncode == 2
+    shown = said.decode().replace("\r\n", "\n").split("\r")
+    assert any(re.match(r"0 of 3 logs", text) for text in shown)
+    assert any(re.match(r"[12] of 3 logs, 1 could not be judged, \d+ s left", text) for text in shown)
+    assert sum("refused: " in text for text in shown) == 1
+
+
+def test_another_process_reads_how_far_the_work_is(tmp_path):
+    assert read_progress(tmp_path) is None
+    watch = Watch(tmp_path, 4, 1, None)
+    begun = read_progress(tmp_path)
+    assert (begun.done, begun.left_s, begun.ended) == (1, None, False)
+    for number in range(3):
+        watch.add(Outcome(str(number), f"{number}.blf", CRASHED, error="the process that read it died"))
+    ended = read_progress(tmp_path)
+    assert (ended.done, ended.failures, ended.ended) == (4, 3, True)
+    assert [one.path for one in ended.failed] == ["0.blf", "1.blf", "2.blf"]
+    for damage in ("", "[]", "{}", '{"total": "many"}', "[" * 100_000):
+        (tmp_path / STATE).write_text(damage)
+        with pytest.raises(InputError, match=r"state.json: is no state of many logs"):
+            read_progress(tmp_path)
+
+
+def test_the_time_left_is_that_of_what_is_left(tmp_path, monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    heard = []
+    watch = Watch(tmp_path, 10, 4, lambda progress, outcome: heard.append((progress.left_s, outcome)))
+    for number in range(2):
+        now[0] += 3.0
+        watch.add(Outcome(str(number), f"{number}.blf", JUDGED))
+    assert [left for left, _ in heard] == [None, 15.0, 12.0]
+    assert [outcome and outcome.key for _, outcome in heard] == [None, "0", "1"]
+
+
+@pytest.mark.parametrize(("seconds", "words"), [(40.2, "40 s"), (150.0, "2 min"), (3600.0, "1 h 00 min")])
+def test_a_time_left_is_said_in_words(seconds, words):
+    assert duration(seconds) == words
 
 
 def test_the_stretch_of_the_command_is_that_of_the_room():
