@@ -84,20 +84,32 @@ def schema_version(address: StoreAddress, connection: Any) -> str:  # noqa: ANN4
 
 def require_schema(address: StoreAddress) -> None:
     """Make the tables of a store, or bring them up to date; InputError where a later version wrote them."""
+    with up_to_date(address):
+        pass
+
+
+@contextmanager
+def up_to_date(address: StoreAddress) -> Iterator[Any]:
+    """Yield a connection to a store that has this version's tables, as `connected` and `require_schema` would.
+
+    One connection asks for the version and then serves: each further one costs a server some milliseconds.
+    """
     with connected(address) as connection:
         version = schema_version(address, connection)
-    if version == HEAD:
-        return
+        if version == HEAD:
+            yield connection
+            return
+    _upgrade(address, version)
+    with connected(address) as connection:
+        yield connection
+
+
+def _upgrade(address: StoreAddress, version: str) -> None:
+    allowed = f"up to {HEAD}"
     if version > HEAD:
-        raise InputError(
-            Problem(
-                "the store was written by a later version of etb-hil",
-                Place(str(address)),
-                version,
-                f"up to {HEAD}",
-                "update etb-hil, or name another store",
-            )
-        )
+        remedy = "update etb-hil, or name another store"
+        what = "the store was written by a later version of etb-hil"
+        raise InputError(Problem(what, Place(str(address)), version, allowed, remedy))
     from alembic.util import CommandError  # noqa: PLC0415 (Alembic is slow to load, and rarely needed)
 
     from etb_hil.store.migrations.upgrade import upgrade  # noqa: PLC0415
@@ -105,15 +117,8 @@ def require_schema(address: StoreAddress) -> None:
     try:
         upgrade(address)
     except CommandError as error:  # a revision that no release wrote
-        raise InputError(
-            Problem(
-                f"is no store of results: {error}",
-                Place(str(address)),
-                version,
-                f"up to {HEAD}",
-                "name another store",
-            )
-        ) from None
+        what = f"is no store of results: {error}"
+        raise InputError(Problem(what, Place(str(address)), version, allowed, "name another store")) from None
 
 
 def failure(address: StoreAddress, error: Exception) -> str:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.files import make_folder, write_text
 from etb_hil.base.userfile import read_bytes
-from etb_hil.store.connection import connected, require_schema
+from etb_hil.store.connection import up_to_date
 from etb_hil.store.row_values import CHILDREN, rows_of
 from etb_hil.store.writing import write_run
 
@@ -76,8 +76,7 @@ class Queue:
             return Delivered()
         arrived, warnings = 0, []
         try:
-            require_schema(address)
-            with connected(address) as connection:
+            with up_to_date(address) as connection:
                 for path in paths:
                     try:
                         arrived += self._deliver(address, connection, path)

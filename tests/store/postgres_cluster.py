@@ -16,7 +16,7 @@ BINARIES = sorted(Path("/usr/lib/postgresql").glob("*/bin/initdb"))
 class Cluster:
     """A PostgreSQL server; as root, it runs as the user that Debian's package makes for it."""
 
-    def __init__(self, folder):
+    def __init__(self, folder, settings="fsync = off"):
         self.folder, self.data = folder, folder / "data"
         self.user = "postgres" if os.geteuid() == 0 else None
         if self.user:
@@ -27,9 +27,9 @@ class Cluster:
             self.port = free.getsockname()[1]
         # `trust` on loopback: what passwords do is asked in a test of its own
         self.tool("initdb", "-D", str(self.data), "-A", "trust", "-U", "bench", "-N", "--no-instructions")
-        with (self.data / "postgresql.conf").open("a") as settings:
-            settings.write(
-                f"port = {self.port}\nlisten_addresses = '127.0.0.1'\nunix_socket_directories = ''\nfsync = off\n"
+        with (self.data / "postgresql.conf").open("a") as file:
+            file.write(
+                f"port = {self.port}\nlisten_addresses = '127.0.0.1'\nunix_socket_directories = ''\n{settings}\n"
             )
 
     def tool(self, name, *arguments):
