@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import etb_hil as etb
+from etb_hil.cli.main import main
 
 
 def test_a_recording_judged_is_the_log_judged(faulty):
@@ -115,7 +116,20 @@ def test_a_deprecated_name_warns_and_still_works(why):
     assert found["causes"][0]["effect"] == why.causes[0].id
 
 
-@pytest.mark.slow
+def test_the_signals_in_a_table_are_those_of_the_session(faulty, tmp_path):
+    """Of all that an explanation reads, to the digits of the table."""
+    table = tmp_path / "signals.csv"
+    assert main(["export", str(faulty.folder), str(table)]) == 0
+    read, kept = etb.read(table), faulty.recording
+    for role in ("motor_voltage", "motor_current", "motor_angle", "throttle_angle", "temperature"):
+        assert read[role].unit == kept[role].unit
+        ends = [max(one[role].time_ns[0] for one in (read, kept)), min(one[role].time_ns[-1] for one in (read, kept))]
+        times = np.arange(ends[0], ends[1], 1_000_000)
+        values = [np.interp(times, one[role].time_ns, one[role].values) for one in (read, kept)]
+        assert values[0] == pytest.approx(values[1], rel=1e-6, abs=1e-6), role
+
+
+@pytest.mark.study
 def test_the_signals_in_a_table_are_explained_as_the_session_is(why, faulty, tmp_path):
     table = tmp_path / "signals.csv"
     subprocess.run([sys.executable, "-m", "etb_hil", "export", faulty.folder, table], check=True, capture_output=True)

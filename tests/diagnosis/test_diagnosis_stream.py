@@ -70,8 +70,11 @@ with open(sys.argv[1], "rb") as file:
 """
 
 
+@pytest.mark.study
 def test_same_bits_on_a_lesser_processor(runs, tmp_path):
-    """Neither the vector units of this machine nor its C library's choice of routines leave a trace."""
+    """As tests/replay/test_replay_on_other_machines.py shows of results, and of all series, too.
+
+    Neither the vector units of this machine nor its C library's choice of routines leave a trace."""
     rows = tmp_path / "rows.pickle"
     rows.write_bytes(pickle.dumps(runs[1000]))
     lesser = os.environ | {

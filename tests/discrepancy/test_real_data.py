@@ -38,6 +38,7 @@ def answer():
     return explain([read_table(DATA / name, EXAMPLES / "emps.map.yaml") for name in names], model)
 
 
+@pytest.mark.study
 def test_published_parameters_are_found_again_without_skew(answer):
     """Published fits take the force to act when it is read; read and held, it acts half a sample later."""
     findings = answer.findings
@@ -52,6 +53,7 @@ def test_published_parameters_are_found_again_without_skew(answer):
     assert -0.6e-3 < plain(answer)["nuisances"]["current_skew"]["value"] < -0.3e-3
 
 
+@pytest.mark.study
 def test_parameters_are_called_as_in_the_drives_own_file(answer):
     found = plain(answer)["calibrated"]
     assert {"inertia", "viscous", "coulomb", "constant_load"} <= set(found)
@@ -61,6 +63,7 @@ def test_parameters_are_called_as_in_the_drives_own_file(answer):
     assert not re.search("preload|motor_inertia", json.dumps([found, sorted(candidates_for)]))
 
 
+@pytest.mark.study
 def test_errors_are_those_of_a_position_in_metres(answer):
     for signals in plain(answer)["errors"]["holdout"].values():
         assert {name: one["unit"] for name, one in signals.items()} == {"position": "m"}
@@ -68,6 +71,7 @@ def test_errors_are_those_of_a_position_in_metres(answer):
     assert "throttle" not in json.dumps([plain(answer)["errors"], plain(answer)["gain"]])
 
 
+@pytest.mark.study
 def test_asymmetry_and_ripple_are_named(answer):
     causes = {cause["effect"]: cause for cause in plain(answer)["causes"]}
     assert set(causes) == {"friction_asymmetry", "cogging_torque"}
@@ -76,11 +80,13 @@ def test_asymmetry_and_ripple_are_named(answer):
     assert causes["cogging_torque"]["parameters"]["order"]["value"] == pytest.approx(1.0, abs=0.002)
 
 
+@pytest.mark.study
 def test_the_ripple_is_not_carried_over(answer):
     carried = {one["effect"]: one["carried_over"] for one in plain(answer)["transfer"]}
     assert carried == {"friction_asymmetry": True, "cogging_torque": False}
 
 
+@pytest.mark.study
 def test_of_the_asymmetry_no_more_is_said_than_the_test_file_carries(answer):
     """Its balance has it as strongly; a free run of 24 s, to which every number's error adds, is worse with it."""
     asymmetry, ripple = plain(answer)["transfer"]
@@ -94,12 +100,14 @@ def test_of_the_asymmetry_no_more_is_said_than_the_test_file_carries(answer):
     assert ripple["says"].endswith("less than 2 % of what the balances leave there: it is not carried over")
 
 
+@pytest.mark.study
 def test_only_the_test_files_position_was_filtered(answer):
     estimation, test = (" ".join(one["flags"]) for one in plain(answer)["data_quality"])
     assert "filtered" not in estimation
     assert "filtered" in test
 
 
+@pytest.mark.study
 def test_a_column_in_another_unit_than_it_says_is_flagged(answer):
     estimation, test = (" ".join(one["flags"]) for one in plain(answer)["data_quality"])
     assert "command_force" not in estimation
@@ -123,11 +131,13 @@ def test_pwm_frequency_and_elapsed_time_cannot_be_told_apart():
     assert "shuffle its order" in pair["says"]
 
 
+@pytest.mark.study
 def test_the_rest_is_owned_up_to(answer):
     assert plain(answer)["verdict"] == "unexplained"
     assert plain(answer)["unexplained"]["where"]
 
 
+@pytest.mark.study
 def test_the_extended_drive_is_a_model_file_again(answer, tmp_path):
     write(answer, tmp_path)
     model, is_drive = load_plant(tmp_path / "model.yaml")

@@ -18,15 +18,27 @@ from etb_hil.diagnosis.measurement_registry import measurement_kinds
 HOW_TO = documents.DOCS / "howto"
 
 
-def test_the_python_page_as_its_reader_types_it(tmp_path):
-    blocks = documents.fenced(HOW_TO / "python.md", "python")
-    assert len(blocks) > 4
+def run_together(blocks, folder):
+    """Run blocks of a page in one process; return what they print."""
     done = subprocess.run(
-        [sys.executable, "-c", "\n".join(blocks)], cwd=tmp_path, capture_output=True, text=True, check=False
+        [sys.executable, "-c", "\n".join(blocks)], cwd=folder, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr[-3000:]
-    assert "fail" in done.stdout
-    assert "parameter:stiction" in done.stdout
+    return done.stdout
+
+
+def test_the_python_page_without_its_explanation(tmp_path):
+    """The calls of that block, which takes half a minute, are those of tests/api/test_diagnose_simulate_explain.py."""
+    blocks = [block for block in documents.fenced(HOW_TO / "python.md", "python") if "etb.explain" not in block]
+    assert len(blocks) > 4
+    assert "fail" in run_together(blocks, tmp_path)
+    assert (tmp_path / "signals.csv").is_file()
+
+
+@pytest.mark.study
+def test_the_python_page_as_its_reader_types_it(tmp_path):
+    told = run_together(documents.fenced(HOW_TO / "python.md", "python"), tmp_path)
+    assert "parameter:stiction" in told
     assert {path.name for path in tmp_path.iterdir()} >= {"signals.csv", "extended.yaml", "before_and_after.png"}
 
 
