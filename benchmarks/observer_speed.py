@@ -3,8 +3,8 @@
 Run: python benchmarks/observer_speed.py
 Processor time, best of seven passes: other work on the machine only ever adds to it. A recording is pushed in stretches
 of a quarter of a second, as a replay takes them, of a second, and whole; the system clears new memory for a whole one's
-estimate, which is what "three columns written" costs. Smoothers run once over 6 s. The stream comes in pieces of 10 ms,
-as a bench gets it; its cost is given as a share of one core.
+estimate, which is what "three columns written" costs. The stream comes in pieces of 10 ms, as a bench gets it; its cost
+is given as a share of one core.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from throttle_as_model import noise, parameters
 from etb_hil.observer.kinds.sliding_mode import SlidingModeObserver
 
 SAMPLES = 2_000_000
-RECORDING = 120_000
 PIECE = 200
 STRETCHES = (5_000, 20_000, SAMPLES)
 NAMED = "paper, velocity measured"
@@ -71,16 +70,13 @@ def main():
     time_ns, current, angle, velocity = data_of(unit)
     throttle = parameters(unit)
     makers = {"three columns written": lambda: columns, NAMED: lambda: SlidingModeObserver(throttle, noise()).push}
-    makers |= {name: lambda name=name: observers(throttle, noise())[name] for name in observers(throttle, noise())}
+    makers |= {name: lambda name=name: observers(throttle, noise())[name].push for name in observers(throttle, noise())}
     print(f"{'':32}{'':6}ns a sample, stretches of   share of a core,")
     print(f"{'':32}{'0.25 s':>10}{'1 s':>10}{'100 s':>10}{'live':>16}")
     for name, make in makers.items():
         data = (time_ns, current, angle, velocity) if name == NAMED else (time_ns, current, angle)
-        if name.startswith("rec: "):
-            print(f"{name:32}{cost(make, tuple(column[:RECORDING] for column in data), 1):30.1f}", flush=True)
-        else:
-            costs = "".join(f"{cost(make, data, 7, stretch):10.1f}" for stretch in STRETCHES)
-            print(f"{name:32}{costs}{stream(make, data):16.2%}", flush=True)
+        costs = "".join(f"{cost(make, data, 7, stretch):10.1f}" for stretch in STRETCHES)
+        print(f"{name:32}{costs}{stream(make, data):16.2%}", flush=True)
 
 
 if __name__ == "__main__":
