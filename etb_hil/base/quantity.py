@@ -77,6 +77,13 @@ def dimension_of_unit(unit: str) -> str | None:
     return next((name for name, (_, units) in DIMENSIONS.items() if tidied in units), None)
 
 
+def unit_written(text: str) -> str:
+    """Return the SI unit of the quantity that a text gives: `s` for `20 ms`; empty where it has none."""
+    match = _NUMBER.match(text)
+    dimension = dimension_of_unit(match[2]) if match and match[2] else None
+    return "" if dimension is None else unit_of(dimension)
+
+
 def to_si(value: float, unit: str, dimension: str) -> float:
     """Convert a value in a unit of the dimension to SI.
 

@@ -18,6 +18,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.nearest import did_you_mean
+from etb_hil.base.quantity import unit_written
 from etb_hil.base.userfile import read_bytes
 
 if TYPE_CHECKING:
@@ -236,8 +237,9 @@ def _key_problem(detail: ErrorDetails, model: type[BaseModel], key: Path_, place
 def _value_problem(detail: ErrorDetails, place: Place) -> Problem:
     kind, value, context = detail["type"], _shown(detail), detail.get("ctx", {})
     if kind in _BOUNDS:
-        unit = ", in the quantity's SI unit" if isinstance(value, str) else ""
-        return Problem("out of range", place, value, f"{_BOUNDS[kind]} {next(iter(context.values())):g}{unit}")
+        unit = unit_written(value) if isinstance(value, str) else ""
+        bound = f"{_BOUNDS[kind]} {next(iter(context.values())):g} {unit}".rstrip()
+        return Problem("out of range", place, value, bound)
     if kind in _LENGTHS:
         bound, limit = _LENGTHS[kind]
         return Problem(f"has {context['actual_length']} entries", place, allowed=f"{bound} {context[limit]}")

@@ -160,8 +160,12 @@ class UdsSettings(FileModel):
         for name, value in given.items():
             if value > most:
                 raise ValueError(f"'{name}' is {value:#x}; allowed: up to {most:#x} with this kind of frame")
-        if len(set(given.values())) < len(given):
-            raise ValueError(f"{', '.join(map(repr, given))} share an identifier; give each its own")
+        values = list(given.values())
+        if shared := [repr(name) for name, value in given.items() if values.count(value) > 1]:
+            raise ValueError(f"{', '.join(shared)} share an identifier; give each its own")
+        read = list(self.identification.values())
+        if doubled := [repr(name) for name, id_ in self.identification.items() if read.count(id_) > 1]:
+            raise ValueError(f"{', '.join(doubled)} are read by the same data identifier; give each its own")
         return self
 
     @model_validator(mode="after")

@@ -251,7 +251,7 @@ def test_a_spoilt_line_is_an_input_error_or_a_model(tmp_path_factory, text, line
         (
             "current_step: 1 mA",
             "current_step: 0 mA",
-            "sensors.current_step: out of range (it is '0 mA'); allowed: above 0",
+            "sensors.current_step: out of range (it is '0 mA'); allowed: above 0 A",
         ),
         ("voltage_step: 10 mV", "voltage_step: 0 V", "sensors.voltage_step"),
         ("current_noise: 5 mA", "current_noise: -1 mA", "sensors.current_noise"),
