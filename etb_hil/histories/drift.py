@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,8 +17,7 @@ _MOST_COMPARED = 1000  # points, of whose pairs the slope is the median
 _CARRIED = 0.05  # p-value that a bench's trend must keep without the unit that shows it most
 
 
-@dataclass(frozen=True, slots=True)
-class Point:
+class Point(NamedTuple):
     """A value at `time` s, as a deviation in shares from its unit's level on the bench."""
 
     time: float
@@ -49,14 +49,17 @@ def deviations(time: Float64, values: Float64, units: Sequence[str], benches: Se
 
     `time` (n) in s, `values` (n). Deviations of few values are stretched to those of many: sqrt(n / (n - 1)).
     """
-    cells: dict[tuple[str, str], list[int]] = {}
-    for index, cell in enumerate(zip(units, benches, strict=True)):
-        cells.setdefault(cell, []).append(index)
-    points = []
-    for (unit, bench), where in cells.items():
-        if len(where) > 1 and (level := float(values[where].mean())) != 0.0:
-            stretch = (len(where) / (len(where) - 1)) ** 0.5
-            points += [Point(float(time[k]), unit, bench, (float(values[k]) / level - 1.0) * stretch) for k in where]
+    known: dict[tuple[str, str], int] = {}
+    cell = np.array([known.setdefault(one, len(known)) for one in zip(units, benches, strict=True)], dtype=np.int64)
+    count = np.bincount(cell, minlength=len(known))
+    level = np.bincount(cell, values, len(known)) / np.maximum(count, 1)
+    again = np.flatnonzero((count[cell] > 1) & (level[cell] != 0.0))
+    of = cell[again]
+    stretched = (values[again] / level[of] - 1.0) * np.sqrt(count[of] / (count[of] - 1.0))
+    points = [
+        Point(at, units[k], benches[k], value)
+        for k, at, value in zip(again.tolist(), time[again].tolist(), stretched.tolist(), strict=True)
+    ]
     return sorted(points, key=lambda point: point.time)
 
 

@@ -76,9 +76,12 @@ def begin(address: StoreAddress, connection: Any) -> None:  # noqa: ANN401 (of t
 
 def schema_version(address: StoreAddress, connection: Any) -> str:  # noqa: ANN401
     """Return the revision of a store's tables; empty where it has none, or those of the first version."""
-    tables = "pg_catalog.pg_tables WHERE tablename" if address.is_server else "sqlite_master WHERE name"
-    known = connection.execute(f"SELECT 1 FROM {tables} = 'alembic_version'").fetchone()  # noqa: S608
-    row = connection.execute("SELECT version_num FROM alembic_version").fetchone() if known else None
+    known = "to_regclass('alembic_version') IS NOT NULL"
+    if not address.is_server:
+        known = "EXISTS (SELECT 1 FROM sqlite_master WHERE name = 'alembic_version')"
+    if not connection.execute(f"SELECT {known}").fetchone()[0]:
+        return ""
+    row = connection.execute("SELECT version_num FROM alembic_version").fetchone()
     return str(row[0]) if row else ""
 
 

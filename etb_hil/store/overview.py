@@ -7,7 +7,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from etb_hil.store.address import StoreAddress
-from etb_hil.store.reading import chosen_runs, reading
+from etb_hil.store.reading import joined_runs, reading
 from etb_hil.store.schema import measurements, runs
 from etb_hil.store.selection import EVERYTHING, Selection
 
@@ -23,14 +23,14 @@ def latest_runs(address: StoreAddress, selection: Selection = EVERYTHING) -> lis
 
     Name their number by `Selection(latest=20)`. Raises InputError where the store is missing or does not answer.
     """
-    chosen = chosen_runs(selection).subquery()
+    chosen = joined_runs(selection)
     query = sa.select(*(runs.c[name] for name in RUN_COLUMNS)).join(chosen, chosen.c.id == runs.c.id)
     return _rows(address, query.order_by(runs.c.started.desc(), runs.c.run_id.desc()))
 
 
 def measured_ids(address: StoreAddress, selection: Selection = EVERYTHING) -> list[dict[str, Any]]:
     """Return `id` and `unit` of what the selected runs measured, those with a limit first; InputError likewise."""
-    chosen = chosen_runs(selection).subquery()
+    chosen = joined_runs(selection)
     has_limit = sa.or_(measurements.c.limit_low.is_not(None), measurements.c.limit_high.is_not(None))
     query = (
         sa.select(measurements.c.id, sa.func.min(measurements.c.unit).label("unit"))
@@ -49,7 +49,7 @@ def values_over_time(
     A row has `run_id`, `started` (ISO 8601, UTC), `serial`, `value` with its 95 % interval `low` and `high`,
     `limit_low`, `limit_high`, `unit` (SI) and `verdict`. Runs without a value are left out.
     """
-    chosen = chosen_runs(selection).subquery()
+    chosen = joined_runs(selection)
     query = (
         sa.select(
             chosen.c.run_id, chosen.c.started, chosen.c.serial, *(measurements.c[name] for name in _VALUE_COLUMNS)

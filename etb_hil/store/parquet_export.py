@@ -10,7 +10,7 @@ import sqlalchemy as sa
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.files import make_folder, replacing
 from etb_hil.store.address import StoreAddress
-from etb_hil.store.reading import chosen_runs, reading
+from etb_hil.store.reading import joined_runs, reading
 from etb_hil.store.row_values import CHILDREN
 from etb_hil.store.schema import metadata, runs
 from etb_hil.store.selection import Selection
@@ -29,7 +29,7 @@ def export_parquet(address: StoreAddress, selection: Selection, folder: Path) ->
     except ImportError:
         raise InputError(Problem("pyarrow is not installed", remedy="pip install 'etb-hil[history]'")) from None
     make_folder(folder)
-    chosen = chosen_runs(selection).subquery()
+    chosen = joined_runs(selection)
     written = []
     with reading(address) as connection:
         for name in ("runs", *CHILDREN):

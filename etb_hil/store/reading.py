@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -25,19 +25,11 @@ def read_store(address: StoreAddress, selection: Selection = EVERYTHING) -> list
     to date first.
     """
     chosen = chosen_runs(selection)
-    columns = [measurements.c[name] for name in VALUES]
     numbers: dict[int, dict[str, Values]] = {}
     with reading(address) as connection:
         try:
             entries = connection.execute(chosen).fetchall()
-            ids = chosen.subquery()
-            found = sa.select(measurements.c.run, measurements.c.id, *columns).join(ids, ids.c.id == measurements.c.run)
-            if selection.measured is not None:
-                wanted = set(selection.measured)
-                if selection.and_limited:
-                    wanted.update(connection.scalars(_limited(ids)))
-                found = found.where(measurements.c.id.in_(sorted(wanted)))
-            for run, name, *values in connection.execute(found):
+            for run, name, *values in _measured(connection, joined_runs(selection), selection):
                 numbers.setdefault(run, {})[name] = (*values,)
             return [_run(entry, numbers.get(entry[0], {})) for entry in reversed(entries)]
         except TypeError as error:
@@ -79,10 +71,24 @@ def _run(entry: Any, numbers: dict[str, Values]) -> Run:  # noqa: ANN401 (a row)
     return run_of(entry[1:5], entry[5:8], (*entry[8:10], entry[10] or ""), numbers)
 
 
-def _limited(ids: sa.Subquery) -> sa.Select[Any]:
-    """Return the query for what a limit applied to in any of some runs."""
-    has_limit = sa.or_(measurements.c.limit_low.is_not(None), measurements.c.limit_high.is_not(None))
-    return sa.select(measurements.c.id).join(ids, ids.c.id == measurements.c.run).where(has_limit).distinct()
+def _measured(connection: sa.Connection, ids: sa.Subquery, selection: Selection) -> Iterator[Sequence[Any]]:
+    """Yield run, id and `VALUES` of what some runs measured, as far as it is selected.
+
+    What has a limit is found on the way: to ask for the ids that have one first reads every measurement twice.
+    """
+    of, limits = measurements.c, (measurements.c.limit_low, measurements.c.limit_high)
+    found = sa.select(of.run, of.id, *(of[name] for name in VALUES)).join(ids, ids.c.id == of.run)
+    if selection.measured is None:
+        yield from connection.execute(found).fetchall()
+        return
+    is_wanted, limited = of.id.in_(selection.measured), set()
+    has_limit = sa.or_(*(limit.is_not(None) for limit in limits)) if selection.and_limited else sa.false()
+    for row in connection.execute(found.where(sa.or_(is_wanted, has_limit))).fetchall():
+        limited.add(row[1])
+        yield row
+    if others := sorted(limited - {*selection.measured}):  # in other runs these may have no limit
+        without = sa.and_(of.id.in_(others), *(limit.is_(None) for limit in limits))
+        yield from connection.execute(found.where(without)).fetchall()
 
 
 def chosen_runs(selection: Selection) -> sa.Select[Any]:
@@ -99,6 +105,15 @@ def chosen_runs(selection: Selection) -> sa.Select[Any]:
         query = query.where(runs.c.started < selection.until)
     query = query.order_by(runs.c.started.desc(), runs.c.run_id.desc())
     return query if selection.latest is None else query.limit(selection.latest)
+
+
+def joined_runs(selection: Selection) -> sa.Subquery:
+    """Return the runs that are selected, as `chosen_runs`, to be joined with what belongs to them.
+
+    In no order unless the latest are chosen by it: PostgreSQL sorts first, and then reads all of the other table.
+    """
+    query = chosen_runs(selection)
+    return (query.order_by(None) if selection.latest is None else query).subquery()
 
 
 def _no_store(address: StoreAddress, error: str) -> InputError:

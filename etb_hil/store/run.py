@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.store.row_values import RunRows
@@ -19,8 +20,7 @@ VALUES = ("value", "low", "high", "limit_low", "limit_high", "unit")
 Values = tuple[float | None, float | None, float | None, float | None, float | None, str]
 
 
-@dataclass(frozen=True, slots=True)
-class Measured:
+class Measured(NamedTuple):  # a history makes hundreds of thousands
     """A number of a run in SI units, with its 95 % interval and its limits; None where there is none."""
 
     value: float
@@ -75,9 +75,10 @@ def run_of(
     texts = (*run, *unit, outcome[0], outcome[2], *numbers, *units, "" if outcome[1] is None else outcome[1])
     if not all(isinstance(text, str) for text in texts):
         raise TypeError("a name, a time or a verdict of a run is no text")
-    values = [value for row in numbers.values() for value in row[:-1] if value is not None]
-    if not all(isinstance(value, int | float) and abs(value) <= _LARGEST for value in values):  # nan, too
-        raise TypeError("a number of a run is none")
+    for row in numbers.values():
+        for value in row[:-1]:
+            if value is not None and not (isinstance(value, float | int) and abs(value) <= _LARGEST):  # nan, too
+                raise TypeError("a number of a run is none")
     measured = {name: Measured(row[0], *row[1:]) for name, row in numbers.items() if row[0] is not None}
     temperature = measured.pop(TEMPERATURE, None)
     return Run(*run, *unit, *outcome, None if temperature is None else temperature.value, measured)

@@ -12,7 +12,7 @@ import sqlalchemy as sa
 
 from etb_hil.store.address import StoreAddress
 from etb_hil.store.connection import connected, require_schema
-from etb_hil.store.reading import chosen_runs, opened, reading
+from etb_hil.store.reading import chosen_runs, joined_runs, opened, reading
 from etb_hil.store.row_values import CHILDREN, RunRows
 from etb_hil.store.schema import files, metadata, run_files, runs
 from etb_hil.store.selection import Selection
@@ -38,7 +38,7 @@ class Summary:
 
 def summary(address: StoreAddress, selection: Selection) -> Summary:
     """Return what a store holds of the selected runs; InputError where it is missing or does not answer."""
-    chosen = chosen_runs(selection).subquery()
+    chosen = joined_runs(selection)
     distinct = (sa.func.count(sa.distinct(chosen.c[name])) for name in ("serial", "part_number", "bench"))
     columns: list[Any] = [sa.func.count(), *distinct, sa.func.min(chosen.c.started), sa.func.max(chosen.c.started)]
     with reading(address) as connection:
@@ -78,7 +78,7 @@ def copy_runs(source: StoreAddress, target: StoreAddress, selection: Selection) 
     require_schema(target)
     new = known = 0
     with reading(source) as connection, connected(target, patient=True) as there:
-        ids = connection.scalars(sa.select(chosen_runs(selection).subquery().c.id)).all()
+        ids = connection.scalars(sa.select(joined_runs(selection).c.id)).all()
         for first in range(0, len(ids), _AT_ONCE):
             for rows in _rows_of(connection, ids[first : first + _AT_ONCE]):
                 added = write_run(target, there, rows, lambda file: _content(connection, file))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
+from contextlib import nullcontext
 from typing import TYPE_CHECKING, Any
 
 from etb_hil.store.connection import begin, mark
@@ -24,7 +25,7 @@ def write_run(address: StoreAddress, connection: Any, rows: RunRows, content: Co
     """
     begin(address, connection)
     try:
-        added = _write(address, connection.cursor(), rows, content)
+        added = _write(address, connection, rows, content)
         connection.commit()
     except BaseException:
         connection.rollback()
@@ -32,9 +33,9 @@ def write_run(address: StoreAddress, connection: Any, rows: RunRows, content: Co
     return added
 
 
-def _write(address: StoreAddress, cursor: Any, rows: RunRows, content: Content) -> bool:  # noqa: ANN401
+def _write(address: StoreAddress, connection: Any, rows: RunRows, content: Content) -> bool:  # noqa: ANN401
     (run,) = rows["runs"]
-    place = mark(address)
+    place, cursor = mark(address), connection.cursor()
     cursor.execute(f"{_insert('runs', run, place)} ON CONFLICT DO NOTHING RETURNING id", [*run.values()])
     entered = cursor.fetchall()
     if not entered:
@@ -49,10 +50,11 @@ def _write(address: StoreAddress, cursor: Any, rows: RunRows, content: Content) 
             upsert = "ON CONFLICT (sha256) DO UPDATE SET content = coalesce(files.content, excluded.content)"
             one = {"sha256": digest, "content": found}
             cursor.execute(f"{_insert('files', one, place)} {upsert}", [*one.values()])
-    for table in CHILDREN:
-        if rows[table]:
-            complete = [{"run": entered[0][0], **row} for row in rows[table]]
-            cursor.executemany(_insert(table, complete[0], place), [[*row.values()] for row in complete])
+    with connection.pipeline() if address.is_server else nullcontext():  # a server is waited for once
+        for table in CHILDREN:
+            if rows[table]:
+                complete = [{"run": entered[0][0], **row} for row in rows[table]]
+                cursor.executemany(_insert(table, complete[0], place), [[*row.values()] for row in complete])
     return True
 
 

@@ -163,7 +163,7 @@ def test_capability_is_of_one_temperature():
 
     def limited(run):
         limit = 0.26 * (1.0 - 0.003 * (run.temperature - 20.0))
-        return replace(run, numbers={"T_st": replace(run.numbers["T_st"], limit_high=limit)})
+        return replace(run, numbers={"T_st": run.numbers["T_st"]._replace(limit_high=limit)})
 
     runs = [limited(run) for run in made_up.production(6, 12, coefficient=-0.003, warm=40.0, noise=0.002)]
     number = histories(runs)[0].numbers[0]
