@@ -7,7 +7,6 @@ QUICK = (
     "base/test_output",
     "base/test_quantity",
     "base/test_yamlfile",
-    "bench/test_attempts",
     "bench/test_interlock",
     "bench/test_seen_off",
     "bench/test_simulate",

@@ -41,8 +41,8 @@ def test_running_in_is_no_temperatures_even_where_all_is_within_its_band(seed):
     assert DRIFTS in {suspect["refused"] for suspect in answer["suspects"]}
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("level", [pytest.param("weak", marks=pytest.mark.study), "strong"])
+@pytest.mark.study
+@pytest.mark.parametrize("level", ["weak", "strong"])
 def test_a_law_of_the_temperature_keeps_its_name(level):
     findings = _searched(3, "friction_temperature", level)
     assert [each.winner.id for each in findings.accepted] == ["friction_temperature"]

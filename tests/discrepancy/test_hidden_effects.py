@@ -36,13 +36,10 @@ def test_without_a_current_a_wrong_resistance_is_not_told_from_other_losses():
     assert effect != "parameter:resistance" or "supply_sag" in others, sample
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.parametrize(
     ("seed", "effect", "other"),
-    [
-        pytest.param(901, "gear_backlash", "shaft_compliance", marks=pytest.mark.study),
-        (902, "shaft_compliance", "gear_backlash"),
-    ],
+    [(901, "gear_backlash", "shaft_compliance"), (902, "shaft_compliance", "gear_backlash")],
 )
 def test_the_torque_alone_does_not_tell_play_from_a_soft_shaft(seed, effect, other):
     (found, *_) = searched(hidden_case(seed, (effect,))).accepted

@@ -14,7 +14,7 @@ def _causes(findings):
     return {found.winner.id for found in findings.accepted}
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_cause_that_harms_a_balance_alone_stands_with_the_one_that_was_missing():
     findings = searched(hidden_case(3, pair=True))
     assert _causes(findings) == {"friction_position_periodic", "supply_sag"}

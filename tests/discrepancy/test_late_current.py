@@ -22,13 +22,13 @@ def test_a_late_current_leaves_no_more_than_one_in_time(delay, lag):
     assert _voltage_left(delay, lag) == pytest.approx(_voltage_left(0.0, 0.0), rel=0.1)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.parametrize(
     "seed",
     [
-        pytest.param(100048, id="0.21 ms, less than half a sample", marks=pytest.mark.study),
+        pytest.param(100048, id="0.21 ms, less than half a sample"),
         pytest.param(88009, id="0.67 ms, more than a sample"),
-        pytest.param(100053, id="a lag", marks=pytest.mark.study),
+        pytest.param(100053, id="a lag"),
     ],
 )
 def test_a_late_current_is_named_and_measured(seed):

@@ -73,11 +73,8 @@ def test_bursts_with_one_voltage_each_miss_none(scenario, tmp_path):
     assert not may_miss_commands(measured, model)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "strengths"),
-    [pytest.param("gear_backlash", "play: 0.006 rad", marks=pytest.mark.study), ("brush_drop", "drop: 0.8 V")],
-)
+@pytest.mark.study
+@pytest.mark.parametrize(("name", "strengths"), [("gear_backlash", "play: 0.006 rad"), ("brush_drop", "drop: 0.8 V")])
 def test_a_fault_that_was_recorded_in_bursts_is_in_the_class_that_is_named(name, strengths, tmp_path):
     measured, model = _bursts("isolability", f"{{id: {name}, strengths: {{{strengths}}}}}", tmp_path)
     findings = search(model, [Balances(measured, model)])
