@@ -1,13 +1,12 @@
 """A wrongly typed argument of a public function gives one error that names it, and nothing is done."""
 
 import inspect
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 
 import etb_hil as etb
+from etb_hil.cli.main import main
 
 FUNCTIONS = {
     etb.read: "no.csv", etb.run: None, etb.connect: None, etb.simulate: None, etb.explain: "no.csv",
@@ -87,12 +86,11 @@ SAME = [
 
 
 @pytest.mark.parametrize(("call", "command"), SAME, ids=[" ".join(command) for _, command in SAME])
-def test_an_error_has_the_words_of_the_command_line(call, command, tmp_path, monkeypatch):
+def test_an_error_has_the_words_of_the_command_line(call, command, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "text.xyz").write_text("x\n")
     (tmp_path / "table.csv").write_text("time_s,motor_voltage_V,throttle_angle_rad\n0,1,0\n0.001,2,0\n0.002,1,0\n")
     with pytest.raises(etb.EtbHilError) as refused:
         call()
-    done = subprocess.run([sys.executable, "-m", "etb_hil", *command], capture_output=True, text=True, check=False)
-    assert done.returncode == 2
-    assert str(refused.value) in done.stderr
+    assert main(command) == 2
+    assert str(refused.value) in capsys.readouterr().err
