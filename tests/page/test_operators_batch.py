@@ -1,6 +1,7 @@
 """An operator's batch of five in a real browser: by keyboard, then by scanner alone."""
 
 import json
+import re
 from base64 import b64encode
 
 import pytest
@@ -86,6 +87,13 @@ def test_a_unit_that_fails_says_why_and_what_to_do(bench):
     assert bench.verdict() == "FAIL"
     assert "the limit is 0.260" in bench.text("reason")
     assert "✗ fail" in bench.rows("numbers")[0]
+    Select(bench.find("language")).select_by_value("de")
+    until(lambda: bench.text("headline") == "SCHLECHT")
+    assert re.fullmatch(r"Losbrechreibung: 0,\d+ N·m; die Grenze ist 0,26 N·m\.", bench.text("reason"))
+    assert bench.text("next_text").startswith("Diesen Prüfling nicht in ein Fahrzeug einbauen")
+    bench.shot("4_fail_german")
+    Select(bench.find("language")).select_by_value("en")
+    until(lambda: bench.text("headline") == "FAIL")
     report = bench.find("report").get_attribute("href")
     cookie = "; ".join(f"{one['name']}={one['value']}" for one in bench.browser.get_cookies())
     status, headers, body = bench.page.ask("GET", "/report/" + report.rpartition("/")[2], cookie=cookie)

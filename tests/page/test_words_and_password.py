@@ -7,7 +7,9 @@ from importlib.resources import files
 import pytest
 
 from etb_hil.base.errors import InputError
+from etb_hil.diagnosis.measurement_registry import measurement_kinds
 from etb_hil.page.password import Password, set_password
+from etb_hil.report.wording import BENCH_REASONS, UNIT_REASONS
 
 LANGUAGES = {
     name: json.loads((files("etb_hil.page") / "words" / f"{name}.json").read_text("utf-8")) for name in ("en", "de")
@@ -18,6 +20,22 @@ LANGUAGES = {
 def test_each_sentence_is_there_in_german_with_the_same_blanks(key):
     blanks = [sorted(re.findall(r"{\w+}", words[key])) for words in LANGUAGES.values()]
     assert blanks[0] == blanks[1]
+
+
+def test_each_reason_and_each_next_step_is_there_in_german():
+    german = LANGUAGES["de"]
+    reasons = [*UNIT_REASONS, *BENCH_REASONS, "within_limits"]
+    assert [one for one in reasons if f"reason {one}" not in german] == []
+    steps = {one.next_step for table in (UNIT_REASONS, BENCH_REASONS) for one in table.values()}
+    assert sorted(one for one in steps if f"next {one}" not in german) == []
+
+
+@pytest.mark.parametrize("kind", [kind for kind in measurement_kinds().values() if kind.too_high or kind.too_low])
+def test_each_measurement_that_may_fail_a_unit_is_there_in_german(kind):
+    german = LANGUAGES["de"]
+    assert f"measurement {kind.id}" in german
+    todo = [text[:1].upper() + text[1:].removesuffix(".") + "." for text in (kind.too_high, kind.too_low) if text]
+    assert [text for text in todo if f"next {text}" not in german] == []
 
 
 def test_the_file_of_a_password_holds_no_password_and_is_its_owners_alone(tmp_path):

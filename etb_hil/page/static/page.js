@@ -133,17 +133,26 @@ function showVerdict() {
   $("reason").textContent = reason;
   $("next_text").textContent = next;
   $("next").hidden = !next;
-  $("further").replaceChildren(...outcome.further.map((text) => element("li", sayOr(`sentence ${text}`, text))));
+  const further = outcome.further.map((text) => sayOr(`sentence ${text}`, text));
+  if (reason !== outcome.reason) further.unshift(outcome.reason);  // the bench's own words hold more: places, names, numbers
+  $("further").replaceChildren(...further.map((text) => element("li", text)));
   if (outcome.is_safe === false) $("further").prepend(element("li", say("not_seen_off"), "bad"));
   $("report").hidden = !outcome.has_report;
   $("report").href = `/report/${encodeURIComponent(outcome.session)}`;
   $("again").hidden = !you.holds;
 }
 
-// Return reason and next step in the language of the page where it has words for this reason, else as the bench said.
+// Return reason and next step in the page's language, or as the bench said them where it has no words for them.
 function worded(outcome) {
-  const reason = sayOr(`reason ${outcome.reason_id}`, ""), next = sayOr(`next ${outcome.reason_id}`, sayOr(`next ${outcome.next_step}`, ""));
-  return [reason && language !== "en" ? reason : outcome.reason, next && language !== "en" ? next : outcome.next_step];
+  const said = [outcome.reason, sayOr(`next ${outcome.next_step}`, outcome.next_step)], id = outcome.reason_id;
+  if (language === "en") return said;
+  const plain = sayOr(`reason ${id}`, "");
+  if (plain) return [plain, said[1]];
+  const one = outcome.measurements.find((measured) => id.startsWith(`${measured.id}_`)), general = one ? sayOr(`reason *${id.slice(one.id.length)}`, "") : "";
+  if (!general) return said;
+  const limit = one.limit_high !== null && (one.limit_low === null || one.value > one.limit_low) ? one.limit_high : one.limit_low;
+  const filled = { name: sayOr(`measurement ${one.id}`, one.name), value: shown(one.value, one.unit), limit: shown(limit, one.unit) };
+  return [general.replace(/\{(\w+)\}/g, (whole, name) => filled[name] ?? whole), said[1]];
 }
 
 function showPhases() {
