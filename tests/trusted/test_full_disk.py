@@ -56,7 +56,7 @@ def test_a_full_disk_keeps_no_half_file(folder, name):
     assert "Traceback" not in said
     assert "disk/new" in said
     assert "No space left on device" in said or "disk is full" in said
-    whole = {"other", "history.csv", "history.json", "progress.jsonl"}
+    whole = {"other", "history.csv", "history.json", "progress.jsonl", "state.json"}
     assert left.keys() <= whole, left
     assert all(left.values()), left
 
