@@ -55,8 +55,9 @@ def capability(
 
     Indices by quantiles: the room from the median to a limit over that to the quantile of 0.135 or 99.865 %
     (ISO 22514-2). Intervals of the normal families: Bissell (1990) for Cpk and Ppk, chi-squared for Cp; of others the
-    basic bootstrap of the logarithm. All values may be off together by `unsure`, 95 %: that widens those of Cpk and
-    Ppk. None without a limit, without any spread, or without a distribution.
+    basic bootstrap of the logarithm. Those of a normal family reach as far as those of a distribution of free shape,
+    since no test can tell that the values are normal. All values may be off together by `unsure`, 95 %: that widens
+    those of Cpk and Ppk. None without a limit, without any spread, or without a distribution.
     """
     if shape is None or (low is None and high is None) or chart.sigma == 0.0:
         return None
@@ -69,16 +70,22 @@ def capability(
     inside = chart.sigma / float(chart.values.std(ddof=1))  # the spread from unit to unit in shares of the whole one
     at = np.array([shape.low, shape.median, shape.high])
     value, reach = (float(each) for each in _nearest(at, low, high))
-    width = None
+    cpk = _bissell(value / inside, unsure / (inside * reach), count, freedom)
+    ppk = _bissell(value, unsure / reach, count, count - 1.0)
+    cp = None
     if low is not None and high is not None:
-        width = _width((high - low) / (inside * (shape.high - shape.low)), freedom)
-    return Capability(
-        count,
-        _bissell(value / inside, unsure / (inside * reach), count, freedom),
-        _bissell(value, unsure / reach, count, count - 1.0),
-        width,
-        steady,
-    )
+        cp = _width((high - low) / (inside * (shape.high - shape.low)), freedom)
+    if shape.free is not None:
+        free = _by_replicates(shape.free, low, high, unsure)
+        cpk, ppk = _reaching(cpk, free, inside), _reaching(ppk, free, 1.0)
+        if cp is not None and low is not None and high is not None:
+            cp = _reaching(cp, _width_by_replicates(shape.free, high - low), inside)
+    return Capability(count, cpk, ppk, cp, steady)
+
+
+def _reaching(index: Index, other: Index, inside: float) -> Index:
+    """Return an index whose interval holds that of another, whose spread counts `inside` times."""
+    return Index(index.value, min(index.low, other.low / inside), max(index.high, other.high / inside))
 
 
 def _nearest(at: Float64, low: float | None, high: float | None) -> tuple[Float64, Float64]:

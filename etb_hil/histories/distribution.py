@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.special import betainc, gammainc, gammaincinv, gammaln
@@ -27,7 +27,8 @@ class Distribution:
 
     `p` is the p-value at which its own test did not reject it (None of the empirical one), `rejected` has those of the
     families that were. `replicates` (k, 4) are quantiles of as many bootstrap samples; none of the normal families,
-    whose intervals have closed forms.
+    whose intervals have closed forms. These hold for normal values alone, and no test can tell that values are normal
+    (Leeb and Poetscher 2005): `free` is the distribution of the same values whose shape is fitted, too.
     """
 
     family: str
@@ -39,6 +40,7 @@ class Distribution:
     most: float
     high: float
     replicates: Float64 = field(default_factory=lambda: np.empty((0, len(_QUANTILES))))
+    free: Distribution | None = None
 
     @property
     def is_normal(self) -> bool:
@@ -58,10 +60,12 @@ def distribution(values: Float64, *, by_shares: bool = False) -> Distribution | 
     family = LOGNORMAL if by_shares else NORMAL
     p = _normal_p(np.log(values) if by_shares else values)
     if p >= REJECTED:
-        return normal(values, p, by_shares=by_shares)
+        free = _empirical(values, {}) if len(values) >= ENOUGH else _pearson(values, {})
+        return replace(normal(values, p, by_shares=by_shares), free=free)
     if len(values) >= ENOUGH:
         return _empirical(values, {family: p})
-    return _pearson(values, {family: p})
+    tested = _pearson(values, {family: p}, is_tested=True)
+    return tested if tested.p is None or tested.p >= REJECTED else None
 
 
 def normal(values: Float64, p: float = 1.0, *, by_shares: bool = False) -> Distribution:
@@ -79,15 +83,15 @@ def _normal_p(values: Float64) -> float:
     return float(shapiro((tested - tested.mean()) / tested.std()).pvalue)
 
 
-def _pearson(values: Float64, rejected: dict[str, float]) -> Distribution | None:
+def _pearson(values: Float64, rejected: dict[str, float], *, is_tested: bool = False) -> Distribution:
+    """Return the Pearson type III distribution of values; with the p-value of its own test where it `is_tested`."""
     fitted = _Pearson.of(values[None, :])
     draws = np.random.default_rng(len(values)).standard_gamma(fitted.shape[0], (_REPLICATES, len(values)))
     samples = fitted.mean[0] + fitted.scale[0] * (draws - fitted.shape[0])
     refitted = _Pearson.of(samples)
-    distance = refitted.distance(samples)
-    p = float(np.mean(distance >= fitted.distance(values[None, :])[0]))
-    if p < REJECTED:
-        return None
+    p = None
+    if is_tested:
+        p = float(np.mean(refitted.distance(samples) >= fitted.distance(values[None, :])[0]))
     low, median, most, high = fitted.quantiles()[0].tolist()
     return Distribution(PEARSON, p, rejected, len(values), low, median, most, high, refitted.quantiles())
 

@@ -28,8 +28,8 @@ def factor(count: int) -> float:
 def tolerance_limit(shape: Distribution | None) -> float | None:
     """Return what less than 1 % of the like of a distribution's values exceed, with 95 % confidence.
 
-    Of a normal or lognormal one by its tolerance factor; else by the bootstrap, basic in the logarithm of the distance
-    from the median (Davison and Hinkley 1997).
+    Of a normal or lognormal one by its tolerance factor, but not below that of the same values with a free shape; else
+    by the bootstrap, basic in the logarithm of the distance from the median (Davison and Hinkley 1997).
     None where no distribution is known.
     """
     if shape is None:
@@ -37,9 +37,13 @@ def tolerance_limit(shape: Distribution | None) -> float | None:
     if not shape.is_normal:
         apart = shape.replicates[:, 2] - shape.replicates[:, 1]
         return shape.median + (shape.most - shape.median) ** 2 / float(np.quantile(apart, 0.05))
+    sigmas = factor(shape.count) / 3.0
     if shape.family == LOGNORMAL:
-        return shape.median * (shape.high / shape.median) ** (factor(shape.count) / 3.0)
-    return shape.median + factor(shape.count) * (shape.high - shape.median) / 3.0
+        limit = shape.median * (shape.high / shape.median) ** sigmas
+    else:
+        limit = shape.median + sigmas * (shape.high - shape.median)
+    free = tolerance_limit(shape.free)
+    return limit if free is None else max(limit, free)
 
 
 def change_limit(ratio: Float64) -> float:

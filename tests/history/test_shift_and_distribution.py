@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.special import gammaincinv
 
 from etb_hil.histories.capability import capability
 from etb_hil.histories.control_chart import control_chart
@@ -125,3 +126,17 @@ def test_a_mirrored_sample_has_the_mirrored_capability():
     right = capability(control_chart(values), one, None, 6.0).ppk
     left = capability(control_chart(-values), other, -6.0, None).ppk
     assert left.value == pytest.approx(right.value)
+
+
+def test_skewed_values_that_look_normal_have_an_interval_that_holds():
+    """Thirty values of a skewed process pass for normal in one sample of four."""
+    middle, most, high = gammaincinv(2.0, [0.5, 0.99, 0.99865])
+    upper = middle + 0.82 * (high - middle)
+    rng = np.random.default_rng(4)
+    samples = [rng.gamma(2.0, 1.0, 30) for _ in range(120)]
+    looks = [(one, shape) for one in samples if (shape := distribution(one)) is not None and shape.is_normal]
+    found = [capability(control_chart(one), shape, None, upper) for one, shape in looks]
+    assert len(found) > 20
+    assert np.mean([one.ppk.low <= 0.82 <= one.ppk.high for one in found]) > 0.8
+    assert np.mean([one.cpk.low <= 0.82 for one in found]) > 0.8
+    assert np.mean([tolerance_limit(shape) >= most for _, shape in looks]) > 0.7
