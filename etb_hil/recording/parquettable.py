@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -77,13 +78,8 @@ class ParquetTable:
     def _columns(self, names: Sequence[str]) -> list[pa.ChunkedArray]:
         wanted = list(dict.fromkeys(names))
         require_small(self._path, self._file.metadata.num_rows, len(wanted))
-        try:
-            with bounded_memory(self._path):
-                table = self._file.read(columns=wanted, use_threads=False)
-        except InputError:
-            raise
-        except Exception as error:  # noqa: BLE001 (pyarrow raises anything on a broken file)
-            raise self._broken(error) from None
+        with self._unbroken():
+            table = self._file.read(columns=wanted, use_threads=False)
         return [table.column(name) for name in names]
 
     def _time(self, column: pa.ChunkedArray, time: TimeColumn) -> Int64:
@@ -101,9 +97,11 @@ class ParquetTable:
         return np.asarray(time_ns, np.int64)
 
     def _numbers(self, name: str, column: pa.ChunkedArray) -> Float64:
+        from pyarrow.lib import ArrowException  # noqa: PLC0415 (an extra, and heavy)
+
         try:
             values = np.asarray(column.cast("float64", safe=False).to_numpy(), np.float64)
-        except Exception:  # noqa: BLE001 (text, dates, lists: pyarrow has an error for each)
+        except ArrowException:  # text, dates, lists
             what = f"holds no numbers but {column.type}"
             raise self._wrong(name, what, "write numbers, or map another column") from None
         infinite = np.flatnonzero(np.isinf(values))
@@ -118,16 +116,22 @@ class ParquetTable:
             what = "Parquet files need pyarrow"
             raise InputError(Problem(what, Place(self._path), remedy="pip install 'etb-hil[logs]'")) from None
         require_file(self._path)
+        with self._unbroken():
+            return parquet.ParquetFile(self._path)
+
+    @contextmanager
+    def _unbroken(self) -> Iterator[None]:
+        """Raise InputError where Arrow finds the file broken, or it asks for too much memory."""
+        from pyarrow.lib import ArrowException  # noqa: PLC0415 (an extra, and heavy)
+
         try:
             with bounded_memory(self._path):
-                return parquet.ParquetFile(self._path)
+                yield
         except InputError:
             raise
-        except Exception as error:  # noqa: BLE001 (pyarrow raises anything on a broken file)
-            raise self._broken(error) from None
-
-    def _broken(self, error: Exception) -> InputError:
-        return InputError(Problem(f"is no whole Parquet file: {error}", Place(self._path), remedy="save it again"))
+        except (ArrowException, OSError, ValueError) as error:
+            what = f"is no whole Parquet file: {error}"
+            raise InputError(Problem(what, Place(self._path), remedy="save it again")) from None
 
     def _wrong(self, name: str, what: str, remedy: str) -> InputError:
         return InputError(Problem(what, Place(self._path, key=name), remedy=remedy))
