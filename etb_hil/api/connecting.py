@@ -7,6 +7,7 @@ import itertools
 import json
 import subprocess
 import sys
+import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -14,6 +15,7 @@ from etb_hil.api.arguments import checked
 from etb_hil.base.errors import BenchFault, InputError, Problem
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from types import TracebackType
 
     from etb_hil.api.runs import Run
@@ -39,6 +41,7 @@ class ConnectedBench:
         self._ended: dict[str, Any] | None = None
         self._folder: Path | None = None
         self._seen: Seen | None = None
+        self._writing = threading.Lock()
 
     def __enter__(self) -> Self:
         """Switch the bench on.
@@ -129,7 +132,8 @@ class ConnectedBench:
         taken = {one["id"] for one in self._phases}
         free = (f"{kind}_{number}" for number in itertools.count(len(self._phases) + 1))
         entry = plain({"kind": kind, "id": next(id_ for id_ in free if id_ not in taken), **settings})
-        checked_phase(entry, self._held_at, taken, self._job)
+        with self._working():
+            checked_phase(entry, self._held_at, taken, self._job)
         self._send({"phase": entry})
         self._phases.append(entry)
         return self._answer()
@@ -166,7 +170,8 @@ class ConnectedBench:
             return Run.open(self._ended["ended"], limits=other)
         if self._folder is None:
             raise InputError(Problem("nothing was measured yet", remedy="enter the block, and move the plate"))
-        return judged_so_far(self._folder, self._job, other)
+        with self._working():
+            return judged_so_far(self._folder, self._job, other)
 
     @property
     def _held_at(self) -> float | None:
@@ -181,10 +186,30 @@ class ConnectedBench:
         if self._process is None or self._process.stdin is None:
             raise _not_entered() if self._seen is None else BenchFault("the run is over")
         try:
-            self._process.stdin.write(json.dumps(order) + "\n")
-            self._process.stdin.flush()
+            with self._writing:
+                self._process.stdin.write(json.dumps(order) + "\n")
+                self._process.stdin.flush()
         except OSError:
             self._line()  # what it said before it went
+
+    @contextlib.contextmanager
+    def _working(self) -> Iterator[None]:
+        """Show the bench that this program works on its next order: to compile kernels may take longer than `idle`."""
+        done = threading.Event()
+
+        def show() -> None:
+            while not done.wait(min(1.0, 0.25 * float(str(self._given["idle"])))):
+                with contextlib.suppress(OSError, BenchFault):
+                    if self._process is not None and self._process.poll() is None:
+                        self._send({"working": True})
+
+        shower = threading.Thread(target=show, daemon=True)
+        shower.start()
+        try:
+            yield
+        finally:
+            done.set()
+            shower.join()
 
     def _answer(self) -> Seen:
         from etb_hil.bench.guided import Seen
@@ -259,7 +284,8 @@ def connect(
 
     Files are named as for `run`.
 
-    Without an order for `idle` s, the run ends in the safe state. A session is recorded as in any run. Raises
+    Without an order for `idle` s, the run ends in the safe state; the time in which this library checks an order or
+    judges, and compiles what it needs for that, does not count. A session is recorded as in any run. Raises
     InputError where files are wrong or do not fit, before anything moves.
     """
     from etb_hil.base.stock import find

@@ -35,7 +35,10 @@ class End(Exception):
 
 
 class Orders(Protocol):
-    """Where the steps come from."""
+    """Where the steps come from; `heard_s` is when the program last showed that it works on the next (monotonic)."""
+
+    @property
+    def heard_s(self) -> float: ...  # noqa: D102
 
     def next(self, patience: float) -> Step | None:
         """Return the next step, None where none came within `patience` s; End where there will be no more."""
@@ -72,7 +75,7 @@ class GuidedRunner(Runner):
             step = self._orders.next(self._idle if self._is_virtual else 0.0)
             if step is not None:
                 return step
-            if time.monotonic() - begun >= self._idle:
+            if time.monotonic() - max(begun, self._orders.heard_s) >= self._idle:
                 reason = f"the program gave no order for {self._idle:g} s"
                 raise RunStopped(BenchOutcome.ABORTED, "nobody_commands", reason)
             if not self._is_virtual:

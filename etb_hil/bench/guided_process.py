@@ -4,6 +4,7 @@ It reads orders from standard input, a JSON object a line, and answers in the sa
 
     {"phase": {...}}              run a phase                    {"seen": {...}, "folder": the session's}
     {"end": "", "reason": ""}     end, with a reason: aborted    {"ended": folder, "outcome": ..., "reason": ...}
+    {"working": true}             an order is in preparation     nothing
 
 Where its standard input ends, or its parent does, it ends the run in the safe state.
 """
@@ -17,6 +18,7 @@ import os
 import queue
 import sys
 import threading
+import time
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -42,6 +44,7 @@ class OrdersOnAPipe:
     def __init__(self, orders: TextIO, answers: BinaryIO) -> None:
         self._answers = answers
         self._parent = os.getppid()
+        self.heard_s = float("-inf")
         self._waiting: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
         threading.Thread(target=self._read, args=(orders,), daemon=True).start()
 
@@ -83,7 +86,10 @@ class OrdersOnAPipe:
 
     def _read(self, orders: TextIO) -> None:
         for line in orders:
-            self._waiting.put(json.loads(line))
+            order = json.loads(line)
+            self.heard_s = time.monotonic()
+            if "working" not in order:
+                self._waiting.put(order)
         self._waiting.put(None)
 
 

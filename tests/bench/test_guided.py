@@ -39,6 +39,8 @@ def step(entry):
 class Program:
     """Gives orders one by one: a phase, None where it is not ready, End; then it is never heard of again."""
 
+    heard_s = -math.inf
+
     def __init__(self, *orders):
         self.orders, self.patience, self.told, self.frames = list(orders), [], [], []
 
@@ -104,6 +106,21 @@ def test_without_an_order_the_run_ends_in_the_safe_state(run, is_virtual):
     assert bench.reason == "the program gave no order for 0.05 s"
     assert time.monotonic() - begun > 0.05
     assert set(program.patience) == {0.05 if is_virtual else 0.0}
+
+
+@pytest.mark.parametrize("is_virtual", [True, False])
+def test_a_program_that_works_on_its_next_order_is_waited_for(run, is_virtual):
+    class Working(Program):
+        @property
+        def heard_s(self):
+            return time.monotonic() if len(self.patience) < 60 else -math.inf
+
+    begun = time.monotonic()
+    program = Working(ZERO)
+    finished = run(program, is_virtual=is_virtual, idle=0.02)
+    assert finished.results.bench.reason_id == "nobody_commands"
+    assert len(program.patience) >= 60
+    assert time.monotonic() - begun > 0.1  # 0.02 s alone would have ended it after ten looks
 
 
 def test_a_bench_at_wall_clock_holds_the_plate_while_it_waits(run):
