@@ -21,7 +21,9 @@ LIMITS = "diagnosis/test_limit_laws diagnosis/test_limits_file"
 MODULES = {
     "base/outcome": Tests("base/test_outcome"),
     "bench/safe_state": Tests("bench/test_seen_off"),
-    "bench/runner": Tests("bench/test_runner bench/test_waking bench/test_time_left"),
+    "bench/runner": Tests(
+        "bench/test_runner bench/test_waking bench/test_time_left bench/test_prompts_and_triggers uds/test_uds_in_a_run"
+    ),
     "bench/interlock": Tests("bench/test_interlock"),
     "bench/supervision": Tests("bench/test_supervision", "bench/test_supervision"),
     "bench/speed_watch": Tests("bench/test_speed_watch", "bench/test_supervision"),
