@@ -84,6 +84,7 @@ def history(
     from etb_hil.api.recordings import library
 
     library("scipy", "pip install 'etb-hil[history]'")
+    from etb_hil.base.collector import collector_paused
     from etb_hil.histories.history import FRICTION, histories
     from etb_hil.histories.runs import read_runs
     from etb_hil.store.address import store_address
@@ -101,5 +102,6 @@ def history(
         measured=(*FRICTION, TEMPERATURE),
         and_limited=True,
     )
-    runs, notes = read_runs(places, selection)
-    return Histories(histories(runs), notes)
+    with collector_paused():
+        runs, notes = read_runs(places, selection)
+        return Histories(histories(runs), notes)
