@@ -17,6 +17,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--limits", help="limits of the part (default: default)")
     parser.add_argument("--observer", help="observer of the friction torque (default: the bench file's)")
     parser.add_argument("--out", type=Path, default=Path("sessions"), help="folder of sessions (default: %(default)s)")
+    parser.add_argument(
+        "--replays", type=Path, default=Path("replays"), metavar="DIR",
+        help="results of 'replay LOGS', whose progress is shown (default: %(default)s)",
+    )  # fmt: skip
     parser.add_argument("--port", type=int, default=PORT, help="port; 0 takes a free one (default: %(default)s)")
     parser.add_argument("--host", help="address to be seen at from other machines; needs --password-file")
     parser.add_argument("--password-file", type=Path, metavar="FILE", help="file with the hash of the password")
@@ -57,7 +61,8 @@ def run(options: argparse.Namespace) -> int:
     for plugin in options.plugin:
         base += ["--plugin", plugin]
     password = None if options.password_file is None else Password(options.password_file)
-    serve(Settings(options.bench, options.station, options.out, base, options.host, options.port, password))
+    folders = options.out, options.replays
+    serve(Settings(options.bench, options.station, *folders, base, options.host, options.port, password))
     return 0
 
 

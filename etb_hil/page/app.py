@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import json
 from collections.abc import AsyncIterator, Awaitable, Callable
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,9 +17,11 @@ from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocketDisconnect
 
+from etb_hil.base.errors import InputError
 from etb_hil.base.files import write_bytes
 from etb_hil.page.guard import Guard
 from etb_hil.page.visitors import Rate, Visitor, Visitors
+from etb_hil.replays.progress import read_progress
 from etb_hil.scenario.kinds.prompt import LONGEST_TEXT
 from etb_hil.session.photos import LARGEST as LARGEST_PHOTO
 from etb_hil.session.photos import is_photo
@@ -43,11 +46,12 @@ Handler = Callable[["Request", Visitor, dict[str, Any]], Awaitable[Response]]
 
 
 class Page:
-    """The page of one bench; `password` is None on this machine alone."""
+    """The page of one bench; `password` is None on this machine alone, `replays` the results of many logs."""
 
-    def __init__(self, live: Live, files: SessionFiles, password: Password | None, cookie: str) -> None:
+    def __init__(self, live: Live, files: SessionFiles, replays: Path, password: Password | None, cookie: str) -> None:
         self.live = live
         self._files = files
+        self._replays = replays
         self._password = password
         self._cookie = cookie
         self._visitors = Visitors()
@@ -72,6 +76,7 @@ class Page:
                 Route("/api/answer", self._order(self._answer), methods=["POST"]),
                 Route("/api/photo/{number:int}", self._photo, methods=["POST"]),
                 Route("/api/history", self._history),
+                Route("/api/replays", self._many_logs),
                 Route("/api/explain", self._order(self._explain), methods=["POST"]),
                 Route("/api/explain/stop", self._order(self._explain_stop), methods=["POST"]),
                 Route("/results/{run_id}", self._file(self._files.results)),
@@ -229,6 +234,18 @@ class Page:
         measured = await asyncio.to_thread(past.measured)
         values = await asyncio.to_thread(past.history, wanted[:100]) if wanted else []
         return JSONResponse({"measured": measured, "values": values})
+
+    async def _many_logs(self, request: Request) -> Response:
+        """Tell how far the judging of many logs has come; null where none began."""
+        if self._visitor(request) is None:
+            return _refused(401, "not_logged_in")
+        try:
+            progress = await asyncio.to_thread(read_progress, self._replays)
+        except InputError as error:
+            return JSONResponse({"wrong": str(error)})
+        if progress is None:
+            return JSONResponse(None)
+        return JSONResponse({**asdict(progress), "ended": progress.ended, "age_s": progress.age_s})
 
     async def _explain(self, _: Request, visitor: Visitor, order: dict[str, Any]) -> Response:
         if self.live.holder.visitor is not visitor:

@@ -27,11 +27,15 @@ from etb_hil.store.address import store_address
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """What a page serves; `base` are the options of every run, `host` is None for this machine alone."""
+    """What a page serves; `base` are the options of every run, `host` is None for this machine alone.
+
+    `sessions` is the folder of sessions, `replays` that of the results of many logs.
+    """
 
     bench: str | None
     station: Path | None
     sessions: Path
+    replays: Path
     base: list[str]
     host: str | None
     port: int
@@ -59,7 +63,8 @@ def serve(settings: Settings) -> None:
         lambda: _survey(settings),
     )
     live.open()
-    page = Page(live, SessionFiles(settings.sessions, channel.exports), settings.password, f"etb_hil_{port}")
+    files = SessionFiles(settings.sessions, channel.exports)
+    page = Page(live, files, settings.replays, settings.password, f"etb_hil_{port}")
     name = settings.host or "127.0.0.1"
     print(f"http://{f'[{name}]' if ':' in name else name}:{port}/", flush=True)  # noqa: T201 (where the page is)
     config = uvicorn.Config(

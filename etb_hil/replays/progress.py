@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.files import write_text
@@ -46,6 +46,11 @@ class Progress:
     failed: tuple[Failed, ...] = ()
     left_s: float | None = None
     updated: str = ""
+
+    @property
+    def age_s(self) -> float:
+        """Time since the last news, s."""
+        return (datetime.now(UTC) - datetime.fromisoformat(self.updated)).total_seconds()
 
     @property
     def ended(self) -> bool:
@@ -93,13 +98,20 @@ def read_progress(folder: Path) -> Progress | None:
 
     Raises InputError where the state cannot be read.
     """
-    from pydantic import TypeAdapter  # noqa: PLC0415 (only who did not start the work reads it)
-
     path = folder / STATE
     if not path.exists():
         return None
     try:
-        state = json.loads(read_bytes(path))
-        return TypeAdapter(Progress).validate_python({name: state[name] for name in Progress.__slots__})
+        return _checked(json.loads(read_bytes(path)))
     except (ValueError, TypeError, KeyError, RecursionError) as error:
         raise InputError(Problem(f"is no state of many logs: {error}", Place(path), remedy="replay again")) from None
+
+
+def _checked(state: dict[str, Any]) -> Progress:
+    """Return what a file says; ValueError, TypeError or KeyError where it says something else."""
+    from pydantic import TypeAdapter  # noqa: PLC0415 (only who did not start the work reads it)
+
+    found = TypeAdapter(Progress).validate_python({name: state[name] for name in Progress.__slots__})
+    if datetime.fromisoformat(found.updated).tzinfo is None:
+        raise ValueError(f"its time {found.updated!r} has no zone")
+    return found

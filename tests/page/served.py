@@ -169,11 +169,13 @@ def clipped(driver):
     )
 
 
-def keep_pictures(driver, name):
-    """Keep what a browser shows at each size, where ETB_HIL_SCREENSHOTS names a folder."""
+def keep_pictures(driver, name, element=None):
+    """Keep what a browser shows at each size, from an element on, where ETB_HIL_SCREENSHOTS names a folder."""
     if folder := os.environ.get("ETB_HIL_SCREENSHOTS"):
         for size in SIZES:
             resize(driver, size)
+            if element is not None:
+                driver.execute_script("arguments[0].scrollIntoView()", element)
             driver.execute_script("return new Promise((done) => setTimeout(done, 150))")
             driver.save_screenshot(str(Path(folder) / f"{name}_{size[0]}.png"))
         resize(driver, SIZES[0])

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import time
 
 import can
 import pytest
@@ -11,6 +12,9 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import Select
 from served import SIZES, STRANGE, keep_pictures, resize, until
+
+from etb_hil.replays.outcome import CRASHED, Outcome
+from etb_hil.replays.progress import STATE, Watch
 
 # Text whose contrast to its background is below WCAG 2.2 AA (4.5, or 3 for large text), as far as it can be used.
 TOO_FAINT = """
@@ -162,6 +166,26 @@ def test_each_word_has_the_contrast_of_wcag_and_fits_at_each_size(view, theme):
         assert view.browser.execute_script("return document.documentElement.scrollWidth") <= size[0]
         assert served.clipped(view.browser) == []
     resize(view.browser, SIZES[0])
+
+
+def test_the_progress_of_many_logs_is_shown_with_what_failed_and_why(view):
+    folder = view.page.folder / "replays"
+    folder.mkdir()
+    watch = Watch(folder, 3, 0, None)
+    until(lambda: view.text("replays_state").startswith("0 of 3 logs · last news"))
+    for number in range(3):
+        time.sleep(0.3)
+        watch.add(Outcome(str(number), f"{STRANGE} {number}.blf", CRASHED, error="the process that read it died"))
+    until(lambda: view.text("replays_state") == "3 of 3 logs · 3 could not be judged · all done")
+    assert view.rows("failed_logs")[0] == f"{STRANGE} 0.blf the process that read it died"
+    assert view.is_untouched()
+    for size in SIZES:
+        resize(view.browser, size)
+        assert served.clipped(view.browser) == []
+    keep_pictures(view.browser, "22_many_logs", view.find("replays"))
+    (folder / STATE).write_text("{")
+    until(lambda: "is no state of many logs" in view.text("replays_state"))
+    assert view.page.ask("GET", "/api/replays")[0] == 401
 
 
 def test_frames_and_signals_are_downloaded(view):

@@ -2,7 +2,7 @@
 
 import { draw } from "./chart.js";
 import { readTable, thinned, valueAt } from "./signals.js";
-import { DEGREES, inDegrees, keep, language, loadWords, number, recall, say, sayOr, shown } from "./words.js";
+import { clock, DEGREES, inDegrees, keep, language, loadWords, number, recall, say, sayOr, shown } from "./words.js";
 
 const $ = (id) => document.getElementById(id);
 const FIRST_SHOWN = ["throttle_angle", "command_position", "motor_current"];
@@ -167,6 +167,36 @@ function showExplaining() {
   $("explaining").textContent = status === "none" ? (you.holds ? "" : say("not_holder")) : say(`explain_${status}`, { run, said: sayOr(`explanation ${said}`, said) });
 }
 
+// ---------------------------------------------------------------- many logs
+
+let replays = null;
+
+async function followReplays() {
+  const answer = await fetch("/api/replays").catch(() => null);
+  if (answer?.ok) replays = await answer.json();
+  showReplays();
+  setTimeout(followReplays, 2000);
+}
+
+function showReplays() {
+  $("replays").hidden = !replays;
+  if (!replays) return;
+  const { wrong, done, total, failures, failed = [], ended, left_s: left, age_s: age } = replays;
+  $("replays_bar").hidden = Boolean(wrong);
+  $("replays_failed").hidden = !failed.length;
+  if (wrong) { $("replays_state").textContent = wrong; return; }
+  Object.assign($("replays_bar"), { max: Math.max(1, total), value: done });
+  const said = [say("logs_done", { done, total })];
+  if (failures) said.push(say("logs_failed", { count: failures }));
+  if (ended) said.push(say("logs_ended"));
+  else {
+    if (left !== null) said.push(say("left", { time: clock(left) }));
+    said.push(say("last_news", { time: clock(age) }));
+  }
+  $("replays_state").textContent = said.join(" · ");
+  fill("failed_logs", [say("log"), say("why")], failed.map((one) => [one.path, one.error || one.status]));
+}
+
 // ---------------------------------------------------------------- signals
 
 async function loadSignals(which) {
@@ -294,6 +324,7 @@ function showAll() {
   document.documentElement.dataset.theme = $("theme").value;
   if (about) { showChoices(); showExplaining(); }
   showResults();
+  showReplays();
   showSignals();
   showLink();
 }
@@ -303,3 +334,4 @@ $("language").value = language;
 $("theme").value = recall("theme") ?? "auto";
 showAll();
 connect();
+followReplays();
