@@ -125,7 +125,7 @@ class Explanation:
 @checked
 def explain(
     recordings: Recording | str | Path | Sequence[Recording | str | Path],
-    model: Model | str | Path = "default",
+    model: Model | str | Path | None = None,
     *,
     limits: Limits | str | Path | None = None,
     fit_on: Sequence[float] = (),
@@ -134,10 +134,11 @@ def explain(
 ) -> Explanation:
     """Explain what a model gets wrong of the first of some recordings, and try the causes on the others.
 
-    A recording may be a path that `read` takes by itself. `limits` are by default those of the first one's session,
-    else the stock ones. `is_same_unit`: all are of one unit, so that what any of them distinguishes is distinguished.
-    `fit_on`: of data too slow to name causes by, the conditions whose runs are fitted. `progress` is told what is being
-    done. Raises InputError where data and model do not fit; an interrupt ends the search with what is known by then.
+    A recording may be a path that `read` takes by itself. `model` is by default that of the first one's session;
+    `limits` are by default those of the session, else the stock ones. `is_same_unit`: all are of one unit, so that what
+    any of them distinguishes is distinguished. `fit_on`: of data too slow to name causes by, the conditions whose runs
+    are fitted. `progress` is told what is being done. Raises InputError where data and model do not fit; an interrupt
+    ends the search with what is known by then.
     """
     from etb_hil.api.models import as_limits, as_model
     from etb_hil.discrepancy.explain import explain as search
@@ -149,7 +150,8 @@ def explain(
     if not given:
         raise InputError(Problem("there is nothing to explain", remedy="give a recording, or a path"))
     session = given[0].session
-    known, allowed = as_model(model), as_limits(limits_of(session) if limits is None else limits)
+    known = as_model(model_of(session) if model is None else model)
+    allowed = as_limits(limits_of(session) if limits is None else limits)
     answer = search(
         given,
         known,
@@ -161,6 +163,19 @@ def explain(
         is_same_unit=is_same_unit,
     )
     return Explanation(answer)
+
+
+def model_of(session: Path | None) -> Path:
+    """Return the model that a session's bench had of its unit.
+
+    InputError where there is no session.
+    """
+    from etb_hil.session.session import open_session
+
+    if session is None:
+        what = "no session says what is known of the unit"
+        raise InputError(Problem(what, allowed="a model file, or a stock one such as default", remedy="name its model"))
+    return open_session(session).input_path("model")
 
 
 def limits_of(session: Path | None) -> Path | str:

@@ -87,11 +87,12 @@ def history(
     from etb_hil.base.collector import collector_paused
     from etb_hil.histories.history import FRICTION, histories
     from etb_hil.histories.runs import read_runs
-    from etb_hil.store.address import store_address
+    from etb_hil.store.address import sessions_among, store_address
     from etb_hil.store.run import TEMPERATURE
     from etb_hil.store.selection import Selection
 
-    places = [store_address(one) for one in ([sources] if isinstance(sources, str | Path) else sources)]
+    named = [sources] if isinstance(sources, str | Path) else [*sources]
+    places = [store_address(one) for one in sessions_among(named, or_store=True)]
     serials = None if serial is None else (serial,)
     selection = Selection(
         part,

@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help="session folders, CAN logs (with --bench), CSV, MAT, Parquet; the first is explained, the others test it",
     )
-    parser.add_argument("--model", required=True, help="model file, or the name of a stock one")
+    parser.add_argument("--model", help="model file, or the name of a stock one (default: the first session's own)")
     parser.add_argument("--map", type=Path, help="which column of a table is which role")
     parser.add_argument("--bench", help="bench file that says which frame of a CAN log is which role")
     parser.add_argument("--limits", help="limits of the part (default: the first session's own, else default)")
@@ -52,9 +52,11 @@ def run(options: argparse.Namespace) -> int:
         from etb_hil.base.outcome import ExitCode
         from etb_hil.discrepancy.slow.sweeps import slow_remark
         from etb_hil.report.what_is_left import what_is_left
+        from etb_hil.store.address import sessions_among
 
+        options.data = sessions_among(options.data)
         _must_take_an_answer(options.out, _inputs(options))
-        model = as_model(options.model)
+        model = as_model(_model(options))
         recordings = [read(path, bench=options.bench, columns=options.map) for path in options.data]
         limits = as_limits(_limits(options))
         if remark := slow_remark(recordings[0]):
@@ -123,7 +125,7 @@ def _inputs(options: argparse.Namespace) -> list[Path]:
     """Return the files that the command reads, each where it was found."""
     from etb_hil.base.stock import find
 
-    named = [find("model", options.model), _limits(options), *options.data]
+    named = [_model(options), _limits(options), *options.data]
     if options.bench is not None:
         named.append(find("bench", options.bench))
     return named if options.map is None else [*named, options.map]
@@ -152,12 +154,23 @@ def _must_take_an_answer(folder: Path, inputs: list[Path]) -> None:
     must_not_lose(folder, inputs, (*WRITTEN, *REPORT_FILES))
 
 
+def _model(options: argparse.Namespace) -> Path:
+    from etb_hil.api.explaining import model_of
+    from etb_hil.base.stock import find
+
+    return find("model", str(options.model or model_of(_session(options))))
+
+
 def _limits(options: argparse.Namespace) -> Path:
     from etb_hil.api.explaining import limits_of
     from etb_hil.base.stock import find
 
-    first = options.data[0]
-    return find("limits", str(options.limits or limits_of(first if first.is_dir() else None)))
+    return find("limits", str(options.limits or limits_of(_session(options))))
+
+
+def _session(options: argparse.Namespace) -> Path | None:
+    first: Path = options.data[0]
+    return first if first.is_dir() else None
 
 
 def _progress(what: str) -> None:

@@ -45,7 +45,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Judge what the options name, print it and return the exit code."""
     from etb_hil.cli.replay_options import require_that_fits
+    from etb_hil.store.address import sessions_among
 
+    options.sources = sessions_among(options.sources)
     require_that_fits(options)
     if options.onto:
         from etb_hil.cli.replay_onto import replay_onto as work

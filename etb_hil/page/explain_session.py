@@ -9,19 +9,17 @@ import json
 import sys
 from pathlib import Path
 
-from etb_hil.api.explaining import explain
+from etb_hil.api.explaining import explain, model_of
 from etb_hil.base.errors import EtbHilError
 from etb_hil.page.session_files import EXPLANATION
-from etb_hil.session.session import open_session
 
 
 def main() -> int:
     """Explain the session that the argument names; an interrupt ends the search with what is known by then."""
     folder = Path(sys.argv[1])
     try:
-        model = open_session(folder).input_path("model")
-        answer = explain(folder, model, progress=_say)
-        answer.write(folder / EXPLANATION, [folder, model])
+        answer = explain(folder, progress=_say)
+        answer.write(folder / EXPLANATION, [folder, model_of(folder)])
     except (EtbHilError, OSError, KeyboardInterrupt) as error:
         _say(str(error))
         return 2

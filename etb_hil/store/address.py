@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 from pydantic import AfterValidator, Field
 
 from etb_hil.base.errors import InputError, Problem
 
 STORE = "results.db"  # the embedded store's name in a folder of sessions
+QUEUE = "waiting_for_store"  # the folder beside it of runs that wait for the store
+_OPEN = (f"{STORE}-wal", f"{STORE}-shm")  # what SQLite keeps beside a store that is open
 SERVER = ("postgresql://", "postgres://")
+Source = TypeVar("Source", str, Path, str | Path)
 _PASSWORD = re.compile(r"password=|://[^/@]*:[^@]*@", re.IGNORECASE)
 _REMEDY = "leave the password out; set PGPASSWORD, or name a password file in PGPASSFILE (~/.pgpass by default)"
 
@@ -34,6 +38,15 @@ class StoreAddress:
 
     def __str__(self) -> str:
         return self.url or str(self.path)
+
+
+def sessions_among(paths: Sequence[Source], *, or_store: bool = False) -> list[Source]:
+    """Leave out what a store keeps beside the sessions, which `sessions/*` names, too; a single path stays.
+
+    `or_store`: the store itself stays as well.
+    """
+    others = {QUEUE, *_OPEN} if or_store else {QUEUE, *_OPEN, STORE}
+    return list(paths) if len(paths) == 1 else [path for path in paths if Path(path).name not in others]
 
 
 def _without_password(text: str) -> str:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.files import make_folder, write_text
 from etb_hil.base.userfile import read_bytes
+from etb_hil.store.address import QUEUE
 from etb_hil.store.connection import up_to_date
 from etb_hil.store.row_values import CHILDREN, rows_of
 from etb_hil.store.writing import write_run
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from etb_hil.store.address import StoreAddress
     from etb_hil.store.row_values import Row, RunRows
 
-FOLDER = "waiting_for_store"
 SCHEMA = "etb_hil/waiting_run/1"
 _REFUSALS = (ValueError, TypeError, KeyError, OverflowError)
 
@@ -47,7 +47,7 @@ class Queue:
     @property
     def folder(self) -> Path:
         """The folder with a file for each run that waits."""
-        return self.sessions / FOLDER
+        return self.sessions / QUEUE
 
     def add(self, results: RunResult, session: Path, run_id: str = "") -> None:
         """Have a run wait; `session` is the folder with its inputs. InputError where the disk is full or gone."""

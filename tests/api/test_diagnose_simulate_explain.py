@@ -95,7 +95,7 @@ def why(faulty):
         if what.startswith("choosing the next test"):
             raise KeyboardInterrupt
 
-    return etb.explain(faulty.folder, model="default", progress=progress)
+    return etb.explain(faulty.folder, progress=progress)
 
 
 def test_an_explanation_that_is_stopped_keeps_what_it_knows(why):

@@ -19,7 +19,7 @@ from etb_hil.report.history_text import history_text
 from etb_hil.results.measurement import Measurement, Measurements
 from etb_hil.results.run_result import Bench, RunResult, Unit
 from etb_hil.session.session import create
-from etb_hil.store.address import STORE, StoreAddress
+from etb_hil.store.address import QUEUE, STORE, StoreAddress, sessions_among
 from etb_hil.store.queue import Queue
 
 
@@ -58,6 +58,20 @@ def test_store_and_sessions_say_the_same(sessions):
     assert together[0].temperature == 21.0
     assert "T_c" not in together[0].numbers
     assert notes == ["1 sessions have no results: replay them to have them counted"]
+
+
+def test_what_a_shell_makes_of_all_in_the_folder_says_the_same(sessions, capsys):
+    assert main(["history", str(sessions)]) == 0
+    of_folder = capsys.readouterr().out
+    for kept in (f"{STORE}-wal", f"{STORE}-shm"):
+        (sessions / kept).touch()
+    named = sorted(sessions.glob("*"))
+    assert {STORE, QUEUE} < {path.name for path in named}
+    assert main(["history", *map(str, named)]) == 0
+    histories_said = [said.partition("\nnote:")[0] for said in (capsys.readouterr().out, of_folder)]
+    assert histories_said[0] == histories_said[1]
+    assert [path.name for path in sessions_among(named)] == [path.name for path in named if path.is_dir()][:-1]
+    assert sessions_among([str(sessions / STORE)]) == [str(sessions / STORE)]
 
 
 def test_the_command(sessions, tmp_path, capsys):
