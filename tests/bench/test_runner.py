@@ -9,11 +9,12 @@ import pytest
 from faults_cases import Injected
 from faults_study import run_with
 
-from etb_hil.base.errors import BenchFault
+from etb_hil.base.errors import BenchFault, RecordingFault
 from etb_hil.base.stock import find
 from etb_hil.bench import job as job_room
 from etb_hil.bench.job import JobFiles, execute, prepare
 from etb_hil.bench.operator import Reply, Unattended
+from etb_hil.canio.logs.blf import BlfLog
 from etb_hil.session.events import read_events
 
 MS = 1_000_000
@@ -47,22 +48,25 @@ class Link:
 
 @pytest.fixture
 def run(tmp_path):
-    """Run phases; return the finished run, and keep what a watcher was told in `run.shown`."""
+    """Run phases on a bus that has been up for a time; keep what a watcher was told in `run.shown`."""
 
-    def run_phases(phases, *, since_ms=0, cause=None, bench="virtual_classic", **how):
+    def run_phases(phases, *, since_ms=0, cause=None, bench="virtual_classic", begins_ms=0, **how):
         path = tmp_path / "scenario.yaml"
         path.write_text(f"schema: etb_hil/scenario/1\nname: test\nphases:\n{phases}")
         job = prepare(JobFiles(path, find("bench", bench), find("model", "default"), find("limits", "default")))
         run_phases.shown, run_phases.links = [], []
 
-        def link(inner):
+        def link(inner, clock):
+            if begins_ms:
+                clock.sleep_until_ns(begins_ms * MS)
+                inner.receive()  # what was sent before is nobody's
             run_phases.links.append(Link(inner, since_ms * MS, cause))
-            return run_phases.links[-1]
+            return run_phases.links[-1], clock
 
         kept = job_room.connect
         connect = job_room.connect
         try:
-            job_room.connect = lambda *given: (link((made := connect(*given))[0]), made[1])
+            job_room.connect = lambda *given: link(*connect(*given))
             return execute(job, tmp_path, "", 1, run_phases.shown.append, **how)
         finally:
             job_room.connect = kept
@@ -113,7 +117,7 @@ def test_a_run_tells_all_that_happens(run):
 
 
 def test_a_watcher_sees_the_run_go_on(run):
-    run(ASK % "yes" + ZERO + "  - {id: hold, kind: hold, position: 30 deg, duration: 1 s}\n")
+    run(ASK % "yes" + ZERO + "  - {id: hold, kind: hold, position: 30 deg, duration: 1 s}\n", begins_ms=3000)
     shown = run.shown
     held = [one for one in shown if one.phase == "hold"]
     assert held[-1].set_point == pytest.approx(np.radians(30.0))
@@ -133,6 +137,7 @@ def test_a_watcher_sees_the_run_go_on(run):
     left = [one.total_s - one.time_s for one in shown]
     assert 1.0 < left[0] < 1.6  # the hold with its way there, and the current's zero; no answer's
     assert left[-1] < 0.2
+    assert held[0].total_s - held[0].time_s > 1.0  # the phase that has begun counts, too
     assert all(a >= b for a, b in itertools.pairwise(left))
 
 
@@ -258,6 +263,29 @@ def test_a_stop_in_order_is_at_once_where_the_drive_is_off(run):
     finished = run("  - {id: off, kind: off, duration: 5 s}\n", since_ms=300, cause=lambda: os.kill(os.getpid(), 10))
     assert finished.results.bench.reason_id == "stopped_by_operator"
     assert finished.record.end_ns - finished.record.start_ns < 600 * MS
+
+
+@pytest.mark.parametrize(("cause", "reason_id"), [("", "not_recorded"), ("the bus is gone", "bus_fault")])
+def test_frames_that_are_lost_in_the_end_are_told_and_hide_no_other_fault(run, monkeypatch, cause, reason_id):
+    flush, failed = BlfLog.flush, []
+
+    def full(log):
+        if failed:
+            return flush(log)
+        failed.append(1)
+        raise RecordingFault("raw.blf: the raw log cannot be written: No space left on device")
+
+    def gone():
+        if cause:
+            raise BenchFault(cause)
+
+    monkeypatch.setattr(BlfLog, "flush", full)
+    finished = run("  - {id: off, kind: off, duration: 0.2 s}\n", since_ms=100, cause=gone)
+    bench = finished.results.bench
+    assert (bench.outcome, bench.reason_id) == ("fault", reason_id)
+    assert bench.reason == (cause or "raw.blf: the raw log cannot be written: No space left on device")
+    assert finished.record.is_recorded is False
+    assert told(finished)[-1][1]["is_recorded"] is False
 
 
 def test_a_bus_that_fails_is_a_fault_of_the_bench(run):

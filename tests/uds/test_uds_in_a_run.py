@@ -132,7 +132,16 @@ def test_a_controller_that_sleeps_is_a_bench_fault_within_two_seconds(short, tmp
         assert results.duration_s < 2.0
 
 
-def test_the_stops_are_learnt_before_and_after(short, tmp_path):
+def test_the_stops_are_learnt_before_and_after(short, tmp_path, monkeypatch):
+    connect = job_room.connect
+
+    def connected_late(*given):
+        link, clock = connect(*given)
+        clock.sleep_until_ns(2_000_000_000)  # times of routines count from the run's begin, not from the bus's
+        link.receive()
+        return link, clock
+
+    monkeypatch.setattr(job_room, "connect", connected_late)
     plain = yaml.safe_load(find("bench", "virtual_uds").read_text("utf-8"))
     plain["uds"]["routines"]["learn_stops"]["after"] = True
     path = tmp_path / "bench.yaml"
