@@ -140,6 +140,8 @@ def explain(
     are fitted. `progress` is told what is being done. Raises InputError where data and model do not fit; an interrupt
     ends the search with what is known by then.
     """
+    from threadpoolctl import threadpool_limits
+
     from etb_hil.api.models import as_limits, as_model
     from etb_hil.discrepancy.explain import explain as search
     from etb_hil.plant.drive_file import is_drive
@@ -152,16 +154,18 @@ def explain(
     session = given[0].session
     known = as_model(model_of(session) if model is None else model)
     allowed = as_limits(limits_of(session) if limits is None else limits)
-    answer = search(
-        given,
-        known,
-        progress=progress,
-        limits=allowed,
-        judge=None if session is None else _bench_of(session, allowed),
-        plans=None if is_drive(known) else lambda: stock_plans(known.values),
-        fit_on=fit_on,
-        is_same_unit=is_same_unit,
-    )
+    # The search has threads of its own; those of BLAS, which wait for each other busily, cost three times its time.
+    with threadpool_limits(1, "blas"):
+        answer = search(
+            given,
+            known,
+            progress=progress,
+            limits=allowed,
+            judge=None if session is None else _bench_of(session, allowed),
+            plans=None if is_drive(known) else lambda: stock_plans(known.values),
+            fit_on=fit_on,
+            is_same_unit=is_same_unit,
+        )
     return Explanation(answer)
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 import etb_hil as etb
 from etb_hil.cli.main import main
@@ -92,10 +93,27 @@ def why(faulty):
     """The answer, stopped where only the next test is not chosen yet: that takes as long as all the rest."""
 
     def progress(what):
+        threads_of_blas.append(blas_threads())
         if what.startswith("choosing the next test"):
             raise KeyboardInterrupt
 
-    return etb.explain(faulty.folder, progress=progress)
+    with threadpool_limits(2, "blas"):
+        found = etb.explain(faulty.folder, progress=progress)
+        assert blas_threads() == {2}
+    return found
+
+
+threads_of_blas = []
+
+
+def blas_threads():
+    return {one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"}
+
+
+def test_the_threads_of_a_search_are_its_own(why):
+    assert why.causes
+    assert len(threads_of_blas) > 2
+    assert all(threads == {1} for threads in threads_of_blas)
 
 
 def test_an_explanation_that_is_stopped_keeps_what_it_knows(why):

@@ -327,6 +327,7 @@ def test_a_host_that_was_late_says_so_in_the_record(run):
 
     record = run(ZERO + "  - {id: off, kind: off, duration: 0.3 s}\n", since_ms=100, cause=stall).record
     assert record.late_worst_ns == 15 * MS
+    assert run.shown[-1].late_ms == pytest.approx(15.0)
     assert 0 < record.late_mean_ns < MS
     assert record.age_worst_ns > record.age_mean_ns > 0
 
