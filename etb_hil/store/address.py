@@ -41,12 +41,12 @@ class StoreAddress:
 
 
 def sessions_among(paths: Sequence[Source], *, or_store: bool = False) -> list[Source]:
-    """Leave out what a store keeps beside the sessions, which `sessions/*` names, too; a single path stays.
+    """Leave out what a store keeps beside the sessions, which `sessions/*` names, too.
 
-    `or_store`: the store itself stays as well.
+    All stay where nothing else is named. `or_store`: the store itself stays as well.
     """
     others = {QUEUE, *_OPEN} if or_store else {QUEUE, *_OPEN, STORE}
-    return list(paths) if len(paths) == 1 else [path for path in paths if Path(path).name not in others]
+    return [path for path in paths if Path(path).name not in others] or list(paths)
 
 
 def _without_password(text: str) -> str:

@@ -71,7 +71,9 @@ def test_what_a_shell_makes_of_all_in_the_folder_says_the_same(sessions, capsys)
     histories_said = [said.partition("\nnote:")[0] for said in (capsys.readouterr().out, of_folder)]
     assert histories_said[0] == histories_said[1]
     assert [path.name for path in sessions_among(named)] == [path.name for path in named if path.is_dir()][:-1]
-    assert sessions_among([str(sessions / STORE)]) == [str(sessions / STORE)]
+    stored = [str(sessions / STORE), str(sessions / QUEUE)]
+    assert sessions_among(stored) == stored
+    assert sessions_among(stored, or_store=True) == stored[:1]
 
 
 def test_the_command(sessions, tmp_path, capsys):
