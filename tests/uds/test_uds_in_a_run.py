@@ -5,6 +5,7 @@ import math
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import yaml
 from uds_bench import UDS, faulty_run, frames_of
@@ -197,6 +198,16 @@ def test_faults_of_the_unit_are_bench_faults_in_bounded_time(kind, reason, short
     assert results.unit.verdict is None
     assert results.phases == ()
     assert results.duration_s < UDS.timing.longest + 1.5
+
+
+def test_the_codes_are_read_after_a_run_that_the_controller_ended(short, tmp_path, monkeypatch):
+    def change(role, values, stamp_ns):
+        return np.where(stamp_ns[:, None] > 5_000_000_000, 4.0, values) if role == "faults" else None
+
+    results = run(short, tmp_path, monkeypatch, change=change).results
+    assert (results.bench.outcome, results.bench.reason_id) == (BenchOutcome.FAULT, "controller_fault")
+    assert results.unit_diagnostics.codes_after is not None
+    assert results.unit.verdict is None
 
 
 def test_a_fault_after_the_run_gives_no_verdict(short, tmp_path, monkeypatch):

@@ -4,6 +4,7 @@ from collections import deque
 
 import isotp
 import numpy as np
+from faults_nodes import Rewriting
 from udsoncan.connections import BaseConnection
 from udsoncan.exceptions import TimeoutException
 
@@ -29,8 +30,11 @@ def frames_of(ident, payloads):
     return classic_frames(0, ident, payloads)
 
 
-def faulty_run(monkeypatch, chosen, folder, faults=(), *, node=None, **options):
-    """Run a job whose virtual controller has faults of its diagnostics, with another node on the bus."""
+def faulty_run(monkeypatch, chosen, folder, faults=(), *, node=None, change=None, **options):
+    """Run a job whose virtual controller has faults of its diagnostics, with another node on the bus.
+
+    `change` (see `Rewriting`): what the controller's cyclic frames say instead.
+    """
 
     def connect(job, seed):
         bench = job.setup.bench
@@ -38,7 +42,10 @@ def faulty_run(monkeypatch, chosen, folder, faults=(), *, node=None, **options):
         controller = VirtualController(
             job.unit, job.setup.dialect, seed, nominal=job.model, uds=bench.uds, uds_faults=faults, **options
         )
-        network.attach(controller, controller.sends)
+        said = controller
+        if change is not None:
+            said = Rewriting(controller, job.setup.dialect, 0, 1 << 62, change)
+        network.attach(said, controller.sends)
         if node is not None:
             network.attach(node)
         return VirtualLink(network), network.clock
