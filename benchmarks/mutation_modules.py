@@ -22,7 +22,8 @@ MODULES = {
     "base/outcome": Tests("base/test_outcome"),
     "bench/safe_state": Tests("bench/test_seen_off"),
     "bench/runner": Tests(
-        "bench/test_runner bench/test_waking bench/test_time_left bench/test_prompts_and_triggers uds/test_uds_in_a_run"
+        "bench/test_runner bench/test_waking bench/test_time_left bench/test_prompts_and_triggers bench/test_seen_off "
+        "uds/test_uds_in_a_run"
     ),
     "bench/interlock": Tests("bench/test_interlock"),
     "bench/supervision": Tests("bench/test_supervision", "bench/test_supervision"),

@@ -97,6 +97,7 @@ def is_seen_off(results):
         assert (bench.outcome, bench.reason_id) == ("ok", "")
     else:
         assert (bench.outcome, bench.reason_id) == ("fault", "safe_state_not_verified")
+        assert bench.reason == "drive off was commanded, but could not be verified from the measured current"
         assert (results.unit.verdict, results.exit_code) == (None, 3)
     return bench.safe_state
 

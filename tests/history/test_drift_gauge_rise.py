@@ -249,3 +249,24 @@ def test_the_latest_run_that_can_be_compared_is():
     told = risen([0.1, 0.2, 0.3], [math.nan, 20.0, 21.0])
     assert [(one.rise, one.since) for one in told.found] == [(pytest.approx(0.5), "2026-01-02")]
     assert risen([0.2, 0.3], [math.nan] * 2).apart == ["u"]
+
+
+def test_an_interaction_is_pooled_where_its_p_value_exceeds_a_quarter():
+    sign = np.array([-1.0, 1.0])
+    apart = 3.0 * sign[:, None, None] + sign[None, :, None] + 0.5 * sign[None, None, :]
+    together = sign[:, None, None] * sign[None, :, None]
+    seen = set()
+    for size in np.linspace(0.0, 0.5, 101):
+        study = gauge_study(apart + size * together + np.zeros((2, 2, 2)))
+        p = next(row.p for row in study.anova if row.source == "units x benches")
+        assert study.pooled == (p > 0.25)
+        seen.add(round(p, 1))
+    assert {0.2, 0.3, 0.4} <= seen
+
+
+def test_a_gauge_of_five_categories_is_usable_and_one_of_a_tenth_is_good():
+    def of(gauge):
+        return GaugeStudy(10, 2, 2, (), False, gauge, 0.0, float(np.sqrt(1.0 - gauge**2)))
+
+    assert [of(share).verdict for share in (0.09, 0.11, 0.27, 0.28)] == ["good", "usable", "usable", "unsuitable"]
+    assert of(0.27).share(of(0.27).gauge) < USABLE == 0.3
