@@ -16,9 +16,10 @@ import numpy as np
 from independent_throttle import Unit, friction_check, off_by_tolerances, sense
 from throttle_as_model import bench_model, parameters
 
-from etb_hil.estimation.calibration import base_unknowns, calibrated
+from etb_hil.estimation.calibration import calibrated
 from etb_hil.estimation.filtering import Column, Disturbance, filtered, sensitivities
 from etb_hil.estimation.record import record
+from etb_hil.estimation.unknown import base_unknowns
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.physics import VISCOUS
 from etb_hil.plant.values import ThrottleParameters

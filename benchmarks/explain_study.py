@@ -42,6 +42,7 @@ from etb_hil.discrepancy.answer.holdout import hold_out
 from etb_hil.discrepancy.answer.insufficient_data import too_little_to_reject
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.segments import measurements_of
+from etb_hil.discrepancy.plan.likelihood import weigh
 from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.results.explanation import ExplanationResult
@@ -95,7 +96,9 @@ def declared(effects):
 def searched(hidden, without=(), progress=lambda _: None):
     """Return what the tool finds in a hidden case; `without`: ids that are no suspects."""
     balances = [Balances(measured, hidden.model) for measured in measurements_of(hidden.recording, hidden.model)]
-    return search(hidden.model, balances, without, progress)
+    findings = search(hidden.model, balances, without, progress)
+    weigh(findings)
+    return findings
 
 
 def true_within(floors, times=1.2):

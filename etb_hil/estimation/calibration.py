@@ -1,67 +1,44 @@
-"""Calibrate base parameters inside their tolerances by the likelihood of a record.
+"""Fit unknowns of a model to a record: the largest posterior, and disturbances that fall while the likelihood grows.
 
-Every constant of the model is free with a prior; none is believed exact: with a few of them off by 3 % and held fixed,
-healthy records show false causes. Beside the Gaussian prior a steep wall stands at the tolerance, or an inertia that
-is 30 % off would be swallowed. The disturbances start large and fall by a decade a round, refitted in between: with
-small ones from the start a wrong model locks the filter out, with large ones nothing is visible.
+Beside the Gaussian prior a steep wall stands at each tolerance, or an inertia that is 30 % off would be swallowed. The
+disturbances start large and fall by a decade a round, refitted in between: with small ones from the start a wrong model
+locks the filter out, with large ones nothing is visible.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
-from etb_hil.estimation.filtering import Column, Disturbance, Filtered, Normal, filtered, sensitivities
+from etb_hil.estimation.filtering import Disturbance, Filtered, Normal, filtered, sensitivities
 from etb_hil.estimation.record import Record
-from etb_hil.plant.effects.effect import Effect
-from etb_hil.plant.parameters import Model
-from etb_hil.plant.physics import BACK_EMF, COULOMB, STICTION, TORQUE_PER_AMPERE
-from etb_hil.plant.values import ThrottleParameters
+from etb_hil.estimation.unknown import Unknown
+from etb_hil.plant.physics import COULOMB, STICTION, STOP_HIGH, STOP_LOW
 from etb_hil.recording.samples import Float64
 
-FIRST = (0.1, 0.3)  # disturbances at the start: torque as a share of T_c, voltage in V
-LEAST = (1e-4, 3e-4)  # and at the end: what a healthy record of the project's plant comes down to
+# Disturbances at the start of a fit: torque as a share of T_c and voltage in V. Large, or a wrong model locks the
+# filter out (Kristensen, Madsen and Jorgensen 2004); with ten times as much nothing is visible.
+_FIRST = (0.1, 0.3)
+# And the least: a thousandth of what the sensors of the project's data sheets can show.
+_LEAST = (1e-5, 1e-4)
+_LOWERED = 10.0  # ratio between two disturbances that are tried; a decade is as fine as a likelihood tells them apart
+# Gauss-Newton steps with damping (Levenberg 1944, Marquardt 1963): most of a fit, and gain in nats that ends it.
+_STEPS, _SETTLED = 8, 1.0
+# Places of each stop that are tried over its tolerance: before it is met, no slope leads there.
+_STOPS_TRIED = 6
 _WALL = 0.02  # of a tolerance: standard deviation of the wall beyond it
-_STEP = 0.01  # of a standard deviation: step of the differences
 _FARTHEST = 3.0  # standard deviations that an unknown moves at a time
-_SETTLED = 1.0  # nats that a Gauss-Newton step has to gain
-_DECADE = 10.0
-_EXACT = ("gear_ratio", "supply_voltage", "voltage_limit", "back_emf")  # teeth are counted; K_e moves with K_t
+_DAMPED = (1e-3, 1e-6, 1e3)  # damping at the start, least, and that of a step which is not worth its pass
 
 
 @dataclass(frozen=True, slots=True)
-class Unknown:
-    """A parameter that is fitted: its place in the vector, its prior's mean and standard deviation.
+class Fitted:
+    """A model at its largest posterior.
 
-    `reach`: how far it may be off before the wall begins, infinite for none. `tied`: what moves along in proportion.
-    """
-
-    name: str
-    place: int
-    mean: float
-    deviation: float
-    reach: float = np.inf
-    effect: Effect | None = None
-    tied: int = -1
-
-    def column(self) -> Column:
-        """Return what the sensitivities are asked of, in units of the parameter."""
-        return Column(self.name, _STEP * self.deviation, self.place, self.effect, tied=self.tied)
-
-    def put(self, parameters: Float64, value: float) -> None:
-        """Set the parameter in a vector, in place, and what is tied to it."""
-        if self.tied >= 0:
-            parameters[self.tied] *= value / parameters[self.place]
-        parameters[self.place] = value
-
-
-@dataclass(frozen=True, slots=True)
-class Fit:
-    """Parameters at the posterior's largest value, with the unknowns' normal matrix there (without the prior).
-
-    `posterior`: log-likelihood and log-prior, in nats. `normal` is in units of the unknowns' parameters.
+    `posterior`: log-likelihood and log-prior, in nats. `normal`: of the unknowns, in units of their parameters, without
+    the prior.
     """
 
     parameters: Float64
@@ -74,9 +51,8 @@ class Fit:
     @property
     def covariance(self) -> Float64:
         """Posterior covariance of the unknowns (c, c), in their units; Laplace's approximation."""
-        scale = np.array([one.deviation for one in self.unknowns])
-        curved = self.normal.matrix * np.outer(scale, scale) + np.diag(_bends(self.parameters, self.unknowns))
-        return np.asarray(np.linalg.inv(curved) * np.outer(scale, scale))
+        scale = _scale(self.unknowns)
+        return np.asarray(np.linalg.inv(self._curved) * np.outer(scale, scale))
 
     def value(self, name: str) -> tuple[float, float]:
         """Return an unknown's value and its standard deviation, by its name; KeyError where there is none."""
@@ -85,126 +61,143 @@ class Fit:
                 return float(self.parameters[one.place]), float(np.sqrt(self.covariance[k, k]))
         raise KeyError(name)
 
+    @property
+    def evidence(self) -> float:
+        """Laplace's approximation of the logarithm of the evidence, in nats."""
+        return self.posterior - 0.5 * float(np.linalg.slogdet(self._curved)[1])
 
-def base_unknowns(model: Model) -> list[Unknown]:
-    """Return the base parameters that have a tolerance, each uniform within it by its first two moments."""
-    found = []
-    for place, one in enumerate(fields(ThrottleParameters)):
-        half = model.tolerance(one.name) if one.name not in _EXACT else 0.0
-        if half > 0.0:
-            mean = getattr(model.values, one.name)
-            tied = BACK_EMF if place == TORQUE_PER_AMPERE else -1
-            found.append(Unknown(one.name, place, mean, half / np.sqrt(3.0), half, tied=tied))
-    return found
+    @property
+    def _curved(self) -> Float64:
+        """The posterior's curvature (c, c) in units of the prior's standard deviations."""
+        scale = _scale(self.unknowns)
+        _, bends = prior_slope(self.parameters, self.unknowns)
+        return self.normal.matrix * np.outer(scale, scale) + np.diag(bends)
+
+
+def prior_slope(parameters: Float64, unknowns: Sequence[Unknown]) -> tuple[Float64, Float64]:
+    """Return slope and curvature (c) of the logarithm of the prior, in units of its standard deviations."""
+    away = np.array([parameters[one.place] - one.mean for one in unknowns])
+    scale, reach = _scale(unknowns), np.array([one.reach for one in unknowns])
+    wall = np.where(np.isfinite(reach), scale / (_WALL * np.where(np.isfinite(reach), reach, 1.0)), 0.0)
+    over = np.where(np.isfinite(reach), np.sign(away) * np.maximum(np.abs(away) - reach, 0.0), 0.0) / scale
+    return -away / scale - over * wall**2, 1.0 + np.where(over != 0.0, wall**2, 0.0)
+
+
+def over(parameters: Float64, unknowns: Sequence[Unknown]) -> Float64:
+    """Return how far unknowns are beyond their tolerances (c), in standard deviations of the wall."""
+    away = np.array([abs(parameters[one.place] - one.mean) for one in unknowns])
+    reach = np.array([one.reach for one in unknowns])
+    known = np.isfinite(reach)
+    return np.where(known, np.maximum(away - reach, 0.0) / (_WALL * np.where(known, reach, 1.0)), 0.0)
 
 
 def log_prior(parameters: Float64, unknowns: Sequence[Unknown]) -> float:
-    """Return the logarithm of the unknowns' prior, 0 at its mean."""
+    """Return the logarithm of the prior, 0 at its mean."""
     away = np.array([parameters[one.place] - one.mean for one in unknowns])
-    deviation = np.array([one.deviation for one in unknowns])
-    reach = np.array([one.reach for one in unknowns])
-    over = np.where(np.isfinite(reach), np.maximum(np.abs(away) - reach, 0.0) / (_WALL * reach), 0.0)
-    return -0.5 * float(np.sum((away / deviation) ** 2) + np.sum(over**2))
+    return -0.5 * float(np.sum((away / _scale(unknowns)) ** 2) + np.sum(over(parameters, unknowns) ** 2))
 
 
-def refine(
-    record: Record, parameters: Float64, unknowns: Sequence[Unknown], disturbance: Disturbance, steps: int = 4
-) -> Fit:
-    """Return the parameters of the largest posterior near some parameters, by Gauss-Newton on whitened innovations."""
-    columns = [one.column() for one in unknowns]
-    p = parameters.copy()
-    at = filtered(record, p, disturbance, is_kept=True)
-    posterior = at.log_likelihood + log_prior(p, unknowns)
-    normal = sensitivities(record, at, columns)
-    for _ in range(steps):
-        found = _searched(record, p, unknowns, disturbance, posterior, _newton(p, unknowns, normal))
-        if found is None:
-            break
-        gained, p = found[0] - posterior, found[1]
-        at, posterior = filtered(record, p, disturbance, is_kept=True), found[0]
-        normal = sensitivities(record, at, columns)
-        if gained < _SETTLED:
-            break
-    return Fit(p, tuple(unknowns), disturbance, posterior, at, normal)
-
-
-def calibrated(
-    record: Record,
-    parameters: Float64,
-    unknowns: Sequence[Unknown],
-    first: Disturbance | None = None,
-) -> Fit:
-    """Return the fit of parameters and disturbances: these fall from `first` while the likelihood grows.
-
-    Each decade is refitted, because what a model can follow at a smaller disturbance depends on its parameters.
-    """
-    at = first or Disturbance(FIRST[0] * parameters[COULOMB], FIRST[1])
-    fit = refine(record, parameters, unknowns, at, steps=3)
-    while True:
-        lower = _lower(record, fit)
-        if lower is None:
-            return fit
-        fit = lower
-
-
-def _lower(record: Record, fit: Fit) -> Fit | None:
-    """Return the best fit at disturbances that are a decade lower, None where no fit is better."""
-    torque, voltage = fit.disturbance.torque, fit.disturbance.voltage
-    least_torque = LEAST[0] * fit.parameters[COULOMB]
-    found = []
-    for by in ((_DECADE, _DECADE), (_DECADE, 1.0), (1.0, _DECADE)):
-        to = Disturbance(max(torque / by[0], least_torque), max(voltage / by[1], LEAST[1]))
-        if to != fit.disturbance:
-            at = filtered(record, fit.parameters, to)
-            found.append((at.log_likelihood, to))
-    for _, to in sorted(found, key=lambda one: -one[0])[:2]:
-        better = refine(record, fit.parameters, fit.unknowns, to, steps=3)
-        if better.posterior > fit.posterior + _SETTLED:
-            return better
-    return None
-
-
-def _bends(parameters: Float64, unknowns: Sequence[Unknown]) -> Float64:
-    """Return the prior's curvature (c) in units of its standard deviations."""
-    found = np.ones(len(unknowns))
-    for k, one in enumerate(unknowns):
-        if abs(parameters[one.place] - one.mean) > one.reach:
-            found[k] += (one.deviation / (_WALL * one.reach)) ** 2
-    return found
-
-
-def _newton(parameters: Float64, unknowns: Sequence[Unknown], normal: Normal) -> Float64:
-    """Return the step (c) of Gauss and Newton in units of the prior's standard deviations."""
-    scale = np.array([one.deviation for one in unknowns])
-    away = np.array([parameters[one.place] - one.mean for one in unknowns])
-    reach = np.array([one.reach for one in unknowns])
-    over = np.where(np.isfinite(reach), np.sign(away) * np.maximum(np.abs(away) - reach, 0.0), 0.0)
-    wall = np.where(np.isfinite(reach), scale * over / (_WALL * reach) ** 2, 0.0)
-    curved = normal.matrix * np.outer(scale, scale) + np.diag(_bends(parameters, unknowns))
-    slope = -normal.gradient * scale - away / scale - wall
-    return np.asarray(np.clip(np.linalg.solve(curved, slope), -_FARTHEST, _FARTHEST))
-
-
-def _searched(
+def climbed(
     record: Record,
     parameters: Float64,
     unknowns: Sequence[Unknown],
     disturbance: Disturbance,
-    posterior: float,
-    step: Float64,
-) -> tuple[float, Float64] | None:
-    """Return a larger posterior along a step and its parameters, None where it grows nowhere."""
-    share = 1.0
-    for _ in range(4):
-        p = parameters.copy()
-        for one, moves in zip(unknowns, step, strict=True):
-            value = p[one.place] + share * moves * one.deviation
-            if one.mean > 0.0 and one.effect is None:
-                value = max(value, 0.05 * one.mean)
-            one.put(p, value)
-        p[STICTION] = max(p[STICTION], p[COULOMB])
-        found = filtered(record, p, disturbance).log_likelihood + log_prior(p, unknowns)
-        if found > posterior:
-            return found, p
-        share *= 0.3
-    return None
+    steps: int = _STEPS,
+    settled: float = _SETTLED,
+) -> Fitted:
+    """Return the largest posterior near some parameters at one disturbance."""
+    columns, scale = [one.column() for one in unknowns], _scale(unknowns)
+    at = filtered(record, parameters, disturbance, is_kept=True)
+    normal = sensitivities(record, at, columns)
+    best = Fitted(parameters, tuple(unknowns), disturbance, _posterior(at, parameters, unknowns), at, normal)
+    damping = _DAMPED[0]
+    for _ in range(steps):
+        slope, bends = prior_slope(best.parameters, unknowns)
+        slope = slope - best.normal.gradient * scale
+        curved = best.normal.matrix * np.outer(scale, scale) + np.diag(bends)
+        before = best.posterior
+        while damping <= _DAMPED[2]:
+            step = np.linalg.solve(curved + damping * np.diag(np.diag(curved)), slope)
+            if slope @ step < settled:  # twice what a parabola gains
+                return best
+            moved = _moved(best.parameters, unknowns, np.clip(step, -_FARTHEST, _FARTHEST))
+            at = filtered(record, moved, disturbance, is_kept=True)
+            found = _posterior(at, moved, unknowns)
+            if found > before:
+                break
+            damping = max(10.0 * damping, 10.0 * _DAMPED[0])
+        else:
+            return best
+        normal = sensitivities(record, at, columns)
+        best = Fitted(moved, tuple(unknowns), disturbance, found, at, normal)
+        damping = max(0.1 * damping, _DAMPED[1])
+        if found - before < settled:
+            break
+    return best
+
+
+def settled(record: Record, fit: Fitted, steps: int = _STEPS) -> Fitted:
+    """Return a fit whose disturbances are lowered while its posterior grows; each is refitted."""
+    while True:
+        better = None
+        for to in _lower(record, fit):
+            found = climbed(record, fit.parameters, fit.unknowns, to, steps)
+            if found.posterior > fit.posterior + _SETTLED:
+                better = found
+                break
+        if better is None:
+            return fit
+        fit = better
+
+
+def calibrated(record: Record, parameters: Float64, unknowns: Sequence[Unknown]) -> Fitted:
+    """Return the fit of base parameters, from as far off as their tolerances allow."""
+    first = Disturbance(_FIRST[0] * parameters[COULOMB], _FIRST[1])
+    p = _at_stops(record, parameters, unknowns, first)
+    fit = climbed(record, p, unknowns, first, settled=100.0 * _SETTLED)
+    return settled(record, fit)
+
+
+def _lower(record: Record, fit: Fitted) -> list[Disturbance]:
+    """Return lower disturbances, the likelier first: both, and either of them."""
+    least = (_LEAST[0] * fit.parameters[COULOMB], _LEAST[1])
+    torque, voltage = fit.disturbance.torque, fit.disturbance.voltage
+    found = {}
+    for a, b in ((_LOWERED, _LOWERED), (_LOWERED, 1.0), (1.0, _LOWERED)):
+        to = Disturbance(max(torque / a, least[0]), max(voltage / b, least[1]))
+        if to != fit.disturbance and to not in found:
+            found[to] = filtered(record, fit.parameters, to).log_likelihood
+    return sorted(found, key=lambda one: -found[one])[:2]
+
+
+def _at_stops(record: Record, parameters: Float64, unknowns: Sequence[Unknown], first: Disturbance) -> Float64:
+    """Return parameters whose stops are the likeliest of some places over their tolerances."""
+    p = parameters
+    for one in unknowns:
+        if one.place in (STOP_LOW, STOP_HIGH):
+            tried = [replaced(p, one.place, one.mean + share * one.reach) for share in np.linspace(-1, 1, _STOPS_TRIED)]
+            p = max(tried, key=lambda q: filtered(record, q, first).log_likelihood)
+    return p
+
+
+def replaced(parameters: Float64, place: int, value: float) -> Float64:
+    """Return parameters with another value at one place."""
+    found = parameters.copy()
+    found[place] = value
+    return found
+
+
+def _posterior(at: Filtered, parameters: Float64, unknowns: Sequence[Unknown]) -> float:
+    return at.log_likelihood + log_prior(parameters, unknowns)
+
+
+def _scale(unknowns: Sequence[Unknown]) -> Float64:
+    return np.array([one.deviation for one in unknowns])
+
+
+def _moved(parameters: Float64, unknowns: Sequence[Unknown], step: Float64) -> Float64:
+    p = parameters.copy()
+    for one, moves in zip(unknowns, step, strict=True):
+        one.put(p, float(np.clip(p[one.place] + moves * one.deviation, one.low, one.high)))
+    p[STICTION] = max(p[STICTION], p[COULOMB])
+    return p

@@ -14,10 +14,7 @@ from etb_hil.estimation.tangents import normal_matrix
 from etb_hil.estimation.throttle import FORCES, STATES, TORQUE, VOLTAGE
 from etb_hil.plant.effects.catalogue import OWN
 from etb_hil.plant.effects.effect import Effect
-from etb_hil.plant.effects.port import READINGS, Port
 from etb_hil.recording.samples import Float64, Int64
-
-_ERRS = (*READINGS, Port.PLATE_LEAD)
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +45,7 @@ class Filtered:
     gains: Float64
     moves: Float64
     responses: Float64
+    ahead: Float64
 
     @property
     def needed(self) -> tuple[float, float]:
@@ -107,15 +105,15 @@ def filtered(record: Record, parameters: Float64, disturbance: Disturbance, *, i
 
 def smoothed(record: Record, parameters: Float64, disturbance: Disturbance) -> Smoothed:
     """Return the states of a record by all of its readings, before and after (Rauch, Tung and Striebel 1965)."""
-    found, covariances, ahead, spreads = _run(record, parameters, disturbance, is_kept=True, has_covariances=True)
+    found, covariances, spreads = _run(record, parameters, disturbance, is_kept=True, has_covariances=True)
     states = found.states.copy()
-    smooth(states, covariances, found.moves, ahead, spreads)
+    smooth(states, covariances, found.moves, found.ahead, spreads)
     return Smoothed(states, covariances)
 
 
 def _run(
     record: Record, parameters: Float64, disturbance: Disturbance, *, is_kept: bool, has_covariances: bool
-) -> tuple[Filtered, Float64, Float64, Float64]:
+) -> tuple[Filtered, Float64, Float64]:
     n, kept, all_ = len(record), len(record) if is_kept else 0, len(record) if has_covariances else 0
     p, active = parameters.copy(), active_in(parameters)
     settings = record.settings.copy()
@@ -123,7 +121,7 @@ def _run(
     states, whitened, roots = np.empty((n, STATES)), np.empty((n, 3)), np.empty((n, 3))
     slopes, gains = np.empty((kept, 3)), np.empty((kept, 3, STATES))
     moves, responses = np.empty((kept, STATES, STATES)), np.empty((kept, STATES, FORCES))
-    covariances, ahead = np.empty((all_, STATES, STATES)), np.empty((all_, STATES))
+    covariances, ahead = np.empty((all_, STATES, STATES)), np.empty((kept, STATES))
     spreads, totals = np.empty((all_, STATES, STATES)), np.zeros(kalman.TOTALS)
     kalman.run(
         record.dt, record.voltage, record.temperature, record.readings, p, active, settings, is_kept, states, whitened,
@@ -132,8 +130,9 @@ def _run(
     found = Filtered(
         p, active, disturbance, float(totals[kalman.LIKELIHOOD]), int(totals[kalman.RESCUED]),
         int(totals[kalman.OUTLYING]), states, whitened, roots, slopes, gains, moves, responses,
+        ahead,
     )  # fmt: skip
-    return found, covariances, ahead, spreads
+    return found, covariances, spreads
 
 
 def sensitivities(
@@ -156,17 +155,15 @@ def sensitivities(
     shapes, modulations = _shapes([columns[k].shape for k in rest], len(record))
     effects = np.array([_index(columns[k]) for k in rest], np.int64)
     kinds = np.array([_kind(columns[k], at) for k in rest], np.int64)
-    first = np.zeros(len(rest), np.int64)
-    if groups is not None:
-        numbers = [groups[k] for k in rest]
-        first = np.array([numbers.index(one) for one in numbers], np.int64)
+    numbers = [0 if groups is None else groups[k] for k in rest]
+    until = np.array([len(rest) - numbers[::-1].index(one) for one in numbers], np.int64)
     matrix, gradient = np.zeros((len(columns), len(columns))), np.zeros(len(columns))
     rows = np.zeros((len(record) if is_kept else 0, 3, len(columns)))
     normal_matrix(
-        record.dt, record.voltage, record.temperature, at.parameters, at.active, at.states, at.whitened, at.roots,
-        at.slopes, at.gains, at.moves, at.responses, places.copy(), tied.copy(), effects,
+        record.dt, record.voltage, record.temperature, at.parameters, at.states, at.ahead, at.whitened,
+        at.roots, at.slopes, at.gains, at.moves, at.responses, places.copy(), tied.copy(), effects,
         away, np.array([columns[k].step if columns[k].place >= 0 else 1.0 for k in rest], float), kinds, shapes,
-        modulations, first, matrix, gradient, rows,
+        modulations, until, matrix, gradient, rows,
     )  # fmt: skip
     order = np.argsort([*base, *rest])
     return Normal(matrix[np.ix_(order, order)], gradient[order], rows[:, :, order])
@@ -184,12 +181,8 @@ def _index(column: Column) -> int:
 
 
 def _kind(column: Column, at: Filtered) -> int:
-    """Return the bits of `tangents.normal_matrix`: errs in a reading, is there already, remembers."""
-    effect = column.effect
-    if effect is None:
-        return 0
-    is_there = forces.INDEX[effect.id] in at.active
-    return effect.acts_at(*_ERRS) + 2 * is_there + 4 * bool(effect.states or effect.sensor)
+    """Return whether an effect is there without being moved."""
+    return int(column.effect is not None and forces.INDEX[column.effect.id] in at.active)
 
 
 def _shapes(shapes: Sequence[Float64 | None], n: int) -> tuple[Int64, Float64]:

@@ -15,12 +15,13 @@ from etb_hil.plant.effects import compose
 from etb_hil.plant.effects.catalogue import OWN
 from etb_hil.plant.effects.effect import Effect
 from etb_hil.plant.effects.layout import SLOW
-from etb_hil.plant.effects.port import Port
+from etb_hil.plant.effects.port import READINGS, Port
 from etb_hil.plant.exactmath import gauss
 from etb_hil.plant.physics import (
     BACK_EMF,
     COULOMB,
     GEAR_RATIO,
+    INDUCTANCE,
     RESISTANCE,
     STICTION,
     STRIBECK_VELOCITY,
@@ -40,6 +41,7 @@ INDEX = {effect.id: k for k, effect in enumerate(OWN)}
 
 _ASKS = "theta, omega, current, rate, command, bristle, temperature, remembered, p, out"
 _PASSED = "omega, travel, current, command, temperature, dt, remembered, p"
+_MOTION = "begin, end, dt, voltage, temperature, states, ahead, remembered, p, room, out"
 _FINE = {
     Port.SPRINGS: "out[0] += {f}(springs, theta, p) - springs",
     Port.SPRING_TORQUE: "out[0] += {f}(0.0, theta, p)",
@@ -123,21 +125,59 @@ def _passing(effect: Effect) -> compose.Made:
     )
 
 
-def _compiled(name: str, takes: str, lines: list[str], scope: dict[str, Any]) -> compose.Made:
+def _compiled(
+    name: str, takes: str, lines: list[str], scope: dict[str, Any], *, is_inline: bool = True
+) -> compose.Made:
     body = "\n    ".join(lines)
     exec(f"def {name}({takes}):\n    {body}\n", scope)  # noqa: S102 (written here, from checked names)
-    return njit(cache=False, error_model="numpy")(scope[name])
+    return njit(cache=False, error_model="numpy", forceinline=is_inline)(scope[name])
+
+
+def _along(effect: Effect, function: compose.Made, passing: compose.Made) -> compose.Made:
+    """Return a function that fills in what an effect adds along a motion, sample by sample; see `along`.
+
+    A loop for each effect: one call for each sample costs as much as what it returns.
+    """
+    scope: dict[str, Any] = {"f": function, "passing": passing, "KE": BACK_EMF, "R": RESISTANCE, "L": INDUCTANCE}
+    lines = [
+        "for k in range(begin, end):",
+        "    x, y, o, t = states[k], ahead[k], out[k - begin], temperature[k]",
+    ]
+    if effect.acts_at(*READINGS, Port.PLATE_LEAD):
+        lines += [
+            "    v = voltage[max(k - 1, 0)]",
+            "    rate = (v - x[5] - p[R] * x[4] - p[KE] * x[1]) / p[L]",
+            "    f(x[0], x[1], x[4], rate, v, x[2], t, remembered, p, room)",
+            "    o[3] = room[3]; o[4] = room[4]; o[5] = room[5]",
+        ]
+    else:
+        lines += ["    o[3] = 0.0; o[4] = 0.0; o[5] = 0.0"]
+    lines += [
+        "    omega, current, v = 0.5 * (x[1] + y[1]), 0.5 * (x[4] + y[4]), voltage[k]",
+        "    rate = (v - 0.5 * (x[5] + y[5]) - p[R] * current - p[KE] * omega) / p[L]",
+        "    f(0.5 * (x[0] + y[0]), omega, current, rate, v, 0.5 * (x[2] + y[2]), t, remembered, p, room)",
+        "    o[0] = room[0]; o[1] = room[1]; o[2] = room[2]",
+    ]
+    if effect.states or effect.sensor:
+        lines.append("    if k + 1 < len(states):")
+        lines.append("        passing(x[1], states[k + 1, 0] - x[0], x[4], v, t, dt[k], remembered, p)")
+    return _compiled(f"along_{effect.id}", _MOTION, lines, scope)
 
 
 def _chosen(name: str, takes: str, functions: list[compose.Made]) -> compose.Made:
     """Return a function that calls the one of some functions that an index says."""
     scope = {f"f{k}": function for k, function in enumerate(functions)}
     lines = [f"if index == {k}: f{k}({takes})" for k in range(len(functions))]
-    return _compiled(name, f"index, {takes}", lines, scope)
+    return _compiled(name, f"index, {takes}", lines, scope, is_inline=False)
 
 
-add = _chosen("add", _ASKS, [_function(effect) for effect in OWN])
-pass_time = _chosen("pass_time", _PASSED, [_passing(effect) for effect in OWN])
+_adding = [_function(effect) for effect in OWN]
+_passing_time = [_passing(effect) for effect in OWN]
+add = _chosen("add", _ASKS, _adding)
+pass_time = _chosen("pass_time", _PASSED, _passing_time)
+# Fills in what an effect adds (`out`, (samples, `ADDED`)) from sample `begin` to before `end` of a filtered motion: to
+# the readings at their states, else in the middle of the way to the state that was predicted (`ahead`).
+along = _chosen("along", _MOTION, [_along(*each) for each in zip(OWN, _adding, _passing_time, strict=True)])
 _starts = compose.starts(OWN)
 
 

@@ -112,50 +112,23 @@ def acting_on(
 
 
 @njit(cache=True, error_model="numpy")
-def predict(  # noqa: C901 (products of small matrices)
-    x: Vector,
-    p: Vector,
-    voltage: float,
-    dt: float,
-    acting: Vector,
-    has_derivatives: bool,
-    f: Float64,
-    b: Float64,
-    work: Float64,
+def predict(
+    x: Vector, p: Vector, voltage: float, dt: float, acting: Vector, f: Float64, b: Float64, work: Float64
 ) -> None:
-    """Move the state by a sample of dt s, and fill in the derivatives of its end where they are wanted.
+    """Move the state by a sample of dt s, and fill in the derivatives of its end.
 
     As `throttle.step` does, in steps that are short enough; what acts follows the angle and the velocity by its
-    derivatives. `work` (16, at least 6).
+    derivatives. `work` (2, at least `MOVING`).
     """
     parts = int(dt / _LONGEST - 1e-6) + 1
     h = dt / parts
     theta, omega, braking = x[THETA], x[OMEGA], acting[BRAKING]
-    f2, b2, room = work[2:8], work[8:14], work[:2]
-    for part in range(parts):
-        if part == 0:
-            step(x, p, voltage, h, acting, f, b, room)
-            continue
+    f[:], b[:] = 0.0, 0.0
+    for i in range(STATES):
+        f[i, i] = 1.0
+    for _ in range(parts):
         acting[BRAKING] = braking + acting[BY_ANGLE] * (x[THETA] - theta) + acting[BY_VELOCITY] * (x[OMEGA] - omega)
-        step(x, p, voltage, h, acting, f2, b2, room)
-        if not has_derivatives:
-            continue
-        for j in range(FORCES):
-            for i in range(STATES):
-                found = b2[i, j]
-                for m in range(STATES):
-                    found += f2[i, m] * b[m, j]
-                work[14, i] = found
-            for i in range(STATES):
-                b[i, j] = work[14, i]
-        for j in range(STATES):
-            for i in range(STATES):
-                found = 0.0
-                for m in range(STATES):
-                    found += f2[i, m] * f[m, j]
-                work[14, i] = found
-            for i in range(STATES):
-                f[i, j] = work[14, i]
+        step(x, p, voltage, h, acting, f, b, work)
     acting[BRAKING] = braking
 
 
@@ -163,26 +136,22 @@ def predict(  # noqa: C901 (products of small matrices)
 def _spread(cov: Float64, f: Float64, b: Float64, x: Vector, p: Vector, dt: float, s: Vector, room: Float64) -> None:
     """Carry the covariance over a sample of dt s, with what the equations may lack in that time."""
     for i in range(STATES):
+        f0, f1, f2, f3, f4, f5 = f[i, 0], f[i, 1], f[i, 2], f[i, 3], f[i, 4], f[i, 5]
         for j in range(STATES):
-            found = 0.0
-            for m in range(STATES):
-                found += f[i, m] * cov[m, j]
-            room[i, j] = found
-    for i in range(STATES):
-        for j in range(i + 1):
-            found = 0.0
-            for m in range(STATES):
-                found += room[i, m] * f[j, m]
-            cov[i, j] = cov[j, i] = found
+            by_first = f0 * cov[0, j] + f1 * cov[1, j] + f2 * cov[2, j]
+            room[i, j] = by_first + f3 * cov[3, j] + f4 * cov[4, j] + f5 * cov[5, j]
     fades = math.exp(-2.0 * dt / CORRELATED)
-    cov[TORQUE, TORQUE] += s[Q_TORQUE] * (1.0 - fades)
-    cov[VOLTAGE, VOLTAGE] += s[Q_VOLTAGE] * (1.0 - fades)
     torque, voltage = 0.0, s[NOISE_VOLTAGE]
     if abs(x[THETA] - p[LIMP_HOME]) < p[DEAD_ZONE] + s[NEAR] + abs(x[OMEGA]) * dt:
         torque = (s[JUMP] * (p[PRELOAD_OPEN] + p[PRELOAD_CLOSE])) ** 2
     for i in range(STATES):
-        for j in range(STATES):
-            cov[i, j] += b[i, BRAKING] * b[j, BRAKING] * torque + b[i, LOST] * b[j, LOST] * voltage
+        r0, r1, r2, r3, r4, r5 = room[i, 0], room[i, 1], room[i, 2], room[i, 3], room[i, 4], room[i, 5]
+        braking, lost = torque * b[i, BRAKING], voltage * b[i, LOST]
+        for j in range(i + 1):
+            found = r0 * f[j, 0] + r1 * f[j, 1] + r2 * f[j, 2] + r3 * f[j, 3] + r4 * f[j, 4] + r5 * f[j, 5]
+            cov[i, j] = cov[j, i] = found + braking * b[j, BRAKING] + lost * b[j, LOST]
+    cov[TORQUE, TORQUE] += s[Q_TORQUE] * (1.0 - fades)
+    cov[VOLTAGE, VOLTAGE] += s[Q_VOLTAGE] * (1.0 - fades)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -234,8 +203,8 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     `whitened` (n, 3): innovations in their standard deviations; `roots` (n, 3): what 1 of a reading is of it, 0 where
     none was read. Both are lowered where an innovation is large. With `is_kept` also `slopes` (n, 3): of the readings
     by their state, `gains` (n, 3, `STATES`), `moves` (n, `STATES`, `STATES`) and `responses` (n, `STATES`, `FORCES`) of
-    the prediction. `covariances` (n or 0, `STATES`, `STATES`): after the readings; `ahead` and `spreads`, of the same
-    lengths: the next sample's state and covariance as predicted.
+    the prediction, and `ahead` (n, `STATES`), the next sample's state as predicted. `covariances` (n or 0, `STATES`,
+    `STATES`): after the readings; `spreads`, of the same length: the next sample's as predicted.
     """
     x, cov = np.zeros(STATES), np.zeros((STATES, STATES))
     f, b, work = np.zeros((STATES, STATES)), np.zeros((STATES, FORCES)), np.zeros((16, STATES + 2))
@@ -318,16 +287,17 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
             covariances[k] = cov
         before = x[THETA]
         acting_on(x, voltage[k], temperature[k], active, memory, p, acting, added)
-        predict(x, p, voltage[k], h, acting, True, f, b, work)
+        predict(x, p, voltage[k], h, acting, f, b, work)
         for j in range(len(active)):
             forces.pass_time(
                 active[j], x[OMEGA], x[THETA] - before, x[CURRENT], voltage[k], temperature[k], h, memory, p
             )
         _spread(cov, f, b, x, p, h, s, work[:STATES])
-        if len(covariances) > 0:
-            ahead[k], spreads[k] = x, cov
+        if len(spreads) > 0:
+            spreads[k] = cov
         if is_kept:
             for i in range(STATES):
+                ahead[k, i] = x[i]
                 for j in range(STATES):
                     moves[k, i, j] = f[i, j]
                 for j in range(FORCES):

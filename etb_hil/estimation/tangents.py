@@ -14,9 +14,9 @@ import numpy as np
 
 from etb_hil.base.compiled import njit
 from etb_hil.estimation import forces
-from etb_hil.estimation.kalman import READINGS, acting_on, current_rate, predict
+from etb_hil.estimation.kalman import READINGS
 from etb_hil.estimation.motion import spring
-from etb_hil.estimation.throttle import ACTING, BRISTLE, CURRENT, FORCES, OMEGA, STATES, THETA
+from etb_hil.estimation.throttle import BRISTLE, CURRENT, FORCES, OMEGA, STATES, THETA
 from etb_hil.plant.exactmath import gauss
 from etb_hil.plant.physics import (
     BACK_EMF,
@@ -47,24 +47,31 @@ from etb_hil.plant.physics import (
 from etb_hil.recording.samples import Float64, Int64
 
 _SHORT = 1e-6  # of a bristle's length
+_BLOCK = 256  # samples for which effects are evaluated at a time
 
 
 @njit(cache=True, error_model="numpy", fastmath=True)
-def _add(row: Vector, factor: float, other: Vector) -> None:
-    """Add another row times a factor to a row, in place."""
-    for j in range(len(row)):
-        row[j] += factor * other[j]
+def _carry(s: Float64, move: Float64, response: Float64, push: Float64, out: Float64) -> None:
+    """Fill in the tangents (`STATES`, c) after a prediction, from those before and what pushes it (`FORCES`, c)."""
+    for i in range(STATES):
+        f0, f1, f2, f3, f4, f5 = move[i, 0], move[i, 1], move[i, 2], move[i, 3], move[i, 4], move[i, 5]
+        b0, b1, b2 = response[i, 0], response[i, 1], response[i, 2]
+        for j in range(s.shape[1]):
+            by_state = f0 * s[0, j] + f1 * s[1, j] + f2 * s[2, j] + f3 * s[3, j] + f4 * s[4, j] + f5 * s[5, j]
+            out[i, j] = by_state + b0 * push[0, j] + b1 * push[1, j] + b2 * push[2, j]
 
 
-@njit(cache=True, error_model="numpy")
-def _forced(x: Vector, voltage: float, temperature: float, one: int, memory: Vector, p: Vector, out: Vector) -> None:
-    """Fill in what an effect adds at a state; a negative index: 1 in a channel of `forces.ADDED`, counted from -1."""
-    if one < 0:
-        out[:] = 0.0
-        out[-1 - one] = 1.0
-        return
-    rate = current_rate(x, voltage, p)
-    forces.add(one, x[THETA], x[OMEGA], x[CURRENT], rate, voltage, x[BRISTLE], temperature, memory, p, out)
+@njit(cache=True, error_model="numpy", fastmath=True)
+def _multiply(row: Vector, nb: int, until: Int64, matrix: Float64) -> None:
+    """Add a row's products to one triangle of the normal matrix, in place; see `normal_matrix`."""
+    for i in range(nb):
+        factor = row[i]
+        for j in range(i, len(row)):
+            matrix[i, j] += factor * row[j]
+    for i in range(nb, len(row)):
+        factor = row[i]
+        for j in range(i, nb + until[i - nb]):
+            matrix[i, j] += factor * row[j]
 
 
 @njit(cache=True, error_model="numpy")
@@ -108,14 +115,14 @@ def _by_parameters(x: Vector, ahead: Vector, dt: float, p: Vector, out: Float64)
     out[RESISTANCE, 2], out[INDUCTANCE, 2] = current, (ahead[CURRENT] - x[CURRENT]) / dt
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     dt: Vector,
     voltage: Vector,
     temperature: Vector,
     p: Vector,
-    active: Int64,
     states: Float64,
+    predicted: Float64,
     whitened: Float64,
     roots: Float64,
     slopes: Float64,
@@ -130,7 +137,7 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     kinds: Int64,
     shapes: Int64,
     modulations: Float64,
-    first: Int64,
+    until: Int64,
     matrix: Float64,
     gradient: Vector,
     kept: Float64,
@@ -139,109 +146,88 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
 
     Along a filtered record (see `kalman.run`). Base columns: `base` (b) are places of parameters, `tied` (b) those of
     what moves along in proportion, -1 for none. Behind them effect columns (e): `effects` their indices, `moved`
-    (e, EXTENDED) parameters moved by `effect_steps`; `kinds` (e): 1 it errs in a reading, 2 it is there without being
-    moved, 4 it has a memory; `shapes` (e): the row of `modulations` (m, n) that it is multiplied by, -1 for none.
-    `first` (e): the first of the effect columns with which a column's products are wanted; those with base columns
-    always are. `kept` (n or 0, 3, c): takes the sensitivities of all whitened innovations.
+    (e, EXTENDED) parameters moved by `effect_steps`; `kinds` (e): 1 where it is there without being moved; `shapes`
+    (e): the row of `modulations` (m, n) that it is multiplied by, -1 for none. `until` (e): one behind the last of the
+    effect columns with which a column's products are wanted; those with base columns always are. `kept`
+    (n or 0, 3, c): takes the sensitivities of all whitened innovations.
     """
     nb, ne = len(base), len(effects)
     c = nb + ne
-    s = np.zeros((STATES, c))
-    room, z = np.zeros((STATES, c)), np.zeros(c)
-    push, errs = np.zeros((FORCES, ne)), np.zeros((READINGS, ne))
-    row = np.zeros(c)
-    f, b, work = np.zeros((STATES, STATES)), np.zeros((STATES, FORCES)), np.zeros((16, STATES + 2))
-    acting, added = np.zeros(ACTING), np.zeros((4, forces.ADDED))
-    memory = forces.remembered(temperature[0], p)
-    memories = np.zeros((ne, forces.MEMORY))
+    s, room = np.zeros((STATES, c)), np.zeros((STATES, c))
+    z, row = np.zeros(c), np.zeros(c)
+    push = np.zeros((FORCES, c))
+    memories, plain = np.zeros((ne, forces.MEMORY)), np.zeros((ne, forces.MEMORY))
     for j in range(ne):
         memories[j] = forces.remembered(temperature[0], moved[j])
-    ahead, middle, lacks = np.zeros(STATES), np.zeros(STATES), np.zeros((PARAMETERS, FORCES + 1))
-    out, without = np.zeros(forces.ADDED), np.zeros(forces.ADDED)
+        plain[j] = forces.remembered(temperature[0], p)
+    added, one = np.zeros((_BLOCK, forces.ADDED, ne)), np.zeros((_BLOCK, forces.ADDED))
+    without, out = np.zeros((_BLOCK, forces.ADDED)), np.zeros(forces.ADDED)
+    lacks = np.zeros((PARAMETERS, FORCES + 1))
     last = len(dt) - 1
     for k in range(len(dt)):
-        x = states[k]
-        for j in range(ne):
-            if kinds[j] & 1 or effects[j] < 0:
-                _forced(x, voltage[max(k - 1, 0)], temperature[k], effects[j], memories[j], moved[j], out)
-                if kinds[j] & 2:
-                    _forced(x, voltage[max(k - 1, 0)], temperature[k], effects[j], memory, p, without)
-                    out -= without
-                scale = (1.0 if shapes[j] < 0 else modulations[shapes[j], k]) / effect_steps[j]
-                for m in range(READINGS):
-                    errs[m, j] = out[forces.AT_CURRENT + m] * scale
+        x, within = states[k], k % _BLOCK
+        if within == 0 and ne > 0:
+            until_k = min(k + _BLOCK, len(dt))
+            for j in range(ne):
+                if effects[j] < 0:
+                    one[:] = 0.0
+                    one[:, -1 - effects[j]] = 1.0
+                else:
+                    forces.along(
+                        effects[j], k, until_k, dt, voltage, temperature, states, predicted, memories[j], moved[j], out,
+                        one,
+                    )  # fmt: skip
+                if kinds[j]:
+                    if j == 0 or effects[j] != effects[j - 1]:
+                        forces.along(
+                            effects[j], k, until_k, dt, voltage, temperature, states, predicted, plain[j], p, out,
+                            without,
+                        )  # fmt: skip
+                    one -= without
+                for b in range(until_k - k):
+                    scale = (1.0 if shapes[j] < 0 else modulations[shapes[j], k + b]) / effect_steps[j]
+                    for m in range(forces.ADDED):
+                        added[b, m, j] = one[b, m] * scale
         for m in range(READINGS):
             root = roots[k, m]
             if root == 0.0:
                 continue
             at, slope = (CURRENT if m == 0 else THETA), slopes[k, m]
-            from_row = s[at]
             for j in range(c):
-                z[j] = slope * from_row[j]
+                z[j] = slope * s[at, j]
             for j in range(ne):
-                z[nb + j] += errs[m, j]
+                z[nb + j] += added[within, forces.AT_CURRENT + m, j]
             for i in range(STATES):
-                _add(s[i], -gains[k, m, i], z)
+                gain = gains[k, m, i]
+                for j in range(c):
+                    s[i, j] -= gain * z[j]
+            error = whitened[k, m]
             for j in range(c):
                 row[j] = -root * z[j]
-            for j in range(nb):  # one triangle
-                _add(matrix[j, : j + 1], row[j], row[: j + 1])
-            for j in range(ne):
-                begin, end = nb + first[j], nb + j + 1
-                _add(matrix[nb + j, :nb], row[nb + j], row[:nb])
-                _add(matrix[nb + j, begin:end], row[nb + j], row[begin:end])
-            _add(gradient, whitened[k, m], row)
+                gradient[j] += error * row[j]
+            _multiply(row, nb, until, matrix)
             if len(kept) > 0:
                 kept[k, m] = row
         if k == last:
             break
-        acting_on(x, voltage[k], temperature[k], active, memory, p, acting, added)
-        ahead[:] = x
-        predict(ahead, p, voltage[k], dt[k], acting, False, f, b, work)
-        for i in range(STATES):
-            room[i, :] = 0.0
-            for m in range(STATES):
-                if moves[k, i, m] != 0.0:
-                    _add(room[i], moves[k, i, m], s[m])
-            middle[i] = 0.5 * (x[i] + ahead[i])
-        for j in range(ne):
-            _forced(middle, voltage[k], temperature[k], effects[j], memories[j], moved[j], out)
-            if kinds[j] & 2:
-                _forced(middle, voltage[k], temperature[k], effects[j], memory, p, without)
-                out -= without
-            scale = (1.0 if shapes[j] < 0 else modulations[shapes[j], k]) / effect_steps[j]
-            for m in range(FORCES):
-                push[m, j] = out[m] * scale
-            if kinds[j] & 4:
-                forces.pass_time(
-                    effects[j], x[OMEGA], states[k + 1, THETA] - x[THETA], x[CURRENT], voltage[k], temperature[k],
-                    dt[k], memories[j], moved[j],
-                )  # fmt: skip
-        for i in range(STATES):
-            for m in range(FORCES):
-                _add(room[i, nb:], responses[k, i, m], push[m])
         if nb > 0:
-            _by_parameters(x, ahead, dt[k], p, lacks)
+            _by_parameters(x, predicted[k], dt[k], p, lacks)
         for j in range(nb):
-            for turn in range(2):
-                place = tied[j] if turn else base[j]
-                if place < 0:
-                    continue
-                scale = p[place] / p[base[j]] if turn else 1.0
-                for m in range(FORCES):
-                    if lacks[place, m] != 0.0:
-                        for i in range(STATES):
-                            room[i, j] += responses[k, i, m] * lacks[place, m] * scale
-                bends = 0.5 * lacks[place, FORCES]
-                if bends != 0.0:
-                    for i in range(STATES):
-                        room[i, j] += moves[k, i, BRISTLE] * bends
-                    room[BRISTLE, j] += bends
-        for one in active:
-            forces.pass_time(
-                one, x[OMEGA], states[k + 1, THETA] - x[THETA], x[CURRENT], voltage[k], temperature[k], dt[k], memory, p
-            )
+            for m in range(FORCES):
+                push[m, j] = lacks[base[j], m]
+                if tied[j] >= 0:
+                    push[m, j] += lacks[tied[j], m] * p[tied[j]] / p[base[j]]
+        for m in range(FORCES):
+            for j in range(ne):
+                push[m, nb + j] = added[within, m, j]
+        _carry(s, moves[k], responses[k], push, room)
+        for j in range(nb):
+            bends = 0.5 * lacks[base[j], FORCES]
+            if bends != 0.0:
+                for i in range(STATES):
+                    room[i, j] += moves[k, i, BRISTLE] * bends
+                room[BRISTLE, j] += bends
         s, room = room, s
     for j in range(c):
         for i in range(j):
-            matrix[i, j] = matrix[j, i]
+            matrix[j, i] = matrix[i, j]

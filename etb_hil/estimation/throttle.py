@@ -45,10 +45,11 @@ _BENT_MOST = 1.2  # times the friction level: bristles bent further turn the sig
 
 @njit(cache=True, error_model="numpy")
 def step(x: Vector, p: Vector, voltage: float, h: float, acting: Vector, f: Float64, b: Float64, work: Float64) -> None:
-    """Move the state by h s under a voltage in V, and fill in the derivatives of its end.
+    """Move the state by h s under a voltage in V, and carry the derivatives of its end on.
 
-    `acting` (`ACTING`): what effects add. `f` (`STATES`, `STATES`): by the state before. `b` (`STATES`, `FORCES`): by
-    the braking torque, the share of the friction level and the lost voltage. `work` (2, at least `MOVING`).
+    `acting` (`ACTING`): what effects add. `f` (`STATES`, `STATES`): by the state where a sample begins; `b` (`STATES`,
+    `FORCES`): by the braking torque, the share of the friction level and the lost voltage. `work` (2, at least
+    `MOVING`).
     """
     r, by = work[0], work[1]
     coulomb, stiction = p[COULOMB], p[STICTION]
@@ -77,25 +78,41 @@ def step(x: Vector, p: Vector, voltage: float, h: float, acting: Vector, f: Floa
     r[CURRENT] = -per * k * mean
     r[VOLTAGE] = per * k * (1.0 - mean) / resistance
     emf = (1.0 - end) * p[BACK_EMF] / (resistance * h)
+    # By the state before: all but a diagonal follows from how the way changes.
+    keeps, rises, loses = by[BRISTLE], 2.0 / h, (1.0 - end) / resistance
     for j in range(STATES):
-        f[THETA, j] = r[j]
-        f[OMEGA, j] = 2.0 * r[j] / h
-        f[BRISTLE, j] = bend * r[j]
-        f[TORQUE, j] = f[VOLTAGE, j] = 0.0
-        f[CURRENT, j] = -emf * r[j]
-    f[THETA, THETA] += 1.0
-    f[OMEGA, OMEGA] -= 1.0
-    f[BRISTLE, BRISTLE] += by[BRISTLE]
-    f[TORQUE, TORQUE] = f[VOLTAGE, VOLTAGE] = fades
-    f[CURRENT, CURRENT] += end
-    f[CURRENT, VOLTAGE] -= (1.0 - end) / resistance
-    for j in range(STATES):
-        b[j, BRAKING] = f[j, TORQUE]
-        b[j, LOST] = f[j, VOLTAGE]
-    b[TORQUE, BRAKING] = b[VOLTAGE, LOST] = b[TORQUE, LEVEL] = b[VOLTAGE, LEVEL] = 0.0
-    b[THETA, LEVEL], b[OMEGA, LEVEL] = by_level, 2.0 * by_level / h
-    b[BRISTLE, LEVEL] = bend * by_level + by[MOVING - 1] / (1.0 + acting[LEVEL])
-    b[CURRENT, LEVEL] = -emf * by_level
+        _carry(f, j, r, rises, bend, keeps, emf, end, loses, fades)
+    for j in range(FORCES):
+        _carry(b, j, r, rises, bend, keeps, emf, end, loses, fades)
+    _push(b, BRAKING, r[TORQUE], rises, bend, emf)
+    _push(b, LEVEL, by_level, rises, bend, emf)
+    _push(b, LOST, r[VOLTAGE], rises, bend, emf)
+    b[BRISTLE, LEVEL] += by[MOVING - 1] / (1.0 + acting[LEVEL])
+    b[CURRENT, LOST] -= loses
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _carry(
+    f: Float64, j: int, r: Vector, rises: float, bend: float, keeps: float, emf: float, end: float, loses: float,
+    fades: float,
+) -> None:  # fmt: skip
+    """Carry a column of derivatives over a step, in place."""
+    way = r[0] * f[0, j] + r[1] * f[1, j] + r[2] * f[2, j] + r[3] * f[3, j] + r[4] * f[4, j] + r[5] * f[5, j]
+    f[CURRENT, j] = end * f[CURRENT, j] - loses * f[VOLTAGE, j] - emf * way
+    f[THETA, j] += way
+    f[OMEGA, j] = rises * way - f[OMEGA, j]
+    f[BRISTLE, j] = bend * way + keeps * f[BRISTLE, j]
+    f[TORQUE, j] *= fades
+    f[VOLTAGE, j] *= fades
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _push(b: Float64, j: int, way: float, rises: float, bend: float, emf: float) -> None:
+    """Add to a column what a force does within the step, by how it changes the way."""
+    b[THETA, j] += way
+    b[OMEGA, j] += rises * way
+    b[BRISTLE, j] += bend * way
+    b[CURRENT, j] -= emf * way
 
 
 @njit(cache=True, error_model="numpy")

@@ -379,7 +379,7 @@ class Transfer:
 
 @dataclass(frozen=True, slots=True)
 class ToldApart:
-    """What another recording of the same unit tells a cause from."""
+    """What a recording tells a cause from: by its likelihood, or as another one of the same unit."""
 
     effect: str
     tells_from: tuple[str, ...]

@@ -8,10 +8,11 @@ from independent_throttle import Unit, friction_check, off_by_tolerances, sense
 from throttle_as_model import bench_model, parameters
 
 from etb_hil.base.errors import InputError
-from etb_hil.estimation.calibration import base_unknowns, calibrated
+from etb_hil.estimation.calibration import calibrated
 from etb_hil.estimation.filtering import Column, Disturbance, filtered, sensitivities, smoothed
 from etb_hil.estimation.record import record
 from etb_hil.estimation.throttle import BRISTLE, CURRENT, OMEGA, THETA
+from etb_hil.estimation.unknown import base_unknowns
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.extended import advance_extended, new_extended_state
 from etb_hil.plant.physics import COULOMB, VISCOUS, stribeck

@@ -65,7 +65,7 @@ def score(explanation, truth, *, removed=False, declared=()):
     elif not names_something:
         outcome = verdict
     elif truth["kind"] == "pair":
-        outcome = _pair(verdict, causes, true, alike)
+        outcome = _pair(verdict, causes, true)
     elif removed:
         strangers = [cause for cause in causes if cause[0] not in alike[true[0]] | set(declared)]
         outcome = "wrong_confident" if any(_confident(verdict, cause) for cause in strangers) else "honest"
@@ -99,19 +99,16 @@ def _single(verdict, causes, true, alike):
     strangers = [cause for cause in causes if true not in cause[1] | {cause[0]}]
     if strangers:
         return _named_falsely(verdict, strangers)
-    if _confident(verdict, causes[0]):
-        # Where the data cannot tell, even the right name is a guess.
-        return "wrong_confident" if alike else "right"
-    return "right" if alike else "honest"
+    # A true name alone is right also beside a look-alike: a guess would be wrong as often, and count as that.
+    return "right" if alike or _confident(verdict, causes[0]) else "honest"
 
 
-def _pair(verdict, causes, true, alike):
+def _pair(verdict, causes, true):
     found = {name for name in true for cause in causes if name in cause[1] | {cause[0]}}
     # A confident cause must be one of the two; a look-alike of one of them is a wrong name all the same.
     strangers = [cause for cause in causes if not (cause[1] | {cause[0]}) & set(true)]
-    guesses = [cause for cause in causes if _confident(verdict, cause) and alike.get(cause[0])]
-    if strangers or guesses:
-        return "wrong_confident" if any(_confident(verdict, c) for c in strangers + guesses) else "wrong_class"
+    if strangers:
+        return "wrong_confident" if any(_confident(verdict, c) for c in strangers) else "wrong_class"
     return "right" if len(found) == len(true) else "honest"
 
 

@@ -36,7 +36,8 @@ def _says(verdict, *causes):
         (_says("unexplained", ("brush_drop",)), (), "unexplained"),
         (_says("adequate"), (), "adequate"),
         (_says("insufficient_data"), (), "insufficient_data"),
-        (_says("explained", ("brush_drop",)), ("hbridge_dead_time",), "wrong_confident"),
+        (_says("explained", ("brush_drop",)), ("hbridge_dead_time",), "right"),
+        (_says("explained", ("hbridge_dead_time",)), ("hbridge_dead_time",), "wrong_confident"),
         (_says("ambiguous", ("hbridge_dead_time", "brush_drop")), ("hbridge_dead_time",), "right"),
         (_says("ambiguous", ("brush_drop", "hbridge_dead_time")), ("hbridge_dead_time",), "right"),
         (_says("ambiguous", ("hbridge_dead_time",)), ("hbridge_dead_time",), "wrong_class"),
@@ -147,7 +148,7 @@ def test_rates_are_given_for_all_the_visible_and_the_separable_files():
         _truth("single", "brush_drop", look_alikes=("hbridge_dead_time",)),
     ]
     table = aggregate([score(right, truth) for truth in truths])
-    assert table["single", "strong", "all"]["right"].hits == 2
+    assert table["single", "strong", "all"]["right"].hits == 3
     assert table["single", "strong", "all"]["right"].count == 3
     assert table["single", "strong", "visible"]["right"].count == 2
     assert table["single", "strong", "separable"]["right"].value == 1.0

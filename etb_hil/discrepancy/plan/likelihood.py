@@ -1,0 +1,174 @@
+"""Findings of a search, judged by the likelihood of the whole record under each hypothesis (decision 0038).
+
+Balances say by how much a cause lowers what a model leaves; hypotheses that lower it about as much are one group. The
+filter's likelihood takes every sample with its own noise, and says what each hypothesis still needs a disturbance for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from etb_hil.discrepancy.candidates.candidate import MODEL_FILE_NAME, candidates_for
+from etb_hil.discrepancy.candidates.refinement import Refined, unknowns_of
+from etb_hil.discrepancy.fitting.calibration import residual_of
+from etb_hil.discrepancy.fitting.fit import fit_of, gauss_newton
+from etb_hil.discrepancy.fitting.noise_floor import group_means
+from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.search import decision
+from etb_hil.discrepancy.search.current_model import accept, continue_from
+from etb_hil.discrepancy.search.findings import Findings, SelectionStep
+from etb_hil.discrepancy.search.friction_drift import DRIFTS, WEARS
+from etb_hil.discrepancy.search.rejection import reason_to_reject
+from etb_hil.estimation.record import Record, record
+from etb_hil.hypotheses.comparison import Hypothesis, compared, left_by_model, left_with
+from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.effects.layout import EXTENDED
+from etb_hil.plant.parameters import Model
+from etb_hil.results.explanation import ToldApart
+
+_OWN_NAME = {f"parameter:{stated}": f"parameter:{own}" for own, stated in MODEL_FILE_NAME.items()}
+_WHOLE = 0.9  # of all samples: a record that has as many is judged for all
+_NOTHING = 1.0  # multiples of nothing: what leaves less leaves nothing to be explained
+_ITERATIONS = 6
+_NEAR = 2.0  # times what the balances' own winner leaves: a cause that they contradict is not put in its place
+_IDLE = "nothing is left beside the first cause"
+
+
+def weigh(findings: Findings) -> tuple[ToldApart, ...]:
+    """Judge findings by the likelihood of their longest record; return what that tells apart.
+
+    Members of an ambiguity group go that the whole record makes unlikely, and the likelier number of the model takes
+    the place of an only cause. Later causes go where the first one leaves nothing. Where nothing is left, nothing is
+    unexplained. Findings of drives, and those cut short, stay as they are.
+    """
+    measured = max((b.measured for b in findings.balances), key=len)
+    if measured.is_drive or not _is_open(findings):
+        return ()
+    made = as_record(measured, findings.model)
+    is_whole = len(measured) > _WHOLE * sum(len(b.measured) for b in findings.balances)
+    if not findings.accepted:
+        if is_whole and left_by_model(made, findings.model) < _NOTHING:
+            findings.verdict = "adequate"
+        return ()
+    if is_whole and len(findings.accepted) > 1:
+        _drop_idle(findings, made)
+    leaves, found = np.inf, []
+    for each in findings.accepted:
+        if each.accepted:  # its joint parameter's may have been replaced with it
+            step, winner, gone = _narrowed(findings, each, made)
+            leaves = winner.left if winner is not None else np.inf
+            found += [ToldApart(step.winner.id, gone, measured.origin)] if gone else []
+    findings.verdict = decision.verdict(findings)
+    if is_whole and leaves < _NOTHING and findings.verdict == "unexplained":
+        findings.verdict = "ambiguous" if any(each.ambiguity_group for each in findings.accepted) else "explained"
+    return tuple(found)
+
+
+def as_record(measured: Measurement, model: Model) -> Record:
+    """Return a measurement as the filter takes it."""
+    motor, plate = measured.motor_and_plate
+    is_alone = measured.is_plates and measured.encoder is None
+    return record(
+        np.arange(len(measured), dtype=np.float64) * measured.dt, measured.voltage, model, current=measured.current,
+        motor=None if is_alone else motor, plate=measured.angle if is_alone else plate,
+        temperature=measured.temperature,
+    )  # fmt: skip
+
+
+def _is_open(findings: Findings) -> bool:
+    """Tell whether findings leave something open that a likelihood may decide."""
+    if findings.is_interrupted or any(r.rejection in (DRIFTS, WEARS) for r in findings.selection_steps):
+        return False
+    is_doubted = findings.verdict == "unexplained" or len(findings.accepted) > 1
+    return is_doubted or any(each.ambiguity_group for each in findings.accepted)
+
+
+def _own_name(id_: str) -> str:
+    return _OWN_NAME.get(id_, id_)
+
+
+def _file_name(id_: str) -> str:
+    return decision.parameter_id(id_.removeprefix("parameter:")) if id_.startswith("parameter:") else id_
+
+
+def _narrowed(
+    findings: Findings, step: SelectionStep, made: Record
+) -> tuple[SelectionStep, Hypothesis | None, tuple[str, ...]]:
+    """Remove from a group what its likeliest cause excludes; return that cause, its hypothesis, and what went.
+
+    There is no hypothesis where nothing can be said of the cause.
+    """
+    judged = _judged(step, findings, made)
+    winner = next((one for one in judged if one.ids == (_own_name(step.winner.id),)), None)
+    if winner is None:
+        return step, None, ()
+    best, steps = judged[0], [step]
+    if best is not winner and len(findings.accepted) == 1 and (best.is_of_numbers or best.excludes(winner)):
+        replaced = _replaced(findings, step, best)
+        if replaced:
+            step, winner, steps = replaced[0], best, replaced
+    if best.excludes(winner):
+        return step, None, ()
+    gone = _excluded(step, judged, winner)
+    for one in steps:
+        one.ambiguity_group = [id_ for id_ in one.ambiguity_group if id_ not in gone]
+    return step, winner, gone
+
+
+def _judged(step: SelectionStep, findings: Findings, made: Record) -> list[Hypothesis]:
+    """Return the hypotheses for a cause and its group, the likeliest first."""
+    ids = [_own_name(id_) for id_ in (step.winner.id, *step.ambiguity_group)]
+    others = [one.winner.id for one in findings.accepted if one is not step and one.winner.id in CATALOGUE]
+    return compared(made, findings.model, ids, findings.final.fit.whole[:EXTENDED], others)
+
+
+def _excluded(step: SelectionStep, judged: Sequence[Hypothesis], winner: Hypothesis) -> tuple[str, ...]:
+    """Return the ids of a group of which every hypothesis is excluded by the winner."""
+    found = []
+    for id_ in step.ambiguity_group:
+        own = [one for one in judged if _own_name(id_) in one.ids]
+        if own and all(winner.excludes(one) for one in own):
+            found.append(id_)
+    return tuple(found)
+
+
+def _drop_idle(findings: Findings, made: Record) -> None:
+    """Drop later causes where the first one alone leaves nothing."""
+    first, *later = findings.accepted
+    if left_with(made, findings.model, _own_name(first.winner.id), findings.final.fit.whole[:EXTENDED]) < _NOTHING:
+        for one in later:
+            one.accepted, one.rejection = False, _IDLE
+        continue_from(findings, first.winner.fit.whole, first.winner.unknowns)
+
+
+def _replaced(findings: Findings, old: SelectionStep, by: Hypothesis) -> list[SelectionStep]:
+    """Accept another member of a group as the only cause, and return its steps; none where the balances object."""
+    residual, base = residual_of(findings.balances), old.before
+    names = [_file_name(id_) for id_ in by.ids]
+    freed = frozenset(id_.removeprefix("parameter:") for id_ in by.ids if by.is_of_numbers)
+    known = candidates_for(findings.balances, base.unknowns).get(names[0], [])
+    candidate = next((one for one in known if one.freed == freed), None)
+    if candidate is None:
+        return []
+    whole = base.fit.whole.copy()
+    whole[:EXTENDED] = by.fit.parameters[:EXTENDED]
+    unknowns = unknowns_of(base.unknowns, candidate, whole, findings.balances[0].load)
+    fit, _ = gauss_newton(residual, fit_of(residual, whole), unknowns, _ITERATIONS)
+    if fit.cost > _NEAR * old.winner.fit.cost:
+        return []
+    winner = Refined(candidate, fit, unknowns)
+    after = group_means(findings.balances, fit.whole)[0] / findings.final_noise_floor.level
+    found = replace(
+        old, refined=[winner, *old.refined], after_groups=after, best_finer_shapes=winner, accepted=False,
+        ambiguity_group=[id_ for id_ in (old.winner.id, *old.ambiguity_group) if id_ not in names],
+    )  # fmt: skip
+    old.accepted = False
+    if reason_to_reject(found, findings):
+        old.accepted = True
+        return []
+    findings.selection_steps[findings.selection_steps.index(old)] = found
+    accept(findings, found)
+    return findings.accepted

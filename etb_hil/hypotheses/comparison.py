@@ -1,0 +1,138 @@
+"""Compare hypotheses about one record: each is fitted, with its own disturbances, and has its evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from etb_hil.estimation.calibration import Fitted, calibrated, climbed, over, settled
+from etb_hil.estimation.record import Record
+from etb_hil.estimation.unknown import Unknown, base_unknowns
+from etb_hil.hypotheses.candidates import candidates, freed, unknowns_of
+from etb_hil.hypotheses.constants import ALIKE, ALIKE_NUMBERS, GAIN, IMMATERIAL, MATERIAL, NEEDED, WHITE
+from etb_hil.hypotheses.screening import screened
+from etb_hil.plant.effects.catalogue import CATALOGUE
+from etb_hil.plant.parameters import Model
+from etb_hil.plant.physics import COULOMB, RESISTANCE, TORQUE_PER_AMPERE
+from etb_hil.recording.samples import Float64
+
+PARAMETER = "parameter:"
+# Sliding friction and break-away friction are of the same contacts.
+TOGETHER = (("coulomb", "stiction"),)
+
+
+@dataclass(frozen=True, slots=True)
+class Hypothesis:
+    """A cause as fitted: an effect, or base parameters that leave their tolerances together.
+
+    `evidence` in nats over the calibrated model. `left`, `without`: what it leaves and what is left without it, as
+    multiples of what is nothing.
+    """
+
+    ids: tuple[str, ...]
+    evidence: float
+    left: float
+    without: float
+    fit: Fitted
+
+    @property
+    def is_of_numbers(self) -> bool:
+        """Tell whether it is made of base parameters, which have no shape that could be another one."""
+        return self.ids[0].startswith(PARAMETER)
+
+    def excludes(self, other: Hypothesis) -> bool:
+        """Tell whether another one is less likely, and not for a shape that is not quite ours.
+
+        Nats alone do not tell: every misfit of a shape costs some. What is excluded leaves more than what the data
+        cannot tell from the cause would leave, and the cause takes much of that.
+        """
+        alike = (ALIKE_NUMBERS if self.is_of_numbers else ALIKE) * self.without
+        is_likelier = self.evidence > other.evidence + GAIN
+        return is_likelier and other.left > max(alike, MATERIAL) and self.left < NEEDED * other.left
+
+    def is_idle_beside(self, other: Hypothesis) -> bool:
+        """Tell whether it is another one with more in it, which gains nothing."""
+        return set(other.ids) < set(self.ids) and self.evidence < other.evidence + GAIN
+
+
+def compared(
+    record: Record, model: Model, ids: Sequence[str], present: Float64, others: Iterable[str] = ()
+) -> list[Hypothesis]:
+    """Return hypotheses about a record, the likeliest first; what it cannot show is left out.
+
+    `ids`: a cause, and what else may be it: effects, and `parameter:` with the name of a base parameter. Parameters may
+    do together what none of them does alone, so all of the others are one hypothesis. `present`: a whole vector in
+    which the effects `others` have been found; they are fitted beside each hypothesis.
+    """
+    beside = [one for id_ in others for one in unknowns_of(CATALOGUE[id_], present)]
+    start = model.vector()
+    for one in beside:
+        start[one.place] = present[one.place]
+    before = calibrated(record, start, [*base_unknowns(model), *beside])
+    known = candidates(record, before.parameters, [id_ for id_ in ids if id_ in CATALOGUE])
+    found = [fitted(record, before, (id_,), p) for id_, p in screened(record, before, known).items()]
+    found += [fitted(record, before, names, before.parameters) for names in _sets_of(ids, before)]
+    # One with more in it than another has to be likelier for a reason.
+    return sorted((one for one in found if not any(map(one.is_idle_beside, found))), key=lambda one: -one.evidence)
+
+
+def left_by_model(record: Record, model: Model) -> float:
+    """Return what a model leaves whose numbers are calibrated inside their tolerances, in multiples of nothing."""
+    return left(calibrated(record, model.vector(), base_unknowns(model)))
+
+
+def left_with(record: Record, model: Model, id_: str, present: Float64) -> float:
+    """Return what a model leaves with one cause, in multiples of nothing; `present`: a vector that has it."""
+    before = calibrated(record, model.vector(), base_unknowns(model))
+    start = before.parameters.copy()
+    if id_ in CATALOGUE:
+        places = list(CATALOGUE[id_].stated_indices)
+        start[places] = present[places]
+    return fitted(record, before, (id_,), start).left
+
+
+def _sets_of(ids: Sequence[str], before: Fitted) -> list[tuple[str, ...]]:
+    """Return the sets of base parameters that leave their tolerances in one hypothesis each."""
+    base = {PARAMETER + one.name for one in before.unknowns if one.effect is None}
+    first, *rest = [id_ if id_ in base else "" for id_ in ids]
+    rest = [id_ for id_ in rest if id_]
+    found = [(first,), tuple(rest)]
+    for pair in TOGETHER:
+        both = tuple(PARAMETER + name for name in pair)
+        if set(both) & {first, *rest} and set(both) <= base:
+            found += [*((one,) for one in both if one in rest), both]
+    return [one for one in dict.fromkeys(found) if one and one[0]]
+
+
+def fitted(record: Record, before: Fitted, ids: tuple[str, ...], parameters: Float64) -> Hypothesis:
+    """Return a hypothesis beside the unknowns of the calibrated model, from some parameters on."""
+    if ids[0] in CATALOGUE:
+        unknowns: list[Unknown] = [*before.unknowns, *unknowns_of(CATALOGUE[ids[0]], parameters)]
+    else:
+        unknowns = freed(before.unknowns, [name.removeprefix(PARAMETER) for name in ids])
+    fit = settled(record, climbed(record, parameters, unknowns, before.disturbance))
+    return Hypothesis(ids, fit.evidence - before.evidence, left(fit), left(before), fit)
+
+
+def needed_torque(fit: Fitted) -> float:
+    """Return the rms of what a disturbance explains, in N·m; of a voltage it is the torque of its current at rest."""
+    torque, voltage = fit.filtered.needed
+    return float(np.hypot(torque, fit.parameters[TORQUE_PER_AMPERE] / fit.parameters[RESISTANCE] * voltage))
+
+
+def left(fit: Fitted) -> float:
+    """Return what a fit leaves, in multiples of nothing.
+
+    That is its disturbance, innovations beyond their noise, and what other parameters had to leave their tolerances by.
+    """
+    disturbance = needed_torque(fit) / (IMMATERIAL * fit.parameters[COULOMB])
+    beyond = sum(max(one - 1.0, 0.0) / WHITE for one in variances(fit))
+    return float(np.sqrt(disturbance**2 + beyond + float(np.sum(over(fit.parameters, fit.unknowns) ** 2))))
+
+
+def variances(fit: Fitted) -> list[float]:
+    """Return the mean square of each reading's whitened innovations, of those that were read."""
+    whitened, roots = fit.filtered.whitened, fit.filtered.roots
+    return [float(np.mean(w[r > 0.0] ** 2)) for w, r in zip(whitened.T, roots.T, strict=True) if (r > 0.0).any()]

