@@ -29,7 +29,7 @@ VERBS = {
     "SIGQUIT": Verb.HALT,  # Ctrl-\
 }
 ENOUGH = 3  # Ctrl-C so often: somebody means to go
-_CAUSES = {TIME_OUT: "the time-out", "SIGUSR1": "key s or r", "SIGINT": "key a or Ctrl-C"}
+_CAUSES = {TIME_OUT: "the time-out", "SIGUSR1": "key s or r", "SIGINT": "key a, Ctrl-C or STOP"}
 EXPLAINED = (
     "ending a run: Ctrl-C, SIGTERM and a closed terminal abort (drive off now); SIGUSR1 stops (the plate is led back "
     "to limp-home, then drive off); Ctrl-\\ (SIGQUIT) halts (no more commands: the controller's watchdog takes the "

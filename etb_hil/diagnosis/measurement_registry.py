@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import pkgutil
 import re
 from collections.abc import Iterable, Mapping
@@ -70,7 +71,7 @@ def _guarded(part: Part) -> Callable[[Findings], Found]:
         try:
             with part.guarded("computing"):
                 found = compute(run)
-                return found if found is None or isinstance(found, Estimate) else _estimates(found)
+                return found if found is None else _estimates((found,) if isinstance(found, Estimate) else found)
         except InputError as error:
             return Estimate(None, note=str(error))
 
@@ -81,6 +82,9 @@ def _estimates(found: Iterable[Estimate]) -> tuple[Estimate, ...]:
     several = tuple(found)
     if not all(isinstance(one, Estimate) for one in several):
         raise TypeError("it returned something else than Estimate, several of them, or None")
+    for one in several:
+        if not all(value is None or math.isfinite(value) for value in (one.value, one.low, one.high)):
+            raise ValueError(f"it returned {one.value} [{one.low}, {one.high}], which is no number")
     return several
 
 

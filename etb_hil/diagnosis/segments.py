@@ -7,8 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from etb_hil.base.nearest import no_such
+from etb_hil.base.roles import ROLES
 from etb_hil.diagnosis.phase_use import RunPhase
 from etb_hil.recording.samples import Float64
+
+_KNOWN = {*ROLES, "angle"} - {"motor_angle"}  # the angle of the throttle shaft stands for the motor's
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,9 +29,12 @@ class Segment:
     columns: Mapping[str, Float64]
 
     def column(self, role: str) -> Float64:
-        """Return a column (n), NaN throughout where the controller does not send the role."""
-        found = self.columns.get(role)
-        return np.full(len(self.time), np.nan) if found is None else found
+        """Return a column (n), NaN throughout where the controller does not send the role; ValueError for no role."""
+        if (found := self.columns.get(role)) is not None:
+            return found
+        if role not in _KNOWN:
+            raise ValueError(no_such("column", role, sorted(_KNOWN)))
+        return np.full(len(self.time), np.nan)
 
 
 class SegmentCollector:

@@ -42,6 +42,11 @@ class Hypothesis:
         """Tell whether it is made of base parameters, which have no shape that could be another one."""
         return self.ids[0].startswith(PARAMETER)
 
+    @property
+    def explains_all_but_little(self) -> bool:
+        """Tell whether numbers leave so little that no other shape is in it."""
+        return self.is_of_numbers and self.left < ALIKE_NUMBERS * self.without
+
     def excludes(self, other: Hypothesis) -> bool:
         """Tell whether another one is less likely, and not for a shape that is not quite ours.
 

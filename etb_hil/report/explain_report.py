@@ -374,6 +374,11 @@ def _friction(found: ExplanationResult) -> list[dict[str, Any]]:
     ]
 
 
+def next_steps(found: ExplanationResult) -> list[str]:
+    """Return what to do about what is open, a sentence a step."""
+    return list(_next_test(found)["steps"])
+
+
 def _next_test(found: ExplanationResult) -> dict[str, Any]:
     """Return what to do about what is open, what to measure and the scenario, and what both tell and what stays."""
     test = found.next_test

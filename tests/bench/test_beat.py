@@ -179,7 +179,7 @@ def test_a_run_has_its_longest_duration(bench, spent_ns):
     [
         ("SIGALRM", "time_out", "the time-out has passed"),
         ("SIGTERM", "aborted_by_operator", "SIGTERM"),
-        ("SIGINT", "aborted_by_operator", "key a or Ctrl-C"),
+        ("SIGINT", "aborted_by_operator", "key a, Ctrl-C or STOP"),
         ("SIGQUIT", "aborted_by_operator", "SIGQUIT"),
     ],
 )

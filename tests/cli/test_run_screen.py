@@ -67,8 +67,8 @@ def test_a_queue_of_units_with_keys_to_stop_abort_and_repeat(tmp_path, scenario)
     assert "aborted       SN-0042  (runs: aborted, aborted, aborted)" in terminal.text
     first, second, third = bench_of(tmp_path)
     assert (first["reason"], first["safe_state"]) == ("key s or r", True)
-    assert (second["reason"], second["safe_state"]) == ("key a or Ctrl-C", True)
-    assert (third["reason"], third["safe_state"]) == ("key a or Ctrl-C", True)
+    assert (second["reason"], second["safe_state"]) == ("key a, Ctrl-C or STOP", True)
+    assert (third["reason"], third["safe_state"]) == ("key a, Ctrl-C or STOP", True)
 
 
 def test_a_key_repeats_one_unit_and_nothing_moves_until_enter(tmp_path, scenario):

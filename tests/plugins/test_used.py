@@ -207,6 +207,21 @@ def test_a_measurement_that_fails_costs_only_itself(part, scenario, limits, tmp_
 
 
 @pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("motor_current", "motor_curent", "did you mean 'motor_current'"),
+        ("largest = max(", "largest = np.nan * max(", "which is no number"),
+    ],
+)
+def test_what_a_measurement_gets_wrong_is_said(old, new, says, part, scenario, limits, tmp_path):
+    plugins.load(part("nudges"))
+    _changed(part("nudge_current"), old, new)
+    failed = etb.run(scenario, limits=limits, folder=tmp_path).measurements["nudge_current"]
+    assert failed.value is None
+    assert says in failed.note
+
+
+@pytest.mark.parametrize(
     ("new", "says"),
     [("return 1 / 0 #", "ZeroDivisionError"), ("return None #", "something else than FrictionEstimate")],
 )

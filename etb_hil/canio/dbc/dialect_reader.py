@@ -183,7 +183,7 @@ class _Reader:
         attribute = signal.dbc.attributes.get("SampleTickNs") if signal.dbc else None
         tick_ns = round(entry.tick * 1e9) if entry.tick is not None else int(attribute.value) if attribute else 0
         if tick_ns <= 0:
-            remedy = "write 'tick: 50 us' beside the signal, or give it the attribute SampleTickNs"
+            remedy = "write it beside the signal, such as 'tick: 50 us', or give it the attribute SampleTickNs"
             self.problems.append(
                 Problem("the time from count to count of the sample counter is missing", place, remedy=remedy)
             )

@@ -60,6 +60,8 @@ def weigh(findings: Findings) -> tuple[ToldApart, ...]:
         if each.accepted:  # its joint parameter's may have been replaced with it
             step, winner, gone = _narrowed(findings, each, made)
             leaves = winner.left if winner is not None else np.inf
+            if winner is not None and winner.explains_all_but_little:
+                findings.curve = 0.0  # a spline over what numbers leave says nothing of the little that they leave
             found += [ToldApart(step.winner.id, gone, measured.origin)] if gone else []
     findings.verdict = decision.verdict(findings)
     if is_whole and leaves < _NOTHING and findings.verdict == "unexplained":

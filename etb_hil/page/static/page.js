@@ -227,10 +227,12 @@ function limitText(one) {
 }
 
 function showFacts(snapshot) {
+  // The last picture of a run was taken before its drive went off.
+  const isOff = snapshot?.set_point === null || (!isRunning() && about.outcome?.is_safe === true);
   const facts = snapshot ? [
     ["angle", shown(snapshot.angle, "rad")],
-    ["set_point", snapshot.set_point === null ? say("drive_off") : shown(snapshot.set_point, "rad")],
-    ["current", shown(snapshot.current, "A")],
+    ["set_point", isOff ? say("drive_off") : shown(snapshot.set_point, "rad")],
+    ...(isOff && !isRunning() ? [] : [["current", shown(snapshot.current, "A")]]),
     ["temperature", shown(snapshot.temperature, "degC")],
     ["bus_load", snapshot.load === null ? say("unknown") : `${number(snapshot.load * 100)} %`],
     ["frames_lost", snapshot.lost === null ? say("unknown") : String(snapshot.lost), snapshot.lost > 0],
