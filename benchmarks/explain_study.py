@@ -94,11 +94,9 @@ def declared(effects):
 
 
 def searched(hidden, without=(), progress=lambda _: None):
-    """Return what the tool finds in a hidden case; `without`: ids that are no suspects."""
+    """Return what balances find in a hidden case; `without`: ids that are no suspects."""
     balances = [Balances(measured, hidden.model) for measured in measurements_of(hidden.recording, hidden.model)]
-    findings = search(hidden.model, balances, without, progress)
-    weigh(findings)
-    return findings
+    return search(hidden.model, balances, without, progress)
 
 
 def true_within(floors, times=1.2):
@@ -112,6 +110,7 @@ def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
     hidden = hidden_case(seed, effects, level, pair=kind == "pair", view=view, rate=rate, form=form)
     begin = time.process_time()
     findings = searched(hidden, effects if kind == "removed" else ())
+    weigh(findings)
     seconds = time.process_time() - begin
     nothing = too_little_to_reject(findings, measurements_of(hidden.recording, hidden.model))
     verdict = "insufficient_data" if nothing else findings.verdict
