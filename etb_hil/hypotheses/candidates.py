@@ -10,6 +10,7 @@ from itertools import product
 import numpy as np
 
 from etb_hil.estimation.filtering import Column
+from etb_hil.estimation.forces import INDEX
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import Unknown
 from etb_hil.hypotheses.constants import BEYOND
@@ -49,6 +50,11 @@ class Candidate:
         return p
 
 
+def is_in_filter(id_: str) -> bool:
+    """Tell whether the filter has an effect compiled: those of plug-ins it has not; what is no effect it has."""
+    return id_ not in CATALOGUE or id_ in INDEX
+
+
 def can_show(record: Record, effect: Effect) -> bool:
     """Return whether a record has what it takes to tell an effect."""
     current, motor, plate = (bool(np.isfinite(one).any()) for one in record.readings.T)
@@ -66,7 +72,7 @@ def candidates(record: Record, parameters: Float64, ids: Iterable[str]) -> list[
     found = []
     for effect in (CATALOGUE[id_] for id_ in ids):
         has_it = any(parameters[effect.indices[k]] != 0.0 for k in effect.strengths)
-        if has_it or not can_show(record, effect):
+        if has_it or not is_in_filter(effect.id) or not can_show(record, effect):
             continue
         grids = [(0.0,) if one.is_strength else one.starts for one in effect.stated]
         for values in product(*grids):

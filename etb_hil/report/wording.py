@@ -362,8 +362,15 @@ def _of_limit(reason_id: str, results: RunResult) -> Wording | None:
             return Wording(f"{name} is {one}. {unknown}", _NO_LIMIT)
         if ending == _WITHOUT_SIGNAL:
             return Wording(f"{name} needs a signal that this bench does not have.", _ADD_SIGNAL, True)
-        return Wording(f"{name} could not be measured in this run.", "Check the CAN wiring, then repeat.", True)
+        return _not_measured(name, results.measurements.get(of))
     return None
+
+
+def _not_measured(name: str, one: Measurement | None) -> Wording:
+    """Return the words for a measurement that has a limit and no value."""
+    if one is None or not one.note:
+        return Wording(f"{name} could not be measured in this run.", "Check the CAN wiring, then repeat.", True)
+    return Wording(f"{name} could not be measured in this run: {one.note}.", "Mend what is named, then repeat.", True)
 
 
 def _sentence(text: str, end: str = "") -> str:

@@ -23,6 +23,7 @@ from etb_hil.discrepancy.search.findings import Findings, SelectionStep
 from etb_hil.discrepancy.search.friction_drift import DRIFTS, WEARS
 from etb_hil.discrepancy.search.rejection import reason_to_reject
 from etb_hil.estimation.record import Record, record
+from etb_hil.hypotheses.candidates import is_in_filter
 from etb_hil.hypotheses.comparison import Hypothesis, compared, left_by_model, left_with
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED
@@ -42,7 +43,8 @@ def weigh(findings: Findings) -> tuple[ToldApart, ...]:
 
     Members of an ambiguity group go that the whole record makes unlikely, and the likelier number of the model takes
     the place of an only cause. Later causes go where the first one leaves nothing. Where nothing is left, nothing is
-    unexplained. Findings of drives, and those cut short, stay as they are.
+    unexplained. Findings of drives and of a plug-in's effect, and those cut short, stay as
+    they are.
     """
     measured = max((b.measured for b in findings.balances), key=len)
     if measured.is_drive or not _is_open(findings):
@@ -83,6 +85,9 @@ def as_record(measured: Measurement, model: Model) -> Record:
 def _is_open(findings: Findings) -> bool:
     """Tell whether findings leave something open that a likelihood may decide."""
     if findings.is_interrupted or any(r.rejection in (DRIFTS, WEARS) for r in findings.selection_steps):
+        return False
+    involved = {one.id for one in findings.model.effects} | {each.winner.id for each in findings.accepted}
+    if not all(is_in_filter(id_) for id_ in involved):
         return False
     is_doubted = findings.verdict == "unexplained" or len(findings.accepted) > 1
     return is_doubted or any(each.ambiguity_group for each in findings.accepted)
