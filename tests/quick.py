@@ -35,6 +35,7 @@ QUICK = (
     "door/test_help_is_light",
     "estimation/test_motion",
     "history/test_tolerance_and_charts",
+    "hypotheses/test_constants",
     "observer/test_gains",
     "observer/test_registry",
     "page/test_words_and_password",

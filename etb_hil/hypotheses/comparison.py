@@ -27,7 +27,7 @@ TOGETHER = (("coulomb", "stiction"),)
 class Hypothesis:
     """A cause as fitted: an effect, or base parameters that leave their tolerances together.
 
-    `evidence` in nats over the calibrated model. `left`, `without`: what it leaves and what is left without it, as
+    `evidence` in nats over the calibrated model. `left`, `without`: what it leaves and the same without it, as
     multiples of what is nothing.
     """
 

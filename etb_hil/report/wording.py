@@ -370,7 +370,9 @@ def _not_measured(name: str, one: Measurement | None) -> Wording:
     """Return the words for a measurement that has a limit and no value."""
     if one is None or not one.note:
         return Wording(f"{name} could not be measured in this run.", "Check the CAN wiring, then repeat.", True)
-    return Wording(f"{name} could not be measured in this run: {one.note}.", "Mend what is named, then repeat.", True)
+    return Wording(
+        f"{name} could not be measured in this run: {one.note}.", "Correct what is named, then repeat.", True
+    )
 
 
 def _sentence(text: str, end: str = "") -> str:

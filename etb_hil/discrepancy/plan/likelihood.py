@@ -1,7 +1,8 @@
-"""Findings of a search, judged by the likelihood of the whole record under each hypothesis (decision 0038).
+"""Findings of a search, judged by the likelihood of the whole record.
 
 Balances say by how much a cause lowers what a model leaves; hypotheses that lower it about as much are one group. The
-filter's likelihood takes every sample with its own noise, and says what each hypothesis still needs a disturbance for.
+filter's likelihood takes every sample with its own noise, and says what each hypothesis still needs a disturbance for
+(decision 0038).
 """
 
 from __future__ import annotations
@@ -39,7 +40,9 @@ _IDLE = "nothing is left beside the first cause"
 
 
 def weigh(findings: Findings) -> tuple[ToldApart, ...]:
-    """Judge findings by the likelihood of their longest record; return what that tells apart.
+    """Judge findings by the likelihood of their longest record.
+
+    Returns what that tells apart.
 
     Members of an ambiguity group go that the whole record makes unlikely, and the likelier number of the model takes
     the place of an only cause. Later causes go where the first one leaves nothing. Where nothing is left, nothing is
@@ -104,9 +107,9 @@ def _file_name(id_: str) -> str:
 def _narrowed(
     findings: Findings, step: SelectionStep, made: Record
 ) -> tuple[SelectionStep, Hypothesis | None, tuple[str, ...]]:
-    """Remove from a group what its likeliest cause excludes; return that cause, its hypothesis, and what went.
+    """Remove from a group what its likeliest cause excludes.
 
-    There is no hypothesis where nothing can be said of the cause.
+    Returns that cause, its hypothesis, and what went. There is no hypothesis where nothing can be said of the cause.
     """
     judged = _judged(step, findings, made)
     winner = next((one for one in judged if one.ids == (_own_name(step.winner.id),)), None)
@@ -152,7 +155,10 @@ def _drop_idle(findings: Findings, made: Record) -> None:
 
 
 def _replaced(findings: Findings, old: SelectionStep, by: Hypothesis) -> list[SelectionStep]:
-    """Accept another member of a group as the only cause, and return its steps; none where the balances object."""
+    """Accept another member of a group as the only cause; return its steps.
+
+    There are none where the balances object.
+    """
     residual, base = residual_of(findings.balances), old.before
     names = [_file_name(id_) for id_ in by.ids]
     freed = frozenset(id_.removeprefix("parameter:") for id_ in by.ids if by.is_of_numbers)
