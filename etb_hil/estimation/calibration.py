@@ -175,12 +175,14 @@ def _at_stops(record: Record, parameters: Float64, unknowns: Sequence[Unknown], 
     p = parameters
     for one in unknowns:
         if one.place in (STOP_LOW, STOP_HIGH):
-            tried = [replaced(p, one.place, one.mean + share * one.reach) for share in np.linspace(-1, 1, _STOPS_TRIED)]
+            tried = [
+                _replaced(p, one.place, one.mean + share * one.reach) for share in np.linspace(-1, 1, _STOPS_TRIED)
+            ]
             p = max(tried, key=lambda q: filtered(record, q, first).log_likelihood)
     return p
 
 
-def replaced(parameters: Float64, place: int, value: float) -> Float64:
+def _replaced(parameters: Float64, place: int, value: float) -> Float64:
     """Return parameters with another value at one place."""
     found = parameters.copy()
     found[place] = value

@@ -27,13 +27,12 @@ TOGETHER = (("coulomb", "stiction"),)
 class Hypothesis:
     """A cause as fitted: an effect, or base parameters that leave their tolerances together.
 
-    `evidence` in nats over the calibrated model. `left`, `without`: what it leaves and the same without it, as
-    multiples of what is nothing.
+    `evidence` in nats over the calibrated model. `misfit`, `without`: with it and without it, see `misfit`.
     """
 
     ids: tuple[str, ...]
     evidence: float
-    left: float
+    misfit: float
     without: float
     fit: Fitted
 
@@ -44,18 +43,18 @@ class Hypothesis:
 
     @property
     def explains_all_but_little(self) -> bool:
-        """Tell whether numbers leave so little that no other shape is in it."""
-        return self.is_of_numbers and self.left < ALIKE_NUMBERS * self.without
+        """Tell whether its misfit is so small that no other shape is in it."""
+        return self.is_of_numbers and self.misfit < ALIKE_NUMBERS * self.without
 
     def excludes(self, other: Hypothesis) -> bool:
         """Tell whether another one is less likely, and not for a shape that is not quite ours.
 
-        Nats alone do not tell: every misfit of a shape costs some. What is excluded leaves more than what the data
-        cannot tell from the cause would leave, and the cause takes much of that.
+        Nats alone do not tell: a shape that is not quite ours costs some. What is excluded has a larger misfit
+        than what the data cannot tell from the cause would have, and the cause removes much of it.
         """
         alike = (ALIKE_NUMBERS if self.is_of_numbers else ALIKE) * self.without
         is_likelier = self.evidence > other.evidence + GAIN
-        return is_likelier and other.left > max(alike, MATERIAL) and self.left < NEEDED * other.left
+        return is_likelier and other.misfit > max(alike, MATERIAL) and self.misfit < NEEDED * other.misfit
 
     def is_idle_beside(self, other: Hypothesis) -> bool:
         """Tell whether it is another one with more in it, which gains nothing."""
@@ -83,19 +82,19 @@ def compared(
     return sorted((one for one in found if not any(map(one.is_idle_beside, found))), key=lambda one: -one.evidence)
 
 
-def left_by_model(record: Record, model: Model) -> float:
-    """Return what a model leaves whose numbers are calibrated inside their tolerances, in multiples of nothing."""
-    return left(calibrated(record, model.vector(), base_unknowns(model)))
+def misfit_of_model(record: Record, model: Model) -> float:
+    """Return the misfit of a model whose numbers are calibrated inside their tolerances."""
+    return misfit(calibrated(record, model.vector(), base_unknowns(model)))
 
 
-def left_with(record: Record, model: Model, id_: str, present: Float64) -> float:
-    """Return what a model leaves with one cause, in multiples of nothing; `present`: a vector that has it."""
+def misfit_with(record: Record, model: Model, id_: str, present: Float64) -> float:
+    """Return the misfit of a model with one cause; `present`: a vector that has it."""
     before = calibrated(record, model.vector(), base_unknowns(model))
     start = before.parameters.copy()
     if id_ in CATALOGUE:
         places = list(CATALOGUE[id_].stated_indices)
         start[places] = present[places]
-    return fitted(record, before, (id_,), start).left
+    return fitted(record, before, (id_,), start).misfit
 
 
 def _sets_of(ids: Sequence[str], before: Fitted) -> list[tuple[str, ...]]:
@@ -118,26 +117,26 @@ def fitted(record: Record, before: Fitted, ids: tuple[str, ...], parameters: Flo
     else:
         unknowns = freed(before.unknowns, [name.removeprefix(PARAMETER) for name in ids])
     fit = settled(record, climbed(record, parameters, unknowns, before.disturbance))
-    return Hypothesis(ids, fit.evidence - before.evidence, left(fit), left(before), fit)
+    return Hypothesis(ids, fit.evidence - before.evidence, misfit(fit), misfit(before), fit)
 
 
-def needed_torque(fit: Fitted) -> float:
+def _needed_torque(fit: Fitted) -> float:
     """Return the rms of what a disturbance explains, in N·m; of a voltage it is the torque of its current at rest."""
     torque, voltage = fit.filtered.needed
     return float(np.hypot(torque, fit.parameters[TORQUE_PER_AMPERE] / fit.parameters[RESISTANCE] * voltage))
 
 
-def left(fit: Fitted) -> float:
-    """Return what a fit leaves, in multiples of nothing.
+def misfit(fit: Fitted) -> float:
+    """Return the misfit of a fit; below 1 it is immaterial (see `constants`).
 
-    That is its disturbance, innovations beyond their noise, and what other parameters had to leave their tolerances by.
+    Its parts: the disturbance that it needs, innovations beyond their noise, and parameters beyond their tolerances.
     """
-    disturbance = needed_torque(fit) / (IMMATERIAL * fit.parameters[COULOMB])
-    beyond = sum(max(one - 1.0, 0.0) / WHITE for one in variances(fit))
+    disturbance = _needed_torque(fit) / (IMMATERIAL * fit.parameters[COULOMB])
+    beyond = sum(max(one - 1.0, 0.0) / WHITE for one in _variances(fit))
     return float(np.sqrt(disturbance**2 + beyond + float(np.sum(over(fit.parameters, fit.unknowns) ** 2))))
 
 
-def variances(fit: Fitted) -> list[float]:
+def _variances(fit: Fitted) -> list[float]:
     """Return the mean square of each reading's whitened innovations, of those that were read."""
     whitened, roots = fit.filtered.whitened, fit.filtered.roots
     return [float(np.mean(w[r > 0.0] ** 2)) for w, r in zip(whitened.T, roots.T, strict=True) if (r > 0.0).any()]

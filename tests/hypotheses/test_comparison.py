@@ -12,7 +12,7 @@ from etb_hil.discrepancy.measured.segments import measurements_of
 from etb_hil.discrepancy.plan.likelihood import weigh
 from etb_hil.discrepancy.search.stepwise import search
 from etb_hil.estimation.record import record
-from etb_hil.hypotheses.comparison import compared, left_by_model
+from etb_hil.hypotheses.comparison import compared, misfit_of_model
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock
 
@@ -65,7 +65,7 @@ BASE = {"stiction", "coulomb", "preload_open", "preload_close", "torque_per_ampe
 
 
 def test_a_healthy_unit_leaves_nothing():
-    assert left_by_model(*_record()) < 1.0
+    assert misfit_of_model(*_record()) < 1.0
 
 
 @pytest.mark.parametrize(
@@ -80,7 +80,7 @@ def test_a_healthy_unit_leaves_nothing():
 def test_a_number_that_is_wrong_excludes_all_others(kind, cause, others):
     first, *rest = _compared(kind, cause, *others)
     assert first.ids == (f"parameter:{cause}",)
-    assert first.left < 1.0 < first.without
+    assert first.misfit < 1.0 < first.without
     assert all(first.excludes(one) for one in rest)
     assert not any(one.excludes(first) for one in rest)
 

@@ -25,7 +25,7 @@ from etb_hil.discrepancy.search.friction_drift import DRIFTS, WEARS
 from etb_hil.discrepancy.search.rejection import reason_to_reject
 from etb_hil.estimation.record import Record, record
 from etb_hil.hypotheses.candidates import is_in_filter
-from etb_hil.hypotheses.comparison import Hypothesis, compared, left_by_model, left_with
+from etb_hil.hypotheses.comparison import Hypothesis, compared, misfit_of_model, misfit_with
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
@@ -33,7 +33,7 @@ from etb_hil.results.explanation import ToldApart
 
 _OWN_NAME = {f"parameter:{stated}": f"parameter:{own}" for own, stated in MODEL_FILE_NAME.items()}
 _WHOLE = 0.9  # of all samples: a record that has as many is judged for all
-_NOTHING = 1.0  # multiples of nothing: what leaves less leaves nothing to be explained
+_NOTHING = 1.0  # a smaller misfit is immaterial: nothing is left to be explained
 _ITERATIONS = 6
 _NEAR = 2.0  # times what the balances' own winner leaves: a cause that they contradict is not put in its place
 _IDLE = "nothing is left beside the first cause"
@@ -42,12 +42,10 @@ _IDLE = "nothing is left beside the first cause"
 def weigh(findings: Findings) -> tuple[ToldApart, ...]:
     """Judge findings by the likelihood of their longest record.
 
-    Returns what that tells apart.
-
-    Members of an ambiguity group go that the whole record makes unlikely, and the likelier number of the model takes
-    the place of an only cause. Later causes go where the first one leaves nothing. Where nothing is left, nothing is
-    unexplained. Findings of drives and of a plug-in's effect, and those cut short, stay as
-    they are.
+    Returns what that tells apart. Removed from an ambiguity group is what the whole record makes unlikely. A likelier
+    parameter takes the place of an effect that is the only cause. Later causes are dropped where the misfit with the
+    first one is immaterial. With an immaterial misfit nothing is unexplained. Findings of drives and of a plug-in's
+    effect, and those cut short, stay as they are.
     """
     measured = max((b.measured for b in findings.balances), key=len)
     if measured.is_drive or not _is_open(findings):
@@ -55,21 +53,21 @@ def weigh(findings: Findings) -> tuple[ToldApart, ...]:
     made = as_record(measured, findings.model)
     is_whole = len(measured) > _WHOLE * sum(len(b.measured) for b in findings.balances)
     if not findings.accepted:
-        if is_whole and left_by_model(made, findings.model) < _NOTHING:
+        if is_whole and misfit_of_model(made, findings.model) < _NOTHING:
             findings.verdict = "adequate"
         return ()
     if is_whole and len(findings.accepted) > 1:
         _drop_idle(findings, made)
-    leaves, found = np.inf, []
+    misfit, found = np.inf, []
     for each in findings.accepted:
         if each.accepted:  # its joint parameter's may have been replaced with it
             step, winner, gone = _narrowed(findings, each, made)
-            leaves = winner.left if winner is not None else np.inf
+            misfit = winner.misfit if winner is not None else np.inf
             if winner is not None and winner.explains_all_but_little:
                 findings.curve = 0.0  # a spline over what numbers leave says nothing of the little that they leave
             found += [ToldApart(step.winner.id, gone, measured.origin)] if gone else []
     findings.verdict = decision.verdict(findings)
-    if is_whole and leaves < _NOTHING and findings.verdict == "unexplained":
+    if is_whole and misfit < _NOTHING and findings.verdict == "unexplained":
         findings.verdict = "ambiguous" if any(each.ambiguity_group for each in findings.accepted) else "explained"
     return tuple(found)
 
@@ -146,9 +144,9 @@ def _excluded(step: SelectionStep, judged: Sequence[Hypothesis], winner: Hypothe
 
 
 def _drop_idle(findings: Findings, made: Record) -> None:
-    """Drop later causes where the first one alone leaves nothing."""
+    """Drop later causes where the misfit with the first one is immaterial."""
     first, *later = findings.accepted
-    if left_with(made, findings.model, _own_name(first.winner.id), findings.final.fit.whole[:EXTENDED]) < _NOTHING:
+    if misfit_with(made, findings.model, _own_name(first.winner.id), findings.final.fit.whole[:EXTENDED]) < _NOTHING:
         for one in later:
             one.accepted, one.rejection = False, _IDLE
         continue_from(findings, first.winner.fit.whole, first.winner.unknowns)
