@@ -20,7 +20,7 @@ from pydantic import ValidationError
 
 from etb_hil.api.recordings import Recording
 from etb_hil.api.runs import Run, run
-from etb_hil.base.errors import InputError
+from etb_hil.base.errors import InputError, Place
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.base.plugins import parts, temporary_part
 from etb_hil.base.stock import find
@@ -35,6 +35,7 @@ from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.model_file import EffectEntry
 from etb_hil.plant.parameters import load_model
 from etb_hil.plant.voltage_run import run_voltage
+from etb_hil.scenario.judged_limits import missing_phases
 from etb_hil.scenario.phases import kind_name, phase_kinds, read_phase
 
 if TYPE_CHECKING:
@@ -73,6 +74,8 @@ def check_measurement(kind: MeasurementKind, scenario: str | Path = "friction_ch
     The scenario must have one of the measurement's phases.
     """
     is_known = kind.id in measurement_kinds()
+    missing = [str(problem) for problem in missing_phases(kind, Place(""))]
+    assert not missing, "\n".join(missing)
     with _refused_as_failure(), _having("measurements", kind.id, kind, is_known=is_known), _run(scenario) as live:
         measured = [one for one in live.measurements.values() if _is_of(one.id, kind)]
         assert measured, f"{scenario} did not give {kind.id}; name a scenario with its phases"

@@ -32,6 +32,6 @@ def as_throttle(model: Model | str | Path) -> Model:
 def as_limits(limits: Limits | str | Path) -> Limits:
     """Return limits; InputError where the file is wrong."""
     from etb_hil.base.stock import find
-    from etb_hil.diagnosis.limits_file import load_limits
+    from etb_hil.scenario.judged_limits import load_judged_limits
 
-    return load_limits(find("limits", str(limits))) if isinstance(limits, str | Path) else limits
+    return load_judged_limits(find("limits", str(limits))) if isinstance(limits, str | Path) else limits

@@ -8,16 +8,19 @@ Files are listed in the environment, so that every process of a run has the same
 
 from __future__ import annotations
 
+import difflib
 import hashlib
 import importlib
 import importlib.util
 import inspect
 import os
+import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
+from traceback import walk_tb
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -103,6 +106,8 @@ class Part:
         except Exception as error:
             raise self.refused(f"{doing} failed: {first_line(error)}") from error
 
+
+_SOURCE_LINE = re.compile(r'File "[^<].*", line (\d+):')  # as numba's errors name it
 
 _changed: list[Callable[[], object]] = []
 
@@ -214,9 +219,23 @@ def plugins() -> tuple[Plugin, ...]:
 
 
 def first_line(error: BaseException) -> str:
-    """Return the type of an error and the first line of what it says."""
-    lines = [line for line in str(error).splitlines() if line.strip()]
-    return f"{type(error).__name__}: {lines[0] if lines else ''}".strip(": ")
+    """Return the type of an error and the first line of what it says.
+
+    Of a compiler's error, the first line that names the fault, and the line of the source; of a missing attribute, the
+    nearest one that exists.
+    """
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    lines = [line for line in lines if not line.startswith("Failed in nopython mode")]
+    said = lines[0] if lines else ""
+    call = next((line for line in lines if line.startswith(">>> ")), "")
+    if call and said.endswith(":"):
+        said = f"{said} {call.removeprefix('>>> ')}"
+    if source := next(filter(None, map(_SOURCE_LINE.fullmatch, lines)), None):
+        said = f"{said} (line {source[1]})"
+    if isinstance(error, AttributeError) and error.name:
+        near = difflib.get_close_matches(error.name, dir(error.obj), 1)
+        said += f"; did you mean '{near[0]}'?" if near else ""
+    return f"{type(error).__name__}: {said}".strip(": ")
 
 
 def _set_files(paths: tuple[Path, ...]) -> None:
@@ -307,11 +326,20 @@ def _module(path: Path) -> ModuleType:
         raise
     except (Exception, SystemExit) as error:
         what = f"the plug-in cannot be loaded: {first_line(error)}"
-        raise InputError(Problem(what, Place(path), remedy="change the plug-in, or run without it")) from error
+        place = Place(path, _line_of(path, error))
+        raise InputError(Problem(what, place, remedy="change the plug-in, or run without it")) from error
     finally:
         _begun.remove(path)
     _modules[path] = module
     return module
+
+
+def _line_of(path: Path, error: BaseException) -> int | None:
+    """Return the line of a file that an error comes from, None where it comes from elsewhere."""
+    if isinstance(error, SyntaxError):
+        return error.lineno
+    lines = [line for frame, line in walk_tb(error.__traceback__) if frame.f_code.co_filename == str(path)]
+    return lines[-1] if lines else None
 
 
 def _version(path: Path) -> str:

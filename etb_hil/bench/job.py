@@ -32,9 +32,9 @@ from etb_hil.canio.dbc.commands import CommandEncoder
 from etb_hil.canio.logs.blf import BlfLog
 from etb_hil.controller.virtual_controller import VirtualController
 from etb_hil.diagnosis.limits import Limits
-from etb_hil.diagnosis.limits_file import load_limits
 from etb_hil.observer.registry import OBSERVERS
 from etb_hil.plant.parameters import Model, load_model
+from etb_hil.scenario.judged_limits import load_judged_limits
 from etb_hil.scenario.scenario_file import Scenario, load_scenario
 from etb_hil.session.analysis import Analysis
 from etb_hil.session.attempts import earlier_attempts, is_tried_again, set_aside
@@ -118,7 +118,7 @@ def prepare(files: JobFiles, *, attended: bool = False) -> Job:
     scenario = OWN_CODE if files.scenario is None else load_scenario(files.scenario)
     setup = load_bench(files.bench, files.dbc)
     model = load_model(files.model)
-    limits = load_limits(files.limits, model.values.gear_ratio)
+    limits = load_judged_limits(files.limits, model.values.gear_ratio)
     if files.unit is not None and setup.bench.bus.interface != VIRTUAL:
         raise InputError(
             Problem(

@@ -88,15 +88,15 @@ def _each_by_itself(files: JobFiles, problems: list[Problem]) -> Bench | None:
     """
     from etb_hil.base.yamlfile import load
     from etb_hil.bench.bench_file import Bench, load_bench, load_plugins
-    from etb_hil.diagnosis.limits_file import load_limits
     from etb_hil.plant.parameters import load_model
+    from etb_hil.scenario.judged_limits import load_judged_limits
     from etb_hil.scenario.scenario_file import load_scenario
 
     _tried(lambda: load_plugins(files.bench), problems)
     if (scenario := files.scenario) is not None:
         _tried(lambda: load_scenario(scenario), problems)
     _tried(lambda: load_model(files.model), problems)
-    _tried(lambda: load_limits(files.limits), problems)
+    _tried(lambda: load_judged_limits(files.limits), problems)
     _tried(lambda: load_bench(files.bench), problems)
     document = _tried(lambda: load(files.bench, Bench), problems)
     return None if document is None else document.content

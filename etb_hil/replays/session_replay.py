@@ -12,11 +12,11 @@ from etb_hil.base.userfile import digest
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.bench.results import results_of
 from etb_hil.canio.logs.blf import read_blf
-from etb_hil.diagnosis.limits_file import load_limits
 from etb_hil.observer.registry import OBSERVERS
 from etb_hil.plant.parameters import load_model
 from etb_hil.replays.window import within
 from etb_hil.results.run_result import InputFile
+from etb_hil.scenario.judged_limits import load_judged_limits
 from etb_hil.scenario.scenario_file import load_scenario
 from etb_hil.session.analysis import Analysis
 from etb_hil.session.attempts import earlier_attempts
@@ -53,7 +53,7 @@ class RuleFiles:
         setup = load_bench(self.bench, self.dbc)
         observer = self.observer or setup.bench.observer
         OBSERVERS.require(observer)
-        return Rules(setup, load_model(self.model), load_limits(self.limits), observer)
+        return Rules(setup, load_model(self.model), load_judged_limits(self.limits), observer)
 
     def absolute(self) -> RuleFiles:
         """Return the same files, as a process that stands in another folder finds them."""

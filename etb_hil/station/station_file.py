@@ -14,7 +14,7 @@ from etb_hil.base.outcome import UnitVerdict
 from etb_hil.base.quantity import Duration, Torque
 from etb_hil.base.stock import find
 from etb_hil.base.yamlfile import Document, FileModel, load
-from etb_hil.diagnosis.limits_file import load_limits
+from etb_hil.scenario.judged_limits import load_judged_limits
 from etb_hil.station.serial_pattern import LONGEST, check_serial_pattern
 from etb_hil.store.address import StoreText
 
@@ -162,7 +162,7 @@ def _wrong_files(document: Document[Station], index: int, part: Part) -> list[Pr
         try:
             path = None if name is None else find(kind, name, beside=document.path)
             if kind == "limits" and path is not None:
-                limits = load_limits(path)
+                limits = load_judged_limits(path)
                 if (limits.part_number, limits.revision) != (part.number, part.revision):
                     problems.append(
                         Problem(

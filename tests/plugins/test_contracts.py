@@ -102,8 +102,11 @@ def test_a_law_that_drives_into_a_fault_is_seen(sound):
 
 
 def test_a_measurement_whose_value_lies_outside_its_interval_is_seen(sound):
-    kind = sound("nudge_current").MEASUREMENT
-    _fails(testing.check_measurement, kind, says="friction_check did not give nudge_current")
+    without_its_phase = sound("nudge_current").MEASUREMENT
+    _fails(testing.check_measurement, without_its_phase, says=r"names no kind of phase \(it is 'nudges'\); correct it")
+    absent = replace(without_its_phase, phases=frozenset({"step"}))
+    _fails(testing.check_measurement, absent, says="friction_check did not give nudge_current")
+    kind = replace(without_its_phase, phases=frozenset())
     wrong = replace(kind, compute=lambda _run: Estimate(1.0, 2.0, 3.0))
     _fails(testing.check_measurement, wrong, says=r"nudge_current = 1\.0 lies outside its interval, 2\.0 to 3\.0")
     failing = replace(kind, compute=lambda _run: 1 / 0)

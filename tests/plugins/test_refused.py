@@ -99,6 +99,9 @@ def test_a_sound_file_is_taken_in_and_taken_out_again(text, tmp_path):
     [
         ("effect", '"leaning"', '"brush_drop"', "there is an effect of this id already"),
         ("effect", "moment * theta", "1.0 + moment * theta", "not zero where its strengths are zero"),
+        ("effect", "moment * theta", "moment * thetaa", "cannot be compiled: .*name 'thetaa' is not defined"),
+        ("effect", "moment * theta", "moment * 'a'", r"cannot be compiled: .*: mul\(float64, .* \(line 5\)"),
+        ("effect", "Port.PLATE_TORQUE:", "Port.PLATE_TORQ:", r"mine\.py:10: .*; did you mean 'PLATE_TORQUE'\?"),
         ("effect", "EFFECT = Effect(", "EFFECT = dict(", r"EFFECT is of the type dict; set EFFECT = Effect\(...\)"),
         ("law", "LAW = ControlLaw(", "LAW = tuple, (", "LAW is of the type tuple"),
         ("measurement", 'id="mine"', 'id="T_st"', "there is a measurement with the id T_st already"),

@@ -148,6 +148,14 @@ def test_results_and_session_say_which_plugins_took_part(part, tmp_path):
     assert "nudge_current.py" in run.report().read_text("utf-8")
 
 
+def test_a_limit_is_refused_where_its_measurement_names_no_kind_of_phase(part, scenario, limits, tmp_path):
+    plugins.load(part("nudges"))
+    _changed(part("nudge_current"), 'frozenset({"nudges"})', 'frozenset({"nugdes"})')
+    with pytest.raises(InputError, match=r"nudge_current\.py: .*'nugdes'\); did you mean 'nudges'\?"):
+        etb.run(scenario, limits=limits, folder=tmp_path / "sessions")
+    assert not (tmp_path / "sessions").exists()
+
+
 def test_a_replay_without_a_plugin_says_which_is_missing(part, scenario, limits, tmp_path):
     files = [part("nudges"), part("nudge_current")]
     for file in files:
