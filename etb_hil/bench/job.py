@@ -30,6 +30,7 @@ from etb_hil.canio.bus.link import Link, VirtualLink, open_link
 from etb_hil.canio.bus.virtual_network import VirtualNetwork
 from etb_hil.canio.dbc.commands import CommandEncoder
 from etb_hil.canio.logs.blf import BlfLog
+from etb_hil.controller.frame_writer import require_bursts_at_its_rate
 from etb_hil.controller.virtual_controller import VirtualController
 from etb_hil.diagnosis.limits import Limits
 from etb_hil.observer.registry import OBSERVERS
@@ -133,6 +134,8 @@ def prepare(files: JobFiles, *, attended: bool = False) -> Job:
         from etb_hil.canio.bus.python_can_link import require_interface  # noqa: PLC0415 (importing can is slow)
 
         require_interface(setup.bench.bus, setup.document.place("bus", "interface"))
+    if setup.bench.bus.interface == VIRTUAL:
+        require_bursts_at_its_rate(setup.dialect)
     unit = load_model(files.unit or find("model", "default"))
     if not attended:
         check_unattended(scenario)

@@ -21,7 +21,7 @@ def run(options: argparse.Namespace) -> int:
     from etb_hil.base.files import make_folder, write_text
     from etb_hil.base.roles import COMMANDED
     from etb_hil.canio.dbc.dbc_file import load_dbc
-    from etb_hil.canio.dbc.role_proposals import chosen, proposals
+    from etb_hil.canio.dbc.role_proposals import a_message_each, chosen, is_vehicle, proposals
     from etb_hil.cli.starting_files import REQUIRED, starting_files
 
     folder = options.out or Path(options.dbc.stem)
@@ -37,8 +37,10 @@ def run(options: argparse.Namespace) -> int:
         write_text(folder / name, text)
     best = chosen(found)
     for role, guesses in found.items():
-        state = "active" if role in best else "confirm" if role in COMMANDED or len(guesses) == 1 else "choose"
-        shown = ", ".join(guess.signal for guess in best.get(role, guesses[:3]))
+        shown_first = a_message_each(guesses) if role == "sample_counter" else guesses[:3]
+        is_choice = len(guesses) > 1 and role not in COMMANDED and role != "sample_counter"
+        state = "active" if role in best else "choose" if is_choice else "confirm"
+        shown = ", ".join(guess.signal for guess in best.get(role, shown_first))
         print(f"{state:9} {role}: {shown}")
     for role in REQUIRED:
         if found and role not in found:
@@ -52,10 +54,11 @@ def run(options: argparse.Namespace) -> int:
     print("Proposals rest on names, units and value tables. Compare each line with the controller's documents, then:")
     if not {"motor_angle", "command_mode"} & found.keys():
         print(f"          etb-hil plot LOG --bench {bench}")
-        print(
-            "This looks like a vehicle's bus, not a throttle controller's: its logs can be plotted, nothing can be run."
-        )
-        return 0
+        if is_vehicle(database):
+            what = "This looks like a vehicle's bus, not a throttle controller's"
+            print(f"{what}: its logs can be plotted, nothing can be run.")
+            return 0
+        print("Logs can be plotted. To run a test, give a signal to each role that is MISSING, then:")
     print(f"          etb-hil check {folder / 'scenario.yaml'} --bench {bench} --model {folder / 'model.yaml'}")
     print("The bench starts on a simulated bus, where nothing moves. The file says how to name your adapter.")
     return 0

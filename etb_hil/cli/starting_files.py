@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 
 from etb_hil.base.roles import COMMANDED, ROLES
 from etb_hil.base.stock import find
-from etb_hil.canio.dbc.role_proposals import chosen
+from etb_hil.canio.dbc.role_proposals import a_message_each, chosen
 
 if TYPE_CHECKING:
     from cantools.database.can import Database
 
     from etb_hil.canio.dbc.role_proposals import Proposal
 
-REQUIRED = ("command_mode", "command_position", "motor_current", "motor_angle", "throttle_angle")
+REQUIRED = ("command_mode", "command_position", "motor_current", "motor_angle", "throttle_angle", "sample_counter")
 _SHOWN = 2  # other signals of a role
 _LONGEST_NAME = 80  # of a bench
 _WIDTH = 110
@@ -122,9 +122,10 @@ def _roles(found: dict[str, list[Proposal]], best: dict[str, list[Proposal]]) ->
         yield f"\n  # {role}: {meaning.meaning}{'' if meaning.unit == '1' else f' ({meaning.unit})'}\n"
         if not guesses:
             yield "  # No signal fits, and a run needs this role.\n"
-            yield f"  #{role}: Message.Signal\n"
+            signal = "{signal: Message.Signal, tick: 1 ms}" if role == "sample_counter" else "Message.Signal"
+            yield f"  #{role}: {signal}\n"
             continue
-        shown = active or guesses[:1]
+        shown = active or (a_message_each(guesses) if role == "sample_counter" else guesses[:1])
         yield from _comment(_sentence(shown[0].grounds) + ("" if active else f" {_doubt(role, len(guesses))}"))
         entries = [_plain(guess.entry) for guess in shown]
         entry = entries[0] if len(entries) == 1 else f"[{', '.join(entries)}]"
@@ -153,7 +154,7 @@ def _doubt(role: str, count: int) -> str:
     if role in COMMANDED:
         return "It commands the controller: confirm it first."
     if role == "sample_counter":
-        return "Write a list if several messages have one, and its tick: {signal: Message.Signal, tick: 1 ms}."
+        return "Confirm that it counts samples, and its tick: the time from count to count."
     if role == "mode":
         return "Confirm that its numbers are 0 off, 1 position, 2 velocity, 3 voltage, 4 limp-home."
     return "Several signals fit: choose one." if count > 1 else "Confirm it first."

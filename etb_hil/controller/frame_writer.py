@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from etb_hil.base.compiled import njit
+from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.canio.dbc.protection import write_protection
 from etb_hil.canio.dbc.signal_bits import Overflow, write_value
 from etb_hil.canio.frames import FrameBlock, FrameFlag, classic_frames, concatenate_frames
@@ -57,13 +58,15 @@ class FrameWriter:
     """Makes the frames of one dialect; keeps the alive counters.
 
     `has_single` and `has_burst` say which measurements the dialect has frames for. Roles that this controller does not
-    know stay 0 in their frames.
+    know stay 0 in their frames. The sample counter counts the dialect's ticks.
     """
 
     def __init__(self, dialect: Dialect, start_ns: int) -> None:
         messages = [m for m in dialect.messages if not m.commanded]
         self.idents = [(message.ident, message.extended) for message in messages]
+        require_bursts_at_its_rate(dialect)
         self._start_ns = start_ns
+        self._tick_ns = next((m.counter.tick_ns for m in messages if m.counter is not None), TICK_NS)
         self._messages = np.zeros((len(messages), _COLUMNS), np.int64)
         self._turn_scale = np.ones((len(messages), 2))
         self._data_ids = np.zeros((len(messages), 16), np.uint16)
@@ -103,8 +106,9 @@ class FrameWriter:
         flags, length, channel = np.empty(most, np.uint8), np.empty(most, np.uint8), np.zeros(most, np.uint8)
         data = np.zeros((most, self._width), np.uint8)
         count = _write(
-            samples, statuses, self._start_ns, self._messages, self._turn_scale, self._data_ids, self._counters,
-            self._source, self._overflow, self._places, self._factors, self._values,
+            samples, statuses, self._start_ns, self._tick_ns,
+            self._messages, self._turn_scale, self._data_ids, self._counters, self._source,
+            self._overflow, self._places, self._factors, self._values,
             stamp_ns, ident, flags, length, data,
         )  # fmt: skip
         block = FrameBlock(stamp_ns, ident, flags, length, data, channel)
@@ -117,6 +121,21 @@ class FrameWriter:
     def joined(self, blocks: list[FrameBlock]) -> FrameBlock:
         """Return blocks of this writer end to end, as wide as its frames also where there are none."""
         return concatenate_frames(blocks) if any(map(len, blocks)) else self._nothing
+
+
+def require_bursts_at_its_rate(dialect: Dialect) -> None:
+    """Raise InputError where bursts are counted at another rate than that of the virtual controller's samples."""
+    for message in dialect.messages:
+        if message.samples > 1 and message.counter is not None and message.counter.tick_ns != TICK_NS:
+            raise InputError(
+                Problem(
+                    "the virtual controller samples bursts at 20 kHz, and this sample counter has another tick",
+                    Place(dialect.path, key=f"{message.name}.{message.counter.signal}"),
+                    f"{message.counter.tick_ns * 1e-3:g} us",
+                    f"{TICK_NS * 1e-3:g} us, on a simulated bus",
+                    "use frames of one sample, or name the bus of the real controller",
+                )
+            )
 
 
 class _Entries:
@@ -165,6 +184,7 @@ def _write(
     samples: NDArray[np.void],
     statuses: NDArray[np.void],
     start_ns: int,
+    tick_ns: int,
     messages: Int64,
     turn_scale: Float64,
     data_ids: NDArray[np.uint16],
@@ -187,7 +207,7 @@ def _write(
             stated == len(statuses) or samples[sampled].last_tick <= statuses[stated].tick
         )
         if is_sample:
-            _sample_values(samples[sampled], values)
+            _sample_values(samples[sampled], tick_ns, values)
             tick, signals = samples[sampled].last_tick, samples[sampled].signals
             kind = _BURST if samples[sampled].burst else _SINGLE
             sampled += 1
@@ -215,8 +235,8 @@ def _write(
 
 
 @njit(cache=True, error_model="numpy")
-def _sample_values(row: Sample, values: Float64) -> None:
-    values[_COUNTER] = row.tick
+def _sample_values(row: Sample, tick_ns: int, values: Float64) -> None:
+    values[_COUNTER] = row.tick * TICK_NS // tick_ns
     values[2], values[3], values[4] = row.voltage, row.track, row.track_2
     values[_CURRENT : _CURRENT + BURST_SAMPLES] = row.current
     values[_ANGLE : _ANGLE + BURST_SAMPLES] = row.motor_angle

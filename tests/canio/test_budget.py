@@ -79,3 +79,9 @@ def test_a_report_takes_its_frames_and_may_wait_for_a_command():
     assert report_time(dialects.classic(), ["EtbCurrent", "EtbCurrent"], CLASSIC)[0] == pytest.approx(0.8 * 135 / 500e3)
     _, burst = report_time(dialects.fd(), ["EtbBurst"], FD)
     assert burst > 32 / 500e3 + 519 / 2e6
+
+
+def test_samples_that_come_faster_than_they_are_counted_are_refused():
+    assert ask(dialects.classic(), SimpleNamespace(bitrate=10e6, data_bitrate=2e6, fd=False), sample_rate=20e3)
+    with pytest.raises(InputError, match=r"samples come faster than the sample counter counts.*up to 20000 Hz"):
+        ask(dialects.classic(), SimpleNamespace(bitrate=100e6, data_bitrate=2e6, fd=False), sample_rate=40e3)

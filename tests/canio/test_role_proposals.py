@@ -1,6 +1,7 @@
 """Roles that `etb-hil new` proposes for DBC files: ours, a stranger's controller, and vehicles."""
 
 import os
+import re
 import shutil
 from pathlib import Path
 
@@ -193,6 +194,45 @@ BO_ 32 Feedback: 8 ETC
     assert set(best) == {"throttle_angle", "motor_current", "motor_angle", "enable"}
     assert best["motor_angle"][0].wraps  # 4096 counts are a turn
     assert found.keys() - best.keys() == {"mode", "command_mode", "command_position"}
+
+
+SHORT_NAMES = """VERSION ""
+BU_: ECU TST
+BO_ 256 Cmd: 8 TST
+ SG_ ModeReq : 0|8@1+ (1,0) [0|4] "" ECU
+ SG_ AngSetp : 8|16@1- (0.01,0) [-10|100] "deg" ECU
+BO_ 512 Fb1: 8 ECU
+ SG_ SmpCnt : 0|16@1+ (1,0) [0|65535] "" TST
+ SG_ MotCur : 16|16@1- (0.001,0) [-30|30] "A" TST
+BO_ 513 Fb2: 8 ECU
+ SG_ SmpCnt : 0|16@1+ (1,0) [0|65535] "" TST
+ SG_ MotAng : 16|16@1+ (0.02197265625,0) [0|1440] "deg" TST
+ SG_ PlateAng : 32|16@1- (0.01,0) [-10|100] "deg" TST
+"""
+
+
+def test_short_names_are_known_and_the_bench_passes_check_once_they_are_confirmed(tmp_path, capsys):
+    dbc, folder = tmp_path / "short.dbc", tmp_path / "new"
+    dbc.write_text(SHORT_NAMES)
+    assert main(["new", str(dbc), "--out", str(folder)]) == 0
+    said = capsys.readouterr().out
+    assert "active    throttle_angle: Fb2.PlateAng" in said
+    assert "confirm   sample_counter: Fb1.SmpCnt, Fb2.SmpCnt" in said
+    assert "MISSING" not in said
+    bench = folder / "bench.yaml"
+    bench.write_text(re.sub(r"^  #(?! )", "  ", bench.read_text(), flags=re.MULTILINE))
+    files = [str(folder / "scenario.yaml"), "--bench", str(bench), "--model", str(folder / "model.yaml")]
+    assert main(["check", *files]) == 0, capsys.readouterr().out
+
+
+def test_what_a_throttles_own_file_lacks_is_named(tmp_path, capsys):
+    dbc = tmp_path / "short.dbc"
+    dbc.write_text(re.sub(r".*(SmpCnt|MotAng|ModeReq).*\n", "", SHORT_NAMES))
+    assert main(["new", str(dbc), "--out", str(tmp_path / "new")]) == 0
+    said = capsys.readouterr().out
+    assert all(f"MISSING   {role}" in said for role in ("sample_counter", "motor_angle", "command_mode"))
+    assert "give a signal to each role that is MISSING" in said
+    assert "vehicle" not in said
 
 
 @given(st.lists(st.from_regex(r"[A-Za-z_][A-Za-z0-9_]{0,20}", fullmatch=True), max_size=3, unique=True))

@@ -8,6 +8,9 @@ import pytest
 from controller_harness import MS, model
 from pydantic import TypeAdapter
 
+from etb_hil.base.errors import InputError
+from etb_hil.base.stock import find
+from etb_hil.bench.bench_file import load_bench
 from etb_hil.canio.dbc.dialect import Dialect
 from etb_hil.canio.dbc.role_map import RoleMap
 from etb_hil.canio.dbc.writer import MessageWriter
@@ -59,11 +62,15 @@ ROLES = {
 }
 
 
+def read(folder, **roles):
+    path = folder / "other.dbc"
+    path.write_text(DBC)
+    return Dialect.load(path, TypeAdapter(RoleMap).validate_python({**ROLES, **roles}))
+
+
 @pytest.fixture
 def dialect(tmp_path):
-    path = tmp_path / "other.dbc"
-    path.write_text(DBC)
-    return Dialect.load(path, TypeAdapter(RoleMap).validate_python(ROLES))
+    return read(tmp_path)
 
 
 def test_it_obeys_and_answers_in_its_own_words(dialect):
@@ -85,3 +92,21 @@ def test_it_obeys_and_answers_in_its_own_words(dialect):
     assert node.driving
     health = [database.decode_message(259, frames.data[r, :3].tobytes()) for r in np.flatnonzero(frames.ident == 259)]
     assert health[-1] == {"On": 1, "Heat": pytest.approx(20.0, abs=0.2)}
+
+
+@pytest.mark.parametrize(("tick", "counts"), [("1 ms", 2), ("0.5 ms", 4), ("10 us", 200)])
+def test_its_samples_are_counted_in_the_benchs_tick(tick, counts, tmp_path):
+    dialect = read(tmp_path, sample_counter={"signal": "Samples.Count", "tick": tick})
+    ask = MessageWriter(dialect, "Ask").write({"request_signals": 3.0, "request_rate": 500.0}, [0])
+    frames = VirtualController(model("default"), dialect, 1).run(100 * MS, ask)
+    told = [int(frames.data[r, 0]) for r in np.flatnonzero(frames.ident == 258)]
+    assert told == [k * counts % 256 for k in range(50)]
+
+
+def test_bursts_with_a_tick_that_it_cannot_keep_are_refused():
+    setup = load_bench(find("bench", "virtual_fd"))
+    roles = dict(setup.bench.roles)
+    roles["sample_counter"] = tuple(entry.model_copy(update={"tick": 1e-4}) for entry in roles["sample_counter"])
+    dialect = Dialect.load(setup.dbc, roles)
+    with pytest.raises(InputError, match=r"samples bursts at 20 kHz.*it is '100 us'.*50 us"):
+        VirtualController(model("default"), dialect, 1)

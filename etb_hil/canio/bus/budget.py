@@ -93,6 +93,8 @@ def bus_budget(
             rates[message.name] = command_rate
         elif message.counter is not None:
             if _brings(message, signals) and (message.samples > 1) == burst:
+                if not burst:
+                    _require_a_count_a_sample(dialect, message.name, message.counter.tick_ns, sample_rate)
                 rates[message.name] = 1e9 / (message.counter.tick_ns * message.samples) if burst else sample_rate
         elif message.cycle_ns:
             rates[message.name] = 1e9 / message.cycle_ns
@@ -188,6 +190,20 @@ def _require_measurement(dialect: Dialect, rates: Mapping[str, float], signals: 
                     remedy=f"ask for {'single samples' if burst else 'bursts'}, or map the roles of such a message",
                 )
             )
+
+
+def _require_a_count_a_sample(dialect: Dialect, name: str, tick_ns: int, sample_rate: float) -> None:
+    """Raise InputError where samples come faster than their counter counts: two would have one number."""
+    if sample_rate * tick_ns > 1e9:
+        raise InputError(
+            Problem(
+                "samples come faster than the sample counter counts",
+                Place(dialect.path, key=name),
+                f"{sample_rate:g} Hz",
+                f"up to {1e9 / tick_ns:g} Hz, one a tick of {tick_ns * 1e-6:g} ms",
+                "lower the rate of 'measure', or correct the counter's tick in the bench file",
+            )
+        )
 
 
 def _speed(bus: BusRates) -> str:

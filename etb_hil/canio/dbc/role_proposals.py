@@ -26,7 +26,10 @@ _MODES = {int(mode): mode.name.lower() for mode in Mode}
 
 @dataclass(frozen=True, slots=True)
 class Proposal:
-    """A signal that may have a role; `grounds` say why, `scale` and `offset` bring it to the role's unit."""
+    """A signal that may have a role; `grounds` say why, `scale` and `offset` bring it to the role's unit.
+
+    `tick` is a sample counter's time from count to count where the DBC file does not say it.
+    """
 
     role: str
     signal: str
@@ -38,6 +41,7 @@ class Proposal:
     offset: float = 0.0
     wraps: bool = False
     turns: str = ""
+    tick: str = ""
     points: int = 0
 
     @property
@@ -52,6 +56,8 @@ class Proposal:
             keys.append(f"turns: {self.turns}")
         elif self.wraps:
             keys.append("wraps: true")
+        if self.tick:
+            keys.append(f"tick: {self.tick}")
         return self.signal if len(keys) == 1 else f"{{{', '.join(keys)}}}"
 
 
@@ -63,12 +69,12 @@ def proposals(database: Database) -> dict[str, list[Proposal]]:
     file_words = {word for message in database.messages for word in _all_words(message)}
     if not any(re.fullmatch(THROTTLE, word) for word in file_words):
         return {}
-    is_vehicle = any(re.fullmatch(VEHICLE, word) for word in file_words)
+    in_vehicle = is_vehicle(database)
     found: dict[str, list[Proposal]] = {}
     for message in database.messages:
         for name, signal in _series(message):
             for rule in RULES:
-                if (proposal := _judge(rule, message, signal, name, is_vehicle)) is not None:
+                if (proposal := _judge(rule, message, signal, name, in_vehicle)) is not None:
                     found.setdefault(rule.role, []).append(proposal)
     _second_track(found)
     return {role: sorted(found[role], key=lambda p: -p.points) for role in ROLES if role in found}
@@ -90,6 +96,19 @@ def chosen(found: dict[str, list[Proposal]]) -> dict[str, list[Proposal]]:
     if not best.keys() >= {"command_mode", "command_position"}:
         best = {role: guesses for role, guesses in best.items() if role not in COMMANDED}
     return best
+
+
+def is_vehicle(database: Database) -> bool:
+    """Return whether a DBC file describes a vehicle's bus, by the other units that it names."""
+    return any(re.fullmatch(VEHICLE, word) for message in database.messages for word in _all_words(message))
+
+
+def a_message_each(guesses: list[Proposal]) -> list[Proposal]:
+    """Return the best proposal of each message: every message counts its own samples."""
+    best: dict[str, Proposal] = {}
+    for guess in guesses:
+        best.setdefault(guess.signal.split(".")[0], guess)
+    return list(best.values())
 
 
 def words_of(name: str) -> list[str]:
@@ -120,7 +139,7 @@ def _series(message: Message) -> list[tuple[str, Signal]]:
     return list(entries.items())
 
 
-def _judge(rule: Rule, message: Message, signal: Signal, name: str, is_vehicle: bool) -> Proposal | None:
+def _judge(rule: Rule, message: Message, signal: Signal, name: str, in_vehicle: bool) -> Proposal | None:
     words, around = words_of(signal.name), words_of(message.name)
     hits = [_first(pattern, words) for pattern in rule.words]
     # The message says what its signals are about, less surely.
@@ -128,14 +147,14 @@ def _judge(rule: Rule, message: Message, signal: Signal, name: str, is_vehicle: 
     scaled = _scaled(rule, signal)
     if scaled is None or hits[0] is None or not all(far) or not _may_have(rule, signal, words):
         return None
-    if is_vehicle and not rule.elsewhere and not _is_about_throttle(rule, words, around):
+    if in_vehicle and not rule.elsewhere and not _is_about_throttle(rule, words, around):
         return None
     unit, scale, offset = scaled
     likes = [word for word in [*words, *around] if rule.better and re.fullmatch(rule.better, word)]
     is_certain = _is_certain(rule.role, signal, words, unit)
     if rule.role in COMMANDED or rule.role in {"mode", "sample_counter"}:
         is_likely = is_certain  # a wrong one moves something, or is misread
-    elif is_vehicle:
+    elif in_vehicle:
         is_likely = bool(unit and likes) and not far and rule.role != "supply_voltage"
     else:
         is_likely = is_certain or ((bool(unit) or rule.is_flag) and not far and (not rule.better or bool(likes)))
@@ -151,6 +170,7 @@ def _judge(rule: Rule, message: Message, signal: Signal, name: str, is_vehicle: 
         offset,
         wraps,
         _turns(message) if wraps else "",
+        _guessed_tick(message) if rule.role == "sample_counter" and not is_certain else "",
         8 * is_certain + 4 * bool(unit) + 2 * (not far) + 2 * bool(likes) + len(hits),
     )
 
@@ -213,6 +233,11 @@ def _names_our_modes(signal: Signal) -> bool:
 def _tick(signal: Signal) -> float | None:
     attribute = signal.dbc.attributes.get("SampleTickNs") if signal.dbc else None
     return None if attribute is None else float(attribute.value)
+
+
+def _guessed_tick(message: Message) -> str:
+    """Return the cycle time of a message: one sample a frame is what most counters count."""
+    return f"{message.cycle_time or 1:g} ms"
 
 
 def _is_whole_turns(signal: Signal, scale: float) -> bool:

@@ -15,7 +15,7 @@ UNITS = {
     "amp": "A", "percent": "%", "celsius": "degC", "deg c": "degC", "degk": "K",
 }  # fmt: skip
 
-THROTTLE = r"throttle\w*|thrott|thr|tps|etb|etc|drosselklapp\w*|dk|dkw|dks"
+THROTTLE = r"throttle\w*|thrott|throt|thrtl|thr|plate|tps|etb|etc|drosselklapp\w*|dk|dkw|dks"
 # A file with one of these describes a vehicle's bus: its drives, modes and faults belong to other units.
 VEHICLE = (
     r"wheel\w*|steer\w*|lenk\w*|brake\w*|brems\w*|door\w*|seat\w*|cruise\w*|cruse|esp|airbag\w*|gearbox|getriebe|"
@@ -30,7 +30,7 @@ OF_CONTROLLERS = (
 )
 ANGLE = r"angle|ang|pos|position|winkel|lage|stellung|encoder|\w*winkel"
 ASKED = (
-    r"cmd|command|commanded|set|setpoint|soll\w*|target|tar|tgt|desired|des|demand|requested|request|req|rq|wunsch\w*|"
+    r"cmd|command|commanded|set|setpoint|setp|stpt|sp|soll\w*|target|tar|tgt|desired|des|demand|requested|request|req|rq|wunsch\w*|"
     r"ref"
 )
 _MOTOR = r"motor|mot|bridge|armature|actuator|h_?bridge"
@@ -41,6 +41,7 @@ ABOUT = (
     r"schutz|uebertemp|unterspannung|flag|mask|anf|begrenzun\w*|sollwertbegrenzun\w*|gross|zu|klein|norm\w*|maxnorm|"
     r"cruise|oder|or|idle|idlg|id"
 )
+_SAMPLE = r"samples?|smpl?|abtast\w*|mess\w*|meas"
 _OTHER_PEDAL = r"brake\w*|brems\w*|clutch|kuppl\w*|steer\w*"
 _HIGH_VOLTAGE = r"hv|high|cell|zelle|pack|bms|becm|traction|hvem|nominal"
 
@@ -66,7 +67,7 @@ _FLAG = (1, 16)
 _PEDAL = r"pedal\w*|fahrpedal\w*|app|pps|accelerator\w*"
 
 RULES = (
-    Rule("motor_current", (r"current|curr|strom|\w*strom|amps?|i", rf"{_MOTOR}|{THROTTLE}"), needs_unit=True),
+    Rule("motor_current", (r"current|curr|cur|strom|\w*strom|amps?|i", rf"{_MOTOR}|{THROTTLE}"), needs_unit=True),
     Rule("motor_voltage", (r"voltage|volt|spannung|\w*spannung|u", _MOTOR), needs_unit=True),
     Rule("motor_duty", (r"duty|pwm|tastverh\w*|dutycycle",)),
     Rule(
@@ -120,7 +121,12 @@ RULES = (
         needs_unit=True,
         elsewhere=True,
     ),
-    Rule("sample_counter", (r"sample", r"count|counter|cnt|number|index"), never=r"alive", lengths=(4, 32)),
+    Rule(
+        "sample_counter",
+        (_SAMPLE, r"count|counter|cntr?|ctr|number|nr|index|idx|\w*zaehler"),
+        never=r"alive",
+        lengths=(4, 32),
+    ),
     Rule("mode", (r"mode|betriebsart|modus",), never=r"sleep", lengths=_FLAG, is_flag=True),
     Rule(
         "enable",
