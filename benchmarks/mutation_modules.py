@@ -27,7 +27,7 @@ MODULES = {
     ),
     "bench/interlock": Tests("bench/test_interlock"),
     "bench/supervision": Tests("bench/test_supervision", "bench/test_supervision"),
-    "bench/speed_watch": Tests("bench/test_speed_watch", "bench/test_supervision"),
+    "bench/speed_watch": Tests("bench/test_speed_watch", "bench/test_speed_watch bench/test_supervision"),
     "bench/supply_guard": Tests("bench/test_supply_guard"),
     "bench/command_pause": Tests("bench/test_stop_signals"),
     "bench/beat": Tests("bench/test_beat bench/test_interlock"),
@@ -57,6 +57,6 @@ MODULES = {
     "histories/temperature": Tests("history/test_statistics"),
     "histories/tolerance": Tests(HISTORY),
     "scenario/condition_watch": Tests("scenario/test_condition_watch"),
-    "canio/dbc/reception": Tests("canio/test_decoder", "canio/test_decoder"),
+    "canio/dbc/reception": Tests("canio/test_reception", "canio/test_reception canio/test_decoder"),
     "canio/dbc/protection": Tests("canio/test_protection canio/test_decoder", "canio/test_protection"),
 }

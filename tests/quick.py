@@ -15,6 +15,7 @@ QUICK = (
     "canio/test_codec",
     "canio/test_decoder",
     "canio/test_protection",
+    "canio/test_reception",
     "canio/test_vehicle_log",
     "canio_bus/test_blf",
     "canio_bus/test_virtual_bus",

@@ -67,7 +67,7 @@ def receive(
     """Fill `out` (3, n): the message's row in `table` or -1, the time of the first sample, the frames lost before."""
     count, width = data.shape
     payloads, places, ids = data.reshape(count * width), counter_places.reshape(-1), data_ids.reshape(-1)
-    _select(ident, flags, length, payloads, table, ids, counts, out)
+    _select(ident, flags, length, width, payloads, table, ids, counts, out)
     # A helper that takes arrays costs more than this loop: for what is due, as nearly all frames are, scalars must do.
     for n in range(count):
         k = out[0, n]
@@ -101,6 +101,7 @@ def _select(
     ident: NDArray[np.uint32],
     flags: Bytes,
     length: Bytes,
+    width: int,
     payloads: Bytes,
     table: Int64,
     data_ids: NDArray[np.uint16],
@@ -108,7 +109,6 @@ def _select(
     out: Int64,
 ) -> None:
     """Write into `out[0]` the message of each frame that is long enough and has its CRC, -1 for the others."""
-    width = len(payloads) // max(len(ident), 1)
     for n in range(len(ident)):
         k = _message_of(ident[n], flags[n], table)
         if k >= 0 and min(length[n], width) < table[k, LENGTH]:
@@ -136,7 +136,7 @@ def _message_of(ident: np.uint32, flag: np.uint8, table: Int64) -> np.int64:
 def _is_due(beside: np.int64, bits: np.int64, interval: np.int64, late: np.int64, tick: np.int64) -> bool:
     """Return whether a counter is at the place that follows, or whole wraps beside it, and the stamp says which."""
     modulus = np.int64(1) << bits
-    return bool(interval > 0 and bits > 0 and beside & (modulus - 1) == 0 and 2 * abs(late) < modulus * tick)
+    return bool(interval > 0 and beside & (modulus - 1) == 0 and 2 * abs(late) < modulus * tick)
 
 
 @njit(cache=True, error_model="numpy")
@@ -231,11 +231,13 @@ def _place(
     interval = state[k, KNOWN_INTERVAL]
     if step < 0 or interval == 0:
         return place
-    # Receive stamps may be late by more than half a wrap: prefer a place on which both counters agree.
+    # Receive stamps may be late by more than half a wrap: prefer a place on which both counters agree. After a request
+    # they must agree without a wrap of the alive counter: after a pause, or at another rate, they may do so by chance.
+    known_bits = np.int64(-1) if state[k, FRESH] else table[k, MODULUS] - 1
     for near in range(_NEAR + 1):
         for side in (1, -1):
             moved = place + side * near * modulus - state[k, PLACE]
-            if moved > 0 and moved % interval == 0 and (moved // interval - step) & (table[k, MODULUS] - 1) == 0:
+            if moved >= 0 and moved % interval == 0 and (moved // interval - step) & known_bits == 0:
                 return place + side * near * modulus
     return place
 
@@ -261,11 +263,10 @@ def _lost(moved: np.int64, step: np.int64, k: np.int64, table: Int64, state: Int
 @njit(cache=True, error_model="numpy")
 def _learn_interval(moved: np.int64, step: np.int64, k: np.int64, state: Int64) -> None:
     """Keep the ticks from frame to frame: known once two frames in a row, or the first two, are as far apart."""
-    if step > 1:
-        return
-    if state[k, KNOWN_INTERVAL] == 0 or moved == state[k, LAST_STEP]:
+    is_next = step == 1 or step < 0
+    if is_next and (state[k, KNOWN_INTERVAL] == 0 or moved == state[k, LAST_STEP]):
         state[k, KNOWN_INTERVAL] = moved
-    state[k, LAST_STEP] = moved
+    state[k, LAST_STEP] = moved if is_next else 0
 
 
 @njit(cache=True, error_model="numpy")
