@@ -65,10 +65,11 @@ class Watch:
     def tests_of(self, mutant):
         """Return the tests to ask, fastest first: those that run its line, all for a line that is run on import."""
         ran = self.lines.get(mutant.statement, set())
+        is_at_import = mutant.is_at_import or "" in ran  # of a function: run before the first test
         good = sorted((seconds, test) for test, seconds in self.seconds.items() if test not in self.failed)
         chosen, spent = [], 0.0
         for seconds, test in good:
-            runs_it = mutant.is_at_import or test in ran or test.split("::")[0] in ran
+            runs_it = is_at_import or test in ran or test.split("::")[0] in ran
             if runs_it and (spent := spent + seconds) <= TESTS_S:
                 chosen.append(test)
         return chosen

@@ -84,6 +84,16 @@ def test_every_single_bit_that_flips_is_found(protection, width):
     assert not verify(flipped, width, protection).any()
 
 
+@pytest.mark.parametrize("protection", [PROFILE_2, PROFILE_5])
+def test_rows_count_on_and_each_is_checked_by_itself(protection):
+    data = np.arange(20 * 12, dtype=np.uint8).reshape(20, 12)
+    protect(data, 12, protection, 250)
+    counters = data[:, 1] & 0xF if protection is PROFILE_2 else data[:, 2]
+    assert counters.tolist() == [(250 + row) % protection.modulus for row in range(20)]
+    data[[3, 19], 11] ^= 1
+    assert np.flatnonzero(~verify(data, 12, protection)).tolist() == [3, 19]
+
+
 def test_without_protection_nothing_is_written_and_everything_passes():
     data = column(b"12345678")
     protect(data, 8, UNPROTECTED, 3)
@@ -91,7 +101,30 @@ def test_without_protection_nothing_is_written_and_everything_passes():
     assert verify(data, 8, UNPROTECTED).all()
 
 
-@pytest.mark.parametrize(("profile", "ids"), [(Profile.PROFILE_2, (1, 2)), (Profile.PROFILE_5, (0x10000,))])
+@pytest.mark.parametrize(
+    ("profile", "ids"),
+    [
+        (Profile.NONE, (0,)),
+        (Profile.PROFILE_2, (1, 2)),
+        (Profile.PROFILE_2, (0x100, *range(15))),
+        (Profile.PROFILE_2, (-1, *range(15))),
+        (Profile.PROFILE_5, ()),
+        (Profile.PROFILE_5, (0x10000,)),
+        (Profile.PROFILE_5, (-1,)),
+    ],
+)
 def test_data_ids_that_a_profile_cannot_have_are_refused(profile, ids):
     with pytest.raises(ValueError, match="data ids"):
         Protection(profile, ids)
+
+
+def test_each_profile_takes_all_data_ids_of_its_width():
+    assert Protection(Profile.PROFILE_2, (0, 0xFF) * 8).id_table().tolist() == [0, 0xFF] * 8
+    assert [Protection(Profile.PROFILE_5, (one,)).id_table()[0] for one in (0, 0xFFFF)] == [0, 0xFFFF]
+
+
+@pytest.mark.parametrize("protection", [UNPROTECTED, PROFILE_2, PROFILE_5])
+def test_a_header_is_what_protection_writes_to(protection):
+    data = np.zeros((256, 12), np.uint8)
+    protect(data, 12, protection, 0)
+    assert max(np.flatnonzero(data.any(axis=0)) + 1, default=0) == protection.header

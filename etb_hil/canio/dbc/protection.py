@@ -79,18 +79,18 @@ def verify(data: NDArray[np.uint8], length: int, protection: Protection) -> NDAr
 
 
 def _table(polynomial: int, bits: int) -> list[int]:
-    top, mask = 1 << (bits - 1), (1 << bits) - 1
+    """Return the CRC of each byte for a polynomial of `bits` bits below its leading one, which is part of it."""
     table = []
     for byte in range(256):
         crc = byte << (bits - 8)
         for _ in range(8):
-            crc = (crc << 1) ^ (polynomial if crc & top else 0)
-        table.append(crc & mask)
+            crc = min(crc << 1, crc << 1 ^ polynomial)  # of both, one has its leading bit cleared
+        table.append(crc)
     return table
 
 
-_CRC8 = np.array(_table(0x2F, 8), np.uint8)
-_CRC16 = np.array(_table(0x1021, 16), np.uint16)
+_CRC8 = np.array(_table(0x12F, 8), np.uint8)
+_CRC16 = np.array(_table(0x11021, 16), np.uint16)
 
 # The compiled functions take a flat array and where a payload starts in it: a view of one row costs more than its CRC.
 
