@@ -56,6 +56,7 @@ QUICK = (
     "scenario/test_phases",
     "session/test_baseline",
     "session/test_session_and_events",
+    "session/test_trying_again",
     "station/test_serial_pattern",
     "store/test_store",
     "trusted/test_closed_streams",

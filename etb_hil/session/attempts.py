@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
 from etb_hil.results.run_result import Attempt
 from etb_hil.session import photos as of_prompts
+from etb_hil.session.checksum import SUMS
 from etb_hil.session.session import EVENTS, MANIFEST, RAW_LOG, RESULTS, open_session
 
 if TYPE_CHECKING:
@@ -48,10 +49,11 @@ def set_aside(session: Session, attempt: int) -> Path:
     photos = session.folder / of_prompts.FOLDER
     if photos.is_dir():
         shutil.copytree(photos, part / photos.name)
-    for name in (RAW_LOG, EVENTS, RESULTS):
+    left = (RESULTS, SUMS, EVENTS, RAW_LOG)
+    for name in left:
         _link(session.folder / name, part / name)
     part.rename(folder)
-    for name in (RESULTS, EVENTS, RAW_LOG):
+    for name in left:
         (session.folder / name).unlink()
     shutil.rmtree(photos, ignore_errors=True)
     return folder
