@@ -43,8 +43,8 @@ def _speeds(
             time_ns[count], angle[count] = new_ns[k], new[k]
             count += 1
     oldest, peak = 0, 0.0
-    for k in range(count):
-        if k > 0 and time_ns[k] < time_ns[k - 1]:  # the clock was set back: what was before says nothing of now
+    for k in range(1, count):
+        if time_ns[k] < time_ns[k - 1]:  # the clock was set back: what was before says nothing of now
             oldest = k
         while oldest < k and time_ns[k] - time_ns[oldest + 1] >= SPAN_NS:
             oldest += 1

@@ -42,7 +42,7 @@ class SupplyGuard:
         if self._low <= value <= self._high:
             self._outside_since_ns = self.outside = None
             return
-        if self._outside_since_ns is None or time_ns < self._outside_since_ns:
-            self._outside_since_ns = time_ns
+        since_ns = self._outside_since_ns
+        self._outside_since_ns = time_ns if since_ns is None else min(since_ns, time_ns)
         if self.outside is None and time_ns - self._outside_since_ns >= self._hold_ns:
             self.outside = Firing(stamp_ns, value)

@@ -246,7 +246,7 @@ def _detect(
             allowance = np.inf
             if applies and torque > _RELEASE * limit:
                 allowance = _allowance(current[k], angle[k], omega, acceleration, delay, deviation[k], p, settings)
-            if times[_OPEN, kind] and not torque - allowance > _RELEASE * limit:
+            if not torque - allowance > _RELEASE * limit:  # NaN too
                 count += _end(kind, times, peaks, closed, instants, count)
             if times[_OPEN, kind] or torque - allowance > limit:
                 place = (torque, angle[k], omega, temperature[k], allowance)

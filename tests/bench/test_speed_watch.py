@@ -15,7 +15,9 @@ from etb_hil.recording.samples import SampleBlock
 
 def encoder(time_ns, angle):
     time_ns = np.asarray(time_ns, np.int64)
-    return SampleBlock("s", time_ns, time_ns, {"motor_angle": angle}, np.zeros(len(time_ns), np.int64))
+    return SampleBlock(
+        "s", time_ns, time_ns, {"motor_angle": np.asarray(angle, float)}, np.zeros(len(time_ns), np.int64)
+    )
 
 
 @settings(max_examples=100)
@@ -53,3 +55,20 @@ def test_a_spike_of_speed_inside_a_beat_stops_the_run():
     for angle, trips in ((calm, False), (jump, True)):
         trip = Supervisor(limits, 18.0, 0).look([encoder(time_ns, angle)])
         assert (trip is not None and trip.reason_id == "velocity_limit") == trips
+
+
+def test_a_speed_has_its_sign_and_is_zero_where_nothing_is_older():
+    watch = SpeedWatch()
+    assert watch.push(encoder([0, 4_999_999], [5.0, 7.0])) == (0.0, 0.0)
+    assert watch.push(encoder([5_000_000], [5.0 - 2e-3])) == (pytest.approx(-0.4), pytest.approx(-0.4))
+    assert watch.push(encoder([], np.empty(0))) == (pytest.approx(-0.4), 0.0)
+
+
+def test_of_an_older_and_a_newer_sample_the_newer_one_counts():
+    """The sample to compare with is 5 ms older or more, and the newest of these."""
+    watch = SpeedWatch()
+    watch.push(encoder([0, 1_000_000, 2_000_000], [0.0, 1.0, 3.0]))
+    assert watch.push(encoder([6_000_000], [1.005]))[0] == pytest.approx(1.0)
+    watch.push(encoder([6_500_000], [9.0]))
+    newest, peak = watch.push(encoder([7_000_000, 11_500_000], [3.0 + 5e-4, 9.0]))
+    assert (newest, peak) == (0.0, pytest.approx(0.1))

@@ -96,5 +96,6 @@ def test_it_is_said_what_the_supply_is_and_what_it_should_be():
     assert str(one) == "supply at 25.12 V, outside 10 to 18 V"
     one = guard()
     assert str(one) == "no reading of the supply, outside 10 to 18 V"
+    assert str(one.condition) == "supply_voltage outside 10 to 18 V for 0.05 s"
     one.push([block(math.nan, math.nan, math.nan)])
     assert str(one) == "no reading of the supply, outside 10 to 18 V"
