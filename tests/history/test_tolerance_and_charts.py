@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from dataclasses import replace
 
 import made_up
 import numpy as np
@@ -10,10 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import chi2, norm
 
+from etb_hil.histories.capability import capability
 from etb_hil.histories.control_chart import control_chart
-from etb_hil.histories.distribution import distribution
+from etb_hil.histories.distribution import PEARSON, Distribution, distribution, normal
 from etb_hil.histories.gauge import balanced, gauge_study
-from etb_hil.histories.tolerance import change_limit, factor
+from etb_hil.histories.tolerance import change_limit, factor, tolerance_limit
 
 HALF_WAY = 0.5 * math.log(1.25)
 
@@ -136,6 +138,89 @@ def test_capability_widens_by_what_all_values_may_be_off_together():
         half = math.hypot(narrow.high - narrow.value, 0.3 / (3.0 * spread))
         assert wide.high - wide.value == pytest.approx(half)
         assert wide.value - wide.low == pytest.approx(half)
+
+
+TIMES = np.linspace(0.5, 1.5, 41)  # quantiles of 2.5, 5 and 97.5 % are the second, the third and the last but one
+CHART = control_chart(np.array([10.0, 11.0] * 15))  # centre 10.5
+
+
+def free_shape(low=8.0, median=10.0, most=12.0, high=13.0, times=TIMES):
+    """Return a distribution without a formula; those of its replicates are as wide as its own divided by `times`."""
+    at = median + (np.array([low, median, most, high]) - median) / np.asarray(times)[:, None]
+    return Distribution(PEARSON, 0.5, {}, 30, low, median, most, high, at)
+
+
+def ends(index):
+    return (index.value, index.low, index.high)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "value", "reach"),
+    [(None, 16.0, 2.0, 3.0), (7.0, None, 1.5, 2.0), (7.0, 16.0, 1.5, 2.0), (2.0, 16.0, 2.0, 3.0)],
+)
+@pytest.mark.parametrize("unsure", [0.0, 0.6])
+def test_capability_of_another_family_rests_on_its_quantiles_and_its_bootstrap(low, high, value, reach, unsure):
+    """The basic bootstrap in the logarithm (Davison and Hinkley 1997): value squared over the quantiles' ends."""
+    found = capability(CHART, free_shape(), low, high, unsure)
+    assert found.cpk == found.ppk  # its spread from unit to unit is not known
+    below, above = value - value / TIMES[-2], value / TIMES[1] - value
+    off = unsure / reach
+    expected = (value, value - math.hypot(below, off), value + math.hypot(above, off))
+    assert ends(found.ppk) == pytest.approx(expected)
+    if low is None or high is None:
+        assert found.cp is None
+    else:
+        cp = (high - low) / 5.0
+        assert ends(found.cp) == pytest.approx((cp, cp / TIMES[-2], cp / TIMES[1]))
+
+
+def test_a_capability_that_may_be_below_zero_has_its_bootstrap_without_a_logarithm():
+    times = np.linspace(-0.52, 1.48, 41)
+    value = 1.0 / 3.0
+    found = capability(CHART, free_shape(times=times), None, 11.0).ppk
+    ends_of = value * times[1], value * times[-2]
+    assert ends(found) == pytest.approx((value, 2 * value - ends_of[1], 2 * value - ends_of[0]))
+
+
+def test_the_interval_of_a_normal_family_reaches_as_far_as_that_of_a_free_shape():
+    shape = normal(CHART.values)
+    inside = CHART.sigma / CHART.values.std(ddof=1)
+    closed = capability(CHART, shape, 4.0, 18.0)
+    unsure = free_shape(5.0, 10.5, 14.0, 16.0)  # quantiles of bootstrap samples that are far from each other
+    wide = capability(CHART, replace(shape, free=unsure), 4.0, 18.0)
+    alone = capability(CHART, unsure, 4.0, 18.0)
+    for name, times in (("cpk", inside), ("ppk", 1.0), ("cp", inside)):
+        found, narrow, free = getattr(wide, name), getattr(closed, name), getattr(alone, name)
+        assert found.value == narrow.value
+        assert found.low == pytest.approx(min(narrow.low, free.low / times))
+        assert found.high == pytest.approx(max(narrow.high, free.high / times))
+        assert found.low < narrow.low
+    sure = free_shape(8.9, 10.5, 11.9, 12.1, times=np.ones(41))
+    narrow = capability(CHART, replace(shape, free=sure), 4.0, 18.0)
+    assert (narrow.cpk.low, narrow.ppk.high) == (closed.cpk.low, closed.ppk.high)
+    assert capability(CHART, replace(shape, free=unsure), None, 18.0).cp is None
+
+
+@pytest.mark.parametrize(("low", "high"), [(None, None), (0.0, None), (None, 20.0)])
+def test_no_capability_without_a_limit_or_a_distribution(low, high):
+    assert capability(CHART, None, low, high) is None
+    assert (capability(CHART, normal(CHART.values), low, high) is None) == (low is None and high is None)
+
+
+def test_tolerance_limit_of_another_family_is_that_of_its_bootstrap():
+    """Of the distance from the median, 2 here, times 2 over the 5 % quantile of the replicates' distances."""
+    times = 1.0 / np.linspace(0.5, 1.5, 41)
+    assert tolerance_limit(free_shape(times=times)) == pytest.approx(10.0 + 2.0 / (0.5 + 2 * 0.025))
+    assert tolerance_limit(None) is None
+
+
+def test_tolerance_limit_of_a_normal_family_is_not_below_that_of_a_free_shape():
+    shape = normal(CHART.values)
+    limit = 10.5 + factor(30) * CHART.values.std(ddof=1)
+    assert tolerance_limit(shape) == pytest.approx(limit)
+    low, high = free_shape(most=11.0, times=np.ones(41)), free_shape(most=19.0, times=np.ones(41))
+    assert tolerance_limit(replace(shape, free=low)) == pytest.approx(limit)
+    assert tolerance_limit(replace(shape, free=high)) == pytest.approx(19.0)
 
 
 @pytest.mark.parametrize(("count", "preliminary"), [(24, True), (25, False)])
