@@ -7,6 +7,7 @@ QUICK = (
     "base/test_output",
     "base/test_quantity",
     "base/test_yamlfile",
+    "bench/test_answer_time",
     "bench/test_interlock",
     "bench/test_seen_off",
     "bench/test_simulate",

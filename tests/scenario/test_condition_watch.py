@@ -129,3 +129,40 @@ def test_no_cut_of_the_stream_changes_what_fires(series, wanted, cuts, lost):
     for start, end in pairwise(edges):
         cut.push([whole.rows(slice(start, end))])
     assert cut.fired == once
+
+
+def settled_at(series, within, bins=10, each=2):
+    """Return the sample at which the line through the means of the last bins first changes by no more than that."""
+    for end in range(bins * each, len(series), each):
+        means = np.reshape(series[end - bins * each : end], (bins, each)).mean(axis=1)
+        if abs(np.polyfit(np.arange(bins), means, 1)[0] * bins) <= within:
+            return end
+    return None
+
+
+@given(st.lists(st.integers(-3, 3), min_size=1, max_size=90), st.integers(0, 12))
+def test_a_trend_is_the_straight_line_through_the_means_of_its_tenths(steps, drift):
+    """Whole numbers and a limit between those that a line through them can have."""
+    series = np.cumsum(steps) + 0.37 * drift * np.arange(len(steps))
+    within = 1.0 + 1e-7
+    assert fired_at(condition(settles_within=f"{within} A", over="20 ms"), series) == settled_at(series, within)
+
+
+@pytest.mark.parametrize(("gap_ns", "index"), [(3 * MS - 1, 19), (3 * MS, 30)])
+def test_a_tenth_without_a_sample_starts_a_trend_anew(gap_ns, index):
+    """Tenths of 2 ms begin at the first sample, at 1 ms: the one from 11 to 13 ms has a sample just so, or has none.
+
+    20 ms then count from the first sample, or from the one at 13 ms.
+    """
+    whole = block(np.zeros(60))
+    whole.time_ns[10:] += gap_ns - MS
+    wanted = condition(settles_within="0.1 A", over="20 ms")
+    assert ConditionWatch(wanted, 0).push([whole]).stamp_ns == whole.stamp_ns[index]
+
+
+def test_a_bad_sample_neither_ends_a_trend_nor_counts_in_it():
+    series = np.where(np.arange(30) % 2, math.nan, 5.0)
+    assert fired_at(condition(settles_within="0.1 A", over="20 ms"), series) == 20
+    late = np.zeros(40)
+    late[20:] = math.nan
+    assert fired_at(condition(settles_within="0.1 A", over="20 ms", for_="1 ms"), [*late[:20], 0.0, *late[21:]]) == 21
