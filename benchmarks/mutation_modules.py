@@ -16,6 +16,7 @@ class Tests:
 
 
 HISTORY = "history/test_drift_gauge_rise history/test_tolerance_and_charts"
+SHAPES = f"{HISTORY} history/test_shift_and_distribution"
 LIMITS = "diagnosis/test_limit_laws diagnosis/test_limits_file"
 
 MODULES = {
@@ -39,7 +40,7 @@ MODULES = {
     "replays/outcome": Tests("replay/test_log_outcome"),
     "station/admission": Tests("station/test_admission"),
     "session/attempts": Tests("session/test_trying_again bench/test_attempts"),
-    "session/answer_time": Tests("bench/test_supervision"),
+    "session/answer_time": Tests("bench/test_answer_time bench/test_supervision"),
     "session/verdict_policy": Tests("canio/test_corruption_doubts bench/test_attempts"),
     "session/baseline": Tests("session/test_baseline"),
     "diagnosis/limits": Tests(f"{LIMITS} diagnosis/test_diagnosis_verdicts"),
@@ -49,13 +50,13 @@ MODULES = {
     "diagnosis/verdict": Tests("diagnosis/test_verdict"),
     "diagnosis/exceedance": Tests("diagnosis/test_exceedance", "diagnosis/test_exceedance"),
     "diagnosis/plausibility": Tests("diagnosis/test_plausibility", "diagnosis/test_plausibility"),
-    "histories/capability": Tests(HISTORY),
-    "histories/control_chart": Tests(HISTORY),
+    "histories/capability": Tests(SHAPES),
+    "histories/control_chart": Tests(SHAPES),
     "histories/drift": Tests(HISTORY),
     "histories/gauge": Tests(HISTORY),
-    "histories/rise": Tests(HISTORY),
+    "histories/rise": Tests(f"{HISTORY} history/test_statistics"),
     "histories/temperature": Tests("history/test_statistics"),
-    "histories/tolerance": Tests(HISTORY),
+    "histories/tolerance": Tests(SHAPES),
     "scenario/condition_watch": Tests("scenario/test_condition_watch"),
     "canio/dbc/reception": Tests("canio/test_reception", "canio/test_reception canio/test_decoder"),
     "canio/dbc/protection": Tests("canio/test_protection canio/test_decoder", "canio/test_protection"),

@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from faults_study import job_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from etb_hil.base.stock import find
+from etb_hil.bench.bench_file import load_bench
 from etb_hil.bench.speed_watch import SpeedWatch
 from etb_hil.bench.supervision import Supervisor
 from etb_hil.recording.samples import SampleBlock
@@ -48,7 +49,7 @@ def _speeds(time_ns, angle):
 
 
 def test_a_spike_of_speed_inside_a_beat_stops_the_run():
-    limits = job_of("virtual_classic", "default").setup.bench.limits
+    limits = load_bench(find("bench", "virtual_classic")).bench.limits
     time_ns = np.arange(20) * 1_000_000
     calm = np.zeros(20)
     jump = np.where((time_ns > 5_000_000) & (time_ns < 12_000_000), 18.0 * limits.velocity * 6e-3, 0.0)
