@@ -52,7 +52,7 @@ def deviations(time: Float64, values: Float64, units: Sequence[str], benches: Se
     known: dict[tuple[str, str], int] = {}
     cell = np.array([known.setdefault(one, len(known)) for one in zip(units, benches, strict=True)], dtype=np.int64)
     count = np.bincount(cell, minlength=len(known))
-    level = np.bincount(cell, values, len(known)) / np.maximum(count, 1)
+    level = np.bincount(cell, values, len(known)) / count
     again = np.flatnonzero((count[cell] > 1) & (level[cell] != 0.0))
     of = cell[again]
     stretched = (values[again] / level[of] - 1.0) * np.sqrt(count[of] / (count[of] - 1.0))
@@ -72,10 +72,9 @@ def drifts(points: Sequence[Point]) -> tuple[list[Drift], int]:
     by_bench = _groups(points, "bench")
     by_unit = _groups(points, "unit")
     looked_at = len(by_bench) + len(by_unit)
-    least = FALSE_ALARMS / max(looked_at, 1)
     found: list[Drift] = []
     for name, group in by_bench.items():
-        if _rank_trend(group).p < least and _is_shared(group):
+        if _rank_trend(group).p * looked_at < FALSE_ALARMS and _is_shared(group):
             found.append(_drift("bench", name, group))
     drifting = {drift.name for drift in found}
     for name, group in by_unit.items():
@@ -83,7 +82,7 @@ def drifts(points: Sequence[Point]) -> tuple[list[Drift], int]:
         if own & drifting:
             others = [p for p in points if p.unit != name]
             group = [_apart(p, others) if p.bench in drifting else p for p in group]  # noqa: PLW2901
-        if _rank_trend(group).p < least:
+        if _rank_trend(group).p * looked_at < FALSE_ALARMS:
             alone = not any(p.bench in own and p.unit != name for p in points)
             found.append(replace(_drift("unit", name, group), alone=alone))
     return found, looked_at
@@ -98,7 +97,10 @@ def _groups(points: Sequence[Point], key: str) -> dict[str, list[Point]]:
 
 @dataclass(frozen=True, slots=True)
 class _RankTrend:
-    """Kendall's test of a trend: its p-value, and the surplus of rising pairs over falling ones."""
+    """Kendall's test of a trend: its p-value, and the surplus of rising pairs over falling ones.
+
+    Both are NaN, which is below no level, where all values are alike or of one instant.
+    """
 
     p: float
     surplus: float
@@ -107,10 +109,7 @@ class _RankTrend:
 def _rank_trend(group: Sequence[Point]) -> _RankTrend:
     from scipy.stats import kendalltau  # noqa: PLC0415 (half a second, which few runs need)
 
-    time, values = _columns(group)
-    if np.ptp(time) == 0.0 or np.ptp(values) == 0.0:
-        return _RankTrend(1.0, 0.0)
-    found = kendalltau(time, values)
+    found = kendalltau(*_columns(group))
     return _RankTrend(float(found.pvalue), float(found.statistic) * 0.5 * len(group) * (len(group) - 1))
 
 
@@ -139,7 +138,7 @@ def _is_shared(group: Sequence[Point]) -> bool:
     counts = Counter(point.unit for point in group)
     count = len(group)
     kept = abs(_rank_trend(group).surplus) - 2.5 * count**1.5 / 3.0  # beyond 2 sigma with ties and edges to spare
-    doubted = [unit for unit, points in counts.items() if points * count >= kept or count - points < FEWEST]
+    doubted = [unit for unit, points in counts.items() if points * count >= kept]
     rest = ([p for p in group if p.unit != unit] for unit in doubted)
     return all(len(r) >= FEWEST and _rank_trend(r).p < _CARRIED for r in rest)
 

@@ -1,5 +1,6 @@
 """Drift, gauge study and rise by numbers that can be checked by hand, each rule on both sides of its edge."""
 
+import itertools
 import math
 
 import numpy as np
@@ -46,6 +47,18 @@ def test_a_trend_needs_eight_values():
     assert one.p == pytest.approx(2 / math.factorial(8))
 
 
+def test_a_change_is_the_median_slope_with_the_interval_of_its_rank():
+    """Sen 1968: the slopes of all pairs, from the rank (N - C) / 2 to that of (N + C) / 2 and one, C = 1.96 sigma."""
+    shares = [0.0, 0.01, 0.03, 0.02, 0.05, 0.08, 0.09, 0.13]
+    ((one,), _) = drifts([Point(3.0 * k, "u", "b", share) for k, share in enumerate(shares)])
+    slopes = sorted((shares[b] - shares[a]) / (b - a) for a, b in itertools.combinations(range(8), 2))
+    reach = 1.96 * math.sqrt(8 * 7 * (2 * 8 + 5) / 18)
+    low, high = round((28 - reach) / 2), round((28 + reach) / 2)
+    assert one.change == pytest.approx(7 * np.median(slopes))
+    assert (one.low, one.high) == (pytest.approx(7 * slopes[low - 1]), pytest.approx(7 * slopes[high]))
+    assert one.low < one.change < one.high
+
+
 def test_a_trend_that_falls_is_one_too():
     ((one,), _) = drifts(line(8, slope=-0.01, start=5.0, step=2.0))
     assert one.change == pytest.approx(-0.07)
@@ -84,9 +97,32 @@ def test_a_bench_drifts_where_no_single_unit_makes_it():
     assert [(one.kind, one.name) for one in drifts(few)[0]] == [("unit", "u")]  # without u too few are left
 
 
+@pytest.mark.parametrize(
+    ("order", "kind"),
+    [
+        ([1, 0, 3, 2, 5, 4, 7, 6], "bench"),  # four exchanges of neighbours: p = 0.014
+        ([2, 1, 0, 4, 3, 6, 5, 7], "bench"),  # five: 0.031
+        ([2, 1, 0, 4, 3, 6, 7, 5], "unit"),  # six: 0.061
+    ],
+)
+def test_a_bench_drifts_where_the_trend_stays_at_five_percent_without_any_unit(order, kind):
+    other = [Point(0.5 + 1.5 * k, "v", "b", 0.02 * place) for k, place in enumerate(order)]
+    found, _ = drifts([*line(12, unit="u", slope=0.02), *other])
+    assert next(one.kind for one in found if one.name in {"b", "u"}) == kind
+
+
+def test_the_trend_of_a_bench_has_to_be_as_sure_as_that_of_a_unit():
+    nearly = [3, 0, 1, 2, 5, 4, 7, 6]
+    points = [Point(k + 0.5 * (unit == "v"), unit, "b", 0.01 * at) for unit in "uv" for k, at in enumerate(nearly)]
+    assert [one.kind for one in drifts(points)[0]] == ["bench"]
+    others = [point for k in range(24) for point in line(8, unit=f"v{k}", bench=f"c{k % 2}", slope=0.0)]
+    assert drifts([*points, *others]) == ([], 29)
+
+
 def test_of_a_unit_on_a_bench_that_drifts_what_the_others_did_there_is_taken_out():
     others = [point for k in range(3) for point in line(16, unit=f"v{k}", start=0.2 * k + 0.2)]
-    found, _ = drifts([*line(16, unit="u", slope=0.03), *others])
+    elsewhere = line(16, unit="w", bench="c", start=0.1, slope=-0.05)
+    found, _ = drifts([*line(16, unit="u", slope=0.03), *others, *elsewhere])
     by_name = {one.name: one for one in found}
     assert [one.kind for one in found][:2] == ["bench", "unit"]
     assert by_name["b"].change == pytest.approx(0.15, rel=0.3)
