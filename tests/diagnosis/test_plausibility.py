@@ -139,6 +139,22 @@ def test_where_the_encoder_counts_from_is_told_by_the_first_samples():
     assert record.ids() == []
 
 
+def test_the_first_fifty_samples_tell_where_the_encoder_counts_from():
+    record = Record(count=400)
+    for name in ("throttle_angle", "throttle_angle_2"):
+        record.columns[name][50:] += 1.2 * ENCODER
+    (doubt,) = record.found()
+    assert (doubt.id, "in 350 samples" in doubt.text) == ("angles_disagree", True)
+
+
+@pytest.mark.parametrize(("off", "seen"), [(0.09, False), (0.11, True)])
+def test_an_encoder_that_jumps_is_no_excuse_for_more_than_fifty_milliradians(off, seen):
+    """A sensor's millisecond at 50 rad/s: no plate is faster."""
+    record = Record()
+    record.columns["motor_angle"][100:150:10] += GEAR * off
+    assert ("angles_disagree" in record.ids()) == seen
+
+
 def wild(size, where, at=0.0):
     """Return a record whose encoder is off by `size` times what a motor's step of a millisecond may bend."""
     values = MODEL.values
@@ -167,6 +183,18 @@ def test_an_encoder_that_jumps(size, where, jumps):
     doubts = wild(size, where).found()
     assert [d.id for d in doubts] == (["angle_jumps"] if jumps else [])
     assert not jumps or f"{jumps} times" in doubts[0].text
+
+
+@pytest.mark.parametrize("weak", ["open", "close"])
+def test_the_stronger_spring_says_how_an_angle_may_bend(weak, tmp_path):
+    text = find("model", "default").read_text("utf-8")
+    before = f"  preload_{weak}:\n    value: 0.35 N·m\n"
+    assert before in text
+    path = tmp_path / "model.yaml"
+    path.write_text(text.replace(before, before.replace("0.35", "0.30")), "utf-8")
+    model = load_model(path)
+    assert wild(1.002, [500, 600]).ids(model=model) == ["angle_jumps"]
+    assert wild(0.998, [500, 600]).ids(model=model) == []
 
 
 def test_an_encoder_that_jumps_back_is_seen_as_well():
@@ -238,6 +266,18 @@ def test_samples_that_are_a_little_late_are_not_missing():
     assert record.ids() == []
 
 
+@pytest.mark.parametrize(("factor", "seen"), [(1.5, False), (1.6, True)])
+def test_half_an_interval_more_is_no_missing_sample(factor, seen):
+    record = Record()
+    gaps = np.where(np.arange(record.count) % 4 == 3, round(factor * MS), MS)
+    record.time_ns = np.cumsum(gaps)
+    record.stamp_ns = record.time_ns + 200_000
+    doubts = record.found()
+    assert [d.id for d in doubts] == (["samples_missing"] if seen else [])
+    if seen:  # a quarter of all gaps has 0.6 ms without samples, of 1.15 ms in the mean
+        assert float(re.match(r"([\d.]+)%", doubts[0].text)[1]) == pytest.approx(100 * 0.15 / 1.15, abs=0.1)
+
+
 @pytest.mark.parametrize(
     ("asked", "seen"), [(1000.0, False), (780.0, False), (750.0, False), (690.0, True), (1280.0, False), (1350.0, True)]
 )
@@ -292,6 +332,14 @@ def test_frames_that_are_late_now_and_then_are_no_clock_that_was_set():
     record = Record(count=4_000)
     record.stamp_ns = record.stamp_ns + np.where(np.arange(4_000) % 7 == 3, 0, 80 * MS)
     assert record.ids() == []
+
+
+@pytest.mark.parametrize(("late", "seen"), [(400, False), (1_010, True)])
+def test_a_clock_is_judged_by_the_least_delay_of_half_a_second(late, seen):
+    """What is late for less than that is a host that stalls; in more than two halves one of them is late as a whole."""
+    record = Record(count=4_000)
+    record.stamp_ns[2_010 : 2_010 + late] += 80 * MS
+    assert record.ids() == (["clocks_disagree"] if seen else [])
 
 
 @pytest.mark.parametrize("role", ["motor_current", "motor_angle"])
@@ -372,6 +420,13 @@ def test_a_zero_needs_fifty_samples():
     assert [d.id for d in doubts] == ["current_zero_moves"]
     low, high = (float(v) for v in re.search(r"reads (-?[\d.]+) to (-?[\d.]+) A", doubts[0].text).groups())
     assert (low, high) == (pytest.approx(0.0, abs=3e-3), pytest.approx(0.1, abs=3e-3))
+
+
+def test_the_zeros_furthest_apart_are_told():
+    doubts = bridge_off(0.05, 0.1, 0.02, -0.03, 0.06, length=151).found()
+    assert [d.id for d in doubts] == ["current_zero_moves"]
+    low, high = (float(v) for v in re.search(r"reads (-?[\d.]+) to (-?[\d.]+) A", doubts[0].text).groups())
+    assert (low, high) == (pytest.approx(-0.03, abs=3e-3), pytest.approx(0.1, abs=3e-3))
 
 
 def driven(volts=0.0, where=slice(0, 0), count=6_000, seed=9, gap=None):
