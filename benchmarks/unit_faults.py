@@ -4,7 +4,7 @@
 
 For each kind of fault the independent throttle runs a friction check; the bench's idea of the unit is drawn inside its
 tolerances. Printed are verdict and causes with their ambiguity groups, as the search leaves them, and after that as
-the likelihood does.
+the likelihood does, with the component that all of them sit in.
 """
 
 import argparse
@@ -16,10 +16,12 @@ import numpy as np
 from independent_throttle import SAMPLE_S, Unit, friction_check, off_by_tolerances, sense
 from throttle_as_model import bench_model
 
+from etb_hil.discrepancy.answer.explanation import causes
 from etb_hil.discrepancy.fitting.balances import Balances
 from etb_hil.discrepancy.measured.segments import measurements_of
 from etb_hil.discrepancy.plan.likelihood import weigh
 from etb_hil.discrepancy.search.stepwise import search
+from etb_hil.plant.component import Component
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock
 
@@ -33,6 +35,12 @@ RIGHT = {
     "winding": ("parameter:resistance",),
     "sensor": ("current_sensor_gain",),
     "none": (),
+}
+COMPONENT = {
+    **dict.fromkeys(("everywhere", "break-away", "place", "direction"), Component.FRICTION),
+    "spring": Component.SPRINGS,
+    **dict.fromkeys(("motor", "winding"), Component.MOTOR),
+    "sensor": Component.CURRENT_SENSOR,
 }
 
 
@@ -82,11 +90,13 @@ def recorded(unit, gain, rate, rng):
 
 
 def answered(findings):
-    """Return the verdict and each cause with its ambiguity group."""
-    return findings.verdict, [(one.winner.id, list(one.ambiguity_group)) for one in findings.accepted]
+    """Return the verdict, each cause with its ambiguity group, and the component that all of them sit in."""
+    found = [(one.winner.id, list(one.ambiguity_group)) for one in findings.accepted]
+    components = {one.component for one in causes(findings)}
+    return findings.verdict, found, components.pop() if len(components) == 1 else ""
 
 
-def standing(kind, verdict, found):
+def standing(kind, verdict, found, component):
     """Return how an answer stands to the truth."""
     right = set(RIGHT[kind])
     groups = [{effect, *group} for effect, group in found]
@@ -96,6 +106,8 @@ def standing(kind, verdict, found):
         return "named"
     if verdict == "explained":
         return "wrong"
+    if component:
+        return "component named" if component == COMPONENT[kind] else "wrong component"
     return "ambiguous with the truth" if any(group & right for group in groups) else "ambiguous without the truth"
 
 

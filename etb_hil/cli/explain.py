@@ -51,7 +51,7 @@ def run(options: argparse.Namespace) -> int:
         from etb_hil.base.errors import InputError
         from etb_hil.base.outcome import ExitCode
         from etb_hil.discrepancy.slow.sweeps import slow_remark
-        from etb_hil.report.explain_report import next_steps
+        from etb_hil.report.explain_report import next_steps, one_component
         from etb_hil.report.what_is_left import what_is_left
         from etb_hil.store.address import sessions_among
 
@@ -83,6 +83,8 @@ def run(options: argparse.Namespace) -> int:
     for cause in found.causes:
         alike = f" (or {', '.join(cause.indistinguishable)})" if cause.indistinguishable else ""
         print(f"  {cause.id}{alike}: {100.0 * cause.share:.0f} % of the error")
+    if shared := one_component(found):
+        print(f"  {shared}")
     for step in next_steps(found):
         print(f"  next: {step}")
     if problem is not None:

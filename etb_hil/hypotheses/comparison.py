@@ -76,8 +76,12 @@ def compared(
         start[one.place] = present[one.place]
     before = calibrated(record, start, [*base_unknowns(model), *beside])
     known = candidates(record, before.parameters, [id_ for id_ in ids if id_ in CATALOGUE])
-    found = [fitted(record, before, (id_,), p) for id_, p in screened(record, before, known).items()]
-    found += [fitted(record, before, names, before.parameters) for names in _sets_of(ids, before)]
+    starts = [(names, before.parameters) for names in _sets_of(ids, before)]
+    starts += [((id_,), p) for id_, p in screened(record, before, known).items()]
+    found: list[Hypothesis] = []
+    for names, parameters in starts:
+        aim = max((one.fit.posterior for one in found), default=-np.inf)
+        found.append(fitted(record, before, names, parameters, aim))
     # One with more in it than another has to be likelier for a reason.
     return sorted((one for one in found if not any(map(one.is_idle_beside, found))), key=lambda one: -one.evidence)
 
@@ -110,13 +114,18 @@ def _sets_of(ids: Sequence[str], before: Fitted) -> list[tuple[str, ...]]:
     return [one for one in dict.fromkeys(found) if one and one[0]]
 
 
-def fitted(record: Record, before: Fitted, ids: tuple[str, ...], parameters: Float64) -> Hypothesis:
-    """Return a hypothesis beside the unknowns of the calibrated model, from some parameters on."""
+def fitted(
+    record: Record, before: Fitted, ids: tuple[str, ...], parameters: Float64, aim: float = -np.inf
+) -> Hypothesis:
+    """Return a hypothesis beside the unknowns of the calibrated model, from some parameters on.
+
+    `aim` is the posterior of the likeliest one so far: what is far behind it is not fitted to the last nat.
+    """
     if ids[0] in CATALOGUE:
         unknowns: list[Unknown] = [*before.unknowns, *unknowns_of(CATALOGUE[ids[0]], parameters)]
     else:
         unknowns = freed(before.unknowns, [name.removeprefix(PARAMETER) for name in ids])
-    fit = settled(record, climbed(record, parameters, unknowns, before.disturbance))
+    fit = settled(record, climbed(record, parameters, unknowns, before.disturbance, aim=aim), aim=aim)
     return Hypothesis(ids, fit.evidence - before.evidence, misfit(fit), misfit(before), fit)
 
 

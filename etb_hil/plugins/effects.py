@@ -1,5 +1,6 @@
 """What an effect is declared with; `EFFECT = Effect(...)`."""
 
+from etb_hil.plant.component import Component as Component
 from etb_hil.plant.effects.effect import Balance as Balance
 from etb_hil.plant.effects.effect import Effect as Effect
 from etb_hil.plant.effects.effect import EffectParameter as EffectParameter

@@ -152,7 +152,14 @@ def _named(found: ExplanationResult) -> str:
     if found.verdict not in ("explained", "ambiguous"):
         return ""
     names = "; ".join(" or ".join(map(_words, [one.id, *one.indistinguishable])) for one in found.causes)
-    return f"{names[:1].upper()}{names[1:]}."
+    return f"{names[:1].upper()}{names[1:]}. {one_component(found)}".rstrip()
+
+
+def one_component(found: ExplanationResult) -> str:
+    """Return in a sentence the component that all indistinguishable causes sit in; empty where they differ."""
+    if found.verdict != "ambiguous" or not found.component:
+        return ""
+    return f"All of these are faults of one component: {found.component}."
 
 
 def _reason(found: ExplanationResult) -> str:

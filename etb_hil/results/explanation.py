@@ -44,8 +44,9 @@ class Size:
 class Cause:
     """A cause that was taken in, and `indistinguishable`: effects that the data cannot tell from it.
 
-    `share` is its part of the squared error, `sizes` its parameters by name, `finer_in_model` shapes that only the last
-    fit has. `held_out_t` is Student's t of what it explains of segments that the fit did not see.
+    `component` is where all of them sit, empty where they differ. `share` is its part of the squared error, `sizes` its
+    parameters by name, `finer_in_model` shapes that only the last fit has. `held_out_t` is Student's t of what it
+    explains of segments that the fit did not see.
     """
 
     id: Annotated[str, Field(alias="effect")]
@@ -55,6 +56,7 @@ class Cause:
     share: Annotated[float, Field(alias="share_of_error")]
     finer_in_model: Mapping[str, float] = field(default_factory=dict)
     held_out_t: float | None = None
+    component: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -420,3 +422,9 @@ class ExplanationResult:
     judged_by: str = ""
     runs: tuple[FreeRun, ...] = ()
     starts: Starts | None = None
+
+    @property
+    def component(self) -> str:
+        """The component that all causes sit in, whichever of them it is; empty where they differ, or of no cause."""
+        found = {one.component for one in self.causes}
+        return found.pop() if len(found) == 1 else ""

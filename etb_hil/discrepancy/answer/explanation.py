@@ -23,7 +23,9 @@ from etb_hil.discrepancy.plan.next_test import next_test
 from etb_hil.discrepancy.search import decision
 from etb_hil.discrepancy.search.bench_numbers import bench_numbers
 from etb_hil.discrepancy.search.findings import Findings, SelectionStep
+from etb_hil.plant.component import Component, component_of_parameter
 from etb_hil.plant.drive_effects import unit_for
+from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import Vector
 from etb_hil.plant.value_units import value_unit
@@ -139,9 +141,21 @@ def causes(findings: Findings, in_model: Vector | None = None) -> tuple[results.
                 finer_in_model=_finer(each, numbers, whole),
                 share=share,
                 held_out_t=each.t,
+                component=_component([winner.id, *each.ambiguity_group]),
             )
         )
     return tuple(found)
+
+
+def _component(ids: Sequence[str]) -> str:
+    """Return the component that all of some causes sit in, empty where they differ."""
+    found = {component for id_ in ids for component in _components(id_)}
+    return found.pop().value if len(found) == 1 else ""
+
+
+def _components(id_: str) -> frozenset[Component]:
+    effect = CATALOGUE.get(id_)
+    return effect.components if effect else frozenset({component_of_parameter(id_.removeprefix("parameter:"))})
 
 
 def shares(gains: Sequence[float]) -> list[float]:

@@ -8,6 +8,7 @@ from enum import Enum, StrEnum
 from functools import cache
 from inspect import signature
 
+from etb_hil.plant.component import Component, component_at
 from etb_hil.plant.effects.layout import row
 from etb_hil.plant.effects.port import FRICTION, Port
 
@@ -137,7 +138,8 @@ class Effect:
     found all the same; a last fit in free run alone moves them. `is_one_way`: there is none below zero; what its bounds
     leave there keeps a fit off them. `curve_over`: it stands for any curve over that coordinate (`angle`, `velocity`).
 
-    `look_alikes`: effects (`id`) and base parameters (`parameter:name`) that are hard to distinguish from it.
+    `component` is the one that it sits in, where its ports do not say so. `look_alikes`: effects (`id`) and base
+    parameters (`parameter:name`) that are hard to distinguish from it.
     `in_part_like`: effects that it cannot be distinguished from where less than a period of it is seen.
     `without_current_like`: likewise where no current was measured. `by_bench`: how its strengths are measured at the
     bench, with the uncertainty of each.
@@ -153,6 +155,7 @@ class Effect:
     separated_by: str
     source: str
     terms: Mapping[Port, Function | tuple[Function, ...]]
+    component: Component | None = None
     look_alikes: tuple[str, ...] = ()
     states: tuple[State, ...] = ()
     sensor: SensorMemory | None = None
@@ -167,6 +170,11 @@ class Effect:
     without_current_like: tuple[str, ...] = ()
     by_bench: tuple[str, Mapping[str, float]] = field(default=("", {}))
     laws: tuple[Law, ...] = ()
+
+    @property
+    def components(self) -> frozenset[Component]:
+        """The components that it may sit in."""
+        return frozenset((self.component,) if self.component else map(component_at, self.terms))
 
     @property
     def indices(self) -> tuple[int, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from etb_hil.plant.component import Component
 from etb_hil.plant.effects.curves import side
 from etb_hil.plant.effects.effect import Balance, Effect, Need, Parity, finer, shape, strength
 from etb_hil.plant.effects.port import Port
@@ -33,6 +34,7 @@ EFFECT = Effect(
     separated_by="coasting with the bridge open at several speeds",
     source="Bertotti 1988 (loss separation)",
     finer=(finer("lag", "1", -1.0, 1.3, "c: how slowly the drag is all there; -1: along a line", 0.25),),
+    component=Component.MOTOR,
     terms={Port.DRAG_TORQUE: torque},
     needs=frozenset({Need.OPEN_BRIDGE}),
 )
