@@ -53,7 +53,10 @@ class AfterOff:
 
     def make(self, _make, dialect):
         """Return the controller as a node."""
-        node = VirtualController(self.job.unit, dialect, 1, nominal=self.job.model, on_switch=self.switches.append)
+        uds = self.job.setup.bench.uds
+        node = VirtualController(
+            self.job.unit, dialect, 1, nominal=self.job.model, on_switch=self.switches.append, uds=uds
+        )
         return Rewriting(node, dialect, 0, 1 << 62, self.change)
 
     def change(self, role, values, stamp_ns):
@@ -71,10 +74,12 @@ class AfterOff:
 def run(tmp_path):
     """Run a short scenario; `said` says what a role is, of the ns since the bridge went off."""
 
-    def run_scenario(phases=ZERO + HOLD, said=None, link=None, zero=0.0, head="", bench=lambda text: text):
+    def run_scenario(
+        phases=ZERO + HOLD, said=None, link=None, zero=0.0, head="", stock="virtual_classic", bench=lambda text: text
+    ):
         scenario, bench_file = tmp_path / "scenario.yaml", tmp_path / "bench.yaml"
         scenario.write_text(f"schema: etb_hil/scenario/1\nname: test\n{head}phases:\n{phases}")
-        bench_file.write_text(bench(find("bench", "virtual_classic").read_text()))
+        bench_file.write_text(bench(find("bench", stock).read_text()))
         job = prepare(JobFiles(scenario, bench_file, find("model", "default"), find("limits", "default"), None))
         run_scenario.drive = drive = AfterOff(job, said or {}, zero)
         spoilt = Injected(make=drive.make, link=[] if link is None else [lambda inner: link(inner, drive)])
@@ -124,6 +129,14 @@ def test_where_the_bridge_is_not_reported_the_current_decides(run):
 @pytest.mark.parametrize(("until_ms", "is_off"), [(400, True), (600, False)])
 def test_half_a_second_is_enough_for_the_current_to_fall(run, until_ms, is_off):
     assert is_seen_off(run(said={"motor_current": lambda since_ns: float(since_ns < until_ms * MS)})) is is_off
+
+
+def test_readings_that_are_few_are_waited_for(run):
+    def every_90_ms(text):
+        assert text.count("every: 10 ms") == 1
+        return text.replace("every: 10 ms", "every: 90 ms")
+
+    assert is_seen_off(run(ZERO, stock="virtual_uds_data", bench=every_90_ms))
 
 
 @pytest.mark.parametrize(("quiet", "is_off"), [(9, False), (10, True)])

@@ -26,7 +26,7 @@ def encoder(time_ns, angle):
 def test_speed_is_that_of_every_sample_however_the_stream_is_cut(data):
     count = data.draw(st.integers(1, 60))
     gaps = data.draw(st.lists(st.integers(-9, 4), min_size=count, max_size=count))
-    time_ns = np.cumsum([1_000_000 * (gap if gap > 0 or gap == -9 else 1) for gap in gaps])
+    time_ns = np.cumsum([1_000_000 * (gap if gap >= 0 or gap == -9 else 1) for gap in gaps])
     angle = np.array(data.draw(st.lists(st.floats(-9, 9) | st.just(math.nan), min_size=count, max_size=count)))
     cuts = sorted(data.draw(st.lists(st.integers(0, count), max_size=8)))
     watch, whole = SpeedWatch(), SpeedWatch()

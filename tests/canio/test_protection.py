@@ -7,7 +7,18 @@ from crccheck.crc import Crc8Autosar, Crc16Autosar
 from hypothesis import given
 from hypothesis import strategies as st
 
-from etb_hil.canio.dbc.protection import UNPROTECTED, Profile, Protection, crc_profile_2, crc_profile_5, protect, verify
+from etb_hil.canio.dbc.protection import (
+    UNPROTECTED,
+    Profile,
+    Protection,
+    alive_counter,
+    crc_is_right,
+    crc_profile_2,
+    crc_profile_5,
+    protect,
+    verify,
+    write_protection,
+)
 
 PROFILE_2 = Protection(Profile.PROFILE_2, tuple(range(1, 17)))
 PROFILE_5 = Protection(Profile.PROFILE_5, (0x1234,))
@@ -92,6 +103,19 @@ def test_rows_count_on_and_each_is_checked_by_itself(protection):
     assert counters.tolist() == [(250 + row) % protection.modulus for row in range(20)]
     data[[3, 19], 11] ^= 1
     assert np.flatnonzero(~verify(data, 12, protection)).tolist() == [3, 19]
+
+
+@given(st.sampled_from([PROFILE_2, PROFILE_5]), st.binary(min_size=12, max_size=12), st.integers(0, 255))
+def test_one_payload_is_protected_read_and_checked_as_a_row_of_many(protection, payload, counter):
+    row = column(payload)
+    protect(row, 12, protection, counter)
+    one, profile, ids = np.frombuffer(payload, np.uint8).copy(), int(protection.profile), protection.id_table()
+    write_protection(one, 12, profile, ids, counter)
+    assert one.tobytes() == row[0].tobytes()
+    assert alive_counter(one, profile) == counter % protection.modulus
+    assert crc_is_right(one, 12, profile, ids)
+    one[11] ^= 1
+    assert not crc_is_right(one, 12, profile, ids)
 
 
 def test_without_protection_nothing_is_written_and_everything_passes():
