@@ -55,7 +55,7 @@ MODULES = {
     "histories/drift": Tests(HISTORY),
     "histories/gauge": Tests(HISTORY),
     "histories/rise": Tests(f"{HISTORY} history/test_statistics"),
-    "histories/temperature": Tests("history/test_statistics"),
+    "histories/temperature": Tests("history/test_temperature_laws history/test_statistics"),
     "histories/tolerance": Tests(SHAPES),
     "scenario/condition_watch": Tests("scenario/test_condition_watch"),
     "canio/dbc/reception": Tests("canio/test_reception", "canio/test_reception canio/test_decoder"),

@@ -36,6 +36,7 @@ QUICK = (
     "docs/test_decisions",
     "door/test_help_is_light",
     "estimation/test_motion",
+    "history/test_temperature_laws",
     "history/test_tolerance_and_charts",
     "hypotheses/test_constants",
     "observer/test_gains",
