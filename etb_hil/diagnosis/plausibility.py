@@ -277,7 +277,7 @@ def _angles(
 
 @njit(cache=True, error_model="numpy")
 def _frozen_current(time_ns: np.int64, current: float, equal: int, s: Float64, n: Int64) -> None:
-    if n[_ROWS] == 0 or current != s[_CURRENT]:
+    if current != s[_CURRENT]:  # which is NaN before the first sample
         n[_EQUAL], n[_EQUAL_FROM] = 1, time_ns
         return
     n[_EQUAL] += 1
