@@ -10,8 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from etb_hil.diagnosis.friction_model import LOG_STIFFNESS
+from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.motion.commands import reports
 from etb_hil.diagnosis.segments import Segment
+from etb_hil.plant.exactmath import exp
 from etb_hil.recording.samples import Float64, Int64
 
 if TYPE_CHECKING:
@@ -58,13 +61,17 @@ def slow_passes(segments: Sequence[Segment], value: str, width: float, preslidin
 
 
 def presliding(run: Findings) -> float:
-    """Return the way in rad over which friction turns round to a thousandth, with the softest bristles of the model.
+    """Return the way in rad over which friction turns round to a thousandth.
 
-    Friction approaches its steady value by a factor e over the way T_st / sigma_0 (seed paper, eq. (1)).
+    Friction approaches its steady value by a factor e over the way T_st / sigma_0 (seed paper, eq. (1)). Both are those
+    of the fit, within their intervals; without a fit, the bristles are the softest of the model.
     """
-    model, fitted = run.model, run.fitted.get("T_st")
-    stiction = model.values.stiction if fitted is None else max(fitted.high, model.values.stiction)
-    return _TURNED * stiction / (model.values.bristle_stiffness - model.tolerance("bristle_stiffness"))
+    model, fit, stiction = run.model, run.assessment.fit, run.fitted.get("T_st")
+    if fit is None or stiction is None:
+        softest = model.values.bristle_stiffness - model.tolerance("bristle_stiffness")
+        return _TURNED * model.values.stiction / softest
+    softest = float(exp(fit.parameters[LOG_STIFFNESS] - TWO_SIDED_95 * fit.error({LOG_STIFFNESS: 1.0})))
+    return _TURNED * stiction.high / softest
 
 
 def _passes(segment: Segment, value: str, presliding: float) -> list[tuple[float, Float64, Float64]]:

@@ -18,9 +18,12 @@ from etb_hil.diagnosis.prior import CONSTANT
 if TYPE_CHECKING:
     from etb_hil.diagnosis.findings import Findings
 
-_BIN = math.radians(0.5)
+_BIN = math.radians(0.25)
 _FEWEST = 5  # bins on a side
 _CLEAR = math.radians(0.4)  # of limp-home's jump, half a bin and the encoder's zero included
+# Share of the way over which friction turns round to a thousandth. The plate jumps at limp-home, where friction falls
+# from T_st towards T_c: up to a tenth of turning round. After ln(100) / ln(1000) of the way as much is left of it.
+_JUMPED = 2.0 / 3.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +39,7 @@ def spring_line(run: Findings, *, is_above: bool) -> SpringLine | None:
     throttle, model = run.throttle, run.model
     bins = run.once(_current)
     clear = throttle.dead_zone + model.tolerance("dead_zone") + model.tolerance("limp_home") + _CLEAR
+    clear += _JUMPED * presliding(run)
     away = 0.5 * (bins.angle[0] + bins.angle[1]) - throttle.limp_home
     side = away > clear if is_above else away < -clear
     if np.count_nonzero(side) < _FEWEST:
@@ -55,7 +59,7 @@ def spring_line(run: Findings, *, is_above: bool) -> SpringLine | None:
     scatter = math.sqrt(float(np.sum(residual * residual)) / (count - 2)) * float(student(count - 2)) / TWO_SIDED_95
     at_zero = mean - slope * middle
     errors = scatter * math.sqrt(1.0 / count + middle * middle / square), scatter / math.sqrt(square)
-    note = f"{count} bins of 0.5 deg, {math.degrees(float(np.min(distance))):.1f} to "
+    note = f"{count} bins of 0.25 deg, {math.degrees(float(np.min(distance))):.1f} to "
     note += f"{math.degrees(float(np.max(distance))):.1f} deg from limp-home"
     found = []
     for value, error in zip((at_zero, slope), errors, strict=True):
