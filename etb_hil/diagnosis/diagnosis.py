@@ -33,7 +33,6 @@ from etb_hil.diagnosis.limits import Limits, without_temperature
 from etb_hil.diagnosis.local_friction import local_friction
 from etb_hil.diagnosis.measurement_registry import kind_of, phases_needed
 from etb_hil.diagnosis.measuring import Measured, measure
-from etb_hil.diagnosis.motion.commands import UNKNOWN_REPORT_TIME
 from etb_hil.diagnosis.phase_use import RunPhase, Use
 from etb_hil.diagnosis.places_seen import seen_slowly, too_wide_unseen
 from etb_hil.diagnosis.result import DiagnosisResult
@@ -48,6 +47,7 @@ from etb_hil.observer.estimate import Observer, SensorNoise
 from etb_hil.observer.registry import DEFAULT, observer_kind
 from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.parameters import Model, ThrottleParameters
+from etb_hil.recording.report_time import UNKNOWN_REPORT_TIME, ReportTime
 from etb_hil.recording.samples import Float64, SampleBlock
 from etb_hil.results.measurement import Measurement, Measurements
 
@@ -71,7 +71,7 @@ class Snapshot:
 class Diagnosis:
     """Turns joined rows into a verdict; sees the bench's model and limits and nothing of the unit's.
 
-    `report_time` is how long in s the frames of one sample take on the bus, at least and at most.
+    `report_time` is how long the frames of a sample take.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class Diagnosis:
         model: Model,
         limits: Limits,
         observer: str = DEFAULT,
-        report_time: tuple[float, float] = UNKNOWN_REPORT_TIME,
+        report_time: ReportTime = UNKNOWN_REPORT_TIME,
     ) -> None:
         if is_drive(model):
             what = f"the model '{model.name}' is a drive's, and friction is judged of throttles"

@@ -12,7 +12,10 @@ from etb_hil.base.roles import ROLES
 from etb_hil.diagnosis.phase_use import RunPhase
 from etb_hil.recording.samples import Float64
 
-_KNOWN = {*ROLES, "angle"} - {"motor_angle"}  # the angle of the throttle shaft stands for the motor's
+# s from the frame that changed the command to that of a sample, and from the last frame of any command to that of the
+# sample; NaN where commands have no stamps of their own
+COMMAND_AGE, COMMAND_FRAME_AGE = "command_age", "command_frame_age"
+_KNOWN = {*ROLES, "angle", COMMAND_AGE, COMMAND_FRAME_AGE} - {"motor_angle"}  # `angle` is that of the throttle shaft
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,12 +11,12 @@ import numpy as np
 from etb_hil.canio.bus.budget import report_time
 from etb_hil.canio.dbc.decoder import Decoder
 from etb_hil.diagnosis.diagnosis import Diagnosis
-from etb_hil.diagnosis.motion.commands import UNKNOWN_REPORT_TIME
 from etb_hil.diagnosis.phase_use import RunPhase, Use
 from etb_hil.diagnosis.plausibility import Plausibility
 from etb_hil.diagnosis.sampling_error import with_sampling_error
 from etb_hil.observer.registry import DEFAULT
 from etb_hil.recording.recording import ClockGrade, Recording
+from etb_hil.recording.report_time import UNKNOWN_REPORT_TIME
 from etb_hil.recording.samples import Joiner
 from etb_hil.scenario.phase_watches import PhaseWatches
 from etb_hil.scenario.phases import use_of
@@ -39,7 +39,8 @@ if TYPE_CHECKING:
     from etb_hil.scenario.condition_watch import Firing
 
 FITTED = ("motor_current", "motor_angle")  # the roles of which every row has a value
-SLOW_ROLES = ("temperature", "supply_voltage", "command_mode", "command_position")
+_COMMANDS = ("command_mode", "command_position")
+SLOW_ROLES = ("temperature", "supply_voltage", *_COMMANDS)
 JUDGE_NS = 250_000_000  # rows are judged in segments of this length: each costs the same, long or short
 
 
@@ -87,7 +88,9 @@ class Analysis:
         self.dialect = dialect
         slow = {role: dialect.source_of(role) for role in SLOW_ROLES if dialect.has(role)}
         self._requested = [one.role for one in fitted]
-        self._rows = RowBuilder(ReadingRows(cyclic, fitted) if fitted else Joiner(cyclic), slow)
+        self._rows = (
+            RowBuilder(ReadingRows(cyclic, fitted), slow) if fitted else RowBuilder(Joiner(cyclic), slow, _COMMANDS)
+        )
         self._half: _Half | None = None
         if fitted:
             half = RowBuilder(ReadingRows(cyclic, fitted, stride=2), slow)

@@ -10,9 +10,11 @@ from etb_hil.diagnosis.half_width import TWO_SIDED_95, combined
 from etb_hil.diagnosis.motion.encoder import Encoder
 from etb_hil.diagnosis.motion.repeats import Reading, mean_with_interval
 from etb_hil.diagnosis.motion.steps import step_responses
+from etb_hil.diagnosis.segments import COMMAND_AGE, COMMAND_FRAME_AGE
+from etb_hil.recording.report_time import ReportTime
 
 EXACT = Encoder(18.0, 1e-9)
-AT_ONCE = 0.0, 0.0  # s: what is read from a file took no time on a bus
+AT_ONCE = ReportTime(0.0, 0.0, 0.0)  # what is read from a file took no time on a bus
 DEAD, LAG = 5e-3, 0.02  # s
 
 
@@ -136,18 +138,44 @@ def test_a_time_that_jumps_where_a_swing_just_reaches_the_band_has_both_in_its_i
     assert coarse[2] - coarse[0] > 0.01 > fine[2] - fine[0]
 
 
-def test_the_mean_of_repeats_is_no_better_known_than_one_of_them():
-    """All repeats have the same systematic errors; their own differences belong to what was commanded."""
-    one = Reading(10.0, (0.5,), ((9.9, 10.1),))
-    other = Reading(12.0, (0.5,), ((11.9, 12.1),))
+def test_errors_that_repeats_share_do_not_average_and_own_ones_do():
+    one = Reading(10.0, (0.5,), ((9.9, 10.1),), ((9.7, 10.3),))
+    other = Reading(12.0, (0.5,), ((11.9, 12.1),), ((11.7, 12.3),))
     mean, low, high = mean_with_interval([one, other])
     assert mean == 11.0
-    reach = combined((0.5,), 0.1 / TWO_SIDED_95)
+    reach = combined((0.5,), math.hypot(0.1, 0.3 / math.sqrt(2.0)) / TWO_SIDED_95)
     assert (low, high) == (pytest.approx(11.0 - reach), pytest.approx(11.0 + reach))
 
 
 def test_reports_that_take_longer_make_the_command_earlier():
     made = steps((0.3, 1.0), first_order)
-    at_once, late = (next(step_responses([made], EXACT, (0.0, t))).delay for t in (0.0, 4e-4))
+    at_once, late = (next(step_responses([made], EXACT, ReportTime(0.0, t, 0.0))).delay for t in (0.0, 4e-4))
     assert at_once.value - late.value == pytest.approx(2e-4)
     assert sorted(late.bounds) == pytest.approx([2e-4, 5e-4])
+
+
+def test_the_stamp_of_a_command_says_when_between_two_samples_it_came():
+    """It is 0.3 ms old as the sample's frame comes, which takes 0.1 to 0.2 ms, and 0.1 ms more behind another one."""
+    made = steps((0.3, 1.0), first_order)
+    ages = {COMMAND_AGE: np.where(made.time < 0.3, 0.1, made.time - 0.3 + 3e-4)}
+    on_bus = ReportTime(1e-4, 2e-4, 1e-4)
+    free, behind = (
+        next(step_responses([segment("step", made.time, **made.columns, **ages, **seen)], EXACT, on_bus)).delay
+        for seen in ({COMMAND_FRAME_AGE: np.full(len(made.time), age)} for age in (3e-4, 1e-4))
+    )
+    passed = DEAD + LAG * math.log(1 / 0.9)
+    assert free.bounds == (pytest.approx(5e-5),)
+    assert free.value == pytest.approx(passed + 3e-4 - 1.5e-4, abs=2e-5)
+    assert behind.bounds == (pytest.approx(1e-4),)
+    assert behind.value == pytest.approx(passed + 3e-4 - 2e-4, abs=2e-5)
+
+
+def test_a_swing_that_leaves_the_band_between_samples_counts():
+    def away(t):
+        return -np.exp(-25.0 * t) * np.cos(183.0 * t)
+
+    fine, sampled = np.arange(0.0, 0.4, 1e-6), np.arange(0.0, 0.4, 1e-3)
+    settled, seen = (t[np.flatnonzero(np.abs(away(t)) > 0.05)[-1]] for t in (fine, sampled))
+    assert settled - seen > 0.01
+    (found,) = step_responses([steps((0.3, 1.0), lambda t: 1.0 + away(t), hold=0.5)], EXACT, AT_ONCE)
+    assert found.settling.value == pytest.approx(settled, abs=sum(found.settling.bounds) + 1e-4)

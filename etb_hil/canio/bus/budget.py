@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.canio.bit_timing import worst_case_bits
+from etb_hil.recording.report_time import ReportTime
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Mapping
@@ -137,10 +138,10 @@ def budget_of(dialect: Dialect, rates: Mapping[str, float], bus: BusRates, limit
     return budget
 
 
-def report_time(dialect: Dialect, sources: Iterable[str], bus: BusRates) -> tuple[float, float]:
-    """Return how long in s after a sample the frames of all its messages are on the bus: at least and at most.
+def report_time(dialect: Dialect, sources: Iterable[str], bus: BusRates) -> ReportTime:
+    """Return how long after a sample the frames of all its messages have been sent.
 
-    At most, stuffing adds one bit to four, and the frames wait for one that is being sent already, since no frame is
+    At most, stuffing adds one bit to four. The frames wait for a command that is being sent already, since no frame is
     interrupted (Davis, Burns, Bril, Lukkien 2007, blocking).
     """
     times = {}
@@ -151,7 +152,7 @@ def report_time(dialect: Dialect, sources: Iterable[str], bus: BusRates) -> tupl
         times[message.name] = nominal / bus.bitrate + data / bus.data_bitrate
     own = [times[source] for source in dict.fromkeys(sources)]
     others = [times[message.name] for message in dialect.messages if message.commanded]
-    return 0.8 * sum(own), sum(own) + max(others, default=0.0)
+    return ReportTime(0.8 * sum(own), sum(own), max(others, default=0.0))
 
 
 def _requested(dialect: Dialect, bus: BusRates) -> Iterator[BudgetLine]:

@@ -1,4 +1,4 @@
-"""Where a signal passes a level, and how high it comes, between samples.
+"""When a signal is above a level first and last, and how high it comes, between samples.
 
 Between samples the signal is a cubic spline: a controller steps its voltage at the samples, an inductance keeps the
 current, and with it the acceleration of an angle, continuous. A parabola through the same samples misses the jumps of
@@ -11,25 +11,32 @@ from itertools import pairwise
 
 import numpy as np
 
-from etb_hil.recording.samples import Float64
+from etb_hil.recording.samples import Float64, Int64
 
 _NEAR = 6  # samples on each side: what lies beyond bends a spline by less than (2 - sqrt(3))^5, a thousandth
 _FINE = np.linspace(0.0, 1.0, 65)  # of a sample: a peak lies at most an eighth of 1/64^2 of the bend above
 
 
-def crossing(time: Float64, value: Float64, level: float, index: int) -> float:
-    """Return when a signal passed a level between samples `index - 1` and `index`."""
-    low, high = float(value[index - 1]), float(value[index])
-    start, step = float(time[index - 1]), float(time[index] - time[index - 1])
-    if high == low:
-        return start + step
-    between = _between(time, value, index)
-    passed = between >= level if low < high else between <= level
-    at = int(np.argmax(passed))
-    if at == 0:
-        return start if passed[0] else start + step
-    share = (level - float(between[at - 1])) / float(between[at] - between[at - 1])
-    return start + float(_FINE[at - 1] + share * (_FINE[at] - _FINE[at - 1])) * step
+def first_above(time: Float64, value: Float64, level: float, first: int) -> float | None:
+    """Return when a signal reaches a level from sample `first` on; None where it never does."""
+    for index in _near(value, level, first):
+        when, course = _around(time, value, int(index))
+        above = np.flatnonzero(course >= level)
+        if len(above):
+            at = int(above[0])
+            return float(when[0]) if at == 0 else _passed(when, course, level, at)
+    return None
+
+
+def last_above(time: Float64, value: Float64, level: float, first: int) -> float | None:
+    """Return until when a signal is above a level, from sample `first` on; None where it never is."""
+    for index in _near(value, level, first)[::-1]:
+        when, course = _around(time, value, int(index))
+        above = np.flatnonzero(course > level)
+        if len(above):
+            at = int(above[-1]) + 1
+            return float(when[-1]) if at == len(when) else _passed(when, course, level, at)
+    return None
 
 
 def highest(time: Float64, value: Float64, first: int) -> float:
@@ -37,6 +44,33 @@ def highest(time: Float64, value: Float64, first: int) -> float:
     peak = first + int(np.argmax(value[first:]))
     sides = [index for index in (peak, peak + 1) if first < index < len(value)]
     return max([float(value[peak]), *(float(np.max(_between(time, value, index))) for index in sides)])
+
+
+def _near(value: Float64, level: float, first: int) -> Int64:
+    """Return the samples from `first` on that are above a level, or next to a peak that may be.
+
+    The parabola through a largest sample and its neighbours rises above it by a sixteenth of the second difference at
+    most; twice that is allowed to the spline.
+    """
+    near = value >= level
+    bend = 2.0 * value[1:-1] - value[:-2] - value[2:]
+    is_peak = (value[1:-1] >= value[:-2]) & (value[1:-1] >= value[2:])
+    near[1:-1] |= is_peak & (value[1:-1] + bend / 8.0 >= level)
+    return first + np.flatnonzero(near[first:])
+
+
+def _around(time: Float64, value: Float64, index: int) -> tuple[Float64, Float64]:
+    """Return times and the spline from the sample before `index` to the one behind it, finely."""
+    sides = [side for side in (index, index + 1) if 0 < side < len(value)]
+    when = [time[side - 1] + _FINE * (time[side] - time[side - 1]) for side in sides]
+    return np.concatenate(when), np.concatenate([_between(time, value, side) for side in sides])
+
+
+def _passed(when: Float64, course: Float64, level: float, at: int) -> float:
+    """Return when the line between two points, `at - 1` and `at`, passes a level."""
+    low, high = float(course[at - 1]), float(course[at])
+    share = 1.0 if high == low else (level - low) / (high - low)
+    return float(when[at - 1] + share * (when[at] - when[at - 1]))
 
 
 def _between(time: Float64, value: Float64, index: int) -> Float64:

@@ -1,22 +1,23 @@
 """When a command reached the controller, on the clock of the samples, and how well that is known.
 
-A command has the stamp of its own frame; samples hold the last command that was stamped before them. The command came
-between the frames of two samples. The clock of the samples begins with the stamp of the first frame, so that it runs
-late by what that frame took: the time over which its samples were gathered, and its time on the bus.
+A command has the stamp of its own frame, and a sample that of its own. The clock of the samples is that of their
+frames, less what a frame takes: the time over which its samples were gathered, and its time on the bus. Where commands
+have no stamps, a command came between the frames of two samples. A frame of a command that ended when those of a sample
+began may have kept them waiting.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from etb_hil.diagnosis.segments import Segment
+from etb_hil.diagnosis.segments import COMMAND_AGE, COMMAND_FRAME_AGE, Segment
+from etb_hil.recording.report_time import ReportTime
 from etb_hil.recording.samples import Int64
 
-# s: none where nothing was on a bus, two classic frames of 8 bytes at 500 kbit/s at most.
-UNKNOWN_REPORT_TIME = 0.0, 0.54e-3
 _SLOW_ROLES = ("motor_voltage", "throttle_angle", "throttle_angle_2")
 
 
@@ -39,7 +40,7 @@ class Instant:
 
     index: int
     time: float
-    bounds: tuple[float, float]
+    bounds: tuple[float, ...]
 
 
 def reports(segment: Segment) -> Reports:
@@ -55,12 +56,16 @@ def reports(segment: Segment) -> Reports:
     return Reports(first, period, max(period - step, 0.0))
 
 
-def instant(segment: Segment, index: int, report_time: tuple[float, float]) -> Instant:
-    """Return when the command came that sample `index` is the first to hold; `report_time` s as in `Findings`."""
+def instant(segment: Segment, index: int, report_time: ReportTime) -> Instant:
+    """Return when the command came that sample `index` is the first to hold."""
     how = reports(segment)
-    least, most = report_time
-    time = float(segment.time[index]) - 0.5 * how.period + how.span + 0.5 * (least + most)
-    return Instant(index, time, (0.5 * how.period, 0.5 * (most - least)))
+    age, seen = (float(segment.column(name)[index]) for name in (COMMAND_AGE, COMMAND_FRAME_AGE))
+    has_stamps = math.isfinite(age)
+    before, between = (age, ()) if has_stamps else (0.5 * how.period, (0.5 * how.period,))
+    is_free = has_stamps and seen > report_time.most
+    least, most = report_time.least, report_time.most + (0.0 if is_free else report_time.wait)
+    time = float(segment.time[index]) - before + how.span + 0.5 * (least + most)
+    return Instant(index, time, (*between, 0.5 * (most - least)))
 
 
 def holds(segment: Segment) -> list[tuple[int, int, float]]:

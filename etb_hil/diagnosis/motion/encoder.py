@@ -17,6 +17,11 @@ if TYPE_CHECKING:
     from etb_hil.diagnosis.findings import Findings
 
 
+# The wave is that of the true angle, which is approached by a factor turn * wave each time: 0.02 for a disc that is off
+# by 0.02 rad of the motor's turn, so that 1e-4 of the wave is left.
+_FIXED_POINT = 3
+
+
 @dataclass(frozen=True, slots=True)
 class Encoder:
     """The encoder at the throttle shaft.
@@ -45,8 +50,11 @@ class Encoder:
         yield tuple(self._less(angle, self.sine, self.cosine + sign * off) for sign in (-1.0, 1.0))  # type: ignore[misc]
 
     def _less(self, angle: Float64, sine: float, cosine: float) -> Float64:
-        less: Float64 = angle - sine * np.sin(self.turn * angle) - cosine * np.cos(self.turn * angle)
-        return less
+        found = angle
+        for _ in range(_FIXED_POINT):
+            turned = self.turn * found
+            found = angle - sine * np.sin(turned) - cosine * np.cos(turned)
+        return found
 
 
 def step_of(run: Findings) -> float:

@@ -21,29 +21,39 @@ from etb_hil.diagnosis.half_width import TWO_SIDED_95, combined
 class Reading:
     """A value in SI, and what it would be with other errors of the sensors.
 
-    `bounds` are how far systematic errors may move it either way, uniform within them. `normal` are the values where
-    an error that is normal moves it by 1.96 standard deviations down and up, for each such error: where a swing just
-    reaches a band, a time jumps, and no derivative would say so.
+    `bounds` are how far errors may move it either way, uniform within them; all repeats share them. `shared` and `own`
+    are the values where a normal error moves it by 1.96 standard deviations down and up, for each such error: where a
+    swing just reaches a band, a time jumps, and no derivative would say so. Repeats have the `shared` errors in common.
+    Each has its `own`: rounding to a sensor's steps is independent where repeats differ by more than a step.
     """
 
     value: float
     bounds: tuple[float, ...] = ()
-    normal: tuple[tuple[float, ...], ...] = ()
+    shared: tuple[tuple[float, ...], ...] = ()
+    own: tuple[tuple[float, ...], ...] = ()
 
 
 def mean_with_interval(readings: Sequence[Reading]) -> tuple[float, float, float]:
-    """Return the mean of readings and the ends of its 95 % interval; all have the same systematic errors."""
+    """Return the mean of readings and the ends of its 95 % interval.
+
+    Shared errors move the mean as they move each reading; own ones are independent, and add by their squares
+    (JCGM 100:2008, 5.1.2 and 5.2.2).
+    """
     mean = _mean([one.value for one in readings])
     bounds = [_mean(alike) for alike in zip(*(one.bounds for one in readings), strict=True)]
-    normal = [
-        [_mean(alike) - mean for alike in zip(*ends, strict=True)]
-        for ends in zip(*(one.normal for one in readings), strict=True)
-    ]
-    below, above = (
-        combined(bounds, math.hypot(*(max(0.0, *(sign * off for off in ends)) for ends in normal)) / TWO_SIDED_95)
-        for sign in (-1.0, 1.0)
-    )
+    below, above = (combined(bounds, _moved(readings, sign) / TWO_SIDED_95) for sign in (-1.0, 1.0))
     return mean, mean - below, mean + above
+
+
+def _moved(readings: Sequence[Reading], sign: float) -> float:
+    """Return by how much all normal errors together move the mean of readings to one side."""
+    shared = zip(*([_farthest(one, ends, sign) for ends in one.shared] for one in readings), strict=True)
+    own = (_farthest(one, ends, sign) / len(readings) for one in readings for ends in one.own)
+    return math.hypot(*(_mean(alike) for alike in shared), *own)
+
+
+def _farthest(reading: Reading, ends: Sequence[float], sign: float) -> float:
+    return max(0.0, *(sign * (end - reading.value) for end in ends))
 
 
 def error_of_means(groups: Sequence[Sequence[float]]) -> float:

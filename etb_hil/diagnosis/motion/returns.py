@@ -10,7 +10,7 @@ import numpy as np
 
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.measurement_kind import Estimate
-from etb_hil.diagnosis.motion.between_samples import crossing
+from etb_hil.diagnosis.motion.between_samples import last_above
 from etb_hil.diagnosis.motion.commands import instant, reports
 from etb_hil.diagnosis.motion.encoder import Encoder, encoder_of
 from etb_hil.diagnosis.motion.repeats import Reading, mean_with_interval
@@ -75,13 +75,12 @@ def _return(segment: Segment, off: int, run: Findings, encoder: Encoder) -> Retu
     found = _stays_within(time, angle - rest, BACK)
     # A swing that just reaches the band's edge makes the time jump: it may count or not. Two angles are read in steps.
     margin = TWO_SIDED_95 * math.sqrt(2.0) * encoder.error
-    others = [[_stays_within(time, angle - rest, BACK + sign * margin) for sign in (-1.0, 1.0)]]
-    others += [
-        [_stays_within(time, other - float(np.mean(other[end:])), BACK) for other in both]
+    own = tuple(_stays_within(time, angle - rest, BACK + sign * margin) - command.time for sign in (-1.0, 1.0))
+    shared = tuple(
+        tuple(_stays_within(time, other - float(np.mean(other[end:])), BACK) - command.time for other in both)
         for both in encoder.otherwise(seen)
-    ]
-    normal = tuple(tuple(one - command.time for one in both) for both in others)
-    reading = Reading(found - command.time, command.bounds, normal)
+    )
+    reading = Reading(found - command.time, command.bounds, shared, (own,))
     return Return(is_opening, True, reading, rest, *plate)
 
 
@@ -96,13 +95,8 @@ def _plate(segment: Segment, since: float) -> tuple[float, float]:
 
 
 def _stays_within(time: Float64, away: Float64, band: float) -> float:
-    outside = np.flatnonzero(np.abs(away) > band)
-    if not len(outside):
-        return float(time[0])
-    last = int(outside[-1])
-    if last + 1 >= len(time):
-        return float(time[-1])
-    return crossing(time, away, math.copysign(band, float(away[last])), last + 1)
+    outside = [last_above(time, sign * away, band, 0) for sign in (-1.0, 1.0)]
+    return max((when for when in outside if when is not None), default=float(time[0]))
 
 
 def return_time(run: Findings, *, is_opening: bool) -> Estimate | None:

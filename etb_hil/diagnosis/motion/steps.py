@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -12,11 +12,12 @@ import numpy as np
 
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
 from etb_hil.diagnosis.measurement_kind import Estimate
-from etb_hil.diagnosis.motion.between_samples import crossing, highest
+from etb_hil.diagnosis.motion.between_samples import first_above, highest, last_above
 from etb_hil.diagnosis.motion.commands import holds, instant
 from etb_hil.diagnosis.motion.encoder import Encoder, encoder_of
 from etb_hil.diagnosis.motion.repeats import Reading, mean_with_interval
 from etb_hil.diagnosis.segments import Segment
+from etb_hil.recording.report_time import ReportTime
 from etb_hil.recording.samples import Float64
 
 if TYPE_CHECKING:
@@ -50,10 +51,8 @@ class StepResponse:
         return f"{size}_{way}", f"{size} step {way}"
 
 
-def step_responses(
-    segments: Sequence[Segment], encoder: Encoder, report_time: tuple[float, float]
-) -> Iterator[StepResponse]:
-    """Yield the responses to all steps between two positions that were held; `report_time` s as in `Findings`."""
+def step_responses(segments: Sequence[Segment], encoder: Encoder, report_time: ReportTime) -> Iterator[StepResponse]:
+    """Yield the responses to all steps between two positions that were held."""
     for segment in segments:
         held = [stretch for stretch in holds(segment) if _lasts(segment, stretch)]
         for before, after in pairwise(held):
@@ -90,7 +89,7 @@ def _response(
     before: tuple[int, int, float],
     after: tuple[int, int, float],
     encoder: Encoder,
-    report_time: tuple[float, float],
+    report_time: ReportTime,
 ) -> StepResponse | None:
     time, angle = segment.time[before[0] : after[1]], segment.column("angle")[before[0] : after[1]]
     known = np.isfinite(angle)
@@ -106,13 +105,17 @@ def _response(
     ):
         return None
     margin = TWO_SIDED_95 * encoder.error / abs(found.size)
-    others = [[_read(time, other, first) or found for other in both] for both in encoder.otherwise(seen)]
+    shared = [[_read(time, other, first) or found for other in both] for both in encoder.otherwise(seen)]
+    # The largest of many rounded angles is too large where the plate rests near it: by half a step at most.
+    rounded_up = math.sqrt(3.0) * encoder.error / abs(found.size)
+    shared.append([replace(found, overshoot=max(found.overshoot - rounded_up, 0.0)), found])
+    own = []
     for kind in _LEVELS:
         moved = ([sign * margin * (one is kind) for one in _LEVELS] for sign in (-1.0, 1.0))
-        others.append([_read(time, angle, first, errors) or found for errors in moved])
+        own.append([_read(time, angle, first, errors) or found for errors in moved])
 
     def reading(value: Callable[[_Read], float], *bounds: float) -> Reading:
-        return Reading(value(found), bounds, tuple(tuple(map(value, one)) for one in others))
+        return Reading(value(found), bounds, *(tuple(tuple(map(value, one)) for one in each) for each in (shared, own)))
 
     return StepResponse(
         before[2],
@@ -147,27 +150,14 @@ def _read(time: Float64, angle: Float64, first: int, errors: Sequence[float] = (
         math.sqrt(1.0 + (1.0 - level) * (1.0 - level) + level * level) * error
         for level, error in zip(_LEVELS, errors, strict=True)
     )
-    return _Read(
-        size,
-        crossing(time, share, 0.1 + tenth, _first_above(share, 0.1 + tenth, first)),
-        crossing(time, share, 0.9 + ninth, _first_above(share, 0.9 + ninth, first)),
-        _settled(time, share, first, SETTLED - end),
-        max(highest(time, share, first) - 1.0 + end, 0.0),
-    )
+    low, high = (first_above(time, share, level, first) for level in (0.1 + tenth, 0.9 + ninth))
+    if low is None or high is None:
+        return None
+    outside = [last_above(time, sign * (share - 1.0), SETTLED - end, first) for sign in (-1.0, 1.0)]
+    settled = max((when for when in outside if when is not None), default=float(time[first]))
+    return _Read(size, low, high, settled, max(highest(time, share, first) - 1.0 + end, 0.0))
 
 
 def _mean(time: Float64, angle: Float64, end: int) -> float:
     begin = int(np.searchsorted(time, time[end - 1] - _MEAN_S))
     return float(np.mean(angle[begin:end]))
-
-
-def _first_above(share: Float64, level: float, first: int) -> int:
-    return max(first + int(np.argmax(share[first:] >= level)), 1)
-
-
-def _settled(time: Float64, share: Float64, first: int, band: float) -> float:
-    outside = np.flatnonzero(np.abs(share - 1.0) > band)
-    last = max(int(outside[-1]) if len(outside) else first, first)
-    if last + 1 >= len(share):
-        return float(time[-1])
-    return crossing(time, share, 1.0 + math.copysign(band, float(share[last]) - 1.0), last + 1)
