@@ -7,7 +7,8 @@ The limits are those of docs/examples/end_of_line.limits.yaml. Each unit is draw
 model, which is all that the bench knows of it; its winding as a capable process makes it (`CPK`). Drawn beside it: the
 gain of the current sensor within 2 %, the encoder's disc off centre by up to 0.02 rad of the motor shaft, a plate
 sensor that lags by up to 1.5 mrad (none in every third unit), an ambient temperature of 15 to 30 degC, a winding within
-2 K of its housing, and the controller's clock against the bench's. The truth comes from `end_of_line_truth`: from the
+2 K of its housing, a torque per ampere that differs from the volt seconds by 0.2 % (standard deviation), and the
+controller's clock against the bench's. The truth comes from `end_of_line_truth`: from the
 unit's parameters, or from its true motion in the same run, or in `--truths` other runs with other noise. Bounds of a
 share are those of Clopper and Pearson, 95 %.
 """
@@ -34,6 +35,7 @@ OF_THIS_RUN = {"default_position_spread"}  # a range over the rests of one run
 # (AIAG, Statistical Process Control, 2nd edition; ISO 22514-2). Drawn evenly, a unit in four lies where a bench that
 # knows a resistance to 2 % cannot decide.
 CPK = 4.0 / 3.0
+ONE_MOTOR = 0.002  # share by which K_t may differ from K_e of one motor, as the bench takes it (voltage_balance.py)
 PIECE_S, REST_PIECE_S = 5e-4, 5e-3
 
 
@@ -72,6 +74,9 @@ def draw(model, rng):
         lag = {"half_width": f"{rng.uniform(0.0, 0.0015):.9f} rad"}
         effects.append(EffectEntry(id="sensor_hysteresis", strengths=lag))
     parameters = {**unit.parameters, "resistance": replace(resistance, value=made * warm)}
+    constant = unit.parameters["torque_constant"]
+    of_its_own = constant.value * (1.0 + ONE_MOTOR * float(rng.standard_normal()))
+    parameters["torque_constant"] = replace(constant, value=of_its_own)
     setting = {"start_ns": int(rng.integers(1_000_000)), "ambient": float(rng.uniform(15.0, 30.0))}
     return replace(unit, parameters=parameters, effects=tuple(effects)), soaked, setting
 
