@@ -1,6 +1,7 @@
 """The stock scenario end_of_line: what it measures of units whose truth is known, and which faults it finds."""
 
 import argparse
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -80,3 +81,15 @@ def test_a_plate_that_does_not_come_back_has_the_time_that_it_was_given(job):
     assert found.value == pytest.approx(0.6, abs=2e-3)
     assert "not at rest" in found.note
     assert np.degrees(motion[-1, 1]) < 7.0
+
+
+def test_the_jump_at_limp_home_does_not_bend_the_spring_below_it(job):
+    """Bristles half as stiff need twice the way after the jump, which lies 0.25 deg below the model's limp-home."""
+    known = job.unit.parameters
+    softer = replace(known["bristle_stiffness"], value=0.5 * known["bristle_stiffness"].value)
+    lower = replace(known["limp_home"], value=known["limp_home"].value - np.radians(0.25))
+    unit = replace(job.unit, parameters={**known, "bristle_stiffness": softer, "limp_home": lower})
+    finished, _ = run(job, unit, 5, piece_s=0.1)
+    low, high = finished.found.measurements["spring_slope_close"].interval
+    assert low <= unit.values.slope_close <= high
+    assert high - low < unit.values.slope_close
