@@ -113,9 +113,15 @@ def _response(
     for kind in _LEVELS:
         moved = ([sign * margin * (one is kind) for one in _LEVELS] for sign in (-1.0, 1.0))
         own.append([_read(time, angle, first, errors) or found for errors in moved])
+    halves = [_read(time[k::2], angle[k::2], (first + 1 - k) // 2) or found for k in (0, 1)]
 
     def reading(value: Callable[[_Read], float], *bounds: float) -> Reading:
-        return Reading(value(found), bounds, *(tuple(tuple(map(value, one)) for one in each) for each in (shared, own)))
+        # Between samples, a spline's error grows with the cube of their distance: the third derivative jumps at them.
+        # What either half of the samples says differs by eight errors (step doubling; Richardson 1911).
+        read = value(found)
+        between = math.hypot(*(value(half) - read for half in halves)) / math.sqrt(2.0) / 8.0
+        moved, rounded = (tuple(tuple(map(value, one)) for one in each) for each in (shared, own))
+        return Reading(read, bounds, (*moved, (read - between, read + between)), rounded)
 
     return StepResponse(
         before[2],
