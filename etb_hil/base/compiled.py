@@ -46,13 +46,14 @@ _CHECKSUM = hashlib.sha256().digest_size
 
 
 def njit(*, cache: bool, **options: object) -> Callable[[Function], Function]:
-    """Return the decorator `numba.njit(**options)`.
+    """Return the decorator `numba.njit(**options)`, without a wrapper for calls by address.
 
     With `cache` the machine code is kept for later processes.
     """
 
     def compiled(function: Function) -> Function:
-        dispatcher = numba.njit(**options)(function)
+        # Ours are called from Python and from each other; an address, which needs one more wrapper, nobody takes.
+        dispatcher = numba.njit(no_cfunc_wrapper=True, **options)(function)
         if cache and isinstance(dispatcher, Dispatcher):  # with NUMBA_DISABLE_JIT it is the function itself
             dispatcher._cache = _MachineCode(dispatcher.py_func)  # noqa: SLF001 (as its `enable_caching` does)
         return dispatcher
