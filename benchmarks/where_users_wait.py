@@ -3,7 +3,7 @@
 python benchmarks/where_users_wait.py [--runs 5] [--first]
 
 Each command is a process of its own, started warm, in turn with the peer; medians. The ratio to the peer holds on other
-machines too. `--first` also measures the first start, in an empty cache, as wall time.
+machines too. `--first` also measures the first start, in an empty cache, with two processors and with one.
 """
 
 import argparse
@@ -28,10 +28,8 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         if options.first:
-            cold = {**os.environ, "NUMBA_CACHE_DIR": str(folder / "cold")}
-            wall = time.perf_counter()
-            seconds, _ = cost([*ETB, "run", "--out", "first"], folder, cold)
-            print(f"first start, in an empty cache: {time.perf_counter() - wall:.1f} s wall, {seconds:.1f} s processor")
+            first_start(folder, len(os.sched_getaffinity(0)))
+            first_start(folder, 1)
         for _ in range(HISTORY):
             cost([*ETB, "run", "--out", "sessions"], folder)
         session = str(min((folder / "sessions").glob("*/report.html")).parent)
@@ -45,6 +43,16 @@ def main():
             f"history of {HISTORY}": ["history", "sessions"],
         }
         table([(label, [*ETB, *words]) for label, words in commands.items()], folder, options.runs)
+
+
+def first_start(folder, processors):
+    """Print what a run in an empty cache costs, on so many processors."""
+    cold = {**os.environ, "NUMBA_CACHE_DIR": str(folder / f"cold-{processors}")}
+    on = ["taskset", "--cpu-list", ",".join(map(str, sorted(os.sched_getaffinity(0))[:processors]))]
+    wall = time.perf_counter()
+    seconds, _ = cost([*on, *ETB, "run", "--out", "first"], folder, cold)
+    wall = time.perf_counter() - wall
+    print(f"first start, empty cache, processors: {processors}: {wall:.1f} s wall, {seconds:.1f} s processor")
 
 
 def table(commands, folder, runs):

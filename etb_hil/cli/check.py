@@ -31,11 +31,13 @@ def run(options: argparse.Namespace) -> int:
     from etb_hil.base.outcome import ExitCode
     from etb_hil.bench.job import prepare
     from etb_hil.canio.bus.interface_check import look_at
+    from etb_hil.cli.first_start import compiling_shared
 
     files = job_files(options)
     problems: list[Problem] = []
     try:
-        job = prepare(files)
+        with compiling_shared():
+            job = prepare(files)
     except InputError as error:
         problems += error.problems
         bench = _each_by_itself(files, problems)

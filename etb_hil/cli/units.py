@@ -13,6 +13,7 @@ from etb_hil.bench.job import deliver, prepare
 from etb_hil.bench.stop_signals import StopSignals
 from etb_hil.cli.batch import checked_serial
 from etb_hil.cli.files import job_files
+from etb_hil.cli.first_start import compiling_shared
 from etb_hil.cli.not_run import faulted, interrupted
 from etb_hil.cli.page_screen import PageScreen
 from etb_hil.cli.run_screen import RunScreen, Screen
@@ -68,7 +69,8 @@ class Units:
         files = job_files(self.options) if self.desk is None else self.desk.files(serial)
         if files not in self.screens:
             try:
-                job = prepare(files, attended=self.attended)
+                with compiling_shared():
+                    job = prepare(files, attended=self.attended)
             except KeyboardInterrupt as interrupt:
                 self.output.add(interrupted(None, serial, str(interrupt)))
                 raise
