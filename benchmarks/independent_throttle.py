@@ -22,6 +22,8 @@ LUGRE, ELASTO_PLASTIC, MAXWELL_SLIP = 0.0, 1.0, 2.0
 _BREAKS = 0.7  # share of T_c below which elasto-plastic bristles do not creep
 _ELEMENTS = ((0.5, 0.25), (0.3, 0.35), (0.2, 0.4))  # of Maxwell slip: shares of stiffness and of friction
 _PULLED = 2000.0  # 1/s, how fast an element that slips follows its limit
+_TEETH = (1000.0, 0.1)  # N·m/rad and N·m s/rad of teeth that touch, where the gear has play
+_PLATE = 4e-5  # kg m^2 of the inertia that is the plate's
 
 
 @dataclass(frozen=True)
@@ -67,6 +69,7 @@ class Unit:
     dwell_way: float = 3e-3  # rad over which contacts are renewed
     weight: float = 0.0  # N·m of a centre of mass beside the shaft, which closes the plate
     weight_angle: float = 0.0  # rad: its torque is weight sin(angle + weight_angle)
+    play: float = 0.0  # rad between motor and plate, which is a mass of its own then
 
     def vector(self):
         return np.array([getattr(self, name) for name in self.__dataclass_fields__], float)
@@ -85,6 +88,7 @@ class Truth:
     current: np.ndarray
     voltage: np.ndarray
     friction: np.ndarray
+    plate: np.ndarray | None = None  # where the plate is elsewhere than the motor
 
 
 @njit(cache=True)
@@ -124,6 +128,15 @@ def _spring(gap, po, pc, so, sc, dz):
 
 
 @njit(cache=True)
+def _teeth(ahead, faster, play):
+    """Return the torque that the motor gives the plate where it is so far ahead and so much faster."""
+    if abs(ahead) <= 0.5 * play:
+        return 0.0
+    side = math.copysign(1.0, ahead)
+    return side * max(_TEETH[0] * (abs(ahead) - 0.5 * play) + side * _TEETH[1] * faster, 0.0)
+
+
+@njit(cache=True)
 def _bumped(away, b, bw, every):
     """Return the factor of friction so far away from a bump."""
     if every > 0.0:
@@ -133,12 +146,18 @@ def _bumped(away, b, bw, every):
 
 @njit(cache=True)
 def _derivative(y, u, mode, p, out):
-    """Fill out with d/dt of (angle, velocity, bristle, current, 3 slip elements, age); return the friction torque."""
+    """Fill out with d/dt of the states; return the friction torque.
+
+    They are angle, velocity, bristle, current, 3 slip elements, age, and the plate's own angle and velocity.
+    """
     (
         r, inductance, ke, kt, _, j, po, pc, so, sc, lh, dz, lo, hi, ks, ds, tc, ts, ws, s0, s1, s2, _,
         ba, bw, b, every, exponent, rise, by_direction, way, _, _, law, dwell, onset, renewal, weight, weight_angle,
+        play,
     ) = p  # fmt: skip
     a, w, z, i = y[0], y[1], y[2], y[3]
+    if play > 0.0:
+        a, w = y[8], y[9]
     spring = _spring(a - lh, po, pc, so, sc, dz)
     if weight != 0.0:
         spring += weight * math.sin(a + weight_angle)
@@ -147,6 +166,11 @@ def _derivative(y, u, mode, p, out):
         stop = min(ks * (a - lo) + ds * w, 0.0)
     elif a > hi:
         stop = max(ks * (a - hi) + ds * w, 0.0)
+    out[8], out[9] = 0.0, 0.0
+    if play > 0.0:
+        carried = _teeth(y[0] - a, y[1] - w, play)
+        out[8], out[9] = w, (carried - spring - stop) / _PLATE
+        spring, stop, j, a, w = carried, 0.0, j - _PLATE, y[0], y[1]
     local = 1.0 + rise * a
     if b != 0.0 and way * w >= 0.0:
         local *= _bumped(a - ba, b, bw, every)
@@ -189,8 +213,8 @@ def _torque(y, reference, velocity, n, after, share):
 @njit(cache=True)
 def _simulate(p, reference, velocity, mode, limp_angle, out):
     """Mode of each control period: bridge off, position loop in volts, position loop in torque without a motor."""
-    y = np.array([limp_angle, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    k1, k2, k3, k4, at = np.zeros(8), np.zeros(8), np.zeros(8), np.zeros(8), np.zeros(8)
+    y = np.array([limp_angle, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, limp_angle, 0.0])
+    k1, k2, k3, k4, at = np.zeros(10), np.zeros(10), np.zeros(10), np.zeros(10), np.zeros(10)
     substeps = 2 * SUBSTEPS if p[33] == MAXWELL_SLIP or p[19] > _STIFF * p[16] else SUBSTEPS
     h = SAMPLE_S / substeps
     r, ke, kt, limit = p[0], p[2], p[3], p[22]
@@ -220,6 +244,7 @@ def _simulate(p, reference, velocity, mode, limp_angle, out):
             friction = _derivative(y, u, mode[n], p, k1)
             out[0, row], out[1, row], out[2, row] = y[0], y[1], y[3]
             out[3, row], out[4, row] = u if mode[n] == _VOLTS else ke * y[1], friction
+            out[5, row] = y[8] if p[39] > 0.0 else y[0]
             row += 1
             for part in range(substeps):
                 if part > 0:  # the first one's slope was just asked for
@@ -240,11 +265,10 @@ def _simulate(p, reference, velocity, mode, limp_angle, out):
 def simulate(unit, reference, velocity, mode):
     """Run a unit through set-points at 1 kHz: `reference` rad, `velocity` rad/s, `mode` 0 off, 1 volts, 2 torque."""
     n = len(reference) * PER_CONTROL
-    out = np.empty((5, n))
+    out = np.empty((6, n))
     start = unit.limp_home if mode[0] != _TORQUE else reference[0]
     _simulate(unit.vector(), reference, velocity, mode, start, out)
-    angle, speed, current, voltage, friction = out
-    return Truth(np.arange(n) * SAMPLE_S, angle, speed, current, voltage, friction)
+    return Truth(np.arange(n) * SAMPLE_S, *out)
 
 
 def _glide(start, end, speed, soft=0.05):
@@ -314,7 +338,7 @@ def sense(unit, truth, rate, rng, *, current_offset=0.02):
     current = truth.current[part] + current_offset + 5e-3 * rng.standard_normal(n)
     turn = 2.0 * math.pi / COUNTS_PER_TURN
     plate_bit = math.radians(90.0) / 4096
-    plate = truth.angle[part] + math.radians(0.01) * rng.standard_normal(n)
+    plate = (truth.angle if truth.plate is None else truth.plate)[part] + math.radians(0.01) * rng.standard_normal(n)
     return Sensed(
         np.round(truth.time[part] * 1e9).astype(np.int64),
         np.round(current / 1e-3) * 1e-3,

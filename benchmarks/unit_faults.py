@@ -34,6 +34,7 @@ RIGHT = {
     "motor": ("parameter:torque_constant",),
     "winding": ("parameter:resistance",),
     "sensor": ("current_sensor_gain",),
+    "worn-gear": ("gear_backlash",),
     "none": (),
 }
 COMPONENT = {
@@ -41,6 +42,7 @@ COMPONENT = {
     "spring": Component.SPRINGS,
     **dict.fromkeys(("motor", "winding"), Component.MOTOR),
     "sensor": Component.CURRENT_SENSOR,
+    "worn-gear": Component.GEAR,
 }
 
 
@@ -69,6 +71,8 @@ def faulty(kind, rng):
         by = {"resistance": rng.uniform(1.3, 2.0) * unit.resistance}
     elif kind == "sensor":
         gain = 1.0 + rng.choice([-1.0, 1.0]) * rng.uniform(0.08, 0.2)
+    elif kind == "worn-gear":
+        by = {"play": np.radians(rng.uniform(0.3, 1.0))}
     return replace(unit, **by), gain
 
 
