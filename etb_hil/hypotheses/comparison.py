@@ -11,7 +11,7 @@ from etb_hil.estimation.calibration import Fitted, calibrated, climbed, over, se
 from etb_hil.estimation.record import Record
 from etb_hil.estimation.unknown import Unknown, base_unknowns
 from etb_hil.hypotheses.candidates import candidates, freed, unknowns_of
-from etb_hil.hypotheses.constants import ALIKE, ALIKE_NUMBERS, GAIN, IMMATERIAL, MATERIAL, NEEDED, WHITE
+from etb_hil.hypotheses.constants import ALIKE, ALIKE_NUMBERS, GAIN, IMMATERIAL, MATERIAL, NEEDED, RARE, WHITE
 from etb_hil.hypotheses.screening import screened
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.parameters import Model
@@ -42,6 +42,12 @@ class Hypothesis:
         return self.ids[0].startswith(PARAMETER)
 
     @property
+    def faults(self) -> int:
+        """The number of independent faults: an effect is one, as are parameters of the same contacts."""
+        ids = set(self.ids)
+        return len(ids) - sum({PARAMETER + one for one in pair} <= ids for pair in TOGETHER)
+
+    @property
     def explains_all_but_little(self) -> bool:
         """Tell whether its misfit is so small that no other shape is in it."""
         return self.is_of_numbers and self.misfit < ALIKE_NUMBERS * self.without
@@ -50,8 +56,12 @@ class Hypothesis:
         """Tell whether another one is less likely, and not for a shape that is not quite ours.
 
         Nats alone do not tell: a shape that is not quite ours costs some. What is excluded has a larger misfit
-        than what the data cannot tell from the cause would have, and the cause removes much of it.
+        than what the data cannot tell from the cause would have, and the cause removes much of it. Or it is a
+        coincidence: several independent faults that together leave no less than the cause does.
         """
+        more = other.faults - self.faults
+        if more > 0 and self.misfit <= other.misfit and self.evidence + RARE * more > other.evidence + GAIN:
+            return True
         alike = (ALIKE_NUMBERS if self.is_of_numbers else ALIKE) * self.without
         is_likelier = self.evidence > other.evidence + GAIN
         return is_likelier and other.misfit > max(alike, MATERIAL) and self.misfit < NEEDED * other.misfit

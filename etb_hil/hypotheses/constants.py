@@ -18,3 +18,6 @@ WHITE = 0.1
 # cosine of 0.95, by which the hidden cases are judged. Numbers of a model have no shape that may be another than ours.
 ALIKE, ALIKE_NUMBERS = 0.31, 0.1
 MATERIAL = 3.0  # times nothing: less is no reason against a hypothesis
+# Nats against each further fault of a hypothesis: a unit with one fault has another, independent one as often as any
+# part has one, which is at most once in a thousand where parts are made in series.
+RARE = 6.9

@@ -93,14 +93,25 @@ def test_friction_that_rises_everywhere_is_both_numbers_together():
     assert all(first.excludes(one) for one in alone)
 
 
-def test_numbers_that_do_together_what_a_gain_does_are_not_excluded():
+def test_five_faults_that_do_together_what_a_gain_does_are_a_coincidence():
     found = _compared(
         "sensor", "current_sensor_gain", "resistance", "inertia", "preload_open", "preload_close", "stiction"
     )
     gain = next(one for one in found if one.ids == ("current_sensor_gain",))
-    together = max(found, key=lambda one: len(one.ids))
-    assert len(together.ids) == 5
-    assert not gain.excludes(together)
+    together = max(found, key=lambda one: one.faults)
+    assert (gain.faults, together.faults) == (1, 5)
+    assert together.misfit < 0.1 * together.without  # it would be an explanation, too
+    as_likely = replace(together, evidence=gain.evidence)
+    assert gain.excludes(as_likely)
+    assert not together.excludes(gain)
+    assert not gain.excludes(replace(as_likely, evidence=gain.evidence + 5.0))
+    assert not gain.excludes(replace(as_likely, misfit=0.5 * gain.misfit))
+
+
+def test_sliding_and_break_away_friction_are_one_fault():
+    both = _compared("everywhere", "coulomb", "stiction")[0]
+    assert both.ids == ("parameter:coulomb", "parameter:stiction")
+    assert both.faults == 1
 
 
 @pytest.mark.parametrize(
