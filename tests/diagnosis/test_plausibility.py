@@ -320,7 +320,8 @@ def test_nothing_is_said_of_a_rate_that_nobody_asked_for():
 def test_a_host_clock_that_was_set(moved, seen, sign):
     """20 ms, and one in a thousand of the time that has passed: a second before, two at the end."""
     record = Record(count=4_000)
-    record.stamp_ns = record.stamp_ns + sign * 200 * MS
+    record.time_ns = record.time_ns + 20_000 * MS  # two clocks may begin anywhere
+    record.stamp_ns = record.stamp_ns + (20_000 + sign * 10_000) * MS
     record.stamp_ns[2_000:] += sign * round(moved * (STEP_NS + DRIFT * 4_000 * MS))
     doubts = record.found(moving=False)
     assert [d.id for d in doubts] == (["clocks_disagree"] if seen else [])
