@@ -58,6 +58,6 @@ MODULES = {
     "histories/temperature": Tests("history/test_temperature_laws history/test_statistics"),
     "histories/tolerance": Tests(SHAPES),
     "scenario/condition_watch": Tests("scenario/test_condition_watch"),
-    "canio/dbc/reception": Tests("canio/test_reception", "canio/test_reception canio/test_decoder"),
+    "canio/dbc/reception": Tests("canio/test_reception", "canio/test_reception"),
     "canio/dbc/protection": Tests("canio/test_protection canio/test_decoder", "canio/test_protection"),
 }

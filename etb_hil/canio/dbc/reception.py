@@ -246,8 +246,8 @@ def _place(
 def _lost(moved: np.int64, step: np.int64, k: np.int64, table: Int64, state: Int64) -> np.int64:
     """Return the frames missing before one whose sample counter moved by so many ticks."""
     interval = state[k, KNOWN_INTERVAL]
-    if state[k, FRESH] and step > 0:
-        return step - 1
+    if state[k, FRESH] and step != 0:
+        return step - 1 if step > 0 else _NOTHING  # without an alive counter, a new beginning
     whole = interval > 0 and moved % interval == 0
     if step < 0:
         if moved <= interval or interval == 0 or moved == state[k, LAST_STEP]:
