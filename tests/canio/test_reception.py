@@ -253,9 +253,15 @@ def requested(stamp_ns):
 
 
 @settings(max_examples=40, phases=[Phase.generate])
-@given(pause=st.integers(1, 20_000) | st.sampled_from([2368, 4736, 7104]), rate=st.sampled_from([10, 16, 20, 40]))
+@given(
+    pause=st.integers(1, 20_000).filter(lambda ticks: ticks % 4096 != NOMINAL) | st.sampled_from([2368, 4136, 4736]),
+    rate=st.sampled_from([10, 16, 20, 40]),
+)
 def test_after_a_request_samples_go_on_at_any_rate_after_any_pause(pause, rate):
-    """The pause decides where the counters stand; a place on which they happen to agree must not win."""
+    """The pause decides where the counters stand; a place on which they happen to agree must not win.
+
+    Left out are pauses of whole wraps and one interval, after which both counters go on as if there had been none.
+    """
     ticks = np.append(np.arange(6) * 20, 100 + pause + np.arange(6) * rate)
     stamps = ticks * TICK + 200_000
     blocks = [frames_of(name, np.arange(12), stamps + late, ticks) for late, name in enumerate(list(VALUES)[:2])]
@@ -364,6 +370,17 @@ def test_frames_that_are_too_short_or_spoilt_count_for_their_message_and_change_
     for name, block in received(kept)[0].items():
         assert found[name].time_ns.tolist() == block.time_ns.tolist()
         assert found[name].lost_before.tolist() == block.lost_before.tolist()
+
+
+@pytest.mark.parametrize("name", VALUES)
+def test_each_message_is_checked(name):
+    ticks = [0, 20, 40] if CLASSIC.message(name).counter else None
+    frames = frames_of(name, [0, 1, 2], np.arange(3) * MS, ticks)
+    length, data = frames.length.copy(), frames.data.copy()
+    length[1] -= 1
+    data[2, 7] ^= 1
+    counted = received(changed(frames, length=length, data=data))[1][name]
+    assert (counted.frames, counted.too_short, counted.crc_failures) == (1, 1, 1)
 
 
 def test_a_frame_wider_than_what_was_recorded_of_it_is_too_short():
