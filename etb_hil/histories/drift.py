@@ -99,7 +99,7 @@ def _groups(points: Sequence[Point], key: str) -> dict[str, list[Point]]:
 class _RankTrend:
     """Kendall's test of a trend: its p-value, and the surplus of rising pairs over falling ones.
 
-    Both are NaN, which is below no level, where all values are alike or of one instant.
+    Both are NaN, which is below no level, where all values are equal or of one instant.
     """
 
     p: float
