@@ -7,12 +7,12 @@ from pathlib import Path
 
 import etb_hil
 from etb_hil.base.roles import COMMANDED, ROLES
+from etb_hil.bench.wording import BENCH_REASONS, UNIT_REASONS
 from etb_hil.cli.file_kinds import KINDS, file_schema
 from etb_hil.cli.main import COMMANDS, EXIT_CODES, _parser
 from etb_hil.diagnosis.measurement_registry import measurement_kinds
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.port import Port
-from etb_hil.report.wording import BENCH_REASONS, UNIT_REASONS
 from etb_hil.results.explanation_file import explanation_schema
 from etb_hil.results.json_file import results_schema
 from etb_hil.uds.trouble_codes import CODES

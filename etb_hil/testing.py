@@ -24,6 +24,7 @@ from etb_hil.base.errors import InputError, Place
 from etb_hil.base.outcome import BenchOutcome
 from etb_hil.base.plugins import parts, temporary_part
 from etb_hil.base.stock import find
+from etb_hil.base.validation import problem_of
 from etb_hil.canio.frames import FrameBlock, concatenate_frames
 from etb_hil.canio.logs.reading import read_log
 from etb_hil.controller.laws.choice import law_gains
@@ -166,7 +167,9 @@ def check_phase(phase: type[PhaseModel], settings: Mapping[str, object]) -> None
         try:
             one, other = (read_phase(entry).trajectory(throttle.limp_home, throttle) for _ in range(2))
         except ValidationError as error:
-            raise AssertionError(str(error)) from error
+            found = error.errors(include_url=False)
+            said = [str(problem_of(one, Place(key=".".join(map(str, one["loc"]))))) for one in found]
+            raise AssertionError("; ".join(said)) from error
         instants = np.arange(0.0, one.duration, 1e-3)
         points = [one.at(float(t)) for t in instants]
         assert np.isfinite([[p.position, p.velocity, p.voltage] for p in points]).all(), "a set-point is not finite"

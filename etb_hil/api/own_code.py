@@ -10,14 +10,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic import ValidationError
 
-from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.nearest import did_you_mean
+from etb_hil.base.validation import problem_of
 from etb_hil.base.yamlfile import Document
 from etb_hil.bench.preflight import check_scenario
 from etb_hil.bench.rehearsal import rehearse
-from etb_hil.scenario.phases import read_phase
+from etb_hil.scenario.phases import phase_kinds, read_phase
 from etb_hil.scenario.scenario_file import Scenario
 
 if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
+
     from etb_hil.api.runs import Run
     from etb_hil.bench.job import Job
 
@@ -58,15 +62,26 @@ def checked_phase(entry: dict[str, Any], held_at: float | None, known: set[str],
     try:
         phases = tuple(read_phase(one) for one in (*before, entry))
     except ValidationError as error:
-        found = error.errors()[0]
-        key = ".".join(str(part) for part in found["loc"][1:])
-        what = f"phase '{entry['id']}'{f', {key}' if key else ''}: {found['msg'].removeprefix('Value error, ')}"
-        raise InputError(Problem(what, value=found["input"] if key else entry["kind"])) from None
+        raise InputError(*(_of_phase(found, entry) for found in error.errors(include_url=False))) from None
     scenario = Document(
         _SOURCE, Scenario.model_construct(schema_="etb_hil/scenario/1", name="own code", phases=phases), {}
     )
     check_scenario(scenario, job.setup, job.model.values)
     rehearse(scenario, job.setup.bench, job.model, job.limits)
+
+
+def _of_phase(found: ErrorDetails, entry: dict[str, Any]) -> Problem:
+    """Return what is wrong with a setting of a phase, or with its kind."""
+    key = [str(part) for part in found["loc"][1:]]
+    place = Place(f"phase '{entry['id']}'", key=".".join(key) or "kind")
+    kinds = phase_kinds()
+    if found["type"] == "union_tag_invalid":
+        kind = str(entry["kind"])
+        return Problem("no such kind", place, kind, ", ".join(kinds), did_you_mean(kind, kinds))
+    if found["type"] == "extra_forbidden" and len(key) == 1:
+        names = kinds[entry["kind"]].model_fields
+        return Problem("unknown key", place, entry[key[0]], ", ".join(names), did_you_mean(key[0], names, "remove it"))
+    return problem_of(found, place)
 
 
 def end_of(entry: dict[str, Any], job: Job) -> float | None:

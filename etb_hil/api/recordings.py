@@ -13,6 +13,7 @@ from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.roles import ROLES
 from etb_hil.recording import recording
 from etb_hil.recording.table_writer import column_name, write_table
+from etb_hil.results import shown
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -54,7 +55,13 @@ class Recording(recording.Recording):
         return role in self.roles
 
     def __repr__(self) -> str:
-        return f"Recording({self.origin!r}, roles={self.roles})"
+        """Return where it is from, how long it is, and a line for each role: samples and range; then what was noted."""
+        lines = [f"Recording of {Path(self.origin).name}: {self.duration:.3f} s, time by {self.clock.value}"]
+        width = max(map(len, self.roles), default=0)
+        lines += [
+            f"  {role:{width}}  {count} samples, {least} to {most}" for role, count, least, most in self._ranges()
+        ]
+        return "\n".join([*lines, *(f"  note: {note}" for note in self.notes)])
 
     @property
     def duration(self) -> float:
@@ -135,13 +142,19 @@ class Recording(recording.Recording):
     def _repr_html_(self) -> str:
         from etb_hil.api.html import page, table
 
-        rows = []
-        for role, values in ((role, np.asarray(self.series(role).values)) for role in self.roles):
-            good = values[np.isfinite(values)]
-            span = (f"{good.min():.5g}", f"{good.max():.5g}") if len(good) else ("-", "-")
-            rows.append((role, ROLES[role].unit, len(values), *span))
         about = f"{Path(self.origin).name}: {self.duration:.3f} s, time by {self.clock.value}"
-        return page(about, table(("role", "unit", "samples", "least", "most"), rows), self.notes, self._chart())
+        return page(about, table(("role", "samples", "least", "most"), self._ranges()), self.notes, self._chart())
+
+    def _ranges(self) -> list[tuple[str, int, str, str]]:
+        """Return role, samples, least and greatest value as people read them: angles in degrees."""
+        rows = []
+        for role in self.roles:
+            values = np.asarray(self.series(role).values)
+            good = values[np.isfinite(values)]
+            ends = (good.min(), good.max()) if len(good) else (None, None)
+            least, most = (shown.quantity(end, ROLES[role].unit) for end in ends)
+            rows.append((role, len(values), least, most))
+        return rows
 
 
 @checked

@@ -54,6 +54,20 @@ DIMENSIONS: dict[str, tuple[str, dict[str, tuple[float, float]]]] = {
     "force constant": ("N/V", {"N/V": (1.0, 0.0), "N/A": (1.0, 0.0)}),
 }
 
+# What people write beside the spellings that files take, in small letters.
+SPELLINGS = {
+    "amp": "A", "amps": "A", "amper": "A", "ampere": "A", "amperes": "A", "volt": "V", "volts": "V", "ohms": "ohm",
+    "grad": "deg", "°": "deg", "degree": "deg", "degrees": "deg", "radian": "rad", "radians": "rad", "percent": "%",
+    "sec": "s", "second": "s", "seconds": "s", "msec": "ms", "hertz": "Hz", "newton": "N", "newton meter": "N·m",
+    "c": "degC", "°c": "degC", "celsius": "degC", "deg c": "degC", "degk": "K", "kelvin": "K",
+    "u/min": "rpm", "umin": "rpm", "upm": "rpm", "1/min": "rpm", "min-1": "rpm",
+}  # fmt: skip
+# Of which SI units are made.
+_COHERENT = {
+    "1", "m", "s", "kg", "A", "K", "degC", "rad", "N", "V", "W", "J", "C", "F", "H", "T", "Wb", "Pa", "Hz", "S", "ohm",
+    "bit",
+}  # fmt: skip
+
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*\Z", re.DOTALL)
 
 
@@ -75,6 +89,18 @@ def dimension_of_unit(unit: str) -> str | None:
     """Return the dimension that a unit belongs to, or None where no dimension has it."""
     tidied = tidy_unit(unit)
     return next((name for name, (_, units) in DIMENSIONS.items() if tidied in units), None)
+
+
+def is_si(unit: str) -> bool:
+    """Return whether a unit is one of SI, or a product or quotient of some, as `N·m/s`."""
+    return all(part.rstrip("²³") in _COHERENT for part in re.split(r"[·/]", unit))
+
+
+def si_unit_meant(text: str) -> str | None:
+    """Return the SI unit that a text probably means: `A` for `Amp` and for `mA`; None where none is near."""
+    written = SPELLINGS.get(text.strip().lower(), text)
+    dimension = dimension_of_unit(written)
+    return None if dimension is None else unit_of(dimension)
 
 
 def unit_written(text: str) -> str:

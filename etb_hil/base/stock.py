@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.nearest import did_you_mean
 
 _PACKAGE = Path(__file__).resolve().parent.parent
@@ -49,6 +49,10 @@ def find(kind: str, name: str, beside: Path | None = None) -> Path:
     stock = folder / f"{given.name.removesuffix(suffix)}{suffix}"
     if given.name == str(given) and _is_file(stock):
         return stock
+    if _is_folder(given):
+        inside = next((path for path in sorted(given.glob(f"*{suffix}")) if kind in path.name), None)
+        remedy = f"did you mean '{inside}'?" if inside else f"name the {kind} file in it"
+        raise InputError(Problem(f"is a folder, no {kind} file", Place(given), remedy=remedy))
     raise InputError(
         Problem(
             f"no {kind} file '{name if len(name) <= 200 else name[:200] + '...'}'",
@@ -56,6 +60,13 @@ def find(kind: str, name: str, beside: Path | None = None) -> Path:
             remedy=did_you_mean(given.stem, stock_names(kind), "check the spelling and the folder you are in"),
         )
     )
+
+
+def _is_folder(path: Path) -> bool:
+    try:
+        return path.is_dir()
+    except OSError:
+        return False
 
 
 def _is_file(path: Path) -> bool:

@@ -47,6 +47,12 @@ def require_file(path: Path, remedy: str = CHECK_PATH) -> None:
     open_file(path, remedy).close()
 
 
+def refuse_empty(path: Path, remedy: str) -> None:
+    """Raise InputError where a regular file has no bytes: what reads its format would call it broken."""
+    if path.is_file() and not path.stat().st_size:
+        raise InputError(Problem("is empty", Place(path), remedy=remedy))
+
+
 def read_bytes(path: Path, most: int = MOST_TEXT_BYTES, remedy: str = CHECK_PATH) -> bytes:
     """Return what is in a file of at most so many bytes.
 

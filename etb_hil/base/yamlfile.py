@@ -18,14 +18,15 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.nearest import did_you_mean
-from etb_hil.base.quantity import unit_written
 from etb_hil.base.userfile import read_bytes
+from etb_hil.base.validation import problem_of, shown
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml's parser is ten times as fast where PyYAML has it
 MAX_BYTES = 1 << 20
+_FILL = "write at least its schema and name; 'etb-hil schema KIND' lists the keys of each kind of file"
 MAX_DEPTH = 32
 MAX_DIGITS = 20  # longer than any integer that a file needs; what is longer stays text, and is refused as such
 
@@ -101,7 +102,7 @@ class _Reader:
             self._expect(yaml.StreamStartEvent)
             event = next(self._events)
             if isinstance(event, yaml.StreamEndEvent):
-                raise InputError(Problem("is empty", Place(self._path), remedy="write at least its schema and name"))
+                raise InputError(Problem("is empty", Place(self._path), remedy=_FILL))
             data = self._node(next(self._events), (), 0)
             self._expect(yaml.DocumentEndEvent)
             event = next(self._events)
@@ -192,15 +193,6 @@ def _place(path: Path, lines: dict[Path_, int], key: Path_) -> Place:
     return Place(path, None, _key_text(key))
 
 
-_BOUNDS = {
-    "greater_than_equal": "at least",
-    "greater_than": "above",
-    "less_than_equal": "up to",
-    "less_than": "below",
-}
-_LENGTHS = {"too_short": ("at least", "min_length"), "too_long": ("at most", "max_length")}
-
-
 def _problems(path: Path, lines: dict[Path_, int], model: type[BaseModel], error: ValidationError) -> list[Problem]:
     found = []
     details = error.errors(include_url=False)
@@ -211,13 +203,13 @@ def _problems(path: Path, lines: dict[Path_, int], model: type[BaseModel], error
         if detail["type"] == "union_tag_invalid":
             key = (*key, str(detail["ctx"]["discriminator"]).strip("'"))
         place = _place(path, lines, key)
-        found.append(_key_problem(detail, model, key, place) or _value_problem(detail, place))
+        found.append(_key_problem(detail, model, key, place) or problem_of(detail, place))
     return found
 
 
 def _key_problem(detail: ErrorDetails, model: type[BaseModel], key: Path_, place: Place) -> Problem | None:
     """Return what is wrong with a key; None where it is the value."""
-    value = _shown(detail)
+    value = shown(detail)
     if detail["type"] == "extra_forbidden":
         names = _allowed_names(model, detail["loc"])
         remedy = did_you_mean(str(key[-1]), names, "remove it")
@@ -232,28 +224,6 @@ def _key_problem(detail: ErrorDetails, model: type[BaseModel], key: Path_, place
         tag, names = str(detail["ctx"]["tag"]), detail["ctx"]["expected_tags"].replace("'", "").split(", ")
         return Problem(f"no such {key[-1]}", place, tag, ", ".join(names), did_you_mean(tag, names))
     return None
-
-
-def _value_problem(detail: ErrorDetails, place: Place) -> Problem:
-    kind, value, context = detail["type"], _shown(detail), detail.get("ctx", {})
-    if kind in _BOUNDS:
-        unit = unit_written(value) if isinstance(value, str) else ""
-        bound = f"{_BOUNDS[kind]} {next(iter(context.values())):g} {unit}".rstrip()
-        return Problem("out of range", place, value, bound)
-    if kind in _LENGTHS:
-        bound, limit = _LENGTHS[kind]
-        return Problem(f"has {context['actual_length']} entries", place, allowed=f"{bound} {context[limit]}")
-    if kind == "string_pattern_mismatch":
-        allowed = f"what fits the pattern {context['pattern']}"
-        return Problem("has characters that it must not have, or too many", place, value, allowed)
-    if kind in {"model_type", "model_attributes_type"}:
-        return Problem("holds no keys", place, value, remedy="write 'key: value', line by line")
-    return Problem(str(detail["msg"]).removeprefix("Value error, "), place, value=value)
-
-
-def _shown(detail: ErrorDetails) -> str | float | bool | None:
-    value = detail.get("input")
-    return value if isinstance(value, str | int | float | bool) else None
 
 
 def _follows_from_others(location: tuple[str | int, ...], details: Sequence[ErrorDetails]) -> bool:

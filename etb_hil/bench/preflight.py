@@ -11,7 +11,9 @@ from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.modes import Mode
 from etb_hil.base.quantity import format_quantity
 from etb_hil.bench.controller_needs import missing_roles, says_too_little, unsendable
+from etb_hil.bench.rehearsal import TEMPERATURE_MARGIN
 from etb_hil.canio.bus.budget import bus_budget
+from etb_hil.controller.machine import AMBIENT_C
 from etb_hil.scenario.phase import Measure
 from etb_hil.scenario.phases import Phase
 from etb_hil.scenario.trajectory import Chain, Held, Released
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     from etb_hil.scenario.scenario_file import Scenario
     from etb_hil.scenario.trajectory import SetPoint, Trajectory
 
+KELVIN = 273.15  # of 0 degC
 SAMPLE_S = 0.001  # set-points are looked at this often
 
 
@@ -38,6 +41,7 @@ def check_scenario(scenario: Document[Scenario], setup: BenchSetup, throttle: Th
     roles = setup.document.place("roles")
     problems = list(missing_roles(dialect, roles)) or list(says_too_little(dialect, roles))
     is_told = not problems
+    problems += _below_any_housing(setup)
     total = 0.0
     start = throttle.limp_home
     looked_at: set[tuple[object, ...]] = set()  # a repeated phase has the same problems each time
@@ -79,6 +83,19 @@ def check_scenario(scenario: Document[Scenario], setup: BenchSetup, throttle: Th
     except InputError as error:  # the sum does not know which file asked for it
         bus = setup.document.place("bus")
         raise InputError(*(replace(problem, place=problem.place or bus) for problem in error.problems)) from None
+
+
+def _below_any_housing(setup: BenchSetup) -> Iterator[Problem]:
+    """Find a limit of temperature that the dry run's unit exceeds before it moves: one in K, most often."""
+    limit, least = setup.bench.limits.temperature, AMBIENT_C + TEMPERATURE_MARGIN
+    if limit <= least:
+        yield Problem(
+            "a unit at rest exceeds this limit",
+            setup.document.place("limits", "temperature"),
+            f"{limit:g} degC",
+            f"above {least:g} degC: the dry run begins at {AMBIENT_C:g} degC and keeps a margin",
+            f"raise it, or correct its unit: {limit + KELVIN:g} K are {limit:g} degC",
+        )
 
 
 def bus_budget_of(bench: Bench, measure: Measure, dialect: Dialect) -> BusBudget:

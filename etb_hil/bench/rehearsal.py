@@ -17,6 +17,7 @@ from etb_hil.base.outcome import BenchOutcome
 from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.bench.runner import Runner
+from etb_hil.bench.safety_limits import SafetyLimits
 from etb_hil.bench.tap import Tap
 from etb_hil.canio.bus.link import VirtualLink
 from etb_hil.canio.bus.virtual_network import VirtualNetwork
@@ -37,7 +38,6 @@ from etb_hil.session.record import PhaseEnd
 if TYPE_CHECKING:
     from etb_hil.base.yamlfile import Document
     from etb_hil.bench.bench_file import Bench
-    from etb_hil.bench.safety_limits import SafetyLimits
     from etb_hil.canio.frames import FrameBlock
     from etb_hil.diagnosis.limits import Limits
     from etb_hil.plant.parameters import Model
@@ -151,9 +151,15 @@ def _rehearse(
             scenario.place(*step.key),
             allowed=f"the bench's limits less a margin: {MARGIN:.0%} of current and velocity, "
             f"{TEMPERATURE_MARGIN:g} K of temperature",
-            remedy="make the phase gentler, or correct the model or the bench's limits",
+            remedy=f"make the phase gentler, or correct the model or {_limit_of(record.reason_id)} of the bench file",
         )
     )
+
+
+def _limit_of(reason_id: str) -> str:
+    """Return the key of the bench file whose limit a run met, or all of them where it was another reason."""
+    name = reason_id.removesuffix("_limit")
+    return f"'limits.{name}'" if name in SafetyLimits.model_fields else "'limits'"
 
 
 def _shortened(step: Step) -> Step:

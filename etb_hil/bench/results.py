@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from etb_hil.base.outcome import BenchOutcome, SafeState, exit_code
 from etb_hil.base.plugins import plugins
 from etb_hil.bench.controller_needs import not_watched
+from etb_hil.bench.wording import bench_wording, unit_wording
 from etb_hil.results import run_result
 from etb_hil.results.run_result import RunResult
 from etb_hil.session.answer_time import answer_time
@@ -30,6 +32,16 @@ def results_of(
     session: Session, bench: Bench, limits: Limits, record: RunRecord, analysis: Analysis, found: DiagnosisResult
 ) -> RunResult:
     """Return the result of a run; times in seconds since it began."""
+    results = _without_words(session, bench, limits, record, analysis, found)
+    unit, its_bench = results.unit, results.bench
+    if record.outcome is BenchOutcome.OK:
+        return replace(results, unit=replace(unit, next_step=unit_wording(results).next_step))
+    return replace(results, bench=replace(its_bench, next_step=bench_wording(results).next_step))
+
+
+def _without_words(
+    session: Session, bench: Bench, limits: Limits, record: RunRecord, analysis: Analysis, found: DiagnosisResult
+) -> RunResult:
     verdict = found.verdict if record.outcome is BenchOutcome.OK else None
     return RunResult(
         run_id=session.run_id,
@@ -68,7 +80,7 @@ def _unit(session: Session, limits: Limits, record: RunRecord, found: DiagnosisR
         return run_result.Unit(None, "run_not_finished", "", "", (), *whose)
     first, *others = found.reasons
     also = tuple(reason.id for reason in others)
-    return run_result.Unit(found.verdict, first.id, first.text, first.next_step, also, *whose)
+    return run_result.Unit(found.verdict, first.id, first.text, "", also, *whose)
 
 
 def _bench(bench: Bench, record: RunRecord, analysis: Analysis) -> run_result.Bench:

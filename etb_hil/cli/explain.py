@@ -7,6 +7,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -39,7 +40,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="all recordings are of one unit: each may distinguish causes (put the record of a next test first)",
     )
-    parser.add_argument("--out", type=Path, default=Path("explanation"), help="folder (default: %(default)s)")
+    parser.add_argument(
+        "--out", type=Path, help="folder (default: explanation, or explanation_2 and so on where an answer is)"
+    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -56,6 +59,7 @@ def run(options: argparse.Namespace) -> int:
         from etb_hil.store.address import sessions_among
 
         options.data = sessions_among(options.data)
+        options.out = options.out or _free_folder()
         _must_take_an_answer(options.out, _inputs(options))
         model = as_model(_model(options))
         recordings = [read(path, bench=options.bench, columns=options.map) for path in options.data]
@@ -134,6 +138,12 @@ def _inputs(options: argparse.Namespace) -> list[Path]:
     if options.bench is not None:
         named.append(find("bench", options.bench))
     return named if options.map is None else [*named, options.map]
+
+
+def _free_folder() -> Path:
+    """Return the first of `explanation`, `explanation_2` and so on that holds nothing yet."""
+    names = chain(["explanation"], (f"explanation_{number}" for number in count(2)))
+    return next(path for path in map(Path, names) if not path.exists() or (path.is_dir() and not any(path.iterdir())))
 
 
 def _must_take_an_answer(folder: Path, inputs: list[Path]) -> None:

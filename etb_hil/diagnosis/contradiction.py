@@ -113,7 +113,7 @@ def _one_way(assessment: Assessment) -> list[Reason]:
     text = (
         f"{opening} segments of 17 ms opened the plate and {closing} closed it: friction is told from springs by both"
     )
-    return [Reason("one_way", text, "run a scenario that opens and closes the plate")]
+    return [Reason("one_way", text)]
 
 
 def heated(
@@ -213,7 +213,7 @@ def law_remarks(fit: StribeckFit) -> list[Reason]:
     if not words:
         return []
     text = f"friction does not go by the model's law: {'; '.join(words)}. T_st, T_c and viscosity are fitted with that"
-    return [Reason("another_friction_law", text, "none: the intervals hold it")]
+    return [Reason("another_friction_law", text)]
 
 
 def gain_range(
@@ -286,4 +286,4 @@ def widened(value: float, low: float, high: float, gain: tuple[float, float]) ->
 
 
 def _contradiction(reason_id: str, text: str) -> Reason:
-    return Reason(reason_id, text, "check that model file, bench file and unit belong together, then repeat")
+    return Reason(reason_id, text)

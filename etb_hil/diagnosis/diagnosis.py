@@ -239,7 +239,6 @@ class Diagnosis:
                 *uneven_remarks(way),
                 *drift_remarks(drift),
             ),
-            is_uneven=way is not None,
             by_direction=0.0 if fit is None else against_each_other(fit, self._model),
             excess=local_excess(assessment, local, self._most()[0], band, widening.gain),
             unexplained=unexplained(exceedances, assessment, self._ticks.origin_ns, band),

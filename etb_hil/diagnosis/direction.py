@@ -44,8 +44,7 @@ def against_motor(ticks: Ticks, model: Model, throttle: ThrottleParameters) -> l
         if electrical == 0.0
         else "or that of both current and voltage (the motor's leads)"
     )
-    step = "check the signs of angle, current and voltage in the bench's files, and the wiring of sensors and motor, "
-    return [Reason("angle_reversed", text, step + "then repeat")]
+    return [Reason("angle_reversed", text)]
 
 
 def _springs(model: Model, throttle: ThrottleParameters) -> tuple[float, float]:

@@ -171,4 +171,4 @@ def drift_remarks(drift: Drift | None) -> list[Reason]:
         f"{drift.last - drift.first:.1f} s; T_st and T_c are those of the middle of that time, and their intervals "
         "hold what friction was before and after"
     )
-    return [Reason("friction_drifts", text, "warm the unit up or run it in, as warm_check does, then repeat")]
+    return [Reason("friction_drifts", text)]

@@ -66,7 +66,7 @@ class Grounds:
     above the limit of T_st, None where there is none; `unexplained` are live episodes that the fit does not
     explain; `far` rad/s, where the Stribeck curve has come down; `follows` is the share of ticks behind which none
     is missing; `seen` is from where to where the plate slid slowly and `unseen` what of the way it did not, None
-    where that is little; `is_uneven`, whether friction differs along it; `by_direction` N·m, by how much it may be
+    where that is little; `by_direction` N·m, by how much it may be
     higher (above zero) or lower opening than the mean of both directions; `current_plausible`, whether voltage and
     current of a plate at rest agree, None where nobody knows; `band` is a share of the limits, inside which nothing
     is decided.
@@ -84,7 +84,6 @@ class Grounds:
     highest_current: float  # A
     withholding: Sequence[Reason]
     remarks: Sequence[Reason]
-    is_uneven: bool
     by_direction: float
     excess: Excess | None
     unexplained: Sequence[Exceedance]

@@ -72,4 +72,4 @@ def hot_motor_remarks(found: HotMotor | None) -> list[Reason]:
         f"motor about {found.kelvin:.0f} K above housing: winding resistance {found.resistance:+.1%}, torque constant "
         f"{found.constant:+.1%}; worn brushes look the same"
     )
-    return [Reason("motor_hot", text, "let it cool for 10 minutes, then repeat; if it stays, check the brushes")]
+    return [Reason("motor_hot", text)]

@@ -79,5 +79,4 @@ def without_temperature(limits: Limits, temperature: float) -> list[Reason]:
     if not math.isnan(temperature) or all(one.temperature is None for one in limits.by_id.values()):
         return []
     text = "the limits follow the housing's temperature, and none was measured with the current's zero"
-    step = "give the bench file the role `temperature` and the scenario a current_zero, or limits without a law"
-    return [Reason("temperature_unknown", text, step)]
+    return [Reason("temperature_unknown", text)]

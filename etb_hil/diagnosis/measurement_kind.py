@@ -8,6 +8,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from etb_hil.base.quantity import is_si, si_unit_meant
 from etb_hil.base.roles import ROLES
 
 if TYPE_CHECKING:
@@ -88,6 +89,10 @@ def _misstatements(kind: MeasurementKind, others: Collection[str]) -> Iterator[s
         yield f"there is a measurement with the id {kind.id} already"
     if not _takes_one(kind.compute):
         yield "`compute` must be a function of one argument, the findings of a run"
+    if not is_si(kind.unit):
+        meant = si_unit_meant(kind.unit)
+        remedy = f"did you mean '{meant}'?" if meant else "write it with A, V, rad, N·m and the like, '1' for a ratio"
+        yield f"the unit {kind.unit!r} is no SI unit; {remedy}"
     if unknown := sorted(kind.roles - ROLES.keys()):
         yield f"there is no role {', '.join(unknown)}"
     try:

@@ -126,47 +126,42 @@ class Plausibility:
         s, n = self._floats, self._ints
         found = []
         if n[_TRACKS_OFF] >= _FEW:
-            found.append(_doubt("tracks_disagree", f"both plate tracks differ by more than "
+            found.append(Reason("tracks_disagree", f"both plate tracks differ by more than "
                                                    f"{math.degrees(TRACKS):.3g} deg in "
-                                f"{n[_TRACKS_OFF]} samples", "check the plate sensor and its wiring"))  # fmt: skip
+                                f"{n[_TRACKS_OFF]} samples"))  # fmt: skip
         if n[_ENCODER_OFF] >= _FEW:
-            found.append(_doubt("angles_disagree", f"plate and motor encoder differ by more than "
+            found.append(Reason("angles_disagree", f"plate and motor encoder differ by more than "
                                                    f"{math.degrees(ENCODER):.3g} deg in "
-                                f"{n[_ENCODER_OFF]} samples", "check encoder, plate sensor and gear"))  # fmt: skip
+                                f"{n[_ENCODER_OFF]} samples"))  # fmt: skip
         if n[_JUMPS] > _FEW_JUMPS:
-            found.append(_doubt("angle_jumps", f"the motor angle jumps as no motor can move it, {n[_JUMPS]} times",
-                                "check the encoder and its wiring"))  # fmt: skip
+            text = f"the motor angle jumps as no motor can move it, {n[_JUMPS]} times"
+            found.append(Reason("angle_jumps", text))
         if n[_FROZEN]:
-            found.append(_doubt("current_frozen", f"the current reading stands still for {n[_FROZEN]} samples, without "
-                                "the sensor's noise", "check the current sensor and its range"))  # fmt: skip
+            found.append(Reason("current_frozen", f"the current reading stands still for {n[_FROZEN]} samples, without "
+                                "the sensor's noise"))  # fmt: skip
         apart = s[_OFF_HIGH] - s[_OFF_LOW]
         if apart > OFF_CURRENT:
-            found.append(_doubt("current_zero_moves", f"with the bridge off the current reads {s[_OFF_LOW]:.3f} to "
-                                f"{s[_OFF_HIGH]:.3f} A; {OFF_CURRENT} A apart are allowed",
-                                "check the current sensor"))  # fmt: skip
+            found.append(Reason("current_zero_moves", f"with the bridge off the current reads {s[_OFF_LOW]:.3f} to "
+                                f"{s[_OFF_HIGH]:.3f} A; {OFF_CURRENT} A apart are allowed"))  # fmt: skip
         if self._windows and (problem := worst_residual(np.concatenate(self._windows))):
-            found.append(_doubt("motor_balance", problem, "check the sensors of current, voltage and angle"))
+            found.append(Reason("motor_balance", problem))
         if n[_MISSING_NS] > MISSING * n[_MOVING_NS]:
             share = n[_MISSING_NS] / n[_MOVING_NS]
-            found.append(_doubt("samples_missing", f"{share:.1%} of the time of motion has no samples; allowed: "
-                                f"{MISSING:.0%}", "look at the bus load and the controller's task times"))  # fmt: skip
+            found.append(Reason("samples_missing", f"{share:.1%} of the time of motion has no samples; allowed: "
+                                f"{MISSING:.0%}"))  # fmt: skip
         if self._other_rate is not None:
             asked, came = self._other_rate
-            found.append(_doubt("not_as_asked", f"samples came at {came:.0f} Hz; {asked:.0f} Hz were asked for",
-                                "check what else sends measurement requests on this bus"))  # fmt: skip
+            text = f"samples came at {came:.0f} Hz; {asked:.0f} Hz were asked for"
+            found.append(Reason("not_as_asked", text))
         if n[_LAG_WORST] > 0:
-            found.append(_doubt("clocks_disagree", f"sample clock and receive stamps part by {n[_LAG_WORST] * 1e-6:.0f}"
-                                " ms", "check the controller's clock, and whether the host's was set"))  # fmt: skip
+            found.append(Reason("clocks_disagree", f"sample clock and receive stamps part by {n[_LAG_WORST] * 1e-6:.0f}"
+                                " ms"))  # fmt: skip
         return found
 
     def _check_rate(self) -> None:
         shortest = int(self._ints[_SHORTEST])
         if self._asked_ns and shortest != _NONE and abs(shortest - self._asked_ns) > RATE * self._asked_ns:
             self._other_rate = (1e9 / self._asked_ns, 1e9 / shortest)
-
-
-def _doubt(reason_id: str, text: str, remedy: str) -> Reason:
-    return Reason(reason_id, text, f"{remedy}, then repeat")
 
 
 def _equal_readings(noise: float, step: float) -> int:

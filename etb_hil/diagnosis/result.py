@@ -16,11 +16,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """Why a verdict is what it is: an id for programs, words with values for people, and what to do next."""
+    """Why a verdict is what it is: an id for programs, and words with values for people.
+
+    What to do next follows from the id: `etb_hil.bench.wording`.
+    """
 
     id: str
     text: str
-    next_step: str
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,6 @@ from etb_hil.results import shown
 from etb_hil.results.measurement import Measurement, Measurements
 
 HARDLY = 1.05  # times as wide: less is not worth a word
-NEXT_STEP = "read the signal more often, or have the controller send it in a cyclic frame; then repeat"
 
 
 def with_sampling_error(
@@ -39,12 +38,12 @@ def with_sampling_error(
         elif is_contradicted:
             told += " With half of the readings the verdict would be another"
         if lost or is_contradicted:
-            reason = Reason("read_too_seldom", told, NEXT_STEP)
+            reason = Reason("read_too_seldom", told)
             reasons = (reason, *_restated(all_read, wider))
             return replace(
                 all_read, verdict=UnitVerdict.INCONCLUSIVE, reasons=reasons, measurements=Measurements(wider.values())
             )
-    reasons = (*_restated(all_read, wider), Reason("read_by_request", told, NEXT_STEP))
+    reasons = (*_restated(all_read, wider), Reason("read_by_request", told))
     return replace(all_read, reasons=reasons, measurements=Measurements(wider.values()))
 
 

@@ -124,4 +124,4 @@ def uneven_remarks(way: UnevenWay | None) -> list[Reason]:
         f"deg{', up and down within a degree' if way.is_fine else ''}; T_st and "
         "T_c are means over it, and their intervals hold what they may be without that"
     )
-    return [Reason("uneven_way", text, "see the friction over angle for the places")]
+    return [Reason("uneven_way", text)]

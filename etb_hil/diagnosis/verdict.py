@@ -73,7 +73,7 @@ def conclude(measured: Sequence[Measured], grounds: Grounds) -> tuple[UnitVerdic
     words = "; ".join(shown.sentence(one.measurement) for one in judged)
     if not math.isnan(grounds.seen[0]):
         words += f"; seen from {_degrees(grounds.seen[0])} to {_degrees(grounds.seen[1])}, and of no other place"
-    return UnitVerdict.PASS, (Reason("within_limits", words, "none"), *remarks)
+    return UnitVerdict.PASS, (Reason("within_limits", words), *remarks)
 
 
 def _degrees(angle: float) -> str:
@@ -85,7 +85,6 @@ def _without_signal(name: str, kind: MeasurementKind, grounds: Grounds) -> Reaso
     return Reason(
         f"{name}_without_signal",
         f"{_named(name, kind)} was not measured: the run has no samples of {names}",
-        "give the bench file these roles, and check that the controller sends their signals",
     )
 
 
@@ -95,12 +94,10 @@ def _named(name: str, kind: MeasurementKind) -> str:
 
 def _not_measured(name: str, kind: MeasurementKind) -> Reason:
     text = f"{_named(name, kind)} was not measured: the motion of this run does not show it"
-    step = "run a scenario that shows it, as friction_check and end_of_line do"
     if kind.phases:
         phases = ", ".join(sorted(kind.phases))
         text = f"{_named(name, kind)} was not measured, although the run has a phase for it ({phases})"
-        step = "look at the frames lost in that phase, then repeat the check"
-    return Reason(f"{name}_not_measured", text, step)
+    return Reason(f"{name}_not_measured", text)
 
 
 def _not_judged(grounds: Grounds) -> list[Reason]:
@@ -109,8 +106,7 @@ def _not_judged(grounds: Grounds) -> list[Reason]:
     if not unseen:
         return []
     names = ", ".join(f"{kind.name} ({' or '.join(sorted(kind.phases))})" for kind in unseen.values())
-    step = "run a scenario with those phases, as end_of_line has them"
-    return [Reason("limits_not_judged", f"limits that this run has no phase for: {names}", step)]
+    return [Reason("limits_not_judged", f"limits that this run has no phase for: {names}")]
 
 
 def _lost(coverage: Coverage) -> list[Reason]:
@@ -118,7 +114,7 @@ def _lost(coverage: Coverage) -> list[Reason]:
         return []
     share = coverage.lost / (coverage.samples + coverage.lost)
     text = f"{share:.1%} of the samples are lost, more than {MOST_LOST:.0%}"
-    return [Reason("samples_lost", text, "look at the bus load and at the frames lost per message, then repeat")]
+    return [Reason("samples_lost", text)]
 
 
 def _limits_broken(judged: Sequence[Measured]) -> list[Reason]:
@@ -126,7 +122,6 @@ def _limits_broken(judged: Sequence[Measured]) -> list[Reason]:
         Reason(
             f"{one.measurement.id}_beyond_limit",
             shown.sentence(one.measurement) + one.estimate.if_failed,
-            "reject the unit; see where friction rises in the plots" if one.kind.is_friction else "reject the unit",
         )
         for one in judged
         if one.measurement.verdict is UnitVerdict.FAIL
@@ -143,7 +138,7 @@ def _locally(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
         "directions of motion "
         f"(at least {excess.low:.3f}; allowed up to {excess.limit:.3f})"
     )
-    return [Reason("T_st_exceeded", text, "reject the unit; see the friction over angle for the place")]
+    return [Reason("T_st_exceeded", text)]
 
 
 def _locally_undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
@@ -156,7 +151,7 @@ def _locally_undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Rea
         f"{'one direction' if excess.is_one_way else 'both directions'} of motion "
         f"({excess.low:.3f} to {excess.high:.3f}; allowed up to {excess.limit:.3f})"
     )
-    return [Reason("T_st_local_undecided", text, "see the friction over angle for the place")]
+    return [Reason("T_st_local_undecided", text)]
 
 
 def _by_direction_undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
@@ -176,8 +171,7 @@ def _by_direction_undecided(judged: Sequence[Measured], grounds: Grounds) -> lis
         f"both springs differ from each other beyond the model's tolerance; or friction is up to {more:.3f} N·m "
         f"higher {way} the plate than the mean of both directions: then {' and '.join(names)} may be above the limit"
     )
-    step = "measure the preloads, or correct the model's: springs like that leave friction equal in both directions"
-    return [Reason("direction_undecided", text, step)]
+    return [Reason("direction_undecided", text)]
 
 
 def _stands(judged: Sequence[Measured], name: str) -> UnitVerdict | None:
@@ -197,7 +191,7 @@ def _stuck(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
         f"friction holds it against {worst.peak:.3f} N·m (model uncertain by {worst.allowance:.3f}; allowed up to "
         f"{worst.limit:.3f})"
     )
-    return [Reason("plate_stuck", text, "reject the unit")]
+    return [Reason("plate_stuck", text)]
 
 
 def _unexplained(grounds: Grounds) -> list[Reason]:
@@ -212,7 +206,7 @@ def _unexplained(grounds: Grounds) -> list[Reason]:
             f"{math.degrees(worst.angle):.1f} deg, and the "
             "fitted curve does not explain it"
         )
-        reasons.append(Reason(f"{kind}_unexplained", text, "repeat the check; see the exceedances for their places"))
+        reasons.append(Reason(f"{kind}_unexplained", text))
     return reasons
 
 
@@ -221,9 +215,9 @@ def _gaps(grounds: Grounds) -> list[Reason]:
     coverage = grounds.coverage
     if coverage.longest_gap > LONGEST_GAP:
         text = f"no samples for {coverage.longest_gap:.2f} s in or next to a {coverage.gap_in}: at most {LONGEST_GAP} s"
-        reasons.append(Reason("samples_missing", text, "look at the frames lost per message, then repeat"))
+        reasons.append(Reason("samples_missing", text))
     if not grounds.complete:
-        reasons.append(Reason("run_not_finished", "the run ended before its last phase", "repeat the check"))
+        reasons.append(Reason("run_not_finished", "the run ended before its last phase"))
     return reasons
 
 
@@ -231,9 +225,7 @@ def _poor_evidence(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
     if not missing:
         return []
     if not grounds.coverage.samples:
-        return [
-            Reason("no_samples", "no phase with motion delivered current and angle", "check the measurement request")
-        ]
+        return [Reason("no_samples", "no phase with motion delivered current and angle")]
     names = ", ".join(missing)
     current = "" if grounds.current_verified else " and the current's zero was never measured with the bridge off"
     if grounds.moved > _STUCK and grounds.follows < _WHOLE:
@@ -242,7 +234,6 @@ def _poor_evidence(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
                 "too_few_windows",
                 f"no friction curve could be fitted for {names}: {sum(grounds.windows)} segments of 17 ms in steady "
                 f"motion have samples in every millisecond, of {grounds.coverage.samples} samples in all{current}",
-                "sample at 1 kHz or faster, without gaps, and run a scenario with ramps and dashes",
             )
         ]
     return [
@@ -251,7 +242,6 @@ def _poor_evidence(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
             f"no friction curve could be fitted for {names}: the plate moved by "
             f"{math.degrees(grounds.moved):.2f} deg at up to "
             f"{grounds.highest_current:.2f} A, {sum(grounds.windows)} segments of 17 ms in all{current}",
-            "run a scenario with a current zero, ramps and dashes; check that the drive is enabled",
         )
     ]
 
@@ -266,7 +256,7 @@ def _not_seen(grounds: Grounds) -> list[Reason]:
         "its way, the plate did not slide "
         f"slowly in both directions; at most {MOST_UNSEEN:.0%} at a stretch may stay unseen"
     )
-    return [Reason("places_not_seen", text, "run a scenario with slow ramps over the whole way, as friction_check")]
+    return [Reason("places_not_seen", text)]
 
 
 def _undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
@@ -278,13 +268,8 @@ def _undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
             continue  # the way that was not seen is a doubt by itself, and repeating narrows no interval of it
         if one.measurement.interval is None:
             text = f"{shown.sentence(one.measurement)}; without an interval it is held against no limit"
-            reasons.append(
-                Reason(f"{one.measurement.id}_without_interval", text, "take the limit out of the limits file")
-            )
+            reasons.append(Reason(f"{one.measurement.id}_without_interval", text))
             continue
-        step = "repeat the check, more often or slower, to narrow the interval"
-        if grounds.is_uneven and not one.kind.phases:
-            step = "see the friction over angle: repeating does not narrow the interval of an uneven way"
-        usual = Reason(f"{one.measurement.id}_undecided", shown.sentence(one.measurement), step)
+        usual = Reason(f"{one.measurement.id}_undecided", shown.sentence(one.measurement))
         reasons.append(one.estimate.undecided or usual)
     return reasons

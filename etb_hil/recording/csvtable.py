@@ -25,6 +25,8 @@ MAX_CELL = 1 << 16
 _DIGITS = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,3})?"
 _NUMBER = re.compile(_DIGITS, re.ASCII)
 _NUMBERS = re.compile(rf"(?>{_DIGITS}\n)*+", re.ASCII)
+_DECIMAL_COMMA = re.compile(r"[-+]?[0-9]+,[0-9]+(?:[eE][-+]?[0-9]{1,3})?", re.ASCII)
+_WHOLE = re.compile(r"[-+]?[0-9]*", re.ASCII)
 _NO_VALUE = {"", "nan", "NaN", "NAN"}
 _TIME_LIMIT = 2**62
 BLOCK = 4096  # rows that are taken together
@@ -78,7 +80,7 @@ class CsvTable:
 
         An empty cell or `nan` is NaN, except in the time.
 
-        InputError lists up to 20 broken cells with line, column and value.
+        InputError lists up to 20 broken cells with line, column and value; of decimal commas, the first alone.
         """
         wanted = {name: self.names.index(name) for name in names}
         read = _Read(self.names.index(time.column), NS_PER_UNIT[time.unit], [*wanted.values()])
@@ -107,8 +109,11 @@ class CsvTable:
                     rows.lines.append(line)
                     rows.cells.append([cells[at] for at in read.places])
                 else:
+                    is_first = not (rows.lines or read.time_ns or read.problems)
+                    if is_first and self._has_split_numbers(cells):
+                        raise self._decimal_commas(line, None, self._delimiter.join(cells))
                     wrong = f"a row of {len(cells)} cells under {len(self.names)} names"
-                    read.problems.append(Problem(wrong, Place(self._path, line), remedy=self._remedy(len(cells))))
+                    read.problems.append(Problem(wrong, Place(self._path, line), remedy=self._remedy(cells)))
                 if len(rows.lines) == BLOCK or len(read.problems) >= MAX_PROBLEMS:
                     yield rows
                     rows = _Rows()
@@ -145,10 +150,21 @@ class CsvTable:
                 except ValueError as error:
                     read.problems.append(self._bad_cell(line, at, cell, error))
 
-    def _remedy(self, cells: int) -> str:
-        if self._delimiter == "," and cells > len(self.names):
+    def _remedy(self, cells: list[str]) -> str:
+        if self._has_split_numbers(cells):
             return "complete the row or remove it; of decimal commas, write semicolons between the cells"
         return "complete the row or remove it"
+
+    def _has_split_numbers(self, cells: list[str]) -> bool:
+        """Return whether a row has more cells than names because decimal commas stand between commas."""
+        is_more = self._delimiter == "," and len(self.names) < len(cells) <= 2 * len(self.names)
+        return is_more and all(_WHOLE.fullmatch(cell.strip()) for cell in cells)
+
+    def _decimal_commas(self, line: int, name: str | None, cell: str) -> InputError:
+        """Return the one error that decimal commas between commas are: every row has them."""
+        what = "has decimal commas, and commas between the cells"
+        remedy = "write semicolons or tabs between the cells, or decimal points"
+        return InputError(Problem(what, Place(self._path, line, name), cell, remedy=remedy))
 
     def _numbers(self, cells: Sequence[str]) -> Sequence[float]:
         text = "\n".join(cells) + "\n"
@@ -184,6 +200,8 @@ class CsvTable:
         return written
 
     def _bad_cell(self, line: int, at: int, cell: str, wrong: ValueError) -> Problem:
+        if self._delimiter == "," and _DECIMAL_COMMA.fullmatch(cell.strip()):
+            raise self._decimal_commas(line, self.names[at], cell)
         place = Place(self._path, line, self.names[at])
         return Problem(str(wrong), place, cell, remedy="correct the cell or remove the row")
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.userfile import refuse_empty
 from etb_hil.base.yamlfile import load
 from etb_hil.recording.columns import Conversion, TableMap, plan_by_map, plan_by_names
 from etb_hil.recording.csvtable import CsvTable
@@ -42,6 +43,7 @@ def read_table(path: Path, map_file: Path | None = None) -> Recording:
         if not path.exists():
             raise InputError(Problem("no such file or folder", Place(path), remedy="check the path"))
         raise InputError(Problem("is no table that can be read", Place(path), path.suffix, allowed=", ".join(FORMATS)))
+    refuse_empty(path, "save the measured values again: a table has named columns and a row for each instant")
     table = table_type(path)
     if map_file is None:
         called = table.called if isinstance(table, ParquetTable) else {}

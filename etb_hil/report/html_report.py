@@ -29,11 +29,12 @@ from etb_hil.session.photos import photo_name, read_photo
 
 REPORT_NAME = "report.html"
 
+_MOST_NUMBERS = 100  # twice what a run of all phases gives; two printed pages hold the first 16, as report.css says
 # What two printed pages hold; the rest is in results.json, and the page says so.
-_MOST_NUMBERS, _MOST_PHASES, _MOST_EXCEEDANCES, _MOST_MESSAGES, _MOST_INPUTS = 16, 16, 7, 7, 6
-_MOST_PROMPTS, _MOST_RATES, _MOST_JUDGED = 4, 8, 40
+_MOST_PHASES, _MOST_EXCEEDANCES, _MOST_MESSAGES, _MOST_INPUTS = 16, 7, 7, 6
+_MOST_PROMPTS, _MOST_RATES = 4, 8
 _MOST_CODES = 8
-_LONGEST_WORD, _LONGEST_NAME, _LONGEST_PHRASE, _LONGEST_VERSIONS, _LONGEST_SENTENCE = 20, 40, 56, 160, 480
+_LONGEST_UNIT, _LONGEST_NAME, _LONGEST_PHRASE, _LONGEST_VERSIONS, _LONGEST_SENTENCE = 20, 40, 120, 160, 480
 _LARGEST_INPUT = 200_000  # bytes of a file that the page carries
 _SAFE_STATE = {True: "yes, seen in the measured current", False: "NOT VERIFIED", None: "not looked at"}
 
@@ -93,7 +94,6 @@ def render_page(
     says = results.unit_diagnostics
     at_rates = [one for one in results.measurements.values() if one.id.startswith(_AT_RATE)]
     numbers = sorted((one for one in results.measurements.values() if one not in at_rates), key=_how_urgent)
-    shown_first = min(max(_MOST_NUMBERS, len(results.judged)), _MOST_JUDGED)
     made_by = [*results.versions.items(), *((f"plug-in {one.name}", one.version) for one in results.plugins)]
     versions = ", ".join(f"{name} {version}".strip() for name, version in made_by)
     return render(
@@ -114,7 +114,7 @@ def render_page(
             (code.code, _sentence(code.text or "not a code of a throttle body"), _sentence(measured_for(code, results)))
             for code in (says and (says.codes_after or says.codes_before)) or ()
         ][:_MOST_CODES],
-        numbers=numbers[:shown_first],
+        numbers=numbers[:_MOST_NUMBERS],
         of_numbers=len(numbers),
         at_rates=at_rates[:_MOST_RATES],
         of_rates=len(at_rates),
@@ -180,14 +180,14 @@ def _highest(exceedances: tuple[Exceedance, ...]) -> list[Exceedance]:
 
 _FILTERS: dict[str, Callable[..., Any]] = {
     "plain": shown.plain,
-    "unit_shown": shown.unit_shown,
     "value": shown.value,
     "interval": shown.interval,
     "limits": shown.limits,
     "share": show.share,
     "seconds": lambda value: shown.quantity(value, "s"),
     "whole": _sentence,
-    "short": lambda text: text[:_LONGEST_WORD],
-    "long": lambda text: _sentence(text[:_LONGEST_PHRASE]),
+    "unit_text": lambda unit: show.printable(shown.unit_shown(unit), _LONGEST_UNIT),
+    "id": lambda text: Markup("_<wbr>").join(escape(show.printable(text, _LONGEST_PHRASE)).split("_")),
+    "long": lambda text: escape(show.printable(text, _LONGEST_PHRASE)),
     "count": lambda value: shown.UNKNOWN if value is None else str(value),
 }

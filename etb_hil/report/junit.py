@@ -14,11 +14,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
+from etb_hil.bench.wording import bench_wording
 from etb_hil.diagnosis.measurement_registry import kind_of
 from etb_hil.report import show
 from etb_hil.report.unit_codes import codes_line
 from etb_hil.report.verdict import unit_line, verdict_of
-from etb_hil.report.wording import bench_wording
 from etb_hil.results import shown
 
 if TYPE_CHECKING:

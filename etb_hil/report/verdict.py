@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
+from etb_hil.bench.wording import attempts_sentence, bench_wording, further_reasons, spring_or_friction, unit_wording
 from etb_hil.report import show
 from etb_hil.report.unit_codes import code_sentences
-from etb_hil.report.wording import attempts_sentence, bench_wording, further_reasons, spring_or_friction, unit_wording
 from etb_hil.results.run_result import RunResult
 
 WIDTH = 80

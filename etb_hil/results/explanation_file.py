@@ -11,7 +11,8 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.errors import InputError, Place
+from etb_hil.base.validation import problem_of
 from etb_hil.results.explanation import ExplanationResult
 
 
@@ -23,10 +24,8 @@ def explanation_from_dict(data: Mapping[str, Any], file: str = "explanation.json
     try:
         return _adapter().validate_python(dict(data))
     except ValidationError as error:
-        problems = [
-            Problem(e["msg"], Place(file, key=".".join(map(str, e["loc"]))), e["input"]) for e in error.errors()
-        ]
-        raise InputError(*problems) from None
+        found = error.errors(include_url=False)
+        raise InputError(*(problem_of(e, Place(file, key=".".join(map(str, e["loc"])))) for e in found)) from None
 
 
 def explanation_as_dict(result: ExplanationResult) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.validation import problem_of
 from etb_hil.results.run_result import SCHEMA_VERSION, RunResult
 
 if TYPE_CHECKING:
@@ -43,10 +44,8 @@ def result_from_dict(data: Mapping[str, Any], file: str = "results.json") -> Run
     try:
         return _adapter().validate_python(current)
     except ValidationError as error:
-        problems = [
-            Problem(e["msg"], Place(file, key=".".join(map(str, e["loc"]))), e["input"]) for e in error.errors()
-        ]
-        raise InputError(*problems) from None
+        found = error.errors(include_url=False)
+        raise InputError(*(problem_of(e, Place(file, key=".".join(map(str, e["loc"])))) for e in found)) from None
 
 
 def result_as_dict(result: RunResult) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from etb_hil.base.outcome import UnitVerdict
+from etb_hil.results import shown
 
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler
@@ -66,7 +67,11 @@ class Measurements(Mapping[str, Measurement]):
         return len(self._by_id)
 
     def __repr__(self) -> str:
-        return f"Measurements({list(self._by_id.values())!r})"
+        """Return a line for each: id, name, value with its interval as people read it, limit and verdict."""
+        rows = [(one.id, one.name, *shown.in_words(one)) for one in self.values()]
+        widths = [max((len(row[k]) for row in rows), default=0) for k in range(4)]
+        lines = ["  ".join(text.ljust(width) for text, width in zip(row, (*widths, 0), strict=True)) for row in rows]
+        return "\n".join([f"Measurements: {len(rows)}", *(f"  {line}".rstrip() for line in lines)])
 
     def value(self, measurement_id: str) -> float | None:
         """Return the value of a measurement in SI, or None where the run has none."""

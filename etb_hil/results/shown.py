@@ -115,6 +115,13 @@ def limits(one: Measurement) -> str:
     return f"at least {low}" if one.limit_high is None else f"{low} to {high}"
 
 
+def in_words(one: Measurement) -> tuple[str, str, str]:
+    """Return the value with its unit and interval, the limits, and the verdict; empty where there is none."""
+    within = interval(one)
+    value_shown = f"{measured(one)} ({within})" if within else measured(one)
+    return value_shown, limits(one), str(one.verdict or "")
+
+
 def sentence(one: Measurement) -> str:
     """Return what was measured and what is allowed: `name is 0.171 N·m (0.167 to 0.175), allowed at most 0.260`."""
     within = f" ({interval(one)})" if interval(one) else ""

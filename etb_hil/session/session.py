@@ -166,6 +166,9 @@ def create(
 
 def open_session(folder: Path) -> Session:
     """Open a session folder; InputError says what is missing."""
+    if folder.is_dir() and not (folder / MANIFEST).exists():
+        what = f"is a folder without a {MANIFEST}: no session"
+        raise InputError(Problem(what, Place(folder), remedy="name a session's folder, or a log"))
     manifest = _read_json(folder / MANIFEST)
     if manifest.get("schema") != SCHEMA:
         raise InputError(

@@ -30,7 +30,7 @@ def corruption_doubts(statistics: Mapping[str, MessageStatistics], dialect: Dial
                 f"{counted.crc_failures} frames of {message.name} failed their CRC of {bits} bits; "
                 f"{unseen:.1f} wrong ones may have passed it"
             )
-            found.append(Reason("frames_corrupted", text, "find what corrupts the frames, then repeat"))
+            found.append(Reason("frames_corrupted", text))
     return found
 
 

@@ -1,5 +1,6 @@
 """Recordings: read from what people have, and handed to other libraries with their units."""
 
+import re
 import sys
 
 import numpy as np
@@ -139,6 +140,15 @@ def test_errors_are_those_of_the_command_line(tmp_path, capsys):
         etb.read(path)
     assert main(["plot", str(path)]) == 2
     assert str(caught.value) in capsys.readouterr().err
+
+
+def test_printed_it_shows_length_roles_and_ranges_with_units_for_people(recording):
+    first, *lines = str(recording).splitlines()
+    assert first.startswith("Recording of raw.blf: ")
+    assert "time by sample counter" in first
+    said = {line.split()[0]: line for line in lines}
+    assert said.keys() >= set(recording.roles)
+    assert re.search(r"\d+ samples, -?[\d.]+ deg to [\d.]+ deg$", said["throttle_angle"])
 
 
 def test_a_notebook_shows_roles_units_and_a_picture(recording):

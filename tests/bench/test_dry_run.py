@@ -8,6 +8,8 @@ import pytest
 from faults_study import job_of
 
 from etb_hil.base.errors import InputError
+from etb_hil.base.stock import find
+from etb_hil.bench.job import JobFiles, prepare
 from etb_hil.bench.rehearsal import TEMPERATURE_MARGIN, rehearse
 from etb_hil.bench.runner import Runner
 from etb_hil.controller import machine
@@ -49,6 +51,24 @@ def test_the_dry_run_has_the_benchs_own_position_law(stepping):
     rehearse(scenario, bench, stock.model, stock.limits)
     scenario, bench, stock = stepping(15, "pid", angle=angles)
     with pytest.raises(InputError, match=r"steps\.yaml:4: .*dry run .*plate at 55"):
+        rehearse(scenario, bench, stock.model, stock.limits)
+
+
+def test_a_limit_of_temperature_that_a_unit_at_rest_exceeds_is_the_bench_files_fault(tmp_path):
+    text = find("bench", "virtual_classic").read_text("utf-8").replace("temperature: 110 degC", "temperature: 110 K")
+    bench = tmp_path / "kelvin.yaml"
+    bench.write_text(text, "utf-8")
+    files = JobFiles(find("scenario", "friction_check"), bench, find("model", "default"), find("limits", "default"))
+    with pytest.raises(InputError) as refused:
+        prepare(files)
+    (problem,) = refused.value.problems
+    assert str(problem).startswith(f"{bench}:11: limits.temperature: a unit at rest exceeds this limit")
+    assert "110 K are -163.15 degC" in str(problem)
+
+
+def test_the_limit_that_ends_a_dry_run_is_named_by_its_key(stepping):
+    scenario, bench, stock = stepping(20, current=1.0)
+    with pytest.raises(InputError, match=r"steps\.yaml:4: .*dry run .*'limits\.current' of the bench file"):
         rehearse(scenario, bench, stock.model, stock.limits)
 
 

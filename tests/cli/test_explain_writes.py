@@ -69,6 +69,14 @@ def test_the_folder_is_made_with_all_above_it(table, monkeypatch):
     assert {path.name for path in Path("not/there/yet").iterdir()} == {"explanation.json", "explanation.html"}
 
 
+def test_an_earlier_answer_is_kept_where_no_folder_is_named(table, monkeypatch):
+    monkeypatch.setattr("etb_hil.discrepancy.explain.explain", lambda *_, **__: Answer(explanation_from_dict(FOUND)))
+    for _ in range(3):
+        assert main(["explain", table, "--model", "default"]) == 0
+    folders = [Path("explanation"), Path("explanation_2"), Path("explanation_3")]
+    assert all((folder / "explanation.html").is_file() for folder in folders)
+
+
 def _refused(words, capsys, monkeypatch):
     monkeypatch.setattr("etb_hil.discrepancy.explain.explain", _explained)
     assert main(["explain", *words]) == 2

@@ -121,7 +121,7 @@ def test_near_its_limit_an_uneven_unit_is_undecided():
     result = judged(unit)
     assert result.measurements.get("T_st").value < 0.95 * limit
     assert (result.verdict, result.reasons[0].id) == (UnitVerdict.INCONCLUSIVE, "T_st_undecided")
-    assert "repeating does not narrow" in result.reasons[0].next_step
+    assert "uneven_way" in ids(result)
 
 
 def test_a_dip_lets_no_unit_pass_that_is_beyond_its_limit():
@@ -162,8 +162,7 @@ def test_a_ripple_is_no_noise_and_nothing_that_goes_with_speed_is_read_of_it(sha
 def test_an_uneven_way_at_a_stop_is_not_taken_for_a_plate_that_was_too_slow():
     result = judged(Unit(**SHAPES["at a stop"]))
     assert "T_c_not_reached" not in ids(result)
-    steps = {reason.id: reason.next_step for reason in result.reasons}
-    assert "repeating does not narrow" in steps["T_c_undecided"]
+    assert {"T_c_undecided", "uneven_way"} <= set(ids(result))
 
 
 @pytest.mark.parametrize("width", [None, 0.05, 0.3], ids=["even", "bump in the middle", "broad"])
@@ -171,7 +170,6 @@ def test_a_way_that_was_not_seen_slowly_does_not_pass(width):
     unit = Unit() if width is None else Unit(bump=0.6, bump_angle=0.742, bump_width=width)
     result = judged(unit, made=sinusoid(unit))
     assert (result.verdict, ids(result)[0]) == (UnitVerdict.INCONCLUSIVE, "places_not_seen")
-    assert "friction_check" in result.reasons[0].next_step
     assert result.measurements.get("T_st").verdict is UnitVerdict.INCONCLUSIVE
     assert result.measurements.get("return_margin").verdict is UnitVerdict.INCONCLUSIVE
     if width is None:

@@ -25,7 +25,7 @@ KINDS = measurement_kinds()
 GROUNDS = Grounds(
     coverage=Coverage(samples=10_000, lost=0, longest_gap=0.001, gap_in="ramp"),
     moved=1.4, fastest=8.0, far=1.0, windows=(300, 300), follows=1.0, seen=(0.2, 1.3), unseen=None,
-    current_verified=True, highest_current=3.0, withholding=(), remarks=(), is_uneven=False, by_direction=0.0,
+    current_verified=True, highest_current=3.0, withholding=(), remarks=(), by_direction=0.0,
     excess=None, unexplained=(), current_plausible=True, band=0.03, complete=True,
     limited={name: KINDS[name] for name in ("T_st", "T_c")}, phases=frozenset({"ramp"}),
     roles=frozenset(ROLES), has_curve=False,
@@ -79,13 +79,13 @@ def test_without_anything_judged_there_is_no_pass():
 
 
 def test_what_withholds_a_verdict_outranks_a_fail_of_the_model():
-    wrong = Reason("model_contradicted", "the springs are others", "correct them")
+    wrong = Reason("model_contradicted", "the springs are others")
     for stiction in (PASS, FAIL, INCONCLUSIVE):
         assert said(both(stiction), withholding=[wrong]) == (INCONCLUSIVE, ["model_contradicted"])
 
 
 def test_what_is_measured_without_the_model_fails_a_unit_all_the_same():
-    wrong = Reason("model_contradicted", "the springs are others", "correct them")
+    wrong = Reason("model_contradicted", "the springs are others")
     free = next(kind.id for kind in KINDS.values() if kind.is_model_free)
     found = [*both(FAIL), measured(free, FAIL)]
     assert said(found, withholding=[wrong]) == (FAIL, [f"{free}_beyond_limit", "model_contradicted"])
@@ -126,7 +126,7 @@ def test_a_way_that_was_not_seen_passes_nobody():
 
 
 def test_remarks_change_no_verdict_and_come_last():
-    remark = Reason("hot", "the motor is warm", "none")
+    remark = Reason("hot", "the motor is warm")
     for stiction in (PASS, FAIL, INCONCLUSIVE):
         verdict, ids = said(both(stiction), remarks=[remark])
         assert verdict is stiction
@@ -239,7 +239,7 @@ def test_a_limit_whose_phase_the_run_has_must_be_measured():
 
 
 def test_an_estimate_that_may_not_pass_says_so_itself():
-    own = Reason("T_c_too_slow", "the plate was too slow for T_c", "add a dash")
+    own = Reason("T_c_too_slow", "the plate was too slow for T_c")
     found = [measured("T_st", PASS), measured("T_c", INCONCLUSIVE, undecided=own)]
     assert said(found) == (INCONCLUSIVE, ["T_c_too_slow"])
 
@@ -263,22 +263,6 @@ def test_a_lower_limit_alone_is_no_limit_of_friction_by_direction():
     assert said([low, measured("T_c", PASS)], by_direction=0.01)[0] is PASS
     unknown = replace(low, measurement=replace(low.measurement, limit_high=0.26, high=None))
     assert said([unknown, measured("T_c", PASS)], by_direction=0.01)[0] is PASS
-
-
-def test_what_to_do_with_a_unit_that_failed():
-    _, reasons = conclude([measured("T_st", FAIL), measured("return_time_open", FAIL)], GROUNDS)
-    assert "plots" in reasons[0].next_step
-    assert reasons[1].next_step == "reject the unit"
-
-
-def test_an_uneven_way_is_not_narrowed_by_repeating():
-    _, reasons = conclude(both(INCONCLUSIVE), GROUNDS)
-    assert reasons[0].next_step.startswith("repeat")
-    of_phase = next(kind for kind in KINDS.values() if kind.phases)
-    _, reasons = conclude([measured(of_phase.id, INCONCLUSIVE)], replace(GROUNDS, is_uneven=True, limited={}))
-    assert reasons[0].next_step.startswith("repeat")
-    _, reasons = conclude(both(INCONCLUSIVE), replace(GROUNDS, is_uneven=True))
-    assert "does not narrow" in reasons[0].next_step
 
 
 @pytest.mark.parametrize(

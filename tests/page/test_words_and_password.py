@@ -7,9 +7,9 @@ from importlib.resources import files
 import pytest
 
 from etb_hil.base.errors import InputError
+from etb_hil.bench.wording import BENCH_REASONS, UNIT_REASONS
 from etb_hil.diagnosis.measurement_registry import measurement_kinds
 from etb_hil.page.password import Password, set_password
-from etb_hil.report.wording import BENCH_REASONS, UNIT_REASONS
 
 LANGUAGES = {
     name: json.loads((files("etb_hil.page") / "words" / f"{name}.json").read_text("utf-8")) for name in ("en", "de")

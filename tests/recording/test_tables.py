@@ -226,6 +226,15 @@ def test_a_broken_row_is_named(tmp_path, rows, line, says):
     assert says in problem
 
 
+@pytest.mark.parametrize("row", ["0,{:03d},1,5", '"0,{:03d}","1,5"', '0.{:03d},"1,5"'])
+def test_decimal_commas_between_commas_are_one_problem(tmp_path, row):
+    rows = "\n".join(row.format(k) for k in range(100))
+    (problem,) = problems(table(tmp_path, f"time_s,motor_voltage_V\n{rows}\n"))
+    assert "table.csv:2: " in problem
+    assert "has decimal commas, and commas between the cells" in problem
+    assert "write semicolons or tabs between the cells, or decimal points" in problem
+
+
 def test_a_file_of_broken_rows_ends_in_a_short_list(tmp_path):
     assert len(problems(table(tmp_path, "time_s,motor_voltage_V\n" + "x,y\n" * 10_000))) <= 21
 

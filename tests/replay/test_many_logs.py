@@ -22,6 +22,7 @@ import pytest
 from whole_run import run_on
 
 from etb_hil.base.errors import BenchFault, InputError
+from etb_hil.bench.wording import UNIT_REASONS
 from etb_hil.canio.frames import concatenate_frames
 from etb_hil.canio.logs.blf import BlfLog, read_blf
 from etb_hil.cli import replay as command
@@ -35,7 +36,6 @@ from etb_hil.replays.progress import STATE, Watch, read_progress
 from etb_hil.replays.session_replay import RuleFiles, rule_files
 from etb_hil.replays.window import Window
 from etb_hil.replays.workers import DaskWorkers, LocalProcesses
-from etb_hil.report.wording import UNIT_REASONS
 
 
 @pytest.fixture(scope="module")

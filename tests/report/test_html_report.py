@@ -139,7 +139,7 @@ def test_hostile_names_are_text(tmp_path):
 def test_values_limits_and_grades_are_there():
     plots = dict.fromkeys(("friction_over_speed", "friction_over_angle", "time_traces"), "<svg></svg>")
     page = render_page(sample_run.results(0.567), plots, {})
-    text = re.sub(r"(<[^>]*>|\s)+", " ", page)
+    text = re.sub(r"(<[^>]*>|\s)+", " ", page.replace("<wbr>", ""))
     for expected in (
         "break-away friction T_st 0.567 N·m 0.563 to 0.571 at most 0.250 fail",
         "return margin return_margin -0.217 N·m -0.227 to -0.207 at least 0.050 fail",
@@ -160,6 +160,14 @@ def test_values_limits_and_grades_are_there():
         "yes, seen in the measured current",
     ):
         assert expected in text
+
+
+def test_each_measurement_is_listed_with_its_whole_id(tmp_path):
+    ids = [f"a_measurement_of_ones_own_with_a_long_name_{k}" for k in range(60)]
+    own = [Measurement(id_, "own value", 0.1, "A") for id_ in ids]
+    results = sample_run.results(measurements=Measurements((*sample_run.numbers(sample_run.T_ST), *own)))
+    page = write_report(results, sample_run.series(), tmp_path).read_text("utf-8").replace("<wbr>", "")
+    assert [id_ for id_ in ids if f">{id_}<" not in page] == []
 
 
 @chromium

@@ -7,11 +7,7 @@ import pytest
 import sample_run
 
 from etb_hil.base.outcome import BenchOutcome, UnitVerdict
-from etb_hil.recording.recording import ClockGrade
-from etb_hil.report.grades import timing_facts
-from etb_hil.report.html_report import write_report
-from etb_hil.report.verdict import verdict_text
-from etb_hil.report.wording import (
+from etb_hil.bench.wording import (
     BENCH_REASONS,
     UNIT_REASONS,
     bench_wording,
@@ -19,6 +15,11 @@ from etb_hil.report.wording import (
     spring_or_friction,
     unit_wording,
 )
+from etb_hil.diagnosis.measurement_registry import measurement_kinds
+from etb_hil.recording.recording import ClockGrade
+from etb_hil.report.grades import timing_facts
+from etb_hil.report.html_report import write_report
+from etb_hil.report.verdict import verdict_text
 from etb_hil.results import shown
 from etb_hil.results.measurement import Measurement, Measurements
 from etb_hil.results.run_result import Bench, Clock, Unit
@@ -86,6 +87,17 @@ def test_what_an_uneven_way_leaves_undecided_is_not_to_be_repeated():
     unit = Unit(UnitVerdict.INCONCLUSIVE, "T_st_undecided", also=("uneven_way",))
     assert "repeating the test does not help" in unit_wording(sample_run.results(unit=unit)).next_step
     assert unit_wording(sample_run.results(unit=replace(unit, also=()))).next_step.startswith("Repeat the test.")
+    of_phase = next(kind.id for kind in measurement_kinds().values() if kind.phases)
+    other = replace(unit, reason_id=f"{of_phase}_undecided")
+    assert unit_wording(sample_run.results(unit=other)).next_step.startswith("Repeat the test.")
+
+
+def test_what_was_not_measured_is_repeated_where_the_run_has_its_phase_and_shown_by_another_scenario_where_not():
+    kinds = measurement_kinds().values()
+    for has_phase, step in ((True, "Check the CAN wiring"), (False, "Run a scenario that shows it")):
+        kind = next(kind.id for kind in kinds if bool(kind.phases) is has_phase)
+        unit = Unit(UnitVerdict.INCONCLUSIVE, f"{kind}_not_measured")
+        assert unit_wording(sample_run.results(unit=unit)).next_step.startswith(step)
 
 
 def test_grades_say_what_is_known_of_time():

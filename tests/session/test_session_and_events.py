@@ -54,7 +54,7 @@ def test_a_manifest_that_lies_is_refused(tmp_path, scenario, change):
 
 
 def test_a_folder_that_is_no_session_says_what_to_give(tmp_path):
-    with pytest.raises(InputError, match="give the folder of a session"):
+    with pytest.raises(InputError, match="no session; name a session's folder"):
         open_session(tmp_path)
 
 

@@ -10,7 +10,7 @@ import cantools
 from cantools.database.errors import Error as CantoolsError
 
 from etb_hil.base.errors import InputError, Place, Problem
-from etb_hil.base.userfile import read_bytes
+from etb_hil.base.userfile import read_bytes, refuse_empty
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -27,6 +27,7 @@ def load_dbc(path: Path) -> Database:
 
     Messages that break its rules are allowed, for vehicles' files are full of them.
     """
+    refuse_empty(path, "name the controller's DBC file: it lists messages and signals")
     # As cantools opens it: DBC files are written in Windows' code page.
     text = TextIOWrapper(BytesIO(read_bytes(path, MOST_BYTES)), "cp1252", "replace").read()
     try:

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from etb_hil.base.quantity import SPELLINGS
+
 # What DBC files write for units, beside the spellings that every file of ours takes.
-UNITS = {
+UNITS = SPELLINGS | {
     "unit_percent": "%", "unit_degrecelsi": "degC", "unit_volt": "V", "unit_amper": "A", "unit_minutinver": "rpm",
-    "unit_degreeofarc": "deg", "u/min": "rpm", "umin": "rpm", "upm": "rpm", "1/min": "rpm", "min-1": "rpm", "c": "degC",
-    "grad": "deg", "°": "deg", "°c": "degC", "degree": "deg", "degrees": "deg", "volt": "V", "volts": "V", "amps": "A",
-    "amp": "A", "percent": "%", "celsius": "degC", "deg c": "degC", "degk": "K",
+    "unit_degreeofarc": "deg",
 }  # fmt: skip
 
 THROTTLE = r"throttle\w*|thrott|throt|thrtl|thr|plate|tps|etb|etc|drosselklapp\w*|dk|dkw|dks"

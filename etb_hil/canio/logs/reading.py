@@ -11,6 +11,7 @@ from pathlib import Path
 
 from etb_hil.base.errors import InputError, Place, Problem
 from etb_hil.base.plugins import parts, when_changed
+from etb_hil.base.userfile import refuse_empty
 from etb_hil.canio.logs import formats
 from etb_hil.canio.logs.guarded import GuardedLog
 from etb_hil.canio.logs.log_reader import TABLES, LogReader, Reader
@@ -38,6 +39,8 @@ def read_log(path: Path) -> LogReader:
     if found is None:
         allowed = f"{', '.join(sorted({*_own(), *_of_plugins()}))}, each also with .gz"
         raise InputError(Problem("is no log format that can be read", Place(path), path.name, allowed, TABLES))
+    if suffix in _own():
+        refuse_empty(path, "record it again, or take another copy: a log holds frames")
     if is_packed and not found.reads_gzip:
         from etb_hil.canio.logs.unpacked import UnpackedLog  # noqa: PLC0415 (few logs are)
 

@@ -35,8 +35,8 @@ class UnpackedLog:
         with TemporaryDirectory() as folder:
             plain = Path(folder) / self._path.stem
             self._unpack(plain)
-            log = self._open_log(plain)
             try:
+                log = self._open_log(plain)
                 yield from log
             except InputError as error:
                 told = "\n".join([*self.notes, self._named(str(error), plain)])

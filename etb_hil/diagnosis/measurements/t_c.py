@@ -20,7 +20,7 @@ def _coulomb(run: Findings) -> Estimate | None:
     undecided = None
     if run.fastest < run.far:
         text = f"the plate never passed 2.15 omega_s ({run.fastest:.1f} of {run.far:.1f} rad/s)"
-        undecided = Reason("T_c_not_reached", text, "add a dash that passes 2.15 omega_s")
+        undecided = Reason("T_c_not_reached", text)
     return run.with_gain(run.widening.of_coulomb(found, stiction), undecided=undecided)
 
 

@@ -1,5 +1,7 @@
 """What a technician reads: one reason in a sentence and one thing to do next, for each reason id.
 
+Screen, report, log and `results.json` have them from here.
+
 In a reason, `{T_st}` stands for the measurement of that id with its unit, `{T_st.limit}` for its limit. Reasons that a
 limit gives are made from the declaration of the measurement.
 """
@@ -20,6 +22,8 @@ _SENSORS = "Check the unit's plug and the sensor's wiring, then repeat. This say
 _OTHER = "Check that model file, bench file and unit belong together, then repeat."
 _ADD_SIGNAL = "Have an engineer add the signal to the bench file, or take the limit out of the limits file."
 _NO_LIMIT = "Have an engineer take the limit out of the limits file."
+_AGAIN_WITH = "Check the CAN wiring, then repeat."
+_SHOW_IT = "Run a scenario that shows it, as friction_check and end_of_line do."
 _AGAIN = "Repeat the test. Where it happens again, have an engineer look at the plots."
 
 
@@ -323,9 +327,15 @@ def unit_wording(results: RunResult) -> Wording:
     reason = _detailed(_filled(known.reason, results), unit.reason if known.with_detail else "")
     if _UNSAFE in unit.also:  # a plate that may stay open outranks whatever else is to be done
         known = _known(_UNSAFE, results) or known
-    elif _UNEVEN in unit.also and unit.reason_id.endswith(_UNDECIDED):  # repeating narrows nothing there
+    elif _UNEVEN in unit.also and _is_undecided_by_friction(unit.reason_id):  # repeating narrows nothing there
         known = UNIT_REASONS[_UNEVEN]
     return Wording(reason, known.next_step)
+
+
+def _is_undecided_by_friction(reason_id: str) -> bool:
+    """Return whether a limit was not decided that the whole of the motion is judged by, and no phase of its own."""
+    kind = kind_of(reason_id.removesuffix(_UNDECIDED))
+    return reason_id.endswith(_UNDECIDED) and (kind is None or not kind.phases)
 
 
 def _known(reason_id: str, results: RunResult) -> Wording | None:
@@ -362,14 +372,14 @@ def _of_limit(reason_id: str, results: RunResult) -> Wording | None:
             return Wording(f"{name} is {one}. {unknown}", _NO_LIMIT)
         if ending == _WITHOUT_SIGNAL:
             return Wording(f"{name} needs a signal that this bench does not have.", _ADD_SIGNAL, True)
-        return _not_measured(name, results.measurements.get(of))
+        return _not_measured(name, results.measurements.get(of), _AGAIN_WITH if kind.phases else _SHOW_IT)
     return None
 
 
-def _not_measured(name: str, one: Measurement | None) -> Wording:
+def _not_measured(name: str, one: Measurement | None, todo: str) -> Wording:
     """Return the words for a measurement that has a limit and no value."""
     if one is None or not one.note:
-        return Wording(f"{name} could not be measured in this run.", "Check the CAN wiring, then repeat.", True)
+        return Wording(f"{name} could not be measured in this run.", todo, True)
     return Wording(
         f"{name} could not be measured in this run: {one.note}.", "Correct what is named, then repeat.", True
     )

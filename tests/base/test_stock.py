@@ -1,0 +1,38 @@
+"""Files by path or by the name of a stock one, and what is said where there is none."""
+
+import pytest
+
+from etb_hil.base.errors import InputError
+from etb_hil.base.stock import find
+from etb_hil.canio.dbc.dbc_file import load_dbc
+from etb_hil.canio.logs.reading import read_log
+from etb_hil.recording.tables import read_table
+
+
+def test_a_folder_is_said_to_be_one_and_its_file_is_named(tmp_path):
+    with pytest.raises(InputError, match=r"new: is a folder, no bench file; name the bench file in it"):
+        find("bench", str(make(tmp_path / "new")))
+    (tmp_path / "new" / "bench.yaml").touch()
+    with pytest.raises(InputError, match=r"is a folder, no bench file; did you mean '.*new/bench.yaml'"):
+        find("bench", str(tmp_path / "new"))
+
+
+@pytest.mark.parametrize(
+    ("name", "read"),
+    [
+        *((f"empty{suffix}", read_log) for suffix in (".blf", ".asc", ".mf4", ".log", ".trc")),
+        *((f"empty{suffix}", read_table) for suffix in (".csv", ".parquet", ".mat")),
+        ("empty.dbc", load_dbc),
+    ],
+)
+def test_an_empty_file_is_said_to_be_empty(name, read, tmp_path):
+    path = tmp_path / name
+    path.touch()
+    with pytest.raises(InputError, match=r": is empty; \w+") as refused:
+        read(path)
+    assert str(path) in str(refused.value)
+
+
+def make(folder):
+    folder.mkdir()
+    return folder
