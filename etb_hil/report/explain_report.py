@@ -25,6 +25,7 @@ from etb_hil.report.what_is_left import what_is_left
 from etb_hil.results.explanation import (
     LAST_FIT,
     BenchNumber,
+    Calibrated,
     Cause,
     DataQuality,
     Errors,
@@ -120,14 +121,14 @@ def _page(found: ExplanationResult, drawn: list[tuple[str, Markup]], folder: Pat
         reason=_reason(found),
         further=_further(found),
         next_test=_next_test(found),
-        causes=[_cause(cause, is_followed=_is_followed(found)) for cause in found.causes],
+        causes=[row for cause in found.causes for row in _cause(cause, is_followed=_is_followed(found))],
         model_file=_model_file(found),
         drawn=drawn,
         models=[_CALLED.get(name, name) for name in _shown(found)],
         errors=_errors(found),
         gain=_gain(found),
         variance=_variance(found),
-        candidates=[_candidate(one) for one in found.suspects],
+        candidates=[_candidate(one, found.causes) for one in found.suspects],
         moved=_moved(found),
         runs=_runs(found),
         friction=_friction(found),
@@ -200,16 +201,22 @@ def _known(one: BenchNumber) -> str:
     return f"{name} {one.value:.4g} +- {one.uncertainty:.2g}{unit}{_at(one.shaft)}{off}"
 
 
-def _cause(cause: Cause, *, is_followed: bool) -> dict[str, Any]:
-    effect = CATALOGUE.get(cause.id)
+def _cause(cause: Cause, *, is_followed: bool) -> list[dict[str, Any]]:
+    """Return a row of the cause that was fitted, and one of each that these data cannot distinguish from it."""
     sizes = [_size(name.replace("_", " "), p, is_followed=is_followed) for name, p in cause.sizes.items()]
     finer = cause.finer_in_model.items()
     sizes += [f"{name.replace('_', ' ')}: {value:.3g} in the model file alone" for name, value in finer]
+    *most, last = map(_words, (cause.id, *cause.indistinguishable))
+    group = f"{', '.join(most)} and {last}" if most else ""
+    first = _row(cause.id) | {"share": f"{100.0 * cause.share:.0f} %", "sizes": sizes, "group": group}
+    others = [_row(id_) | {"share": "", "sizes": [], "group": ""} for id_ in cause.indistinguishable]
+    return [first, *(other | {"name": f"or {other['name']}"} for other in others)]
+
+
+def _row(id_: str) -> dict[str, Any]:
+    effect = CATALOGUE.get(id_)
     return {
-        "name": _words(cause.id),
-        "alike": ", ".join(_words(name) for name in cause.indistinguishable) or "-",
-        "share": f"{100.0 * cause.share:.0f} %",
-        "sizes": sizes,
+        "name": _words(id_),
         "looks_like": effect.looks_like if effect else "a number of the model is outside its tolerance",
         "check": effect.check if effect else "the number and its tolerance in the model file",
     }
@@ -325,11 +332,14 @@ def _in_one_part(errors: Errors) -> str:
     )
 
 
-def _candidate(one: Suspect) -> dict[str, Any]:
+def _candidate(one: Suspect, causes: Sequence[Cause]) -> dict[str, Any]:
+    """Return a candidate of a search; one of an ambiguity group has no probability of its own."""
+    groups = [{cause.id, *cause.indistinguishable} for cause in causes if cause.indistinguishable]
+    is_of_group = one.probability > 0.0 and any(one.effect in group for group in groups)
     return {
         "search": one.search,
         "effect": _words(one.effect),
-        "probability": f"{100.0 * one.probability:.0f} %",
+        "probability": "not distinguished" if is_of_group else f"{100.0 * one.probability:.0f} %",
         "leaves": f"{100.0 * one.leaves:.1f} %",
         "decision": ", but ".join(filter(None, ["in the model" if one.taken_in else "", one.refused])) or "-",
     }
@@ -339,13 +349,17 @@ def _moved(found: ExplanationResult) -> list[dict[str, Any]]:
     return [
         {
             "name": _words(name),
-            "nominal": _with_unit(p.nominal, p.unit),
-            "value": _with_unit(p.value, p.unit),
+            "numbers": [_with_unit(value, p.unit) for value in _of_models(p)],
             "flags": "; ".join(p.flags),
         }
         for name, p in found.calibrated.items()
         if p.flags
     ]
+
+
+def _of_models(p: Calibrated) -> list[float]:
+    """Return a parameter in each model that there is: reference, calibrated and, with causes, extended."""
+    return [p.nominal, p.value] if p.without_causes is None else [p.nominal, p.without_causes, p.value]
 
 
 def _with_unit(value: float, unit: str) -> str:

@@ -1,4 +1,6 @@
-"""The result of `explain`, typed: what the simulation gets wrong of a measurement, why, and how well that is known.
+"""The result of `explain`, typed.
+
+It says what the simulation gets wrong of a measurement, why, and how well that is known.
 
 `explanation.json` holds these fields; four have other names there. Values are SI; intervals are 95 %. What is not known
 is None.
@@ -20,7 +22,10 @@ Interval = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Size:
-    """How large a parameter is; `in_model` is what the model file holds of it, `flags` say how far to trust it."""
+    """How large a parameter is.
+
+    `in_model` is what the model file holds of it, `flags` say how far to trust it.
+    """
 
     value: float
     unit: str
@@ -42,7 +47,9 @@ class Size:
 
 @dataclass(frozen=True, slots=True)
 class Cause:
-    """A cause that was taken in, and `indistinguishable`: effects that the data cannot tell from it.
+    """A cause that was taken in.
+
+    `indistinguishable` are the effects that the data cannot distinguish from it.
 
     `component` is where all of them sit, empty where they differ. `share` is its part of the squared error, `sizes` its
     parameters by name, `finer_in_model` shapes that only the last fit has. `held_out_t` is Student's t of what it
@@ -61,7 +68,10 @@ class Cause:
 
 @dataclass(frozen=True, slots=True)
 class BenchNumber:
-    """A number that was measured at the bench, what it judges, and what the model file states without it."""
+    """A number that was measured at the bench, and what it judges.
+
+    `stated` is what the model file has without it.
+    """
 
     name: str
     judges: str
@@ -76,7 +86,10 @@ class BenchNumber:
 
 @dataclass(frozen=True, slots=True)
 class Suspect:
-    """A candidate of one search; `leaves` is the share of the squared error that stays with it."""
+    """A candidate of one search.
+
+    `leaves` is the share of the squared error that stays with it.
+    """
 
     search: int
     effect: str
@@ -117,7 +130,10 @@ class BreakAwayVoltages:
 
 @dataclass(frozen=True, slots=True)
 class FreeRun:
-    """A run of slow data, driven by the voltage alone, at a `value` of the `condition` that was set."""
+    """A run of slow data, driven by the voltage alone.
+
+    `value` is that of the `condition` that was set.
+    """
 
     condition: str
     value: float | None
@@ -141,7 +157,10 @@ class Unexplained:
 
 @dataclass(frozen=True, slots=True)
 class Calibrated:
-    """A base parameter as fitted."""
+    """A base parameter as fitted.
+
+    `without_causes` is its value in the calibrated model, where `value` has causes.
+    """
 
     unit: str
     nominal: float
@@ -150,11 +169,15 @@ class Calibrated:
     tolerance: float
     flags: tuple[str, ...] = ()
     in_model: float | None = None
+    without_causes: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Nuisance:
-    """What was fitted and is no part of the unit: a time offset of a signal, or the zero of the plate's sensor."""
+    """A fitted number that is no part of the unit.
+
+    It is a time offset of a signal, or the zero of the plate's sensor.
+    """
 
     value: float
     unit: str
@@ -183,7 +206,10 @@ class ModelledFriction:
 
 @dataclass(frozen=True, slots=True)
 class BalanceResidual:
-    """What a balance leaves over its noise floor in a regime, before any cause and with all of them."""
+    """The residual of a balance over its noise floor, in a regime.
+
+    It is known before any cause, and with all of them.
+    """
 
     calibrated_over_floor: float
     extended_over_floor: float
@@ -192,7 +218,10 @@ class BalanceResidual:
 
 @dataclass(frozen=True, slots=True)
 class DetectionLimit:
-    """The strength of an effect that would have been seen, None where none would; `where` the record went."""
+    """The strength from which on an effect would have been seen.
+
+    It is None where none would; `where` says where the record went.
+    """
 
     parameter: str
     limit: float | None
@@ -205,7 +234,10 @@ class DetectionLimit:
 
 @dataclass(frozen=True, slots=True)
 class Separation:
-    """By how much a test would separate a cause from others: those that it parts, and those that it leaves."""
+    """By how much a test would separate a cause from others.
+
+    `parts` are those that it separates, `leaves` those that it does not.
+    """
 
     value: float | None
     unit: str
@@ -233,7 +265,10 @@ class BenchStep:
 
 @dataclass(frozen=True, slots=True)
 class NextTest:
-    """The test that settles what is open between a `pair`; `scenario` is the stock one to run, if any."""
+    """The test that settles what is open between a `pair`.
+
+    `scenario` is the stock one to run, if any.
+    """
 
     says: str
     pair: tuple[str, str]
@@ -245,7 +280,10 @@ class NextTest:
 
 @dataclass(frozen=True, slots=True)
 class DataQuality:
-    """What a segment of data is worth; `travel` and `angle_noise` are in `travel_unit`."""
+    """What a segment of data is worth.
+
+    `travel` and `angle_noise` are in `travel_unit`.
+    """
 
     origin: str
     rate_hz: float
@@ -271,7 +309,10 @@ class ModelErrors:
 
 @dataclass(frozen=True, slots=True)
 class WorstSegment:
-    """The segment that the model errs most in, beside all others and true models in that one."""
+    """The segment that the model errs most in.
+
+    The errors of all others, and of true models in that one, stand beside it.
+    """
 
     from_s: float
     to_s: float
@@ -283,7 +324,10 @@ class WorstSegment:
 
 @dataclass(frozen=True, slots=True)
 class Errors:
-    """Errors on data that no fit saw: `holdout[kind][signal]`, with kinds one_step and free_run."""
+    """Errors on data that no fit saw.
+
+    `holdout[kind][signal]` has the kinds one_step and free_run.
+    """
 
     holdout: Mapping[str, Mapping[str, ModelErrors]]
     nrmse_free_run: Mapping[str, float] = field(default_factory=dict)
@@ -349,7 +393,7 @@ class Starts:
 
 @dataclass(frozen=True, slots=True)
 class Confounded:
-    """Two conditions that changed together, so that the data cannot tell what either does."""
+    """Two conditions that changed together: the data cannot tell what either does."""
 
     these: str
     pair: tuple[str, str]
@@ -381,7 +425,10 @@ class Transfer:
 
 @dataclass(frozen=True, slots=True)
 class ToldApart:
-    """What a recording tells a cause from: by its likelihood, or as another one of the same unit."""
+    """What a recording distinguishes a cause from.
+
+    It does so by its likelihood, or as another one of the same unit.
+    """
 
     effect: str
     tells_from: tuple[str, ...]
@@ -390,7 +437,9 @@ class ToldApart:
 
 @dataclass(frozen=True, slots=True)
 class ExplanationResult:
-    """Everything that `explain` found. `data_quality` holds sentences where data could not be judged.
+    """Everything that `explain` found.
+
+    `data_quality` holds sentences where data could not be judged.
 
     `interrupted` names the work that an interrupt ended, `stages` what was done by then. `runs`, `starts` and
     `judged_by` are of data too slow to name causes by.

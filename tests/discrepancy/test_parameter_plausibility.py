@@ -1,6 +1,7 @@
 """Signals that cannot be one throttle's are refused with what to look at; a throttle's own, however odd, are not."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from synthetic import MODEL, measurement
 
 from etb_hil.base.errors import InputError
 from etb_hil.discrepancy.measured.plausibility import must_be_of_throttle
+from etb_hil.discrepancy.measured.unit_mismatch import must_be_labelled_in_its_angle
 from etb_hil.plant.effects.layout import row
 
 GEAR = MODEL.values.gear_ratio
@@ -22,6 +24,14 @@ def measured():
     ("changed", "says"),
     [
         (lambda m: {"voltage": 1000.0 * m.voltage}, "look at its unit (V or mV)"),
+        (lambda m: {"voltage": 1000.0 * m.voltage}, "unit mismatch: values in mV whose unit says V"),
+        (
+            lambda m: {"angle": np.radians(m.angle), "plate": np.radians(m.plate)},
+            "suspected unit mismatch: values in rad whose unit says deg, 57.3 times too small",
+        ),
+        (lambda m: {"angle": np.radians(m.angle), "plate": None}, "values in rad whose unit says deg"),
+        (lambda m: {"angle": np.radians(m.angle), "plate": None, "current": None}, "values in rad whose unit says deg"),
+        (lambda m: {"plate": np.degrees(m.plate)}, "unit mismatch: the larger one holds deg, or the smaller one rad"),
         (lambda m: {"voltage": 100.0 / 13.5 * m.voltage}, "a duty that is in per cent"),
         (
             lambda m: {"voltage": 0.02 * np.random.default_rng(1).standard_normal(len(m))},
@@ -70,6 +80,18 @@ def test_what_a_throttle_may_be_is_not(measured):
     }.items():
         odd[row(effect) : row(effect) + len(strengths)] = strengths
     must_be_of_throttle([measurement(odd, seed=6)], MODEL)
+
+
+def test_a_short_way_is_no_unit_mismatch(measured):
+    """In a part of the record the plate moves by little, as it would in rad that are called deg."""
+    short = 0
+    for first, length in product(range(0, len(measured) - 4000, 100), (400, 4000)):
+        samples = slice(first, first + length)
+        its = ("voltage", "angle", "current", "plate", "temperature", "is_good")
+        part = replace(measured, **{name: getattr(measured, name)[samples] for name in its})
+        short += np.ptp(part.angle) < np.ptp(measured.angle) / 57.3
+        must_be_labelled_in_its_angle(part, MODEL)
+    assert short > 0
 
 
 def test_springs_that_drive_the_motor_for_a_while_are_no_wrong_sign(measured):

@@ -260,10 +260,10 @@ def _calibrated(findings: Findings, numbers: Sequence[Estimate], in_model: Vecto
         nominal = float(getattr(findings.model.values, name))
         half = findings.model.tolerance(name)
         moved = abs(estimate.value - first) / max(abs(first), half)
-        flags = ["left its tolerance"] if abs(estimate.value - nominal) > half * 1.03 else []
+        flags = ["outside its tolerance"] if abs(estimate.value - nominal) > half * 1.03 else []
         flags += estimate.flags
         if findings.accepted and moved > MOVED:
-            flags.append(f"moved by {100.0 * moved:.1f} % when a term came in")
+            flags.append("changes when the causes come in")
         found[name] = results.Calibrated(
             unit=value_unit(name, is_linear=findings.balances[0].measured.is_linear),
             nominal=nominal,
@@ -272,6 +272,7 @@ def _calibrated(findings: Findings, numbers: Sequence[Estimate], in_model: Vecto
             in_model=float(in_model[estimate.place]),
             tolerance=half,
             flags=tuple(flags),
+            without_causes=first if findings.accepted else None,
         )
     return found
 

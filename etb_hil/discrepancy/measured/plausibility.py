@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.discrepancy.measured.data_sheet import voltage_rms
 from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.measured.unit_mismatch import DEGREES, must_be_labelled_in_its_angle, off_by, suspected
 from etb_hil.plant.model_file import Sensors
 from etb_hil.plant.parameters import Model
 
 Float64 = NDArray[np.float64]
 
+_HARDLY = 30.0  # times less than the supply: halfway to a thousand
 _SUPPLIES = 2.0  # times the supply's voltage: a charged battery and diodes come to 1.3
 _MOST = 0.999  # of the samples: beyond it are spikes
 _STILL = 10.0  # times the voltmeter's noise, from the least to the most of a voltage that stands
@@ -39,6 +41,7 @@ def must_be_of_throttle(segments: Sequence[Measurement], model: Model) -> None:
             _must_be_of_housing(m)
             _must_go_together(m, model)
             _must_go_with_the_voltage(m, model)
+            must_be_labelled_in_its_angle(m, model)
 
 
 def must_be_driven(origin: str, voltage: Float64, angle: Float64, sensors: Sensors) -> None:
@@ -70,6 +73,8 @@ def _must_be_of_supply(m: Measurement, model: Model) -> None:
     volts, supply = float(np.quantile(np.abs(m.voltage), _MOST)), model.values.supply_voltage
     if volts > _SUPPLIES * supply:
         what = f"{m.origin}: the motor's voltage goes up to {volts:.3g} V, where the model's supply has {supply:.3g} V"
+        if supply / _HARDLY < volts / off_by("mV", "V") <= _SUPPLIES * supply:
+            what += f"; {suspected('mV', 'V')}"
         remedy = "look at its unit (V or mV), at a duty that is in per cent, and at the model's supply_voltage"
         raise InputError(Problem(what, remedy=remedy))
 
@@ -98,6 +103,9 @@ def _must_go_together(m: Measurement, model: Model) -> None:
         what, remedy = f"{still} stands still while {moves} moves", "look at its sensor, or leave the column out"
     elif not 1.0 / _AS_FAR < far[1] / far[0] < _AS_FAR:
         what = f"throttle_angle goes {far[1] / far[0]:.3g} times as far as motor_angle {gear}"
+        times = far[1] / far[0] / DEGREES, far[0] / far[1] / DEGREES
+        if any(1.0 / _AS_FAR < one < _AS_FAR for one in times):
+            what += "; suspected unit mismatch: the larger one holds deg, or the smaller one rad, against its label"
         remedy = (
             "check their units (rad or deg), the order of the columns and the model's gear_ratio; check "
             "whether an encoder starts anew each turn or a sensor stands still for a time"

@@ -14,6 +14,7 @@ from etb_hil.discrepancy.measured.measurement import CHANGES, SLOWEST, Measureme
 from etb_hil.discrepancy.measured.missing_samples import SLOW, filled_in, left_out
 from etb_hil.discrepancy.measured.repair.clock import even_times
 from etb_hil.discrepancy.measured.repair.repaired import repaired
+from etb_hil.discrepancy.measured.unit_mismatch import TOO_FAR, off_by, suspected
 from etb_hil.plant.drive_file import is_drive
 from etb_hil.plant.parameters import Model
 from etb_hil.recording.recording import Recording
@@ -24,7 +25,6 @@ SHORTEST = 2.0  # s; what is shorter shows no cause
 LONGEST_GAP = 0.05  # s that are bridged; beyond it the record falls apart
 ROOM_TEMPERATURE = 25.0
 _STANDS = 12.0  # times the angle's noise: what moves less stands still
-_TOO_FAR = 1.3  # times the way between the model's stops
 # by motion: what drives it, where it is, and what a test says it adds
 DRIVES = (
     ("linear", ("drive_force", "linear_position", "command_force")),
@@ -165,12 +165,14 @@ def _must_move(m: Measurement, model: Model) -> None:
         remedy = "move it over its travel, such as by the scenario isolability"
         raise InputError(Problem(what, value=f"{way:.2g} {unit}", allowed=least, remedy=remedy))
     between = model.values.stop_high - model.values.stop_low
-    if not m.is_drive and way > _TOO_FAR * between:
+    if not m.is_drive and way > TOO_FAR * between:
+        is_of_label = way / off_by("deg", "rad") <= TOO_FAR * between
         raise InputError(
             Problem(
-                f"{m.origin}: the plate goes further than the model's stops let it",
+                f"{m.origin}: the plate goes further than the model's stops let it"
+                + (f"; {suspected('deg', 'rad')}" if is_of_label else ""),
                 value=f"{math.degrees(way):.3g} deg",
-                allowed=f"up to {math.degrees(_TOO_FAR * between):.3g} deg",
+                allowed=f"up to {math.degrees(TOO_FAR * between):.3g} deg",
                 remedy="look at the angle's unit (rad or deg), and at the model's gear_ratio and stops",
             )
         )

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.discrepancy.measured.measurement import Measurement
+from etb_hil.discrepancy.measured.unit_mismatch import off_by, suspected
 from etb_hil.plant.parameters import Model
 
 Float64 = NDArray[np.float64]
@@ -47,11 +48,13 @@ def _must_be_in_its_unit(origin: str, volts: float, amperes: float, resistance: 
     allowed = volts / resistance
     if allowed / _HARDLY <= amperes <= _BRAKES * allowed:
         return
-    what = "is far above" if amperes > allowed else "is far below"
+    what, pair = ("is far above", ("mA", "A")) if amperes > allowed else ("is far below", ("A", "mA"))
+    as_meant = amperes / off_by(*pair)
+    label = f"; {suspected(*pair)}" if allowed / _HARDLY <= as_meant <= _BRAKES * allowed else ""
     by = f"the model's R of {resistance:.3g} ohm allows at the greatest voltage, {volts:.3g} V: {allowed:.3g} A"
     remedy = "look at its unit (A or mA) in the column's header or in the map, or leave the column out"
     raise InputError(
-        Problem(f"{origin}: motor_current goes up to {amperes:.3g} A, which {what} what {by}", remedy=remedy)
+        Problem(f"{origin}: motor_current goes up to {amperes:.3g} A, which {what} what {by}{label}", remedy=remedy)
     )
 
 
