@@ -1,8 +1,8 @@
 """Writes the pages of the reference that come from the code, at each build: `python docs/reference.py`."""
 
+import argparse
 import ast
 import inspect
-import os
 from pathlib import Path
 
 import etb_hil
@@ -20,20 +20,22 @@ from etb_hil.uds.trouble_codes import CODES
 PACKAGE = Path(__file__).parents[1] / "etb_hil"
 MADE = "<!-- Made by docs/reference.py from the code: edit it there. -->\n\n"
 PACKAGES = (
-    "base", "recording", "plant", "observer", "diagnosis", "discrepancy", "canio", "uds", "controller", "scenario",
-    "session", "bench", "replays", "histories", "station", "report", "paper",
+    "base", "results", "store", "recording", "plant", "estimation", "hypotheses", "observer", "diagnosis",
+    "discrepancy", "canio", "uds", "controller", "scenario", "session", "bench", "replays", "histories", "station",
+    "report", "paper",
 )  # fmt: skip
 
 
 def kept():
     """Return the pages that a checkout holds, so that links to them work there; a test finds outdated ones."""
-    return {"roles": roles(), "effects": effects(), "measurements": measurements(), "trouble_codes": trouble_codes()}
+    pages = (roles, effects, measurements, trouble_codes, commands, files, reasons)
+    return {page.__name__: page() for page in pages}
 
 
 def built():
     """Return the pages that only a build of the documents makes."""
     packages = {f"packages/{name}": package_page(name) for name in PACKAGES}
-    return {"commands": commands(), "files": files(), "reasons": reasons(), "python": python(), **packages}
+    return {"python": python(), **packages}
 
 
 def write(folder):
@@ -53,14 +55,27 @@ def trouble_codes():
 
 
 def commands():
-    """Return what `etb-hil COMMAND --help` prints, command by command."""
-
-    os.environ["COLUMNS"] = "100"
+    """Return the arguments of each command with their help; whatever the version of argparse, the page is the same."""
     parts = [f"# Commands\n\n{EXIT_CODES.capitalize()}.\n"]
     for name in COMMANDS:
         subparsers = next(a for a in _parser(name)._actions if a.dest == "command")  # noqa: SLF001 (no public way)
-        parts.append(f"## etb-hil {name}\n\n```text\n{subparsers.choices[name].format_help()}```\n")
+        parser = subparsers.choices[name]
+        parts.append(f"## etb-hil {name}\n\n{parser.description}\n\n| argument | |\n|---|---|")
+        actions = [one for one in parser._actions if one.dest != "help" and one.help != argparse.SUPPRESS]  # noqa: SLF001
+        parts += [f"| {_argument(one)} | {_cell(_help(one, parser))} |" for one in actions]
+        parts.append("")
     return "\n".join(parts)
+
+
+def _argument(action):
+    value = action.metavar or (action.dest if not action.option_strings else action.dest.upper())
+    names = action.option_strings or [value]
+    takes = f" {value}" if action.option_strings and action.nargs != 0 else ""
+    return ", ".join(f"`{name}{takes}`" for name in names)
+
+
+def _help(action, parser):
+    return _plain((action.help or "") % {**vars(action), "prog": parser.prog})
 
 
 def files():
@@ -160,6 +175,7 @@ def effects():
         if effect.look_alikes:
             alike = ", ".join(f"`{name}`" for name in effect.look_alikes)
             parts.append(f"- Looks like: {alike}; told apart by {effect.separated_by}.")
+        parts.append(f"- Balance: {effect.balance.name.lower()}; parity: {effect.parity.value}.")
         parts.append(f"- Source: {effect.source}.{f' {effect.limits}' if effect.limits else ''}\n")
     parts.append(
         "## Ports\n\nWhere terms enter the equations, and what their functions may ask for beside parameters. "
