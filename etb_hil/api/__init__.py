@@ -1,1 +1,4 @@
-"""What programmers build on: the functions and types that `import etb_hil` offers, and the command line stands on."""
+"""The functions and types that `import etb_hil` offers.
+
+The command line stands on them, too.
+"""

@@ -67,7 +67,9 @@ _TYPES: dict[str, tuple[str, Callable[[object], bool]]] = {
 
 
 def checked(function: Callable[P, T]) -> Callable[P, T]:
-    """Have a public function raise InputError, with the argument's name, where one is not of its annotation's type.
+    """Have a public function raise InputError where an argument has a wrong type.
+
+    The type is that of its annotation; the error names the argument.
 
     NumPy's numbers become Python's, which files and other processes take.
     """

@@ -1,4 +1,7 @@
-"""A bench driven from own code: on leaving it the drive is off, and seen to be off, whatever happened."""
+"""A bench driven from own code.
+
+On leaving it the drive is off, and seen to be off, whatever happened.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,9 @@ _TO_JUDGE_S = 120.0  # how long a run may take to end, at most: the safe stop ta
 
 
 class ConnectedBench:
-    """A bench that does one motion after the other; between them the plate is held where it was sent.
+    """A bench that does one motion after the other.
+
+    Between them the plate is held where it was sent.
 
     A process of its own commands and supervises it as in a scenario. That process ends the run in the safe state where
     the block is left, an exception or Ctrl-C passes through it, this program dies, or gives no order for `idle` s.
@@ -122,7 +127,7 @@ class ConnectedBench:
         return self.phase("current_zero", duration=duration)
 
     def phase(self, kind: str, **settings: object) -> Seen:
-        """Run a phase of any kind that scenario files have, with the settings that it has there.
+        """Run a phase of any kind that scenario files have, with its settings there.
 
         It is checked and rehearsed on the bench's model before anything moves. Returns what was seen last. Raises
         InputError where it is wrong or leaves the bench's limits, BenchFault where the bench ended the run.
@@ -194,7 +199,10 @@ class ConnectedBench:
 
     @contextlib.contextmanager
     def _working(self) -> Iterator[None]:
-        """Show the bench that this program works on its next order: to compile kernels may take longer than `idle`."""
+        """Show the bench that this program works on its next order.
+
+        To compile kernels may take longer than `idle`.
+        """
         done = threading.Event()
 
         def show() -> None:

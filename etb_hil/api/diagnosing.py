@@ -1,4 +1,4 @@
-"""A recording judged: friction and all else that it tells of the unit, against limits."""
+"""Judge a recording: friction and all else that it tells, against limits."""
 
 from __future__ import annotations
 
@@ -20,12 +20,15 @@ NEEDED = ("motor_current", "motor_angle")
 
 
 class Judgement(DiagnosisResult):
-    """What a recording says of the unit: `verdict`, `reasons` (the first decided), `measurements`, `exceedances`."""
+    """What a recording says of the unit.
+
+    It has `verdict`, `reasons` (the first decided), `measurements` and `exceedances`.
+    """
 
     __slots__ = ()
 
     def figure(self) -> Any:  # noqa: ANN401 (matplotlib is loaded when drawn)
-        """Return a matplotlib figure of friction over speed, with the fitted curve and the limits."""
+        """Return a matplotlib figure of friction over speed, with curve and limits."""
         from etb_hil.report.drawing import figure_of
 
         return figure_of(self._chart())
@@ -55,7 +58,9 @@ def diagnose(
     limits: Limits | str | Path = "default",
     observer: str | None = None,
 ) -> Judgement:
-    """Judge the unit in a recording as a log without phases: all of it is taken for motion under the bridge.
+    """Judge the unit in a recording as a log without phases.
+
+    All of it is taken for motion under the bridge.
 
     Needs the roles `motor_current` and `motor_angle`. A session has phases, which `Run.open` and `replay` go by: of its
     recording alone the zero of the current is not known. Raises InputError where a role is missing or a file is wrong.

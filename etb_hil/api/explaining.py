@@ -1,4 +1,7 @@
-"""What the simulation gets wrong of a measurement: the causes, the model extended by them, and the gain."""
+"""What the simulation gets wrong of a measurement.
+
+The causes, the model extended by them, and the gain.
+"""
 
 from __future__ import annotations
 
@@ -47,12 +50,17 @@ class Explanation:
 
     @property
     def ambiguity_groups(self) -> tuple[tuple[str, ...], ...]:
-        """Ids of causes of which the data cannot tell which one it is, a group for each that was taken in."""
+        """Groups of causes that the data cannot distinguish, by id.
+
+        There is a group for each cause that was taken in.
+        """
         return tuple((one.id, *one.indistinguishable) for one in self.causes if one.indistinguishable)
 
     @property
     def gain(self) -> Gain | None:
-        """By what share the extended model errs less than the calibrated one on data that it never saw; None: unknown.
+        """By what share the extended model errs less than the calibrated one.
+
+        It is told on data that no fit saw; None where it is unknown.
 
         The error is that of the throttle angle in free run.
         """
@@ -60,11 +68,16 @@ class Explanation:
 
     @property
     def model(self) -> Model | None:
-        """The model with what was found, for `simulate` and `Model.write`; None where nothing was fitted."""
+        """The model with what was found; None where nothing was fitted.
+
+        `simulate` and `Model.write` take it.
+        """
         return self._answer.model
 
     def write(self, folder: str | Path, inputs: Sequence[Path] = ()) -> list[Path]:
-        """Write explanation.json, model.yaml, the next test and explanation.html into a folder; return the paths.
+        """Write the answer's files into a folder; return their paths.
+
+        They are explanation.json, model.yaml, the next test and explanation.html.
 
         `inputs`: the files and sessions that it was made from, whose names and hashes the page then has.
         """
@@ -75,7 +88,10 @@ class Explanation:
         return [*write(self._answer, to), write_explanation(self._answer.explanation, self._pictures(), to, inputs)]
 
     def figure(self) -> Any:  # noqa: ANN401 (matplotlib is loaded when drawn)
-        """Return a matplotlib figure of the part that the model gets most wrong, before and after; None without one."""
+        """Return a matplotlib figure of the part that the model gets most wrong.
+
+        It shows that before and after; None where there is none.
+        """
         from etb_hil.report.drawing import figure_of
 
         chart = self._chart()
@@ -88,7 +104,10 @@ class Explanation:
         return None if series is None else before_and_after(series)
 
     def residual_figures(self) -> list[Any]:
-        """Return matplotlib figures of what the model lacks over angle, speed and so on, before and after."""
+        """Return matplotlib figures of what the model lacks, before and after.
+
+        They are drawn over angle, speed and so on.
+        """
         from etb_hil.report.drawing import figure_of
         from etb_hil.report.explain_plots import left_over
 
@@ -132,7 +151,9 @@ def explain(
     is_same_unit: bool = False,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Explanation:
-    """Explain what a model gets wrong of the first of some recordings, and try the causes on the others.
+    """Explain what a model gets wrong of a recording.
+
+    It is the first of those given; the causes are tried on the others.
 
     A recording may be a path that `read` takes by itself. `model` is by default that of the first one's session;
     `limits` are by default those of the session, else the stock ones. `is_same_unit`: all are of one unit, so that what

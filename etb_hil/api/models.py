@@ -1,4 +1,7 @@
-"""Models and limits as people name them: a path, the name of a stock file, or one that was read or found before."""
+"""Models and limits as people name them.
+
+A path, the name of a stock file, or one that was read or found before.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""What a motion that own code asks for is held against before it moves anything, and what a run says so far."""
+"""Check what own code asks for before it moves anything.
+
+Also what a run says so far.
+"""
 
 from __future__ import annotations
 
@@ -44,7 +47,9 @@ def plain(entry: dict[str, Any]) -> dict[str, Any]:
 
 
 def checked_phase(entry: dict[str, Any], held_at: float | None, known: set[str], job: Job) -> None:
-    """Raise InputError where a phase is wrong, leaves the bench's limits, or does so on the bench's model.
+    """Raise InputError where a phase is wrong or leaves the bench's limits.
+
+    It may do the latter on the bench's model.
 
     `held_at` is where the plate is held before it, in rad, None with the bridge off; `known` are ids that are taken.
     """

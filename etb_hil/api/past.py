@@ -41,7 +41,10 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Histories:
-    """The histories of some runs, one for each part, revision and scenario; `notes` say what was left out."""
+    """The histories of some runs, one for each part, revision and scenario.
+
+    `notes` say what was left out.
+    """
 
     parts: list[History]
     notes: list[str]
@@ -75,7 +78,7 @@ def history(
     until: str | None = None,
     latest: int | None = None,
 ) -> Histories:
-    """Return the histories of runs in folders of sessions, sessions, and stores of results.
+    """Return the histories of runs in folders, sessions, and stores of results.
 
     A store on a server is named by its URL. `part` (its number) and `serial` choose runs, and so do `since` and `until`
     (UTC, as 2026-11-24 or 2026-11-24T08:00) and the `latest` so many.

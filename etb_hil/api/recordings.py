@@ -1,4 +1,7 @@
-"""Measured data as people name it (a session, a CAN log, a table), and as other libraries take it."""
+"""Measured data as people name it, and as other libraries take it.
+
+People name a session, a CAN log, or a table.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +33,9 @@ TIME = "time_s"
 
 
 class Recording(recording.Recording):
-    """Signals in SI units over time, by role; `recording["motor_current"]` is one of them.
+    """Signals in SI units over time, by role.
+
+    `recording["motor_current"]` is one of them.
 
     Other libraries get a table: `time_s` and a column for each role, named with its unit as in the CSV files that this
     project reads and writes (`motor_current_A`). Where roles were sampled at different instants, the table has all of
@@ -55,7 +60,10 @@ class Recording(recording.Recording):
         return role in self.roles
 
     def __repr__(self) -> str:
-        """Return where it is from, how long it is, and a line for each role: samples and range; then what was noted."""
+        """Return origin and length, a line for each role, and what was noted.
+
+        The line of a role has its samples and its range.
+        """
         lines = [f"Recording of {Path(self.origin).name}: {self.duration:.3f} s, time by {self.clock.value}"]
         width = max(map(len, self.roles), default=0)
         lines += [
@@ -70,7 +78,9 @@ class Recording(recording.Recording):
         return float(max(end for _, end in ends) - min(first for first, _ in ends)) * 1e-9 if ends else 0.0
 
     def table(self, roles: Iterable[str] | None = None) -> tuple[Int64, dict[str, Float64]]:
-        """Return the instants (n) in ns at which any of the roles was sampled, and columns (n) by role, NaN between.
+        """Return the instants (n) in ns of all roles, and columns (n) by role.
+
+        A role is NaN where it was not sampled.
 
         All roles where none are named. Raises InputError where a role has no signal.
         """
@@ -105,7 +115,10 @@ class Recording(recording.Recording):
         return frame
 
     def to_xarray(self, roles: Iterable[str] | None = None) -> xr.Dataset:
-        """Return a Dataset with a variable for each role over `time_s`; `attrs["units"]` of each is its SI unit."""
+        """Return a Dataset with a variable for each role over `time_s`.
+
+        `attrs["units"]` of each is its SI unit.
+        """
         xarray: Any = library("xarray")
         time_ns, columns = self.table(roles)
         variables = {role: (TIME, values, {"units": ROLES[role].unit}) for role, values in columns.items()}
@@ -122,7 +135,10 @@ class Recording(recording.Recording):
         return arrow
 
     def write(self, path: str | Path, roles: Iterable[str] | None = None) -> None:
-        """Write the table as `.csv` or `.parquet`, which `read` and every command take; InputError where it cannot."""
+        """Write the table as `.csv` or `.parquet`, which every command reads.
+
+        InputError where it cannot be written.
+        """
         write_table(Path(path), *self.table(roles))
 
     def figure(self, roles: Iterable[str] | None = None) -> Any:  # noqa: ANN401 (matplotlib is loaded when drawn)
@@ -146,7 +162,7 @@ class Recording(recording.Recording):
         return page(about, table(("role", "samples", "least", "most"), self._ranges()), self.notes, self._chart())
 
     def _ranges(self) -> list[tuple[str, int, str, str]]:
-        """Return role, samples, least and greatest value as people read them: angles in degrees."""
+        """Return role, samples, least and greatest value as people read them."""
         rows = []
         for role in self.roles:
             values = np.asarray(self.series(role).values)
@@ -159,7 +175,7 @@ class Recording(recording.Recording):
 
 @checked
 def read(source: str | Path, *, bench: str | Path | None = None, columns: str | Path | None = None) -> Recording:
-    """Read a session's folder, a CAN log in the dialect of a bench file, or, without a bench, a table.
+    """Read a session's folder, a CAN log with its bench file, or a table.
 
     `bench` is a path or a stock file's name; `columns` is a map file that says which column of a table is which role.
     Raises InputError where the data cannot be read.
@@ -176,7 +192,10 @@ def read(source: str | Path, *, bench: str | Path | None = None, columns: str | 
 
 
 def _of_can(path: Path, bench: str | Path | None) -> recording.Recording:
-    """Read a session's folder, or a CAN log; a table needs no DBC reader, which takes its time to import."""
+    """Read a session's folder, or a CAN log.
+
+    A table needs no DBC reader, which takes its time to import.
+    """
     from etb_hil.base.stock import find
     from etb_hil.bench.bench_file import load_bench, load_plugins
     from etb_hil.canio.logs.recording import record_log

@@ -49,7 +49,9 @@ def replay(
     jobs: int = 1,
     dask: str | None = None,
 ) -> Iterator[Replayed]:
-    """Judge each source, a session's folder or a CAN log, and yield what came of it as it comes.
+    """Judge each source, and yield what came of it as it comes.
+
+    A source is a session's folder or a CAN log.
 
     A session is judged by its own files where none are given; a log by `bench`, `model` and `limits`, the last two by
     default the stock ones, on a `channel` (from 0) or all. `jobs` processes work side by side, or the workers of the

@@ -1,4 +1,4 @@
-"""A scenario run on a bench, and what came of it: live, or judged again from its session or a log."""
+"""Run a scenario on a bench, or judge its session or a log again."""
 
 from __future__ import annotations
 
@@ -43,7 +43,9 @@ class Run:
         limits: str | Path | None = None,
         observer: str | None = None,
     ) -> Run:
-        """Judge a session's folder again, by its own model, limits and observer where none are given.
+        """Judge a session's folder again.
+
+        Its own model, limits and observer apply where none are given.
 
         Raises InputError where the folder is no session, or was changed since the run.
         """
@@ -61,7 +63,10 @@ class Run:
 
     @property
     def verdict(self) -> UnitVerdict | None:
-        """The verdict on the unit: pass, fail or inconclusive; None where the bench failed or the run was aborted."""
+        """The verdict on the unit: pass, fail or inconclusive.
+
+        None where the bench failed or the run was aborted.
+        """
         return self.result.unit.verdict
 
     @property
@@ -88,11 +93,14 @@ class Run:
 
     @property
     def series(self) -> Mapping[str, Float64]:
-        """Columns that the report draws, in SI: traces every millisecond, points and curve of friction over speed."""
+        """Columns that the report draws, in SI.
+
+        Traces every millisecond, points and curve of friction over speed.
+        """
         return self._finished.series
 
     def figure(self) -> Any:  # noqa: ANN401 (matplotlib is loaded when drawn)
-        """Return a matplotlib figure of friction over speed, with the fitted curve and the limits."""
+        """Return a matplotlib figure of friction over speed, with curve and limits."""
         from etb_hil.report.drawing import figure_of
 
         return figure_of(self._chart())
@@ -104,7 +112,7 @@ class Run:
         return friction_over_speed(ReportSeries.from_mapping(self.series), self.result)
 
     def report(self, folder: str | Path | None = None) -> Path:
-        """Write `report.html` into a folder, by default the session's, and return its path."""
+        """Write `report.html` into a folder (the session's), and return its path."""
         from etb_hil.base.files import make_folder
         from etb_hil.report.html_report import write_report
 
@@ -142,7 +150,9 @@ def run(
     seed: int = 1,
     folder: str | Path = "sessions",
 ) -> Run:
-    """Run a scenario on a bench, keep its session in a new folder under `folder`, and judge the unit.
+    """Run a scenario on a bench, keep its session, and judge the unit.
+
+    The session lies in a new folder under `folder`.
 
     Files are paths, or names of stock ones. `unit` is the virtual unit's model, `seed` that of its noise; a real bench
     has neither. Prompts are answered as the scenario says. A bench that fails gives no verdict: see `result.bench`.

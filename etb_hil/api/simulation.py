@@ -34,7 +34,9 @@ def simulate(
     seed: int = 1,
     start_angle: float | str | None = None,
 ) -> Recording:
-    """Simulate a throttle under a scenario, by default friction_check, or under a motor voltage.
+    """Simulate a throttle under a scenario or under a motor voltage.
+
+    The scenario is friction_check by default.
 
     `unit` is what is simulated. Of a scenario: `model` is what the controller takes the unit for, `law` its position
     law, `rate` that of the samples ('1 kHz', or a number in Hz), `seed` that of the sensors' noise. Of a voltage: a
@@ -106,7 +108,10 @@ def _voltage(
 
 
 def _temperature(given: recording.Recording, time_ns: Int64) -> Float64:
-    """Return the housing's temperature in degC at instants (n): the recording's, with missing values filled in."""
+    """Return the housing's temperature in degC at instants (n).
+
+    It is the recording's, with missing values filled in.
+    """
     if "temperature" in given.roles:
         told = given.series("temperature")
         known = np.isfinite(told.values)

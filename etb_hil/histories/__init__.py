@@ -1,1 +1,4 @@
-"""What many runs say together: temperature taken out, control charts, capability, gauge R&R, drift."""
+"""What many runs say together: charts, capability, gauge R&R, drift.
+
+The influence of temperature is taken out first.
+"""

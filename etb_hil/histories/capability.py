@@ -1,4 +1,7 @@
-"""Process capability: how far the units of a part lie inside their limits, with what so few of them can tell."""
+"""Process capability: how far the units of a part lie inside their limits.
+
+Intervals say what so few units can tell.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,9 @@ class Index:
 
 @dataclass(frozen=True, slots=True)
 class Capability:
-    """Capability of `count` units: `cpk` and `cp` with the spread from unit to unit, `ppk` with the whole spread.
+    """Capability of `count` units.
+
+    `cpk` and `cp` go by the spread from unit to unit, `ppk` by the whole spread.
 
     `cp` is None where only one side has a limit. Beyond the normal distribution and the lognormal one, a spread from
     unit to unit is not known: all rest on the whole one. A process that is not steady (`steady` False) has no
@@ -51,7 +56,9 @@ class Capability:
 def capability(
     chart: ControlChart, shape: Distribution | None, low: float | None, high: float | None, unsure: float = 0.0
 ) -> Capability | None:
-    """Return the capability of the values of a chart, of distribution `shape`, between limits.
+    """Return the capability of a chart's values between limits.
+
+    Their distribution is `shape`.
 
     Indices by quantiles: the room from the median to a limit over that to the quantile of 0.135 or 99.865 %
     (ISO 22514-2). Intervals of the normal families: Bissell (1990) for Cpk and Ppk, chi-squared for Cp; of others the
@@ -84,12 +91,18 @@ def capability(
 
 
 def _reaching(index: Index, other: Index, inside: float) -> Index:
-    """Return an index whose interval holds that of another, whose spread counts `inside` times."""
+    """Return an index whose interval holds that of another.
+
+    The spread of the other counts `inside` times.
+    """
     return Index(index.value, min(index.low, other.low / inside), max(index.high, other.high / inside))
 
 
 def _nearest(at: Float64, low: float | None, high: float | None) -> tuple[Float64, Float64]:
-    """Return the smaller index (...) and its divisor, from quantiles of 0.135, 50 and 99.865 % (..., 3)."""
+    """Return the smaller index (...) and its divisor, from quantiles (..., 3).
+
+    The quantiles are those of 0.135, 50 and 99.865 %.
+    """
     below, middle, above = at[..., 0], at[..., 1], at[..., 2]
     lower = np.full(middle.shape, np.inf) if low is None else (middle - low) / (middle - below)
     upper = np.full(middle.shape, np.inf) if high is None else (high - middle) / (above - middle)
@@ -107,7 +120,10 @@ def _width(value: float, freedom: float) -> Index:
 
 
 def _by_replicates(shape: Distribution, low: float | None, high: float | None, unsure: float) -> Index:
-    """Return Ppk; its interval is symmetric to the replicates' in the logarithm where all are above zero."""
+    """Return Ppk with an interval by replicates.
+
+    It is symmetric to theirs in the logarithm where all are above zero.
+    """
     value, reach = (float(each) for each in _nearest(np.array([shape.low, shape.median, shape.high]), low, high))
     among, _ = _nearest(shape.replicates[:, [0, 1, 3]], low, high)
     index = _basic(value, among)

@@ -1,4 +1,7 @@
-"""Control charts of individual values with their moving range, and beside Nelson's rules EWMA and CUSUM."""
+"""Control charts of individual values with their moving range.
+
+Nelson's rules apply, and beside them EWMA and CUSUM.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,9 @@ _SIDE, _STEADY = 9, 6  # Nelson (1984): so many on one side of the centre; so ma
 
 @dataclass(frozen=True, slots=True)
 class ControlChart:
-    """A chart of individuals: values (n) and moving ranges (n - 1) with their centre lines and limits.
+    """A chart of individuals: values (n) and moving ranges (n - 1).
+
+    Both have centre lines and limits.
 
     `sigma` is the standard deviation from one value to the next, without slow movements. `signals` maps the index of
     a value against which one of Nelson's rules speaks to the reason; `shifts` are EWMA and CUSUM of the same values.
@@ -40,7 +45,10 @@ class ControlChart:
 
     @property
     def low(self) -> float:
-        """The lower control limit, three sigma under the centre, and not below what the quantity can be."""
+        """The lower control limit, three sigma under the centre.
+
+        It is not below what the quantity can be.
+        """
         return max(self.least, self.centre - 3.0 * self.sigma)
 
     @property
@@ -74,7 +82,7 @@ def control_chart(values: Float64, least: float = -math.inf) -> ControlChart | N
 
 
 def nelson_signals(values: Float64, centre: float, sigma: float) -> dict[int, str]:
-    """Return the places of values (n) at which one of the three rules speaks, with the reason."""
+    """Return the places of values (n) that one of three rules signals, with why."""
     signals: dict[int, str] = {}
     reach = 3.0 * sigma
     side = steady = 0

@@ -1,4 +1,7 @@
-"""The distribution of a quantity from unit to unit, on which its tolerance limit and its capability both rest."""
+"""The distribution of a quantity from unit to unit.
+
+Its tolerance limit and its capability both rest on it.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,9 @@ _SKEWS = 6.0 * betainc(_SHAPES, 2.0 * _SHAPES, 1.0 / 3.0) - 3.0  # their L-skewn
 
 @dataclass(frozen=True, slots=True)
 class Distribution:
-    """A distribution of `count` values: its family, and the quantiles of 0.135, 50, 99 and 99.865 %.
+    """A distribution of `count` values: its family and some quantiles.
+
+    The quantiles are those of 0.135, 50, 99 and 99.865 %.
 
     `p` is the p-value at which its own test did not reject it (None of the empirical one), `rejected` has those of the
     families that were. `replicates` (k, 4) are quantiles of as many bootstrap samples; none of the normal families,
@@ -49,7 +54,9 @@ class Distribution:
 
 
 def distribution(values: Float64, *, by_shares: bool = False) -> Distribution | None:
-    """Return the distribution of values (n >= 8); None where they do not scatter, or nothing describes them.
+    """Return the distribution of values (n >= 8).
+
+    None where they do not scatter, or nothing describes them.
 
     Normal, or lognormal where a quantity scatters `by_shares` and is above zero, unless Shapiro and Wilk's test rejects
     that at 5 %. Then Pearson type III by L-moments, unless a bootstrapped Cramer-von Mises test rejects it; from 2,731
@@ -69,7 +76,7 @@ def distribution(values: Float64, *, by_shares: bool = False) -> Distribution | 
 
 
 def normal(values: Float64, p: float = 1.0, *, by_shares: bool = False) -> Distribution:
-    """Return the normal distribution of values (n), or the lognormal one, whatever a test says of it."""
+    """Return the normal or lognormal distribution of values (n), untested."""
     level = np.log(values) if by_shares else values
     at = level.mean() + level.std(ddof=1) * np.array([-3.0, 0.0, 2.3263, 3.0])
     low, median, most, high = (np.exp(at) if by_shares else at).tolist()
@@ -84,7 +91,10 @@ def _normal_p(values: Float64) -> float:
 
 
 def _pearson(values: Float64, rejected: dict[str, float], *, is_tested: bool = False) -> Distribution:
-    """Return the Pearson type III distribution of values; with the p-value of its own test where it `is_tested`."""
+    """Return the Pearson type III distribution of values.
+
+    It has the p-value of its own test where it `is_tested`.
+    """
     fitted = _Pearson.of(values[None, :])
     draws = np.random.default_rng(len(values)).standard_gamma(fitted.shape[0], (_REPLICATES, len(values)))
     samples = fitted.mean[0] + fitted.scale[0] * (draws - fitted.shape[0])
@@ -98,7 +108,10 @@ def _pearson(values: Float64, rejected: dict[str, float], *, is_tested: bool = F
 
 @dataclass(frozen=True, slots=True)
 class _Pearson:
-    """Pearson type III distributions (k): mean, shape and scale of a gamma; a scale below zero skews to the left."""
+    """Pearson type III distributions (k): mean, shape and scale of a gamma.
+
+    A scale below zero skews to the left.
+    """
 
     mean: Float64
     shape: Float64
@@ -126,7 +139,10 @@ class _Pearson:
         return found
 
     def distance(self, samples: Float64) -> Float64:
-        """Return the Cramer-von Mises distance (k) of samples (k, n) from their distributions."""
+        """Return the Cramer-von Mises distance (k) of samples (k, n).
+
+        It is that from their distributions.
+        """
         mean, shape, scale = (each[:, None] for each in (self.mean, self.shape, self.scale))
         below = gammainc(shape, np.maximum(shape + (samples - mean) / scale, 0.0))
         share = np.sort(np.where(scale > 0.0, below, 1.0 - below), axis=1)
@@ -136,7 +152,10 @@ class _Pearson:
 
 
 def _empirical(values: Float64, rejected: dict[str, float]) -> Distribution:
-    """Return the distribution of many values as they are; their order statistics have Beta distributed shares."""
+    """Return the distribution of many values as they are.
+
+    The shares of order statistics have Beta distributions.
+    """
     ordered, count = np.sort(values), len(values)
     rank = np.ceil(_QUANTILES * count)
     shares = np.random.default_rng(count).beta(rank, count + 1 - rank, (_REPLICATES, len(_QUANTILES)))

@@ -18,7 +18,7 @@ _CARRIED = 0.05  # p-value that a bench's trend must keep without the unit that 
 
 
 class Point(NamedTuple):
-    """A value at `time` s, as a deviation in shares from its unit's level on the bench."""
+    """A value at `time` s, as a share off its unit's level on the bench."""
 
     time: float
     unit: str
@@ -28,7 +28,9 @@ class Point(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Drift:
-    """A trend of a unit or a bench (`kind`) over `count` runs: `change` from first to last with its 95 % interval.
+    """A trend of a unit or a bench (`kind`) over `count` runs.
+
+    `change` is that from first to last, with its 95 % interval.
 
     `p` is how often chance alone would show as much (Kendall's test). `alone`: no other unit was measured again on the
     unit's benches, so that the trend may be theirs.
@@ -45,7 +47,9 @@ class Drift:
 
 
 def deviations(time: Float64, values: Float64, units: Sequence[str], benches: Sequence[str]) -> list[Point]:
-    """Return each value's deviation from the mean of its unit on its bench, where that was measured again.
+    """Return each value's deviation from the mean of its unit on its bench.
+
+    Units that were measured once have none.
 
     `time` (n) in s, `values` (n). Deviations of few values are stretched to those of many: sqrt(n / (n - 1)).
     """
@@ -64,7 +68,7 @@ def deviations(time: Float64, values: Float64, units: Sequence[str], benches: Se
 
 
 def drifts(points: Sequence[Point]) -> tuple[list[Drift], int]:
-    """Return the benches and units that drift, benches first, and how many were looked at.
+    """Return the benches, then the units, that drift, and how many were looked at.
 
     A trend is Kendall's; all tests of one report share a chance of false alarm of 1 %. A bench drifts where the trend
     stays without any one of its units; of a unit on a bench that drifts, what the other units did there is taken out.
@@ -97,9 +101,12 @@ def _groups(points: Sequence[Point], key: str) -> dict[str, list[Point]]:
 
 @dataclass(frozen=True, slots=True)
 class _RankTrend:
-    """Kendall's test of a trend: its p-value, and the surplus of rising pairs over falling ones.
+    """Kendall's test of a trend.
 
-    Both are NaN, which is below no level, where all values are equal or of one instant.
+    """Kendall's test of a trend.
+
+    It has a p-value, and the surplus of rising pairs over falling ones. Both are NaN, which is below no level, where
+    all values are equal or of one instant.
     """
 
     p: float
@@ -114,7 +121,10 @@ def _rank_trend(group: Sequence[Point]) -> _RankTrend:
 
 
 def _drift(kind: str, name: str, group: Sequence[Point]) -> Drift:
-    """Return the trend by Theil and Sen; of many points, so many at even distances: their pairs are compared."""
+    """Return the trend by Theil and Sen.
+
+    All pairs are compared; of many points, those of some at even distances.
+    """
     from scipy.stats import theilslopes  # noqa: PLC0415 (likewise)
 
     time, values = _columns(group)
@@ -144,7 +154,10 @@ def _is_shared(group: Sequence[Point]) -> bool:
 
 
 def _apart(point: Point, others: Sequence[Point]) -> Point:
-    """Return a deviation less what the other units on the same bench did about then, if there were any."""
+    """Return a deviation less that of other units on the bench about then.
+
+    Without such units it stays as it is.
+    """
     there = [p for p in others if p.bench == point.bench]
     if len(there) < FEWEST:
         return point

@@ -1,4 +1,7 @@
-"""Gauge repeatability and reproducibility of the benches: a crossed study by analysis of variance."""
+"""Gauge repeatability and reproducibility of the benches.
+
+It is a crossed study by analysis of variance.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,10 @@ POOLED_ABOVE = 0.25  # an interaction less significant than this goes into repea
 
 @dataclass(frozen=True, slots=True)
 class AnovaRow:
-    """A source of variation: degrees of freedom, sum of squares, F and its p-value (None where it has none)."""
+    """A source of variation: degrees of freedom, sum of squares, F and p-value.
+
+    F and p-value are None where there is none.
+    """
 
     source: str
     freedom: int
@@ -33,7 +39,9 @@ class AnovaRow:
 
 @dataclass(frozen=True, slots=True)
 class GaugeStudy:
-    """Standard deviations by source, in the unit of the values, from `units` x `benches` x `trials` runs.
+    """Standard deviations by source, in the unit of the values.
+
+    They are from `units` x `benches` x `trials` runs.
 
     `repeatability` (EV) of one bench with one unit, `reproducibility` (AV) between benches with what units and
     benches do together, `part` (PV) between units. `reproducibility` is None of one bench: nothing tells it.
@@ -59,12 +67,15 @@ class GaugeStudy:
         return math.hypot(self.gauge, self.part)
 
     def share(self, sigma: float) -> float:
-        """Return a standard deviation as a share of the total variation (% study variation)."""
+        """Return a standard deviation as a share of the total (% study variation)."""
         return sigma / self.total
 
     @property
     def verdict(self) -> str:
-        """What the gauge is good for: good, usable or unsuitable; by its share of the variation, and its categories."""
+        """What the gauge is good for: good, usable or unsuitable.
+
+        Its share of the variation decides, and its categories.
+        """
         if self.categories < ENOUGH_CATEGORIES:  # five are 27 % of the variation, which is below USABLE
             return "unsuitable"
         return "good" if self.share(self.gauge) < GOOD else "usable"
@@ -76,7 +87,9 @@ class GaugeStudy:
 
 
 def gauge_study(values: Float64) -> GaugeStudy:
-    """Return the study of values (units, benches, trials), of which there are at least 2, 1 and 2.
+    """Return the study of values (units, benches, trials).
+
+    There are at least 2 units, 1 bench and 2 trials.
 
     Random effects by analysis of variance; the interaction is pooled with the error where its p-value exceeds 0.25
     (AIAG, Measurement Systems Analysis, 4th edition 2010, chapter III, section B, and appendix A). Negative variance
@@ -126,7 +139,9 @@ def _sigma(variance: float) -> float:
 
 
 def balanced(cells: dict[tuple[str, str], list[float]]) -> tuple[list[str], list[str], Float64] | None:
-    """Return units, benches and values (units, benches, trials) of the largest crossed study in `cells`, or None.
+    """Return the largest crossed study in `cells`, or None.
+
+    It is units, benches and values (units, benches, trials).
 
     `cells` maps (unit, bench) to values in order of time; the latest ones are taken. A study needs two units, each
     twice on every bench of it; more benches come first, then more values.

@@ -1,4 +1,7 @@
-"""The history of a part: its runs, and what they say of units, production and benches, number by number."""
+"""The history of a part: its runs, and what they say number by number.
+
+It speaks of units, of production, and of benches.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,9 @@ FRICTION = ("T_st", "T_c")  # what the table of runs and the plots over temperat
 
 @dataclass(frozen=True, slots=True)
 class NumberHistory:
-    """A measurement over the runs that count, in its SI `unit`; `plain` is what technicians call it.
+    """A measurement over the runs that count, in its SI `unit`.
+
+    `plain` is what technicians call it.
 
     `values` (n) as measured, `compared` (n) without temperature where known.
 
@@ -69,7 +74,9 @@ class History:
     numbers: list[NumberHistory]
 
     def at_reference(self, number: NumberHistory) -> dict[int, tuple[float, float]]:
-        """Return a number's values at 20 degC, and by how much they may be off for that, by their runs' places.
+        """Return a number's values at 20 degC by their runs' places.
+
+        The second result is by how much they may be off for that.
 
         Without a law, those are left that were measured at just that temperature.
         """
@@ -79,7 +86,9 @@ class History:
 
 
 def histories(runs: Sequence[Run]) -> list[History]:
-    """Return a history for each part, revision and scenario: what was measured differently is not compared.
+    """Return a history for each part, revision and scenario.
+
+    What was measured differently is not compared.
 
     Raises InputError where there is no run.
     """
@@ -92,7 +101,10 @@ def histories(runs: Sequence[Run]) -> list[History]:
 
 
 def _numbers(runs: list[Run]) -> list[NumberHistory]:
-    """Return the history of T_st and T_c, and of everything that a limit applied to, in the order of declaration."""
+    """Return the history of T_st, T_c, and everything that a limit applied to.
+
+    The order is that of declaration.
+    """
     judged = {name for run in runs for name, one in run.numbers.items() if one.has_limit}
     found: dict[str, NumberHistory] = {}
     for name in (*measurement_kinds(), *sorted(judged - measurement_kinds().keys())):
@@ -158,7 +170,7 @@ def _number(name: str, runs: list[Run], others: Mapping[str, NumberHistory]) -> 
 
 
 def _unit(name: str, runs: Sequence[Run]) -> str:
-    """Return the SI unit of a measurement, from its declaration or from the runs that have it."""
+    """Return the SI unit of a measurement, by declaration or by its runs."""
     kind = measurement_kinds().get(name)
     return kind.unit if kind is not None else next(run.numbers[name].unit for run in runs if name in run.numbers)
 
@@ -166,7 +178,9 @@ def _unit(name: str, runs: Sequence[Run]) -> str:
 def _limits(
     stated: list[tuple[float | None, float | None]], warmth: Float64 | None
 ) -> tuple[float | None, float | None]:
-    """Return the limits that values are held against, of those stated (n) for each run at its temperature (n), degC.
+    """Return the limits that values are held against.
+
+    They are among those stated (n) for each run at its temperature (n) in degC.
 
     Values that were brought to 20 degC (`warmth` is given) are held against a limit of about that temperature; none
     is known where limits follow the temperature and no run came within 5 K.

@@ -1,4 +1,4 @@
-"""A unit against its own baseline: friction that has risen since the unit was first measured."""
+"""Friction that has risen since a unit was first measured."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ from etb_hil.recording.samples import Float64
 
 @dataclass(frozen=True, slots=True)
 class Rise:
-    """A unit whose latest run lies `rise` (share) above its first, which began at `since`, ISO 8601."""
+    """A unit whose latest run lies `rise` (share) above its first.
+
+    The first began at `since`, ISO 8601.
+    """
 
     unit: str
     rise: float
@@ -24,7 +27,9 @@ class Rise:
 
 @dataclass(frozen=True, slots=True)
 class Rises:
-    """What `looked_at` units say that were measured again: those above `limit`, a share.
+    """What units say that were measured again.
+
+    There are `looked_at` of them; `limit` is a share.
 
     `apart` are units whose latest run cannot be held against their first; an earlier run of theirs may have been.
     """
@@ -38,7 +43,9 @@ class Rises:
 def rises(
     started: Sequence[str], values: Float64, temperature: Float64, units: Sequence[str], laws: UnitLaws
 ) -> Rises | None:
-    """Return the units that have risen, of values (n) in order of time; None where no unit was measured again.
+    """Return the units that have risen, of values (n) in order of time.
+
+    None where no unit was measured again.
 
     The law of temperature (n) in degC is taken out as the other units tell it: a unit that was tested warm after it
     had risen would tell one of its own. Without that law, only runs of a unit within 5 K are held against each other.
@@ -68,7 +75,10 @@ def rises(
 
 @dataclass(frozen=True, slots=True)
 class _Compared:
-    """The logarithm of a unit's value in `run` over its first, that of `since`, and how unsure its law leaves it."""
+    """The logarithm of a unit's value in `run` over its first, that of `since`.
+
+    It says how unsure its law leaves it.
+    """
 
     ratio: float
     doubt: float
@@ -79,7 +89,10 @@ class _Compared:
 def _latest(
     places: Sequence[int], values: Float64, temperature: Float64, law: TemperatureEffect | None
 ) -> _Compared | None:
-    """Return the last of some runs against the first whose temperature is known; None where none can be held to it."""
+    """Return the last of some runs against the first of known temperature.
+
+    None where none can be compared with it.
+    """
     at = [k for k in places if math.isfinite(temperature[k])]
     for k in reversed(at[1:]):
         first, warmer = at[0], float(temperature[k] - temperature[at[0]])

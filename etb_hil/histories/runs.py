@@ -1,4 +1,4 @@
-"""Runs of the past: read from stores of results, from folders of sessions, or from both."""
+"""Read runs of the past from stores of results and folders of sessions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ from etb_hil.store.selection import EVERYTHING, Selection
 
 
 def read_runs(sources: Iterable[Path | StoreAddress], selection: Selection = EVERYTHING) -> tuple[list[Run], list[str]]:
-    """Return the finished runs of stores, sessions and folders of sessions in order of time, and what was left out.
+    """Return finished runs in order of time, and what was left out.
+
+    They are read from stores, sessions and folders of sessions.
 
     A run that several sources hold counts once. Raises InputError where a source is none of these.
     """
@@ -35,7 +37,7 @@ def read_runs(sources: Iterable[Path | StoreAddress], selection: Selection = EVE
 
 
 def runs_at(sessions: Path, store: StoreAddress, selection: Selection) -> list[Run]:
-    """Return what a bench knows of past runs: those of its store, and those that wait for it.
+    """Return a bench's past runs: those of its store, and those that wait for it.
 
     Where a server does not answer, those of the bench's own sessions take the place of the store's.
     """

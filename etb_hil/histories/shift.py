@@ -1,4 +1,7 @@
-"""EWMA and CUSUM: charts that add up small departures, and so find a shift that no single value shows."""
+"""EWMA and CUSUM: charts that add up small departures.
+
+They find a shift that no single value shows.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,9 @@ RUN_LENGTH = {"Nelson's rules": 148, "EWMA": 370, "CUSUM": 364, "all": 109}
 
 @dataclass(frozen=True, slots=True)
 class Shifts:
-    """EWMA `mean` (n) with the distance `reach` (n) of its limits from 0, and CUSUM `above` and `below` (n).
+    """EWMA `mean` (n) with limits at `reach` (n), and CUSUM `above`, `below` (n).
+
+    `reach` is the distance of the limits from 0.
 
     All in standard deviations from the centre; CUSUM signals above `DECISION`. `signals` maps the index of a value at
     which either signals to the reason.

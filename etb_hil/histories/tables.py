@@ -24,7 +24,9 @@ _FORMULA = ("=", "+", "-", "@", "\t", "\r")  # what begins with one of these, a 
 
 
 def rows(found: Sequence[History]) -> list[dict[str, Any]]:
-    """Return a row a run: `counts` says whether the statistics rest on it; values in SI units, None where unknown.
+    """Return a row a run.
+
+    `counts` says whether the statistics rest on it. Values are in SI units, None where unknown.
 
     A number has its columns `_low`, `_high` (95 % interval), and `_20_degC` with its own: temperature taken out, its
     interval as much wider as the law's says.
@@ -46,7 +48,9 @@ def rows(found: Sequence[History]) -> list[dict[str, Any]]:
 
 
 def write_tables(found: Sequence[History], folder: Path) -> list[Path]:
-    """Write `history.csv`, `history.json` and, where pyarrow is installed, `history.parquet`; return their paths.
+    """Write `history.csv`, `.json` and `.parquet`; return their paths.
+
+    The last one needs pyarrow, and is left out without it.
 
     Raises InputError where one cannot be written.
     """
@@ -71,7 +75,10 @@ def write_tables(found: Sequence[History], folder: Path) -> list[Path]:
 
 
 def _no_formula(value: object) -> object:
-    """Return a text that a spreadsheet shows and never runs: people type serial numbers, and scan what is on a box."""
+    """Return a text that a spreadsheet shows and never runs.
+
+    People type serial numbers, and scan what is on a box.
+    """
     return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value
 
 

@@ -1,4 +1,7 @@
-"""Temperature taken out of friction: what units would have shown at one temperature, and how sure that is."""
+"""Take temperature out of friction.
+
+It says what units would have shown at one temperature, and how sure that is.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,10 @@ MOST_DOUBT = 0.025  # share by which a law may leave a value unsure: a tenth of 
 
 @dataclass(frozen=True, slots=True)
 class TemperatureEffect:
-    """How values follow temperature, as a share per K with its 95 % interval, told by `runs` of `units`."""
+    """How values follow temperature, as a share per K with its 95 % interval.
+
+    `runs` of `units` tell it.
+    """
 
     coefficient: float
     low: float
@@ -30,12 +36,15 @@ class TemperatureEffect:
     warmest: float
 
     def taken_out(self, values: Float64, temperature: Float64) -> Float64:
-        """Return values (n) as they would be at 20 degC; NaN where the law does not carry from (n), degC."""
+        """Return values (n) as they would be at 20 degC.
+
+        They are NaN where the law does not carry from their temperature (n) in degC.
+        """
         at_reference: Float64 = values * self.factor(temperature)
         return np.where(self.carries(temperature, REFERENCE), at_reference, np.nan)
 
     def factor(self, temperature: Float64) -> Float64:
-        """Return by what values at temperature (n) in degC are multiplied to be those at 20 degC."""
+        """Return the factor of values at temperature (n) in degC to those at 20 degC."""
         found: Float64 = np.exp(-self.coefficient * (temperature - REFERENCE))
         return found
 
@@ -44,7 +53,10 @@ class TemperatureEffect:
         return 0.5 * (self.high - self.low) * np.abs(np.asarray(distance))
 
     def carries(self, temperature: Float64, to: float) -> NDArray[np.bool_]:
-        """Return whether temperature (n) in degC lies near what the law was seen at, and `to` not too far for it."""
+        """Return whether the law carries from temperature (n) in degC to `to`.
+
+        The temperature lies near what the law was seen at, and `to` is not too far.
+        """
         seen = (temperature >= self.coldest - LEAST_SPREAD) & (temperature <= self.warmest + LEAST_SPREAD)
         carried: NDArray[np.bool_] = seen & (self.doubt(temperature - to) <= MOST_DOUBT)
         return carried
@@ -52,7 +64,9 @@ class TemperatureEffect:
 
 @dataclass(frozen=True, slots=True)
 class UnitLaws:
-    """What each unit that was tested at temperatures 5 K apart says by itself, those left out that have changed.
+    """What each unit says by itself that was tested at temperatures 5 K apart.
+
+    Units that have changed are left out.
 
     `name` (u), `slope` (u) as a share per K, `weight` (u) K^2, `runs` (u), `coldest` and `warmest` (u) degC.
     """
@@ -87,7 +101,9 @@ class UnitLaws:
 
 
 def unit_laws(values: Float64, temperature: Float64, unit: list[str]) -> UnitLaws:
-    """Return how values (n), above zero, follow temperature (n) in degC inside units: that units differ says nothing.
+    """Return how values (n) follow temperature (n) in degC inside units.
+
+    Values are above zero. That units differ from each other says nothing.
 
     Least squares of ln(value) over temperature. A unit that departs from the middle one's law, over its own range, by
     what counts as a rise has changed between its tests: that is no law.

@@ -1,4 +1,7 @@
-"""Tolerance limits: below what nearly all of a population lies, as far as a sample tells, and what is a change."""
+"""Tolerance limits: below what nearly all of a population lies.
+
+A sample tells it as far as it can; also what counts as a change.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,7 @@ def factor(count: int) -> float:
 
 
 def tolerance_limit(shape: Distribution | None) -> float | None:
-    """Return what less than 1 % of the like of a distribution's values exceed, with 95 % confidence.
+    """Return what less than 1 % of units exceed, with 95 % confidence.
 
     Of a normal or lognormal one by its tolerance factor, but not below that of the same values with a free shape; else
     by the bootstrap, basic in the logarithm of the distance from the median (Davison and Hinkley 1997).
@@ -47,7 +50,9 @@ def tolerance_limit(shape: Distribution | None) -> float | None:
 
 
 def change_limit(ratio: Float64) -> float:
-    """Return the logarithm of now over then from which on a unit has changed, by the ratios (n) of many units.
+    """Return the logarithm of now over then from which on a unit has changed.
+
+    The ratios (n) of many units tell it.
 
     Below the limit of healthy units' scatter nobody has; it comes from the middle half of them, which changed ones
     hardly move. Where that lies under half the way to the smallest rise that matters, half the way it is: healthy and

@@ -1,1 +1,1 @@
-"""Explain a record by hypotheses of one family, compared by the likelihood of what was measured."""
+"""Explain a record by hypotheses, compared by the likelihood of the data."""

@@ -1,4 +1,7 @@
-"""What may be missing in a model: effects in their shapes, and base parameters beyond their tolerances."""
+"""What may be missing in a model.
+
+These are effects in their shapes, and base parameters beyond their tolerances.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +40,7 @@ class Candidate:
         return found
 
     def width(self, place: int) -> float:
-        """Return the standard deviation of what is as likely anywhere between a strength's bounds."""
+        """Return the standard deviation of a uniform law between a strength's bounds."""
         stated = self.effect.stated[place - self.effect.stated_indices[0]]
         return _width(stated)
 
@@ -51,7 +54,10 @@ class Candidate:
 
 
 def is_in_filter(id_: str) -> bool:
-    """Tell whether the filter has an effect compiled: those of plug-ins it has not; what is no effect it has."""
+    """Tell whether the filter has an effect compiled.
+
+    Those of plug-ins it has not; what is no effect it has.
+    """
     return id_ not in CATALOGUE or id_ in INDEX
 
 
@@ -68,7 +74,10 @@ def can_show(record: Record, effect: Effect) -> bool:
 
 
 def candidates(record: Record, parameters: Float64, ids: Iterable[str]) -> list[Candidate]:
-    """Return those effects that a record can show beside some parameters, each in all shapes of its grid."""
+    """Return the effects that a record can show beside some parameters.
+
+    Each comes in all shapes of its grid.
+    """
     found = []
     for effect in (CATALOGUE[id_] for id_ in ids):
         has_it = any(parameters[effect.indices[k]] != 0.0 for k in effect.strengths)
@@ -83,7 +92,10 @@ def candidates(record: Record, parameters: Float64, ids: Iterable[str]) -> list[
 
 
 def unknowns_of(effect: Effect, parameters: Float64) -> list[Unknown]:
-    """Return all that is fitted of an effect: strengths about 0, shapes about where they stand; within their bounds."""
+    """Return all that is fitted of an effect, within its bounds.
+
+    Strengths are fitted about 0, shapes about where they stand.
+    """
     found = []
     for one, place in zip(effect.stated, effect.stated_indices, strict=True):
         mean = 0.0 if one.is_strength else float(parameters[place])

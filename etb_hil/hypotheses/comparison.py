@@ -1,4 +1,7 @@
-"""Compare hypotheses about one record: each is fitted, with its own disturbances, and has its evidence."""
+"""Compare hypotheses about one record by their evidence.
+
+Each is fitted with disturbances of its own.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,9 @@ TOGETHER = (("coulomb", "stiction"),)
 
 @dataclass(frozen=True, slots=True)
 class Hypothesis:
-    """A cause as fitted: an effect, or base parameters that leave their tolerances together.
+    """A cause as fitted: an effect, or base parameters out of their tolerances.
+
+    Such parameters leave their tolerances together.
 
     `evidence` in nats over the calibrated model. `misfit`, `without`: with it and without it, see `misfit`.
     """
@@ -38,7 +43,7 @@ class Hypothesis:
 
     @property
     def is_of_numbers(self) -> bool:
-        """Tell whether it is made of base parameters, which have no shape that could be another one."""
+        """Whether it is made of base parameters, which have no shape."""
         return self.ids[0].startswith(PARAMETER)
 
     @property
@@ -53,7 +58,9 @@ class Hypothesis:
         return self.is_of_numbers and self.misfit < ALIKE_NUMBERS * self.without
 
     def excludes(self, other: Hypothesis) -> bool:
-        """Tell whether another one is less likely, and not for a shape that is not quite ours.
+        """Tell whether another one is less likely for more than its shape.
+
+        A shape of the catalogue may not quite be the unit's.
 
         Nats alone do not tell: a shape that is not quite ours costs some. What is excluded has a larger misfit
         than what the data cannot tell from the cause would have, and the cause removes much of it. Or it is a
@@ -74,7 +81,9 @@ class Hypothesis:
 def compared(
     record: Record, model: Model, ids: Sequence[str], present: Float64, others: Iterable[str] = ()
 ) -> list[Hypothesis]:
-    """Return hypotheses about a record, the likeliest first; what it cannot show is left out.
+    """Return hypotheses about a record, the likeliest first.
+
+    What the record cannot show is left out.
 
     `ids`: a cause, and what else may be it: effects, and `parameter:` with the name of a base parameter. Parameters may
     do together what none of them does alone, so all of the others are one hypothesis. `present`: a whole vector in
@@ -97,7 +106,7 @@ def compared(
 
 
 def misfit_of_model(record: Record, model: Model) -> float:
-    """Return the misfit of a model whose numbers are calibrated inside their tolerances."""
+    """Return the misfit of a model calibrated inside its tolerances."""
     return misfit(calibrated(record, model.vector(), base_unknowns(model)))
 
 
@@ -112,7 +121,10 @@ def misfit_with(record: Record, model: Model, id_: str, present: Float64) -> flo
 
 
 def _sets_of(ids: Sequence[str], before: Fitted) -> list[tuple[str, ...]]:
-    """Return the sets of base parameters that leave their tolerances in one hypothesis each."""
+    """Return the sets of base parameters that form one hypothesis each.
+
+    Those of a set leave their tolerances together.
+    """
     base = {PARAMETER + one.name for one in before.unknowns if one.effect is None}
     first, *rest = [id_ if id_ in base else "" for id_ in ids]
     rest = [id_ for id_ in rest if id_]
@@ -127,8 +139,9 @@ def _sets_of(ids: Sequence[str], before: Fitted) -> list[tuple[str, ...]]:
 def fitted(
     record: Record, before: Fitted, ids: tuple[str, ...], parameters: Float64, aim: float = -np.inf
 ) -> Hypothesis:
-    """Return a hypothesis beside the unknowns of the calibrated model, from some parameters on.
+    """Return a hypothesis fitted with the unknowns of the calibrated model.
 
+    The fit begins from the given parameters.
     `aim` is the posterior of the likeliest one so far: what is far behind it is not fitted to the last nat.
     """
     if ids[0] in CATALOGUE:
@@ -140,7 +153,10 @@ def fitted(
 
 
 def _needed_torque(fit: Fitted) -> float:
-    """Return the rms of what a disturbance explains, in N·m; of a voltage it is the torque of its current at rest."""
+    """Return the rms of what a disturbance explains, in N·m.
+
+    Of a voltage it is the torque of its current at rest.
+    """
     torque, voltage = fit.filtered.needed
     return float(np.hypot(torque, fit.parameters[TORQUE_PER_AMPERE] / fit.parameters[RESISTANCE] * voltage))
 
@@ -156,6 +172,9 @@ def misfit(fit: Fitted) -> float:
 
 
 def _variances(fit: Fitted) -> list[float]:
-    """Return the mean square of each reading's whitened innovations, of those that were read."""
+    """Return the mean square of each reading's whitened innovations.
+
+    Instants without a reading do not count.
+    """
     whitened, roots = fit.filtered.whitened, fit.filtered.roots
     return [float(np.mean(w[r > 0.0] ** 2)) for w, r in zip(whitened.T, roots.T, strict=True) if (r > 0.0).any()]

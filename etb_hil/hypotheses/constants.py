@@ -1,4 +1,6 @@
-"""Every constant of the comparison of hypotheses: meaning, unit, source, and the command that checks it.
+"""Constants of the comparison of hypotheses.
+
+Each has its meaning, its unit, its source, and the command that checks it.
 
 `python benchmarks/unit_faults.py` and `python benchmarks/explain_study.py` run all of them on hidden cases.
 """

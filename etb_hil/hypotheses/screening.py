@@ -1,4 +1,7 @@
-"""The likeliest shape of each effect by one pass over the record, linear about a fitted model."""
+"""Find the likeliest shape of each effect by one pass over the record.
+
+The pass is linear about a fitted model.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ from etb_hil.recording.samples import Float64
 
 
 def screened(record: Record, fit: Fitted, candidates: Sequence[Candidate]) -> dict[str, Float64]:
-    """Return the whole vector with the likeliest shape of each effect and its strengths, by id."""
+    """Return the vector with each effect's likeliest shape and strengths, by id."""
     base = [one.column() for one in fit.unknowns]
     columns, groups = list(base), [-1] * len(base)
     for number, one in enumerate(candidates):

@@ -1,1 +1,4 @@
-"""The operator page: a local web server in a process of its own, and what a run tells it."""
+"""The operator page: a local web server, and what a run tells it.
+
+The server is a process of its own.
+"""

@@ -1,4 +1,7 @@
-"""The routes of the operator page: whoever sees it may look and press STOP; whoever holds the bench operates it."""
+"""The routes of the operator page.
+
+Whoever sees it may look and press STOP; whoever holds the bench operates it.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +49,10 @@ Handler = Callable[["Request", Visitor, dict[str, Any]], Awaitable[Response]]
 
 
 class Page:
-    """The page of one bench; `password` is None on this machine alone, `replays` the results of many logs."""
+    """The page of one bench.
+
+    `password` is None on this machine alone, `replays` the results of many logs.
+    """
 
     def __init__(self, live: Live, files: SessionFiles, replays: Path, password: Password | None, cookie: str) -> None:
         self.live = live
@@ -60,7 +66,7 @@ class Page:
         self._pages = 0
 
     def app(self, hosts: frozenset[str], *, is_open: bool) -> Starlette:
-        """Return the application, known by the names `hosts`, and by its addresses where `is_open`."""
+        """Return the application, known by `hosts`, and by addresses where `is_open`."""
         return Starlette(
             routes=[
                 Route("/", self._document("page.html")),
@@ -263,7 +269,10 @@ class Page:
         return JSONResponse({}) if self.live.explaining.stop() else _refused(409, "nothing_runs")
 
     async def _download(self, request: Request) -> Response:
-        """Send frames or signals of a run; what must be computed for it waits until no test is under way."""
+        """Send frames or signals of a run.
+
+        What must be computed for it waits until no test is under way.
+        """
         if self._visitor(request) is None:
             return RedirectResponse("/login", 303)
         run_id, kind = request.path_params["run_id"], request.path_params["kind"]

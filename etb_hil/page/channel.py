@@ -1,4 +1,6 @@
-"""Where an operator page and the run that it shows meet: a folder with a lock, two sockets and the state of the run.
+"""Where an operator page and the run that it shows meet.
+
+It is a folder with a lock, two sockets and the state of the run.
 
 Neither side needs the other. A run sends datagrams to the page's socket, whether or not a page is there; a page that is
 started again binds the same name and hears the run from then on. The lock is held as long as the run's process lives:
@@ -30,13 +32,18 @@ LARGEST = 1 << 16  # bytes of a datagram
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """The meeting place of a page and its runs, one for a bench file and a folder of sessions, of one user."""
+    """The meeting place of a page and its runs.
+
+    There is one for a bench file and a folder of sessions, of one user.
+    """
 
     folder: Path
 
     @staticmethod
     def between(sessions: Path, bench: str) -> Channel:
-        """Return the place for a bench and a folder of sessions; InputError where it is not safe against other users.
+        """Return the place for a bench and a folder of sessions.
+
+        InputError where it is not safe against other users.
 
         It lies in the folder for temporary files, because a socket's name may have 107 bytes only.
         """
@@ -52,7 +59,9 @@ class Channel:
         return Channel(own / name)
 
     def start(self, arguments: list[str]) -> bool:
-        """Start `etb-hil run` with these arguments in a session of its own; False where a run is under way.
+        """Start `etb-hil run` with these arguments in a session of its own.
+
+        False where a run is under way.
 
         What it prints goes to `run.log`. It outlives whoever started it.
         """
@@ -109,7 +118,7 @@ class Channel:
         return True
 
     def listen(self, at: Path) -> socket.socket:
-        """Return a socket that hears what is sent to this name from now on, and never waits."""
+        """Return a socket that hears what is sent to this name, and never waits."""
         at.unlink(missing_ok=True)
         heard = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         heard.bind(str(at))

@@ -1,4 +1,6 @@
-"""Explain a session for the page: `python -m etb_hil.page.explain_session SESSION`, a process of its own.
+"""Explain a session for the page, in a process of its own.
+
+`python -m etb_hil.page.explain_session SESSION` starts it.
 
 It prints what it does, a JSON text a line, and leaves the answer in the session's folder `explanation`.
 """
@@ -15,7 +17,10 @@ from etb_hil.page.session_files import EXPLANATION
 
 
 def main() -> int:
-    """Explain the session that the argument names; an interrupt ends the search with what is known by then."""
+    """Explain the session that the argument names.
+
+    An interrupt ends the search with what is known by then.
+    """
     folder = Path(sys.argv[1])
     try:
         answer = explain(folder, progress=_say)

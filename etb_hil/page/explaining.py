@@ -1,4 +1,4 @@
-"""The explanation that is being computed for the page: one at a time, with its progress."""
+"""The explanation that is computed for the page, one at a time, with progress."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ from etb_hil.page.session_files import LOW_PRIORITY
 
 @dataclass(slots=True)
 class Explaining:
-    """An explanation of the session `run_id`; `status` is none, running, done or failed, `said` its latest line."""
+    """An explanation of the session `run_id`.
+
+    `status` is none, running, done or failed, `said` its latest line.
+    """
 
     changed: Callable[[], None]
     run_id: str = ""
@@ -35,7 +38,7 @@ class Explaining:
         return True
 
     def stop(self) -> bool:
-        """End the search with what is known by now; False where nothing is being explained."""
+        """End the search with what is known by now; False where there is none."""
         if self.status != "running" or self._process is None:
             return False
         with contextlib.suppress(ProcessLookupError):

@@ -1,4 +1,4 @@
-"""The run's side of the operator page: tells it what happens, and never waits for it."""
+"""The run's side of the operator page: it tells what happens, and never waits."""
 
 from __future__ import annotations
 
@@ -31,11 +31,17 @@ class PageFeed:
         self._last: tuple[str, object] = ("", None)
 
     def due(self, phase: str) -> bool:  # noqa: ARG002 (a `Feed`)
-        """Return True: each snapshot is a point of the curves, also in a run that is faster than its own time."""
+        """Return True: each snapshot is a point of the curves.
+
+        That holds in a run that is faster than its own time, too.
+        """
         return True
 
     def update(self, snapshot: PanelSnapshot) -> None:
-        """Keep a point of the curves, and hand over the snapshot where one is due; returns at once."""
+        """Keep a point of the curves, and hand over the snapshot where one is due.
+
+        It returns at once.
+        """
         self._points.append((snapshot.time_s, snapshot.angle, snapshot.set_point, snapshot.velocity, snapshot.friction))
         del self._points[:-_MOST_POINTS]
         asked, now_s = self._asked(), time.monotonic()
@@ -49,7 +55,10 @@ class PageFeed:
             self._last = (snapshot.phase, asked)
 
     def tell(self, state: dict[str, Any]) -> None:
-        """Write what is known of the run where the page finds it, and wake the page; a full disk ends no run."""
+        """Write what is known of the run for the page, and wake the page.
+
+        A full disk ends no run.
+        """
         with contextlib.suppress(InputError):
             self._channel.write_state(state)
         self._channel.send(self._channel.page_socket, {}, self._sender)

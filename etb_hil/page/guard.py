@@ -1,4 +1,7 @@
-"""What every request passes first: the right host and origin, not too often, and headers that keep scripts out."""
+"""What every request passes first.
+
+The right host and origin, not too often, and headers that keep scripts out.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +36,9 @@ STOPS = ("/api/stop", "/api/end")
 
 @dataclass(slots=True)
 class Guard:
-    """Middleware; `hosts` are the names that a browser may have for this page, beside addresses where `is_open`.
+    """Middleware that refuses wrong hosts and origins.
+
+    `hosts` are the names that a browser may have for this page, beside addresses where `is_open`.
 
     A page of somebody else's that has its name point here (DNS rebinding) comes with that name, and is refused.
     """
@@ -81,7 +86,7 @@ class Guard:
 
 
 def known_names(host: str | None) -> frozenset[str]:
-    """Return the names by which a page is known that listens on this host, None for this machine alone."""
+    """Return the names of a page on this host, None for this machine alone."""
     own = {"localhost", "127.0.0.1", "[::1]"}
     if host is not None:
         own |= {host.lower(), socket.gethostname().lower(), socket.getfqdn().lower()}

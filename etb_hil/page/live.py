@@ -1,4 +1,7 @@
-"""The bench as the page knows it: its run, what came of it, and the curves; all open pages are told of each change."""
+"""The bench as the page knows it: its run, what came of it, and the curves.
+
+All open pages are told of each change.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,10 @@ _LOG_TAIL = 400
 
 @dataclass(slots=True)
 class Live:
-    """What all open pages show; `bench` is what `survey` returned of it, `base` the options of every run."""
+    """What all open pages show.
+
+    `bench` is what `survey` returned of it, `base` the options of every run.
+    """
 
     channel: Channel
     past: Past
@@ -120,7 +126,10 @@ class Live:
         return self.is_testing and self.channel.signal(number)
 
     def answer(self, number: int, answer: str, entry: str = "") -> bool:
-        """Answer a prompt, with the text or photo that it asks for; False where it does not wait any more."""
+        """Answer a prompt, with the text or photo that it asks for.
+
+        False where it does not wait any more.
+        """
         if self.prompt is None or self.prompt["number"] != number:
             return False
         reply = {"number": number, "answer": answer, "entry": entry}
@@ -158,7 +167,10 @@ class Live:
         }
 
     def news(self, seen: int) -> tuple[dict[str, Any], int]:
-        """Return what changes all the time, with the points after the first `seen` of this run, and their number."""
+        """Return what changes all the time, and how many points there are.
+
+        The points are those after the first `seen` of this run.
+        """
         first = max(len(self._points) - (self._seen - seen), 0) if seen <= self._seen else 0
         points = list(islice(self._points, first, None))
         return {"snapshot": self.snapshot, "prompt": self.prompt, "points": points}, self._seen
@@ -184,7 +196,10 @@ class Live:
         self.changed()
 
     async def _refresh(self) -> None:
-        """Read the last units anew, and whether the bench is fit; a store that is down may take seconds."""
+        """Read the last units anew, and whether the bench is fit.
+
+        A store that is down may take seconds.
+        """
         self.recent = await asyncio.to_thread(self.past.recent)
         self.changed()
         try:

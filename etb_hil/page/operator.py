@@ -16,7 +16,10 @@ LOOK_S = 0.01  # how long a bench whose time is its own waits at a look, as at a
 
 
 class PageOperator:
-    """An `Operator`; use as a context manager. Where `waits` is set its looks take time, as of `TerminalOperator`."""
+    """An `Operator` whose answers come from the page, as a context manager.
+
+    Where `waits` is set its looks take time, as of `TerminalOperator`.
+    """
 
     def __init__(self, channel: Channel, name: str, *, waits: bool) -> None:
         self.name = name
@@ -29,7 +32,7 @@ class PageOperator:
 
     @property
     def asked(self) -> dict[str, Any] | None:
-        """The prompt that waits for an answer, with its number in the run; None where none does."""
+        """The prompt that waits for an answer, with its number in the run, or None."""
         prompt = self._prompt
         if prompt is None:
             return None
@@ -46,7 +49,10 @@ class PageOperator:
         self._number += 1
 
     def answer(self) -> Reply | None:
-        """Return the reply once the page has sent one to this prompt; anything else that is sent is dropped."""
+        """Return the reply once the page has sent one to this prompt.
+
+        Anything else that is sent is dropped.
+        """
         if self._prompt is None or not select.select([self._heard], [], [], self._wait_s)[0]:
             return None
         try:

@@ -1,4 +1,7 @@
-"""What came of a run, as the page shows it: plain values, made by the run's own process."""
+"""What came of a run, as plain values for the page.
+
+The run's own process makes them.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,10 @@ if TYPE_CHECKING:
 def outcome_of(
     results: RunResult, session: Path | None, next_step: str = "", notes: tuple[str, ...] = ()
 ) -> dict[str, Any]:
-    """Return verdict, reason, next step and measurements of a run, in SI; `next_step` and `notes` as a station says."""
+    """Return verdict, reason, next step and measurements of a run, in SI.
+
+    `next_step` and `notes` are what a station says.
+    """
     verdict = verdict_of(results, next_step)
     is_unit = verdict.tone != "fault" and results.unit.verdict is not None
     return {

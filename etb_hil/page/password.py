@@ -1,4 +1,7 @@
-"""The password of a page that others on the network see: a hash in a file, never the password itself."""
+"""The password of a page that others on the network see.
+
+A file holds its hash, never the password itself.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,10 @@ _LINE = re.compile(r"scrypt \$([0-9a-f]{32})\$([0-9a-f]{64})\n?")
 
 
 def set_password(path: Path, password: str) -> None:
-    """Write the hash of a password into a file that its owner alone can read; InputError where it is too short."""
+    """Write the hash of a password into a file that its owner alone can read.
+
+    InputError where the password is too short.
+    """
     if len(password) < FEWEST:
         raise InputError(Problem("the password is too short", value=len(password), allowed=f"{FEWEST} letters or more"))
     salt = os.urandom(16)
@@ -31,7 +37,10 @@ def set_password(path: Path, password: str) -> None:
 
 
 class Password:
-    """The password of which a file holds the hash; InputError where the file is none, or others can read it."""
+    """The password of which a file holds the hash.
+
+    InputError where the file is none, or others can read it.
+    """
 
     def __init__(self, path: Path) -> None:
         make = f"make it with: etb-hil page --set-password {path}"

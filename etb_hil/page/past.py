@@ -1,4 +1,7 @@
-"""What the page shows of earlier runs, read as `history` does: last units, yield, and a measurement over time."""
+"""What the page shows of earlier runs, read as `history` does.
+
+Last units, yield, and a measurement over time.
+"""
 
 from __future__ import annotations
 
@@ -21,14 +24,19 @@ MOST = 2000  # values of a chart
 
 @dataclass(frozen=True, slots=True)
 class Past:
-    """Reads the runs of a bench from its store, with those that wait for it; a store that is down gives what it can."""
+    """Read the runs of a bench from its store, with those that wait for it.
+
+    A store that is down gives what it can.
+    """
 
     sessions: Path
     store: StoreAddress
     bench: str
 
     def recent(self) -> dict[str, Any]:
-        """Return the last `LAST` finished runs, newest first, and of the units among them how many were judged.
+        """Return the last `LAST` finished runs, newest first, and their yield.
+
+        The yield is how many of the units were judged, and how.
 
         A unit that was run several times counts by its last run that judged it.
         """
@@ -41,7 +49,7 @@ class Past:
         return {"runs": runs, "judged": len(judged), "passed": passed}
 
     def measured(self) -> list[dict[str, str]]:
-        """Return the ids and units of what the last runs measured, those with a limit first."""
+        """Return ids and units of what the last runs measured, those with a limit first."""
         units: dict[str, tuple[bool, str]] = {}
         for run in self._latest(LAST):
             for name, one in run.numbers.items():
@@ -50,7 +58,10 @@ class Past:
         return [{"id": name, "unit": unit} for name, (_, unit) in ordered]
 
     def history(self, measurement: str) -> list[dict[str, Any]]:
-        """Return the last `MOST` values of a measurement, oldest first, with interval and limits."""
+        """Return the last `MOST` values of a measurement, oldest first.
+
+        Each has its interval and its limits.
+        """
         runs = reversed(self._latest(MOST, measured=(measurement,)))
         return [_value(run, run.numbers[measurement]) for run in runs if measurement in run.numbers]
 

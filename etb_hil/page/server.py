@@ -27,7 +27,9 @@ from etb_hil.store.address import store_address
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """What a page serves; `base` are the options of every run, `host` is None for this machine alone.
+    """What a page serves.
+
+    `base` are the options of every run, `host` is None for this machine alone.
 
     `sessions` is the folder of sessions, `replays` that of the results of many logs.
     """
@@ -43,7 +45,10 @@ class Settings:
 
 
 def serve(settings: Settings) -> None:
-    """Serve the page until the process is interrupted; InputError where the files or the port will not do."""
+    """Serve the page until the process is interrupted.
+
+    InputError where the files or the port will not do.
+    """
     surveyed = _survey(settings)
     channel = Channel.between(settings.sessions, settings.bench or surveyed["bench"])
     descriptor = os.open(channel.folder / "page.lock", os.O_RDWR | os.O_CREAT, 0o600)

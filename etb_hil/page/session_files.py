@@ -1,4 +1,7 @@
-"""What the engineer's view reads of a session: results, raw frames, and signals in formats for other tools."""
+"""What the engineer's view reads of a session.
+
+Results, raw frames, and signals in formats for other tools.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,10 @@ _RUN_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,120}")
 
 
 class SessionFiles:
-    """The files of the sessions in a folder; what is exported lies in the folder `exported`, which is emptied first."""
+    """The files of the sessions in a folder.
+
+    What is exported lies in the folder `exported`, which is emptied first.
+    """
 
     def __init__(self, sessions: Path, exported: Path) -> None:
         self._sessions = sessions
@@ -51,7 +57,10 @@ class SessionFiles:
         return self._file(run_id, RAW_LOG)
 
     async def exported(self, run_id: str, kind: str) -> Path | None:
-        """Return a run's file of a kind of `MADE`, made by `etb-hil export`; None where it has no such data."""
+        """Return a run's file of a kind of `MADE`, made by `etb-hil export`.
+
+        None where the run has no such data.
+        """
         folder = self.folder(run_id)
         if folder is None or kind not in MADE:
             return None

@@ -1,4 +1,6 @@
-"""What a page tells of its bench before a run: `python -m etb_hil.page.survey`, a process that ends with its answer.
+"""What a page tells of its bench before a run.
+
+`python -m etb_hil.page.survey` is a process that ends with its answer.
 
 It loads what reads bench and station files, which the page's own process can do without.
 """
@@ -26,7 +28,10 @@ from etb_hil.store.selection import Selection
 
 
 def survey(bench: str | None, station: Path | None, sessions: Path) -> dict[str, Any]:
-    """Return bench, station with its parts, and what can be chosen; InputError where a file is wrong."""
+    """Return bench, station with its parts, and what can be chosen.
+
+    InputError where a file is wrong.
+    """
     document = None if station is None else load_station(station)
     named = bench or ("virtual_classic" if document is None else document.content.bench)
     path = find("bench", named, beside=station)

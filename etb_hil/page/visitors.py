@@ -1,4 +1,7 @@
-"""Who sees a page: sessions that expire, how often something may be asked, and who holds the bench."""
+"""Who sees a page, how often they may ask, and who holds the bench.
+
+Sessions of visitors expire.
+"""
 
 from __future__ import annotations
 
@@ -43,7 +46,7 @@ class Visitors:
         return visitor
 
     def find(self, token: str | None) -> Visitor | None:
-        """Return the session of a token, which was just used; None where there is none any more."""
+        """Return the session of a token, which was just used, or None."""
         visitor = self._by_token.get(token or "")
         if visitor is None or self._is_over(visitor):
             return None
@@ -74,7 +77,10 @@ class Holder:
     _seen_s: float = 0.0
 
     def take(self, visitor: Visitor, name: str) -> bool:
-        """Take the bench; False where somebody else holds it who has a page open, or had one just now."""
+        """Take the bench; False where somebody else holds it.
+
+        They have a page open, or had one just now.
+        """
         if self.visitor is not None and self.visitor is not visitor and self.is_here():
             return False
         self.visitor, self.name, self._seen_s = visitor, name, self.now()
@@ -86,7 +92,10 @@ class Holder:
             self.visitor, self.name = None, ""
 
     def is_here(self) -> bool:
-        """Return whether whoever holds the bench has a page open, or had one less than `AWAY_S` ago."""
+        """Return whether the holder of the bench has a page open.
+
+        One that was open less than `AWAY_S` ago counts, too.
+        """
         if self.visitor is None:
             return False
         if self.visitor.pages:
@@ -96,7 +105,10 @@ class Holder:
 
 @dataclass(slots=True)
 class Rate:
-    """Allows `most` events in `period_s` for each key, and forgets keys that were not heard of since."""
+    """Allow `most` events in `period_s` for each key.
+
+    Keys that were not heard of since are forgotten.
+    """
 
     most: int
     period_s: float

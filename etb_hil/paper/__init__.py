@@ -1,1 +1,4 @@
-"""The seed paper's own experiments: its set-ups run, drawn and put into numbers, and its properties checked."""
+"""The seed paper's own experiments, run, drawn and put into numbers.
+
+Its properties are checked, too.
+"""

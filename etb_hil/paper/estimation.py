@@ -1,4 +1,4 @@
-"""What the seed paper's estimator makes of a motion, and the numbers that its section IV is about."""
+"""The seed paper's estimator on a motion, and the numbers of its section IV."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ _EXACT = SensorNoise(0.0, 0.0)
 
 
 def paper_settings(cutoff: float = CUTOFF) -> SlidingModeSettings:
-    """Return M and cut-off (Hz) as the paper's observer has them, by hand: nothing comes from the data."""
+    """Return M and cut-off (Hz) as the paper's observer has them.
+
+    They are set by hand: nothing comes from the data.
+    """
     return SlidingModeSettings(MARGIN * healthy().stiction, cutoff)
 
 
@@ -40,14 +43,19 @@ def estimate(
 
 
 def without_switching(motion: Motion, settings: SlidingModeSettings) -> FrictionEstimate:
-    """Return the same with the sign taken at the end of the step: the residual is the filter's doing alone."""
+    """Return the same with the sign taken at the end of the step.
+
+    The residual is caused by the filter alone.
+    """
     observer = ImplicitSlidingModeObserver(healthy(), _EXACT, settings)
     return observer.push(motion.time_ns, motion.current, motion.angle, motion.velocity)
 
 
 @dataclass(frozen=True, slots=True)
 class Numbers:
-    """One set-up in numbers, in N·m at the throttle shaft; None where the motion does not go there.
+    """One set-up in numbers, in N·m at the throttle shaft.
+
+    They are None where the motion does not go there.
 
     `reached` is the highest true friction below omega_s, `stiction` the highest estimate there (strategy 1);
     `coulomb_literal` the median estimate beyond 2.15 omega_s (strategy 2), `coulomb` the same less the viscous torque.

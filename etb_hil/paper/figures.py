@@ -1,4 +1,4 @@
-"""The seed paper's figures, drawn from runs of its set-ups, and two that it only speaks of."""
+"""The seed paper's figures, drawn from runs, and two that it only mentions."""
 
 from __future__ import annotations
 
@@ -85,7 +85,10 @@ def spring_over_angle(throttle: ThrottleParameters) -> Figure:
 def estimated_friction(
     title: str, motion: Motion, found: FrictionEstimate, numbers: Numbers, span: tuple[float, float]
 ) -> Figure:
-    """Draw one of figures 4 to 7 over `span` in s: friction torque, estimate and motion, the peak enlarged."""
+    """Draw one of figures 4 to 7 over `span` in s.
+
+    It shows friction torque, estimate and motion, with the peak enlarged.
+    """
     figure = Figure(figsize=(9.0, 5.2), layout="constrained")
     grid = figure.subplots(2, 2, sharex="col", sharey="row", height_ratios=[2.2, 1.0], width_ratios=[2.6, 1.0])
     throttle, inside = motion.throttle, (motion.time >= span[0]) & (motion.time <= span[1])
@@ -116,7 +119,7 @@ def estimated_friction(
 
 @mpl.rc_context(STYLE)
 def trade_of_filter(title: str, trade: Trade) -> Figure:
-    """Draw T_st as it is read, and what the switching leaves, over the cut-off and for several M."""
+    """Draw T_st as read, and the chatter, over the cut-off for several M."""
     figure = Figure(figsize=(9.0, 4.4), layout="constrained")
     peak, ripple = figure.subplots(1, 2)
     for row, (colour, line) in enumerate(zip(_SHADES, _LINES, strict=True)):
@@ -143,7 +146,10 @@ def trade_of_filter(title: str, trade: Trade) -> Figure:
 
 @mpl.rc_context(STYLE)
 def passages(throttle: ThrottleParameters, accelerations: Sequence[float], limits: Sequence[SlowEnough]) -> Figure:
-    """Draw property 3: friction on velocity ramps through zero, and the accelerations that are slow enough."""
+    """Draw property 3: friction on velocity ramps through zero.
+
+    It shows which accelerations are slow enough.
+    """
     figure = Figure(figsize=(9.0, 4.2), layout="constrained")
     along, bound = figure.subplots(1, 2)
     omega_s = throttle.stribeck_velocity

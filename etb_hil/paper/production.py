@@ -1,4 +1,7 @@
-"""The same motions as a bench would see them: no velocity sensor, a quantised encoder, a noisy current."""
+"""The same motions as a bench would see them.
+
+There is no velocity sensor, a quantised encoder, and a noisy current.
+"""
 
 from __future__ import annotations
 

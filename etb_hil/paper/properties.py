@@ -1,4 +1,4 @@
-"""Properties 1 to 3 of the LuGre model (seed paper, section III), checked by numbers."""
+"""Check properties 1 to 3 of the LuGre model (seed paper, section III)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,9 @@ _NEAR = 0.02  # share of T_st by which a peak may stay below it
 
 @dataclass(frozen=True, slots=True)
 class BoundedBristles:
-    """Property 1 over random motions: the largest sigma_0 |z| and the largest |T_f|, over T_st.
+    """Property 1 over random motions.
+
+    It has the largest sigma_0 |z| and the largest |T_f|, over T_st.
 
     `steady` is the largest difference in N·m between the friction of steady sliding and the property's formula.
     """
@@ -31,7 +33,9 @@ class BoundedBristles:
 
 @dataclass(frozen=True, slots=True)
 class Passage:
-    """A velocity ramp through zero, as properties 2 and 3 have it, from bristles at `start` (times T_st / sigma_0).
+    """A velocity ramp through zero, as properties 2 and 3 have it.
+
+    Bristles begin at `start` (times T_st / sigma_0).
 
     `bristles` is the highest sigma_0 z on the way up and `torque` the highest friction below omega_s, both over T_st;
     `end` the friction at the end less the viscous torque, over T_c; `zeros` counts how often z passes zero.
@@ -46,14 +50,20 @@ class Passage:
 
 @dataclass(frozen=True, slots=True)
 class SlowEnough:
-    """f(omega_s) of property 3: the acceleration in rad/s^2 up to which sigma_0 z comes within 2 % of T_st."""
+    """f(omega_s) of property 3, an acceleration in rad/s^2.
+
+    Up to it sigma_0 z comes within 2 % of T_st.
+    """
 
     stribeck_velocity: float
     acceleration: float
 
 
 def bounded_bristles(throttle: ThrottleParameters, rng: np.random.Generator, motions: int = 100) -> BoundedBristles:
-    """Check property 1 on random motions of up to five omega_s, from any bristles that it allows."""
+    """Check property 1 on random motions of up to five omega_s.
+
+    They begin from any bristles that it allows.
+    """
     time = np.arange(25_000) * _STEP_S
     most_bristles = most_torque = 0.0
     limit = throttle.stiction / throttle.bristle_stiffness
@@ -73,7 +83,10 @@ def bounded_bristles(throttle: ThrottleParameters, rng: np.random.Generator, mot
 
 
 def passage(throttle: ThrottleParameters, start: float, acceleration: float) -> Passage:
-    """Run a velocity that rises evenly from -0.5 to 4 omega_s at an acceleration in rad/s^2."""
+    """Run a velocity that rises evenly from -0.5 to 4 omega_s.
+
+    The acceleration is in rad/s^2.
+    """
     omega_s = throttle.stribeck_velocity
     velocity = np.linspace(_FROM, _TO, _RAMP_STEPS) * omega_s
     step = (_TO - _FROM) * omega_s / acceleration / (_RAMP_STEPS - 1)
@@ -102,7 +115,9 @@ def slow_enough(throttle: ThrottleParameters, factor: float) -> SlowEnough:
 
 
 def bristles_along(velocity: Float64, step: float, start: float, throttle: ThrottleParameters) -> Float64:
-    """Return the bristles' deflection (n) in rad along velocities (n) in rad/s, `step` s apart; seed paper, eq. (2).
+    """Return the bristles' deflection (n) in rad along velocities (n) in rad/s.
+
+    They are `step` s apart; seed paper, eq. (2).
 
     Over each step the way is the trapezoid's and g that of the mean velocity: then eq. (2) has a solution in
     exponentials.

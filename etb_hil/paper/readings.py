@@ -1,4 +1,7 @@
-"""Where the seed paper contradicts itself or leaves open what it means: the reading taken, and what the other gives."""
+"""Where the seed paper contradicts itself or leaves open what it means.
+
+Each place has the reading taken, and what the other one gives.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,10 @@ _NO_FILTER = 1e9  # Hz
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """One unclear place: where it is, what is printed, the reading taken, and what the other reading gives."""
+    """One unclear place, the reading taken, and what the other reading gives.
+
+    It says where the place is and what is printed there.
+    """
 
     place: str
     printed: str

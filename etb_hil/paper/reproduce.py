@@ -1,4 +1,7 @@
-"""The seed paper's section IV from end to end: runs, pictures, one table, and what of the paper had to be read."""
+"""The seed paper's section IV from end to end: runs, pictures, one table.
+
+The page lists what of the paper had to be read.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +36,10 @@ _STARTS = (-1.0, 0.0, 0.5, 1.0)  # times T_st / sigma_0
 
 @dataclass(frozen=True, slots=True)
 class SetUp:
-    """One of figures 4 to 7: what happened, the paper's estimate with its numbers, and this project's diagnosis."""
+    """One of figures 4 to 7: what happened, and how it is estimated.
+
+    It has the paper's estimate with its numbers, and this project's diagnosis.
+    """
 
     figure: int
     title: str
@@ -51,7 +57,10 @@ class SetUp:
 
 @dataclass(frozen=True, slots=True)
 class Properties:
-    """Properties 1 to 3 in numbers, for the healthy and the faulty unit; `passages` and `slow` are the faulty one's."""
+    """Properties 1 to 3 in numbers, for the healthy and the faulty unit.
+
+    `passages` and `slow` are the faulty one's.
+    """
 
     healthy: BoundedBristles
     faulty: BoundedBristles

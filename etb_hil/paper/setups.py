@@ -1,4 +1,7 @@
-"""The set-ups of the seed paper's section IV: a position loop at 1 kHz around a plant that is kept at 20 kHz."""
+"""The set-ups of the seed paper's section IV.
+
+A position loop at 1 kHz runs around a plant that is kept at 20 kHz.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,10 @@ Reference = Callable[[Float64], tuple[Float64, Float64]]
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """What happened at 20 kHz, (n) each: `reference` and `angle` rad, `velocity` rad/s, `bristle` rad, and the rest."""
+    """What happened at 20 kHz, columns (n).
+
+    `reference` and `angle` are in rad, `velocity` in rad/s, `bristle` in rad.
+    """
 
     throttle: ThrottleParameters
     time: Float64  # s
@@ -52,7 +58,10 @@ class Motion:
 
 
 def healthy() -> ThrottleParameters:
-    """Return the default plant: T_st = 0.0095 N·m, T_c = 0.008 N·m (IV.3), at the throttle shaft."""
+    """Return the default plant.
+
+    T_st = 0.0095 N·m, T_c = 0.008 N·m (IV.3), at the throttle shaft.
+    """
     return load_model(find("model", "default")).values
 
 
@@ -75,7 +84,10 @@ def friction_torque(velocity: Float64, bristle: Float64, throttle: ThrottleParam
 
 
 def sinusoid(amplitude: float = AMPLITUDE, angular_frequency: float = ANGULAR_FREQUENCY) -> Reference:
-    """Return the first reference: position and velocity of a sine about mid-stroke at instants (n) in s."""
+    """Return the first reference at instants (n) in s.
+
+    It is position and velocity of a sine about mid-stroke.
+    """
 
     def at(time: Float64) -> tuple[Float64, Float64]:
         phase = angular_frequency * time
@@ -85,7 +97,10 @@ def sinusoid(amplitude: float = AMPLITUDE, angular_frequency: float = ANGULAR_FR
 
 
 def steps(time: Float64) -> tuple[Float64, Float64]:
-    """Return the second reference: position (n) and velocity (n) of steps at instants (n) in s."""
+    """Return the second reference at instants (n) in s.
+
+    It is position (n) and velocity (n) of steps.
+    """
     index = np.minimum((time / HOLD_S).astype(int), len(STEPS) - 1)
     return np.array(STEPS)[index], np.zeros(len(time))
 
@@ -93,7 +108,9 @@ def steps(time: Float64) -> tuple[Float64, Float64]:
 def controlled(
     throttle: ThrottleParameters, reference: Reference, duration: float, nominal: ThrottleParameters | None = None
 ) -> Motion:
-    """Run a throttle under PD with static feed-forward (IV): Coulomb and viscous friction of the healthy throttle.
+    """Run a throttle under PD with static feed-forward (IV).
+
+    Fed forward are Coulomb and viscous friction of the healthy throttle.
 
     Angle and velocity are measured without error, as the paper assumes. `nominal` is what gains and feed-forward are
     made from.
@@ -124,7 +141,10 @@ def driven(throttle: ThrottleParameters, voltage: Float64, start: float) -> Moti
 
 
 def literal_fault() -> ThrottleParameters:
-    """Return the faulty throttle as IV.4 prints it, T_st = 0.00315 N·m at the motor shaft, below T_c."""
+    """Return the faulty throttle as IV.4 prints it.
+
+    T_st = 0.00315 N·m at the motor shaft, below T_c.
+    """
     t = healthy()
     return replace(t, stiction=0.00315 * t.gear_ratio)
 

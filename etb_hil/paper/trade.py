@@ -1,4 +1,7 @@
-"""The choice that the seed paper leaves open: cut-off and M, between a peak that is too low and one that chatters."""
+"""The choice that the seed paper leaves open: cut-off and M.
+
+It lies between a peak that is too low and one that chatters.
+"""
 
 from __future__ import annotations
 

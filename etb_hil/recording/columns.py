@@ -1,4 +1,7 @@
-"""Which column of a foreign table is which role: by its own name with a unit, or by a map file."""
+"""Which column of a foreign table is which role.
+
+Its own name with a unit says so, or a map file.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,7 @@ _LONGEST_FIRST = sorted(ROLES, key=len, reverse=True)
 
 
 def require_small(path: Path, rows: int, columns: int) -> None:
-    """Raise InputError where so many rows of so many columns are too much to be held in memory."""
+    """Raise InputError where so many rows and columns do not fit into memory."""
     if rows * columns > MOST_VALUES:
         what = f"has too many rows, {rows} or more, for {columns} columns"
         remedy = "give a part of it, or map fewer columns"
@@ -120,7 +123,7 @@ def plan_by_map(document: Document[TableMap], file: Path, names: Sequence[str]) 
 def plan_by_names(
     file: Path, names: Sequence[str], line: int | None = None, called: Mapping[str, str] | None = None
 ) -> TablePlan:
-    """Return the plan that names such as `t_ms, motor_voltage_V, throttle_angle_deg` give.
+    """Return the plan that names such as `t_ms, motor_voltage_V` give.
 
     A column that is no role is left out, unless its name is close to one: that is taken for a mistake. InputError names
     every column that cannot be read so. `called`: what columns are read as that state their unit apart.
@@ -178,7 +181,10 @@ def _role_by_name(name: str) -> Conversion | None:
 
 
 def _unit_after(name: str, word: str) -> str | None:
-    """Return the unit in `word_unit` or `word [unit]`, `1` where there is none, None where the name is another word."""
+    """Return the unit in `word_unit` or `word [unit]`.
+
+    It is `1` where there is none, None where the name is another word.
+    """
     match = re.fullmatch(rf"{re.escape(word)}(?:_(\S+)|\s*[\[(]\s*(.*?)\s*[\])])?", name.strip())
     if match is None:
         return None

@@ -1,4 +1,7 @@
-"""Tables as text: comma, semicolon or tab between the cells, decimal comma where the comma is free."""
+"""Tables as text, with comma, semicolon or tab between the cells.
+
+A decimal comma is read where the comma is free.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +36,10 @@ BLOCK = 4096  # rows that are taken together
 
 
 class _Read:
-    """What was read so far: times and the wanted columns by their places in a row, and what was broken."""
+    """What was read so far: times, wanted columns, and what was broken.
+
+    Columns go by their places in a row.
+    """
 
     def __init__(self, time_at: int, unit_ns: int, wanted: Sequence[int]) -> None:
         self.unit_ns, self.places = unit_ns, (time_at, *wanted)
@@ -48,7 +54,7 @@ class _Read:
 
 @dataclass(slots=True)
 class _Rows:
-    """Rows that are taken together: their lines, and of each the time and the wanted cells."""
+    """Rows that are taken together: their lines, times and wanted cells."""
 
     lines: list[int] = field(default_factory=list)
     cells: list[list[str]] = field(default_factory=list)
@@ -156,7 +162,7 @@ class CsvTable:
         return "complete the row or remove it"
 
     def _has_split_numbers(self, cells: list[str]) -> bool:
-        """Return whether a row has more cells than names because decimal commas stand between commas."""
+        """Return whether decimal commas give a row more cells than there are names."""
         is_more = self._delimiter == "," and len(self.names) < len(cells) <= 2 * len(self.names)
         return is_more and all(_WHOLE.fullmatch(cell.strip()) for cell in cells)
 
@@ -225,7 +231,10 @@ class CsvTable:
             raise InputError(Problem(what, Place(self._path, line), remedy="correct the line or remove it")) from None
 
     def _lines(self) -> Iterator[tuple[int, str]]:
-        """Yield numbered lines: one by one, so that a stray quote cannot swallow the rest of the file."""
+        """Yield numbered lines, one by one.
+
+        A stray quote cannot swallow the rest of the file then.
+        """
         line = 0
         try:
             with TextIOWrapper(open_file(self._path), "utf-8-sig") as file:

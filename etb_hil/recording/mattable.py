@@ -1,4 +1,7 @@
-"""Tables in MATLAB's MAT files: every numeric vector as long as the time is a column."""
+"""Tables in MATLAB's MAT files.
+
+Every numeric vector as long as the time is a column.
+"""
 
 from __future__ import annotations
 
@@ -95,7 +98,9 @@ def _is_version_5(content: bytes) -> bool:
 
 
 def _vectors(content: bytes) -> bytes:
-    """Return a MAT file of its numeric arrays alone, unpacked: SciPy would unpack to any size and nest to any depth.
+    """Return a MAT file of its numeric arrays alone, unpacked.
+
+    SciPy would unpack to any size and nest to any depth.
 
     Raises zlib.error and ValueError where it is damaged.
     """

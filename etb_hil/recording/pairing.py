@@ -1,4 +1,7 @@
-"""Messages of a log that carry one sample in two frames: put on one clock again, where no counter says so."""
+"""Put the two frames of one sample on one clock again.
+
+Logs whose messages have no counter need it.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,10 @@ _NEAR = 0.5  # of the time between two rows
 
 
 def paired(blocks: Sequence[SampleBlock]) -> list[SampleBlock]:
-    """Return blocks with those that are as fast as the fastest one in its rows, by the nearest stamp; NaN without."""
+    """Return blocks, those as fast as the fastest one in its rows.
+
+    The nearest stamp decides; what has none is NaN.
+    """
     fastest = max(blocks, key=len)
     if len(fastest) < 2:
         return list(blocks)

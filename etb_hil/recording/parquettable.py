@@ -1,4 +1,7 @@
-"""Tables in Parquet: columns named as in CSV, or the signals of a log, which an export wrote with their units."""
+"""Tables in Parquet.
+
+Columns are named as in CSV, or are the signals of a log, which an export wrote with their units.
+"""
 
 from __future__ import annotations
 
@@ -121,7 +124,7 @@ class ParquetTable:
 
     @contextmanager
     def _unbroken(self) -> Iterator[None]:
-        """Raise InputError where Arrow finds the file broken, or it asks for too much memory."""
+        """Raise InputError where Arrow finds the file broken or too large."""
         from pyarrow.lib import ArrowException  # noqa: PLC0415 (an extra, and heavy)
 
         try:
@@ -138,7 +141,7 @@ class ParquetTable:
 
 
 def _called(field: pa.Field) -> str:
-    """Return a column's name, and of one that states its unit apart the role and that unit: `motor_current [A]`."""
+    """Return a column's name, or `role [unit]` of one that states its unit apart."""
     unit = (field.metadata or {}).get(b"unit")
     signal = field.name.rpartition(".")[2]
     role = signal if signal in ROLES else _snake(signal)
@@ -146,5 +149,8 @@ def _called(field: pa.Field) -> str:
 
 
 def _snake(name: str) -> str:
-    """Return a signal's name as roles are written: `ThrottleAngle2` is `throttle_angle_2`."""
+    """Return a signal's name as roles are written.
+
+    `ThrottleAngle2` becomes `throttle_angle_2`.
+    """
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[a-zA-Z])(?=[0-9])", "_", name).lower()

@@ -23,7 +23,10 @@ class ClockGrade(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Series:
-    """One role over time: `time_ns` (n) on the sample clock, `values` (n) in the role's SI unit, NaN where bad."""
+    """One role over time.
+
+    `time_ns` (n) is on the sample clock; `values` (n) are in the role's SI unit, NaN where bad.
+    """
 
     role: str
     unit: str
@@ -33,7 +36,10 @@ class Series:
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """Samples that are missing: between two instants of one source, `lost` many (None where nothing counts them)."""
+    """Samples that are missing between two instants of one source.
+
+    `lost` says how many, None where nothing counts them.
+    """
 
     source: str
     start_ns: int

@@ -1,4 +1,4 @@
-"""A segment of samples, as they come off a bus or a file, and the same joined over several sources."""
+"""Segments of samples, as they come off a bus or a file, and joined ones."""
 
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ LOSS_UNKNOWN = -1
 # Not frozen: a bench in lock-step makes thousands of them a second, and freezing trebles what one costs.
 @dataclass(slots=True)
 class SampleBlock:
-    """Samples of some roles that were taken at the same instants, all from one source (one message of the bus).
+    """Samples of some roles that one source took at the same instants.
+
+    A source is one message of the bus.
 
     `time_ns` (n) is on the controller's sample clock, strictly increasing within a source; `stamp_ns` (n) is when the
     frame with the sample was received; `columns` maps roles to values (n) in SI units, NaN where a sample is bad;
@@ -65,7 +67,7 @@ def concatenate(blocks: Iterable[SampleBlock]) -> SampleBlock:
 
 
 class Joiner:
-    """Joins the samples of several sources that were taken at the same instants, while they arrive.
+    """Join samples that several sources took at the same instants, as they arrive.
 
     A row comes out once every source has delivered its sample of that instant; an instant that one source lacks is
     dropped, and counts as lost before the next row. The rows do not depend on how the samples were cut into blocks. A
@@ -116,7 +118,10 @@ class Joiner:
         return SampleBlock(self._name, common, stamp_ns, columns, lost)
 
     def _lost_before(self, source: str, block: SampleBlock, common: Int64) -> Int64:
-        """Return what one source misses right before each common row: what it lost itself, and what was dropped."""
+        """Return how many samples one source misses right before each common row.
+
+        It counts what the source lost itself, and what was dropped.
+        """
         if len(block) == len(common) and not self._missing[source]:
             return block.lost_before
         group = np.searchsorted(common, block.time_ns)  # the common row that each sample belongs to, or comes before

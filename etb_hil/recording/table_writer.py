@@ -26,7 +26,10 @@ def column_name(role: str) -> str:
 
 
 def check_writable(path: Path) -> None:
-    """Raise InputError where a table cannot be written to this path: no such format, or no pyarrow for it."""
+    """Raise InputError where a table cannot be written to this path.
+
+    There is no such format, or no pyarrow for it.
+    """
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(
             Problem("is no table that can be written", Place(path), path.suffix, allowed=", ".join(SUFFIXES))

@@ -1,4 +1,4 @@
-"""Foreign tables become Recordings: CSV, MAT and Parquet files, whichever rig they come from."""
+"""Foreign tables (CSV, MAT and Parquet files) become Recordings."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def _sources(
 def _sampled_together(
     name: str, uses: Sequence[Conversion], raw: Mapping[str, Float64]
 ) -> list[tuple[str, NDArray[np.bool_], list[Conversion]]]:
-    """Return the columns of a table in groups that were sampled together, fastest first.
+    """Return a table's columns in groups that were sampled together, fastest first.
 
     A table of several rates has a row for each instant of each of them, with empty cells for the others. A column that
     is less than half as fast as the fastest, and mostly filled in rows of its own, is sampled apart.

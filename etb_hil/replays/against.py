@@ -1,4 +1,4 @@
-"""A log judged with the phases of a session, to be compared with it sample by sample."""
+"""A log judged with the phases of a session, to be compared with it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,9 @@ _AROUND_NS = 60_000_000_000  # of a longer log, more than this before and behind
 
 
 def beside_session(job: LogJob, frames: Frames, session: Path) -> Finished:
-    """Judge a log by the phases and triggers of a session, from a minute before it until a minute after it, all kept.
+    """Judge a log by the phases and triggers of a session.
+
+    All is kept from a minute before the session until a minute after it.
 
     InputError, with what could not be read, where there is nothing to judge.
     """

@@ -36,7 +36,9 @@ _TOO_WRONG_NS = 1_000_000_000  # a stamp that comes back so wrong is none
 
 @dataclass(slots=True)
 class Exported:
-    """What an export wrote: frames read and left out, decoded frames by message, and what of the frames was lost.
+    """What an export wrote.
+
+    Frames read and left out, decoded frames by message, and what of the frames was lost.
 
     Without `losses` the file holds signals alone: of the frames, `undecoded` have no message and `too_short` too few
     bytes for it.
@@ -65,7 +67,10 @@ class Exported:
 
 @dataclass(frozen=True, slots=True)
 class _Source:
-    """What must be known of a log before it is written: its earliest stamp, and whether its stamps ever fall."""
+    """What must be known of a log before it is written.
+
+    Its earliest stamp, and whether its stamps ever fall.
+    """
 
     earliest_ns: int
     falls: bool
@@ -97,7 +102,10 @@ def export(log: Iterable[FrameBlock], path: Path, messages: Sequence[Message] = 
 
 @contextmanager
 def _said_of(path: Path, part: Path) -> Iterator[None]:
-    """Say in one way what the many writers raise where a file cannot be written, and name what was asked for."""
+    """Say in one way what writers raise where a file cannot be written.
+
+    The message names what was asked for.
+    """
     try:
         yield
     except InputError as error:

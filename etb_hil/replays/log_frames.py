@@ -1,4 +1,7 @@
-"""The frames of a log to be judged: several files as one recording, one channel of it, a window of it."""
+"""The frames of a log to be judged.
+
+Several files are one recording; a channel and a window of it may be chosen.
+"""
 
 from __future__ import annotations
 
@@ -83,7 +86,10 @@ class Frames:
                 self.notes.append(f"{path}: holds no frame")
 
     def _later_ns(self, path: Path, log: LogReader, first_ns: int, last_ns: int | None) -> int:
-        """Return what is added to a file's stamps so that they follow those of the file in front of it."""
+        """Return what makes a file's stamps follow those of the file before it.
+
+        It is added to them, in ns.
+        """
         if len(self._paths) == 1:
             return 0
         if log.begin_ns is None:

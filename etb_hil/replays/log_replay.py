@@ -1,4 +1,7 @@
-"""Logs without a session judged: any format, several files as one recording, long ones in segments."""
+"""Judge logs without a session.
+
+They are of any format, several files as one recording, long ones in segments.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +33,10 @@ STRETCH_S = 60.0  # three friction checks; FD bursts at 20 kHz for so long stay 
 
 
 class NothingToJudgeError(InputError):
-    """Frames of which none carries a role: another unit's, another bench's, or a pause."""
+    """Frames of which none carries a role.
+
+    They are another unit's, another bench's, or of a pause.
+    """
 
 
 @dataclass(frozen=True, slots=True)

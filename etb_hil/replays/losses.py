@@ -53,7 +53,9 @@ class Losses:
 
 
 def by_kind(blocks: Iterable[FrameBlock]) -> Iterator[FrameBlock]:
-    """Yield the frames with those of equal stamp in one order: data frames, error frames, remote frames.
+    """Yield the frames with those of equal stamp in one order.
+
+    Data frames come first, then error frames, then remote frames.
 
     MF4 keeps a group for each of these kinds, and thereby no order between them.
     """

@@ -1,4 +1,7 @@
-"""Many logs judged, each by itself: one bad log costs only itself, and interrupted work goes on where it stopped."""
+"""Judge many logs, each by itself.
+
+One bad log costs only itself, and interrupted work goes on where it stopped.
+"""
 
 from __future__ import annotations
 
@@ -83,7 +86,10 @@ def tasks_for(
 
 
 def _state(source: Path, *, is_session: bool) -> list[str]:
-    """Return what changes when a source does: of logs size and time, which is quick, of what is small the digest."""
+    """Return what changes when a source does.
+
+    Of logs that is size and time, which is quick, of what is small the digest.
+    """
     if not is_session:
         return [_size_and_time(source)]
     small = [source / MANIFEST, source / EVENTS, *sorted((source / "inputs").glob("*"))]

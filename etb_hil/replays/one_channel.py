@@ -1,4 +1,4 @@
-"""Two units in one log: the same message on two channels must not be judged as one."""
+"""Refuse two units in one log: one message on two channels is not one unit's."""
 
 from __future__ import annotations
 

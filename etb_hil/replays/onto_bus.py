@@ -25,7 +25,10 @@ LEAD_NS = 100_000_000  # the first frame waits so long, until the log is open an
 
 @dataclass(frozen=True, slots=True)
 class BusReplay:
-    """What was sent, what was left out (error frames; FD frames on a classic bus), and how late the host was."""
+    """What was sent, what was left out, and how late the host was.
+
+    Error frames are left out, and FD frames on a classic bus.
+    """
 
     sent: int
     left_out: int

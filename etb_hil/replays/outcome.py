@@ -1,4 +1,7 @@
-"""What is kept of one log among many: the verdict with its reason, what was measured, and the exceedances."""
+"""What is kept of one log among many.
+
+The verdict with its reason, what was measured, and the exceedances.
+"""
 
 from __future__ import annotations
 
@@ -56,7 +59,9 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of a log and unit: the part that decides, with the sums and exceedances of all; None if not judged.
+    """What came of a log and unit.
+
+    The part that decides, with the sums and exceedances of all; None if not judged.
 
     `key` is that of its task. `differs` is what a session's replay has otherwise than the live run.
     """
@@ -81,7 +86,9 @@ class Outcome:
 
 
 def rank(verdict: str | None, reason_id: str) -> int:
-    """Return a place among a log's segments, the lowest decides: fail, doubt in the data, pass, too little to see.
+    """Return a place among a log's segments, of which the lowest decides.
+
+    The order is fail, doubt in the data, pass, too little to see.
 
     No pass outvotes a segment whose sensors or frames contradict each other.
     """
@@ -93,7 +100,10 @@ def rank(verdict: str | None, reason_id: str) -> int:
 
 
 def _shows_too_little(reason_id: str) -> bool:
-    """Return whether a reason is that of a segment that shows too little, or of a value too close to its limit."""
+    """Return whether a segment shows too little, by its reason.
+
+    A value too close to its limit is such a reason, too.
+    """
     of = reason_id
     for ending in ("_undecided", "_not_measured", "_without_signal", "_without_interval"):
         of = of.removesuffix(ending)
@@ -133,7 +143,10 @@ def part_of(finished: Finished, origin_ns: int) -> Part:
 
 
 def together(parts: Sequence[Part]) -> Part:
-    """Return a log judged in parts, at least one: the first of those that decide, sums, all exceedances."""
+    """Return a log judged in parts (one at least) as one outcome.
+
+    It has the first part of those that decide, sums, and all exceedances.
+    """
     return replace(
         min(parts, key=lambda part: rank(part.verdict, part.reason_id)),
         duration_s=sum(part.duration_s or 0.0 for part in parts),

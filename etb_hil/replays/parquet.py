@@ -1,4 +1,7 @@
-"""The outcomes of many logs as two Parquet files: a row a log, and a row an exceedance."""
+"""The outcomes of many logs as two Parquet files.
+
+One has a row a log, the other a row an exceedance.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +33,9 @@ _UNKNOWN = (None, None, None)
 
 
 def write_parquet(outcomes: Sequence[Outcome], folder: Path) -> tuple[Path, Path]:
-    """Write `logs.parquet` and `exceedances.parquet`, each whole or not at all, and return their paths.
+    """Write `logs.parquet` and `exceedances.parquet`, and return their paths.
+
+    Each is written whole or not at all.
 
     A measurement has three columns: its value in SI units, and `_low` and `_high`, its 95 % interval.
     Raises InputError without pyarrow, or where a table cannot be written.

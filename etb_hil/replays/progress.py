@@ -1,4 +1,7 @@
-"""How far the judging of many logs has come, as the terminal shows it and as a small file for other processes."""
+"""How far the judging of many logs has come.
+
+The terminal shows it, and a small file tells other processes.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +37,9 @@ class Failed:
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """How many logs of `total` are `done`, of these `failures` could not be judged; `failed` has the latest of them.
+    """How many logs of `total` are `done`.
+
+    Of these `failures` could not be judged; `failed` has the latest of them.
 
     `left_s` is the time left at the speed so far, None before the first log is done. `updated` is ISO 8601 in UTC: the
     state of work that was killed grows old. `ended` is True once nothing is left.
@@ -62,10 +67,13 @@ Told = Callable[[Progress, "Outcome | None"], None]
 
 
 class Watch:
-    """Follows the work: counts outcomes, tells the caller of each, and keeps the state's file up to date."""
+    """Follow the work: count outcomes, tell the caller, and keep the state's file."""
 
     def __init__(self, folder: Path, total: int, earlier: int, told: Told | None) -> None:
-        """Take the folder of the results, how many logs there are, and how many were judged by `earlier` work."""
+        """Take the folder of the results, and how many logs there are.
+
+        `earlier` work has judged so many of them.
+        """
         self._path, self._told = folder / STATE, told
         self._earlier, self._begun, self._written = earlier, time.monotonic(), float("-inf")
         self._progress = Progress(total, earlier)
@@ -94,7 +102,9 @@ class Watch:
 
 
 def read_progress(folder: Path) -> Progress | None:
-    """Return how far the work of a folder has come, for who did not start it; None where none began.
+    """Return how far the work of a folder has come, or None where none began.
+
+    It is for those who did not start the work.
 
     Raises InputError where the state cannot be read.
     """
@@ -108,7 +118,10 @@ def read_progress(folder: Path) -> Progress | None:
 
 
 def _checked(state: dict[str, Any]) -> Progress:
-    """Return what a file says; ValueError, TypeError or KeyError where it says something else."""
+    """Return what a file says.
+
+    ValueError, TypeError or KeyError where it says something else.
+    """
     from pydantic import TypeAdapter  # noqa: PLC0415 (only who did not start the work reads it)
 
     found = TypeAdapter(Progress).validate_python({name: state[name] for name in Progress.__slots__})

@@ -1,4 +1,4 @@
-"""A session judged again: the raw frames and the events, through the same analysis as live."""
+"""Judge a session again: frames and events, through the same analysis as live."""
 
 from __future__ import annotations
 
@@ -84,7 +84,10 @@ class Rules:
 def rule_files(
     session: Session, model: Path | None = None, limits: Path | None = None, observer: str | None = None
 ) -> RuleFiles:
-    """Return the files that a session was judged by, with another model, limits or observer where they are given."""
+    """Return the files that a session was judged by.
+
+    Another model, limits file or observer takes its place where it is given.
+    """
     return RuleFiles(
         session.input_path("bench"),
         model or session.input_path("model"),
@@ -182,7 +185,10 @@ def _record(session: Session) -> RunRecord:
 
 
 def _require_untouched(session: Session) -> None:
-    """Refuse a session whose copies of the inputs are not those that it was made with: a verdict rests on them."""
+    """Refuse a session whose copies of the inputs were changed.
+
+    A verdict rests on them.
+    """
     changed = [
         Problem(
             f"the session's {entry.kind} file is not the one that the run was made with",

@@ -1,4 +1,4 @@
-"""Where many logs are judged: processes of this machine, or the workers of a Dask cluster."""
+"""Where many logs are judged: this machine's processes, or a Dask cluster."""
 
 from __future__ import annotations
 
@@ -86,7 +86,10 @@ class LocalProcesses:
 
 @contextmanager
 def _pool(processes: int) -> Iterator[ProcessPoolExecutor]:
-    """Yield a pool whose processes end at once where the work is broken off, and where this process is killed."""
+    """Yield a pool whose processes end at once where the work is broken off.
+
+    They end, too, where this process is killed.
+    """
     context = multiprocessing.get_context("spawn")
     theirs, ours = context.Pipe(duplex=False)  # of which nothing is ever said but its end
     with theirs, ours, ProcessPoolExecutor(processes, context, _end_with, (theirs,)) as pool:
@@ -112,10 +115,16 @@ def _end_with(pipe: Connection) -> None:
 
 
 class DaskWorkers:
-    """Judges tasks on a running Dask cluster, whose workers see the same files and have the same etb_hil."""
+    """Judge tasks on a running Dask cluster.
+
+    Its workers see the same files and have the same etb_hil.
+    """
 
     def __init__(self, address: str, work: Callable[[Task], Outcome] = judge_task) -> None:
-        """Take the scheduler's address; BenchFault where none answers there, InputError where it is no address."""
+        """Take the scheduler's address.
+
+        BenchFault where none answers there, InputError where it is no address.
+        """
         if not _TCP.fullmatch(address):
             raise InputError(
                 Problem("is no address of a Dask scheduler", value=address, allowed="HOST:PORT or tcp://HOST:PORT")
@@ -131,7 +140,10 @@ class DaskWorkers:
         asyncio.run(self._require_scheduler())
 
     def _require_listener(self) -> None:
-        """Raise BenchFault where nothing listens at the address; a name or port that is wrong shows at once."""
+        """Raise BenchFault where nothing listens at the address.
+
+        A name or port that is wrong shows at once.
+        """
         host, _, port = self._address.removeprefix("tcp://").rpartition(":")
         try:
             socket.create_connection((host.strip("[]"), int(port)), _ANSWERS_S).close()

@@ -1,4 +1,4 @@
-"""A measured value with all that is needed to judge it, and the measurements of a run by their ids."""
+"""A measured value with its limits, and the measurements of a run by id."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Measurement:
-    """A measured value in SI with its 95 % interval, its limits and its verdict; None where unknown.
+    """A measured value in SI with its 95 % interval, its limits and its verdict.
+
+    What is unknown is None.
 
     `low` and `high` bound the interval, `limit_low` and `limit_high` are what is allowed. `verdict` is None where no
     limit applies. `note` says under which conditions the value holds.
@@ -67,7 +69,10 @@ class Measurements(Mapping[str, Measurement]):
         return len(self._by_id)
 
     def __repr__(self) -> str:
-        """Return a line for each: id, name, value with its interval as people read it, limit and verdict."""
+        """Return a line for each: id, name, value, limit and verdict.
+
+        Values with their intervals are in the units that people read.
+        """
         rows = [(one.id, one.name, *shown.in_words(one)) for one in self.values()]
         widths = [max((len(row[k]) for row in rows), default=0) for k in range(4)]
         lines = ["  ".join(text.ljust(width) for text, width in zip(row, (*widths, 0), strict=True)) for row in rows]

@@ -1,4 +1,6 @@
-"""The result of a run, typed: the unit's verdict, how the bench fared, what was measured, seen and asked.
+"""The result of a run, typed.
+
+It has the unit's verdict, how the bench fared, and what was measured, seen and asked.
 
 Times are seconds since the run began, on the sample clock. Values are SI at the throttle shaft. What could not be
 measured is None, never 0.
@@ -19,7 +21,10 @@ SCHEMA_VERSION = 2
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """The unit under test and what the run says of it; `also` holds the ids of further reasons."""
+    """The unit under test and what the run says of it.
+
+    `also` holds the ids of further reasons.
+    """
 
     verdict: UnitVerdict | None
     reason_id: str = ""
@@ -84,7 +89,10 @@ class Reading:
 
 @dataclass(frozen=True, slots=True)
 class Bench:
-    """How the bench fared; `safe_state` is True once drive off was seen in the current, None where nobody looked."""
+    """How the bench fared.
+
+    `safe_state` is True once drive off was seen in the current, None where nobody looked.
+    """
 
     outcome: BenchOutcome
     reason_id: str = ""
@@ -102,7 +110,10 @@ class Bench:
 
 @dataclass(frozen=True, slots=True)
 class Clock:
-    """How well the computer's stamps follow the controller's sample clock; None where there is nothing to compare."""
+    """How well the computer's stamps follow the controller's sample clock.
+
+    What cannot be compared is None.
+    """
 
     drift_ppm: float | None = None
     residual_rms_us: float | None = None
@@ -111,7 +122,9 @@ class Clock:
 
 @dataclass(frozen=True, slots=True)
 class Exceedance:
-    """An episode of friction above its limit; `kind` is the id of the measurement whose limit it is.
+    """An episode of friction above its limit.
+
+    `kind` is the id of the measurement whose limit it is.
 
     `peak` and `limit` are amounts in N·m; `allowance` is by how much the model may be off at the peak.
     """
@@ -146,7 +159,9 @@ class Phase:
 
 @dataclass(frozen=True, slots=True)
 class Prompt:
-    """What the scenario asked the operator, and what was answered by whom (operator or scenario).
+    """What the scenario asked the operator, and what was answered.
+
+    The answer is by the operator, or by the scenario.
 
     `entry` is the text that the operator entered, or the path of the photo in the session; empty where none was asked.
     """
@@ -161,7 +176,10 @@ class Prompt:
 
 @dataclass(frozen=True, slots=True)
 class Attempt:
-    """An attempt before the one that counts: what came of it, and the folder in the session that holds it."""
+    """An attempt before the one that counts.
+
+    It has what came of it, and the folder in the session that holds it.
+    """
 
     number: int
     outcome: BenchOutcome
@@ -184,7 +202,10 @@ class MessageStatistics:
 
 @dataclass(frozen=True, slots=True)
 class Bus:
-    """The bus in this run: loads are shares of 1; None where something could not be measured."""
+    """The bus in this run.
+
+    Loads are shares of 1; what could not be measured is None.
+    """
 
     name: str = ""
     load: float | None = None
@@ -199,7 +220,10 @@ class Bus:
 
 @dataclass(frozen=True, slots=True)
 class InputFile:
-    """A file that the run was made with; `kind` is model, limits, bench, scenario, dbc or log."""
+    """A file that the run was made with.
+
+    `kind` is model, limits, bench, scenario, dbc or log.
+    """
 
     kind: str
     name: str
@@ -238,7 +262,7 @@ class RunResult:
 
     @property
     def code(self) -> ExitCode:
-        """The exit code: the recorded one, or that of the two outcomes where none was recorded."""
+        """The exit code: the recorded one, or that of the two outcomes."""
         if self.exit_code is not None:
             return ExitCode(self.exit_code)
         return exit_code(self.bench.outcome, self.unit.verdict)

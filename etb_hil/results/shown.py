@@ -1,4 +1,7 @@
-"""Values as people read them: degrees instead of radians, no more digits than mean something, `-` for unknown."""
+"""Values as people read them.
+
+Angles are in degrees, digits are as many as mean something, `-` is unknown.
+"""
 
 from __future__ import annotations
 
@@ -54,7 +57,9 @@ def quantity(value: float | None, unit: str, decimals: int | None = None) -> str
 
 
 def decimals(one: Measurement) -> int | None:
-    """Return how many decimals a measurement needs: its interval and its limits stay distinct from zero.
+    """Return how many decimals a measurement needs.
+
+    Its interval and its limits stay distinct from zero.
 
     Half the interval shows one significant digit at least, a limit two. None: four significant digits of the value.
     """
@@ -85,7 +90,10 @@ def measured(one: Measurement) -> str:
 
 
 def limit(one: Measurement) -> str:
-    """Return the limit of a measurement with its unit, the nearer one where there are two; `-` where there is none."""
+    """Return the limit of a measurement with its unit.
+
+    It is the nearer one where there are two, `-` where there is none.
+    """
     return quantity(nearer_limit(one), one.unit, decimals(one))
 
 
@@ -116,13 +124,19 @@ def limits(one: Measurement) -> str:
 
 
 def in_words(one: Measurement) -> tuple[str, str, str]:
-    """Return the value with its unit and interval, the limits, and the verdict; empty where there is none."""
+    """Return the value with its unit and interval, the limits, and the verdict.
+
+    What there is none of is empty.
+    """
     within = interval(one)
     value_shown = f"{measured(one)} ({within})" if within else measured(one)
     return value_shown, limits(one), str(one.verdict or "")
 
 
 def sentence(one: Measurement) -> str:
-    """Return what was measured and what is allowed: `name is 0.171 N·m (0.167 to 0.175), allowed at most 0.260`."""
+    """Return what was measured and what is allowed, as a sentence.
+
+    It reads `name is 0.171 N·m (0.167 to 0.175), allowed at most 0.260`.
+    """
     within = f" ({interval(one)})" if interval(one) else ""
     return f"{one.name} is {measured(one)}{within}, allowed {limits(one)}"

@@ -1,4 +1,7 @@
-"""What the unit's own diagnostics (UDS) report: identity, trouble codes before and after, routines."""
+"""What the unit's own diagnostics (UDS) report.
+
+Identity, trouble codes before and after the scenario, routines.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,10 @@ class CodeStatus(IntFlag):
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """A text by which the unit says what it is, and what the station expects (empty: anything)."""
+    """A text by which the unit says what it is, and what the station expects.
+
+    An empty expectation allows anything.
+    """
 
     name: str
     identifier: int
@@ -33,7 +39,10 @@ class Identity:
 
 @dataclass(frozen=True, slots=True)
 class TroubleCode:
-    """A trouble code: its name (SAE J2012), failure type byte, status bits of `CodeStatus`, and what it says."""
+    """A trouble code: its name (SAE J2012), failure type, status and meaning.
+
+    `status` holds the bits of `CodeStatus`.
+    """
 
     code: str
     failure_type: int
@@ -48,7 +57,10 @@ class TroubleCode:
 
 @dataclass(frozen=True, slots=True)
 class RoutineRun:
-    """A routine of the unit that the bench ran `before` or `after` the scenario, and what came of it."""
+    """A routine that the bench ran `before` or `after` the scenario.
+
+    It says what came of it.
+    """
 
     name: str
     when: str

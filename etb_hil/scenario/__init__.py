@@ -1,1 +1,4 @@
-"""What a run is asked to do: the phases of a scenario, their set-points over time, and conditions on signals."""
+"""What a run is asked to do.
+
+The phases of a scenario, their set-points over time, and conditions on signals.
+"""

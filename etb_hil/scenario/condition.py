@@ -1,4 +1,7 @@
-"""Conditions on a signal as scenarios state them: an edge, a level, a window, or a signal that has settled."""
+"""Conditions on a signal, as scenarios state them.
+
+An edge, a level, a window, or a signal that has settled.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,10 @@ def _of_role(value: object, info: ValidationInfo) -> float:
 
 
 def _difference_of_role(value: object, info: ValidationInfo) -> float:
-    """Read an amount of change: half a K is half a degC, wherever the scales have their zeros."""
+    """Read an amount of change, in which the zeros of scales do not count.
+
+    Half a K is half a degC.
+    """
     role = info.data.get("role")
     if role is None:
         return math.nan
@@ -54,7 +60,9 @@ Window = tuple[Value, Value]
 
 
 class Condition(FileModel):
-    """One condition on one role, held against every sample as it arrives; the sample that completes it fires it.
+    """One condition on one role, held against every sample as it arrives.
+
+    The sample that completes it fires it.
 
     Exactly one of `rises_above`, `falls_below` (edges: the signal has to be on the other side first), `above`, `below`
     (levels), `inside`, `outside` (windows) and `settles_within` is given. `for` is how long it has to stay true, on the
@@ -133,6 +141,9 @@ class Condition(FileModel):
 
 
 class Until(Condition):
-    """A condition that ends a phase; where the phase is over first, the run stops or goes on."""
+    """A condition that ends a phase.
+
+    Where the phase is over first, the run stops or goes on.
+    """
 
     otherwise: Annotated[Literal["stop", "go_on"], Field(description="what to do where it never fires")] = "stop"

@@ -1,4 +1,7 @@
-"""Finds the sample that fires a condition: the same one from any cut of the stream, live and in replay."""
+"""Find the sample that fires a condition, live and in replay.
+
+It is the same one from any cut of the stream.
+"""
 
 from __future__ import annotations
 
@@ -15,14 +18,19 @@ BINS = 10  # means that a settling signal's trend is fitted to
 
 @dataclass(frozen=True, slots=True)
 class Firing:
-    """The sample that made a condition true: its stamp in ns and its value in the role's SI unit."""
+    """The sample that made a condition true.
+
+    It has a stamp in ns and a value in the role's SI unit.
+    """
 
     stamp_ns: int
     value: float
 
 
 class ConditionWatch:
-    """Looks at every sample stamped after `since_ns`, and up to `until_ns` where that is set, until one fires.
+    """Look at every sample stamped after `since_ns` until one fires.
+
+    Samples after `until_ns` are not looked at, where that is set.
 
     Where a host's clock was set back, a sample counts as stamped when the newest before it was, as in the diagnosis.
     Of a role that several sources carry, only the samples of `source` count: between two of them there is no order
@@ -90,7 +98,10 @@ class ConditionWatch:
 
 
 class _Trend:
-    """The straight line through the last `BINS` means of a signal, told as its change over their whole time."""
+    """The straight line through the last `BINS` means of a signal.
+
+    It is told as its change over their whole time.
+    """
 
     def __init__(self, over_ns: int) -> None:
         self._bin_ns = max(over_ns // BINS, 1)

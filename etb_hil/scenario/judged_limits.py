@@ -1,4 +1,4 @@
-"""Limits whose measurements can be taken: the kinds of phase that they are taken from exist."""
+"""Limits whose measurements can be taken: their kinds of phase exist."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def load_judged_limits(path: Path, gear_ratio: float | None = None) -> Limits:
 
 
 def missing_phases(kind: MeasurementKind, place: Place) -> Iterator[Problem]:
-    """Yield a problem for each kind of phase that a measurement is taken from and that does not exist.
+    """Yield a problem for each kind of phase of a measurement that does not exist.
 
     It names the plug-in that declares the measurement, or `place` where none does.
     """

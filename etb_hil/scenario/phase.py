@@ -1,4 +1,4 @@
-"""What every kind of phase has, and the quantities that their settings are made of."""
+"""What every kind of phase has, and the quantities of their settings."""
 
 from __future__ import annotations
 
@@ -67,7 +67,10 @@ class Measure(FileModel):
 
 
 class PhaseModel(FileModel):
-    """Base of all phases; a kind of phase declares its name as `kind: Literal["name"]`, and its other settings."""
+    """Base of all phases.
+
+    A kind of phase declares its name as `kind: Literal["name"]`, and its other settings.
+    """
 
     if TYPE_CHECKING:
         kind: str
@@ -81,5 +84,5 @@ class PhaseModel(FileModel):
     until: Annotated[Until | None, Field(description="what ends the phase before its time")] = None
 
     def trajectory(self, start: float, throttle: ThrottleParameters) -> Trajectory:
-        """Return the set-points over time of a phase that begins with the plate at `start` rad."""
+        """Return the set-points over time, from a plate at `start` rad on."""
         raise NotImplementedError

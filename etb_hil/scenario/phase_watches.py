@@ -1,4 +1,7 @@
-"""The conditions of a run's phases, each held against the samples of its own phase: live and in replay."""
+"""The conditions of a run's phases, live and in replay.
+
+Each is held against the samples of its own phase.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,10 @@ from etb_hil.scenario.condition_watch import ConditionWatch, Firing
 
 
 class PhaseWatches:
-    """One watch for each phase that has a condition; a sample belongs to the phase that its stamp lies in."""
+    """One watch for each phase that has a condition.
+
+    A sample belongs to the phase that its stamp lies in.
+    """
 
     def __init__(self) -> None:
         self._watches: list[ConditionWatch | None] = []
@@ -28,7 +34,7 @@ class PhaseWatches:
             self._open.append(watch)
 
     def push(self, blocks: list[SampleBlock], newest_ns: int) -> None:
-        """Take samples, in the order in which they were received, the last of them stamped `newest_ns`."""
+        """Take samples in the order of reception, the last one stamped `newest_ns`."""
         for watch in self._open:
             watch.push(blocks)
         if self._open:

@@ -1,4 +1,7 @@
-"""The kinds of phase that a scenario is made of: each file of `kinds/` declares one; plug-ins add theirs."""
+"""The kinds of phase that a scenario is made of.
+
+Each file of `kinds/` declares one; plug-ins add theirs.
+"""
 
 from __future__ import annotations
 
@@ -54,7 +57,10 @@ def _name_of(part: Part) -> str:
 
 
 def _guarded(part: Part) -> type[PhaseModel]:
-    """Return a plug-in's kind of phase whose set-points are checked, and whose faults name the plug-in."""
+    """Return a plug-in's kind of phase with its set-points checked.
+
+    Its faults name the plug-in.
+    """
     phase: type[PhaseModel] = part.value
 
     def trajectory(self: PhaseModel, start: float, throttle: ThrottleParameters) -> Trajectory:

@@ -1,4 +1,4 @@
-"""Scenarios as plans: their set-points, for what is to be known of them before they are run."""
+"""Scenarios as plans: their set-points, known before they are run."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def plan_of(name: str, scenario: Scenario, throttle: ThrottleParameters) -> Plan
 
 
 def stock_plans(throttle: ThrottleParameters) -> list[Plan]:
-    """Return the plans of the stock scenarios that a bench runs by itself in a minute and a half."""
+    """Return the plans of the stock scenarios that run unattended in 90 s."""
     found = []
     for name, path in stock_files("scenario").items():
         scenario = load_scenario(path).content

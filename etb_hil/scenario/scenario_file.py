@@ -1,4 +1,4 @@
-"""Scenario files: the phases of a run, in order, with groups of them that are repeated."""
+"""Scenario files: the phases of a run in order, and groups that are repeated."""
 
 from __future__ import annotations
 
@@ -39,7 +39,10 @@ Group.model_rebuild()
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A phase as it is run: its id, which says how often its groups have been run, and where it stands in the file."""
+    """A phase as it is run.
+
+    Its id says how often its groups have been run; its key says where it stands in the file.
+    """
 
     id: str
     phase: Phase
@@ -47,7 +50,9 @@ class Step:
 
 
 class Retry(FileModel):
-    """How often a run that gave no verdict on the unit is tried again; every attempt is kept, and the last one counts.
+    """How often a run that gave no verdict on the unit is tried again.
+
+    Every attempt is kept, and the last one counts.
 
     A unit that failed is never tried again: that would be testing until it passes.
     """
@@ -57,7 +62,10 @@ class Retry(FileModel):
 
 
 class Scenario(FileModel):
-    """What is done to a unit, phase by phase; every run ends in the safe state, whatever the phases say."""
+    """What is done to a unit, phase by phase.
+
+    Every run ends in the safe state, whatever the phases say.
+    """
 
     schema_: Annotated[Literal["etb_hil/scenario/1"], Field(alias="schema")]
     name: Annotated[str, Field(min_length=1, max_length=80)]

@@ -22,7 +22,7 @@ REST_S = 0.1  # at the centre, before a sine begins
 
 @dataclass(frozen=True, slots=True)
 class Sinusoid:
-    """A sine of an amplitude (rad) and an angular frequency (rad/s) about a centre (rad)."""
+    """A sine about a centre (rad), of an amplitude (rad) and a rate (rad/s)."""
 
     centre: float
     amplitude: float
@@ -39,7 +39,7 @@ class Sinusoid:
 
 
 class Multisine:
-    """Sines of several frequencies (Hz) at once, each with the same amplitude of velocity.
+    """Sines of several frequencies (Hz) at once, of one amplitude of velocity.
 
     Their amplitudes (rad) add up to `amplitude`, which is therefore never passed; Schroeder's phases (1970) keep them
     from peaking together.
@@ -65,7 +65,10 @@ class Multisine:
 
 
 def _grown(angular_frequency: float, t: float) -> tuple[float, float]:
-    """Return the share of the amplitude at t, and its rate: half a cosine over the first period."""
+    """Return the share of the amplitude at t, and its rate.
+
+    It grows along half a cosine over the first period.
+    """
     phase = angular_frequency * t
     if phase >= 2.0 * math.pi:
         return 1.0, 0.0

@@ -1,4 +1,6 @@
-"""Set-points over time: everything that a phase can ask of the controller, as closed forms.
+"""Set-points over time, as closed forms.
+
+They are everything that a phase can ask of the controller.
 
 Motions are chains of velocity pieces that rise or fall along half a cosine, so that a velocity is smooth and, where a
 phase needs it, monotone (seed paper, property 3).
@@ -73,7 +75,10 @@ class Held:
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """A segment in which the velocity goes from `start` to `end` (rad/s) along half a cosine in `length` seconds."""
+    """A segment in which the velocity goes from `start` to `end` (rad/s).
+
+    It goes along half a cosine, in `length` seconds.
+    """
 
     start: float
     end: float
@@ -131,7 +136,7 @@ def move(start: float, end: float, speed: float) -> Motion:
 
 
 def dash(start: float, peak: float, against: float, rise: float, fall: float) -> Motion:
-    """Move against the dash first, then let the velocity rise monotonically to its peak, and stop.
+    """Move against the dash first, then rise monotonically to its peak, and stop.
 
     `start` rad; `peak` rad/s, its sign is the direction of the dash; `against` rad/s, the speed of the first, opposite
     motion; `rise`, `fall` s. Seed paper, properties 2 and 3: from one sign smoothly and monotonically to well beyond

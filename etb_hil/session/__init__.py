@@ -1,1 +1,4 @@
-"""What a run recorded and what is concluded from it: the folder, its events, the judging, the store, comparisons."""
+"""What a run recorded, and what is concluded from it.
+
+The folder, its events, the judging, comparisons.
+"""

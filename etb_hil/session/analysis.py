@@ -53,7 +53,9 @@ class PhaseMark:
 
 
 class Analysis:
-    """Decodes frames, keeps the Recording, and runs observer and diagnosis on it while it grows.
+    """Decode frames, keep the Recording, and run observer and diagnosis on it.
+
+    Both run while it grows.
 
     Its results depend on the frames, their stamps and the phases' marks alone, not on how they were cut into calls.
     Without `keep`, the Recording holds the samples' times alone: logs may be long. `bus` tells how long frames take.
@@ -103,7 +105,9 @@ class Analysis:
         return self.dialect.has(role)
 
     def begin_phase(self, stamp_ns: int, phase_id: str, kind: str, until: Condition | None = None) -> int:
-        """Let what is sampled after this stamp, and after all that was pushed, belong to a phase; return its begin.
+        """Let what is sampled from now on belong to a phase; return its begin.
+
+        It is what comes after this stamp, and after all that was pushed.
 
         Of the phase's samples, `fired` is the one that fires its condition.
         """
@@ -139,7 +143,7 @@ class Analysis:
 
     @property
     def fired(self) -> Firing | None:
-        """The sample that fired the condition of the phase that began last, once there is one."""
+        """The sample that fired the newest phase's condition, once there is one."""
         return self._watches.fired
 
     @property
@@ -199,7 +203,10 @@ class Analysis:
                 self._plausibility.push(read, index, moving=False)  # gaps between readings are no missing samples
 
     def _at_readings(self, rows: SampleBlock) -> SampleBlock:
-        """Return the rows with a reading, without the voltage: a balance needs all of its samples."""
+        """Return the rows with a reading, without the voltage.
+
+        A balance of the voltage needs all of its samples.
+        """
         requested = self.decoder.requested
         times = {} if requested is None else requested.times_ns
         read = at_readings(rows, times, self._requested)

@@ -1,4 +1,6 @@
-"""How long the controller takes to show that the bridge went on or off as commanded: the only look at a delay.
+"""How long the controller takes to show the bridge on or off as commanded.
+
+It is the only look at a delay.
 
 A receive stamp says when a frame came, never when it was sent: frames that all come late look fresh. From a command on
 the bus to the first status that shows it, the delay there and back is in between.
@@ -22,7 +24,7 @@ _OFF = float(Mode.OFF)  # comparing with a member of an enum takes longer than a
 
 
 class AnswerWatch:
-    """Holds the status against the newest command, once it had `allowed_ns` to show it."""
+    """Hold the status against the newest command, `allowed_ns` after it."""
 
     def __init__(self, allowed_ns: int) -> None:
         self._allowed_ns = allowed_ns
@@ -61,7 +63,7 @@ class AnswerWatch:
 
 
 def answer_time(recording: Recording) -> AnswerTime | None:
-    """Return mean and worst time in ms from a command for the bridge to the status that shows it.
+    """Return mean and worst time in ms from a bridge command to its status.
 
     Up to a status interval of it is waiting for the next status. None where the bus does not show the commands sent, or
     no status answered one.

@@ -1,4 +1,4 @@
-"""Attempts of a run: which outcome is tried again, and where the earlier ones are kept."""
+"""Attempts of a run: what is tried again, and where earlier ones are kept."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FOLDER = "attempts"
 
 
 def is_tried_again(retry: Retry | None, results: RunResult, attempt: int) -> bool:
-    """Return whether the scenario wants another attempt after this one, counted from 1.
+    """Return whether the scenario wants another attempt after this one (from 1).
 
     Never after a unit that failed, a run that somebody stopped, or a drive that was not seen to be off.
     """

@@ -1,4 +1,6 @@
-"""A baseline: what a run is expected to find, number by number with a tolerance, made from a session.
+"""A baseline: what a run is expected to find, made from a session.
+
+Each number has a tolerance.
 
 Limits say whether a unit is good; a baseline says whether something has changed, be it the unit, the bench or the
 program. A difference therefore blames nobody: decision 0014.
@@ -29,7 +31,10 @@ OF_INTERVAL = 2.0  # half widths of the 95 % interval that it has at least: two 
 
 
 class Expected(FileModel):
-    """A value with its unit, and how far from it is still the same: a share of it in %, or an amount in its unit."""
+    """A value with its unit, and how far from it is still the same.
+
+    The distance is a share of it in %, or an amount in its unit.
+    """
 
     value: Annotated[str, Field(description="value with its unit, as '0.171 N·m'; bare where it has none")]
     tolerance: Annotated[str, Field(description="as '5 %' of the value, or '0.01 N·m'")]
@@ -69,7 +74,10 @@ class Expected(FileModel):
 
 
 class Baseline(FileModel):
-    """What is expected of a run: its verdict where one is given, and numbers by the ids of `results.json`."""
+    """What is expected of a run.
+
+    Its verdict where one is given, and numbers by the ids of `results.json`.
+    """
 
     schema_: Annotated[Literal["etb_hil/baseline/1"], Field(alias="schema")]
     description: str = ""

@@ -1,4 +1,7 @@
-"""The checksum of a session's results, in the form of `sha256sum`: results that were changed later are not believed."""
+"""The checksum of a session's results, in the form of `sha256sum`.
+
+Results that were changed later are not believed.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""How well the stamps of the computer follow the controller's sample clock: offset, drift, and the residual."""
+"""How well the computer's stamps follow the controller's sample clock.
+
+It is told by offset, drift, and the residual.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,10 @@ from etb_hil.results.run_result import Clock
 
 
 def grade_clock(recording: Recording) -> Clock:
-    """Fit stamp = offset + (1 + drift) time over the busiest source and return drift and residual."""
+    """Fit stamp = offset + (1 + drift) time; return drift and residual.
+
+    The busiest source is fitted.
+    """
     if recording.clock is not ClockGrade.SAMPLE_COUNTER or not recording.sources:
         return Clock()
     block = max((recording.block(source) for source in recording.sources), key=len)
@@ -23,7 +29,10 @@ def grade_clock(recording: Recording) -> Clock:
 
 @njit(cache=True, error_model="numpy")
 def _line(time_ns: Int64, stamp_ns: Int64) -> tuple[float, float, float]:
-    """Return slope, rms and worst residual (ns) of stamp - time over time, summed in order."""
+    """Return slope, rms and worst residual (ns) of stamp - time over time.
+
+    Sums run in the order of time.
+    """
     n = len(time_ns)
     t_mean, y_mean = 0.0, 0.0
     for i in range(n):

@@ -1,4 +1,7 @@
-"""What two judgements of the same measurement differ in: one value, the first sample, or the verdicts' table."""
+"""What two judgements of the same measurement differ in.
+
+One value, the first sample, or the verdicts' table.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Divergence:
-    """Where two runs part for the first time: the signal, seconds since the begin of the run, both values."""
+    """Where two runs part for the first time.
+
+    It has the signal, the seconds since the begin of the run, and both values.
+    """
 
     signal: str
     time_s: float
@@ -33,7 +39,10 @@ class Divergence:
 
 
 def first_divergence(here: Finished, there: Finished) -> Divergence | None:
-    """Return the earliest sample, or estimate at 1 kHz, in which two runs differ, or None; NaN equals NaN."""
+    """Return the earliest sample in which two runs differ, or None.
+
+    Estimates at 1 kHz count as well; NaN equals NaN.
+    """
     origin = there.record.start_ns
     found = [*_samples(here, there, origin), *_estimates(here, there)]
     return min(found, key=lambda divergence: divergence.time_s, default=None)
@@ -82,7 +91,7 @@ def _first(mine: Int64, other: Int64) -> int | None:
 
 
 def first_difference(finished: Finished) -> str | None:
-    """Return the first key whose value is not the one that the session's `results.json` holds, or None.
+    """Return the first key whose value differs from `results.json`, or None.
 
     Results that cannot be read differ, too: what is wrong with them is returned.
     """
@@ -90,7 +99,9 @@ def first_difference(finished: Finished) -> str | None:
 
 
 def beside_live(finished: Finished) -> tuple[str | None, ExitCode]:
-    """Return the first difference from the session's live results, or None, and the exit code that follows.
+    """Return the first difference from the live results, and its exit code.
+
+    Without a difference it is None.
 
     Where this version gives other results than it gave live, the frames are not those of then: that is no pass. What
     another version finds may differ. Live results that cannot be read are bad input, and no pass either.
@@ -101,7 +112,10 @@ def beside_live(finished: Finished) -> tuple[str | None, ExitCode]:
 
 
 def _beside(finished: Finished) -> tuple[str | None, ExitCode]:
-    """Return the first difference from the live results, and the exit code that it makes of a pass."""
+    """Return the first difference from live results, and what it makes of a pass.
+
+    The second is an exit code.
+    """
     if not finished.record.is_recorded:  # such a run says nothing of the unit, live or now
         return "the run received frames that could not be recorded; these are the results of those that were", (
             ExitCode.DONE

@@ -30,6 +30,6 @@ class Finished:
 
     @property
     def series(self) -> dict[str, Float64]:
-        """Columns for the plots, their time in seconds since the run began, as in the results."""
+        """Columns for the plots, their time in s since the run began."""
         later = (self.found.start_ns - self.record.start_ns) * 1e-9
         return {**self.found.series, "time": self.found.series["time"] + later}

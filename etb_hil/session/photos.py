@@ -1,4 +1,7 @@
-"""Photos that an operator took for a prompt: JPEG files, kept in the session's folder `photos`."""
+"""Photos that an operator took for a prompt.
+
+They are JPEG files, kept in the session's folder `photos`.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,10 @@ def is_photo(content: bytes) -> bool:
 
 
 def read_photo(path: Path) -> bytes:
-    """Return the content of a photo; InputError where it is none, is too large or cannot be read."""
+    """Return the content of a photo.
+
+    InputError where it is none, is too large or cannot be read.
+    """
     content = read_bytes(path, LARGEST)
     if not is_photo(content):
         raise InputError(Problem("is no JPEG file", Place(path), allowed=f"a photo as JPEG, up to {LARGEST} bytes"))
@@ -37,7 +43,10 @@ def read_photo(path: Path) -> bytes:
 
 
 def keep_photos(folder: Path, answers: Iterable[Answered]) -> tuple[str, ...]:
-    """Copy the photos of a run's answers into its session; return what could not be kept, a sentence each."""
+    """Copy the photos of a run's answers into its session.
+
+    Return what could not be kept, a sentence each.
+    """
     lost = []
     for said in answers:
         if said.photo:

@@ -1,4 +1,4 @@
-"""How often, and how well in time, the roles came that are read by data identifier."""
+"""How often, and how well in time, roles came that are read by identifier."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ if TYPE_CHECKING:
 def read_quality(
     requested: RequestedValues, decoder: RequestedValuesDecoder, begins_ns: list[int], end_ns: int
 ) -> tuple[Reading, ...]:
-    """Return the quality of each role's readings from the begin of the first phase on, up to `end_ns`."""
+    """Return the quality of each role's readings.
+
+    It is that from the begin of the first phase on, up to `end_ns`.
+    """
     start_ns = begins_ns[0] if begins_ns else 0
     return tuple(_quality(one, decoder, start_ns, end_ns) for one in requested.identifiers)
 

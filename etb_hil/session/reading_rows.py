@@ -1,4 +1,7 @@
-"""Rows of a controller that is asked for current or angle: readings are few, and lines are drawn between them."""
+"""Rows of a controller that is asked for current or angle.
+
+Readings are few, and lines are drawn between them.
+"""
 
 from __future__ import annotations
 
@@ -17,14 +20,16 @@ GRID_NS = 1_000_000  # rows where no cyclic frame gives their times
 
 
 class ReadingRows:
-    """Puts readings beside the samples of cyclic frames: every row has the value on the line between two readings.
+    """Put readings beside the samples of cyclic frames.
+
+    Every row has the value on the line between two readings.
 
     Where all of it is read by request, rows come every millisecond. There are no rows where readings are missing. Of
     the readings, every `stride`-th is used. The rows do not depend on how the samples were cut into blocks.
     """
 
     def __init__(self, cyclic: list[str], requested: Iterable[DataIdentifier], stride: int = 1) -> None:
-        """Take rows from the sources `cyclic`, joined, with the `requested` values on them."""
+        """Take rows from the sources `cyclic`, joined, with the `requested` values."""
         self._joiner = Joiner(cyclic) if cyclic else None
         self._lines = [_Line(one, stride) for one in requested]
         self._pending: SampleBlock | None = None
@@ -103,7 +108,10 @@ class _Line:
             self.first_ns = int(self._time_ns[0]) if self.first_ns < 0 else self.first_ns
 
     def at(self, stamp_ns: Int64) -> tuple[Float64, np.ndarray]:
-        """Return values (n) on the line between the readings around each stamp, and whether both are near (n)."""
+        """Return values (n) on the line between the readings around each stamp.
+
+        The second result (n) is whether both readings are near.
+        """
         after = np.clip(np.searchsorted(self._time_ns, stamp_ns, side="left"), 1, max(len(self._time_ns) - 1, 1))
         if len(self._time_ns) < 2:
             return np.full(len(stamp_ns), np.nan), np.zeros(len(stamp_ns), np.bool_)
@@ -117,7 +125,10 @@ class _Line:
 
 
 def at_readings(rows: SampleBlock, times_ns: Mapping[str, list[int]], roles: Iterable[str]) -> SampleBlock:
-    """Return the first row at or after each reading of the first of the roles: what was measured, and not drawn."""
+    """Return the first row at or after each reading of the first role.
+
+    It has what was measured, and not drawn.
+    """
     times = np.array(times_ns[next(iter(roles))], np.int64)
     index = np.searchsorted(times, rows.stamp_ns, side="right")
     return rows.rows(np.diff(index, prepend=index[:1] - 1) > 0)

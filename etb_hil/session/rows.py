@@ -1,4 +1,4 @@
-"""From samples of several messages to rows on one clock, as the diagnosis reads them."""
+"""Rows on one clock for the diagnosis, from samples of several messages."""
 
 from __future__ import annotations
 

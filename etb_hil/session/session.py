@@ -1,4 +1,4 @@
-"""A session: the folder with everything that a run measured, was told and concluded."""
+"""A session: the folder with all that a run measured, was told and concluded."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class Session:
         return self.read_results_unchecked()
 
     def read_results_unchecked(self) -> RunResult:
-        """Return what `results.json` holds now, to be held against the results of a replay."""
+        """Return what `results.json` holds now, to be compared with a replay."""
         path = self.folder / RESULTS
         return result_from_dict(_read_json(path), str(path))
 

@@ -1,4 +1,7 @@
-"""How evenly the set-points went out: from the stamps that the bus gave to the bench's own commands."""
+"""How evenly the set-points went out.
+
+The stamps that the bus gave to the bench's own commands tell it.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""When a verdict is withheld: on data that the bench did not get, or that cannot be true, nothing is said of a unit."""
+"""When a verdict is withheld.
+
+On data that the bench did not get, or that cannot be true, nothing is said of a unit.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,10 @@ _CRC_BITS = {Profile.NONE: 0, Profile.PROFILE_2: 8, Profile.PROFILE_5: 16}
 
 
 def corruption_doubts(statistics: Mapping[str, MessageStatistics], dialect: Dialect) -> list[Reason]:
-    """Return a doubt where so many frames failed their CRC that another one may have passed it by chance."""
+    """Return a doubt where a corrupted frame may have passed its CRC by chance.
+
+    So many others failed it.
+    """
     found = []
     for message in dialect.messages:
         counted = statistics[message.name]

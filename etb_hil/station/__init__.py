@@ -1,1 +1,1 @@
-"""A station: which parts it tests by which limits, which units it takes, and when it is fit to judge them."""
+"""A station: its parts and limits, the units it takes, and its own fitness."""

@@ -1,4 +1,7 @@
-"""Whether a unit may be tested now: its serial number, what came of it before, and whether the bench is fit."""
+"""Whether a unit may be tested now.
+
+It depends on its serial number, on what came of it before, and on whether the bench is fit.
+"""
 
 from __future__ import annotations
 
@@ -103,7 +106,10 @@ def require_fit_bench(station: Station, bench: str, serial: str, runs: Sequence[
 
 
 def compared(golden: Golden, run: Run) -> list[tuple[str, bool]]:
-    """Return each number of a run of the golden unit beside what is expected, and whether it is so."""
+    """Return each number of the golden unit's run beside what is expected of it.
+
+    Each says whether it is as expected.
+    """
     found = []
     for name, expected in golden.expect.items():
         measured = run.numbers.get(name)

@@ -16,7 +16,7 @@ from etb_hil.station.station_file import Retention
 
 @dataclass(frozen=True, slots=True)
 class Expired:
-    """A session that need not be kept any longer, its age in s, and how many bytes it holds."""
+    """A session that need not be kept, its age in s, and how many bytes it holds."""
 
     folder: Path
     age: float

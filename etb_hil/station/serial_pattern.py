@@ -18,7 +18,9 @@ _TOKEN = re.compile(
 
 
 def check_serial_pattern(text: str) -> None:
-    """Raise ValueError where a text is no regular expression, or one that can take for ever to say no.
+    """Raise ValueError where a text is no regular expression that ends in time.
+
+    Some expressions can take for ever to say no.
 
     Matching tries one way after the other. Without repeated groups there are at most as many as the product of what
     each quantifier and each alternative leaves open, and that is bounded here.

@@ -1,4 +1,7 @@
-"""Station files: parts with their limits, serial numbers, re-tests, golden unit, calibrations, and how long to keep."""
+"""Station files: parts, limits, serial numbers, re-tests and the bench's fitness.
+
+Golden unit and calibrations say whether the bench is fit; a file says how long sessions are kept, too.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +37,10 @@ Date = Annotated[date, BeforeValidator(_date), WithJsonSchema({"type": "string",
 
 
 class Part(FileModel):
-    """A part that the station tests, as somebody approved it; files by path, also beside this file, or stock ones."""
+    """A part that the station tests, as somebody approved it.
+
+    Files are named by path, also beside this file, or as stock ones.
+    """
 
     number: Text
     revision: Text
@@ -61,7 +67,7 @@ class Part(FileModel):
 
 
 class Retest(FileModel):
-    """When a unit may come again: after which verdicts, and how often it may be judged at most.
+    """When a unit may come again: after which verdicts, and how often at most.
 
     A run that judged nothing (bench fault, aborted) never counts.
     """
@@ -78,7 +84,10 @@ class Expected(FileModel):
 
 
 class Golden(FileModel):
-    """A unit whose friction is known: measured every so often, it says whether the bench still measures rightly."""
+    """A unit whose friction is known.
+
+    Measured every so often, it says whether the bench still measures rightly.
+    """
 
     serial: Text
     part: Annotated[Text, Field(description="number of the part that it is")]
@@ -87,7 +96,7 @@ class Golden(FileModel):
 
 
 class Calibration(FileModel):
-    """Something of the bench that is calibrated, and the last day on which it may be used."""
+    """A calibrated thing of the bench, and the last day on which it may be used."""
 
     of: Text
     certificate: Text
@@ -135,7 +144,7 @@ class Station(FileModel):
 
 
 def load_station(path: Path) -> Document[Station]:
-    """Read a station file and see that its files are there and of the parts they are named for.
+    """Read a station file, and check that its files are there and of their parts.
 
     InputError lists every problem with file, line, key and value.
     """

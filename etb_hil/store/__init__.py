@@ -1,1 +1,1 @@
-"""The store of results: finished runs of one bench or of a whole lab, in SQLite or PostgreSQL."""
+"""The store of results of a bench or a lab, in SQLite or PostgreSQL."""

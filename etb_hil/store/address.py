@@ -1,4 +1,7 @@
-"""Where a store of results is: a file beside the sessions, or a PostgreSQL server that a lab shares."""
+"""Where a store of results is.
+
+A file beside the sessions, or a PostgreSQL server that a lab shares.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,9 @@ _REMEDY = "leave the password out; set PGPASSWORD, or name a password file in PG
 
 @dataclass(frozen=True, slots=True)
 class StoreAddress:
-    """The address of a store: the `path` of an SQLite file, or the `url` of a PostgreSQL database.
+    """The address of a store.
+
+    It is the `path` of an SQLite file, or the `url` of a PostgreSQL database.
 
     The URL never holds a password: the PostgreSQL client reads it from the environment or from a password file.
     """
@@ -50,7 +55,10 @@ def sessions_among(paths: Sequence[Source], *, or_store: bool = False) -> list[S
 
 
 def _without_password(text: str) -> str:
-    """Return the text that names a store; ValueError where it holds a password, which the message does not show."""
+    """Return the text that names a store.
+
+    ValueError where it holds a password, which the message does not show.
+    """
     if _PASSWORD.search(text):
         raise ValueError(f"the store's password is in its address; {_REMEDY}")
     return text
@@ -66,7 +74,9 @@ StoreText = Annotated[
 
 
 def store_address(text: str | Path, beside: Path | None = None) -> StoreAddress:
-    """Return the address that a text names; a relative path starts at the folder of the file `beside`.
+    """Return the address that a text names.
+
+    A relative path starts at the folder of the file `beside`.
 
     Raises InputError where the URL holds a password, or is of another kind of database.
     """

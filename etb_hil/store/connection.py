@@ -1,4 +1,7 @@
-"""Connections to a store: the driver's own, for a run adds its rows without the time that SQLAlchemy takes to load."""
+"""Connections to a store, by the driver alone.
+
+A run adds its rows without the time that SQLAlchemy takes to load.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,9 @@ class StoreDown(EtbHilError, ConnectionError):
 
 @contextmanager
 def connected(address: StoreAddress, *, patient: bool = False) -> Iterator[Any]:
-    """Yield a connection of the database's driver, whose statements run in transactions; closed at the end.
+    """Yield a connection of the database's driver; it is closed at the end.
+
+    Its statements run in transactions.
 
     A `patient` one waits for slow statements. Raises StoreDown where the store cannot be reached, or fails on the way;
     InputError where the file is no database, or the driver is not installed.
@@ -48,7 +53,10 @@ def connected(address: StoreAddress, *, patient: bool = False) -> Iterator[Any]:
 
 
 def require_store(address: StoreAddress) -> None:
-    """Raise InputError where the file of an embedded store is none that etb-hil made; the file stays as it is."""
+    """Raise InputError where an embedded store's file is none that etb-hil made.
+
+    The file stays as it is.
+    """
     if address.is_server:
         return
     require_file(address.path)
@@ -69,13 +77,19 @@ def mark(address: StoreAddress) -> str:
 
 
 def begin(address: StoreAddress, connection: Any) -> None:  # noqa: ANN401 (of two drivers)
-    """Begin a transaction that writes; the server's driver begins one with the first statement."""
+    """Begin a transaction that writes.
+
+    The server's driver begins one with the first statement.
+    """
     if not address.is_server:
         connection.execute("BEGIN IMMEDIATE")
 
 
 def schema_version(address: StoreAddress, connection: Any) -> str:  # noqa: ANN401
-    """Return the revision of a store's tables; empty where it has none, or those of the first version."""
+    """Return the revision of a store's tables.
+
+    It is empty where there are none, or those of the first version.
+    """
     known = "to_regclass('alembic_version') IS NOT NULL"
     if not address.is_server:
         known = "EXISTS (SELECT 1 FROM sqlite_master WHERE name = 'alembic_version')"
@@ -86,14 +100,19 @@ def schema_version(address: StoreAddress, connection: Any) -> str:  # noqa: ANN4
 
 
 def require_schema(address: StoreAddress) -> None:
-    """Make the tables of a store, or bring them up to date; InputError where a later version wrote them."""
+    """Make the tables of a store, or bring them up to date.
+
+    InputError where a later version wrote them.
+    """
     with up_to_date(address):
         pass
 
 
 @contextmanager
 def up_to_date(address: StoreAddress) -> Iterator[Any]:
-    """Yield a connection to a store that has this version's tables, as `connected` and `require_schema` would.
+    """Yield a connection to a store that has this version's tables.
+
+    It is what `connected` and `require_schema` give.
 
     One connection asks for the version and then serves: each further one costs a server some milliseconds.
     """
@@ -144,7 +163,10 @@ def _driver(address: StoreAddress) -> Any:  # noqa: ANN401 (a module)
 
 
 def embedded(address: StoreAddress) -> sqlite3.Connection:
-    """Return a connection to an embedded store, whose transactions begin by statement; made where it is missing."""
+    """Return a connection to an embedded store, made where it is missing.
+
+    Its transactions begin by statement.
+    """
     connection = sqlite3.connect(address.path, timeout=PATIENCE_S, isolation_level=None)
     connection.execute("PRAGMA journal_mode = WAL")
     connection.execute("PRAGMA synchronous = FULL")  # a run leaves the queue once it is here
@@ -153,7 +175,10 @@ def embedded(address: StoreAddress) -> sqlite3.Connection:
 
 
 def server(address: StoreAddress, *, patient: bool) -> Any:  # noqa: ANN401
-    """Return a connection to a server; one that is not `patient` gives slow statements up."""
+    """Return a connection to a server.
+
+    One that is not `patient` gives slow statements up.
+    """
     limits = "" if patient else f"-c statement_timeout={_STATEMENT_MS} -c lock_timeout={_STATEMENT_MS}"
     return _driver(address).connect(
         address.url,

@@ -10,7 +10,10 @@ from etb_hil.store.connection import embedded, server
 
 
 def engine_of(address: StoreAddress, *, writes: bool = False) -> sa.Engine:
-    """Return the engine of a store; one that does not write never waits for those that do."""
+    """Return the engine of a store.
+
+    One that does not write never waits for those that do.
+    """
     if address.is_server:
         dialect = "postgresql+psycopg://"
         return sa.create_engine(dialect, creator=lambda: server(address, patient=True), poolclass=NullPool)

@@ -1,4 +1,7 @@
-"""What a page shows of a store without statistics: the latest runs, what they measured, and a value over time."""
+"""What a page shows of a store without statistics.
+
+The latest runs, what they measured, and a value over time.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,9 @@ _VALUE_COLUMNS = ("value", "low", "high", "limit_low", "limit_high", "unit", "ve
 
 
 def latest_runs(address: StoreAddress, selection: Selection = EVERYTHING) -> list[dict[str, Any]]:
-    """Return the selected finished runs of either kind of store as rows of `RUN_COLUMNS`, the latest first.
+    """Return the selected finished runs as rows of `RUN_COLUMNS`, the latest first.
+
+    The store may be of either kind.
 
     Name their number by `Selection(latest=20)`. Raises InputError where the store is missing or does not answer.
     """
@@ -29,7 +34,10 @@ def latest_runs(address: StoreAddress, selection: Selection = EVERYTHING) -> lis
 
 
 def measured_ids(address: StoreAddress, selection: Selection = EVERYTHING) -> list[dict[str, Any]]:
-    """Return `id` and `unit` of what the selected runs measured, those with a limit first; InputError likewise."""
+    """Return `id` and `unit` of what the selected runs measured.
+
+    Those with a limit come first. InputError likewise.
+    """
     chosen = joined_runs(selection)
     has_limit = sa.or_(measurements.c.limit_low.is_not(None), measurements.c.limit_high.is_not(None))
     query = (
@@ -44,7 +52,9 @@ def measured_ids(address: StoreAddress, selection: Selection = EVERYTHING) -> li
 def values_over_time(
     address: StoreAddress, measurement: str, selection: Selection = EVERYTHING
 ) -> list[dict[str, Any]]:
-    """Return a measurement over the selected runs in order of time, as rows; InputError likewise.
+    """Return a measurement over the selected runs in order of time, as rows.
+
+    InputError likewise.
 
     A row has `run_id`, `started` (ISO 8601, UTC), `serial`, `value` with its 95 % interval `low` and `high`,
     `limit_low`, `limit_high`, `unit` (SI) and `verdict`. Runs without a value are left out.

@@ -19,7 +19,9 @@ _AT_ONCE = 50_000  # rows in memory
 
 
 def export_parquet(address: StoreAddress, selection: Selection, folder: Path) -> list[Path]:
-    """Write the selected runs and what belongs to them as `runs.parquet` and so on; return the paths.
+    """Write the selected runs as `runs.parquet` and so on; return the paths.
+
+    What belongs to the runs is written, too.
 
     Column `run` of the other files is `id` of `runs.parquet`. Raises InputError where the store is missing or does not
     answer, where pyarrow is not installed, or where a file cannot be written.

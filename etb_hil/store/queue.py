@@ -1,4 +1,6 @@
-"""Runs that wait for the store: a file each beside the sessions, from the end of the run until the store has it.
+"""Runs that wait for the store, a file each beside the sessions.
+
+A file is there from the end of its run until the store has it.
 
 So a store that is down costs no verdict, and no bench waits for it before its verdict is said.
 """
@@ -31,7 +33,10 @@ _REFUSALS = (ValueError, TypeError, KeyError, OverflowError)
 
 @dataclass(frozen=True, slots=True)
 class Delivered:
-    """How many runs arrived and how many wait still; `warnings` say why, a sentence each."""
+    """How many runs arrived and how many wait still.
+
+    `warnings` say why, a sentence each.
+    """
 
     arrived: int = 0
     waiting: int = 0
@@ -50,7 +55,10 @@ class Queue:
         return self.sessions / QUEUE
 
     def add(self, results: RunResult, session: Path, run_id: str = "") -> None:
-        """Have a run wait; `session` is the folder with its inputs. InputError where the disk is full or gone."""
+        """Have a run wait; `session` is the folder with its inputs.
+
+        InputError where the disk is full or gone.
+        """
         waiting = {"schema": SCHEMA, "session": session.name, "rows": rows_of(results, run_id)}
         path = make_folder(self.folder) / f"{run_id or results.run_id}.json"
         write_text(path, json.dumps(waiting, ensure_ascii=False) + "\n")
@@ -60,13 +68,18 @@ class Queue:
         return sorted(path for path in self.folder.glob("*.json") if not path.name.startswith("."))  # half a file
 
     def rows(self) -> Iterator[RunRows]:
-        """Yield the rows of each run that waits; one that just arrived, or is damaged, is left out."""
+        """Yield the rows of each run that waits.
+
+        One that just arrived, or is damaged, is left out.
+        """
         for path in self.paths():
             with suppress(InputError, *_REFUSALS):
                 yield _read(path)["rows"]
 
     def deliver(self, address: StoreAddress) -> Delivered:
-        """Write the runs that wait into the store, each once, and let them go; what fails stays for the next time.
+        """Write the runs that wait into the store, each once, and let them go.
+
+        What fails stays for the next time.
 
         A run that the store refuses is named and does not keep the others. Never raises for what is wrong with store
         or disk: `warnings` tell it.
@@ -111,7 +124,10 @@ class Queue:
 
 
 def _is_of_this_run(error: Exception) -> bool:
-    """Return whether a driver's error lies in the values: both drivers name their classes as PEP 249 does."""
+    """Return whether a driver's error lies in the values.
+
+    Both drivers name their classes as PEP 249 does.
+    """
     return bool({"DataError", "IntegrityError"} & {kind.__name__ for kind in type(error).__mro__})
 
 

@@ -1,4 +1,4 @@
-"""Runs out of a store: those of a part, a unit or a time, the latest first to be chosen."""
+"""Runs out of a store: those of a part, a unit or a time, the latest first."""
 
 from __future__ import annotations
 
@@ -44,14 +44,20 @@ def known_runs(address: StoreAddress) -> set[str]:
 
 @contextmanager
 def reading(address: StoreAddress) -> Iterator[sa.Connection]:
-    """Yield a connection that reads; InputError where the store cannot be reached, or is none."""
+    """Yield a connection that reads.
+
+    InputError where the store cannot be reached, or is none.
+    """
     with opened(address) as engine, engine.connect() as connection:
         yield connection
 
 
 @contextmanager
 def opened(address: StoreAddress, *, writes: bool = False) -> Iterator[sa.Engine]:
-    """Yield the engine of a store that exists; InputError where it cannot be reached, or is none."""
+    """Yield the engine of a store that exists.
+
+    InputError where it cannot be reached, or is none.
+    """
     require_store(address)
     engine = engine_of(address, writes=writes)
     try:
@@ -92,7 +98,7 @@ def _measured(connection: sa.Connection, ids: sa.Subquery, selection: Selection)
 
 
 def chosen_runs(selection: Selection) -> sa.Select[Any]:
-    """Return the query for id and columns of the runs that are selected, the latest first."""
+    """Return the query for id and columns of the selected runs, the latest first."""
     query = sa.select(runs.c.id, *(runs.c[name] for name in OF_RUN)).where(runs.c.bench_outcome.is_not(None))
     for name in ("part_number", "revision", "scenario", "bench"):
         if (wanted := getattr(selection, name)) is not None:
@@ -108,7 +114,7 @@ def chosen_runs(selection: Selection) -> sa.Select[Any]:
 
 
 def joined_runs(selection: Selection) -> sa.Subquery:
-    """Return the runs that are selected, as `chosen_runs`, to be joined with what belongs to them.
+    """Return the selected runs as `chosen_runs`, to be joined with what is theirs.
 
     In no order unless the latest are chosen by it: PostgreSQL sorts first, and then reads all of the other table.
     """

@@ -1,4 +1,7 @@
-"""The rows of a run as the store's tables take them: plain values by table and column, which JSON holds as well."""
+"""The rows of a run as the store's tables take them.
+
+They are plain values by table and column, which JSON holds as well.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,10 @@ CHILDREN = ("measurements", "phases", "exceedances", "run_files")
 
 
 def rows_of(results: RunResult, run_id: str = "") -> RunRows:
-    """Return the rows of a run by table; `run_id` where it is not the one of the results (an earlier attempt)."""
+    """Return the rows of a run by table.
+
+    `run_id` is given where it is not the one of the results (an earlier attempt).
+    """
     unit, bench = results.unit, results.bench
     run = {
         "run_id": run_id or results.run_id,
@@ -86,7 +92,10 @@ def _plain(row: Row) -> Row:
 
 
 def _value(value: Any) -> Any:  # noqa: ANN401 (whatever a column holds)
-    """Return a value that both databases take: no NaN, and no text with what UTF-8 or PostgreSQL has no room for."""
+    """Return a value that both databases take.
+
+    There is no NaN, and no text with what UTF-8 or PostgreSQL has no room for.
+    """
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, str):

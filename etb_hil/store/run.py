@@ -1,4 +1,7 @@
-"""A finished run as a history reads it: who and what, how it came out, and its measurements."""
+"""A finished run as a history reads it.
+
+Who and what, how it came out, and its measurements.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,10 @@ Values = tuple[float | None, float | None, float | None, float | None, float | N
 
 
 class Measured(NamedTuple):  # a history makes hundreds of thousands
-    """A number of a run in SI units, with its 95 % interval and its limits; None where there is none."""
+    """A number of a run in SI units, with its 95 % interval and its limits.
+
+    What there is none of is None.
+    """
 
     value: float
     low: float | None
@@ -55,7 +61,10 @@ class Run:
 
     @property
     def counts(self) -> bool:
-        """Whether its numbers were measured soundly: a bench fault or a withheld verdict says nothing of a unit."""
+        """Whether its numbers were measured soundly.
+
+        A bench fault or a withheld verdict says nothing of a unit.
+        """
         if self.bench_outcome != BenchOutcome.OK or self.verdict is None:
             return False
         return self.verdict != UnitVerdict.INCONCLUSIVE or self.reason_id.endswith(_UNDECIDED)
@@ -67,7 +76,9 @@ def run_of(
     outcome: tuple[str, str | None, str],
     numbers: Mapping[str, Values],
 ) -> Run:
-    """Return a run from id, start, bench and scenario; serial, part and revision; outcome, verdict and reason.
+    """Return a run from the columns of the store.
+
+    id, start, bench and scenario; serial, part and revision; outcome, verdict and reason.
 
     `numbers` maps ids to value, low, high, limits and unit. Raises TypeError where one of these is of another type.
     """

@@ -1,4 +1,6 @@
-"""The tables of the store, the same in SQLite and in PostgreSQL; `docs/howto/store.md` describes them.
+"""The tables of the store, the same in SQLite and in PostgreSQL.
+
+`docs/howto/store.md` describes them.
 
 What the tables were in earlier versions, and the way from there, is in `migrations/versions`.
 """

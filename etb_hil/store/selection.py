@@ -9,7 +9,9 @@ from etb_hil.store.run import Run
 
 @dataclass(frozen=True, slots=True)
 class Selection:
-    """Which runs are read; what is None selects nothing. `since` and `until` are ISO 8601 in UTC, or a beginning of it.
+    """Which runs are read; what is None selects nothing.
+
+    `since` and `until` are ISO 8601 in UTC, or a beginning of it.
 
     `latest` limits the number of runs. `measured` are the measurements that are read with them; with `and_limited`
     those of a store to which a limit applied in any selected run, too.

@@ -1,4 +1,7 @@
-"""What a lab does with a whole store: say what it holds, copy it into another, delete what need not be kept."""
+"""What a lab does with a whole store.
+
+Say what it holds, copy it into another, delete what need not be kept.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,10 @@ _AT_ONCE = 500  # runs of one transaction: no bench waits for longer than these 
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """How many finished runs of how many units, parts and benches; `first` and `last` began at (ISO 8601, UTC)."""
+    """How many finished runs of how many units, parts and benches.
+
+    `first` and `last` are when such runs began (ISO 8601, UTC).
+    """
 
     runs: int
     units: int
@@ -37,7 +43,10 @@ class Summary:
 
 
 def summary(address: StoreAddress, selection: Selection) -> Summary:
-    """Return what a store holds of the selected runs; InputError where it is missing or does not answer."""
+    """Return what a store holds of the selected runs.
+
+    InputError where it is missing or does not answer.
+    """
     chosen = joined_runs(selection)
     distinct = (sa.func.count(sa.distinct(chosen.c[name])) for name in ("serial", "part_number", "bench"))
     columns: list[Any] = [sa.func.count(), *distinct, sa.func.min(chosen.c.started), sa.func.max(chosen.c.started)]
@@ -46,7 +55,9 @@ def summary(address: StoreAddress, selection: Selection) -> Summary:
 
 
 def delete_runs(address: StoreAddress, selection: Selection) -> int:
-    """Delete the selected runs for good, and the input files that no run has any longer; return how many runs went.
+    """Delete the selected runs for good; return how many went.
+
+    Input files that no run has any longer go, too.
 
     Errors as `summary`. The file of an embedded store becomes smaller by it.
     """
@@ -70,7 +81,9 @@ def delete_runs(address: StoreAddress, selection: Selection) -> int:
 
 
 def copy_runs(source: StoreAddress, target: StoreAddress, selection: Selection) -> tuple[int, int]:
-    """Copy the selected runs with all that belongs to them; return how many were new there, and how many were known.
+    """Copy the selected runs with all that belongs to them.
+
+    Return how many were new there, and how many were known.
 
     Raises InputError where one of the stores is missing or does not answer, StoreDown where the target fails on the
     way: what it has by then, it keeps, and a further copy adds the rest.

@@ -59,5 +59,8 @@ def _write(address: StoreAddress, connection: Any, rows: RunRows, content: Conte
 
 
 def _insert(table: str, row: Row, place: str) -> str:
-    """Return the statement that inserts a row; tables and columns are those of `row_values`, no text from outside."""
+    """Return the statement that inserts a row.
+
+    Tables and columns are those of `row_values`, no text from outside.
+    """
     return f"INSERT INTO {table} ({', '.join(row)}) VALUES ({', '.join([place] * len(row))})"  # noqa: S608

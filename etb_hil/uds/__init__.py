@@ -1,1 +1,4 @@
-"""What a unit's own diagnostics report: UDS (ISO 14229-1) over ISO-TP, as the bench asks and the controller answers."""
+"""Read what a unit's own diagnostics report: UDS (ISO 14229-1) over ISO-TP.
+
+The bench asks, the controller answers.
+"""

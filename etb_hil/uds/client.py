@@ -1,4 +1,4 @@
-"""The bench's end of UDS: requests out and responses in, step by step, with every wait bounded.
+"""The bench's end of UDS: requests out, responses in, with every wait bounded.
 
 Messages are made and read by udsoncan; only their timing is ours, since time is handed in here.
 """

@@ -1,4 +1,6 @@
-"""What the bench asks a unit, as conversations: generators that yield requests and are sent their responses.
+"""What the bench asks a unit, as conversations.
+
+A conversation is a generator that yields requests and is sent their responses.
 
 They know nothing of buses and clocks, so that the same ones run live, in tests and against other people's servers.
 """
@@ -143,7 +145,10 @@ def stop_routine(routine: Routine) -> Generator[Request, Response, None]:
 
 
 def routine_result(routine: Routine) -> Generator[Request, Response, int]:
-    """Return the first byte of a routine's results: 0 done, 1 running, else it has failed."""
+    """Return the first byte of a routine's results.
+
+    0 is done, 1 running; any other has failed.
+    """
     control = RoutineControl.ControlType.requestRoutineResults
     response = _positive((yield RoutineControl.make_request(routine.id, control)), f"routine {routine.id:#06x}")
     data = response.data or b""

@@ -1,4 +1,7 @@
-"""Key functions of security access: ours for the virtual controller, and those of plug-ins."""
+"""Key functions of security access.
+
+Ours is for the virtual controller; plug-ins add those of others.
+"""
 
 from __future__ import annotations
 
@@ -13,13 +16,19 @@ DEFAULT_KEY = "example"
 
 @dataclass(frozen=True, slots=True)
 class SecurityKey:
-    """A function that makes the key (bytes) of a seed (bytes) and a security level (odd number)."""
+    """A function that makes the key of a seed and a security level.
+
+    Seed and key are bytes, the level is an odd number.
+    """
 
     compute: Callable[[bytes, int], bytes]
 
 
 def _example(seed: bytes, level: int) -> bytes:
-    """Return each byte of the seed turned over, plus the level: a key for trying things out, and no secret."""
+    """Return each byte of the seed turned over, plus the level.
+
+    It is a key for trying things out, and no secret.
+    """
     return bytes((byte ^ 0xFF) + level & 0xFF for byte in seed)
 
 

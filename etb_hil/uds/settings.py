@@ -1,4 +1,7 @@
-"""The section `uds` of a bench file: how the unit is asked for its identity, its trouble codes and its values."""
+"""The section `uds` of a bench file.
+
+It says how the unit is asked for its identity, its trouble codes and its values.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +42,10 @@ class Routine(FileModel):
 
 
 class DataValue(FileModel):
-    """A data identifier that stands for a role: value = number x `scale` + `offset`, in `unit`."""
+    """A data identifier that stands for a role.
+
+    value = number x `scale` + `offset`, in `unit`.
+    """
 
     id: Identifier
     type: Annotated[
@@ -126,7 +132,10 @@ def _known_identity(name: str) -> str:
 
 
 class UdsSettings(FileModel):
-    """UDS on CAN with normal addressing: the identifiers of the frames, and what the unit can be asked for."""
+    """UDS on CAN with normal addressing.
+
+    It holds the identifiers of the frames, and what the unit can be asked for.
+    """
 
     request: Annotated[int, Field(ge=0, description="identifier of the frames to the unit")]
     response: Annotated[int, Field(ge=0, description="identifier of the unit's frames")]

@@ -1,4 +1,4 @@
-"""Which trouble codes speak of a throttle body, and which measurements of ours they are held against.
+"""Trouble codes of a throttle body, and measurements they are held against.
 
 The codes are those of SAE J2012; the conditions under which the virtual controller sets them stand in
 `etb_hil/controller/monitors.py`. The documents' table is made from this file.
@@ -13,7 +13,7 @@ _SYSTEMS = "PCBU"
 
 @dataclass(frozen=True, slots=True)
 class CodeMeaning:
-    """What a code says in words, and the ids of the measurements that speak for or against it."""
+    """What a code says, and the ids of measurements for or against it."""
 
     text: str
     measurements: tuple[str, ...] = ()
@@ -39,7 +39,10 @@ CODES: dict[str, CodeMeaning] = {
 
 
 def code_of_number(number: int) -> str:
-    """Return a trouble code's name (SAE J2012) of the upper two of its three bytes: 0x2119 is P2119."""
+    """Return a trouble code's name (SAE J2012) of the upper two of its three bytes.
+
+    0x2119 is P2119.
+    """
     return f"{_SYSTEMS[number >> 14 & 3]}{number >> 12 & 3:X}{number & 0xFFF:03X}"
 
 

@@ -14,7 +14,9 @@ from etb_hil.scenario.trajectory import Chain, Held, Trajectory, move
 
 
 class BreakAwayPhase(PhaseModel):
-    """At each position: rests there, then creeps on until friction has broken away; opening first, then closing.
+    """Rest at each position, then creep on until friction has broken away.
+
+    The plate opens first, then closes.
 
     At one speed or at several, one after another: the quicker the plate is to creep, the quicker the torque rises. It
     comes to each position closing, so that every break-away turns friction round.

@@ -13,7 +13,10 @@ from etb_hil.scenario.trajectory import Chain, Held, Trajectory, dash, move
 
 
 class DashPhase(PhaseModel):
-    """Monotone velocity dashes, opening from the lower angle and closing from the upper one."""
+    """Monotone velocity dashes between two angles.
+
+    They open from the lower angle and close from the upper one.
+    """
 
     angles: ClassVar = ("between",)
     speeds: ClassVar = ("against", "peak", "approach")

@@ -14,7 +14,10 @@ PRESS_S = 0.3  # how long homing presses on a stop
 
 
 class HomePhase(PhaseModel):
-    """Presses on both stops, then lets the plate return to limp-home with the bridge off."""
+    """Press on both stops, then let the plate return to limp-home.
+
+    The bridge is off while it returns.
+    """
 
     speeds: ClassVar = ("speed",)
 

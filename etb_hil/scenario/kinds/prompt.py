@@ -21,7 +21,9 @@ def _ends_by_its_answer(value: object) -> object:
 
 
 class PromptPhase(PhaseModel):
-    """Asks the operator and waits for an answer, with the bridge off; both are kept in the session.
+    """Ask the operator and wait for an answer, with the bridge off.
+
+    The session keeps both.
 
     Only the first of `answers` lets the run go on; any other ends it. A run that nobody attends takes `unattended` as
     the answer, and is refused before anything moves where there is none. With `entry` the first answer comes with a
@@ -49,7 +51,10 @@ class PromptPhase(PhaseModel):
         return self
 
     def takes(self, text: str) -> bool:
-        """Return whether an operator may enter this text: printable, and neither empty nor too long."""
+        """Return whether an operator may enter this text.
+
+        It is printable, and neither empty nor too long.
+        """
         return self.entry == "text" and text.isprintable() and 0 < len(text.strip()) <= LONGEST_TEXT
 
     def trajectory(self, start: float, throttle: ThrottleParameters) -> Trajectory:  # noqa: ARG002 (one signature for all)

@@ -13,7 +13,7 @@ from etb_hil.scenario.trajectory import Chain, Trajectory, move
 
 
 class RampPhase(PhaseModel):
-    """Goes up and down between two angles, at one speed or at several, one after another."""
+    """Go up and down between two angles, at one speed or at several in turn."""
 
     angles: ClassVar = ("between",)
     speeds: ClassVar = ("speed", "approach")

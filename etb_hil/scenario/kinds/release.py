@@ -13,7 +13,10 @@ from etb_hil.scenario.trajectory import Chain, Held, Released, Trajectory, move
 
 
 class ReleasePhase(PhaseModel):
-    """Holds a position, then switches the bridge off: springs alone bring the plate back."""
+    """Hold a position, then switch the bridge off.
+
+    Springs alone bring the plate back.
+    """
 
     angles: ClassVar = ("position",)
     speeds: ClassVar = ("approach",)

@@ -14,7 +14,10 @@ from etb_hil.scenario.trajectory import Chain, Trajectory, move
 
 
 class ReversalsPhase(PhaseModel):
-    """Small motions to and fro about limp-home, or about another centre: the bristles' own range."""
+    """Small motions to and fro about limp-home, or about another centre.
+
+    They are the bristles' own range.
+    """
 
     angles: ClassVar = ("centre",)
     speeds: ClassVar = ("speed", "approach")

@@ -11,7 +11,10 @@ from etb_hil.scenario.sines import SinePhase
 
 
 class WarmUpPhase(SinePhase):
-    """Moves the plate until a signal, as the temperature or the current, has settled; nothing of it is judged."""
+    """Move the plate until a signal has settled.
+
+    The signal is the temperature or the current, for example; nothing of the phase is judged.
+    """
 
     kind: Literal["warm_up"]
     until: Annotated[Until, Field(description="what ends the warm-up; `duration` is the longest that it may take")]

@@ -1,4 +1,6 @@
-"""The first tables that a lab shares; a bench's `results.db` of before becomes one of these stores.
+"""The first tables that a lab shares.
+
+A bench's `results.db` of before becomes one of these stores.
 
 What the file had is taken over. Its phases stay in the table `phases_of_version_1`, too: they hold readings as they
 were when a phase ended, which the new tables do not.
