@@ -1,4 +1,4 @@
-"""Suspected unit mismatches: values that fit the model once they are multiplied by what a wrong label costs."""
+"""Suspected unit mismatches: values that fit the model in another unit."""
 
 from __future__ import annotations
 
@@ -39,7 +39,9 @@ def off_by(values: str, says: str) -> float:
 
 
 def must_be_labelled_in_its_angle(m: Measurement, model: Model) -> None:
-    """Refuse an angle in rad whose label says deg: the plate seems to hardly move while the voltage drives it.
+    """Refuse an angle in rad whose label says deg.
+
+    The plate seems to hardly move while the voltage drives it.
 
     As it is labelled, the model's voltage along the motion errs by more than the mean voltage does; with 57.3 times the
     angle it errs by less. So many times the way is that of a test: more than half of the way between the stops.
@@ -56,7 +58,10 @@ def must_be_labelled_in_its_angle(m: Measurement, model: Model) -> None:
 
 
 def _explained(m: Measurement, model: Model, times: float) -> float:
-    """Return the share of the voltage's variance that the model explains along so many times the measured angle."""
+    """Return the share of the voltage's variance that the model explains.
+
+    The motion is so many `times` the measured angle.
+    """
     v, p = model.values, tuple(model.values.vector())
     size = max(round(_BLOCK * m.rate), 1)
     angle, voltage = (_means(column, size) for column in (times * m.angle, m.voltage))
