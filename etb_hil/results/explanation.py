@@ -474,6 +474,9 @@ class ExplanationResult:
 
     @property
     def component(self) -> str:
-        """The component that all causes sit in, whichever of them it is; empty where they differ, or of no cause."""
+        """The component that all causes sit in, whichever of them it is.
+
+        It is empty where they differ, and without a cause.
+        """
         found = {one.component for one in self.causes}
         return found.pop() if len(found) == 1 else ""
