@@ -1,1 +1,1 @@
-"""The ground floor: errors, units, files that people write, roles of signals, clocks."""
+"""What all else rests on: errors, units, files that people write, roles, clocks."""

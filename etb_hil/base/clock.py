@@ -1,4 +1,7 @@
-"""Time is handed in, never asked of the machine: the same code runs in lock-step and at wall clock."""
+"""Clocks that are handed in: no code asks the machine for the time.
+
+The same code runs in lock-step and at wall clock.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,7 @@ class WallClock:
         self._offset_ns = time.time_ns() - time.monotonic_ns()
 
     def now_ns(self) -> int:
-        """Return nanoseconds since 1970 as they were at start, advanced by the monotonic clock."""
+        """Return ns since 1970 as at the start, advanced by the monotonic clock."""
         return time.monotonic_ns() + self._offset_ns
 
     def sleep_until_ns(self, deadline_ns: int) -> None:

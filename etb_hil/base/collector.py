@@ -1,4 +1,7 @@
-"""The garbage collector of cycles, out of the way of work that makes many objects and no cycle."""
+"""Keep the garbage collector out of the way of work that makes no cycle.
+
+Such work makes many objects.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,9 @@ from contextlib import contextmanager
 
 @contextmanager
 def collector_paused() -> Iterator[None]:
-    """Pause the collector: it would walk all objects again and again while they become more.
+    """Pause the collector.
+
+    It would walk all objects again and again while they become more.
 
     It takes half of the time in which the history of 10,000 runs is made (`benchmarks/store_speed.py`).
     """

@@ -1,4 +1,6 @@
-"""Compile functions with numba, and keep their machine code on disk under a key of everything it was made from.
+"""Compile functions with numba, and keep their machine code on disk.
+
+Its key is a hash of everything it was made from.
 
 Numba's own cache looks at a function's source file only. Machine code that holds other files' functions and constants
 stays in use there when those change. Here the key has the fingerprint of all of them, the argument types, and what
@@ -62,7 +64,10 @@ def njit(*, cache: bool, **options: object) -> Callable[[Function], Function]:
 
 
 def folders() -> list[Path]:
-    """Return where machine code may lie, best first: NUMBA_CACHE_DIR, or beside the package and in the user's cache."""
+    """Return the folders of machine code, best first.
+
+    They are NUMBA_CACHE_DIR, or one beside the package and one in the user's cache.
+    """
     place = f"etb_hil-{_hash(str(PACKAGE))}"
     if _CONFIG.CACHE_DIR:
         return [Path(_CONFIG.CACHE_DIR) / place]
@@ -134,7 +139,10 @@ class _MachineCode(_Cache):  # type: ignore[misc] # numba has no types
 
 @functools.cache
 def _environment(codegen: CPUCodegen) -> str:
-    """Return the name of the folder for what compiles: Python, processor, and a hash of versions and settings."""
+    """Return the name of the folder for what compiles.
+
+    It has Python, processor, and a hash of versions and settings.
+    """
     triple, processor, features = codegen.magic_tuple()
     versions = (sys.version, numba.__version__, llvmlite.__version__, np.__version__)
     settings = (str(_CONFIG.OPT), _CONFIG.BOUNDSCHECK, _CONFIG.LOOP_VECTORIZE, _CONFIG.SLP_VECTORIZE)
@@ -143,7 +151,10 @@ def _environment(codegen: CPUCodegen) -> str:
 
 
 def _drop_other_versions(folder: Path, environment: str) -> None:
-    """Delete what other versions compiled for this Python and processor, and what numba's own cache had."""
+    """Delete what other versions compiled for this Python and processor.
+
+    What numba's own cache had goes, too.
+    """
     for other in folder.glob(f"{environment.rpartition('-')[0]}-*"):
         if other.name != environment:
             _delete(other.iterdir())
@@ -163,7 +174,10 @@ def _read(path: Path) -> bytes | None:
 
 
 def _write(path: Path, content: bytes) -> None:
-    """Write a file that is there as a whole or not at all, for others who read or write it at the same time."""
+    """Write a file that is there as a whole or not at all.
+
+    Others may read or write it at the same time.
+    """
     part = path.with_name(f"{path.name}.{os.getpid()}")
     try:
         part.write_bytes(hashlib.sha256(content).digest() + content)

@@ -1,4 +1,7 @@
-"""Public names that go: for one minor version they still work, and say what takes their place."""
+"""Public names that go: they still work for one minor version.
+
+They say what takes their place.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,10 @@ T = TypeVar("T")
 
 
 def deprecated(name: str, *, use: str, goes_in: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
-    """Have a public function or property warn that it goes in a version, and what to `use` in its place."""
+    """Have a public function or property warn that it goes in a version.
+
+    The warning says what to `use` in its place.
+    """
 
     def with_warning(function: Callable[P, T]) -> Callable[P, T]:
         @functools.wraps(function)

@@ -22,7 +22,7 @@ class EtbHilError(Exception):
 
 
 def without_password(text: str) -> str:
-    """Return a text that may hold the address of a database, without the password in it."""
+    """Return a text without the password of a database's address in it."""
     return _PASSWORD.sub(r"\1***", text)
 
 

@@ -1,4 +1,7 @@
-"""Files that are there whole or not at all: written under another name, flushed to the disk, then renamed."""
+"""Files that are there whole or not at all.
+
+They are written under another name, flushed to the disk, then renamed.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,9 @@ _KEPT = 40  # last characters of a name that its temporary name keeps: the suffi
 
 @contextmanager
 def replacing(path: Path, remedy: str = REMEDY) -> Iterator[Path]:
-    """Yield a temporary path beside `path`, and rename it to `path` once it is written and on the disk.
+    """Yield a temporary path that becomes `path` once it is written and on disk.
+
+    Both lie in one folder.
 
     An earlier file stays as it was until then. A symbolic link stays; the file it points to is replaced. Raises
     InputError where the file cannot be written, or where `path` is a device, a pipe or a folder.

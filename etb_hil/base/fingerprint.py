@@ -1,4 +1,6 @@
-"""A hash of everything that machine code is made from: bytecode, constants, called functions, argument types.
+"""A hash of everything that machine code is made from.
+
+Bytecode, constants, called functions, argument types.
 
 Values are hashed, not files: an edit of a comment, a docstring or an error text changes no fingerprint.
 """
@@ -23,14 +25,19 @@ _LIBRARIES = ("math", "numpy", "numba")
 
 
 class _Part(NamedTuple):
-    """What one function adds to machine code: a hash of its own, and the compiled functions that it calls."""
+    """What one function adds to machine code.
+
+    It has a hash of its own, and the compiled functions that it calls.
+    """
 
     digest: str
     calls: frozenset[FunctionType]
 
 
 def fingerprint(function: FunctionType) -> str:
-    """Return a hash (hex) of a function, of all constants that it reads, and of all compiled functions that it calls.
+    """Return a hash (hex) of a function with what it reads and calls.
+
+    It covers all constants that it reads, and all compiled functions that it calls.
 
     Constants are hashed at the first call of a process: machine code holds them as they are then, too.
     """
@@ -43,7 +50,10 @@ def fingerprint(function: FunctionType) -> str:
 
 
 def type_fingerprint(argument: types.Type) -> object:
-    """Return what identifies an argument's type: its name, and fields and functions that the name does not tell."""
+    """Return what identifies an argument's type.
+
+    Its name, and fields and functions that the name does not tell.
+    """
     if isinstance(argument, types.BaseNamedTuple):
         return [_name(argument.instance_class), argument.fields, [type_fingerprint(one) for one in argument.types]]
     if isinstance(argument, types.BaseTuple):
@@ -65,7 +75,7 @@ def _part(function: FunctionType) -> _Part:
 
 
 def _names(code: CodeType) -> Iterator[str]:
-    """Yield the names of globals and attributes that bytecode uses, inner functions included."""
+    """Yield the globals and attributes that bytecode uses, also inner functions'."""
     yield from code.co_names
     for constant in code.co_consts:
         if isinstance(constant, CodeType):

@@ -1,4 +1,7 @@
-"""How late the host was at its own deadlines: its grade at wall clock, and no part of a verdict."""
+"""How late the host was at its own deadlines.
+
+It is the host's grade at wall clock, and no part of a verdict.
+"""
 
 from __future__ import annotations
 

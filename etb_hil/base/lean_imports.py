@@ -1,4 +1,6 @@
-"""Libraries that others import wherever they are installed, and that hardly a command needs, stay out of our commands.
+"""Keep libraries out of our commands that hardly one of them needs.
+
+Other libraries import them wherever they are installed.
 
 A process of ours hides them from those who would import them; who needs one imports it then. A library that uses this
 package hides nothing.
@@ -22,7 +24,10 @@ _ALGEBRA_USER = "numba.np.arraymath"
 
 
 def keep_imports_lean() -> None:
-    """Keep asammdf and `scipy.linalg` from being imported by python-can and numba in this process."""
+    """Keep python-can and numba from importing asammdf and `scipy.linalg`.
+
+    It holds for this process.
+    """
     global _is_lean  # noqa: PLW0603 (a property of the process)
     _is_lean = True
     if _USER not in sys.modules:
@@ -42,7 +47,7 @@ def bring_asammdf_back() -> None:
 
 @contextmanager
 def lean_numba() -> Iterator[None]:
-    """Hide `scipy.linalg` while numba loads what it compiles with, unless either is loaded already."""
+    """Hide `scipy.linalg` while numba loads, unless either is loaded already."""
     if not _is_lean or _ALGEBRA_USER in sys.modules or _ALGEBRA in sys.modules:
         yield
         return

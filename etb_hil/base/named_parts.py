@@ -1,4 +1,7 @@
-"""A registry of parts that go by the names of their files: ours, one module each, and those of plug-ins."""
+"""A registry of parts by name: our own modules, and those of plug-ins.
+
+One of ours goes by the name of its file.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The two kinds of outcome that are never mixed, the exit codes they give, and whether the drive was seen off."""
+"""The outcomes of bench and unit, their exit codes, and the safe state.
+
+The two kinds of outcome are never mixed.
+"""
 
 from __future__ import annotations
 
@@ -43,7 +46,10 @@ class ExitCode(IntEnum):
 
 
 def exit_code(bench: BenchOutcome, unit: UnitVerdict | None) -> ExitCode:
-    """Return the exit code of a run: a bench fault outranks fail, fail outranks inconclusive."""
+    """Return the exit code of a run.
+
+    A bench fault outranks fail, fail outranks inconclusive.
+    """
     if bench is BenchOutcome.FAULT:
         return ExitCode.BENCH_FAULT
     if bench is BenchOutcome.ABORTED:

@@ -1,4 +1,7 @@
-"""Standard output and error that always take text: closed pipes, full disks and narrow encodings cost no exit code."""
+"""Standard output and error that always take text.
+
+Closed pipes, full disks and narrow encodings cost no exit code.
+"""
 
 from __future__ import annotations
 
@@ -55,7 +58,9 @@ class _Descriptor(io.RawIOBase):
 
 
 class Output(io.TextIOWrapper):
-    """A text stream on a descriptor, a line at a time, that raises neither OSError nor UnicodeError.
+    """A text stream that raises neither OSError nor UnicodeError.
+
+    It writes to a descriptor, a line at a time.
 
     Characters that `encoding` lacks are written as ASCII that reads the same, else as an escape sequence.
     """

@@ -60,7 +60,10 @@ class Plugin:
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """A part of a plug-in: its name (of the entry point, or the file's), what was declared, and where."""
+    """A part of a plug-in: its name, what was declared, and where.
+
+    The name is that of the entry point, or the file's.
+    """
 
     kind: str
     name: str
@@ -79,7 +82,10 @@ class Part:
             raise self.refused(f"`{name}` must be a text (it is {value!r})")
 
     def require_function(self, name: str, value: object, *arguments: str) -> None:
-        """Raise InputError where a field of the declaration cannot be called with some arguments, given by position."""
+        """Raise InputError where a field cannot be called with some arguments.
+
+        It is one of the declaration; arguments are given by position.
+        """
         wanted = f"({', '.join(arguments)})"
         if not callable(value):
             raise self.refused(f"`{name}` must be a function of {wanted} (it is {value!r})")
@@ -255,7 +261,10 @@ def _entry_points(kind: str) -> tuple[EntryPoint, ...]:
 
 @cache
 def _installed() -> Any:  # noqa: ANN401 (`EntryPoints`; in Python 3.11 a class that is deprecated, with the same method)
-    """Return the entry points of all packages: the search reads a file of each, so a process does it once."""
+    """Return the entry points of all packages.
+
+    The search reads a file of each, so a process does it once.
+    """
     from importlib.metadata import entry_points  # noqa: PLC0415 (50 ms, for the commands that use a registry)
 
     return entry_points()
@@ -294,7 +303,10 @@ def _root(entry: EntryPoint) -> Path:
 
 
 def _digest(root: Path) -> str:
-    """Return the SHA-256 of a file, or of a folder's files and their names: Python, compiled code and data."""
+    """Return the SHA-256 of a file, or of a folder's files and their names.
+
+    Files are Python, compiled code and data.
+    """
     if root.is_file():
         return hashlib.sha256(root.read_bytes()).hexdigest()
     found = hashlib.sha256()
@@ -335,7 +347,7 @@ def _module(path: Path) -> ModuleType:
 
 
 def _line_of(path: Path, error: BaseException) -> int | None:
-    """Return the line of a file that an error comes from, None where it comes from elsewhere."""
+    """Return the line of a file that an error comes from, or None."""
     if isinstance(error, SyntaxError):
         return error.lineno
     lines = [line for frame, line in walk_tb(error.__traceback__) if frame.f_code.co_filename == str(path)]
@@ -347,7 +359,7 @@ def _version(path: Path) -> str:
 
 
 def missing(recorded: tuple[Plugin, ...]) -> tuple[str, ...]:
-    """Return, in sentences, which plug-ins of a record are not here, or are other ones."""
+    """Return, in sentences, which plug-ins of a record are missing or differ."""
     here: Mapping[str, Plugin] = {one.name: one for one in plugins()}
     said = []
     for one in recorded:

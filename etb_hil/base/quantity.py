@@ -72,7 +72,10 @@ _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*
 
 
 def tidy_unit(text: str) -> str:
-    """Return a unit in the table's spelling: `Nm`, `N*m` and `N m` become `N·m`, `^2` becomes `²`."""
+    """Return a unit in the table's spelling.
+
+    `Nm`, `N*m` and `N m` become `N·m`, `^2` becomes `²`.
+    """
     unit = text.strip().replace("^2", "²").replace("Ω", "ohm").replace("µ", "u").replace("μ", "u").replace("°C", "degC")
     unit = unit.replace("°", "deg")
     unit = re.sub(r"\s*([*·/])\s*", r"\1", unit).replace("*", "·")
@@ -92,19 +95,25 @@ def dimension_of_unit(unit: str) -> str | None:
 
 
 def is_si(unit: str) -> bool:
-    """Return whether a unit is one of SI, or a product or quotient of some, as `N·m/s`."""
+    """Return whether a unit is one of SI, or made of some, as `N·m/s`."""
     return all(part.rstrip("²³") in _COHERENT for part in re.split(r"[·/]", unit))
 
 
 def si_unit_meant(text: str) -> str | None:
-    """Return the SI unit that a text probably means: `A` for `Amp` and for `mA`; None where none is near."""
+    """Return the SI unit that a text probably means, or None.
+
+    It is `A` for `Amp` and for `mA`.
+    """
     written = SPELLINGS.get(text.strip().lower(), text)
     dimension = dimension_of_unit(written)
     return None if dimension is None else unit_of(dimension)
 
 
 def unit_written(text: str) -> str:
-    """Return the SI unit of the quantity that a text gives: `s` for `20 ms`; empty where it has none."""
+    """Return the SI unit of the quantity that a text gives.
+
+    It is `s` for `20 ms`, and empty where there is none.
+    """
     match = _NUMBER.match(text)
     dimension = dimension_of_unit(match[2]) if match and match[2] else None
     return "" if dimension is None else unit_of(dimension)

@@ -1,4 +1,7 @@
-"""The one table of roles: what a signal is, whichever bus, file or model it comes from."""
+"""The one table of roles: what a signal is, wherever it comes from.
+
+It may come from any bus, file or model.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Work on several items at a time, on as many cores as the process may use: for compiled code without Python's lock."""
+"""Work on several items at a time, on as many cores as the process may use.
+
+It is for compiled code without Python's lock.
+"""
 
 from __future__ import annotations
 

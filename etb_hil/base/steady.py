@@ -1,4 +1,7 @@
-"""What keeps a process at wall clock from stalling, by itself or by what else the machine does."""
+"""Keep a process at wall clock from stalling.
+
+It may stall by itself, or by what else the machine does.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,9 @@ DEVICE = 2  # what stands for a device with a processor of its own goes before t
 
 @contextmanager
 def steady(priority: int = BENCH) -> Iterator[None]:
-    """Take all that is loaded so far out of the garbage collector's sight, and go before ordinary work if allowed.
+    """Keep this process from stalling, as far as it is allowed.
+
+    All that is loaded so far is out of the garbage collector's sight; the process goes before ordinary work.
 
     A full collection walks every object of every library: 30 ms, on a slow machine 150 ms, in the middle of a motion
     whose watchdog waits for 30 ms. On a busy machine an ordinary process waits its turn for longer still. Threads and

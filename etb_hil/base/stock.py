@@ -1,4 +1,4 @@
-"""Where the files that come with the project are: in a checkout, and in an installed wheel."""
+"""Where the project's own files are: in a checkout, and in a wheel."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ _FOLDERS = {
 
 
 def stock_names(kind: str) -> list[str]:
-    """Return the names of the stock files of a kind (model, bench, limits, scenario, dbc)."""
+    """Return the names of a kind's stock files.
+
+    The kind is model, bench, limits, scenario or dbc.
+    """
     return [*stock_files(kind)]
 
 
@@ -36,7 +39,9 @@ def stock_files(kind: str) -> dict[str, Path]:
 
 
 def find(kind: str, name: str, beside: Path | None = None) -> Path:
-    """Return the path of a file given by path, by path beside another file, or by the name of a stock file.
+    """Return the path of a file given by path or by the name of a stock file.
+
+    A path may also start beside another file.
 
     Raises InputError that lists the stock names where there is no such file.
     """

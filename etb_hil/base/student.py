@@ -11,5 +11,8 @@ _QUANTILES = (1.960, 2.021, 2.086, 2.179, 2.306, 2.447, 2.571, 2.776, 3.182, 3.5
 
 
 def student(degrees: float | NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return Student's two-sided 95 % quantile for numbers of degrees of freedom, any shape, 1 at least."""
+    """Return Student's two-sided 95 % quantile for degrees of freedom.
+
+    They have any shape, and are 1 at least.
+    """
     return np.interp(1.0 / np.maximum(np.asarray(degrees, np.float64), 1.0), _ONE_OVER, _QUANTILES)

@@ -1,4 +1,6 @@
-"""The one place where files that users name are opened: regular files alone, and no more of one than its reader allows.
+"""Open files that users name.
+
+Only regular files are opened, and no more of one is read than its reader allows.
 
 A FIFO would wait for a writer for ever, and a device may have no end.
 """
@@ -43,12 +45,18 @@ def open_file(path: Path, remedy: str = CHECK_PATH) -> BufferedReader:
 
 
 def require_file(path: Path, remedy: str = CHECK_PATH) -> None:
-    """Raise InputError where a path names no regular file that can be read: for libraries that open files by name."""
+    """Raise InputError where a path names no regular file that can be read.
+
+    It is for libraries that open files by name.
+    """
     open_file(path, remedy).close()
 
 
 def refuse_empty(path: Path, remedy: str) -> None:
-    """Raise InputError where a regular file has no bytes: what reads its format would call it broken."""
+    """Raise InputError where a regular file has no bytes.
+
+    What reads its format would call it broken.
+    """
     if path.is_file() and not path.stat().st_size:
         raise InputError(Problem("is empty", Place(path), remedy=remedy))
 

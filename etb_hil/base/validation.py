@@ -1,4 +1,7 @@
-"""Words for what pydantic finds wrong with a value: its own would reach people who wrote a file, not a program."""
+"""Words for what pydantic finds wrong with a value.
+
+Its own would reach people who wrote a file, not a program.
+"""
 
 from __future__ import annotations
 
@@ -57,7 +60,10 @@ _OWN = {"value_error", "assertion_error"}  # the words of our own validators, be
 
 
 def problem_of(detail: ErrorDetails, place: Place) -> Problem:
-    """Return what is wrong with a value, in our words; `detail` is one of `ValidationError.errors()`."""
+    """Return what is wrong with a value, in our words.
+
+    `detail` is one of `ValidationError.errors()`.
+    """
     kind, value, context = detail["type"], shown(detail), detail.get("ctx", {})
     if kind in _OWN:
         return Problem(str(detail["msg"]).split(", ", 1)[-1], place, value)

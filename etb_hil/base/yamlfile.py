@@ -1,4 +1,6 @@
-"""YAML files that people write: read as YAML 1.2 with positions kept, checked by a pydantic model.
+"""YAML files that people write, checked by a pydantic model.
+
+They are read as YAML 1.2 with positions kept.
 
 PyYAML reads YAML 1.1, where `off` is False, `0123` is 83 and `1:30` is 90. Only its parser is used here; scalars are
 resolved by the core schema of YAML 1.2. Anchors, aliases and tags are refused: nothing that people write here needs
@@ -45,7 +47,10 @@ ModelT = TypeVar("ModelT", bound=BaseModel)
 
 
 class FileModel(BaseModel):
-    """Base of every model of a file: unknown keys are refused, values cannot change after reading."""
+    """Base of every model of a file.
+
+    Unknown keys are refused, values cannot change after reading.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -59,7 +64,10 @@ class Document(Generic[ModelT]):
     lines: dict[Path_, int]
 
     def place(self, *key: str | int) -> Place:
-        """Return file, line and key of a value, or of the nearest key above it that the file has."""
+        """Return file, line and key of a value.
+
+        Where the file does not have the key, they are those of the nearest key above it.
+        """
         return _place(self.path, self.lines, key)
 
 
@@ -227,7 +235,10 @@ def _key_problem(detail: ErrorDetails, model: type[BaseModel], key: Path_, place
 
 
 def _follows_from_others(location: tuple[str | int, ...], details: Sequence[ErrorDetails]) -> bool:
-    """Return whether an error stands for those inside: entries that are wrong count as none."""
+    """Return whether an error stands for those inside.
+
+    Entries that are wrong count as none.
+    """
     own = next(detail for detail in details if detail["loc"] == location)
     inside = (d["loc"] for d in details if len(d["loc"]) > len(location) and d["loc"][: len(location)] == location)
     return own["type"] == "too_short" and next(inside, None) is not None
@@ -246,7 +257,10 @@ def _tags(model: type[BaseModel], location: tuple[str | int, ...], field: str) -
 
 
 def _file_key(location: tuple[str | int, ...], lines: dict[Path_, int]) -> Path_:
-    """Drop the parts of pydantic's location that stand nowhere in the file: names of union members, and '[key]'."""
+    """Drop the parts of pydantic's location that stand nowhere in the file.
+
+    They are names of union members, and '[key]'.
+    """
     key: Path_ = ()
     location = tuple(part for part in location if part != "[key]")
     for index, part in enumerate(location):

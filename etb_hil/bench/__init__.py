@@ -1,1 +1,4 @@
-"""Runs a scenario on a bench: bench files, what is refused before it moves, the runner, supervision, safe stop."""
+"""Run a scenario on a bench.
+
+Bench files, what is refused before it moves, the runner, supervision, safe stop.
+"""

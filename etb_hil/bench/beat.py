@@ -1,4 +1,7 @@
-"""One beat of a run: a command out, a wait for the next tick, and what arrived held against the limits."""
+"""One beat of a run.
+
+A command goes out, the next tick is waited for, and what arrived is held against the limits.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +38,10 @@ class RunStopped(Exception):
 
 
 class StopInOrder(Exception):
-    """Somebody asked for a stop in order: the plate is led back before the drive goes off."""
+    """Somebody asked for a stop in order.
+
+    The plate is led back before the drive goes off.
+    """
 
 
 class Beat:
@@ -53,7 +59,9 @@ class Beat:
         signals: StopSignals,
         spent_ns: int = 0,
     ) -> None:
-        """Run at the bench's command rate; `show` is called with the time in ns, a few times a second.
+        """Run at the bench's command rate.
+
+        `show` is called with the time in ns, a few times a second.
 
         `spent_ns` of the bench's longest run were spent before.
         """
@@ -154,13 +162,19 @@ class Beat:
         return trip
 
     def _host_trip(self, now_ns: int) -> Trip | None:
-        """Blame this host where the controller's watchdog missed commands that were sent too late, or are due."""
+        """Blame this host where the controller's watchdog missed its commands.
+
+        They were sent too late, or are due.
+        """
         if self.supervisor.faults & TIMEOUT and (late := self._pause.too_long(now_ns)) is not None:
             return Trip("host_late", f"the controller's watchdog took the drive off: {late}")
         return None
 
     def _supply_trip(self) -> Trip | None:
-        """Return why the bridge may not be on, if so: what the supply is before, a scenario may wait for."""
+        """Return why the supply forbids that the bridge is on, if it does.
+
+        What the supply is before, a scenario may wait for.
+        """
         if self._supply is None or self._supply.outside is None:
             return None
         fired = self._supply.outside

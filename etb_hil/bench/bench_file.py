@@ -1,4 +1,7 @@
-"""Bench files: the bus, the controller's DBC with roles and protection, how it is asked, and the safety limits."""
+"""Bench files: the bus, the controller's DBC, and the safety limits.
+
+They have roles, protection, and how the controller is asked.
+"""
 
 from __future__ import annotations
 
@@ -116,7 +119,9 @@ class BenchSetup:
 
 
 def load_plugins(path: Path) -> None:
-    """Take in the plug-ins that a bench file names; InputError says which one cannot be taken in, and why.
+    """Take in the plug-ins that a bench file names.
+
+    InputError says which one cannot be taken in, and why.
 
     To be called for files that the user names alone: it runs the code of the plug-ins. A session's copy of a bench file
     is read without.
@@ -132,7 +137,10 @@ def load_plugins(path: Path) -> None:
 
 
 def load_bench(path: Path, dbc: Path | None = None) -> BenchSetup:
-    """Read a bench file and its DBC (or the one given instead); InputError lists every problem with its place."""
+    """Read a bench file and its DBC (or the one given instead).
+
+    InputError lists every problem with its place.
+    """
     document = load_file(path, Bench)
     bench = document.content
     dbc = dbc or _dbc_of(document, path)
@@ -148,7 +156,10 @@ def load_bench(path: Path, dbc: Path | None = None) -> BenchSetup:
 
 
 def _with_requested(document: Document[Bench], dialect: Dialect) -> Dialect:
-    """Return the dialect with the roles that are read by data identifier; those with a signal are refused."""
+    """Return the dialect with the roles that are read by data identifier.
+
+    Roles that have a signal are refused.
+    """
     uds = document.content.uds
     if uds is None or not uds.data:
         return dialect

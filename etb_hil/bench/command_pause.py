@@ -1,4 +1,4 @@
-"""The longest pause between two commands of late: what a watchdog's trip is held against."""
+"""The longest recent pause between two commands, for a watchdog's trip."""
 
 from __future__ import annotations
 
@@ -26,7 +26,10 @@ class CommandPause:
         self._sent_ns = None
 
     def too_long(self, now_ns: int) -> str | None:
-        """Return in words how long no command was sent, by now or before one, where a watchdog cannot bear it."""
+        """Return in words how long no command was sent, if it trips a watchdog.
+
+        The pause is that until now, or before a command.
+        """
         going_on_ns = 0 if self._sent_ns is None else now_ns - self._sent_ns
         longest_ns = max(self._longest_ns, going_on_ns)
         if longest_ns <= LATE_TICKS * self._tick_ns:

@@ -1,4 +1,7 @@
-"""One sender to each id of a bus: locks of the operating system, which go with the process that holds them."""
+"""One sender to each id of a bus, by locks of the operating system.
+
+A lock goes with the process that holds it.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,10 @@ _MULTICAST_PORT = 43113  # python-can's, where the options name none
 
 
 def bench_lock(setup: BenchSetup, folder: Path | None = None) -> AbstractContextManager[list[Path]]:
-    """Hold every arbitration id that a bench commands its controller with; BenchFault names who sends one of them."""
+    """Hold every arbitration id that a bench commands its controller with.
+
+    BenchFault names who sends one of them.
+    """
     commands = [(message.ident, message.extended) for message in setup.dialect.messages if message.commanded]
     return sender_lock(setup.bench.bus, commands, f"bench '{setup.bench.name}'", folder)
 
@@ -34,7 +40,9 @@ def bench_lock(setup: BenchSetup, folder: Path | None = None) -> AbstractContext
 def sender_lock(
     bus: BusSettings, sends: Iterable[tuple[int, bool]], name: str, folder: Path | None = None
 ) -> Iterator[list[Path]]:
-    """Be the only process of this machine that sends these identifiers, extended or not, on this bus.
+    """Be the only process of this machine that sends these identifiers.
+
+    They are extended or not, on this bus.
 
     `name` says who it is to whoever comes second, whom a BenchFault refuses. The locks are on files that every user of
     the machine finds, whatever the environment; the files stay, and mean nothing by themselves.
@@ -55,7 +63,10 @@ def sender_lock(
 
 
 def _machine_folder() -> Path:
-    """Return where all users of the machine can write; no variable of a user's own may move it."""
+    """Return where all users of the machine can write.
+
+    No variable of a user's own may move it.
+    """
     if sys.platform == "win32":
         return Path(os.environ.get("PROGRAMDATA", r"C:\ProgramData"))
     run_lock = Path("/run/lock")

@@ -1,4 +1,7 @@
-"""What a run needs of the controller's DBC file, what it holds against it, and what it has to do without."""
+"""What a run needs of the controller's DBC file, and what it goes without.
+
+It refuses what says too little or cannot be sent.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +36,10 @@ _WATCHED = {
 
 
 def missing_roles(dialect: Dialect, place: Place) -> Iterator[Problem]:
-    """Find roles without which no run makes sense; `place` is that of the bench file's roles."""
+    """Find roles without which no run makes sense.
+
+    `place` is that of the bench file's roles.
+    """
     for role, use in _NEEDED.items():
         if not dialect.has(role):
             key = f"{place.key}.{role}" if place.key else f"roles.{role}"
@@ -41,7 +47,10 @@ def missing_roles(dialect: Dialect, place: Place) -> Iterator[Problem]:
 
 
 def says_too_little(dialect: Dialect, place: Place) -> Iterator[Problem]:
-    """Find commands whose signal is the same for on and for off; `place` is that of the bench file's roles."""
+    """Find commands whose signal is the same for on and for off.
+
+    `place` is that of the bench file's roles.
+    """
     carried = CommandEncoder(dialect).roles
     for role, on in (("command_enable", 1.0), ("command_mode", float(Mode.POSITION))):
         if role not in carried:
@@ -78,7 +87,7 @@ def unsendable(points: Sequence[SetPoint], dialect: Dialect, place: Place) -> It
 
 
 def not_watched(dialect: Dialect) -> list[str]:
-    """Return in words what a run on this controller goes without, for want of a signal."""
+    """Return in words what a run goes without, for want of a signal."""
     return [f"{what} (no signal has the role '{role}')" for role, what in _WATCHED.items() if not dialect.has(role)]
 
 

@@ -7,7 +7,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class ExpectedUnit:
-    """What the station expects a unit to be (empty: anything), and whether its codes are cleared before a run."""
+    """What the station expects a unit to be (empty: anything).
+
+    It says whether codes are cleared before a run, too.
+    """
 
     serial: str = ""
     part_number: str = ""

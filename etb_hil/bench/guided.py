@@ -1,4 +1,7 @@
-"""A run whose steps somebody else gives one by one; between them the plate is held where it was sent, and watched."""
+"""A run whose steps somebody else gives one by one.
+
+Between them the plate is held where it was sent, and watched.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,10 @@ from etb_hil.scenario.trajectory import OFF, SetPoint
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """What the bench saw last: seconds since the run began, plate angle rad, velocity rad/s, current A, degC."""
+    """What the bench saw last.
+
+    Seconds since the run began, plate angle in rad, velocity in rad/s, current in A, degC.
+    """
 
     time: float
     angle: float
@@ -27,7 +33,10 @@ class Seen:
 
 
 class End(Exception):
-    """Nothing more is to be run; with a `reason`, what was run so far is no whole test."""
+    """Nothing more is to be run.
+
+    With a `reason`, what was run so far is no whole test.
+    """
 
     def __init__(self, reason_id: str = "", reason: str = "") -> None:
         super().__init__(reason)
@@ -35,25 +44,37 @@ class End(Exception):
 
 
 class Orders(Protocol):
-    """Where the steps come from; `heard_s` is when the program last showed that it works on the next (monotonic)."""
+    """Where the steps come from.
+
+    `heard_s` is when the program last showed that it works on the next (monotonic).
+    """
 
     @property
     def heard_s(self) -> float: ...  # noqa: D102
 
     def next(self, patience: float) -> Step | None:
-        """Return the next step, None where none came within `patience` s; End where there will be no more."""
+        """Return the next step, None where none came within `patience` s.
+
+        It is End where there will be no more.
+        """
         ...
 
     def tell(self, seen: Seen, folder: str) -> None:
-        """Say that the step before is done, what was seen, and which folder holds its frames."""
+        """Say that the step before is done, what was seen, and where its frames are."""
         ...
 
 
 class GuidedRunner(Runner):
-    """Runs each step as it is given. A bench in virtual time stands still while it waits."""
+    """Run each step as it is given.
+
+    A bench in virtual time stands still while it waits.
+    """
 
     def __init__(self, *arguments: Any, orders: Orders, idle: float, is_virtual: bool, **named: Any) -> None:  # noqa: ANN401 (a Runner's)
-        """Take what a Runner takes; without an order for `idle` s, the run ends in the safe state."""
+        """Take what a Runner takes.
+
+        Without an order for `idle` s, the run ends in the safe state.
+        """
         super().__init__(*arguments, **named)
         self._orders, self._idle, self._is_virtual = orders, idle, is_virtual
 

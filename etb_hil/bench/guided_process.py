@@ -1,4 +1,6 @@
-"""The process that commands a bench for somebody else's program: that one may fail in any way, this one sees drive off.
+"""The process that commands a bench for somebody else's program.
+
+That program may fail in any way; this process sees that the drive is off.
 
 It reads orders from standard input, a JSON object a line, and answers in the same way on what was standard output:
 
@@ -39,7 +41,10 @@ _GONE = End("program_gone", "the program that commanded the bench ended without 
 
 
 class OrdersOnAPipe:
-    """Orders from a stream of lines, read by a thread of its own: the bench never waits for them."""
+    """Orders from a stream of lines, for which the bench never waits.
+
+    A thread of its own reads them.
+    """
 
     def __init__(self, orders: TextIO, answers: BinaryIO) -> None:
         self._answers = answers
@@ -49,7 +54,10 @@ class OrdersOnAPipe:
         threading.Thread(target=self._read, args=(orders,), daemon=True).start()
 
     def next(self, patience: float) -> Step | None:
-        """Return the next phase as a step, None where none came in time; End where the program has left."""
+        """Return the next phase as a step, None where none came in time.
+
+        It is End where the program has left.
+        """
         order = self._get(patience)
         if order is None:
             return None
@@ -94,7 +102,10 @@ class OrdersOnAPipe:
 
 
 def main() -> None:
-    """Run one bench as the first line says: files, folder, serial, seed, and how long nobody may command."""
+    """Run one bench as the first line says.
+
+    It has files, folder, serial, seed, and how long nobody may command.
+    """
     with os.fdopen(os.dup(1), "wb", buffering=0) as answers:  # nothing waits in it where nobody reads
         os.dup2(2, 1)  # whatever is printed by mistake is no answer
         given = json.loads(sys.stdin.readline())

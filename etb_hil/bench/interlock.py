@@ -1,4 +1,7 @@
-"""The interlock: a guard or a key switch that must be closed before the bridge goes on, and while it is."""
+"""The interlock: a guard or a key switch.
+
+It must be closed before the bridge goes on, and while it is on.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""A run from files to results: all is read and checked first, then the scenario runs, then the unit is judged."""
+"""A run from files to results.
+
+All is read and checked first, then the scenario runs, then the unit is judged.
+"""
 
 from __future__ import annotations
 
@@ -82,7 +85,10 @@ class JobFiles:
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """Files that were read and found to fit together; `serial` is the unit's, once it is known."""
+    """Files that were read and found to fit together.
+
+    `serial` is the unit's, once it is known.
+    """
 
     files: JobFiles
     scenario: Document[Scenario]
@@ -100,16 +106,21 @@ class Job:
 
     @property
     def is_virtual(self) -> bool:
-        """Whether the bench is the embedded one, with the virtual controller in this process."""
+        """Whether the virtual controller of the bench is in this process."""
         return self.setup.bench.bus.interface == VIRTUAL
 
     def store(self, sessions: Path) -> StoreAddress:
-        """Return where results go to: the store that the files name, or the one in the folder of sessions."""
+        """Return where results go to.
+
+        It is the store that the files name, or the one in the folder of sessions.
+        """
         return self.files.store or bench_store(self.setup, sessions)
 
 
 def prepare(files: JobFiles, *, attended: bool = False) -> Job:
-    """Read and check all files of a run; InputError lists what is wrong, before anything moves.
+    """Read and check all files of a run, before anything moves.
+
+    InputError lists what is wrong.
 
     `attended` says that somebody is there to answer the scenario's prompts.
     """
@@ -155,7 +166,9 @@ def execute(
     signals: StopSignals | None = None,
     runner: Callable[..., Runner] | None = None,
 ) -> Finished:
-    """Run the scenario and judge the unit, again where the scenario wants it; return the attempt that counts.
+    """Run the scenario and judge the unit; return the attempt that counts.
+
+    It is tried again where the scenario wants it.
 
     The session lies in a new folder under `folder`. Raises BenchFault where somebody else sends its commands.
     From the moment at which the run begins `signals` are held; whoever gives them lets them go. For who gives none, an
@@ -283,7 +296,9 @@ def bench_store(setup: BenchSetup, sessions: Path) -> StoreAddress:
 
 
 def deliver(job: Job, sessions: Path) -> tuple[str, ...]:
-    """Write the runs that wait in a folder of sessions into the store; return what went wrong, a sentence each.
+    """Write the runs that wait in a folder of sessions into the store.
+
+    Return what went wrong, a sentence each.
 
     To be called once the verdict was said: a server that does not answer takes some seconds.
     """
@@ -301,7 +316,10 @@ def _talk(job: Job, clock: Clock) -> UnitTalk | None:
 
 
 def connect(job: Job, seed: int) -> tuple[Link, Clock]:
-    """Open the bench's bus; on the virtual one, switch the virtual controller with its unit on."""
+    """Open the bench's bus.
+
+    On the virtual one, switch the virtual controller with its unit on.
+    """
     bench = job.setup.bench
     if not job.is_virtual:
         clock = WallClock()

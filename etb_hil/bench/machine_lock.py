@@ -1,4 +1,7 @@
-"""A name that one process of this machine holds, whoever runs it; it is free again when that process ends."""
+"""A name that one process of this machine holds.
+
+Anybody may run the process; the name is free again when it ends.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,9 @@ _CREDENTIALS = struct.Struct("3i")  # struct ucred: process, user, group
 
 
 class MachineLock:
-    """A locked file in a folder of all users; on Linux a socket name as well, which nobody can remove.
+    """A locked file in a folder of all users.
+
+    On Linux it is a socket name as well, which nobody can remove.
 
     The file says who holds the name. The folder is sticky, so that users cannot remove each other's files. Whoever
     removes a file all the same frees nothing: the socket name lives in the kernel, one for each network namespace.
@@ -31,7 +36,7 @@ class MachineLock:
         self._descriptor = _opened(path)
 
     def acquire(self, holder: str) -> bool:
-        """Take the name, and write who holds it; return False where another process has it."""
+        """Take the name, and write who holds it; False where another process does."""
         if not (_is_locked(self._descriptor) and self._is_bound()):
             return False
         os.ftruncate(self._descriptor, 0)
@@ -95,7 +100,10 @@ def _opened(path: Path) -> int:
 
 
 def _opened_in(folder: int, name: str) -> int:
-    """Open a file, or make it; Linux refuses O_CREAT for other users' files in sticky folders (protected_regular)."""
+    """Open a file, or make it.
+
+    Linux refuses O_CREAT for other users' files in sticky folders (protected_regular).
+    """
     flags = os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK  # a pipe that somebody put there does not hold us up
     while True:
         with contextlib.suppress(FileNotFoundError):

@@ -1,4 +1,7 @@
-"""Who answers a scenario's prompts: somebody at a terminal, or the scenario itself where nobody attends the run."""
+"""Who answers a scenario's prompts.
+
+Somebody at a terminal does, or the scenario itself where nobody attends the run.
+"""
 
 from __future__ import annotations
 
@@ -15,14 +18,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """One of a prompt's answers; `entry` is the text that it asks for, or the path of the photo."""
+    """One of a prompt's answers.
+
+    `entry` is the text that it asks for, or the path of the photo.
+    """
 
     answer: str
     entry: str = ""
 
 
 class Operator(Protocol):
-    """Asked with the drive off; while no answer is there, the bench goes on commanding and supervising."""
+    """Whoever is asked, with the drive off.
+
+    While no answer is there, the bench goes on commanding and supervising.
+    """
 
     name: str
 
@@ -31,7 +40,10 @@ class Operator(Protocol):
         ...
 
     def answer(self) -> Reply | None:
-        """Return the reply once it was given; returns at once where the bench runs at wall clock."""
+        """Return the reply once it was given.
+
+        It returns at once where the bench runs at wall clock.
+        """
         ...
 
     def withdraw(self) -> None:
@@ -60,7 +72,7 @@ class Unattended:
 
 
 def check_unattended(scenario: Document[Scenario]) -> None:
-    """Raise InputError where the scenario asks something that only a person can answer."""
+    """Raise InputError where the scenario asks what only a person can answer."""
     problems = {
         step.key: Problem(
             "this prompt has no answer for a run that nobody attends",

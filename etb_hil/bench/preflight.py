@@ -1,4 +1,7 @@
-"""Everything that is refused before anything moves: limits of the bench, roles, and the room on the bus."""
+"""Everything that is refused before anything moves.
+
+Limits of the bench, roles, and the room on the bus.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +36,9 @@ SAMPLE_S = 0.001  # set-points are looked at this often
 
 
 def check_scenario(scenario: Document[Scenario], setup: BenchSetup, throttle: ThrottleParameters) -> list[BusBudget]:
-    """Hold every phase against the bench's limits, its roles and its bus; return the budget of each kind of request.
+    """Hold every phase against the bench's limits, its roles and its bus.
+
+    Return the budget of each kind of request.
 
     Raises InputError with every problem found, each with file, line, key, value and what is allowed.
     """
@@ -86,7 +91,10 @@ def check_scenario(scenario: Document[Scenario], setup: BenchSetup, throttle: Th
 
 
 def _below_any_housing(setup: BenchSetup) -> Iterator[Problem]:
-    """Find a limit of temperature that the dry run's unit exceeds before it moves: one in K, most often."""
+    """Find a limit of temperature that a unit exceeds before it moves.
+
+    Most often it is in K; the unit is the dry run's.
+    """
     limit, least = setup.bench.limits.temperature, AMBIENT_C + TEMPERATURE_MARGIN
     if limit <= least:
         yield Problem(
@@ -99,7 +107,10 @@ def _below_any_housing(setup: BenchSetup) -> Iterator[Problem]:
 
 
 def bus_budget_of(bench: Bench, measure: Measure, dialect: Dialect) -> BusBudget:
-    """Return what a measurement request puts on the bench's bus; InputError with the sum where it does not fit."""
+    """Return what a measurement request puts on the bench's bus.
+
+    InputError with the sum where it does not fit.
+    """
     return bus_budget(
         dialect,
         bench.bus,
@@ -194,7 +205,10 @@ def _moves_unseen(phase: Phase, trajectory: Trajectory, where: _Where) -> Iterat
 
 
 def _points(trajectory: Trajectory) -> list[SetPoint]:
-    """Return the set-points that are farthest out, of each mode; a phase of hours has too many to keep them all."""
+    """Return the set-points that are farthest out, of each mode.
+
+    A phase of hours has too many to keep them all.
+    """
     least: dict[tuple[Mode, str], SetPoint] = {}
     most: dict[tuple[Mode, str], SetPoint] = {}
     for point in _all_points(trajectory):
@@ -218,7 +232,10 @@ def _all_points(trajectory: Trajectory) -> Iterator[SetPoint]:
 
 
 def _strays(points: list[SetPoint], limits: SafetyLimits, where: _Where) -> Iterator[Problem]:
-    """Find set-points on the way that leave the limits, although each value of the phase is inside."""
+    """Find set-points on the way that leave the limits.
+
+    Each value of the phase may be inside.
+    """
     driven = [point for point in points if point.enable]
     low, high = limits.angle
     for what, dimension, worst, least, most in (

@@ -1,4 +1,4 @@
-"""What a bench reads of the unit all the time: values by data identifier, each when it is due."""
+"""What a bench reads of the unit by data identifier, each when it is due."""
 
 from __future__ import annotations
 
@@ -20,7 +20,9 @@ SESSION_CONTROL, EXTENDED = 0x10, 3
 
 
 class Readings:
-    """Says what is to be asked next; `has_begun` once the unit has answered a first time.
+    """Say what is to be asked next.
+
+    `has_begun` is True once the unit has answered a first time.
 
     `is_served`: the last request was one of these, so that what else is asked has its turn.
     """
@@ -34,7 +36,10 @@ class Readings:
         self.has_begun = self.is_served = False
 
     def note(self, response: Response) -> None:
-        """Take the response to another request: a change of the session ends what the unit sends by itself."""
+        """Take the response to another request.
+
+        A change of the session ends what the unit sends by itself.
+        """
         if response.positive and response.service is not None and response.service.request_id() == SESSION_CONTROL:
             self._is_sent, self._is_extended = False, (response.data or b"\0")[0] == EXTENDED
 

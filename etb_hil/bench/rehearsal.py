@@ -1,4 +1,4 @@
-"""The dry run: the scenario in lock-step on the bench's own model, before a real unit moves.
+"""The dry run: the scenario in lock-step on the bench's own model.
 
 It finds what set-points alone do not show (the current of a step, the speed of an overshoot), and it has compiled
 everything by the time that frames must be answered within milliseconds.
@@ -89,7 +89,9 @@ def with_margins(limits: SafetyLimits) -> SafetyLimits:
 
 
 def rehearse(scenario: Document[Scenario], bench: Bench, model: Model, limits: Limits) -> None:
-    """Run the scenario on the bench's model and limits; InputError names the phase and the limit that it passes.
+    """Run the scenario on the bench's model and limits.
+
+    InputError names the phase and the limit that it passes.
 
     When a condition or an answer ends a phase is the world's affair: it is run again with other ends of such phases,
     among them where the model ends them and where they move fastest.
@@ -124,7 +126,10 @@ def _ended(
 
 
 def _ends(count: int) -> Iterable[tuple[bool, ...]]:
-    """Return which open-ended phases end early, rehearsal by rehearsal: all ways, or all ways of two neighbours."""
+    """Return which open-ended phases end early, rehearsal by rehearsal.
+
+    They are all ways, or all ways of two neighbours.
+    """
     if count <= EVERY_WAY:
         return product((True, False), repeat=count)
     return [tuple((even, odd)[index % 2] for index in range(count)) for even, odd in product((True, False), repeat=2)]
@@ -133,7 +138,10 @@ def _ends(count: int) -> Iterable[tuple[bool, ...]]:
 def _rehearse(
     steps: Sequence[Step], scenario: Document[Scenario], bench: Bench, model: Model, limits: Limits
 ) -> list[bool]:
-    """Return which phases their conditions have ended; long rests are lived in full where they matter."""
+    """Return which phases their conditions have ended.
+
+    Long rests are lived in full where they matter.
+    """
     brief = [_rested(step, model) for step in steps]
     record = _dry_run(brief, bench, model, limits)
     until = len(record.phases)
@@ -157,13 +165,16 @@ def _rehearse(
 
 
 def _limit_of(reason_id: str) -> str:
-    """Return the key of the bench file whose limit a run met, or all of them where it was another reason."""
+    """Return the key of the limit that a run met, or of all for another reason."""
     name = reason_id.removesuffix("_limit")
     return f"'limits.{name}'" if name in SafetyLimits.model_fields else "'limits'"
 
 
 def _shortened(step: Step) -> Step:
-    """Return the step without the time that only the world outside needs: until the plate rests, or repeats itself."""
+    """Return the step without the time that only the world outside needs.
+
+    It lasts until the plate rests, or repeats itself.
+    """
     phase = step.phase
     if isinstance(phase, PromptPhase):
         rest = f"{min(phase.timeout, REST_S)!r} s"
@@ -195,7 +206,10 @@ def _until(step: Step, until: Until | None) -> Step:
 
 
 def _cut(step: Step, model: Model) -> Step:
-    """Return the step with an end before its time: where it moves fastest, or where a released plate falls fastest."""
+    """Return the step with an end before its time.
+
+    It is where the plate moves fastest, or falls fastest after its release.
+    """
     throttle = model.values
     if isinstance(step.phase, OffPhase | WaitPhase):
         rest = throttle.limp_home
@@ -207,7 +221,10 @@ def _cut(step: Step, model: Model) -> Step:
 
 
 def _fastest(trajectory: Trajectory) -> float:
-    """Return when a trajectory's set-point moves fastest, in s: amid the time it does, for the plate lags behind."""
+    """Return when a trajectory's set-point moves fastest, in s.
+
+    It is amid the time at which it does, for the plate lags behind.
+    """
     count = min(math.ceil(trajectory.duration / LOOK_S), MOST_LOOKS)
     times = [trajectory.duration * k / count for k in range(1, count)] or [0.5 * trajectory.duration]
     speeds = [abs(trajectory.at(t).velocity) for t in times]
@@ -216,7 +233,10 @@ def _fastest(trajectory: Trajectory) -> float:
 
 
 def _dry_run(steps: Sequence[Step], bench: Bench, model: Model, limits: Limits) -> RunRecord:
-    """Run on a virtual bus with the project's own controller: the bench's limits, rates, requests and law."""
+    """Run on a virtual bus with the project's own controller.
+
+    Limits, rates, requests and law are the bench's.
+    """
     setup = load_bench(find("bench", "virtual_fd" if bench.measure.burst else "virtual_classic"))
     bus = setup.bench.bus
     stand_in = setup.bench.model_copy(

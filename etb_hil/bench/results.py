@@ -1,4 +1,4 @@
-"""The result of a run, made from what was recorded alone, so that a replay gives the same."""
+"""Make the result of a run from what was recorded; a replay gives the same."""
 
 from __future__ import annotations
 

@@ -32,7 +32,10 @@ HOMEWARD = 1.0  # rad/s, how fast a stop in order leads the plate back: as the c
 
 
 class Runner:
-    """One run of a scenario's steps on one bench; `supply` is the condition under which the supply ends it."""
+    """One run of a scenario's steps on one bench.
+
+    `supply` is the condition under which the supply ends it.
+    """
 
     def __init__(
         self,
@@ -83,7 +86,10 @@ class Runner:
         self._message = ""
 
     def run(self) -> RunRecord:
-        """Run all phases; whatever happens, drive off is commanded and looked for before this returns."""
+        """Run all phases.
+
+        Whatever happens, drive off is commanded and looked for before this returns.
+        """
         record, beat = self._record, self._beat
         self._tap.events.add(record.start_ns, "start")
         with beat.signals:
@@ -135,7 +141,10 @@ class Runner:
         self._beat(None)
 
     def _ask_after(self) -> None:
-        """Ask the unit for its trouble codes after a run, also after one that its controller ended."""
+        """Ask the unit for its trouble codes after a run.
+
+        It does so after a run that the controller ended, too.
+        """
         talk, record = self._tap.talk, self._record
         if talk is None:
             return
@@ -155,7 +164,9 @@ class Runner:
         yield from self._steps
 
     def _wake_controller(self) -> None:
-        """Ask for samples with the drive off, until the first ones arrive and no fault of an earlier run is left.
+        """Ask for samples with the drive off, until the first ones arrive.
+
+        No fault of an earlier run is left then.
 
         A controller that heard another bench before refuses the first frames of this one, whose counters start anew: it
         shows that in its fault bits for a while, and may have to be asked again.
@@ -200,7 +211,10 @@ class Runner:
             raise RunStopped(BenchOutcome.FAULT, "condition_never_true", f"phase '{step.id}': {phase.until}")
 
     def _expected_s(self, step: Step) -> float:
-        """Return how long a phase takes, at most; how long somebody takes for an answer, nobody knows."""
+        """Return how long a phase takes, at most.
+
+        How long somebody takes for an answer, nobody knows.
+        """
         if isinstance(step.phase, PromptPhase):
             return 0.0
         return step.phase.trajectory(self._throttle.limp_home, self._throttle).duration
@@ -211,7 +225,10 @@ class Runner:
         self._beat.supervisor.expect(measure.signals, self._clock.now_ns())
 
     def _start_angle(self) -> float:
-        """Return where the next motion starts: where the plate was sent, or where it is when it was let go."""
+        """Return where the next motion starts.
+
+        It is where the plate was sent, or where it is when it was let go.
+        """
         commanded = self._beat.commanded
         return commanded.position if commanded.enable else self._beat.supervisor.angle
 
@@ -229,7 +246,7 @@ class Runner:
         return PhaseEnd.DONE if until is None else PhaseEnd.NEVER_FIRED
 
     def _ask(self, step_id: str, prompt: PromptPhase) -> None:
-        """Ask the operator with the drive off; only the first of the prompt's answers goes on."""
+        """Ask the operator with the drive off; the prompt's first answer goes on."""
         asked_ns = self._clock.now_ns()
         asks = {"id": step_id, "text": prompt.text, "answers": list(prompt.answers)}
         self._tap.events.add(asked_ns, "prompt", **asks | ({"entry": prompt.entry} if prompt.entry else {}))

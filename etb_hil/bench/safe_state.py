@@ -1,4 +1,7 @@
-"""Drive off, and seen to be off: by the measured current and the controller's own status."""
+"""Switch the drive off, and see that it is off.
+
+The measured current and the controller's own status show it.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,9 @@ SAMPLES = 10  # current samples that must agree: a burst, whose mean has a third
 
 
 def bring_to_rest(tap: Tap, clock: Clock, tick_ns: int, *, commanding: bool = True) -> SafeState:
-    """Command drive off until the current is about zero and the status says off, or until patience ends.
+    """Command drive off until current and status say so, or patience ends.
+
+    The current is about zero then.
 
     Not `commanding`, only look: the controller's watchdog takes the drive off where nobody commands. A bus that is gone
     ends it at once: nothing can be commanded or seen then, and again it is the watchdog that switches off. Whatever
@@ -53,7 +58,10 @@ def bring_to_rest(tap: Tap, clock: Clock, tick_ns: int, *, commanding: bool = Tr
 
 
 class _QuietWatch:
-    """Looks for the current to be about zero and the bridge to be reported off, in samples taken after a command."""
+    """Look for a current of about zero and a bridge that is reported off.
+
+    Samples count that were taken after a command.
+    """
 
     def __init__(self, reports_enable: bool, current_zero: float) -> None:
         self._zero = current_zero if abs(current_zero) < LARGEST_ZERO_A else 0.0

@@ -1,4 +1,7 @@
-"""A scenario on a model without a bus: the controller's own machine, commands in and samples out."""
+"""Run a scenario on a model without a bus.
+
+The controller's own machine takes commands and gives samples.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,10 @@ MOST_ROWS = 20_000_000  # what a table and a memory hold
 
 
 class Simulation:
-    """One scenario on one unit; prompts are passed over, conditions end phases as they do on a bench."""
+    """One scenario on one unit.
+
+    Prompts are passed over, conditions end phases as they do on a bench.
+    """
 
     def __init__(
         self,
@@ -38,7 +44,9 @@ class Simulation:
         command_rate: float = COMMAND_RATE,
         supply: Condition | None = None,
     ) -> None:
-        """`nominal` is what controller and trajectories take the unit for; `rate` of the samples in Hz.
+        """Take the unit, and what controller and trajectories take it for (`nominal`).
+
+        `rate` is that of the samples in Hz.
 
         `supply` is the condition under which the supply ends the run.
         """

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """The state of a run; throttle shaft, SI units, NaN or None where nothing is known yet.
+    """The state of a run, at the throttle shaft in SI units.
+
+    It is NaN or None where nothing is known yet.
 
     `set_point` is None while the drive is off; `late_ms` and `frame_age_ms` are the worst so far.
     """

@@ -1,4 +1,7 @@
-"""How fast the plate moves by its motor's encoder: every sample of it is looked at, not one a beat."""
+"""How fast the plate moves by its motor's encoder.
+
+Every sample of it is looked at, not one a beat.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,10 @@ SPAN_NS = 5_000_000  # velocity is the travel over this time: long enough for an
 
 
 class SpeedWatch:
-    """Means of the motor's velocity, back to the newest sample that is `SPAN_NS` older; any chunking, same values."""
+    """Means of the motor's velocity over `SPAN_NS`.
+
+    They go back to the newest sample that is that much older; any chunking gives the same values.
+    """
 
     def __init__(self) -> None:
         self._time_ns = np.empty(0, np.int64)
@@ -19,7 +25,9 @@ class SpeedWatch:
         self._newest = 0.0
 
     def push(self, block: SampleBlock) -> tuple[float, float]:
-        """Take samples with a `motor_angle`; return the newest velocity known, and the largest of these samples.
+        """Take samples with a `motor_angle`; return newest and largest velocity.
+
+        The newest is the one known, the largest that of these samples.
 
         Both in rad/s at the motor's shaft, with sign; the largest is 0 where none has an older one to be compared with.
         """
@@ -33,7 +41,10 @@ class SpeedWatch:
 def _speeds(
     seen_ns: Int64, seen: Float64, new_ns: Int64, new: Float64, newest: float
 ) -> tuple[Int64, Float64, float, float]:
-    """Return the samples that those to come are compared with, the newest velocity, and the largest of the new ones."""
+    """Return the newest velocity, the largest one, and samples for those to come.
+
+    Samples to come are compared with them.
+    """
     time_ns = np.empty(len(seen) + len(new), np.int64)
     angle = np.empty(len(time_ns))
     count = len(seen)

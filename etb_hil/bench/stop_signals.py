@@ -39,7 +39,9 @@ EXPLAINED = (
 
 
 class StopSignals:
-    """While entered, these signals are noted instead of ending the process; the runner heeds them at its next tick.
+    """Note signals instead of ending the process, while entered.
+
+    The runner heeds them at its next tick.
 
     Further ones can only say more: none of them cuts the safe stop short, or what is kept of the run. They can
     be entered again while entered, or held: the handlers are put back at the end of all that.
@@ -75,7 +77,10 @@ class StopSignals:
                 signal.signal(number, handler)
 
     def hold(self) -> None:
-        """Note signals from now on until `let_go`: a run has begun, and what comes of it is to be kept."""
+        """Note signals from now on until `let_go`.
+
+        A run has begun, and what comes of it is to be kept.
+        """
         if not self._is_held:
             self._is_held = True
             self.__enter__()
@@ -92,13 +97,16 @@ class StopSignals:
         return None if self.received is None else _CAUSES.get(self.received, self.received)
 
     def raise_if_late(self) -> None:
-        """Raise KeyboardInterrupt where an abort or a halt was ordered that the run, being over, could not heed."""
+        """Raise KeyboardInterrupt where an order came too late for the run.
+
+        It was an abort or a halt, and the run was over.
+        """
         if self.verb in {Verb.ABORT, Verb.HALT}:
             raise KeyboardInterrupt(f"{self.cause} came once the run was over; its results stand")
 
     @contextlib.contextmanager
     def leaving(self) -> Iterator[None]:
-        """While entered, a further Ctrl-C raises KeyboardInterrupt where there were enough of them."""
+        """Let a further Ctrl-C raise KeyboardInterrupt, once there were enough."""
         self._may_leave = True
         try:
             yield

@@ -27,7 +27,10 @@ STATUS_AGE = 10  # times older than a sample may a status be: it comes at 100 Hz
 
 @dataclass(frozen=True, slots=True)
 class Trip:
-    """A limit was passed: the reason's id, the sentence for people, and what that says of the bench."""
+    """A limit was passed: the reason's id, and the sentence for people.
+
+    It says what that means of the bench.
+    """
 
     reason_id: str
     reason: str
@@ -47,7 +50,10 @@ class Supervisor:
         reports_temperature: bool = False,
         requested: Collection[str] = (),
     ) -> None:
-        """Watch from `start_ns` on; the roles `requested` are read by data identifier, and may pause at rest."""
+        """Watch from `start_ns` on.
+
+        The roles `requested` are read by data identifier, and may pause at rest.
+        """
         self._requested = frozenset(requested)
         self._reports_status = reports_status
         self._newest_temperature_ns = start_ns if reports_temperature else None
@@ -84,14 +90,17 @@ class Supervisor:
 
     @property
     def has_answered(self) -> bool:
-        """Whether all that was asked for has come, and statuses where the controller has them.
+        """Whether all that was asked for has come, and a status if there is one.
 
         The first status may have been made before the controller heard of this bench.
         """
         return self.is_complete and (not self._reports_status or self._statuses > STATUSES)
 
     def allows(self, set_point: SetPoint) -> Trip | None:
-        """Return what a set-point would pass; checked scenarios pass nothing, unless they start from elsewhere."""
+        """Return what limit a set-point would pass.
+
+        Checked scenarios pass none, unless they start from elsewhere.
+        """
         if not set_point.enable:
             return None
         low, high = self._limits.angle
@@ -107,7 +116,10 @@ class Supervisor:
         return Trip("set_point_limit", f"the next set-point ({asked}) is outside the bench's limits; it was not sent")
 
     def look(self, blocks: Iterable[SampleBlock], *, heed_faults: bool = True) -> Trip | None:
-        """Take new samples; return what was passed, if anything; fault bits that are not heeded are only noted."""
+        """Take new samples; return what was passed, if anything.
+
+        Fault bits that are not heeded are only noted.
+        """
         reported = 0
         for block in blocks:
             if not len(block):
@@ -119,7 +131,9 @@ class Supervisor:
         return _fault_trip(reported or self.faults) if (reported or self.faults) and heed_faults else None
 
     def age(self, now_ns: int, *, moves: bool = True) -> Trip | None:
-        """Return a trip when the newest sample or status is too old to move on, or younger than the clock allows.
+        """Return a trip when the newest sample or status has a wrong age.
+
+        It is too old to move on, or younger than the clock allows.
 
         With the drive off, readings may wait for an answer of the unit's diagnostics, which has its own limit.
         """
@@ -213,7 +227,10 @@ class Supervisor:
         return None
 
     def _look_at_faults(self, values: Float64) -> int:
-        """Note the newest fault bits, and return all that were set meanwhile; a bad sample has none."""
+        """Note the newest fault bits, and return all that were set meanwhile.
+
+        A bad sample has none.
+        """
         reported = 0
         for value in values.tolist():
             if math.isfinite(value):
@@ -223,7 +240,10 @@ class Supervisor:
 
 
 def _fault_trip(faults: int) -> Trip:
-    """Return what a fault of the controller says: over-current alone is its protection at work, and no bench fault."""
+    """Return what a fault of the controller says.
+
+    Over-current alone is its protection at work, and no bench fault.
+    """
     bits = f"fault bits {faults:#x}"
     if faults == OVER_CURRENT:
         reason = f"the controller took the drive off for over-current ({bits})"
@@ -239,7 +259,10 @@ def _peak(values: Float64) -> float:
 
 @njit(cache=True, error_model="numpy")
 def _extremes(values: Float64) -> tuple[float, float]:
-    """Return the lowest and the highest value, bad samples left out; where all are bad, what is inside any limits."""
+    """Return the lowest and the highest value, bad samples left out.
+
+    Where all are bad, they are inside any limits.
+    """
     low, high = np.inf, -np.inf
     for value in values:
         low = min(low, value)

@@ -1,4 +1,7 @@
-"""The supply's window: outside it the bridge may not be on, however short each time that it is on."""
+"""The supply's window, outside which the bridge may not be on.
+
+However short each time that it is on.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,9 @@ ROLE = "supply_voltage"
 
 
 class SupplyGuard:
-    """Follows the supply, bridge on or off, against the condition under which it is outside.
+    """Follow the supply against the condition under which it is outside.
+
+    The bridge may be on or off.
 
     A bad sample does not show that it is inside, and neither does a gap.
     """

@@ -1,4 +1,7 @@
-"""The one place through which the bench talks to its bus: commands out, frames in, and all of it into the raw log."""
+"""The one place through which the bench talks to its bus.
+
+Commands go out, frames come in, and all of it goes into the raw log.
+"""
 
 from __future__ import annotations
 
@@ -43,7 +46,7 @@ class RawLog(Protocol):
 
 
 class Tap:
-    """Sends commands, receives frames, logs both, and hands what arrived to the analysis."""
+    """Send commands, receive frames, log both, and hand frames to the analysis."""
 
     def __init__(
         self,
@@ -100,7 +103,9 @@ class Tap:
         )
 
     def receive(self) -> list[SampleBlock]:
-        """Return the samples of all frames that arrived since the last call, whether or not the raw log could be kept.
+        """Return the samples of all frames that arrived since the last call.
+
+        It does so whether or not the raw log could be kept.
 
         A run that is no longer recorded still has to be seen to end safely: `check_recording` says that it is not.
         """
@@ -113,7 +118,7 @@ class Tap:
 
     @property
     def current_zero(self) -> float:
-        """What the current sensor shows in A when none flows, as far as the run has measured it."""
+        """What the current sensor shows in A without a current, where measured."""
         return self._analysis.diagnosis.current_zero
 
     def health(self) -> BusHealth:
@@ -121,12 +126,15 @@ class Tap:
         return self._link.health()
 
     def finish(self) -> None:
-        """Hand all frames to the operating system: judging them takes seconds. RecordingFault where some are lost."""
+        """Hand all frames to the operating system, for judging takes seconds.
+
+        RecordingFault where some are lost.
+        """
         self.check_recording()
         self._log.flush()
 
     def check_recording(self) -> None:
-        """Raise RecordingFault where a frame that was received could not be written to the raw log."""
+        """Raise RecordingFault where a received frame is not in the raw log."""
         if self._lost is not None:
             raise self._lost
 
@@ -149,7 +157,10 @@ class Tap:
             self._asked = None
 
     def _send(self, values: dict[str, float]) -> None:
-        """Send what this controller can be told; what a scenario needs of it was checked before."""
+        """Send what this controller can be told.
+
+        What a scenario needs of it was checked before.
+        """
         if not self._carried.issuperset(values):
             values = {role: value for role, value in values.items() if role in self._carried}
             if not values:

@@ -1,4 +1,6 @@
-"""The bench asks the unit by UDS while the beats of a run go on; the stream of set-points is never held up.
+"""Ask the unit by UDS while the beats of a run go on.
+
+The stream of set-points is never held up.
 
 A request rides on the beat: it goes out behind the beat's command, and its response is looked for at later beats. What
 is read all the time (`Readings`) takes turns with what a run asks before and after its scenario.
@@ -32,7 +34,10 @@ POLL_NS = 100_000_000  # how often a routine is asked whether it has ended
 
 @dataclass(slots=True)
 class UnitTalk:
-    """What is asked before and after a scenario, and `found`: what the unit has said until now."""
+    """What is asked before and after a scenario.
+
+    `found` is what the unit has said until now.
+    """
 
     settings: UdsSettings
     clock: Clock
@@ -51,7 +56,7 @@ class UnitTalk:
         self._readings = Readings(self.settings.requested())
 
     def hear(self, frames: FrameBlock) -> FrameBlock | None:
-        """Take what was seen on the bus; return the frames that are to be sent now. It never raises."""
+        """Take what was seen on the bus; return the frames to send now. Never raise."""
         now_ns = self.clock.now_ns()
         try:
             out, response = self._client.step(now_ns, frames)
@@ -71,7 +76,7 @@ class UnitTalk:
         return out
 
     def check(self) -> None:
-        """Raise RunStopped where the unit did not answer as it should, or somebody else asks it."""
+        """Raise RunStopped where the unit answers wrongly, or somebody else asks it."""
         error, self._error = self._error, None
         if error is not None:
             raise _stopped(error)
@@ -87,7 +92,10 @@ class UnitTalk:
             self._reading, self._readings.has_begun = None, True
 
     def _begins(self, now_ns: int) -> bool:
-        """Begin to ask what is due, one of the run's requests after a reading and a reading after one of them."""
+        """Begin to ask what is due.
+
+        Requests of the run and readings take turns.
+        """
         is_first = self._request is not None and self._readings.is_served
         self._reading = None if is_first else self._readings.next(now_ns)
         self._readings.is_served = self._reading is not None
@@ -101,7 +109,9 @@ class UnitTalk:
         return True
 
     def before(self, beat: Callable[[], None], moving_beat: Callable[[], None]) -> None:
-        """Identify the unit, read its codes and clear them where the station says so, run its routines.
+        """Identify the unit, read its codes, and run its routines.
+
+        Codes are cleared where the station says so.
 
         RunStopped where it is another unit than the station expects, or does not answer as it should.
         """
@@ -121,12 +131,18 @@ class UnitTalk:
         self.run_routines("before", beat, moving_beat)
 
     def after(self, beat: Callable[[], None]) -> None:
-        """Read the codes again, with the drive off; RunStopped where the unit does not answer as it should."""
+        """Read the codes again, with the drive off.
+
+        RunStopped where the unit does not answer as it should.
+        """
         if self.settings.trouble_codes and self.found.codes_before is not None:
             self.found = replace(self.found, codes_after=self._hold(conversation.read_codes(self.settings), beat))
 
     def run_routines(self, when: str, beat: Callable[[], None], moving_beat: Callable[[], None]) -> None:
-        """Run the routines that are due `before` or `after` the scenario; RunStopped where one fails."""
+        """Run the routines that are due `before` or `after` the scenario.
+
+        RunStopped where one fails.
+        """
         for name, routine in self.settings.routines.items():
             if getattr(routine, when):
                 self._run_routine(name, routine, when, beat, moving_beat)

@@ -1,4 +1,4 @@
-"""What a technician reads: one reason in a sentence and one thing to do next, for each reason id.
+"""What a technician reads: a sentence and a next step for each reason id.
 
 Screen, report, log and `results.json` have them from here.
 
@@ -333,7 +333,10 @@ def unit_wording(results: RunResult) -> Wording:
 
 
 def _is_undecided_by_friction(reason_id: str) -> bool:
-    """Return whether a limit was not decided that the whole of the motion is judged by, and no phase of its own."""
+    """Return whether an undecided limit applies to the whole motion.
+
+    Others apply to phases of their own.
+    """
     kind = kind_of(reason_id.removesuffix(_UNDECIDED))
     return reason_id.endswith(_UNDECIDED) and (kind is None or not kind.phases)
 
@@ -386,7 +389,7 @@ def _not_measured(name: str, one: Measurement | None, todo: str) -> Wording:
 
 
 def _sentence(text: str, end: str = "") -> str:
-    """Return a text with a capital at its begin, and `end` behind it unless it is there."""
+    """Return a text with a capital at its begin, and `end` behind it once."""
     return text[:1].upper() + text[1:].removesuffix(end) + end if text else ""
 
 
@@ -428,7 +431,9 @@ def attempts_sentence(results: RunResult) -> str:
 
 
 def spring_or_friction(results: RunResult) -> str:
-    """Return what P2119 (throttle body range/performance) would mean for this unit, or an empty text.
+    """Return what P2119 would mean for this unit, or an empty text.
+
+    It is the code of throttle body range/performance.
 
     The code's two official causes are a failed return spring and a rise of friction; a controller cannot tell which.
     """
@@ -467,7 +472,10 @@ def _detailed(sentence: str, detail: str) -> str:
 
 
 class _Shown:
-    """A measurement in a sentence: `{T_st}` gives the value, `{T_st.limit}` the limit, both with units."""
+    """A measurement in a sentence.
+
+    `{T_st}` gives the value, `{T_st.limit}` the limit, both with units.
+    """
 
     def __init__(self, one: Measurement | None) -> None:
         self._value = "not measured" if one is None or one.value is None else shown.measured(one)

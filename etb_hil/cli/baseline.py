@@ -1,4 +1,4 @@
-"""`etb-hil baseline`: a session's numbers as a file that later runs are compared to."""
+"""`etb-hil baseline`: a session's numbers, for later runs to be compared to."""
 
 from __future__ import annotations
 

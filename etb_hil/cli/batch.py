@@ -1,4 +1,7 @@
-"""A queue of units: the next serial number is typed, scanned or piped in, and a tally is kept."""
+"""A queue of units, with a tally.
+
+The next serial number is typed, scanned or piped in.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,9 @@ RANKS = (ExitCode.BENCH_FAULT, ExitCode.UNIT_FAILED, ExitCode.INCONCLUSIVE, Exit
 
 @dataclass(slots=True)
 class Tally:
-    """What came of the units of a queue, run by run, in the order in which they first came.
+    """What came of the units of a queue, run by run.
+
+    Units stand in the order in which they first came.
 
     Of a unit that was run several times, the last run that judged it counts; a run that was stopped takes no verdict
     away.
@@ -62,7 +67,10 @@ class Tally:
         return f"{len(words)} unit{'' if len(words) == 1 else 's'}{more}: {counts}" if words else "no unit"
 
     def table(self) -> list[str]:
-        """Return a line a unit: what counts, its serial number, and all its runs where there were several."""
+        """Return a line a unit: what counts, and its serial number.
+
+        All its runs stand behind it where there were several.
+        """
         lines = []
         for serial, runs in self.runs.items():
             all_of_them = f"  (runs: {', '.join(word for word, _ in runs)})" if len(runs) > 1 else ""

@@ -1,4 +1,7 @@
-"""`etb-hil check`: everything that a run would refuse or miss, on paper and on this machine; nothing moves."""
+"""`etb-hil check`: what a run would refuse or miss; nothing moves.
+
+It looks at the files, and at this machine.
+"""
 
 from __future__ import annotations
 

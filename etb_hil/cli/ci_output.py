@@ -1,4 +1,4 @@
-"""What a run leaves for a CI server beside its session: JUnit, JSON, and the comparison to a baseline."""
+"""What a run leaves for a CI server: JUnit, JSON, comparison to a baseline."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Tells on standard error that functions are being compiled: nobody should wonder why nothing happens."""
+"""Tell on standard error that functions are being compiled.
+
+Nobody should wonder why nothing happens.
+"""
 
 from __future__ import annotations
 

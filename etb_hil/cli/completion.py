@@ -1,4 +1,7 @@
-"""`etb-hil completion`: what a shell has to read so that Tab completes commands, options and stock names."""
+"""`etb-hil completion`: what a shell reads so that Tab completes words.
+
+They are commands, options and stock names.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +42,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def words_so_far() -> list[str]:
-    """Return the words of the line that is being completed, without the program's name.
+    """Return the words of the completed line, without the program's name.
 
     zsh hands over the whole line, with commands before ours on it; what is before ours is taken out of it.
     """

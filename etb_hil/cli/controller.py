@@ -1,4 +1,4 @@
-"""`etb-hil controller`: be the virtual throttle controller on a bus, until stopped."""
+"""`etb-hil controller`: be the virtual throttle controller on a bus."""
 
 from __future__ import annotations
 

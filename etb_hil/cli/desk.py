@@ -1,4 +1,4 @@
-"""The desk of a station: what it makes of a serial number, before a run and after it."""
+"""The desk of a station: what it does before and after a run of a unit."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ STATION_FILE = "station.yaml"
 
 
 def station_of(options: argparse.Namespace) -> Path | None:
-    """Return the station file that is named, or that stands beside the bench file that is named, if any."""
+    """Return the station file that is named, or that is beside the bench file."""
     if options.station is not None:
         return Path(options.station)
     beside = Path(options.bench or "").parent / STATION_FILE
@@ -40,7 +40,10 @@ def station_of(options: argparse.Namespace) -> Path | None:
 
 
 class Conclusion(NamedTuple):
-    """What a golden unit's run says of the bench: results as they are told, lines to be said, what is to be done."""
+    """What a golden unit's run says of the bench.
+
+    It has results as they are told, lines to be said, and what is to be done.
+    """
 
     results: RunResult
     lines: list[str]
@@ -115,7 +118,10 @@ class Desk:
         return ""
 
     def conclusion(self, results: RunResult) -> Conclusion | None:
-        """Return what a run of the golden unit, which judges the bench and not itself, means; None of any other."""
+        """Return what a run of the golden unit means, None of any other.
+
+        It judges the bench, and not the unit.
+        """
         golden = self.document.content.golden
         if golden is None or results.unit.serial != golden.serial:
             return None
@@ -138,7 +144,10 @@ class Desk:
 
 
 def _as_bench_fault(results: RunResult, reason: str) -> RunResult:
-    """Return results that blame the bench: a golden unit's friction is known, so nothing is said of the unit."""
+    """Return results that blame the bench.
+
+    A golden unit's friction is known, so nothing is said of the unit.
+    """
     bench = replace(results.bench, outcome=BenchOutcome.FAULT, reason_id="golden_unit_wrong", reason=reason)
     unit = replace(results.unit, verdict=None, reason_id="run_not_finished", reason="", next_step="", also=())
     return replace(results, bench=bench, unit=unit, exit_code=int(ExitCode.BENCH_FAULT))

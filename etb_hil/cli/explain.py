@@ -1,4 +1,4 @@
-"""`etb-hil explain`: what the simulation gets wrong of a measurement, why, and how much better it gets."""
+"""`etb-hil explain`: what the simulation gets wrong of a measurement, and why."""
 
 from __future__ import annotations
 
@@ -101,7 +101,10 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _write(answer: Explanation, options: argparse.Namespace) -> tuple[list[Path], Problem | None]:
-    """Return the files that hold an answer, or what kept it from being written: a full disk must not cost its name."""
+    """Return the files that hold an answer, or what kept it from being written.
+
+    A full disk must not cost the answer.
+    """
     from etb_hil.base.errors import InputError, Place, Problem
 
     try:
@@ -141,7 +144,7 @@ def _inputs(options: argparse.Namespace) -> list[Path]:
 
 
 def _free_folder() -> Path:
-    """Return the first of `explanation`, `explanation_2` and so on that holds nothing yet."""
+    """Return the first folder of `explanation`, `explanation_2`, ... without files."""
     names = chain(["explanation"], (f"explanation_{number}" for number in count(2)))
     return next(path for path in map(Path, names) if not path.exists() or (path.is_dir() and not any(path.iterdir())))
 

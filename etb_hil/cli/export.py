@@ -1,4 +1,4 @@
-"""`etb-hil export`: a session or a log in another format, or its signals for other tools."""
+"""`etb-hil export`: a session or log in another format, or its signals."""
 
 from __future__ import annotations
 

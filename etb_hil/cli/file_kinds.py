@@ -1,4 +1,7 @@
-"""The kinds of file that people write, and the JSON schema of each: made from the definitions that read them."""
+"""The kinds of file that people write, and the JSON schema of each.
+
+Schemas are made from the definitions that read the files.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,10 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
 def file_schema(kind: str) -> dict[str, Any]:
-    """Return the JSON schema of a kind of file (one of `KINDS`), for editors and for other programs."""
+    """Return the JSON schema of a kind of file (one of `KINDS`).
+
+    Editors and other programs use it.
+    """
     return {"$schema": DIALECT, **definition(kind).model_json_schema(by_alias=True)}
 
 

@@ -27,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print the history of each part, and write tables and plots where a folder was named."""
+    """Print the history of each part; write tables and plots into a named folder."""
     from etb_hil.api.past import history as history_of
     from etb_hil.report.history_text import history_text
 

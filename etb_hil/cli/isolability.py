@@ -1,4 +1,7 @@
-"""`etb-hil isolability`: which effects a planned scenario could distinguish, and which scenario to add."""
+"""`etb-hil isolability`: which effects a planned scenario could distinguish.
+
+It also says which scenario to add.
+"""
 
 from __future__ import annotations
 

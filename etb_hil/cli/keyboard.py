@@ -11,7 +11,10 @@ from typing import Self
 
 
 def somebody_attends() -> bool:
-    """Return whether a terminal's keyboard is ours to read: not a pipe's end, not another job's."""
+    """Return whether a terminal's keyboard is ours to read.
+
+    It is not a pipe's end, and not another job's.
+    """
     if sys.platform == "win32" or sys.stdin is None or not sys.stdin.isatty():
         return False
     try:
@@ -21,7 +24,9 @@ def somebody_attends() -> bool:
 
 
 class Keyboard:
-    r"""Reads keys from a descriptor; while entered, a terminal neither waits for Enter nor shows what is typed.
+    r"""Read keys from a descriptor.
+
+    While entered, a terminal neither waits for Enter nor shows what is typed.
 
     Ctrl-C and Ctrl-\ stay signals. What was typed and not read is dropped at the end: it was not meant for what
     comes next.

@@ -1,4 +1,7 @@
-"""The entry of `etb-hil`: finds the command, loads only what it needs, turns errors into exit codes."""
+"""The entry of `etb-hil`: find the command, and turn errors into exit codes.
+
+Only what the command needs is loaded.
+"""
 
 from __future__ import annotations
 
@@ -48,7 +51,10 @@ EXIT_CODES = "exit codes: 0 pass or done, 2 bad input, 3 bench fault, 4 inconclu
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run one command and return its exit code; without arguments it is that of this process."""
+    """Run one command and return its exit code.
+
+    Without arguments it is the command of this process.
+    """
     return _process() if arguments is None else _command(arguments)
 
 
@@ -81,7 +87,10 @@ def _interrupt(number: int, frame: FrameType | None) -> NoReturn:  # noqa: ARG00
 
 
 def _lost_output(code: int, words: list[str]) -> int:
-    """Say that output was lost; return the exit code, which stays where it is the command's answer."""
+    """Say that output was lost; return the exit code.
+
+    The code stays where it is the command's answer.
+    """
     failure = sys.stdout.failure if isinstance(sys.stdout, Output) else None
     if failure is None:
         return code
@@ -102,7 +111,10 @@ def _command(words: list[str]) -> int:
 
 
 def _open_standard_streams() -> None:
-    """Lead what was closed (`>&-`) nowhere: else the next file that is opened, a raw log perhaps, takes its number."""
+    """Lead standard streams that were closed (`>&-`) nowhere.
+
+    Else the next file that is opened, a raw log perhaps, takes their number.
+    """
     for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
         try:
             os.fstat(number)

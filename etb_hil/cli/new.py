@@ -1,4 +1,7 @@
-"""`etb-hil new`: a bench, a model and a scenario to start from, for a controller's DBC file."""
+"""`etb-hil new`: files to start from, for a controller's DBC file.
+
+They are a bench, a model and a scenario.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""What a CI server is told of a run that could not begin: results without a session."""
+"""What a CI server is told of a run that could not begin.
+
+It gets results without a session.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,10 @@ if TYPE_CHECKING:
 
 
 def faulted(job: Job, serial: str, fault: BenchFault) -> RunResult:
-    """Return the results of a run that could not begin, or could not be kept: the bench failed."""
+    """Return the results of a run that could not begin or be kept.
+
+    The bench failed.
+    """
     bench = Bench(
         BenchOutcome.FAULT, "", str(fault), "Put right what is named, then repeat.", name=job.setup.bench.name
     )

@@ -1,4 +1,4 @@
-"""A run that an operator page asked for: what it tells the page, and what the page's operator answers."""
+"""A run that an operator page asked for, and what both tell each other."""
 
 from __future__ import annotations
 
@@ -28,7 +28,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class PageScreen:
-    """Runs units on a bench for the operator page whose channel lies in the folder `page`."""
+    """Run units on a bench for the operator page.
+
+    Its channel lies in the folder `page`.
+    """
 
     job: Job
     folder: Path

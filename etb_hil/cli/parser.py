@@ -1,4 +1,4 @@
-"""A parser of the command line that says which command or option was probably meant."""
+"""A parser of the command line that says which word was probably meant."""
 
 from __future__ import annotations
 
@@ -11,7 +11,10 @@ from etb_hil.base.nearest import did_you_mean
 
 
 class Parser(argparse.ArgumentParser):
-    """An `argparse.ArgumentParser` whose errors name the nearest command, choice or option."""
+    """An `ArgumentParser` whose errors name the nearest command or option.
+
+    They name the nearest of several choices, too.
+    """
 
     def error(self, message: str) -> NoReturn:
         """Print usage and message, with the nearest name where one was mistyped.

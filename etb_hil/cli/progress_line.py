@@ -1,4 +1,7 @@
-"""One line at the bottom of a terminal that says how far long work is; in a file, a line now and then."""
+"""One line at the bottom of a terminal that says how far long work is.
+
+In a file there is a line now and then.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ _IN_A_FILE_S = 30.0  # between two lines where nobody watches them change
 
 
 class ProgressLine:
-    """Says progress on standard error, where results on standard output stay as they are."""
+    """Say progress on standard error; standard output has results alone."""
 
     def __init__(self) -> None:
         self._is_seen, self._shown = sys.stderr.isatty(), ""

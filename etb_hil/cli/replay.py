@@ -1,4 +1,7 @@
-"""`etb-hil replay`: sessions and logs, judged again by the same code, one or a hundred thousand."""
+"""`etb-hil replay`: sessions and logs, judged again by the same code.
+
+There may be one or a hundred thousand.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""A log judged: each of its units, in segments, or as a whole beside the session that it is compared with."""
+"""Judge a log: each of its units, in segments or as a whole.
+
+As a whole it is compared with a session.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,10 @@ if TYPE_CHECKING:
 
 
 def replay_log(options: argparse.Namespace) -> int:
-    """Judge each unit of a log, whatever is wrong with another one; return the worst exit code."""
+    """Judge each unit of a log; return the worst exit code.
+
+    What is wrong with one unit stops no other.
+    """
     units = units_of(options)
     if len(units) == 1:
         return _unit(options, *units[0])
@@ -56,7 +62,10 @@ def _unit(options: argparse.Namespace, files: RuleFiles, channel: int | None) ->
 
 
 def _in_stretches(parts: Iterator[Finished], frames: Frames) -> Finished:
-    """Print a verdict for a short log, a line a segment for a long one; return the one that decides."""
+    """Print a verdict of a log, or a line a segment; return what decides.
+
+    A short log has one verdict, a long one segments.
+    """
     deciding = next(parts)
     printed = False
     for finished in parts:

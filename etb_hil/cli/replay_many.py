@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 
 
 def replay_many(options: argparse.Namespace) -> int:
-    """Judge every source, print what could not be judged as it comes and how many came to what.
+    """Judge every source, and print how many came to what.
+
+    What could not be judged is printed as it comes.
 
     Return the worst exit code.
     """

@@ -1,4 +1,7 @@
-"""What the options of `replay` mean together: which go with which, and the files and parts that they name."""
+"""What the options of `replay` mean together.
+
+Which go with which, and the files and parts that they name.
+"""
 
 from __future__ import annotations
 
@@ -56,7 +59,7 @@ _RANKS = (
 
 
 def require_that_fits(options: argparse.Namespace) -> None:
-    """Raise InputError where an option would be passed over, or has a value that means nothing."""
+    """Raise InputError where an option has no effect or a senseless value."""
     problems = [*_misplaced(options), *_values(options), *_sources(options)]
     if problems:
         raise InputError(*problems)
@@ -128,7 +131,10 @@ def units_of(options: argparse.Namespace) -> list[tuple[RuleFiles, int | None]]:
 
 
 def _rule_files(options: argparse.Namespace, bench_name: str | None) -> RuleFiles:
-    """Return the files that a log is judged by: those named, those of the session to compare with, or stock ones."""
+    """Return the files that a log is judged by.
+
+    They are those named, those of the session to compare with, or stock ones.
+    """
     model, limits = own_rules(options)
     if options.against and not bench_name:
         return rule_files(open_session(options.against), model, limits, options.observer)

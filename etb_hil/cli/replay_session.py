@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def replay_session(options: argparse.Namespace) -> int:
-    """Judge a session, print the verdict and what differs from the live one; return the exit code."""
+    """Judge a session, and print what differs from live; return the exit code."""
     baseline = baseline_of(options)
     model, limits = own_rules(options)
     finished = replay(options.sources[0], model, limits, window_of(options), options.observer)
@@ -29,7 +29,10 @@ def replay_session(options: argparse.Namespace) -> int:
 
 
 def _beside(options: argparse.Namespace, finished: Finished) -> int:
-    """Print how a judgement stands beside the live one, or another session; return the exit code."""
+    """Print how a judgement differs from the live one; return the exit code.
+
+    It may also be compared with another session.
+    """
     other = any(own_rules(options)) or options.observer or options.window
     if options.against:
         return compared(options, finished)
@@ -48,7 +51,10 @@ def _beside(options: argparse.Namespace, finished: Finished) -> int:
 
 
 def compared(options: argparse.Namespace, finished: Finished) -> int:
-    """Print where a judgement first differs from that of the session `--against`; return the exit code."""
+    """Print where a judgement first differs from that of `--against`.
+
+    Return the exit code.
+    """
     other = replay(options.against, window=window_of(options))
     divergence = first_divergence(finished, other)
     print(changes_text(changes(other.results, finished.results)))

@@ -1,4 +1,4 @@
-"""`etb-hil reproduce`: the seed paper's set-ups, its figures as pictures, and the numbers behind them."""
+"""`etb-hil reproduce`: the seed paper's figures, and the numbers behind them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`etb-hil run`: a scenario on a bench, and the verdict on the unit, or on unit after unit."""
+"""`etb-hil run`: a scenario on a bench, and the verdict on unit after unit."""
 
 from __future__ import annotations
 
@@ -48,7 +48,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the scenario, write session and report, print the verdict and return the exit code."""
+    """Run the scenario, write session and report, and print the verdict.
+
+    Return the exit code.
+    """
     from etb_hil.cli.keyboard import somebody_attends
     from etb_hil.cli.time_limit import TimeLimit
     from etb_hil.cli.units import Units

@@ -1,4 +1,4 @@
-"""One run as somebody sees it: the live panel, keys and prompts while it lasts, then its verdict."""
+"""One run as somebody sees it: the live panel, prompts, then its verdict."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`etb-hil schema`: the JSON schemas of the files that people write, for editors and other programs."""
+"""`etb-hil schema`: the JSON schemas of the files that people write."""
 
 from __future__ import annotations
 

@@ -48,6 +48,9 @@ def show_finished(
 
 
 def _room(screen: TextIO) -> tuple[int | None, int]:
-    """Return how many rows and columns a verdict may take, so that it stays on the screen; no rows: a file has many."""
+    """Return how many rows and columns a verdict may take on the screen.
+
+    In a file there is no limit of rows.
+    """
     size = shutil.get_terminal_size((80, 24))
     return (size.lines - _BELOW, size.columns) if screen.isatty() else (None, 80)

@@ -1,4 +1,4 @@
-"""`etb-hil simulate`: a scenario or a recorded voltage on a model, without a bus, into a table."""
+"""`etb-hil simulate`: a scenario or a recorded voltage on a model, as a table."""
 
 from __future__ import annotations
 

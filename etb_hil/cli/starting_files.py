@@ -1,4 +1,7 @@
-"""The files that a new bench starts from, with comments that say what is a guess and what has to be done."""
+"""The files that a new bench starts from.
+
+Comments say what is a guess and what has to be done.
+"""
 
 from __future__ import annotations
 
@@ -109,7 +112,7 @@ def _bit_rate(database: Database) -> tuple[str, str]:
 
 
 def _measure(best: dict[str, list[Proposal]]) -> str:
-    """Return the usual request: bursts where the file has them, else a sample a millisecond."""
+    """Return the usual request: bursts if there are any, else a sample a ms."""
     is_burst = "request_burst" in best and any(".." in guess.signal for guess in best.get("motor_current", []))
     return f"{{signals: [current, encoder], rate: {'20 kHz, burst: true' if is_burst else '1 kHz'}}}"
 
@@ -161,5 +164,8 @@ def _doubt(role: str, count: int) -> str:
 
 
 def _plain(text: str) -> str:
-    """Return a text that stays on its line and in its quotes, whatever a DBC file calls its signals."""
+    """Return a text that stays on its line and in its quotes.
+
+    A DBC file may call its signals anything.
+    """
     return "".join(c if c.isprintable() and c not in '"\\' else "?" for c in text)

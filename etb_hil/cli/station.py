@@ -1,4 +1,7 @@
-"""`etb-hil station`: what a station file says, whether the bench is fit, and which sessions need not be kept."""
+"""`etb-hil station`: what a station file says, and whether the bench is fit.
+
+It also says which sessions need not be kept.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`etb-hil store`: what a store of results holds, its export, its copy into another, and what need not be kept."""
+"""`etb-hil store`: what a store of results holds; export, copy and deletion."""
 
 from __future__ import annotations
 
@@ -24,7 +24,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Say what the store holds of the selected runs; export, copy and delete them in this order where asked to."""
+    """Say what the store holds of the selected runs.
+
+    Export, copy and delete them in this order where asked to.
+    """
     from etb_hil.base.errors import InputError, Problem
     from etb_hil.store.address import store_address
     from etb_hil.store.selection import Selection

@@ -1,4 +1,4 @@
-"""Somebody at a terminal: answers the scenario's prompts, and ends the run with a key."""
+"""Somebody at a terminal, who answers prompts and ends the run with a key."""
 
 from __future__ import annotations
 
@@ -57,7 +57,9 @@ class TerminalOperator:
         self._say(f"\n>>> {prompt.text}\n    {self.hint}")
 
     def answer(self) -> Reply | None:
-        """Return the reply once its number was pressed, or its words and Enter, or what the prompt asks for and Enter.
+        """Return the reply once it was entered.
+
+        It is a number, words and Enter, or what the prompt asks for and Enter.
 
         Ask again after anything else.
         """

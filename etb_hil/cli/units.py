@@ -1,4 +1,7 @@
-"""Units on a bench, one by one: what decides on each, its run, and what is shown and kept of it."""
+"""Run units on a bench, one by one.
+
+What decides on each, its run, and what is shown and kept of it.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +34,9 @@ if TYPE_CHECKING:
 
 
 class Judged(NamedTuple):
-    """Results and exit code of a unit's run, and whether somebody stopped it to run the unit from the start.
+    """Results and exit code of a unit's run, and whether it is to be run again.
+
+    Somebody may have stopped it to run the unit from the start.
 
     `session` is the folder of a run that began; `next_step` and `notes` are what a station says of it.
     """

@@ -1,4 +1,7 @@
-"""From the reference to the bridge's voltage: feed-forward of what the controller knows, and the law for the rest."""
+"""From the reference to the bridge's voltage.
+
+The controller feeds forward what it knows, and the law does the rest.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,9 @@ CREEP = 0.02  # rad/s, below it Coulomb's feed-forward fades out, so that a refe
 
 @njit(cache=True, error_model="numpy")
 def feed_forward(s: State, nominal: Vector) -> float:
-    """Return the torque in N·m that the nominal plant needs for the reference (seed paper, section IV, and eq. 1).
+    """Return the torque in N·m that the nominal plant needs for the reference.
+
+    Seed paper, section IV, and eq. 1.
 
     Coulomb and viscous friction are the paper's; springs and inertia are added so that a fast reference can be met.
     """

@@ -1,4 +1,4 @@
-"""What commands, requests and refused frames do to the controller, once a control tick has come."""
+"""What commands, requests and refused frames do at a control tick."""
 
 from __future__ import annotations
 
@@ -31,7 +31,10 @@ LONGEST = 30e-3  # s, a longer pause is no interval: the watchdog has come betwe
 
 @njit(cache=True, error_model="numpy")
 def apply_event(s: State, settings: Settings, now_ns: int, stamp_ns: int, event: Vector) -> None:
-    """Take one event (float64, `EVENT_WIDTH`) that was received at `stamp_ns`, at the control tick of `now_ns`."""
+    """Take one event that was received at `stamp_ns`, at the tick of `now_ns`.
+
+    It is float64 (`EVENT_WIDTH`); the tick is a control tick.
+    """
     kind = int(event[0])
     if kind == COMMAND:
         _command(s, now_ns, stamp_ns, event)

@@ -111,7 +111,7 @@ class FrameReader:
         )  # fmt: skip
 
     def insert(self, stamp_ns: int, event: list[float]) -> None:
-        """Put an event of the controller's own among those that wait, behind all that came before it."""
+        """Put an event of the controller's own behind all that came before it."""
         at = int(np.searchsorted(self.stamp_ns, stamp_ns, side="right"))
         self._grow(self._waiting + 1)
         self._stamps[at + 1 : self._waiting + 1] = self._stamps[at : self._waiting].copy()

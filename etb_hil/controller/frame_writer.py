@@ -98,7 +98,10 @@ class FrameWriter:
         self._nothing = FrameBlock.empty(self._width)
 
     def frames(self, samples: NDArray[np.void], statuses: NDArray[np.void]) -> FrameBlock:
-        """Return the frames for rows of `state.Sample` and `state.Status`, in the order of time."""
+        """Return the frames of samples and statuses, in the order of time.
+
+        They are rows of `state.Sample` and `state.Status`.
+        """
         most = len(samples) * self._a_sample + len(statuses) * self._a_status
         if not most:
             return self._nothing
@@ -115,16 +118,25 @@ class FrameWriter:
         return block if count == most else block.rows(slice(0, count))
 
     def plain(self, stamp_ns: int, ident: int, extended: bool, payloads: list[bytes]) -> FrameBlock:
-        """Return classic frames with one identifier, whose data (up to 8 bytes each) somebody else made."""
+        """Return classic frames with one identifier and given data.
+
+        Data are up to 8 bytes each.
+        """
         return classic_frames(stamp_ns, ident, payloads, extended=extended, width=self._width)
 
     def joined(self, blocks: list[FrameBlock]) -> FrameBlock:
-        """Return blocks of this writer end to end, as wide as its frames also where there are none."""
+        """Return blocks of this writer end to end, as wide as its frames.
+
+        They are as wide also where there are none.
+        """
         return concatenate_frames(blocks) if any(map(len, blocks)) else self._nothing
 
 
 def require_bursts_at_its_rate(dialect: Dialect) -> None:
-    """Raise InputError where bursts are counted at another rate than that of the virtual controller's samples."""
+    """Raise InputError where bursts are counted at another rate than sampled.
+
+    The rate is that of the virtual controller's samples.
+    """
     for message in dialect.messages:
         if message.samples > 1 and message.counter is not None and message.counter.tick_ns != TICK_NS:
             raise InputError(
@@ -139,7 +151,10 @@ def require_bursts_at_its_rate(dialect: Dialect) -> None:
 
 
 class _Entries:
-    """The signals of one message, a row each: where the value comes from, and where and how it goes."""
+    """The signals of one message, a row each.
+
+    It has where the value comes from, and where and how it goes.
+    """
 
     def __init__(self, message: DialectMessage) -> None:
         names: list[str] = []

@@ -1,4 +1,7 @@
-"""The controller and its plant, compiled: many milliseconds a call, in whole ticks of 50 us."""
+"""The controller and its plant, compiled, in whole ticks of 50 us.
+
+A call does many milliseconds.
+"""
 
 from __future__ import annotations
 
@@ -58,7 +61,9 @@ def run_ticks(
     switches: NDArray[np.void],
     burst: NDArray[np.float64],
 ) -> tuple[int, int, int, int]:
-    """Run every tick before `end_tick` and return how many events were used and samples, statuses, switches written.
+    """Run every tick before `end_tick`.
+
+    Return how many events were used, and how many samples, statuses and switches were written.
 
     `s`, `settings`, `sheet` are records (`state.record`); `plant` is the integrator's state; `unit`, `nominal` are
     parameter vectors, `laws` float64 (2, p) the unit's at the ambient temperature and its change in a kelvin;
@@ -128,7 +133,10 @@ def _control(
 
 @njit(cache=True, error_model="numpy")
 def _measure(s: State, plant: Vector, unit: Vector, nominal: Vector, sheet: DataSheet) -> None:
-    """Read encoder and plate tracks: the tracks say, slowly, where the encoder's origin is."""
+    """Read encoder and plate tracks.
+
+    The tracks say, slowly, where the encoder's origin is.
+    """
     encoder = sensors.encoder_angle(told_motor_angle(plant, unit), sheet) / nominal[GEAR_RATIO]
     s.track, s.track_2 = track, track_2 = sensors.track_angles(told_plate(plant, unit), s.tick, sheet)
     s.origin_samples = min(s.origin_samples + 1, SLOWEST_ORIGIN)

@@ -1,4 +1,7 @@
-"""The throttle with its controller, without a bus: events in, samples and statuses out."""
+"""The throttle with its controller, without a bus.
+
+Events go in, samples and statuses come out.
+"""
 
 from __future__ import annotations
 
@@ -47,7 +50,10 @@ _NO_EVENTS = np.empty((0, EVENT_WIDTH))
 
 @dataclass(frozen=True, slots=True)
 class Output:
-    """What came out of one segment: rows of `state.Sample`, `Status` and `Switch`, valid until the next."""
+    """What came out of one segment, valid until the next.
+
+    They are rows of `state.Sample`, `Status` and `Switch`.
+    """
 
     samples: NDArray[np.void]
     statuses: NDArray[np.void]
@@ -55,7 +61,9 @@ class Output:
 
 
 class Machine:
-    """One unit and its controller, switched on at `start_ns` with its plate at `start_angle` (rad, at rest).
+    """One unit and its controller, switched on at `start_ns`.
+
+    Its plate is at rest at `start_angle` (rad).
 
     `nominal` is what the controller believes of the unit and need not be true; `law` names its position law. Without a
     `start_angle` the plate rests where springs and friction may have left it. `has_single` and `has_burst` say for
@@ -162,7 +170,10 @@ class Machine:
         return float(self._state["measured_velocity"][0])
 
     def reading(self, role: str) -> float:
-        """Return what the controller's own sensors said last, in SI; KeyError for a role that it does not measure."""
+        """Return what the controller's own sensors said last, in SI.
+
+        KeyError for a role that it does not measure.
+        """
         gear_ratio = float(self._nominal[GEAR_RATIO])
         return {
             "motor_current": float(self._state["current"][0]),
@@ -175,11 +186,17 @@ class Machine:
 
     @property
     def codes(self) -> tuple[int, int, int]:
-        """The trouble codes that fail now, that failed, and that were tested since they were cleared, as bits."""
+        """The trouble codes that fail now, that failed, and that were tested, as bits.
+
+        The last two count since they were cleared.
+        """
         return int(self._state["failing"][0]), int(self._state["failed"][0]), int(self._state["tested"][0])
 
     def judge_code(self, code: int, *, fails: bool) -> None:
-        """Note what the test of a code says that no sensor sets by itself (a bit of `monitors`)."""
+        """Note what the test of a code says (a bit of `monitors`).
+
+        No sensor sets such a code by itself.
+        """
         monitors.judge(self._records[0], code, fails)
 
     def forget_codes(self, codes: int) -> None:
@@ -195,7 +212,9 @@ class Machine:
         event_ns: NDArray[np.int64] = _NO_EVENTS_NS,
         event: NDArray[np.float64] = _NO_EVENTS,
     ) -> tuple[int, list[Output]]:
-        """Run every tick before `until_ns`; return how many of the events took effect, and the output in order.
+        """Run every tick before `until_ns`; return how many events acted, and output.
+
+        The output is in order.
 
         `event_ns` int64 (n), `event` float64 (n, `EVENT_WIDTH`) are sorted by stamp; an event takes effect at the first
         control tick at or after its stamp. Each output is overwritten by the next, so a segment of more than a second
@@ -229,7 +248,9 @@ def _inside_the_stops(angle: float, values: ThrottleParameters) -> float:
 
 
 def resting_angle(values: ThrottleParameters, seed: int) -> float:
-    """Return an angle in rad about limp-home at which a released plate may have come to rest.
+    """Return an angle in rad at which a released plate may have come to rest.
+
+    It lies about limp-home.
 
     Break-away friction holds it wherever the springs pull less: inside the dead zone, or, in a unit whose plate does
     not come back by itself, as far off as the controller's own limp-home drive leaves it.

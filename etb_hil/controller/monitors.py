@@ -1,4 +1,6 @@
-"""The controller's own trouble codes: what its sensors must show, and for how long, until a code is set.
+"""The controller's own trouble codes, and what sets them.
+
+It is what its sensors must show, and for how long.
 
 Bits of `State.failing`, `State.failed` and `State.tested` stand for the codes in the order of `MONITORED`.
 """
@@ -30,7 +32,7 @@ _OVER_CURRENT = int(Fault.OVER_CURRENT)
 
 @njit(cache=True, error_model="numpy")
 def watch(s: State, nominal: Vector) -> None:
-    """Hold the sensors' values against each code's condition, at one control tick (1 ms)."""
+    """Check each code's condition at one control tick (1 ms), by the sensors."""
     error = s.measured_position - s.position
     follows = s.driving == 1 and s.mode == _POSITION
     far = follows and abs(error) >= FAR

@@ -1,4 +1,7 @@
-"""Noise that depends on the seed and the sample counter alone, so that no sequence of calls can change it."""
+"""Noise that depends on the seed and the sample counter alone.
+
+No sequence of calls can change it.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,10 @@ _TO_UNIT = 2.0**-53
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _mixed(word: np.uint64) -> np.uint64:
-    """Scatter a counter over 64 bits (the finaliser of SplitMix64; Steele, Lea and Flood 2014)."""
+    """Scatter a counter over 64 bits, by the finaliser of SplitMix64.
+
+    Steele, Lea and Flood 2014.
+    """
     word = (word ^ (word >> _S30)) * _MIX_1
     word = (word ^ (word >> _S27)) * _MIX_2
     return word ^ (word >> _S31)
@@ -33,7 +39,7 @@ def generator(seed: int, purpose: int) -> np.random.Generator:
 
 @njit(cache=True, error_model="numpy")
 def normal(seed: int, counter: int, channel: int) -> float:
-    """Return the standard normal value of one sample and channel (Box and Muller 1958)."""
+    """Return one sample's standard normal value in a channel (Box, Muller 1958)."""
     key = _mixed(np.uint64(seed) + _GOLDEN)
     word = _mixed(key + _GOLDEN * (np.uint64(4) * np.uint64(counter) + np.uint64(channel)))
     other = _mixed(word + _GOLDEN)

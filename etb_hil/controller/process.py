@@ -1,4 +1,7 @@
-"""The controller on a real bus, at wall clock: the same object as in lock-step, driven by absolute deadlines."""
+"""The controller on a real bus, at wall clock.
+
+It is the same object as in lock-step, driven by absolute deadlines.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,10 @@ PERIOD_NS = 1_000_000
 
 
 class EventLog:
-    """Drive on and off as JSON lines with controller time, flushed one by one: what a killed bench is judged by."""
+    """Drive on and off as JSON lines with controller time, flushed one by one.
+
+    A killed bench is judged by them.
+    """
 
     def __init__(self, stream: TextIO | None) -> None:
         self._stream = stream
@@ -56,7 +62,10 @@ class EventLog:
 
 
 def compile_kernels(controller: VirtualController) -> None:
-    """Have everything compiled before power-on, by a controller that is thrown away: compiling takes seconds."""
+    """Have everything compiled before power-on, by a controller thrown away.
+
+    Compiling takes seconds.
+    """
     for width in (8, 64):
         frame = FrameBlock(
             np.zeros(1, np.int64),
@@ -119,7 +128,10 @@ def _sent(link: Link, frames: FrameBlock) -> BenchFault | None:
 
 
 def _plausible(inbox: FrameBlock | None, seen_ns: int, now_ns: int) -> FrameBlock | None:
-    """Keep stamps inside the time since the last look: the host's epoch clock may be set while the process lives."""
+    """Keep stamps inside the time since the last look.
+
+    The host's epoch clock may be set while the process lives.
+    """
     if inbox is None or not len(inbox):
         return None
     return replace(inbox, stamp_ns=np.clip(inbox.stamp_ns, seen_ns - PERIOD_NS, now_ns))

@@ -1,4 +1,6 @@
-"""Set-points of 100 to 200 Hz become a reference of 1 kHz that is smooth where the set-points are.
+"""Set-points of 100 to 200 Hz become a smooth reference of 1 kHz.
+
+It is smooth where the set-points are.
 
 The reference runs one command interval behind: from where it is to the newest set-point, which it reaches when the
 next one is due, as a cubic with the set-points' velocities at both ends. Past it, it goes on at that velocity.
@@ -26,7 +28,10 @@ SHORTEST, LONGEST = 1e-3, 25e-3  # s, of a segment
 
 @njit(cache=True, error_model="numpy")
 def restart(s: State, now_ns: int) -> None:
-    """Put the reference where the plate is and moves, so that the bridge goes on without a jerk."""
+    """Put the reference where the plate is and moves.
+
+    The bridge goes on without a jerk then.
+    """
     s.position = s.start_position = s.end_position = s.measured_position
     s.velocity = s.start_velocity = s.end_velocity = s.measured_velocity
     s.acceleration = 0.0
@@ -36,7 +41,10 @@ def restart(s: State, now_ns: int) -> None:
 
 @njit(cache=True, error_model="numpy")
 def aim(s: State, stamp_ns: int, position: float, velocity: float) -> None:
-    """Start a segment to a set-point in rad and rad/s, from where the reference was when the command came."""
+    """Start a segment to a set-point in rad and rad/s.
+
+    It begins where the reference was when the command came.
+    """
     if s.mode == POSITION:
         s.start_position, s.start_velocity, _ = _cubic(s, stamp_ns)
     else:
@@ -90,7 +98,7 @@ def _line(s: State, at_ns: int) -> tuple[float, float]:
 
 @njit(cache=True, error_model="numpy")
 def _slow_before_stops(s: State, settings: Settings, nominal: Vector) -> None:
-    """Keep the reference's velocity below what the bridge can still brake before the stop ahead."""
+    """Keep the reference's velocity below what can be braked before a stop."""
     floor = TOUCH_SPEED * TOUCH_SPEED
     up = math.sqrt(floor + 2.0 * settings.braking * max(nominal[STOP_HIGH] - s.measured_position, 0.0))
     down = math.sqrt(floor + 2.0 * settings.braking * max(s.measured_position - nominal[STOP_LOW], 0.0))

@@ -1,4 +1,7 @@
-"""What the controller's sensors report of the plant: noise, steps and ranges of the unit's data sheet."""
+"""What the controller's sensors report of the plant.
+
+It has noise, steps and ranges of the unit's data sheet.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,10 @@ TRACK_BELOW_STOP = math.radians(2.5)
 
 
 def data_sheet(sensors: Sensors, gear_ratio: float, start_angle: float, seed: int) -> NDArray[np.void]:
-    """Return the record (1) of a unit's sensors that is switched on with its plate at `start_angle` (rad)."""
+    """Return the record (1) of a unit's sensors at power-on.
+
+    The plate is at `start_angle` (rad) then.
+    """
     sheet = record(DataSheet)
     rng = generator(seed, 1)
     step = sensors.plate_range / 2**sensors.plate_bits
@@ -45,7 +51,10 @@ def rounded(value: float, step: float) -> float:
 
 @njit(cache=True, error_model="numpy")
 def encoder_angle(motor_angle: float, sheet: DataSheet) -> float:
-    """Return the motor encoder's reading in rad since power-on: whole counts, no noise."""
+    """Return the motor encoder's reading in rad since power-on.
+
+    It has whole counts, and no noise.
+    """
     counts = math.floor((motor_angle - sheet.encoder_zero) / sheet.encoder_step + sheet.encoder_phase)
     return counts * sheet.encoder_step
 

@@ -1,4 +1,7 @@
-"""Where the roles' values go in a message's payload: tables for `read_value` and `write_value`."""
+"""Where the roles' values go in a message's payload.
+
+These are tables for `read_value` and `write_value`.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,9 @@ if TYPE_CHECKING:
 def signal_tables(
     message: Message, names: Sequence[str], mapped: Sequence[tuple[float, float]]
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return places (s, 12) of some signals, and from raw value to role the scales and offsets (s, 2).
+    """Return places (s, 12) of some signals, and scales and offsets (s, 2).
+
+    The latter lead from raw value to role.
 
     `mapped` gives each signal's scale and offset to its role. InputError where a signal lies outside its message.
     """

@@ -1,4 +1,4 @@
-"""What the controller remembers from tick to tick, and the constants of its machine.
+"""What the controller remembers from tick to tick, and its constants.
 
 The classes below are the fields of records: rows of a numpy array that compiled code reads and writes by name.
 Ticks count 50 us from power-on; angles are at the throttle shaft and in rad unless a field says otherwise.
@@ -135,7 +135,9 @@ class DataSheet:
 
 
 class Sample:
-    """What measuring frames are made from: one sampled instant, or the instants of one burst frame.
+    """What measuring frames are made from.
+
+    It is one sampled instant, or the instants of one burst frame.
 
     Voltage and tracks are those of the first instant.
     """
@@ -173,7 +175,10 @@ class Switch:
 
 
 def record(kind: type, rows: int = 1) -> NDArray[np.void]:
-    """Return zeroed rows (n) with the fields of one of the classes above: int64, float64 and float64 (m)."""
+    """Return zeroed rows (n) with the fields of one of the classes above.
+
+    Fields are int64, float64 and float64 (m).
+    """
     fields: list[tuple[str, type, tuple[int, ...]]] = []
     for name, hint in get_type_hints(kind, include_extras=True).items():
         if hint in (int, float):

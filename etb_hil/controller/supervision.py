@@ -1,4 +1,7 @@
-"""What takes the bridge off whatever the set-points say: the watchdog and the controller's own protections."""
+"""What takes the bridge off whatever the set-points say.
+
+It is the watchdog and the controller's own protections.
+"""
 
 from __future__ import annotations
 
@@ -18,14 +21,20 @@ OVER_TEMPERATURE = int(Fault.OVER_TEMPERATURE)
 
 @njit(cache=True, error_model="numpy")
 def watch(s: State, now_ns: int) -> None:
-    """Latch a time-out at the last control tick that keeps the promise of `WATCHDOG_NS` since the last good command."""
+    """Latch a time-out `WATCHDOG_NS` after the last good command, at the latest.
+
+    It is at the last control tick that keeps this promise.
+    """
     if s.driving and now_ns + CONTROL_NS - s.command_ns > WATCHDOG_NS:
         s.faults |= TIMEOUT
 
 
 @njit(cache=True, error_model="numpy")
 def protect(s: State, current: float, nominal: Vector) -> None:
-    """Latch a fault where the measured current (A), the voltage or the housing has been too high for too long."""
+    """Latch a fault where a measured value has been too high for too long.
+
+    It is the current (A), the voltage, or the housing's temperature.
+    """
     s.over_current_ms = s.over_current_ms + 1 if abs(current) > OVER_CURRENT_A else 0
     s.over_duty_ms = s.over_duty_ms + 1 if abs(s.voltage) > OVER_DUTY * nominal[VOLTAGE_LIMIT] else 0
     if s.over_current_ms >= OVER_CURRENT_MS or s.over_duty_ms >= OVER_DUTY_MS:
@@ -42,6 +51,9 @@ def may_drive(s: State) -> bool:
 
 @njit(cache=True, error_model="numpy")
 def warm_up(s: State, settings: Settings, unit: Vector, current: float, seconds: float) -> None:
-    """Move the housing's temperature by one step: the motor's loss through one thermal resistance and capacity."""
+    """Move the housing's temperature by one step.
+
+    The motor's loss goes through one thermal resistance and capacity.
+    """
     target = settings.ambient + settings.heating * unit[RESISTANCE] * current * current
     s.temperature += (target - s.temperature) * seconds / settings.heating_time

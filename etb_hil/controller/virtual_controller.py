@@ -27,7 +27,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class DriveSwitch:
-    """The bridge went on or off: when, by the bus's clock and by the controller's (s), and why."""
+    """The bridge went on or off: when, and why.
+
+    The instant is by the bus's clock and by the controller's (s).
+    """
 
     on: bool
     stamp_ns: int
@@ -37,7 +40,9 @@ class DriveSwitch:
 
 
 class VirtualController:
-    """A throttle unit with its controller on a bus (`Node`): 1 kHz control and 20 kHz sampling of a simulated plant.
+    """A throttle unit with its controller on a bus (`Node`).
+
+    It has 1 kHz control and 20 kHz sampling of a simulated plant.
 
     `unit` is what the throttle is; `nominal` is what the controller takes it for (the unit itself where none is
     given); `law` names its position law. It is switched on at `start_ns` of the bus's clock, with its plate at
@@ -100,7 +105,10 @@ class VirtualController:
 
     @property
     def plant_state(self) -> Vector:
-        """The plant's true state (a copy; indices in `etb_hil.plant.integrator`), for tests and benchmarks."""
+        """The plant's true state (a copy), for tests and benchmarks.
+
+        Its indices are in `etb_hil.plant.integrator`.
+        """
         return self._machine.plant_state
 
     def run(self, until_ns: int, inbox: FrameBlock | None = None) -> FrameBlock:
@@ -118,7 +126,10 @@ class VirtualController:
         return self._writer.joined(self._lived_with(self._uds, until_ns, inbox))
 
     def _lived_with(self, uds: UdsServer, until_ns: int, inbox: FrameBlock | None) -> list[FrameBlock]:
-        """Live until `until_ns`, and stop at each control tick at which the UDS server has something to do."""
+        """Live until `until_ns`, with stops where the UDS server has work.
+
+        They are at control ticks.
+        """
         if inbox is not None and len(inbox):
             uds.take(inbox)
         blocks: list[FrameBlock] = []

@@ -1,1 +1,4 @@
-"""The throttle as a state-space model: one step of its equations, its filter, likelihood, sensitivities and fit."""
+"""The throttle as a state-space model: its filter, likelihood and fit.
+
+It has one step of the equations, and sensitivities, too.
+"""

@@ -1,4 +1,6 @@
-"""Fit unknowns of a model to a record: the largest posterior, and disturbances that fall while the likelihood grows.
+"""Fit unknowns of a model to a record, for the largest posterior.
+
+Disturbances fall while the likelihood grows.
 
 Beside the Gaussian prior a steep wall stands at each tolerance, or an inertia that is 30 % off would be swallowed. The
 disturbances start large and fall by a decade a round, refitted in between: with small ones from the start a wrong model
@@ -53,12 +55,18 @@ class Fitted:
 
     @property
     def covariance(self) -> Float64:
-        """Posterior covariance of the unknowns (c, c), in their units; Laplace's approximation."""
+        """Posterior covariance of the unknowns (c, c), by Laplace's approximation.
+
+        It is in their units.
+        """
         scale = _scale(self.unknowns)
         return np.asarray(np.linalg.inv(self._curved) * np.outer(scale, scale))
 
     def value(self, name: str) -> tuple[float, float]:
-        """Return an unknown's value and its standard deviation, by its name; KeyError where there is none."""
+        """Return an unknown's value and its standard deviation, by its name.
+
+        KeyError where there is none.
+        """
         for k, one in enumerate(self.unknowns):
             if one.name == name:
                 return float(self.parameters[one.place]), float(np.sqrt(self.covariance[k, k]))
@@ -78,7 +86,10 @@ class Fitted:
 
 
 def prior_slope(parameters: Float64, unknowns: Sequence[Unknown]) -> tuple[Float64, Float64]:
-    """Return slope and curvature (c) of the logarithm of the prior, in units of its standard deviations."""
+    """Return slope and curvature (c) of the logarithm of the prior.
+
+    They are in units of its standard deviations.
+    """
     away = np.array([parameters[one.place] - one.mean for one in unknowns])
     scale, reach = _scale(unknowns), np.array([one.reach for one in unknowns])
     wall = np.where(np.isfinite(reach), scale / (_WALL * np.where(np.isfinite(reach), reach, 1.0)), 0.0)
@@ -87,7 +98,10 @@ def prior_slope(parameters: Float64, unknowns: Sequence[Unknown]) -> tuple[Float
 
 
 def over(parameters: Float64, unknowns: Sequence[Unknown]) -> Float64:
-    """Return how far unknowns are beyond their tolerances (c), in standard deviations of the wall."""
+    """Return how far unknowns are beyond their tolerances (c).
+
+    It is in standard deviations of the wall.
+    """
     away = np.array([abs(parameters[one.place] - one.mean) for one in unknowns])
     reach = np.array([one.reach for one in unknowns])
     known = np.isfinite(reach)
@@ -145,9 +159,9 @@ def climbed(
 
 
 def settled(record: Record, fit: Fitted, steps: int = _STEPS, aim: float = -np.inf) -> Fitted:
-    """Return a fit whose disturbances are lowered while its posterior grows; each is refitted.
+    """Return a fit with disturbances lowered while its posterior grows.
 
-    `aim` as in `climbed`.
+    Each lower one is fitted anew; `aim` as in `climbed`.
     """
     while True:
         better, least = None, max(_SETTLED, _NEARER * (aim - fit.posterior))
@@ -182,7 +196,7 @@ def _lower(record: Record, fit: Fitted) -> list[Disturbance]:
 
 
 def _at_stops(record: Record, parameters: Float64, unknowns: Sequence[Unknown], first: Disturbance) -> Float64:
-    """Return parameters whose stops are the likeliest of some places over their tolerances."""
+    """Return parameters with the likeliest stops of some within tolerances."""
     p = parameters
     for one in unknowns:
         if one.place in (STOP_LOW, STOP_HIGH):

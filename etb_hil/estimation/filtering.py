@@ -1,4 +1,7 @@
-"""Filter a record under parameters: likelihood, states, and the sensitivities of the innovations."""
+"""Filter a record under parameters: likelihood, states, and sensitivities.
+
+Sensitivities are those of the innovations.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ from etb_hil.recording.samples import Float64, Int64
 
 @dataclass(frozen=True, slots=True)
 class Disturbance:
-    """Standard deviations of what the equations lack: a torque in N·m and a voltage in V."""
+    """Standard deviations of what the equations lack, in N·m and in V."""
 
     torque: float
     voltage: float
@@ -49,7 +52,7 @@ class Filtered:
 
     @property
     def needed(self) -> tuple[float, float]:
-        """Root mean squares of the disturbance torque in N·m and voltage in V that the filter needs."""
+        """Rms of the disturbances that the filter needs, in N·m and in V."""
         return tuple(float(np.sqrt(np.mean(self.states[:, at] ** 2))) for at in (TORQUE, VOLTAGE))  # type: ignore[return-value]
 
 
@@ -63,7 +66,9 @@ class Smoothed:
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """What sensitivities are asked of: a parameter of the vector, an effect's strength, or a unit in one channel.
+    """What sensitivities are asked of.
+
+    A parameter of the vector, an effect's strength, or a unit in one channel.
 
     `place` of the parameter; an effect's moves by `step`, from `parameters` where they are given; -1 for a unit in a
     channel (`forces.BRAKING` ...). `effect`: it belongs to. `shape` (n): what its force is multiplied by, None for 1.
@@ -82,7 +87,10 @@ class Column:
 
 @dataclass(frozen=True, slots=True)
 class Normal:
-    """Normal matrix (c, c) and gradient (c) of the columns, in their units; `rows` (n, 3, c) where kept."""
+    """Normal matrix (c, c) and gradient (c) of the columns, in their units.
+
+    `rows` (n, 3, c) are there where they were kept.
+    """
 
     matrix: Float64
     gradient: Float64
@@ -104,7 +112,10 @@ def filtered(record: Record, parameters: Float64, disturbance: Disturbance, *, i
 
 
 def smoothed(record: Record, parameters: Float64, disturbance: Disturbance) -> Smoothed:
-    """Return the states of a record by all of its readings, before and after (Rauch, Tung and Striebel 1965)."""
+    """Return the states of a record by all of its readings.
+
+    They are those before and after (Rauch, Tung and Striebel 1965).
+    """
     found, covariances, spreads = _run(record, parameters, disturbance, is_kept=True, has_covariances=True)
     states = found.states.copy()
     smooth(states, covariances, found.moves, found.ahead, spreads)
@@ -143,7 +154,9 @@ def sensitivities(
     is_kept: bool = False,
     groups: Sequence[int] | None = None,
 ) -> Normal:
-    """Return what the innovations of a filtered record know of some columns; base parameters may come in any order.
+    """Return what the innovations of a filtered record know of some columns.
+
+    Base parameters may come in any order.
 
     `groups` (c): of effects' columns, those of one number follow each other; products between groups are left 0.
     """
@@ -186,7 +199,10 @@ def _kind(column: Column, at: Filtered) -> int:
 
 
 def _shapes(shapes: Sequence[Float64 | None], n: int) -> tuple[Int64, Float64]:
-    """Return which row of the modulations each column has, -1 for none, and the modulations (m, n)."""
+    """Return each column's row of the modulations, and those (m, n).
+
+    The row is -1 where there is none.
+    """
     given = np.array([shape is not None for shape in shapes], bool)
     rows = np.where(given, np.cumsum(given) - 1, -1).astype(np.int64)
     return rows, np.array([shape for shape in shapes if shape is not None]).reshape(int(given.sum()), n)

@@ -1,4 +1,6 @@
-"""What effects add to the base equations along a motion, one effect at a time, compiled.
+"""What effects add to the base equations along a motion, compiled.
+
+One effect is taken at a time.
 
 An effect declares its terms by port; here they are gathered into the few ways in which anything can act on a throttle.
 The derivatives by angle and velocity that a filter needs are differences of these functions.
@@ -69,7 +71,10 @@ _LEVELS = {
 
 
 def _function(effect: Effect) -> compose.Made:
-    """Return a function (state, inputs, memory, parameters, out) that fills in what an effect adds."""
+    """Return a function that fills in what an effect adds.
+
+    It takes (state, inputs, memory, parameters, out).
+    """
     scope: dict[str, Any] = {
         "SLOW": SLOW, "KT": TORQUE_PER_AMPERE, "KE": BACK_EMF, "VISCOUS": VISCOUS, "RESISTANCE": RESISTANCE,
         "GEAR": GEAR_RATIO, "COULOMB": COULOMB, "STICTION": STICTION, "STRIBECK": STRIBECK_VELOCITY, "gauss": gauss,
@@ -111,7 +116,10 @@ def _function(effect: Effect) -> compose.Made:
 
 
 def _passing(effect: Effect) -> compose.Made:
-    """Return a function that moves an effect's states and its sensor's memory by dt s in place."""
+    """Return a function that moves an effect's states by dt s in place.
+
+    It moves the memory of the effect's sensor, too.
+    """
     scope: dict[str, Any] = {"SLOW": SLOW}
     lines = ["slow = remembered[:SLOW]"]
     if effect.states:
@@ -134,7 +142,9 @@ def _compiled(
 
 
 def _along(effect: Effect, function: compose.Made, passing: compose.Made) -> compose.Made:
-    """Return a function that fills in what an effect adds along a motion, sample by sample; see `along`.
+    """Return a function that fills in what an effect adds along a motion.
+
+    It goes sample by sample; see `along`.
 
     A loop for each effect: one call for each sample costs as much as what it returns.
     """
@@ -183,7 +193,10 @@ _starts = compose.starts(OWN)
 
 @njit(cache=True, error_model="numpy")
 def remembered(temperature: float, p: Vector) -> Vector:
-    """Return what effects remember (float64, `MEMORY`) at the start of a record, at a temperature in degC."""
+    """Return what effects remember at the start of a record.
+
+    It is float64 (`MEMORY`), at a temperature in degC.
+    """
     found = np.zeros(MEMORY)
     _starts(0.0, temperature, found[:SLOW], p)
     return found

@@ -1,4 +1,6 @@
-"""An extended Kalman filter of the plate's motion along LuGre friction that adapts its own parameters; compiled.
+"""An extended Kalman filter of motion along LuGre friction, compiled.
+
+It adapts its own parameters.
 
 State and parameters are those of `motion`, the current is the input and the plate angle the measurement. The torque
 constant is not adapted: it is the unit that friction is measured in (whoever scales motor, springs, inertia and
@@ -89,7 +91,10 @@ _BENT_MOST = 1.2  # bristle torque over friction: beyond it the bristles wind up
 
 @njit(cache=True, error_model="numpy")
 def restart(x: Vector, cov: Float64, s: Vector, angle: float, current: float, settings: Vector) -> None:
-    """Start the motion at a measured angle in rad, velocity and friction unknown; parameters stay as they are."""
+    """Start the motion at a measured angle in rad.
+
+    Velocity and friction are unknown; parameters stay as they are.
+    """
     for k in range(LEVEL):
         x[k] = 0.0
         for m in range(len(cov)):
@@ -177,7 +182,10 @@ def _predict(
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _excess(s: Vector, dt: float) -> float:
-    """Return the square of the mean innovation in its own variances, beyond what white innovations show."""
+    """Return the square of the mean innovation beyond that of white ones.
+
+    It is in the innovations' own variances.
+    """
     return s[MEAN_INNOVATION] ** 2 * (2.0 * _MEAN_OVER / dt + 1.0) - _WHITE
 
 
@@ -185,7 +193,10 @@ def _excess(s: Vector, dt: float) -> float:
 def _noise(
     x: Vector, p: Vector, s: Vector, change: float, dt: float, h: float, settings: Vector
 ) -> tuple[float, float, float, float]:
-    """Return the process noise of a sample, as `_predict` takes it; `change` of the current in A."""
+    """Return the process noise of a sample, as `_predict` takes it.
+
+    `change` is that of the current in A.
+    """
     nominal = settings[NOMINAL] ** 2
     wanders, uneven, bends = _WANDERS * nominal, _UNEVEN, _BENDS
     excess = _excess(s, dt)
@@ -260,7 +271,9 @@ def _correct(
 def _estimate(
     x: Vector, cov: Float64, p: Vector, misfit: float, n: int, settings: Vector, lowest: Vector, highest: Vector
 ) -> tuple[float, float]:
-    """Keep parameters inside their bounds, and return the friction torque and its standard deviation in N·m.
+    """Keep parameters inside their bounds, and return the friction torque.
+
+    Its standard deviation follows, both in N·m.
 
     `misfit`: what was learnt of bristles that are not LuGre's, a share of T_c squared. It counts while they bend.
     """
@@ -311,7 +324,9 @@ def run_filter(
     friction: Float64,
     deviation: Float64,
 ) -> None:
-    """Filter samples, and fill in velocity in rad/s, friction torque and its standard deviation in N·m.
+    """Filter samples, and fill in velocity, friction torque and its deviation.
+
+    They are in rad/s and N·m; the deviation is a standard deviation.
 
     Instants in ns, current in A, angle in rad. State, covariance, parameters (`lowest`, `highest`: their bounds, those
     of T_c last) and what is carried are changed in place; the first `n` states are estimated, the others stay. A sample

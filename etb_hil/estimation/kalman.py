@@ -1,4 +1,6 @@
-"""The extended Kalman filter on the throttle's equations, with its likelihood, and the smoother; compiled.
+"""The extended Kalman filter on the throttle's equations, compiled.
+
+It gives the likelihood; the smoother is here, too.
 
 The readings of a sample are taken in one after the other: their whitened innovations are the record's likelihood. What
 the equations lack is process noise of free size: a disturbance torque and a disturbance voltage. Large innovations
@@ -84,7 +86,9 @@ def acting_on(
     acting: Vector,
     out: Float64,
 ) -> None:
-    """Fill in what active effects add at a state, with its derivatives by angle and velocity.
+    """Fill in what active effects add at a state, with its derivatives.
+
+    They are those by angle and velocity.
 
     `acting` (`ACTING`); `out` (4, `forces.ADDED`): what they add, the differences of that by the angle and by the
     current, and room.
@@ -134,7 +138,10 @@ def predict(
 
 @njit(cache=True, error_model="numpy")
 def _spread(cov: Float64, f: Float64, b: Float64, x: Vector, p: Vector, dt: float, s: Vector, room: Float64) -> None:
-    """Carry the covariance over a sample of dt s, with what the equations may lack in that time."""
+    """Carry the covariance over a sample of dt s.
+
+    What the equations may lack in that time is added.
+    """
     for i in range(STATES):
         f0, f1, f2, f3, f4, f5 = f[i, 0], f[i, 1], f[i, 2], f[i, 3], f[i, 4], f[i, 5]
         for j in range(STATES):
@@ -156,7 +163,10 @@ def _spread(cov: Float64, f: Float64, b: Float64, x: Vector, p: Vector, dt: floa
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _edge(step_: float, lasts: float, omega: float, dt: float) -> float:
-    """Return the variance of an angle's rounding, rad^2: an edge of slow motion lasts several samples."""
+    """Return the variance of an angle's rounding in rad^2.
+
+    An edge of slow motion lasts several samples.
+    """
     samples = min(max(step_ / (abs(omega) * dt + 1e-12), 1.0), _EDGE_S / dt + 1.0)
     return step_ * step_ / 12.0 * (1.0 + (samples - 1.0) * lasts)
 
@@ -196,7 +206,9 @@ def run(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     spreads: Float64,
     totals: Vector,
 ) -> None:
-    """Filter a record of n samples, and fill in states, whitened innovations and totals.
+    """Filter a record of n samples; fill in states, innovations and totals.
+
+    Innovations are whitened.
 
     `dt` (n): s to the next sample; `voltage` (n): V, held as long; `temperature` (n): degC; `readings` (n, 3), NaN
     where there is none. `active`: indices of the effects in `p`. `states` (n, `STATES`): after the readings.

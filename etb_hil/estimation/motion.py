@@ -1,4 +1,6 @@
-"""One step of the plate's equations, with its derivatives by the state and by the parameters; compiled.
+"""One step of the plate's equations with its derivatives, compiled.
+
+Derivatives are by the state and by the parameters.
 
 The momentum balance over a step of h s is solved for the way X that the plate goes:
 
@@ -68,7 +70,10 @@ def decay(y: float) -> tuple[float, float, float]:
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def spring(theta: float, p: Vector) -> tuple[float, float, float]:
-    """Return the springs' torque in N·m, its slope in N·m/rad, and the signed share of preload and slope that acts."""
+    """Return the springs' torque in N·m and its slope in N·m/rad.
+
+    The signed share of preload and slope that acts follows.
+    """
     x = theta - p[LIMP_HOME]
     distance, sign = abs(x), 1.0 if x > 0.0 else -1.0
     preload, rise = (p[PRELOAD_OPEN], p[SLOPE_OPEN]) if x > 0.0 else (p[PRELOAD_CLOSE], p[SLOPE_CLOSE])
@@ -82,7 +87,10 @@ def spring(theta: float, p: Vector) -> tuple[float, float, float]:
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _first_way(x: Vector, p: Vector, motor: float, by_way: float, h: float) -> float:
-    """Return the way in rad that the explicit prediction gives, with the bristles' stiffness taken into account."""
+    """Return the way in rad of the explicit prediction.
+
+    It takes the bristles' stiffness into account.
+    """
     omega, bristle = x[OMEGA], x[BRISTLE]
     g = p[COULOMB] + (p[STICTION] - p[COULOMB]) * gauss(omega / p[STRIBECK_VELOCITY])
     pull, _, _ = spring(x[THETA] + 0.5 * h * omega, p)
@@ -94,7 +102,9 @@ def _first_way(x: Vector, p: Vector, motor: float, by_way: float, h: float) -> f
 
 @njit(cache=True, error_model="numpy")
 def advance(x: Vector, p: Vector, motor: float, motor_by_way: float, h: float, n: int, r: Vector, f: Vector) -> float:
-    """Move the state by h s under the motor's mean torque in N·m, and fill in the derivatives by the first n states.
+    """Move the state by h s under the motor's mean torque in N·m.
+
+    Fill in the derivatives by the first n states.
 
     `motor`: the torque where the plate stays, `motor_by_way`: its derivative by the way, N·m/rad.
 

@@ -1,4 +1,4 @@
-"""A record as the filter takes it: inputs, readings, and what is known of their noise."""
+"""A record as the filter takes it: inputs, readings, and their noise."""
 
 from __future__ import annotations
 
@@ -19,7 +19,9 @@ _JUMP = 0.1  # share of the limp-home jump by which a spring's torque may be ano
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """A stretch of samples without gaps: columns (n) in SI, angles at the throttle shaft.
+    """A segment of samples without gaps: columns (n) in SI.
+
+    Angles are at the throttle shaft.
 
     `dt`: s to the next sample; `voltage`: V, held as long; `temperature`: degC; `readings` (n, 3): current, motor's and
     plate's angle, NaN where there is none. `settings`: see `kalman`; the two disturbances are set for each run.
@@ -55,7 +57,9 @@ def record(
     plate: Float64 | None = None,
     temperature: Float64 | float = 25.0,
 ) -> Record:
-    """Return a record of columns (n) in SI: time in s, angles at the throttle shaft, degC.
+    """Return a record of columns (n) in SI.
+
+    Time is in s, angles are at the throttle shaft, temperature is in degC.
 
     The noise is that of the model file's sensors. InputError where the time does not grow, or no angle was read.
     """
@@ -74,7 +78,10 @@ def record(
 
 
 def noise_settings(sensors: Sensors, gear_ratio: float, limp_home: float) -> Float64:
-    """Return the filter's settings (`kalman.SETTINGS`) by a data sheet; `limp_home`: how far in rad it may be off."""
+    """Return the filter's settings (`kalman.SETTINGS`) by a data sheet.
+
+    `limp_home` is how far in rad that may be off.
+    """
     s = np.zeros(kalman.SETTINGS)
     s[kalman.NOISE_CURRENT] = sensors.current_noise**2 + sensors.current_step**2 / 12.0
     s[kalman.STEP_MOTOR] = 2.0 * math.pi / sensors.motor_counts_per_turn / gear_ratio

@@ -11,7 +11,9 @@ _LEAST = 1e-12  # of a scaled covariance: keeps a state that nothing moves from 
 
 
 def smooth(states: Float64, covariances: Float64, moves: Float64, ahead: Float64, spreads: Float64) -> None:
-    """Turn filtered states (n, s) and covariances (n, s, s) into smoothed ones, in place.
+    """Turn filtered states and covariances into smoothed ones, in place.
+
+    States are (n, s), covariances (n, s, s).
 
     `moves` (n, s, s): of each prediction, by the state before; `ahead` (n, s) and `spreads` (n, s, s): the state and
     the covariance that were predicted from each sample.

@@ -1,4 +1,6 @@
-"""Sensitivities of a filter's innovations to parameters and effects, and their normal matrix; compiled.
+"""Sensitivities of a filter's innovations, and their normal matrix, compiled.
+
+They are those to parameters and effects.
 
 The tangent of state and innovation at fixed gains is a linear recursion along the filtered motion. Whatever an effect
 is, it enters by its braking torque, its share of the friction level or its lost voltage, through the responses of the
@@ -52,7 +54,10 @@ _BLOCK = 256  # samples for which effects are evaluated at a time
 
 @njit(cache=True, error_model="numpy", fastmath=True)
 def _carry(s: Float64, move: Float64, response: Float64, push: Float64, out: Float64) -> None:
-    """Fill in the tangents (`STATES`, c) after a prediction, from those before and what pushes it (`FORCES`, c)."""
+    """Fill in the tangents (`STATES`, c) after a prediction.
+
+    They follow from those before and from what pushes it (`FORCES`, c).
+    """
     for i in range(STATES):
         f0, f1, f2, f3, f4, f5 = move[i, 0], move[i, 1], move[i, 2], move[i, 3], move[i, 4], move[i, 5]
         b0, b1, b2 = response[i, 0], response[i, 1], response[i, 2]
@@ -63,7 +68,10 @@ def _carry(s: Float64, move: Float64, response: Float64, push: Float64, out: Flo
 
 @njit(cache=True, error_model="numpy", fastmath=True)
 def _multiply(row: Vector, nb: int, until: Int64, matrix: Float64) -> None:
-    """Add a row's products to one triangle of the normal matrix, in place; see `normal_matrix`."""
+    """Add a row's products to one triangle of the normal matrix, in place.
+
+    See `normal_matrix`.
+    """
     for i in range(nb):
         factor = row[i]
         for j in range(i, len(row)):
@@ -76,7 +84,9 @@ def _multiply(row: Vector, nb: int, until: Int64, matrix: Float64) -> None:
 
 @njit(cache=True, error_model="numpy")
 def _by_parameters(x: Vector, ahead: Vector, dt: float, p: Vector, out: Float64) -> None:
-    """Fill in what the equations lack for each unit of a base parameter, from a state to the predicted one dt s later.
+    """Fill in what the equations lack for each unit of a base parameter.
+
+    It is from a state to the predicted one dt s later.
 
     `out` (`PARAMETERS`, `FORCES` + 1): the forces, and what is added to the bristle torque at the end; 0 elsewhere.
     """
@@ -142,7 +152,9 @@ def normal_matrix(  # noqa: C901, PLR0912, PLR0915 (one loop over the samples)
     gradient: Vector,
     kept: Float64,
 ) -> None:
-    """Add up the normal matrix (c, c) of all columns, and their product with the innovations (c), in place.
+    """Add up the normal matrix (c, c) of all columns, in place.
+
+    Their product with the innovations (c) is added up, too.
 
     Along a filtered record (see `kalman.run`). Base columns: `base` (b) are places of parameters, `tied` (b) those of
     what moves along in proportion, -1 for none. Behind them effect columns (e): `effects` their indices, `moved`

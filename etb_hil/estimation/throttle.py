@@ -1,4 +1,6 @@
-"""One step of the whole throttle: winding, plate and two disturbances, with its derivatives; compiled.
+"""One step of the whole throttle with its derivatives, compiled.
+
+It has winding, plate and two disturbances.
 
 The winding's equation is solved exactly under the step's constant voltage and the mean back-EMF of its way; the mean
 current drives the momentum balance of `motion`. The disturbance torque and voltage are Ornstein-Uhlenbeck processes:
@@ -45,7 +47,7 @@ _BENT_MOST = 1.2  # times the friction level: bristles bent further turn the sig
 
 @njit(cache=True, error_model="numpy")
 def step(x: Vector, p: Vector, voltage: float, h: float, acting: Vector, f: Float64, b: Float64, work: Float64) -> None:
-    """Move the state by h s under a voltage in V, and carry the derivatives of its end on.
+    """Move the state by h s under a voltage in V, with its derivatives.
 
     `acting` (`ACTING`): what effects add. `f` (`STATES`, `STATES`): by the state where a sample begins; `b` (`STATES`,
     `FORCES`): by the braking torque, the share of the friction level and the lost voltage. `work` (2, at least
@@ -117,7 +119,9 @@ def _push(b: Float64, j: int, way: float, rises: float, bend: float, emf: float)
 
 @njit(cache=True, error_model="numpy")
 def keep_bristle(x: Vector, p: Vector, level: float) -> None:
-    """Keep bristles from being bent further than friction bends them, in place; `level`: share added to it.
+    """Keep bristles from being bent further than friction bends them.
+
+    It is done in place; `level` is a share added to friction.
 
     A filter that lets them wind up gets the sign of the velocity wrong; then its disturbance runs away.
     """
@@ -127,7 +131,7 @@ def keep_bristle(x: Vector, p: Vector, level: float) -> None:
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _stop(theta: float, omega: float, p: Vector) -> tuple[float, float, float]:
-    """Return the stops' torque in N·m with its derivatives by the angle and the velocity."""
+    """Return the stops' torque in N·m, with derivatives by angle and velocity."""
     torque = stop_torque(theta, omega, p)
     if torque == 0.0 or p[STOP_LOW] <= theta <= p[STOP_HIGH]:
         return 0.0, 0.0, 0.0

@@ -1,4 +1,6 @@
-"""Unknowns of a fit: base parameters about what the model file states, and those of effects.
+"""Unknowns of a fit: base parameters, and those of effects.
+
+Base parameters lie about what the model file states.
 
 Every constant of the model is free with a prior; none is believed exact: with a few of them off by 3 % and held fixed,
 healthy records show false causes.
@@ -23,7 +25,9 @@ _EXACT = ("gear_ratio", "supply_voltage", "voltage_limit", "back_emf")  # teeth 
 
 @dataclass(frozen=True, slots=True)
 class Unknown:
-    """A parameter that is fitted: its place in the vector, its prior's mean and standard deviation.
+    """A parameter that is fitted.
+
+    It has a place in the vector, and its prior a mean and a standard deviation.
 
     `reach`: how far it may be off before the wall begins, infinite for none. `tied`: what moves along in proportion.
     `low` and `high`: what it never leaves.
@@ -51,7 +55,10 @@ class Unknown:
 
 
 def base_unknowns(model: Model) -> list[Unknown]:
-    """Return the base parameters that have a tolerance, each uniform within it by its first two moments."""
+    """Return the base parameters that have a tolerance.
+
+    Each is uniform within it, by its first two moments.
+    """
     found = []
     for place, one in enumerate(fields(ThrottleParameters)):
         half = model.tolerance(one.name) if one.name not in _EXACT else 0.0

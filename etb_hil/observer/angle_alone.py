@@ -1,4 +1,7 @@
-"""What the observers that take current and angle alone have in common: all but their compiled function."""
+"""What observers of current and angle alone have in common.
+
+It is all but their compiled function.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,7 @@ class AngleAlone:
         self._whole = np.zeros(2, np.int64)
 
     def push(self, time_ns: Int64, current: Float64, angle: Float64) -> FrictionEstimate:
-        """Take samples and return velocity and friction torque at their instants; see `Observer.push`."""
+        """Take samples, return velocity and friction torque; see `Observer.push`."""
         velocity, friction = np.empty(len(time_ns)), np.empty(len(time_ns))
         delay_ns = np.empty(len(time_ns), np.int64)
         carried = (self._p, self._tuning, self._state, self._whole)

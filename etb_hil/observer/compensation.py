@@ -1,4 +1,6 @@
-"""What a model's effects put into the measured signals, taken out of them again, so that its base equations hold.
+"""Take what a model's effects put into the measured signals out again.
+
+Its base equations hold then.
 
 Observers and diagnosis know the base model. With an extended one they are given the angle, current and voltage that the
 base model's unit would have shown: sensors' errors undone, torques of springs, stops and magnets turned into current,
@@ -34,7 +36,9 @@ _THETA, _PLATE, _SLOW = range(3)
 
 
 class Compensation:
-    """Takes a model's effects out of what is pushed; the same numbers however the stream is cut.
+    """Take a model's effects out of what is pushed.
+
+    The numbers are the same however the stream is cut.
 
     With `is_zeroed` the current's zero was measured and is off already.
     """
@@ -48,7 +52,9 @@ class Compensation:
     def push(
         self, time_ns: NDArray[np.int64], current: Float64, angle: Float64, voltage: Float64, temperature: Float64
     ) -> tuple[Float64, Float64, Float64]:
-        """Return current (n) in A, throttle angle (n) in rad and voltage (n) in V as the base model has them.
+        """Return current, throttle angle and voltage as the base model has them.
+
+        Each is (n), in A, rad and V.
 
         A temperature in degC that is NaN counts as the one at which effects of temperature are none.
         """

@@ -1,4 +1,6 @@
-"""Velocity from an angle: the robust exact differentiator of Levant (1998), compiled.
+"""Velocity from an angle: the differentiator of Levant (1998), compiled.
+
+It is the robust exact one.
 
 In units of its own reach and of a step of time it has no gains left that change: nothing is multiplied where each
 sample waits for the one before.
@@ -20,7 +22,9 @@ _QUARTER = 0.25  # the square of half the root's slope, likewise
 
 @njit(cache=True, error_model="numpy", inline="always")
 def reach(dt: float, bound: float) -> float:
-    """Return the unit in rad of what `differentiate` takes and gives, at steps of dt in s.
+    """Return the unit in rad of what `differentiate` takes, at steps of dt in s.
+
+    What it gives is in the same unit.
 
     `bound` rad/s^2 that the acceleration stays within.
     """
@@ -30,7 +34,9 @@ def reach(dt: float, bound: float) -> float:
 
 @njit(cache=True, error_model="numpy", inline="always")
 def differentiate(away: float) -> tuple[float, float, float]:
-    """Return the error that is left, in two parts, first less second, and the change of the way per step.
+    """Return the error that is left, and the change of the way per step.
+
+    The error comes in two parts, first less second.
 
     `away` is how far the measured angle is from the predicted one; all in units of `reach`. The sign is taken at the
     end of the step (implicit discretisation, Acary and Brogliato 2010), which solves for the error that is left: no

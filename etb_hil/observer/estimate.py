@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class SensorNoise:
-    """One standard deviation of the white noise that sensors add, quantisation included.
+    """One standard deviation of the sensors' white noise, with quantisation.
 
     `angle` rad at the throttle shaft, of which `angle_step` rad is what it is rounded to; `current` A.
     """
@@ -27,7 +27,10 @@ class SensorNoise:
     def of_steps(
         angle_step: float, current_step: float, angle_noise: float = 0.0, current_noise: float = 0.0
     ) -> SensorNoise:
-        """Return the noise of sensors that round to whole steps: a uniform error of one step, and their own noise."""
+        """Return the noise of sensors that round to whole steps.
+
+        It is a uniform error of one step, and their own noise.
+        """
         return SensorNoise(
             math.sqrt(angle_step * angle_step / 12.0 + angle_noise * angle_noise),
             math.sqrt(current_step * current_step / 12.0 + current_noise * current_noise),
@@ -36,7 +39,7 @@ class SensorNoise:
 
     @staticmethod
     def of_bench(model: Model) -> SensorNoise:
-        """Return the noise of the sensors that a model states: a motor encoder, and a current sensor."""
+        """Return the noise of a model's sensors: motor encoder and current sensor."""
         sensors = model.sensors
         turn = 2.0 * math.pi / sensors.motor_counts_per_turn
         return SensorNoise.of_steps(
@@ -61,8 +64,14 @@ class FrictionEstimate:
 
 
 class Observer(Protocol):
-    """An estimator of the friction torque that runs on a stream; the same bits however the stream is cut."""
+    """An estimator of the friction torque that runs on a stream.
+
+    Its bits are the same however the stream is cut.
+    """
 
     def push(self, time_ns: Int64, current: Float64, angle: Float64) -> FrictionEstimate:
-        """Take samples (n): instants in ns, motor current in A, throttle-shaft angle in rad; NaN is a bad sample."""
+        """Take samples (n), of which NaN is a bad one.
+
+        Instants are in ns, the motor current in A, the throttle-shaft angle in rad.
+        """
         ...

@@ -1,4 +1,6 @@
-"""What sliding-mode observers take from the data and from the sensors' data sheet: their bound, and their filter.
+"""What sliding-mode observers take from data and the sensors' data sheet.
+
+It is their bound, and their filter.
 
 The bound is the data's own. A plate that sticks or slides steadily is held by nothing but friction: then its torque is
 what the motor gives less what the springs take, and what moves the plate has been stronger than its friction before.
@@ -42,7 +44,9 @@ _STATED_SWITCHING, _STATED_LAG, _ANGLE_TORQUE, LEAST_BOUND, STRONGEST, FINDING_S
 
 @dataclass(frozen=True, slots=True)
 class SlidingModeSettings:
-    """The two choices that the paper leaves open; what is None comes from the data and the sensors' noise.
+    """The two choices that the paper leaves open.
+
+    What is None comes from the data and the sensors' noise.
 
     `switching_torque`, M in N·m, above the largest friction torque and disturbance. `cutoff` in Hz, of a low-pass
     filter of second order: lower leaves less ripple and underestimates T_st more. InputError where one is stated that
@@ -72,7 +76,10 @@ class SlidingModeSettings:
 
 
 def tuning_of(throttle: ThrottleParameters, noise: SensorNoise, settings: SlidingModeSettings | None) -> Float64:
-    """Return what the compiled functions below take of a throttle, its sensors and the settings."""
+    """Return what the compiled functions below take of a throttle and settings.
+
+    Its sensors are part of it.
+    """
     chosen = settings or SlidingModeSettings()
     lag = 0.0 if chosen.cutoff is None else 1.0 / (2.0 * math.pi * chosen.cutoff)
     strongest = throttle.torque_per_ampere * throttle.voltage_limit / throttle.resistance
@@ -89,13 +96,18 @@ def keep(dt: float) -> float:
 
 @njit(cache=True, error_model="numpy", inline="always")
 def followed(bound: float, chosen_for: float) -> float:
-    """Return the bound that gains are chosen for: the former one until the bound has moved far from it."""
+    """Return the bound that gains are chosen for.
+
+    It is the former one until the bound has moved far from it.
+    """
     return bound if bound < FOLLOWED * chosen_for or bound > chosen_for / FOLLOWED else chosen_for
 
 
 @njit(cache=True, error_model="numpy")
 def gains_of(dt: float, bound: float, tuning: Float64, is_noisy: bool, switches: bool) -> tuple[float, ...]:
-    """Return M in N·m, the filter's delay in s, and what its first two poles and its last take of an error a step.
+    """Return M in N·m, the filter's delay in s, and its poles' shares.
+
+    A share is what a pole takes of an error a step: that of the first two, and of the last.
 
     Filter and M are those with the least error, or as stated, then of two poles: the last takes all. `is_noisy`: the
     torque comes from the angle; `switches`: it is a sign that is taken at every sample.
@@ -113,7 +125,10 @@ def gains_of(dt: float, bound: float, tuning: Float64, is_noisy: bool, switches:
 def filtered(
     taken: float, first: float, second: float, third: float, share: float, last_share: float
 ) -> tuple[float, float, float]:
-    """Return the three poles' torques in N·m a step later; the first takes `taken`, its share of a torque."""
+    """Return the three poles' torques in N·m a step later.
+
+    The first takes `taken`, its share of a torque.
+    """
     first = (1.0 - share) * first + taken
     second = (1.0 - share) * second + share * first
     return first, second, (1.0 - last_share) * third + last_share * second
@@ -121,7 +136,9 @@ def filtered(
 
 @njit(cache=True, error_model="numpy")
 def least_error_lag(dt: float, bound: float, angle_torque: float, switching: float) -> float:
-    """Return the time constant in s of each of three poles that leaves the least error at steps of dt in s.
+    """Return the time constant in s of three poles with the least error.
+
+    It holds at steps of dt in s.
 
     Three, because fewer let white noise of an angle, differentiated twice, through at any frequency.
 

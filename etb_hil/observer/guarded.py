@@ -1,4 +1,7 @@
-"""An observer from a plug-in: what it raises or returns wrong becomes a bench fault that names it."""
+"""An observer from a plug-in, whose faults become bench faults.
+
+They name the plug-in.
+"""
 
 from __future__ import annotations
 

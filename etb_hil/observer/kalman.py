@@ -1,4 +1,6 @@
-"""The filter behind the observers with three states: angle, velocity and friction torque over inertia; compiled.
+"""The filter behind the observers with three states, compiled.
+
+States are angle, velocity, and friction torque over inertia.
 
 Gains are Kalman's (1960) for eq. (3) of the seed paper with a friction torque that is a random walk between samples.
 They are carried along sample by sample, so that a lost sample widens the uncertainty and nothing else, and left alone
@@ -32,7 +34,10 @@ _STEADY_CHANGE = 1e-9
 
 @njit(cache=True, error_model="numpy")
 def restart(s: Float64, angle: float, current: float, angle_variance: float) -> None:
-    """Start at a measured angle in rad and current in A, with velocity and friction unknown."""
+    """Start at a measured angle in rad and current in A.
+
+    Velocity and friction are unknown.
+    """
     s[THETA], s[OMEGA], s[FRICTION] = angle, 0.0, 0.0
     s[P00], s[P11], s[P22] = angle_variance, _UNKNOWN_VELOCITY, _UNKNOWN_FRICTION
     s[P01] = s[P02] = s[P12] = 0.0
@@ -79,7 +84,10 @@ def narrow(s: Float64, dt: float, wander: float, angle_variance: float) -> None:
 
 @njit(cache=True, error_model="numpy")
 def settle(s: Float64, dt: float, wander: float, jitter: float, angle_variance: float) -> int:
-    """Note the steady uncertainty of a sampling step in s, and return how far the friction then lags, in ns."""
+    """Note the steady uncertainty of a sampling step in s; return the lag in ns.
+
+    It is how far the friction then lags.
+    """
     steady = np.zeros(STATES)
     restart(steady, 0.0, 0.0, angle_variance)
     for _ in range(100_000):
@@ -99,5 +107,8 @@ def is_settled(s: Float64) -> bool:
 
 @njit(cache=True, error_model="numpy", inline="always")
 def needs_settling(s: Float64, dt: float) -> bool:
-    """Return whether the sampling step has changed for good: the first step, or a new one seen twice."""
+    """Return whether the sampling step has changed for good.
+
+    It is the first step, or a new one that was seen twice.
+    """
     return s[FLOOR] == 0.0 or (dt == s[STEP] and dt != s[FLOOR_STEP])

@@ -1,4 +1,7 @@
-"""Small least squares in plain compiled loops: a library's sums come out differently from machine to machine."""
+"""Small least squares in plain compiled loops.
+
+A library's sums come out differently from machine to machine.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,10 @@ _SINGULAR = 1e-14  # a pivot below this share of its diagonal: the data do not t
 
 @njit(cache=True, error_model="numpy")
 def accumulate(jacobian: Float64, residual: Float64, weight: Float64) -> tuple[Float64, Float64]:
-    """Return J' W J (p, p) and J' W r (p) for a Jacobian (m, p), residuals (m) and weights (m)."""
+    """Return J' W J (p, p) and J' W r (p).
+
+    They are for a Jacobian (m, p), residuals (m) and weights (m).
+    """
     rows, columns = jacobian.shape
     matrix, vector = np.zeros((columns, columns)), np.zeros(columns)
     for k in range(rows):
@@ -31,7 +37,10 @@ def accumulate(jacobian: Float64, residual: Float64, weight: Float64) -> tuple[F
 
 @njit(cache=True, error_model="numpy")
 def _cholesky(matrix: Float64) -> Float64:
-    """Return the lower factor (p, p) of a matrix with a unit diagonal, filled with NaN where it is not positive."""
+    """Return the lower factor (p, p) of a matrix with a unit diagonal.
+
+    It is filled with NaN where the matrix is not positive.
+    """
     n = matrix.shape[0]
     lower = np.zeros((n, n))
     for a in range(n):
@@ -64,7 +73,9 @@ def _inverse_of_lower(lower: Float64) -> Float64:
 
 @njit(cache=True, error_model="numpy")
 def inverse(matrix: Float64) -> Float64:
-    """Return the inverse (p, p) of a symmetric positive matrix by Cholesky's method; NaN where it is none.
+    """Return the inverse (p, p) of a symmetric positive matrix, by Cholesky.
+
+    It is NaN where the matrix is none.
 
     Rows and columns are scaled to a unit diagonal first: parameters differ by orders of magnitude.
     """

@@ -1,4 +1,7 @@
-"""The observers by name: every file in `kinds` declares one as `OBSERVER` and names it; plug-ins add theirs."""
+"""The observers by name.
+
+Every file in `kinds` declares one as `OBSERVER` and names it; plug-ins add theirs.
+"""
 
 from __future__ import annotations
 

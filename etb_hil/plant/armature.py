@@ -1,4 +1,4 @@
-"""The armature current over a segment of time in which the velocity is linear, in closed form."""
+"""The armature current while the velocity is linear, in closed form."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ NO_CURRENT = (0.0, 0.0, 0.0, 0.0)
 
 @njit(cache=True, error_model="numpy")
 def answer(h: float, p: Values) -> Answer:
-    """Return exp(-x), phi_1, phi_2 and phi_3 of -x at x = R h / L (phi_k as in exponential integrators).
+    """Return exp(-x), phi_1, phi_2 and phi_3 of -x at x = R h / L.
+
+    The phi_k are those of exponential integrators.
 
     With v = (u - K_e G_r omega) / L linear from v_0 to v_1 over h s, seed paper eq. (1) gives the current at the end,
     exp(-x) i + h ((phi_1 - phi_2) v_0 + phi_2 v_1), and its mean, phi_1 i + h ((phi_2 - phi_3) v_0 + phi_3 v_1).

@@ -26,7 +26,10 @@ _TWELFTH = 1.0 / 12.0
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _phi_2(y: float) -> float:
-    """Return (exp(-y) - 1 + y) / y^2 for 0 <= y <= 0.5 within 8e-14, without the cancellation of that formula."""
+    """Return (exp(-y) - 1 + y) / y^2 for 0 <= y <= 0.5 within 8e-14.
+
+    It is without the cancellation of that formula.
+    """
     s = y * y
     high = (_C8 - y * _C9) + s * ((_C10 - y * _C11) + s * _C12)
     return (_C2 - y * _C3) + s * (_C4 - y * _C5) + s * s * ((_C6 - y * _C7) + s * high)
@@ -36,7 +39,9 @@ def _phi_2(y: float) -> float:
 def slide(
     bristle: float, travel: float, g: float, g_end: float, stiffness: float, compliance: float
 ) -> tuple[float, float, float, float]:
-    """Return bristle deflection at the end of a travel in one direction and its mean over it, in rad, and their yield.
+    """Return bristle deflection at the end of a travel, its mean, and their yield.
+
+    The travel has one direction; deflections are in rad.
 
     Over a travel x, eq. (2) of the seed paper reads dz/dx = 1 - sigma_0 sgn(omega) z / g. With g linear between its
     values at both ends this has a solution in exponentials, exact in presliding and in steady sliding. The
@@ -60,7 +65,10 @@ def slide(
 def bend(
     bristle: float, travel: float, g: float, g_end: float, stiffness: float, compliance: float, elastic: float
 ) -> tuple[float, float, float, float]:
-    """Return what `slide` does, of bristles that bend elastically up to a share of friction; 0 for LuGre's."""
+    """Return what `slide` does, of bristles that bend elastically at first.
+
+    They do up to a share of friction, which is 0 for LuGre's.
+    """
     if elastic == 0.0:
         return slide(bristle, travel, g, g_end, stiffness, compliance)
     sign = 1.0 if travel >= 0.0 else -1.0
@@ -78,14 +86,20 @@ def bend(
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def yielding(bristle: float, omega: float, g: float, elastic: float, stiffness: float) -> float:
-    """Return the share of a motion that elasto-plastic bristles do not follow, 1 - dz/dx."""
+    """Return the share of a motion that bristles do not follow, 1 - dz/dx.
+
+    They are elasto-plastic.
+    """
     along = bristle * stiffness if omega >= 0.0 else -bristle * stiffness
     return max(along - elastic * g, 0.0) / ((1.0 - elastic) * g)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _turn(start: float, slope: float, curve: float) -> float:
-    """Return the one s in 0 ... 1 where start + slope s + curve s^2, of opposite sign at both ends, is zero."""
+    """Return the one s in 0 ... 1 where start + slope s + curve s^2 is zero.
+
+    It has opposite signs at both ends.
+    """
     root = math.sqrt(max(slope * slope - 4.0 * curve * start, 0.0))
     sum_of = abs(slope) + root  # whichever of the two forms does not cancel
     share = 2.0 * abs(start) / sum_of if start * slope < 0.0 else sum_of / (2.0 * abs(curve))
@@ -105,7 +119,9 @@ def strain(
     elastic: float,
     p: Values,
 ) -> tuple[float, float, float, float]:
-    """Return the bristles after h s, their mean over that time (rad), and both by the end velocity (rad per rad/s).
+    """Return the bristles after h s, their mean, and both by the end velocity.
+
+    They are in rad, the latter in rad per rad/s.
 
     The velocity runs from `omega` to `omega_end` along a parabola that starts out for `rise`. Where it passes zero the
     two directions are solved one after the other. The mean over time is later than that over the way where the velocity

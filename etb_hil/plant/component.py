@@ -1,4 +1,7 @@
-"""The component of a device that a cause sits in: what has to be looked at, whichever of its laws it is."""
+"""The component of a device that a cause sits in.
+
+It has to be looked at, whichever of its laws the cause is.
+"""
 
 from __future__ import annotations
 
@@ -52,5 +55,5 @@ def component_at(port: Port) -> Component:
 
 
 def component_of_parameter(name: str) -> Component:
-    """Return the component that a base parameter belongs to, by its name in a model file."""
+    """Return the component of a base parameter, by its name in a model file."""
     return _OF_PARAMETER[name]

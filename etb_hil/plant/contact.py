@@ -10,7 +10,10 @@ from etb_hil.plant.physics import STOP_DAMPING, STOP_HIGH, STOP_LOW, STOP_STIFFN
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def push(theta: float, omega: float, side: float, p: Values) -> float:
-    """Return the torque in N·m of the upper (side 1) or lower (-1) stop, above zero where it is pressed together."""
+    """Return the torque in N·m of the upper (side 1) or lower (-1) stop.
+
+    It is above zero where the stop is pressed together.
+    """
     edge = p[STOP_HIGH] if side > 0.0 else p[STOP_LOW]
     return side * (p[STOP_STIFFNESS] * (theta - edge) + p[STOP_DAMPING] * omega)
 
@@ -30,7 +33,10 @@ def contact_of(theta: float, omega: float, p: Values) -> float:
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def first_root(value: float, rate: float, curvature: float, h: float) -> float:
-    """Return the first time in 0 ... h at which value + rate t + curvature t^2 / 2 is zero, there being one."""
+    """Return the first time in 0 ... h at which a parabola is zero.
+
+    It is value + rate t + curvature t^2 / 2, and has such a time.
+    """
     root = np.sqrt(max(rate * rate - 2.0 * curvature * value, 0.0))
     denominator = rate + (root if rate >= 0.0 else -root)
     return min(max(-2.0 * value / denominator, 0.0), h) if denominator != 0.0 else h
@@ -40,7 +46,10 @@ def first_root(value: float, rate: float, curvature: float, h: float) -> float:
 def change_of_contact(
     theta: float, omega: float, contact: float, theta_end: float, omega_end: float, h: float, p: Values
 ) -> tuple[float, float]:
-    """Return when in 0 ... h the contact changes, and what it then is; h and the old contact where it does not."""
+    """Return when in 0 ... h the contact changes, and what it then is.
+
+    It is h and the old contact where it does not.
+    """
     if contact != 0.0:
         push_end = push(theta_end, omega_end, contact, p)
         if push_end > 0.0:

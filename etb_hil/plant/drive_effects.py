@@ -1,4 +1,7 @@
-"""Effects in a drive's model file: bounds as its friction has them, and of a linear one N for N·m, m for rad."""
+"""Effects in a drive's model file.
+
+Bounds are those that its friction has; a linear one has N for N·m, m for rad.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,10 @@ _LINEAR = {"N·m": "N", "rad": "m", "rad/s": "m/s"}
 
 
 def read_effects(entries: Iterable[EffectEntry], coulomb: float, *, is_linear: bool) -> list[EffectEntry | Problem]:
-    """Return effects as a throttle's model has them, or what is wrong; `coulomb`: the drive's friction in N or N·m."""
+    """Return effects as a throttle's model has them, or what is wrong.
+
+    `coulomb` is the drive's friction in N or N·m.
+    """
     return [_read(entry, coulomb / THROTTLE_FRICTION, is_linear) for entry in entries]
 
 
@@ -61,5 +67,8 @@ def written_effects(entries: Iterable[EffectEntry], *, is_linear: bool) -> list[
 
 
 def unit_for(parameter: EffectParameter, *, is_linear: bool) -> str:
-    """Return the unit of an effect's parameter; a linear drive's is that of forces and lengths."""
+    """Return the unit of an effect's parameter.
+
+    A linear drive's is that of forces and lengths.
+    """
     return _LINEAR.get(parameter.unit, parameter.unit) if is_linear else parameter.unit

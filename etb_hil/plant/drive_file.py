@@ -1,4 +1,6 @@
-"""A drive without springs and stops, rotary or linear: the same equations as a throttle, most of them switched off.
+"""A drive without springs and stops, rotary or linear.
+
+It has the equations of a throttle, most of them switched off.
 
 With linear motion a force stands for torque, metres for radians. The drive is given its force or torque, so that it has
 no winding; a constant load takes the place of the preload.
@@ -73,7 +75,9 @@ class DriveFile(FileModel):
 
 
 def load_plant(path: Path) -> tuple[Model, bool]:
-    """Read a throttle's or a drive's model file; the second value tells whether it is a drive's.
+    """Read a throttle's or a drive's model file.
+
+    The second value tells whether it is a drive's.
 
     Raises InputError that lists the problems with file, line and key.
     """
@@ -85,7 +89,10 @@ def load_plant(path: Path) -> tuple[Model, bool]:
 
 
 def is_drive(model: Model) -> bool:
-    """Return whether a model is a drive's: its motor has no winding, and so no back-EMF."""
+    """Return whether a model is a drive's.
+
+    The motor of a drive has no winding, and so no back-EMF.
+    """
     return model.parameters["back_emf_constant"].value == 0.0
 
 
@@ -172,7 +179,10 @@ def _drive(document: Document[DriveFile]) -> Model:
 
 
 def _absent() -> dict[str, float]:
-    """Return what a drive does not have: a winding without lag, springs of no force, stops far away."""
+    """Return what a drive does not have, without effect.
+
+    It is a winding without lag, springs of no force, stops far away.
+    """
     return {
         "resistance": 1.0, "inductance": 1e-7, "back_emf_constant": 0.0, "torque_constant": 1.0,
         "throttle_inertia": 0.0, "preload_close": 0.0, "slope_open": 0.0, "slope_close": 0.0, "limp_home": -_FAR,

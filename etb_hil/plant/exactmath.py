@@ -1,4 +1,6 @@
-"""Transcendental functions made of `+ - * /` and comparisons only: the same bits on every x86-64 machine.
+"""Transcendental functions made of `+ - * /` and comparisons only.
+
+They give the same bits on every x86-64 machine.
 
 The C library's `exp` differs between versions and processors in its last bit, and a verdict that is replayed elsewhere
 must not. The range is reduced with ln 2 in two parts; on the residual, exp(r) = 1 + 2 r / (r coth(r/2) - r) with the
@@ -32,7 +34,10 @@ _GAUSS_ENDS = 6.5  # beyond it e**-x^2 is below 1e-18
 
 
 def _gauss_table() -> NDArray[np.float64]:
-    """Return e**-x^2 on the grid, correctly rounded: `decimal` does not depend on the machine."""
+    """Return e**-x^2 on the grid, correctly rounded.
+
+    `decimal` does not depend on the machine.
+    """
     with localcontext(prec=30):
         exact = [(-((Decimal(j) / _GAUSS_STEPS) ** 2)).exp() for j in range(int(_GAUSS_ENDS * _GAUSS_STEPS) + 2)]
     return np.array([float(value) for value in exact])
@@ -56,7 +61,10 @@ def _power_of_two(k: np.int64) -> float:
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def exp(x: float) -> float:
-    """Return e**x within 1 ulp (2 ulp where the result is subnormal); inf and 0 beyond what a double holds."""
+    """Return e**x within 1 ulp (2 ulp where the result is subnormal).
+
+    It is inf and 0 beyond what a double holds.
+    """
     if not x <= _EXP_OVERFLOW:
         return x if x != x else np.inf  # noqa: PLR0124 (the test for NaN that needs no library)
     if x < _EXP_UNDERFLOW:
@@ -96,7 +104,7 @@ def _exp_small(a: float) -> float:
 
 @njit(cache=True, error_model="numpy")
 def log(value: float) -> float:
-    """Return the natural logarithm of a positive value within 2 ulp; -inf of 0, NaN below.
+    """Return the natural logarithm within 2 ulp; -inf of 0, NaN below.
 
     value = 2**k m with m about 1; log m = 2 atanh((m - 1) / (m + 1)), by its series (Abramowitz and Stegun 4.1.27).
     """
@@ -122,7 +130,10 @@ def log(value: float) -> float:
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def gauss(x: float) -> float:
-    """Return e**-x^2 within 4e-16 of the true value, 0 for abs(x) > 6.5; three times as fast as by `exp`."""
+    """Return e**-x^2 within 4e-16 of the true value, 0 for abs(x) > 6.5.
+
+    It is three times as fast as by `exp`.
+    """
     x = abs(x)
     if not x <= _GAUSS_ENDS:
         return x if x != x else 0.0  # noqa: PLR0124 (the test for NaN that needs no library)
@@ -133,6 +144,9 @@ def gauss(x: float) -> float:
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def gauss_near(x: float, known_x: float, known: float) -> float:
-    """Return e**-x^2 from its value at a point nearby: sooner at hand than `gauss`, within 2e-12 of `known`."""
+    """Return e**-x^2 from its value at a point nearby.
+
+    It is sooner at hand than `gauss`, within 2e-12 of `known`.
+    """
     a = (known_x - x) * (known_x + x)
     return known * _exp_small(a) if abs(a) < _NEAR else gauss(x)

@@ -1,4 +1,7 @@
-"""The plant with effects: the base integrator, its parameters and its load set anew every tick of 50 us."""
+"""The plant with effects: the base integrator with parameters set each tick.
+
+Parameters and load are set anew every 50 us.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +36,10 @@ SENSED_STATES = EXTENDED_STATES + sensing.SENSING
 
 
 def new_extended_state(theta: float, temperature: float, p: Vector) -> Vector:
-    """Return the state (float64, `EXTENDED_STATES`) of a throttle at rest at an angle in rad, long at a temperature."""
+    """Return the state of a throttle at rest at an angle in rad.
+
+    It is float64 (`EXTENDED_STATES`); the throttle has long been at a temperature.
+    """
     state = np.zeros(EXTENDED_STATES)
     state[THETA] = state[PLATE] = theta
     state[SLOW_STATES:] = ports.slow_start(temperature, p)
@@ -41,14 +47,19 @@ def new_extended_state(theta: float, temperature: float, p: Vector) -> Vector:
 
 
 def new_sensed_state(theta: float, temperature: float, p: Vector) -> Vector:
-    """Return an extended state, and behind it the memory of sensors that tell other than what is, if any do."""
+    """Return an extended state with the memory of sensors behind it.
+
+    Only sensors that tell other than what is have one.
+    """
     state = new_extended_state(theta, temperature, p)
     return np.concatenate([state, sensing.new_sensing(theta)]) if sensing.is_there(p) else state
 
 
 @njit(cache=True, error_model="numpy")
 def advance_extended(state: Vector, p: Vector, voltage: float, ticks: int, temperature: float) -> None:
-    """Move an extended state in place by whole ticks under a constant voltage in V (NaN: bridge open).
+    """Move an extended state in place by whole ticks under a constant voltage.
+
+    It is in V; NaN is an open bridge.
 
     `p` is the extended vector, `temperature` the housing's in degC. What an effect changes is set at the start of a
     tick and held over it; additional torques come as a kick to the velocity. A state of `SENSED_STATES` has sensors
@@ -95,20 +106,29 @@ def advance_extended(state: Vector, p: Vector, voltage: float, ticks: int, tempe
 
 @njit(cache=True, error_model="numpy")
 def told_current(state: Vector, temperature: float, p: Vector) -> float:
-    """Return what the current sensor is given in A: the current, unless an effect of the sensor changes it."""
+    """Return what the current sensor is given in A.
+
+    It is the current, unless an effect of the sensor changes it.
+    """
     return sensing.current(state[EXTENDED_STATES:], temperature, p) if len(state) > EXTENDED_STATES else state[CURRENT]
 
 
 @njit(cache=True, error_model="numpy")
 def told_motor_angle(state: Vector, p: Vector) -> float:
-    """Return what the encoder is given in rad: the motor's angle, unless its disc is off centre."""
+    """Return what the encoder is given in rad.
+
+    It is the motor's angle, unless its disc is off centre.
+    """
     angle = state[THETA] * p[GEAR_RATIO]
     return sensing.motor_angle(angle, p) if len(state) > EXTENDED_STATES else angle
 
 
 @njit(cache=True, error_model="numpy")
 def told_plate(state: Vector, p: Vector) -> float:
-    """Return what the plate sensor is given in rad: the motor's own angle, unless an effect lets the teeth give way."""
+    """Return what the plate sensor is given in rad.
+
+    It is the motor's own angle, unless an effect lets the teeth give way.
+    """
     if len(state) > EXTENDED_STATES:
         return sensing.plate(state[EXTENDED_STATES:], p)
     return state[PLATE] if len(state) > STATES else state[THETA]

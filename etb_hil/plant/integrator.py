@@ -1,4 +1,6 @@
-"""The one integrator of the plant, compiled: whole ticks of 50 us, second order, stable however stiff the bristles.
+"""The one integrator of the plant, compiled, in whole ticks of 50 us.
+
+It is of second order, and stable however stiff the bristles.
 
 `step.py` holds the scheme. Here its steps are cut where a stop is met or left and where the freewheeling current ends,
 so that no step runs over a jump.
@@ -45,7 +47,10 @@ _FAST = 0.05  # dead zones in a tick; slower than this the springs' jump is smoo
 
 
 def new_state(theta: float) -> Vector:
-    """Return the state (float64, `STATES`) of a throttle at rest at an angle in rad, bristles and current at zero."""
+    """Return the state of a throttle at rest at an angle in rad.
+
+    It is float64 (`STATES`), with bristles and current at zero.
+    """
     state = np.zeros(STATES)
     state[THETA] = theta
     return state
@@ -53,7 +58,10 @@ def new_state(theta: float) -> Vector:
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _stride(theta: float, omega: float, contact: float, left: float, p: Values) -> float:
-    """Return how far to step: to the end of the tick, less while a stop throws back or limp-home flies past."""
+    """Return how far to step.
+
+    It is to the end of the tick, less while a stop throws back or limp-home flies past.
+    """
     travel = TICK * abs(omega)
     if contact != 0.0:
         fine = abs(omega) > _SLOW
@@ -64,7 +72,10 @@ def _stride(theta: float, omega: float, contact: float, left: float, p: Values) 
 
 @njit(cache=True, error_model="numpy")
 def _end_of_current(omega: float, current: float, current_end: float, u: float, h: float, p: Values) -> float:
-    """Return when in 0 ... h a freewheeling current, which changes its sign in that time, is zero."""
+    """Return when in 0 ... h a freewheeling current is zero.
+
+    It changes its sign in that time.
+    """
     rate = (u - p[RESISTANCE] * current - p[BACK_EMF] * omega) / p[INDUCTANCE]
     return first_root(current, rate, 2.0 * (current_end - current - rate * h) / (h * h), h)
 
@@ -73,7 +84,9 @@ def _end_of_current(omega: float, current: float, current_end: float, u: float, 
 def _run(  # noqa: C901 (one loop that must stay in registers)
     state: Vector, parameters: Vector, elastic: float, voltage: float, ticks: int, record: Vector, row: int
 ) -> None:
-    """Move `state` by whole ticks; from `row` on, where that is not negative, write it to `record` after each.
+    """Move `state` by whole ticks.
+
+    From `row` on, where that is not negative, write it to `record` after each.
 
     `elastic`: that of `bristle.bend`, 0 for LuGre friction.
     """
@@ -122,13 +135,18 @@ def _run(  # noqa: C901 (one loop that must stay in registers)
 
 @njit(cache=True, error_model="numpy")
 def advance_bristles(state: Vector, p: Vector, elastic: float, voltage: float, ticks: int) -> None:
-    """Move `state` as `advance` does, with bristles that are elastic up to a share of friction; see `bristle`."""
+    """Move `state` as `advance` does, with bristles that are elastic at first.
+
+    They are up to a share of friction; see `bristle`.
+    """
     _run(state, p, elastic, voltage, ticks, state.reshape((1, -1)), -1)
 
 
 @njit(cache=True, error_model="numpy")
 def advance(state: Vector, p: Vector, voltage: float, ticks: int) -> None:
-    """Move `state` in place by whole ticks of 50 us under a constant voltage in V; NaN is an open bridge.
+    """Move `state` in place by whole ticks of 50 us under a constant voltage.
+
+    It is in V; NaN is an open bridge.
 
     The voltage is limited to what the bridge gives. With the bridge open, the diodes put the supply against the
     current until it is gone; a back-EMF above the supply is not modelled.
@@ -138,7 +156,7 @@ def advance(state: Vector, p: Vector, voltage: float, ticks: int) -> None:
 
 @njit(cache=True, error_model="numpy")
 def advance_record(state: Vector, p: Vector, voltages: Vector, ticks: int, record: Vector) -> None:
-    """Move `state` under each of the voltages (n) for so many ticks, and keep every tick.
+    """Move `state` under each voltage (n) for so many ticks; keep every tick.
 
     `record` (n * ticks, `STATES`) takes the state after each tick. Per tick this costs half of calling `advance`.
     """

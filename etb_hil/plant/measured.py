@@ -1,4 +1,7 @@
-"""Numbers of one unit that were measured by hand: what they leave of a model's tolerances."""
+"""Numbers of one unit that were measured at the bench.
+
+They narrow a model's tolerances.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,9 @@ NEVER = ("gear_ratio", "supply_voltage", "voltage_limit")  # no explanation move
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """A measured number in SI, at the shaft that its parameter is stated for; the true one lies within `uncertainty`.
+    """A measured number in SI, at the shaft of its parameter.
+
+    The true one lies within `uncertainty`.
 
     `name`: a parameter's, or `<effect>.<strength>`; `stated`: what the model file says without it, within `tolerance`
     (of an effect: 0, within 0).
@@ -52,7 +57,10 @@ class Measured:
 
     @property
     def is_off(self) -> bool:
-        """Whether the number lies outside what the model file states, whatever its own error: a cause."""
+        """Whether the number lies outside what the model file states.
+
+        It is a cause then, whatever its own error.
+        """
         return bool(abs(self.value - self.stated) > self.tolerance + self.uncertainty)
 
 
@@ -63,7 +71,7 @@ def measured_parameter(parameter: Parameter, value: float, uncertainty: float) -
 
 
 def with_measured(parameters: Mapping[str, Parameter], measured: Mapping[str, Measured]) -> dict[str, Parameter]:
-    """Return parameters with the measured ones at their values, in the width of their uncertainties."""
+    """Return parameters with measured ones at their values and uncertainties."""
     found = dict(parameters)
     for name, one in measured.items():
         if one.is_of_effect:

@@ -11,11 +11,17 @@ from etb_hil.plant.table_one import KINDS, Shaft
 
 
 class ParameterRangeWarning(UserWarning):
-    """A parameter lies outside the range that table I of the seed paper gives for production throttles."""
+    """A parameter lies outside the range of table I of the seed paper.
+
+    That is the range of production throttles.
+    """
 
 
 def impossible(parameters: Mapping[str, Parameter]) -> dict[str, Problem]:
-    """Return what no throttle can be, by the name of the parameter to change; the problems have no place yet."""
+    """Return what no throttle can be, by the name of the parameter to change.
+
+    The problems have no place yet.
+    """
     found = {}
     for name, parameter in parameters.items():
         kind = KINDS[name]
@@ -64,7 +70,10 @@ def impossible(parameters: Mapping[str, Parameter]) -> dict[str, Problem]:
 
 
 def motor_constants_differ(parameters: Mapping[str, Parameter]) -> Problem | None:
-    """Return a problem where K_e and K_t, one number in SI, differ by more than their tolerances explain."""
+    """Return a problem where K_e and K_t differ by more than their tolerances.
+
+    They are one number in SI.
+    """
     gear = parameters["gear_ratio"].value
     torque, back_emf = parameters["torque_constant"], parameters["back_emf_constant"]
     k_t, k_e = torque.at_shaft(Shaft.MOTOR, gear), back_emf.at_shaft(Shaft.MOTOR, gear)
@@ -80,7 +89,10 @@ def motor_constants_differ(parameters: Mapping[str, Parameter]) -> Problem | Non
 
 
 def motor_laws_differ(parameters: Mapping[str, Parameter]) -> Problem | None:
-    """Return a problem where K_e and K_t, one number in SI, have different laws over the temperature."""
+    """Return a problem where K_e and K_t have different laws over temperature.
+
+    They are one number in SI.
+    """
     torque, back_emf = (parameters[name].temperature for name in ("torque_constant", "back_emf_constant"))
     if torque == back_emf:
         return None
@@ -95,7 +107,7 @@ def motor_laws_differ(parameters: Mapping[str, Parameter]) -> Problem | None:
 
 
 def outside_table_one(parameter: Parameter, gear_ratio: float) -> str | None:
-    """Return a sentence that names the row of table I where the parameter lies outside it."""
+    """Return a sentence on the row of table I that a parameter lies outside of."""
     kind = KINDS[parameter.name]
     row = kind.row
     if row is None:

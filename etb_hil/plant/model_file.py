@@ -1,4 +1,7 @@
-"""Model files: YAML with a value, unit, shaft, tolerance and source for every parameter."""
+"""Model files: value, unit, shaft, tolerance and source of each parameter.
+
+They are YAML.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +33,10 @@ Text = Annotated[str, Field(min_length=1, max_length=2000)]
 
 
 class TemperatureEntry(FileModel):
-    """How a parameter changes with the housing's temperature: linearly about a reference."""
+    """How a parameter changes with the housing's temperature, linearly.
+
+    It changes about a reference.
+    """
 
     coefficient: TemperatureCoefficient
     reference: Temperature
@@ -139,7 +145,10 @@ class ModelContent:
 
 
 def read_model_file(path: Path) -> ModelContent:
-    """Read and check a model file; InputError lists the problems, `ParameterRangeWarning` what is unusual."""
+    """Read and check a model file.
+
+    InputError lists the problems, `ParameterRangeWarning` what is unusual.
+    """
     document = load(path, ModelFile)
     parameters = _parameters(document)
     measured = _measured(document, parameters)

@@ -1,4 +1,4 @@
-"""One parameter of a model, and how all of them become the values of the equations."""
+"""One parameter of a model, and how parameters become values of equations."""
 
 from __future__ import annotations
 
@@ -11,7 +11,10 @@ from etb_hil.plant.values import ThrottleParameters
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """How far the true value may lie from the stated one: a share of it, or an amount in SI."""
+    """How far the true value may lie from the stated one.
+
+    It is a share of it, or an amount in SI.
+    """
 
     amount: float
     is_relative: bool

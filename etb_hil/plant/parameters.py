@@ -1,4 +1,7 @@
-"""A model: what is known of a throttle, with tolerances and sources; read from a model file."""
+"""A model: what is known of a throttle, with tolerances and sources.
+
+It is read from a model file.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,9 @@ _DRAWS = 1000
 
 @dataclass(frozen=True)
 class Model:
-    """A throttle as a model file states it, or as drawn from one; a linear drive has N for N·m, and m for rad.
+    """A throttle as a model file states it, or as drawn from one.
+
+    A linear drive has N for N·m, and m for rad.
 
     What was measured of it is in its parameters and effects already; `measured` says what that was.
     `friction_model`: the law of its bristles. `has_laws_as_terms`: `vector` obeys the parameters' laws over the
@@ -45,14 +50,20 @@ class Model:
 
     @classmethod
     def load(cls, source: str | Path) -> Model:
-        """Read a throttle's or a drive's model file, by path or by the name of a stock one; InputError of problems."""
+        """Read a throttle's or a drive's model file, by path or stock name.
+
+        InputError lists problems.
+        """
         from etb_hil.base.stock import find  # noqa: PLC0415 (its own file loads this one)
         from etb_hil.plant.drive_file import load_plant  # noqa: PLC0415
 
         return load_plant(find("model", str(source)))[0]
 
     def write(self, path: str | Path, description: str = "") -> None:
-        """Write a model file that `load` reads as the same model; InputError where it cannot be written."""
+        """Write a model file that `load` reads as the same model.
+
+        InputError where it cannot be written.
+        """
         from etb_hil.base.files import write_text  # noqa: PLC0415
         from etb_hil.plant.drive_file import is_drive  # noqa: PLC0415
         from etb_hil.plant.drive_text import drive_text  # noqa: PLC0415
@@ -61,7 +72,9 @@ class Model:
         write_text(Path(path), (drive_text if is_drive(self) else model_text)(self, description or self.name))
 
     def with_laws_as_terms(self, temperature: float) -> Model:
-        """Return the model for data whose temperature is known: what has a law is stated at the terms' reference.
+        """Return the model for data whose temperature is known.
+
+        What has a law is stated at the terms' reference.
 
         What has a law that no term obeys is stated at a `temperature` in degC.
         """
@@ -83,7 +96,10 @@ class Model:
         return replace(self, parameters=parameters, effects=effects, measured={**self.measured, **new})
 
     def as_stated(self) -> Model:
-        """Return the model with what was measured and lies outside of what the file states as the file states it."""
+        """Return the model as the file states it, where measured numbers are off.
+
+        Measured numbers inside of what the file states stay.
+        """
         off = [one for one in self.measured.values() if one.is_off]
         return self.knowing(replace(one, value=one.stated, uncertainty=one.tolerance) for one in off) if off else self
 
@@ -93,7 +109,10 @@ class Model:
         return referred(self.parameters)
 
     def vector(self) -> Vector:
-        """Return the extended parameter vector: base values and effects (`etb_hil.plant.effects.layout`)."""
+        """Return the extended parameter vector: base values and effects.
+
+        `etb_hil.plant.effects.layout` has its order.
+        """
         from etb_hil.plant.bristle import ELASTIC_SHARE  # noqa: PLC0415 (numba)
         from etb_hil.plant.effects.entries import whole_vector  # noqa: PLC0415 (numba)
         from etb_hil.plant.effects.laws import put_laws  # noqa: PLC0415 (numba)
@@ -108,7 +127,10 @@ class Model:
         return vector
 
     def values_at(self, temperature: float) -> ThrottleParameters:
-        """Return the values of the equations at a temperature in degC, where parameters have a law for it."""
+        """Return the values of the equations at a temperature in degC.
+
+        Parameters that have no law for it stay.
+        """
         return referred(
             {
                 name: replace(p, value=p.value * p.temperature.factor(temperature)) if p.temperature else p
@@ -117,13 +139,19 @@ class Model:
         )
 
     def tolerance(self, name: str) -> float:
-        """Return how far a field of `ThrottleParameters` may be off, in SI: the worst case over what it is made of."""
+        """Return how far a field of `ThrottleParameters` may be off, in SI.
+
+        It is the worst case over what it is made of.
+        """
         nominal = getattr(self.values, name)
         return float(sum(abs(getattr(moved, name) - nominal) for moved in self._one_moved))
 
     @property
     def tolerances(self) -> ThrottleParameters:
-        """How far each value of the equations may be off, in SI at the throttle shaft; see `tolerance`."""
+        """How far each value of the equations may be off, in SI; see `tolerance`.
+
+        It is at the throttle shaft.
+        """
         return ThrottleParameters(*(self.tolerance(one.name) for one in fields(ThrottleParameters)))
 
     @cached_property
@@ -137,7 +165,9 @@ class Model:
         return [referred({**self.parameters, parameter.name: parameter}) for parameter in moved]
 
     def drawn(self, rng: Generator) -> Model:
-        """Return a unit of this model: every parameter drawn evenly inside its tolerance, K_e and K_t by one factor.
+        """Return a unit of this model, drawn inside the tolerances.
+
+        Every parameter is drawn evenly, K_e and K_t by one factor.
 
         InputError where the tolerances leave next to no unit that is physically possible.
         """

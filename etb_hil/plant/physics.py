@@ -1,4 +1,4 @@
-"""The equations of the throttle, compiled; shared by the plant, the observers and the fits.
+"""The equations of the throttle, compiled, for plant, observers and fits.
 
 Everything is at the throttle shaft and in SI. `p` is the parameter vector of `ThrottleParameters.vector()`; the
 constants below are its indices. Effects append theirs behind the base parameters.
@@ -55,7 +55,9 @@ def registers(p: Vector) -> Values:
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def spring_torque(theta: float, p: Values) -> float:
-    """Return the springs' torque in N·m at an angle in rad, positive where it closes the plate (seed paper, fig. 3).
+    """Return the springs' torque in N·m at an angle in rad.
+
+    It is positive where it closes the plate (seed paper, fig. 3).
 
     The jump at limp-home is smoothed over the dead zone (half width `DEAD_ZONE`) by 3 u^2 - 2 u^3: zero and flat at
     limp-home, the full preload and slope outside, and no kink that would cost the integrator its order.
@@ -71,7 +73,10 @@ def spring_torque(theta: float, p: Values) -> float:
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def stop_torque(theta: float, omega: float, p: Values) -> float:
-    """Return the torque of the hard stops in N·m, positive at the upper one; spring and damper push, never pull."""
+    """Return the torque of the hard stops in N·m, positive at the upper one.
+
+    Spring and damper push, never pull.
+    """
     if theta > p[STOP_HIGH]:
         return max(p[STOP_STIFFNESS] * (theta - p[STOP_HIGH]) + p[STOP_DAMPING] * omega, 0.0)
     if theta < p[STOP_LOW]:
@@ -81,12 +86,18 @@ def stop_torque(theta: float, omega: float, p: Values) -> float:
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def stribeck(omega: float, p: Values) -> float:
-    """Return g(omega) in N·m: friction of steady sliding without viscosity (seed paper, eq. 2)."""
+    """Return g(omega) in N·m: friction of steady sliding without viscosity.
+
+    Seed paper, eq. 2.
+    """
     return p[COULOMB] + (p[STICTION] - p[COULOMB]) * gauss(omega / p[STRIBECK_VELOCITY])
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def friction_torque(omega: float, bristle: float, p: Values) -> float:
-    """Return the LuGre friction torque in N·m at a velocity and a bristle deflection in rad (seed paper, eq. 2)."""
+    """Return the LuGre friction torque in N·m at velocity and bristle deflection.
+
+    The deflection is in rad (seed paper, eq. 2).
+    """
     rate = omega - p[BRISTLE_STIFFNESS] * abs(omega) / stribeck(omega, p) * bristle
     return p[BRISTLE_STIFFNESS] * bristle + p[BRISTLE_DAMPING] * rate + p[VISCOUS] * omega

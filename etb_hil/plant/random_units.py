@@ -35,7 +35,10 @@ FAULTY_RATIO = (2.5, 4.0)
 
 @dataclass(frozen=True, slots=True)
 class RandomUnit:
-    """A unit with the velocities in rad/s that the quickest dash reaches in each direction and still stops from."""
+    """A unit with the velocities in rad/s of its quickest dash each way.
+
+    From them it still stops.
+    """
 
     model: Model
     peak_opening: float
@@ -43,12 +46,15 @@ class RandomUnit:
 
     @property
     def reaches_coulomb(self) -> bool:
-        """Whether a dash in both directions passes 2.15 omega_s, so that T_c can be read off it."""
+        """Whether dashes both ways pass 2.15 omega_s, so that T_c can be read."""
         return min(self.peak_opening, self.peak_closing) > FAR_ABOVE * self.model.values.stribeck_velocity
 
 
 def random_unit(rng: Generator, *, healthy: bool) -> RandomUnit:
-    """Return a unit from the box whose springs, with healthy friction, bring the plate back."""
+    """Return a unit from the box whose springs bring the plate back.
+
+    They do with healthy friction.
+    """
     base = load_model(find("model", "default"))
     while True:
         drawn = _draw(rng, base.parameters, HEALTHY_RATIO)

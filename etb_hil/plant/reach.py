@@ -14,7 +14,10 @@ _TICKS = 8000  # 0.4 s: no throttle that moves at all takes longer from stop to 
 
 
 def peak_velocities(values: ThrottleParameters) -> tuple[float, float]:
-    """Return the top speeds in rad/s, opening and closing, that full voltage reaches and full braking still stops."""
+    """Return the top speeds in rad/s, opening and closing.
+
+    Full voltage reaches them, and full braking still stops.
+    """
     return (
         _peak(values, values.stop_low, values.stop_high, values.voltage_limit),
         _peak(values, values.stop_high, values.stop_low, -values.voltage_limit),

@@ -1,4 +1,7 @@
-"""One step of the plant of any length, with the electrical mode and the contact fixed."""
+"""One step of the plant, with the electrical mode and the contact fixed.
+
+It may have any length.
+"""
 
 from __future__ import annotations
 

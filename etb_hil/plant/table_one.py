@@ -1,4 +1,4 @@
-"""What a model file must state, parameter by parameter, and the ranges of the seed paper's table I."""
+"""What a model file must state, and the ranges of the seed paper's table I."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ class Shaft(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class TableRow:
-    """A row of table I: what is commonly found in production, in SI, at the shaft that we read it for."""
+    """A row of table I: what is common in production, in SI.
+
+    It is at the shaft that we read it for.
+    """
 
     symbol: str
     definition: str
@@ -26,7 +29,9 @@ class TableRow:
 
 @dataclass(frozen=True, slots=True)
 class ParameterKind:
-    """A parameter: its symbol, its dimension, its row of table I, and how it is referred from shaft to shaft.
+    """A parameter: its symbol, its dimension, and its row of table I.
+
+    It says how it is referred from shaft to shaft, too.
 
     A rotary value at the motor shaft times G_r**`gear_power` is the value at the throttle shaft; None: not rotary.
     `least`: below zero for what is counted from a zero that a sensor sets.

@@ -1,4 +1,7 @@
-"""The units of the equations' values: those of a throttle or a rotary drive, or of a linear one."""
+"""The units of the equations' values, of rotary and linear devices.
+
+A throttle and a rotary drive have the same.
+"""
 
 from __future__ import annotations
 

@@ -10,7 +10,10 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, slots=True)
 class ThrottleParameters:
-    """Every value of the base model, referred to the throttle shaft, in SI (seed paper, eq. 1 and 2)."""
+    """Every value of the base model, at the throttle shaft, in SI.
+
+    Seed paper, eq. 1 and 2.
+    """
 
     resistance: float
     inductance: float
@@ -38,10 +41,16 @@ class ThrottleParameters:
     voltage_limit: float
 
     def vector(self) -> NDArray[np.float64]:
-        """Return the values as float64 (24), in the order of the indices in `etb_hil.plant.physics`."""
+        """Return the values as float64 (24), in the order of `plant.physics`.
+
+        Its indices name them.
+        """
         return np.array(astuple(self))
 
     @property
     def return_margin(self) -> float:
-        """Torque in N·m by which the weaker spring's preload exceeds break-away; below zero the plate may stay put."""
+        """Torque in N·m by which the weaker spring's preload exceeds break-away.
+
+        Below zero the plate may stay where it is.
+        """
         return min(self.preload_open, self.preload_close) - self.stiction

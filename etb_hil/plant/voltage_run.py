@@ -1,4 +1,7 @@
-"""A throttle driven by a voltage that was recorded, or thought up: the plant alone, and sensors without noise."""
+"""A throttle driven by a given voltage: the plant, and sensors without noise.
+
+The voltage was recorded, or made up.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,9 @@ COLDEST, HOTTEST = -60.0, 200.0  # degC of a housing: beyond them a temperature 
 
 @dataclass(frozen=True, slots=True)
 class VoltageRun:
-    """What the throttle did as its sensors tell it, at the instants of the voltage (n), and the motor's true velocity.
+    """What the throttle did as its sensors tell it, and the true velocity.
+
+    It is at the instants of the voltage (n); the velocity is the motor's.
 
     Plate angle rad, motor angle rad since the start, velocity rad/s at the throttle shaft, current A.
     """
@@ -40,7 +45,9 @@ def run_voltage(
     start_angle: float,
     temperature: float | Float64,
 ) -> VoltageRun:
-    """Run a model from rest at an angle in rad, in a housing at a temperature in degC, one or at every instant (n).
+    """Run a model from rest at an angle in rad.
+
+    The housing's temperature is in degC, one or one at every instant (n).
 
     `time_ns` int64 (n) rises strictly; `voltage` (n) in V holds from its instant to the next one, to a tick of 50 us.
     Raises InputError where a voltage is missing, the angle lies beyond a stop, the run is longer than an hour, or no
@@ -78,7 +85,7 @@ def _must_be_of_housing(degrees: Float64) -> None:
 
 
 def _laws(model: Model, temperature: float) -> tuple[Vector, Vector]:
-    """Return the whole vector at a temperature in degC, and by what it changes with each kelvin."""
+    """Return the whole vector at a temperature in degC, and its change a kelvin."""
     p, base = model.vector(), model.values_at(temperature).vector()
     p[:PARAMETERS] = base
     per_kelvin = np.zeros(len(p))

@@ -1,4 +1,4 @@
-"""What a plot shows: panels above each other that share their x axis, and the marks in them.
+"""What a plot shows: panels that share their x axis, and the marks in them.
 
 A chart draws nothing. `svg` makes it an `<svg>` element, and `drawing` a matplotlib figure.
 """
@@ -37,7 +37,9 @@ _NOTHING = (0.0, 1.0)
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """Points (n, n) in their order: joined where `style` is `-`, `--`, `-.` or `:`, marked where `marker` is given.
+    """Points (n, n) in their order.
+
+    They are joined where `style` is `-`, `--`, `-.` or `:`, marked where `marker` is given.
 
     A NaN breaks the line. Markers are `.`, `o`, `s`, `^`, `v` and `x`, `size` points wide.
     """
@@ -78,7 +80,10 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """A straight line through the whole panel: at a y value where `is_level`, else at an x value."""
+    """A straight line through the whole panel.
+
+    It is at a y value where `is_level`, else at an x value.
+    """
 
     at: float
     colour: str
@@ -158,7 +163,10 @@ class Panel:
 
 @dataclass(slots=True)
 class Chart:
-    """Panels above each other; `width` and `height` in inches, `columns` of the legend below them."""
+    """Panels above each other.
+
+    `width` and `height` are in inches, `columns` are those of the legend below.
+    """
 
     width: float
     height: float

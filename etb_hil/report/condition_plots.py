@@ -1,4 +1,7 @@
-"""Plots that only some runs have: break-away over the rate of the torque, and friction over temperature."""
+"""Plots that only some runs have.
+
+Break-away over the rate of the torque, and friction over temperature.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,10 @@ _SLOW, _FAST = 0.15, 1.5  # times omega_s: below, friction is T_st within 2 % of
 
 
 def break_away_over_rate(series: ReportSeries, results: RunResult) -> Chart | None:  # noqa: ARG001 (one signature for all)
-    """Draw what it took to break away over how fast the torque rose; None where it rose equally everywhere."""
+    """Draw break-away torque over how fast the torque rose.
+
+    None where it rose equally everywhere.
+    """
     if not len(series.ramp_rate):
         return None
     panel = Panel("Break-away over rate", "break-away torque / N·m")
@@ -36,7 +42,9 @@ def break_away_over_rate(series: ReportSeries, results: RunResult) -> Chart | No
 
 
 def friction_over_temperature(series: ReportSeries, results: RunResult) -> Chart | None:
-    """Draw T_st and T_c as the plate showed them at each temperature, with the law; None where it hardly warmed.
+    """Draw T_st and T_c over temperature, with the law.
+
+    None where the plate hardly warmed.
 
     Slow windows tell T_st, fast ones T_c: the fitted number, times what the window lies above the fitted curve.
     """
@@ -68,7 +76,10 @@ def friction_over_temperature(series: ReportSeries, results: RunResult) -> Chart
 
 
 def _medians(temperature: Float64, share: Float64) -> tuple[Float64, Float64]:
-    """Return the middles of the segments of temperature that have points enough, and the median of each."""
+    """Return middle and median of each segment of temperature.
+
+    Segments with too few points are left out.
+    """
     which = np.floor(temperature / _BIN)
     filled = [value for value in np.unique(which) if np.count_nonzero(which == value) >= _FEWEST]
     medians = [float(np.median(share[which == value])) for value in filled]
@@ -76,7 +87,10 @@ def _medians(temperature: Float64, share: Float64) -> tuple[Float64, Float64]:
 
 
 def _law(temperature: Float64, share: Float64) -> tuple[float, float] | None:
-    """Return the change a K, as a share, and the factor at 0 degC; None where the temperatures are too near."""
+    """Return the change a K, as a share, and the factor at 0 degC.
+
+    None where the temperatures are too near.
+    """
     sound = share > 0.0
     if np.count_nonzero(sound) < 3 or np.ptp(temperature[sound]) < _WARMED - _BIN:
         return None

@@ -1,4 +1,7 @@
-"""Plots with matplotlib: a chart as a figure, the style of every figure, PNG files, and SVG of a history's page."""
+"""Plots with matplotlib.
+
+A chart as a figure, the style of every figure, PNG files, and SVG of a history's page.
+"""
 
 from __future__ import annotations
 
@@ -63,7 +66,10 @@ _SVG_DPI = 72  # its unit is the point
 def new_figure(
     width_in: float, height_in: float, rows: int = 1, ratios: list[float] | None = None
 ) -> tuple[Figure, list[Axes]]:
-    """Return a figure with `rows` plots above each other that share their x axis; no global state is touched."""
+    """Return a figure with `rows` plots that share their x axis.
+
+    No global state is touched.
+    """
     figure = Figure(figsize=(width_in, height_in), layout="constrained")
     grid = figure.subplots(rows, 1, sharex=True, squeeze=False, height_ratios=ratios)
     return figure, list(grid[:, 0])
@@ -71,14 +77,20 @@ def new_figure(
 
 @mpl.rc_context(STYLE)
 def save_png(figure: Figure, path: Path) -> None:
-    """Write a figure as PNG, whole or not at all; InputError where it cannot be written."""
+    """Write a figure as PNG, whole or not at all.
+
+    InputError where it cannot be written.
+    """
     with replacing(path) as part, _laid_out(figure, "png", PNG_DPI):
         figure.savefig(part, format="png", dpi=PNG_DPI)
 
 
 @contextmanager
 def _laid_out(figure: Figure, form: str, dpi: float) -> Iterator[None]:
-    """Place a figure's plots as they will be in a file, so that `savefig` does not draw everything twice for that."""
+    """Place a figure's plots as they will be in a file.
+
+    `savefig` need not draw everything twice for that, then.
+    """
     engine = figure.get_layout_engine()
     if engine is None:
         yield
@@ -97,7 +109,9 @@ def _laid_out(figure: Figure, form: str, dpi: float) -> Iterator[None]:
 
 
 def inline_svg(figure: Figure, name: str) -> str:
-    """Return a figure as an `<svg>` element for a page; `name` keeps its ids apart from those of other figures.
+    """Return a figure as an `<svg>` element for a page.
+
+    `name` keeps its ids apart from those of other figures.
 
     Each plot's group carries its frame and its ranges (`data-box`, `data-x`, `data-y`), by which `zoom.js` works.
     """
@@ -123,7 +137,10 @@ def inline_svg(figure: Figure, name: str) -> str:
 
 
 def _scales(axes: Axes) -> str:
-    """Return a plot's frame in the drawing, from the top left in points, and the values at its edges."""
+    """Return a plot's frame in the drawing, and the values at its edges.
+
+    The frame is from the top left in points.
+    """
     figure = axes.get_figure()
     width, height = 72.0 * figure.get_size_inches()  # type: ignore[union-attr]
     frame = axes.get_position()
@@ -137,7 +154,10 @@ def _scales(axes: Axes) -> str:
 
 
 def _as_dots(svg: str) -> str:
-    """Draw many small round marks as one path of dots: a third of the size, and round under any stretching."""
+    """Draw many small round marks as one path of dots.
+
+    It is a third of the size, and round under any stretching.
+    """
     return _MARKS.sub(_dots, svg)
 
 

@@ -1,4 +1,7 @@
-"""The plots of an explanation: a free run of both models, and the residual over angle, speed and so on."""
+"""The plots of an explanation: a free run of both models, and the residual.
+
+The residual is drawn over angle, speed and so on.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from etb_hil.report.chart import CLOSING, INK, LIMIT, MEASURED, MUTED, OPENING, 
 
 
 def before_and_after(series: Pictures) -> Chart:
-    """Draw the segment with the largest error, simulated from the measured voltage alone."""
+    """Draw the segment with the largest error, simulated from the voltage alone."""
     what, (times, unit) = "position" if series.position_unit == "m" else "angle", _shown(series.position_unit)
     measured, before = times * series.measured, times * series.before
     upper = Panel(series.title, f"{what} / {unit}", ratio=2.0)
@@ -28,7 +31,10 @@ def before_and_after(series: Pictures) -> Chart:
 
 
 def over_runs(runs: Runs) -> Chart:
-    """Draw how well each run was predicted, and where the plate broke away if it did, over what was set."""
+    """Draw how well each run was predicted over what was set.
+
+    It shows where the plate broke away, if it did.
+    """
     broke_away = bool(np.isfinite([runs.breaks_away, runs.model_breaks_away]).any())
     panels = [Panel(f"Free runs over {runs.condition}", "R²")]
     unseen = ~runs.is_seen
@@ -45,7 +51,10 @@ def over_runs(runs: Runs) -> Chart:
 
 
 def left_over(left: ResidualCurve) -> Chart:
-    """Draw the residual of a balance over a coordinate, by direction, of the calibrated and of the extended model."""
+    """Draw the residual of a balance over a coordinate, by direction.
+
+    It is that of the calibrated and of the extended model.
+    """
     (times, unit), (along, over_unit) = _shown(left.unit), _shown(left.over_unit)
     over = left.over.replace("_", " ")
     panels = []
@@ -61,5 +70,5 @@ def left_over(left: ResidualCurve) -> Chart:
 
 
 def _shown(unit: str) -> tuple[float, str]:
-    """Return what values in SI are multiplied by where people read them, and the unit that they then have."""
+    """Return the factor from SI to the unit that people read, and that unit."""
     return (math.degrees(1.0), unit.replace("rad", "deg")) if unit.startswith("rad") else (1.0, unit)

@@ -1,4 +1,7 @@
-"""The report of an explanation: one HTML page that a technician understands at a glance, and its plots."""
+"""The report of an explanation: one HTML page, and its plots.
+
+A technician understands it at a glance.
+"""
 
 from __future__ import annotations
 
@@ -92,7 +95,9 @@ _KINDS = {"one_step": "10 ms ahead", "free_run": "free run"}
 def write_explanation(
     found: ExplanationResult, series: Pictures | None, folder: Path, inputs: Sequence[Path] = ()
 ) -> Path:
-    """Write `explanation.html` and a PNG file for each plot into a folder that exists; return the page's path.
+    """Write `explanation.html` and its plots as PNG; return the page's path.
+
+    The folder exists.
 
     `inputs` are the files and sessions that it was made from.
     """
@@ -149,7 +154,10 @@ def _hash(path: Path) -> str:
 
 
 def _named(found: ExplanationResult) -> str:
-    """Return the causes of an answer that stands by them, each with all that it may be; nothing of another answer."""
+    """Return the causes that an answer names, each with all that it may be.
+
+    An answer that names none gives an empty text.
+    """
     if found.verdict not in ("explained", "ambiguous"):
         return ""
     names = "; ".join(" or ".join(map(_words, [one.id, *one.indistinguishable])) for one in found.causes)
@@ -157,7 +165,7 @@ def _named(found: ExplanationResult) -> str:
 
 
 def one_component(found: ExplanationResult) -> str:
-    """Return in a sentence the component that all indistinguishable causes sit in; empty where they differ."""
+    """Return in a sentence the component that all indistinguishable causes sit in."""
     if found.verdict != "ambiguous" or not found.component:
         return ""
     return f"All of these are faults of one component: {found.component}."
@@ -194,7 +202,10 @@ def _further(found: ExplanationResult) -> list[str]:
 
 
 def _known(one: BenchNumber) -> str:
-    """Return a number that was measured, and what the model file states without it where that is off."""
+    """Return a number that was measured.
+
+    What the model file states without it is added where that is off.
+    """
     unit = "" if one.unit == "1" else f" {one.unit}"
     off = f", {one.stated:.3g} stated within {one.tolerance:.2g}" if one.is_cause else ""
     name = one.name.replace("_", " ").replace(".", ": ")
@@ -202,7 +213,7 @@ def _known(one: BenchNumber) -> str:
 
 
 def _cause(cause: Cause, *, is_followed: bool) -> list[dict[str, Any]]:
-    """Return a row of the cause that was fitted, and one of each that these data cannot distinguish from it."""
+    """Return a row of a fitted cause, and one of each indistinguishable from it."""
     sizes = [_size(name.replace("_", " "), p, is_followed=is_followed) for name, p in cause.sizes.items()]
     finer = cause.finer_in_model.items()
     sizes += [f"{name.replace('_', ' ')}: {value:.3g} in the model file alone" for name, value in finer]
@@ -237,7 +248,10 @@ def _size(name: str, p: Size, *, is_followed: bool) -> str:
 
 
 def _digits(half: float, value: float) -> int:
-    """Return the significant digits of a value that is known to `half`: two of those that are unsure."""
+    """Return the significant digits of a value that is known to `half`.
+
+    Two of the unsure ones are among them.
+    """
     if not half > 0.0 or value == 0.0:
         return 3
     return min(max(2 + math.floor(math.log10(abs(value))) - math.floor(math.log10(half)), 2), 6)
@@ -268,7 +282,7 @@ def _errors(found: ExplanationResult) -> list[dict[str, Any]]:
 
 
 def _scale(values: Iterable[float], unit: str) -> tuple[float, str]:
-    """Return what numbers that stand together are multiplied by, and the unit that they then have."""
+    """Return the factor of numbers that stand together, and their unit with it."""
     if unit in {"rad", "rad/s"}:
         return math.degrees(1.0), unit.replace("rad", "deg")
     return (1e3, "mm") if unit == "m" and max(values, default=1.0) < _SMALL else (1.0, unit)
@@ -304,7 +318,10 @@ def _by(gain: float) -> str:
 
 
 def _variance(found: ExplanationResult) -> str:
-    """Return the range of the noise floor in free run: an error inside it does not speak against a model."""
+    """Return the range of the noise floor in free run.
+
+    An error inside it does not speak against a model.
+    """
     if found.errors is None or found.errors.noise_floor_range is None:
         return ""
     least, most = found.errors.noise_floor_range
@@ -318,7 +335,10 @@ def _variance(found: ExplanationResult) -> str:
 
 
 def _in_one_part(errors: Errors) -> str:
-    """Return where most of a free run's error stands, if that is one segment, beside what noise alone left there."""
+    """Return where most of a free run's error is, if that is one segment.
+
+    What noise alone left there stands beside it.
+    """
     worst = errors.free_run_worst
     if worst is None or worst.share < _MOST:
         return ""
@@ -333,7 +353,10 @@ def _in_one_part(errors: Errors) -> str:
 
 
 def _candidate(one: Suspect, causes: Sequence[Cause]) -> dict[str, Any]:
-    """Return a candidate of a search; one of an ambiguity group has no probability of its own."""
+    """Return a candidate of a search.
+
+    One of an ambiguity group has no probability of its own.
+    """
     groups = [{cause.id, *cause.indistinguishable} for cause in causes if cause.indistinguishable]
     is_of_group = one.probability > 0.0 and any(one.effect in group for group in groups)
     return {
@@ -358,7 +381,10 @@ def _moved(found: ExplanationResult) -> list[dict[str, Any]]:
 
 
 def _of_models(p: Calibrated) -> list[float]:
-    """Return a parameter in each model that there is: reference, calibrated and, with causes, extended."""
+    """Return a parameter in each model that there is.
+
+    They are reference, calibrated and, with causes, extended.
+    """
     return [p.nominal, p.value] if p.without_causes is None else [p.nominal, p.without_causes, p.value]
 
 
@@ -401,7 +427,10 @@ def next_steps(found: ExplanationResult) -> list[str]:
 
 
 def _next_test(found: ExplanationResult) -> dict[str, Any]:
-    """Return what to do about what is open, what to measure and the scenario, and what both tell and what stays."""
+    """Return what to do about what is open.
+
+    What to measure, the scenario, what both tell, and what stays open.
+    """
     test = found.next_test
     if test is None:
         is_open = found.verdict == "unexplained" and found.suspects
@@ -430,7 +459,10 @@ def _wanted(number: Wanted) -> str:
 
 
 def _at(shaft: str | None) -> str:
-    """Return where a rotary number holds: a gauge reads at the plate what a motor's data sheet has at the motor."""
+    """Return the shaft at which a rotary number holds.
+
+    A gauge reads at the plate what a motor's data sheet has at the motor.
+    """
     return f" at the {'plate' if shaft == 'throttle' else 'motor'} (shaft: {shaft})" if shaft else ""
 
 

@@ -1,4 +1,4 @@
-"""How far a run's samples can be trusted: the bus, and the time of the samples, fact by fact.
+"""How far a run's samples can be trusted: facts on the bus and on time.
 
 What a driver or a controller does not tell is unknown, never a constant.
 """
@@ -36,7 +36,10 @@ def bus_facts(results: RunResult) -> list[tuple[str, str]]:
 
 
 def timing_facts(results: RunResult) -> list[tuple[str, str]]:
-    """Return how good the time of the samples is and how late whom was, each fact with its name."""
+    """Return how good the time of the samples is, each fact with its name.
+
+    It says how late whom was, too.
+    """
     grade, clock, bench = results.timestamp_grade, results.clock, results.bench
     meaning = TIMESTAMP_GRADES.get(grade, "")
     facts = [("Timestamps", ": ".join(filter(None, (grade or "grade unknown", meaning))))]

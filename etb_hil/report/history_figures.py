@@ -1,4 +1,7 @@
-"""The figures of a history's page: a measurement over time, its control chart, and its distribution with the limits."""
+"""The figures of a history's page.
+
+A measurement over time, its control chart, and its distribution with the limits.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,10 @@ from etb_hil.report.history_plot import draw_chart, draw_limits, draw_over_time,
 
 @mpl.rc_context(STYLE)
 def over_time(history: History, number: NumberHistory) -> Figure:
-    """Draw each value at its time, with the limits; the axis is as long as the runs, an hour at the least."""
+    """Draw each value at its time, with the limits.
+
+    The axis is as long as the runs, an hour at the least.
+    """
     figure, (axes,) = new_figure(8.0, 3.4)
     draw_over_time(axes, history, number, named=True)
     axes.set(xlabel="time (UTC)")
@@ -34,7 +40,10 @@ def chart(number: NumberHistory) -> Figure:
 
 @mpl.rc_context(STYLE)
 def spread(number: NumberHistory) -> Figure:
-    """Draw how many units have which value, the quantiles that the capability rests on, and the limits."""
+    """Draw how many units have which value, with quantiles and limits.
+
+    The capability rests on these quantiles.
+    """
     figure, (axes,) = new_figure(5.2, 4.6)
     values = number.chart.values if number.chart is not None else np.empty(0)
     axes.set(title="Distribution", xlabel=label_of(number), ylabel="units")

@@ -1,4 +1,7 @@
-"""The page of a history: what many runs say of a part, with its charts, distributions and gauge studies."""
+"""The page of a history: what many runs say of a part.
+
+It has charts, distributions and gauge studies.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +33,10 @@ _TONES = {"good": "good", "usable": "unsure", "unsuitable": "bad"}
 
 
 def write_history_page(found: Sequence[History], path: Path, rows: int, notes: Sequence[str] = ()) -> Path:
-    """Write the page of histories, each with its latest `rows` runs; return its path, InputError where it cannot be."""
+    """Write the page of histories, each with its latest `rows` runs.
+
+    Return its path. InputError where it cannot be written.
+    """
     drawn = _Drawn()
     page = render(
         "history.html.jinja",
@@ -144,5 +150,5 @@ def _row(run: Run) -> dict[str, Any]:
 
 
 def _finalize(value: object) -> object:
-    """Take control characters and endless names out of everything that goes into the page."""
+    """Take control characters and endless names out of what goes into the page."""
     return printable(value, _LONGEST) if isinstance(value, str) and not isinstance(value, Markup) else value

@@ -29,7 +29,10 @@ _SHORTEST = timedelta(hours=1)  # of the time axis; of a single run it would be 
 
 @mpl.rc_context(STYLE)
 def plot_history(history: History, path: Path) -> None:
-    """Write a PNG: each measurement of each unit over time with its limits, and a control chart of each."""
+    """Write a PNG of each unit's measurements over time, and control charts.
+
+    Limits are drawn, too.
+    """
     names = [number for number in history.numbers if number.at or number.id in FRICTION]
     figure = Figure(figsize=(12.0, 4.4 * len(names)), layout="constrained")
     layout: list[Any] = [
@@ -46,7 +49,10 @@ def plot_history(history: History, path: Path) -> None:
 
 
 def draw_over_time(axes: Axes, history: History, number: NumberHistory, *, named: bool) -> None:
-    """Draw each value of a measurement at its time, those of often tested units with marks of their own."""
+    """Draw each value of a measurement at its time.
+
+    Units that were often tested have marks of their own.
+    """
     known = "" if number.temperature is None else " at 20 °C"
     axes.set(title=f"{number.id}{known} by unit", ylabel=label_of(number))
     if not number.at:

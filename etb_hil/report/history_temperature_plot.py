@@ -1,4 +1,7 @@
-"""The plot of a history over temperature: friction of each unit, and the law that all of them together show."""
+"""The plot of a history over temperature.
+
+It shows friction of each unit, and the law of all of them together.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,10 @@ _MARKERS = "osD^vP"
 
 @mpl.rc_context(STYLE)
 def plot_over_temperature(history: History, path: Path) -> bool:
-    """Write a PNG: T_st and T_c over temperature, unit by unit, with the law; return False where no law is known."""
+    """Write a PNG of T_st and T_c over temperature, unit by unit, with the law.
+
+    Return False where no law is known.
+    """
     numbers = [number for number in history.numbers if number.id in FRICTION]
     if all(number.temperature is None for number in numbers):
         return False
@@ -71,7 +77,7 @@ def _draw(axes: Axes, history: History, number: NumberHistory, *, named: bool) -
 
 
 def _level(law: TemperatureEffect, warmth: Float64, values: Float64) -> float:
-    """Return what values (n), measured at temperatures (n), are on the mean at 20 degC by the law."""
+    """Return the mean at 20 degC of values (n) at temperatures (n), by the law."""
     return float(np.exp(np.mean(np.log(values * law.factor(warmth)))))
 
 

@@ -1,4 +1,4 @@
-"""A history as text of 80 columns: a row a run, then what the runs say of each number."""
+"""A history as text of 80 columns: a row a run, then what the runs say."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ def _chart(chart: ControlChart, number: NumberHistory) -> str:
 
 
 def distribution_text(number: NumberHistory) -> str:
-    """Return the family that the values of the units follow, and which families their test rejected."""
+    """Return the family that the units' values follow, and those rejected."""
     shape, chart = number.shape, number.chart
     if shape is not None:
         rejected = "".join(f"; {family} rejected (p {_p(p)})" for family, p in shape.rejected.items())

@@ -1,4 +1,7 @@
-"""The report: one HTML page that needs nothing beside it, and on request its plots as PNG files."""
+"""The report: one HTML page that needs nothing beside it.
+
+Its plots are PNG files on request.
+"""
 
 from __future__ import annotations
 
@@ -58,7 +61,9 @@ def write_report(
     *,
     pictures: bool = False,
 ) -> Path:
-    """Write `report.html`, and with `pictures` each plot as PNG, into a folder that exists; return the page's path.
+    """Write `report.html`, and with `pictures` each plot as PNG; return its path.
+
+    The folder exists.
 
     The page carries the text of the inputs that lie in the folder's `inputs`, as a session has them. `series` may be
     columns by name; `next_step` as of `verdict_of`. Raises InputError where a file
@@ -86,7 +91,9 @@ def render_page(
     next_step: str = "",
     photos: tuple[tuple[str, str], ...] = (),
 ) -> str:
-    """Return the page; `drawn` maps plots to their `<svg>` elements, `texts` inputs to what they hold.
+    """Return the page.
+
+    `drawn` maps plots to their `<svg>` elements, `texts` inputs to what they hold.
 
     `photos` are pairs of a prompt's text and a photo as a data URL.
     """
@@ -140,7 +147,10 @@ def _how_urgent(one: Measurement) -> int:
 
 
 def _photos(results: RunResult, folder: Path) -> Iterator[tuple[str, str]]:
-    """Yield the text of each prompt that asked for a photo, and the photo, as far as the session holds it."""
+    """Yield text and photo of each prompt that asked for one.
+
+    Photos that the session does not hold are left out.
+    """
     for prompt in results.prompts[:_MOST_PROMPTS]:
         is_ours = prompt.entry == photo_name(prompt.id) and PurePath(prompt.id).name == prompt.id
         if is_ours and (path := folder / prompt.entry).is_file():
@@ -149,7 +159,10 @@ def _photos(results: RunResult, folder: Path) -> Iterator[tuple[str, str]]:
 
 
 def _input_texts(results: RunResult, folder: Path) -> dict[str, str]:
-    """Return the text of each input that is there, is text, and is still what the run was made with."""
+    """Return the text of each input that is still what the run was made with.
+
+    Inputs that are missing, or no text, are left out.
+    """
     texts = {}
     for file in results.inputs:
         path = folder / Path(file.name).name
@@ -165,7 +178,7 @@ def _text(text: str) -> Markup:
 
 
 def _finalize(value: object) -> object:
-    """Take control characters and endless names out of everything that goes into the page."""
+    """Take control characters and endless names out of what goes into the page."""
     return show.printable(value, _LONGEST_NAME) if isinstance(value, str) and not isinstance(value, Markup) else value
 
 

@@ -152,7 +152,10 @@ def _measurement(one: Measurement, results: RunResult) -> ET.Element:
 
 
 def _is_the_reason(one: Measurement, results: RunResult) -> bool:
-    """Return whether the verdict rests on a measurement: both friction torques are one cause."""
+    """Return whether the verdict rests on a measurement.
+
+    Both friction torques are one cause.
+    """
     reason = results.unit.reason_id
     kind, of_reason = kind_of(one.id), next((k for k in results.judged if reason.startswith(k.id)), None)
     if of_reason is None:

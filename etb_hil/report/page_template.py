@@ -1,4 +1,7 @@
-"""What our pages share: one file with its style and its script, every value escaped, no other script allowed."""
+"""What our pages share: one file with style and script, all values escaped.
+
+No other script is allowed.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,10 @@ def render(
     finalize: Callable[[object], object] | None = None,
     **values: Any,  # noqa: ANN401 (whatever a template shows)
 ) -> str:
-    """Return the page that a template makes of values, beside `style`, `zoom` and `zoom_hash` for its policy."""
+    """Return the page that a template makes of values.
+
+    It also gets `style`, `zoom`, and `zoom_hash` for its policy.
+    """
     environment = Environment(
         loader=FileSystemLoader(_HERE),
         autoescape=True,
@@ -40,5 +46,5 @@ def render(
 
 
 def ours(text: str) -> Markup:
-    """Mark what the project itself made, with every name in it escaped already, as safe."""
+    """Mark what the project made, with all names escaped already, as safe."""
     return Markup(text)  # noqa: S704 (style sheet, script and plots; those who draw escape the texts)

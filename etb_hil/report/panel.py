@@ -1,4 +1,6 @@
-"""The live panel's own process: reads snapshots from its standard input and draws them, or prints lines into a log.
+"""The live panel's own process, which draws snapshots.
+
+It reads them from its standard input; into a log it prints lines.
 
 `python -m etb_hil.report.panel`, started by `PanelFeed`. It ends with its input, and leaves the screen to the verdict.
 """
@@ -25,7 +27,10 @@ _READ = 1 << 16
 
 
 class SnapshotReader:
-    """Reads snapshots, one JSON object a line, from a file descriptor without waiting longer than told."""
+    """Read snapshots, one JSON object a line, from a file descriptor.
+
+    No read waits longer than told.
+    """
 
     def __init__(self, descriptor: int) -> None:
         self._descriptor = descriptor
@@ -48,7 +53,10 @@ def _snapshot(line: bytes) -> PanelSnapshot:
 
 
 def show_live(reader: SnapshotReader, console: Console) -> None:
-    """Draw the newest snapshot in place, at most eight times a second, until the input ends."""
+    """Draw the newest snapshot in place, until the input ends.
+
+    It is drawn at most eight times a second.
+    """
     newest = PanelSnapshot()
     came_s = time.monotonic()
     # transient: the panel makes room for the verdict, which stays
@@ -62,7 +70,10 @@ def show_live(reader: SnapshotReader, console: Console) -> None:
 
 
 def print_lines(reader: SnapshotReader) -> None:
-    """Print a line at each new phase, for each new message and every ten seconds, until the input ends."""
+    """Print lines until the input ends.
+
+    There is one at each new phase, for each new message and every ten seconds.
+    """
     last = PanelSnapshot()
     next_s = 0.0
     while not reader.ended:

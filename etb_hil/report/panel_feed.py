@@ -1,4 +1,6 @@
-"""The run's side of the live panel: hands snapshots to a process of its own, and never waits for it.
+"""The run's side of the live panel: it hands snapshots over, and never waits.
+
+The panel is a process of its own.
 
 Drawing a terminal takes milliseconds, and a slow line over ssh takes longer; neither may hold up the bus. The panel
 therefore has its own interpreter. Where it is slow, snapshots are dropped; where it dies, the run goes on.

@@ -1,4 +1,7 @@
-"""What the live panel looks like: 80 columns and fewer than 24 rows, readable without colour."""
+"""What the live panel looks like.
+
+It has 80 columns and fewer than 24 rows, and is readable without colour.
+"""
 
 from __future__ import annotations
 

@@ -16,7 +16,10 @@ _FAR_ABOVE = 2.15  # beyond this many omega_s friction is compared with the limi
 
 @dataclass(frozen=True, slots=True)
 class PanelLimits:
-    """Limits of T_st and T_c in N·m and the model's Stribeck velocity in rad/s, at the throttle shaft."""
+    """Limits of T_st and T_c in N·m and the Stribeck velocity in rad/s.
+
+    They hold at the throttle shaft; the velocity is the model's.
+    """
 
     stiction: float | None = None
     coulomb: float | None = None

@@ -1,4 +1,4 @@
-"""The plots of a run: friction over speed, friction over angle, and the traces over time."""
+"""The plots of a run: friction over speed and angle, and traces over time."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ FRICTION = "friction torque / N·m"
 
 
 def friction_over_speed(series: ReportSeries, results: RunResult) -> Chart:
-    """Draw the estimated friction over speed with the fitted Stribeck curve, its 95 % band and the limits."""
+    """Draw friction over speed with the fitted curve, its 95 % band and limits."""
     panel = Panel("Friction over speed", FRICTION)
     chart = Chart(5.2, 4.2, [panel], "throttle speed / deg/s", columns=2)
     if not len(series.point_velocity) and not len(series.curve_velocity):
@@ -54,7 +54,10 @@ def friction_over_speed(series: ReportSeries, results: RunResult) -> Chart:
 
 
 def _speed_limits(panel: Panel, results: RunResult, reach: float) -> None:
-    """Draw each limit where it is compared: T_st below omega_s, T_c (and the viscous torque) far above it."""
+    """Draw each limit where it is compared.
+
+    T_st below omega_s, T_c (and the viscous torque) far above it.
+    """
     omega_s = math.degrees(results.measurements.value("omega_s") or 0.0)
     near = min(omega_s, reach) if omega_s else reach
     slope = results.measurements.value("viscous") or 0.0
@@ -72,7 +75,10 @@ def _speed_limits(panel: Panel, results: RunResult, reach: float) -> None:
 
 
 def friction_over_angle(series: ReportSeries, results: RunResult) -> Chart:
-    """Draw the friction over the angle, opening and closing apart; below, the map over angle and temperature."""
+    """Draw friction over the angle, opening and closing apart.
+
+    Below is the map over angle and temperature.
+    """
     over = friction_map([{name: getattr(series, name) for name in _MAPPED}]) if len(series.point_excess) else None
     panel = Panel("Friction over angle", FRICTION, ratio=2.2)
     chart = Chart(5.2, 4.2, [panel], "throttle angle / deg", columns=2)
@@ -98,12 +104,18 @@ def friction_over_angle(series: ReportSeries, results: RunResult) -> Chart:
 
 
 def _says_something(over: FrictionMap) -> bool:
-    """Return whether a map has more than one temperature, or a cell that is off the curve; else it is all grey."""
+    """Return whether a map shows more than grey.
+
+    It has more than one temperature, or a cell that is off the curve.
+    """
     return len(over.temperature) > 1 or float(np.nanmax(np.abs(over.factor - 1.0), initial=0.0)) >= _LEVEL
 
 
 def _map(over: FrictionMap) -> Panel:
-    """Draw friction as a factor on the fitted curve, a cell 2 deg wide and 10 K high; the deeper, the further off."""
+    """Draw friction as a factor on the fitted curve.
+
+    A cell is 2 deg wide and 10 K high; the deeper its colour, the further off.
+    """
     panel = Panel("Above or below the fitted curve", "temperature / °C", grid=False)
     excess = over.factor - 1.0
     deepest = max(_DEEPEST, float(np.nanmax(np.abs(excess), initial=0.0)))
@@ -128,7 +140,7 @@ def _map(over: FrictionMap) -> Panel:
 
 
 def _extremes_of(excess: Float64) -> Iterator[tuple[str, str]]:
-    """Yield the colour and the label of what lies above the curve, and of what lies below."""
+    """Yield colour and label of what lies above the curve, and of what lies below."""
     for sign, colour, words in ((1.0, LIMIT, "above"), (-1.0, MEASURED, "below")):
         most = float(np.nanmax(sign * excess, initial=0.0))
         if most >= _LEVEL:
@@ -136,7 +148,10 @@ def _extremes_of(excess: Float64) -> Iterator[tuple[str, str]]:
 
 
 def time_traces(series: ReportSeries, results: RunResult) -> Chart:
-    """Draw angle, velocity, current and friction over time; phases as a strip, exceedances shaded and marked."""
+    """Draw angle, velocity, current and friction over time.
+
+    Phases are a strip, exceedances are shaded and marked.
+    """
     strip = Panel("Traces over time", ratio=0.16, bare=True, y_limits=(0.0, 1.0))
     traces = (
         ("angle / deg", np.degrees(series.angle)),
@@ -170,7 +185,10 @@ def time_traces(series: ReportSeries, results: RunResult) -> Chart:
 
 
 def _medians(angle: Float64, friction: Float64) -> tuple[Float64, Float64]:
-    """Return middle angle and median friction of equal segments of angle, NaN where there is next to nothing."""
+    """Return middle angle and median friction of equal segments of angle.
+
+    They are NaN where there is next to nothing.
+    """
     edges = np.linspace(angle.min(), angle.max(), _STRETCHES + 1)
     which = np.clip(np.searchsorted(edges, angle, side="right") - 1, 0, _STRETCHES - 1)
     parts = [friction[which == k] for k in range(_STRETCHES)]

@@ -1,4 +1,7 @@
-"""A picture of any Recording: a run of the bench, a vehicle's log, a table from another rig."""
+"""A picture of any Recording.
+
+A run of the bench, a vehicle's log, a table from another rig.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,10 @@ _CLOCKS = {"sample_counter", "controller_time"}
 
 
 def plot_recording(recording: Recording, roles: Sequence[str], path: Path) -> None:
-    """Write `chart_of` a recording as `.svg` or `.png`; InputError where it cannot be written."""
+    """Write `chart_of` a recording as `.svg` or `.png`.
+
+    InputError where it cannot be written.
+    """
     chart = chart_of(recording, roles)
     if path.suffix.lower() == ".svg":
         write_text(path, svg_of(chart, "plot") + "\n")
@@ -37,7 +43,9 @@ def plot_recording(recording: Recording, roles: Sequence[str], path: Path) -> No
 
 
 def chart_of(recording: Recording, roles: Sequence[str]) -> Chart:
-    """Draw one plot a role over time, gaps shaded; angles in degrees, shares in per cent.
+    """Draw one plot a role over time, gaps shaded.
+
+    Angles are in degrees, shares in per cent.
 
     Raises InputError where the recording has no signal for a role, naming those it has, or where no role is given.
     """
@@ -74,12 +82,18 @@ def _panel(signal: Series, start_ns: int) -> Panel:
 
 
 def worth_showing(recording: Recording) -> list[str]:
-    """Return the roles that say something over time: no counters and clocks, nothing that was there once."""
+    """Return the roles that say something over time.
+
+    Counters and clocks are left out, and what was there once.
+    """
     return [role for role in recording.roles if role not in _CLOCKS and len(recording.series(role).values) > 1]
 
 
 def range_text(signal: Series) -> str:
-    """Return in a line how many samples a role has and where they lie, in the unit that people read them in."""
+    """Return in a line how many samples a role has, and their range.
+
+    The range is in the unit that people read.
+    """
     values, unit = _shown(signal)
     good = values[np.isfinite(values)]
     span = f"{good.min():.4g} to {good.max():.4g} {unit}".rstrip() if len(good) else "no good sample"

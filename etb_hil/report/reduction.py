@@ -10,7 +10,10 @@ COLUMNS = 1400
 
 
 def envelope(time: Float64, values: Float64, columns: int = COLUMNS) -> tuple[Float64, Float64]:
-    """Return the least and the greatest sample of each of `columns` segments, in their order: a peak stays a peak."""
+    """Return the least and greatest sample of each of `columns` segments.
+
+    They stay in their order, so that a peak stays a peak.
+    """
     count = len(values)
     if count <= 2 * columns:
         return time, values
@@ -26,7 +29,7 @@ def envelope(time: Float64, values: Float64, columns: int = COLUMNS) -> tuple[Fl
 
 
 def broken_at_gaps(time: Float64, values: Float64) -> tuple[Float64, Float64]:
-    """Return the samples with a NaN wherever time jumps, so that no line is drawn over a gap."""
+    """Return samples with a NaN at each gap, over which no line is drawn then."""
     if len(time) < 3:
         return time, values
     steps = np.diff(time)

@@ -20,7 +20,10 @@ def share(value: float | None) -> str:
 
 
 def printable(text: str, longest: int = 200) -> str:
-    """Return a text without control characters, cut to a length: no name can steer a terminal or flood a page."""
+    """Return a text without control characters, cut to a length.
+
+    No name can steer a terminal or flood a page.
+    """
     clean = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
     return clean if len(clean) <= longest else clean[: longest - 3] + "..."
 

@@ -1,4 +1,6 @@
-"""A chart as an `<svg>` element that follows the page's light and dark colours; texts stay texts.
+"""A chart as an `<svg>` element in the page's light and dark colours.
+
+Texts stay texts.
 
 Each panel's group carries its frame and its ranges (`data-box`, `data-x`, `data-y`), by which `zoom.js` works.
 """
@@ -51,7 +53,10 @@ _CAP = 4.0
 
 @dataclass(frozen=True, slots=True)
 class _Frame:
-    """Where a panel's marks stand: from the top left in points, and the values at the edges."""
+    """Where a panel's marks stand, and the values at its edges.
+
+    Places are from the top left in points.
+    """
 
     left: float
     top: float
@@ -79,7 +84,10 @@ class _Frame:
 
 
 def svg_of(chart: Chart, name: str) -> str:
-    """Return a chart as an `<svg>` element for a page; `name` keeps its ids apart from those of other charts."""
+    """Return a chart as an `<svg>` element for a page.
+
+    `name` keeps its ids apart from those of other charts.
+    """
     width, height = 72.0 * chart.width, 72.0 * chart.height
     legend = _Legend(chart, width)
     scales = [_y_ticks(panel, height / len(chart.panels)) for panel in chart.panels]
@@ -304,7 +312,10 @@ def _width(text: str, size: float) -> float:
 
 
 class _Legend:
-    """One legend for all panels, below them, where it hides no data; filled column by column."""
+    """One legend for all panels, below them, where it hides no data.
+
+    It is filled column by column.
+    """
 
     def __init__(self, chart: Chart, width: float) -> None:
         labels = [(mark, str(getattr(mark, "label", ""))) for mark in chart.labelled]

@@ -13,7 +13,10 @@ MINUS = "\u2212"
 
 
 def linear(low: float, high: float, most: int) -> list[tuple[float, str]]:
-    """Return round values from `low` to `high`, each with its text: in at most `most` intervals, but two at least."""
+    """Return round values from `low` to `high`, each with its text.
+
+    They make at most `most` intervals, but two at least.
+    """
     rough = (high - low) / max(1, min(most, _MOST))
     power = 10.0 ** math.floor(math.log10(rough))
     fitting = [power * each for each in _STEPS if power * each >= rough * (1.0 - _ALMOST)][:1]
@@ -28,7 +31,10 @@ def linear(low: float, high: float, most: int) -> list[tuple[float, str]]:
 
 
 def logarithmic(low: float, high: float) -> list[tuple[float, str]]:
-    """Return the values 1, 2 and 5 of each power of ten from `low` to `high`, each with its text."""
+    """Return 1, 2 and 5 of each power of ten in a range, each with its text.
+
+    The range is from `low` to `high`.
+    """
     powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     values = [digit * 10.0**power for power in powers for digit in (1.0, 2.0, 5.0)]
     return [(value, _short(value)) for value in values if low <= value <= high]

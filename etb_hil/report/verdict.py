@@ -1,4 +1,7 @@
-"""The verdict as it stands on the screen and in a log: large, why, what to do next, where the report is."""
+"""The verdict on the screen and in a log.
+
+It is large, with why, what to do next, and where the report is.
+"""
 
 from __future__ import annotations
 
@@ -53,7 +56,9 @@ class Verdict:
 
 
 def verdict_of(results: RunResult, next_step: str = "") -> Verdict:
-    """Return the outcome to show first: what happened to the bench outranks what was measured of the unit.
+    """Return the outcome to show first.
+
+    What happened to the bench outranks what was measured of the unit.
 
     `next_step` is what is to be done with a unit that was judged, where that is known better than from its verdict.
     """
@@ -77,7 +82,7 @@ def verdict_of(results: RunResult, next_step: str = "") -> Verdict:
 
 
 def unit_line(results: RunResult) -> str:
-    """Return which unit it is: serial, part number and revision, as far as they are known."""
+    """Return which unit it is: serial, part number and revision, where known."""
     unit = results.unit
     parts = [f"serial {unit.serial}" if unit.serial else "", f"part {unit.part_number}" if unit.part_number else ""]
     parts.append(f"revision {unit.revision}" if unit.revision else "")
@@ -98,7 +103,9 @@ def verdict_text(
     next_step: str = "",
     columns: int = WIDTH,
 ) -> str:
-    """Return the verdict as plain text of at most `columns` (80 at the most), for a terminal or a log file.
+    """Return the verdict as plain text of at most `columns` (80 at the most).
+
+    It is for a terminal or a log file.
 
     Where it is to fit into some `rows`, further reasons give way, the last ones first; `next_step` as of `verdict_of`.
     """

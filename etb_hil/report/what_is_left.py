@@ -1,4 +1,7 @@
-"""What an answer without a name knows of the rest, in a sentence: what it follows, and how it acts."""
+"""What an answer without a cause knows of the residual, in a sentence.
+
+It says what the residual follows, and how it acts.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,10 @@ _LOOKS_LIKE = {
 
 
 def what_is_left(found: ExplanationResult) -> str:
-    """Return what most of the rest looks like, where an answer is `unexplained` and one thing takes that much."""
+    """Return what most of the residual looks like.
+
+    It does so where an answer is `unexplained` and one curve takes that much.
+    """
     greediest = max(found.unexplained.placeholders, key=lambda one: one.share_of_rest, default=None)
     if found.verdict != "unexplained" or greediest is None or greediest.share_of_rest < _MOST:
         return ""

@@ -17,8 +17,9 @@ LONGEST = 25  # words of a sentence that a person reads
 LONGEST_FIRST_LINE = 80  # characters of a docstring's first line
 # Packages that keep to it so far.
 SHORT_FIRST_LINES = (
-    "api", "discrepancy", "histories", "hypotheses", "page", "paper", "plugins", "recording", "replays", "results",
-    "scenario", "session", "station", "stock", "store", "uds",
+    "api", "base", "bench", "cli", "controller", "discrepancy", "estimation", "histories", "hypotheses", "observer",
+    "page", "paper", "plant", "plugins", "recording", "replays", "report", "results", "scenario", "session", "station",
+    "stock", "store", "uds",
 )  # fmt: skip
 
 

@@ -1,1 +1,4 @@
-"""Position laws: each one a file of `kinds` with its gains' design and its compiled torque."""
+"""Position laws.
+
+Each is a file of `kinds` with its gains' design and its compiled torque.
+"""

@@ -1,4 +1,7 @@
-"""The laws for compiled code: calls of ours, written out from the registry, and of a plug-in's by its address."""
+"""The laws for compiled code.
+
+Calls of ours are written out from the registry; a plug-in's law is called by its address.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,7 @@ def law_number(name: str) -> int:
 
 
 def law_gains(name: str, nominal: ThrottleParameters) -> Vector:
-    """Return a law's gains (float64, `GAINS`) for the plant that the controller believes to drive."""
+    """Return a law's gains (float64, `GAINS`) for the nominal plant."""
     LAWS.require(name)
     gains = np.zeros(GAINS)
     designed = _OWN[name].gains(nominal) if name in _OWN else gains_of(LAWS.of_plugins()[name], nominal)
@@ -56,7 +59,9 @@ _choose = _written_out()
 
 @njit(cache=True, error_model="numpy")
 def law_torque(law: int, gain: Vector, memory: Vector, error: float, rate: float) -> float:
-    """Return a law's torque in N·m at the throttle shaft for an angle error in rad and a velocity error in rad/s.
+    """Return a law's torque in N·m at the throttle shaft.
+
+    The angle error is in rad, the velocity error in rad/s.
 
     `law` is what `law_number` gives.
     """

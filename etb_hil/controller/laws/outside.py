@@ -1,4 +1,7 @@
-"""Laws of plug-ins in the compiled drive: called by address, so that the drive is compiled once, whatever they are."""
+"""Laws of plug-ins in the compiled drive, called by address.
+
+The drive is compiled once, whatever they are.
+"""
 
 from __future__ import annotations
 

@@ -1,1 +1,4 @@
-"""UDS as the virtual controller answers it: sessions, security access, data, trouble codes, routines, and faults."""
+"""UDS as the virtual controller answers it.
+
+Sessions, security access, data, trouble codes, routines, and faults.
+"""

@@ -1,4 +1,4 @@
-"""Faults of a unit's own diagnostics, to be injected into the virtual controller's."""
+"""Faults of a unit's own diagnostics, for the virtual controller."""
 
 from __future__ import annotations
 
@@ -34,5 +34,8 @@ class UdsFault:
     after_ns: int = 0
 
     def strikes(self, kind: UdsFaultKind, service: int | None, lived_ns: int) -> bool:
-        """Return whether this is such a fault, of this service (None: any), so long after power-on."""
+        """Return whether such a fault of this service is due so long after power-on.
+
+        A service of None is any.
+        """
         return self.kind is kind and (service is None or self.service in {None, service}) and lived_ns >= self.after_ns

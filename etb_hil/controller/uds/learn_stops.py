@@ -1,4 +1,7 @@
-"""The routine that learns the stops: the controller drives its plate against both, and lets it go at limp-home."""
+"""The routine that learns the stops.
+
+The controller drives its plate against both, and lets it go at limp-home.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The virtual controller's UDS server: frames in and frames out, at control ticks of the controller's own time."""
+"""The virtual controller's UDS server: frames in and frames out.
+
+It works at control ticks of the controller's own time.
+"""
 
 from __future__ import annotations
 

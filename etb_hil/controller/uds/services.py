@@ -57,7 +57,10 @@ class Refused(Exception):
 
 @dataclass(slots=True)
 class Access:
-    """What a tester may do now: the session, the unlocked security level (0: none), and the seed that waits."""
+    """What a tester may do now.
+
+    It has the session, the unlocked security level (0: none), and the seed that waits.
+    """
 
     session: int = DEFAULT_SESSION
     ends_ns: int = 0
@@ -73,7 +76,9 @@ class Access:
 
 @dataclass(slots=True)
 class Services:
-    """The services of one unit: `texts` and `values` by data identifier, the machine that they read, its routine.
+    """The services of one unit.
+
+    `texts` and `values` go by data identifier; they read the machine, and there is its routine.
 
     `periodic` are the values that it sends by itself, with the time at which each is due next.
     """
@@ -118,7 +123,10 @@ class Services:
         self.periodic.clear()
 
     def due(self, now_ns: int) -> list[bytes]:
-        """Return the data of the frames that are due by themselves: the identifier's low byte, then the value."""
+        """Return the data of the frames that are due by themselves.
+
+        Data are the identifier's low byte, then the value.
+        """
         frames = []
         for one, due_ns in self.periodic.items():
             if now_ns >= due_ns:

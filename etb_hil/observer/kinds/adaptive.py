@@ -1,4 +1,7 @@
-"""The observer that knows LuGre friction and adapts its own parameters: an extended Kalman filter."""
+"""The observer that knows LuGre friction: an extended Kalman filter.
+
+It adapts its own parameters.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +39,9 @@ _ENCODER_ZERO = 1e-3  # rad: the encoder's zero against the plate
 
 
 class AdaptiveObserver:
-    """Estimates angle, velocity and friction torque, and states the standard deviation of the latter.
+    """Estimate angle, velocity and friction torque with its deviation.
+
+    That is a standard deviation.
 
     `tolerances` are half widths of the parameters; where all are zero, nothing is adapted but the friction level. The
     torque constant is never adapted: its tolerance is part of the standard deviation.
@@ -55,7 +60,7 @@ class AdaptiveObserver:
         self._work = np.zeros((4, STATES))
 
     def push(self, time_ns: Int64, current: Float64, angle: Float64) -> FrictionEstimate:
-        """Take samples and return velocity and friction torque at their instants; see `Observer.push`."""
+        """Take samples, return velocity and friction torque; see `Observer.push`."""
         velocity, friction, deviation = (np.empty(len(time_ns)) for _ in range(3))
         carried = (self._x, self._cov, self._p, self._carried, self._last_ns)
         known = (self._settings, self._lowest, self._highest, self._work)
@@ -64,7 +69,10 @@ class AdaptiveObserver:
 
 
 def _spread(p: Float64, half: Float64) -> Float64:
-    """Return the covariance of the parameters before any data: uniform within their half widths."""
+    """Return the parameters' covariance before any data, uniform within bounds.
+
+    The bounds are their half widths.
+    """
     cov = np.zeros((STATES, STATES))
     cov[LEVEL, LEVEL] = max(half[COULOMB] / p[COULOMB], _LEAST_LEVEL) ** 2 / 3.0
     for row, at in enumerate(ADAPTED, start=MOVING):
@@ -74,7 +82,9 @@ def _spread(p: Float64, half: Float64) -> Float64:
 
 
 def _bounds(p: Float64, half: Float64) -> tuple[Float64, Float64]:
-    """Return what parameters stay between: tolerances, and for friction's a wide factor; T_c comes last.
+    """Return what parameters stay between; T_c comes last.
+
+    It is their tolerances, and for those of friction a wide factor.
 
     T_c and T_st end where the motor cannot move the plate: nothing shows friction that is higher.
     """

@@ -1,4 +1,7 @@
-"""An observer that assumes no law of friction: friction torque from current and angle alone, no velocity sensor."""
+"""An observer that assumes no law of friction.
+
+Current and angle alone give the friction torque, without a velocity sensor.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,7 @@ from etb_hil.recording.samples import Float64, Int64
 
 
 class AngleObserver(AngleAlone):
-    """Estimates angle, velocity and friction torque with the gains that the sensors' noise calls for.
+    """Estimate angle, velocity and friction torque, with gains by sensor noise.
 
     The friction torque wanders by a full reversal of the model's stiction a second, whatever moves it: nothing is
     assumed of its law. At a stop the estimate includes the stop's torque. Its lag is two over the bandwidth (2 ms at

@@ -1,4 +1,6 @@
-"""Sliding-mode observers of the velocity equation: the seed paper's, and one that does not chatter.
+"""Sliding-mode observers: the seed paper's, and one that does not chatter.
+
+Both are of the velocity equation.
 
 Both observe eq. (3) of the seed paper from current and velocity, and read friction off what holds the observed
 velocity to the measured one. The velocity is a measured one where it is given, as in the paper; else a robust
@@ -44,7 +46,10 @@ _NO_STEP = -(2**62)  # ns: none that ever comes
 
 
 class _VelocityObserver:
-    """What the two have in common: all but the law that drives the observed velocity to the measured one."""
+    """What the two sliding-mode observers have in common.
+
+    It is all but the law that drives the observed velocity to the measured one.
+    """
 
     _switches: bool | None
 
@@ -59,7 +64,10 @@ class _VelocityObserver:
     def push(
         self, time_ns: Int64, current: Float64, angle: Float64, measured_velocity: Float64 | None = None
     ) -> FrictionEstimate:
-        """Take samples, with the velocity (n) in rad/s where one is measured; see `Observer.push`."""
+        """Take samples, with the velocity (n) in rad/s where one is measured.
+
+        See `Observer.push`.
+        """
         velocity, friction = np.empty(len(time_ns)), np.empty(len(time_ns))
         delay_ns = np.empty(len(time_ns), np.int64)
         _known(current, angle, self._p, friction)  # stays there until a sample's turn comes
@@ -79,7 +87,9 @@ class SlidingModeObserver(_VelocityObserver):
 
 
 class ImplicitSlidingModeObserver(_VelocityObserver):
-    """The same with the sign taken at the end of the step (Acary and Brogliato 2010): a projection, no chattering.
+    """The same with the sign taken at the end of the step.
+
+    It is a projection (Acary and Brogliato 2010), and does not chatter.
 
     Noise of the velocity passes as J / step, up to M.
     """
@@ -96,7 +106,7 @@ OBSERVER = ObserverKind("the seed paper's sliding-mode observer, eq. (4) to (6)"
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _hold(switches: bool | None, error: float, free: float, strongest: float) -> tuple[float, float]:
-    """Return the observed velocity's error after a step, and the velocity that was taken off.
+    """Return the observed velocity's error after a step, and what was taken off.
 
     `error` was there at the step's beginning, `free` is there at its end if nothing is taken off; at most `strongest`
     is. All are in one unit, whichever.
@@ -110,7 +120,10 @@ def _hold(switches: bool | None, error: float, free: float, strongest: float) ->
 
 @njit(cache=True, error_model="numpy")
 def _known(current: Float64, angle: Float64, p: Float64, torque: Float64) -> None:
-    """Fill in half the motor's torque less the springs', in N·m: what waits for no other sample, several at a time."""
+    """Fill in half the motor's torque less the springs', in N·m.
+
+    It waits for no other sample, so that several are done at a time.
+    """
     half_per_ampere, values = 0.5 * p[TORQUE_PER_AMPERE], registers(p)
     for k in range(len(angle)):
         torque[k] = half_per_ampere * current[k] - spring_torque(angle[k], values)

@@ -1,1 +1,4 @@
-"""What the base model leaves out: one effect a file, and the ports where they enter the equations."""
+"""What the base model leaves out: one effect a file, and their ports.
+
+At a port, effects enter the equations.
+"""

@@ -49,18 +49,26 @@ def acting_at(*ports: Port) -> tuple[Effect, ...]:
 
 @cache
 def strengths_at(*ports: Port) -> NDArray[np.int64]:
-    """Return where the strengths of the effects at some ports stand in the extended vector."""
+    """Return the indices of the strengths of the effects at some ports.
+
+    They are those in the extended vector.
+    """
     return np.array([one.indices[k] for one in acting_at(*ports) for k in one.strengths], np.int64)
 
 
 @cache
 def places_at(*ports: Port) -> NDArray[np.int64]:
-    """Return where all parameters of the effects at some ports stand in the extended vector."""
+    """Return the indices of all parameters of the effects at some ports.
+
+    They are those in the extended vector.
+    """
     return np.array([place for one in acting_at(*ports) for place in one.stated_indices], np.int64)
 
 
 def register(effect: Effect, place: Place | None = None) -> None:
-    """Take in an effect from outside: the plant has it, model files may name it, explanations look for it.
+    """Take in an effect from outside.
+
+    The plant has it, model files may name it, explanations look for it.
 
     Raises InputError that lists what breaks its contract; nothing of it is taken in then.
     """
@@ -86,7 +94,10 @@ def register(effect: Effect, place: Place | None = None) -> None:
 
 
 def unregister(id_: str) -> None:
-    """Take out an effect that came from outside; InputError where there is none of this id."""
+    """Take out an effect that came from outside.
+
+    InputError where there is none of this id.
+    """
     left = [one for one in _from_outside() if one.id != id_]
     if len(left) == len(_from_outside()):
         allowed = ", ".join(one.id for one in left) or "none was taken in"
@@ -125,7 +136,7 @@ def _callbacks(effects: list[Effect]) -> dict[int, object]:
 
 
 def _take_plugins() -> None:
-    """Have exactly the effects of the plug-ins that there are now beside those that `register` took in."""
+    """Have exactly the effects of today's plug-ins and those of `register`."""
     wanted = {}
     for part in parts("effects"):
         part.require(Effect)

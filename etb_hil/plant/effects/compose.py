@@ -1,4 +1,7 @@
-"""Functions of a port made from the terms of effects: the calls are written out as source, and compiled as one."""
+"""Make the functions of a port from the terms of effects.
+
+The calls are written out as source, and compiled as one.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,9 @@ def port_arguments(port: Port) -> tuple[str, ...]:
 
 
 def composed(port: Port, effects: Iterable[Effect], *, is_open: bool = False) -> Made:
-    """Return a function (value, quantities, states, parameters) -> value that takes in all terms at a port, compiled.
+    """Return a compiled function that takes in all terms at a port.
+
+    It is (value, quantities, states, parameters) -> value.
 
     Beside the first value and `p`, the extended vector, it takes the port's quantities and, where its terms may have
     states, `slow`. An exclusive term takes the value's place where any strength is not zero. `is_open`: it takes in
@@ -53,7 +58,10 @@ def composed(port: Port, effects: Iterable[Effect], *, is_open: bool = False) ->
 
 
 def steps(effects: Iterable[Effect], *, of_friction: bool, is_open: bool = False) -> Made:
-    """Return a function that moves the slow states in place, compiled; `of_friction`: those that friction has."""
+    """Return a compiled function that moves the slow states in place.
+
+    `of_friction` are those that friction has.
+    """
     scope: dict[str, Any] = {"outside": outside}
     asks = FRICTION_STATE_ASKS if of_friction else STATE_ASKS
     lines = []
@@ -71,7 +79,10 @@ def steps(effects: Iterable[Effect], *, of_friction: bool, is_open: bool = False
 
 
 def starts(effects: Iterable[Effect], *, is_open: bool = False) -> Made:
-    """Return a function that sets the slow states in place to those of a device long at a temperature, compiled."""
+    """Return a compiled function that sets the slow states in place.
+
+    They are those of a device that has long been at a temperature.
+    """
     scope: dict[str, Any] = {"outside": outside}
     lines = []
     for effect in effects:
@@ -88,7 +99,10 @@ def starts(effects: Iterable[Effect], *, is_open: bool = False) -> Made:
 
 
 def sensor_steps(effects: Iterable[Effect], port: Port, begins: Mapping[str, int]) -> Made:
-    """Return a function that moves the memory of sensors at a port by 50 us, compiled; `begins`: where each begins."""
+    """Return a compiled function that moves the memory of sensors by 50 us.
+
+    The sensors are those at a port; `begins` is where the memory of each begins.
+    """
     scope: dict[str, Any] = {}
     lines = []
     for effect in effects:
@@ -100,7 +114,10 @@ def sensor_steps(effects: Iterable[Effect], port: Port, begins: Mapping[str, int
 
 
 def sensed(effects: Iterable[Effect], port: Port, begins: Mapping[str, int]) -> Made:
-    """Return a function (value, memory, parameters) -> reading of a sensor with memory, compiled."""
+    """Return a compiled function that reads a sensor with memory.
+
+    It is (value, memory, parameters) -> reading.
+    """
     scope: dict[str, Any] = {}
     lines = []
     for effect in effects:
@@ -112,7 +129,10 @@ def sensed(effects: Iterable[Effect], port: Port, begins: Mapping[str, int]) -> 
 
 
 def outside_at(*indices: int) -> Made:
-    """Return a function () -> bool that tells whether effects from outside stand at some places of the table."""
+    """Return a function that tells whether effects from outside are in the table.
+
+    It is () -> bool, and looks at some places.
+    """
     asked = " or ".join(f"is_there({index})" for index in indices)
     return _made("outside_at", (), [f"return {asked}"], {"is_there": is_there})
 
@@ -123,7 +143,10 @@ def compiled(function: Function) -> Made:
 
 
 def called(effect: Effect, function: Function, p: Any, **quantities: Any) -> Any:
-    """Call a function of an effect without compiling it: quantities may be whole records (n)."""
+    """Call a function of an effect without compiling it.
+
+    Quantities may be whole records (n).
+    """
     numbers = {parameter.name: row(effect.id) + k for k, parameter in enumerate(effect.stated)}
     asked = arguments(function)
     own = {name: p[{**BASE, **numbers}[name]] for name in asked if name not in quantities}

@@ -1,4 +1,7 @@
-"""What every effect must keep, so that plant, model files and explanations can use it: its contract, checked."""
+"""Check the contract of an effect.
+
+Plant, model files and explanations can use an effect that keeps it.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +36,10 @@ _RANGES = {
 
 
 def misstatements(effect: Effect, others: Mapping[str, Effect]) -> list[str]:
-    """Return what is wrong with a declaration beside the other effects, in sentences; nothing is compiled."""
+    """Return what is wrong with a declaration, in sentences; compile nothing.
+
+    It stands beside the other effects.
+    """
     if not effect.id.isidentifier() or effect.id != effect.id.lower():
         return [f"the id of an effect is a name in lower case with underscores (it is {effect.id!r})"]
     found = ["there is an effect of this id already"] if effect.id in others else []
@@ -50,14 +56,20 @@ def misstatements(effect: Effect, others: Mapping[str, Effect]) -> list[str]:
 
 
 def closed_ports(effect: Effect) -> list[str]:
-    """Return, in sentences, which ports an effect takes that only this package's own effects may have."""
+    """Return, in sentences, which closed ports an effect takes.
+
+    Only this package's own effects may have them.
+    """
     found = [f"the port {port.name} is closed to effects from outside" for port in effect.terms if not port.is_open]
     found += ["a sensor's memory is closed to effects from outside"] if effect.sensor is not None else []
     return [f"{effect.id}: {one}" for one in found]
 
 
 def misfits(effect: Effect) -> list[str]:
-    """Return what the functions of an effect do otherwise than its contract has it, in sentences; they are compiled."""
+    """Return, in sentences, where an effect's functions break its contract.
+
+    They are compiled for that.
+    """
     rng = np.random.default_rng(0)
     found = []
     for port in (port for port in Port if port.is_open and effect.acts_at(port)):
@@ -136,7 +148,10 @@ def _of_function(effect: Effect, function: Function, where: str, asks: Iterable[
 
 
 def _vector(effect: Effect, steps: float) -> Vector:
-    """Return a whole vector with an effect at so many first steps of its strengths, its shapes as first tried."""
+    """Return a whole vector with an effect at so many steps of its strengths.
+
+    Steps and shapes are those that are tried first.
+    """
     p = extended(load_model(find("model", "default")).values.vector())
     for parameter, place in zip(effect.stated, effect.stated_indices, strict=True):
         if not parameter.is_strength:

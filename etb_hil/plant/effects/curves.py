@@ -12,7 +12,9 @@ _SINE = 1e-6  # a pointedness below it is none
 
 @njit(cache=True, error_model="numpy")
 def bell(x: float, steepness: float, tail: float) -> float:
-    """Return a curve that is one at 0 and falls with abs(x): (1 + t y)^(-1/t), y = abs(x)^m (Tsallis 1988).
+    """Return a curve that is one at 0 and falls with abs(x).
+
+    It is (1 + t y)^(-1/t), y = abs(x)^m (Tsallis 1988).
 
     A tail t of 0 is exp(-y), a bell with m = 2; 1 with m = 2 is Lorentz' curve. Below 0 the curve ends at a place: -1
     with m = 1 is a triangle.
@@ -26,14 +28,19 @@ def bell(x: float, steepness: float, tail: float) -> float:
 
 @njit(cache=True, error_model="numpy")
 def halved(x: float, steepness: float, tail: float) -> float:
-    """Return the same curve over half its width, so that it is a half at 1 whatever its steepness and its tail."""
+    """Return the same curve over half its width.
+
+    It is a half at 1 whatever its steepness and its tail.
+    """
     half = math.log(2.0) if abs(tail) < _EXPONENTIAL else (2.0**tail - 1.0) / tail
     return bell(x * half ** (1.0 / steepness), steepness, tail)
 
 
 @njit(cache=True, error_model="numpy")
 def side(x: float, lag: float) -> float:
-    """Return an odd curve from -1 to 1: tanh(x) with a lag of 0, x / (1 + abs(x)) with 1, a line cut off with -1.
+    """Return an odd curve from -1 to 1.
+
+    It is tanh(x) with a lag of 0, x / (1 + abs(x)) with 1, a line cut off with -1.
 
     Cubic in the lag between them, nearly in proportion above 0: without a bend at 0 a fit finds either way from there.
     """
@@ -47,7 +54,10 @@ def side(x: float, lag: float) -> float:
 
 @njit(cache=True, error_model="numpy")
 def pointed(sine: float, pointedness: float) -> float:
-    """Return a sine from -1 to 1 as another wave: a triangle with a pointedness of 1, below 0 ever flatter on top."""
+    """Return a sine from -1 to 1 as another wave.
+
+    It is a triangle with a pointedness of 1, and below 0 ever flatter on top.
+    """
     if abs(pointedness) < _SINE:
         return sine
     root = math.sqrt(abs(pointedness))
@@ -58,7 +68,10 @@ def pointed(sine: float, pointedness: float) -> float:
 
 @njit(cache=True, error_model="numpy")
 def wave(phase: float, sine: float, cosine: float, pointedness: float, sine_2: float, cosine_2: float) -> float:
-    """Return a wave at a phase in rad: sizes of sine and cosine (not both 0), form, and sizes of the double order."""
+    """Return a wave at a phase in rad.
+
+    It has sizes of sine and cosine (not both 0), a form, and sizes of the double order.
+    """
     s, c = math.sin(phase), math.cos(phase)
     found = sine * s + cosine * c
     if pointedness != 0.0:
@@ -71,5 +84,8 @@ def wave(phase: float, sine: float, cosine: float, pointedness: float, sine_2: f
 
 @njit(cache=True, error_model="numpy")
 def lagged(before: float, end: float, dt: float, time_constant: float) -> float:
-    """Return a first-order lag's state dt s later, on its way to an end that stays; the time constant in s."""
+    """Return a first-order lag's state dt s later, towards a constant end.
+
+    The time constant is in s.
+    """
     return end + (before - end) * math.exp(-dt / time_constant)

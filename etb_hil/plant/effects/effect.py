@@ -1,4 +1,7 @@
-"""The declaration of an effect: equation, parameters, terms, states, and what is known of it in practice."""
+"""The declaration of an effect: equation, parameters, terms and states.
+
+It also says what is known of the effect in practice.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +37,10 @@ class Balance(StrEnum):
 
 
 class Need(Enum):
-    """What a record, or the device under test, must have for an effect to be distinguished from the base model."""
+    """What must be there for an effect to be distinguished from the base model.
+
+    The record has it, or the device under test.
+    """
 
     CURRENT = "a measured current"
     TEMPERATURE = "a measured temperature that changes"
@@ -45,7 +51,10 @@ class Need(Enum):
 
 
 class BenchMeasurement(StrEnum):
-    """What can be measured at the bench without running a test; an effect may name one of its own."""
+    """What can be measured at the bench without running a test.
+
+    An effect may name one of its own.
+    """
 
     RESISTANCE = (
         "measure the winding's resistance at the motor's terminals with a four-wire ohmmeter, in several positions"
@@ -93,7 +102,9 @@ class EffectParameter:
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """A number that an effect remembers from instant to instant; its terms take it as an argument by its name.
+    """A number that an effect remembers from instant to instant.
+
+    Its terms take it as an argument by its name.
 
     `step` returns the state after `dt` s from the state before (the argument of its name), `start` the state of a
     device that has long been at rest at a temperature, 0 without it.
@@ -106,7 +117,10 @@ class State:
 
 @dataclass(frozen=True, slots=True)
 class SensorMemory:
-    """Numbers (`size` float64, zero at the start) that a sensor remembers; `step` moves them by 50 us, in place."""
+    """Numbers that a sensor remembers: `size` float64, zero at the start.
+
+    `step` moves them by 50 us, in place.
+    """
 
     size: int
     step: Function
@@ -114,7 +128,9 @@ class SensorMemory:
 
 @dataclass(frozen=True, slots=True)
 class Law:
-    """A law over the temperature in a model file that an effect obeys: that of the first of its `parameters`.
+    """A law over the temperature in a model file that an effect obeys.
+
+    It is that of the first of its `parameters`.
 
     A coefficient of `per_kelvin` (1/K) is a `strength` of 1. What lags behind the housing's temperature is set by the
     shape `lag`, if there is one.
@@ -203,7 +219,10 @@ class Effect:
 
     @property
     def orders(self) -> tuple[int, ...]:
-        """Where the shapes that say how often a wave comes in a turn stand in the extended vector."""
+        """The indices of shapes that say how often a wave comes in a turn.
+
+        They are those in the extended vector.
+        """
         return tuple(k for k, one in zip(self.indices, self.parameters, strict=True) if one.unit == "1/turn")
 
     @property
@@ -231,12 +250,15 @@ class Effect:
 
     @property
     def is_of_friction(self) -> bool:
-        """Whether it changes the level of friction, its curve over the velocity, or the viscosity."""
+        """Whether it changes friction: its level, its curve, or the viscosity."""
         return self.acts_at(*FRICTION)
 
     @property
     def is_of_one_motor_constant(self) -> bool:
-        """Whether it changes torque and back-EMF constant equally, as the field of the magnets does."""
+        """Whether it changes torque and back-EMF constant equally.
+
+        The field of the magnets does.
+        """
         return self.at(Port.TORQUE_SHARE) == self.at(Port.BACK_EMF_SHARE) != ()
 
 
@@ -263,12 +285,15 @@ def shape(
     is_count: bool = False,
     is_width: bool = False,
 ) -> EffectParameter:
-    """Return a parameter that says what the effect looks like, not how much of it there is."""
+    """Return a parameter that says what the effect looks like, not its amount."""
     return EffectParameter(name, unit, low, high, grid, source, scale=scale, is_count=is_count, is_width=is_width)
 
 
 def finer(
     name: str, unit: str, low: float, high: float, source: str, scale: float, elsewhere: tuple[float, ...] = ()
 ) -> EffectParameter:
-    """Return a shape that is 0 for the plain curve; `scale`: how far it moves at a time; `elsewhere`: other starts."""
+    """Return a shape that is 0 for the plain curve.
+
+    `scale` is how far it moves at a time, `elsewhere` are other starts.
+    """
     return EffectParameter(name, unit, low, high, (0.0,), source, scale=scale, elsewhere=elsewhere)

@@ -20,7 +20,10 @@ def torque(
     stop_low: float,
     stop_high: float,
 ) -> float:
-    """Return the torque in N·m at an angle and a velocity, positive where it closes the plate; a layer never pulls."""
+    """Return the torque in N·m at an angle and a velocity.
+
+    It is positive where it closes the plate; a layer never pulls.
+    """
     if upper_stiffness == 0.0 and lower_stiffness == 0.0:
         return 0.0
     upper = (theta - stop_high) / upper_layer + 1.0

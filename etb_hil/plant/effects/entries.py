@@ -1,4 +1,7 @@
-"""The `effects` list of a model file: ids and strengths to and from the extended parameter vector."""
+"""The `effects` list of a model file, to and from the extended vector.
+
+It has ids and strengths.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +37,10 @@ def problem_of(id_: str, strengths: Mapping[str, str | float]) -> Problem | None
 
 
 def parsed(value: str | float, parameter: EffectParameter) -> float:
-    """Return a strength or shape in its own unit; ValueError where it is written in another."""
+    """Return a strength or shape in its own unit.
+
+    ValueError where it is written in another.
+    """
     if isinstance(value, int | float) and not isinstance(value, bool):
         if parameter.unit != "1":
             raise ValueError(f"a value with its unit is expected, for instance '1 {parameter.unit}'")
@@ -50,7 +56,10 @@ def parsed(value: str | float, parameter: EffectParameter) -> float:
 
 
 def measured_strength(name: str, value: str | float, uncertainty: str | float) -> Measured:
-    """Return what was measured of an effect's strength, `<effect>.<strength>`; ValueError says what is wrong."""
+    """Return what was measured of an effect's strength, `<effect>.<strength>`.
+
+    ValueError says what is wrong.
+    """
     effect = CATALOGUE.get(name.partition(".")[0])
     known = {} if effect is None else {f"{effect.id}.{p.name}": p for p in effect.stated if p.is_strength}
     if name not in known:
@@ -77,7 +86,10 @@ def written(number: float, parameter: EffectParameter) -> str | float:
 def whole_vector(
     base: Vector, plate_inertia: float, effects: Iterable[tuple[str, Mapping[str, str | float]]]
 ) -> Vector:
-    """Return base parameters with effects behind them; shapes that are not given take the middle of their grid."""
+    """Return base parameters with effects behind them.
+
+    Shapes that are not given take the middle of their grid.
+    """
     p = extended(base)
     p[PLATE_INERTIA] = plate_inertia
     for id_, strengths in effects:
@@ -91,7 +103,7 @@ def whole_vector(
 
 
 def entry_of(effect: Effect, p: Vector) -> dict[str, str | float]:
-    """Return the strengths and shapes of an effect in an extended vector, as a model file has them."""
+    """Return an effect's strengths and shapes in a vector, as for a model file."""
     return {
         parameter.name: written(float(p[place]), parameter)
         for parameter, place in zip(effect.stated, effect.stated_indices, strict=True)

@@ -17,7 +17,10 @@ def share(
     evenness: float,
     stribeck_velocity: float,
 ) -> float:
-    """Return what of the friction is added at a velocity, a share of it; `surplus`: the share beyond Coulomb's."""
+    """Return what of the friction is added at a velocity, a share of it.
+
+    `surplus` is the share beyond Coulomb's.
+    """
     if friction == 0.0:
         return 0.0
     settled = side(omega / (fade * stribeck_velocity), lag)

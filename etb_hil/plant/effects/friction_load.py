@@ -9,7 +9,10 @@ from etb_hil.plant.effects.port import Port
 def torque(
     load: float, bristle_torque: float, coefficient: float, exponent: float, friction_share: float, threshold: float
 ) -> float:
-    """Return the friction level in N·m that is added under a load and a friction, both signed, in N·m."""
+    """Return the friction level in N·m that a load adds.
+
+    Load and friction are signed, in N·m.
+    """
     if coefficient == 0.0:
         return 0.0
     carried = max(abs(load + friction_share * bristle_torque) - threshold, 0.0)

@@ -21,7 +21,10 @@ def share(
     evenness: float,
     gear_ratio: float,
 ) -> float:
-    """Return what of the friction is added at an angle, a share of it; `surplus`: the share beyond Coulomb's."""
+    """Return what of the friction is added at an angle, a share of it.
+
+    `surplus` is the share beyond Coulomb's.
+    """
     if sine == 0.0 and cosine == 0.0:
         return 0.0
     phase = order * gear_ratio * theta

@@ -1,4 +1,6 @@
-"""A model file's laws over the temperature as terms of the vector: copper's, the magnets', and friction's.
+"""A model file's laws over the temperature, as terms of the vector.
+
+They are copper's, the magnets', and friction's.
 
 What no term can obey is stated at one temperature.
 """
@@ -24,12 +26,15 @@ def obeyed_by(effect: str) -> tuple[str, ...]:
 
 
 def laws(parameters: Mapping[str, Parameter]) -> dict[str, TemperatureLaw]:
-    """Return what a model file states over the temperature, by the name of the parameter."""
+    """Return what a model file states over the temperature, by parameter."""
     return {name: p.temperature for name, p in parameters.items() if p.temperature}
 
 
 def terms(parameters: Mapping[str, Parameter]) -> tuple[str, ...]:
-    """Return whose laws are terms. Friction's is one where T_c and T_st have the same: there is one for their curve."""
+    """Return whose laws are terms.
+
+    Friction's is one where T_c and T_st have the same: there is one for their curve.
+    """
     alike = parameters["coulomb"].temperature == parameters["stiction"].temperature
     can = {"resistance", "torque_constant", "back_emf_constant", *(("coulomb", "stiction") if alike else ())}
     return tuple(name for name in laws(parameters) if name in can)
@@ -38,7 +43,9 @@ def terms(parameters: Mapping[str, Parameter]) -> tuple[str, ...]:
 def at_reference(
     parameters: Mapping[str, Parameter], measured: Mapping[str, Measured], temperature: float
 ) -> tuple[dict[str, Parameter], dict[str, Measured]]:
-    """Return parameters whose laws are terms, and what was measured of them, as they are at the terms' reference.
+    """Return parameters whose laws are terms, as at the terms' reference.
+
+    What was measured of them is returned likewise.
 
     Those whose laws are none are as they are at a `temperature` in degC.
     """
@@ -51,7 +58,10 @@ def at_reference(
 
 
 def put_laws(vector: Vector, parameters: Mapping[str, Parameter]) -> None:
-    """Set the terms' strengths to what the laws state (in place); K_e's law is K_t's, for they are one number."""
+    """Set the terms' strengths to what the laws state (in place).
+
+    K_e's law is K_t's, for they are one number.
+    """
     its = terms(parameters)
     for effect in CATALOGUE.values():
         for obeyed in effect.laws:

@@ -1,4 +1,7 @@
-"""Where the parameters of each effect stand: behind the base model's, in the order in which effects are taken in."""
+"""Where the parameters of each effect stand in the extended vector.
+
+They are behind the base model's, in the order in which effects are taken in.
+"""
 
 from __future__ import annotations
 
@@ -28,12 +31,18 @@ def first_state(effect: str) -> int:
 
 
 def is_full(width: int, states: int) -> bool:
-    """Tell whether there is no room for another effect with so many parameters and states."""
+    """Tell whether there is no room for so many more parameters and states.
+
+    They are those of another effect.
+    """
     return _free(_rows, width, EFFECTS) + width > EXTENDED or _free(_states, states, 0) + states > SLOW
 
 
 def give_room(effect: str, width: int, states: int) -> None:
-    """Set the parameters and states of an effect behind those of the others; ValueError where there is no room."""
+    """Set the parameters and states of an effect behind those of the others.
+
+    ValueError where there is no room.
+    """
     if is_full(width, states):
         raise ValueError(f"no room for {effect}: {ROOM} parameters and {SLOW} states of effects are the most")
     row, state = _free(_rows, width, EFFECTS), _free(_states, states, 0)

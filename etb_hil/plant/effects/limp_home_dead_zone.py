@@ -21,7 +21,10 @@ def springs(
     preload_close: float,
     slope_close: float,
 ) -> float:
-    """Return the springs' torque in N·m at an angle in rad, positive where it closes the plate, with this zone."""
+    """Return the springs' torque in N·m at an angle in rad, with this zone.
+
+    It is positive where it closes the plate.
+    """
     x = theta - limp_home
     distance = abs(x)
     wider = above if x > 0.0 else below

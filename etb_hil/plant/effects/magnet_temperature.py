@@ -21,7 +21,7 @@ FERRITE = -0.002  # 1/K
 
 
 def share(magnet: float, coefficient: float) -> float:
-    """Return what is added to the motor constant at a magnet temperature in degC, a share of it."""
+    """Return the share of the motor constant added at a magnet temperature (degC)."""
     return FERRITE * coefficient * (magnet - REFERENCE)
 
 

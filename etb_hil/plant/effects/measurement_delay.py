@@ -18,7 +18,10 @@ def lateness(delay: float, lag: float) -> tuple[float, float]:
 
 
 def step(memory: Vector, current: float, delay: float, lag: float) -> None:
-    """Take in the current in A of another 50 us: the reading behind the lag, the newest of a ring, the ring."""
+    """Take in the current in A of another 50 us.
+
+    The memory is the reading behind the lag, the newest of a ring, and the ring.
+    """
     newest = (int(memory[1]) + 1) % _LONGEST
     memory[1] = newest
     memory[2 + newest] = current

@@ -1,4 +1,7 @@
-"""The ports of the plant: where a term of an effect enters the equations, and which quantities it may ask for."""
+"""The ports of the plant, where terms of effects enter the equations.
+
+A port says which quantities a term may ask for.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,9 @@ class Combine(Enum):
 
 
 class Port(Enum):
-    """A place in the equations: what a term there is, its unit, its quantities, and how several terms combine.
+    """A place in the equations: what a term there is, and its unit.
+
+    It also has quantities, and how several terms combine.
 
     `asks`: the quantities that a term may take as arguments, beside parameters. `has_states`: it may take its effect's
     states, too. All angles, velocities and torques are at the throttle shaft, in SI; a positive

@@ -1,4 +1,6 @@
-"""Where effects enter the equations, compiled: shared by the plant, by what explains data, and by observers.
+"""Where effects enter the equations, compiled.
+
+The plant, what explains data, and observers share it.
 
 Which effects there are at a port, and what they ask for, is in their declarations alone.
 """
@@ -37,7 +39,9 @@ def _strengths(effects: Iterable[Effect]) -> tuple[int, ...]:
 
 
 def places(*ports: Port) -> tuple[int, ...]:
-    """Return where all that the terms at some ports depend on stands in the extended vector.
+    """Return the indices of all that the terms at some ports depend on.
+
+    They are those in the extended vector.
 
     Those are their effects' parameters and the base parameters that they ask for, of this package's effects, and the
     room of all effects from outside.
@@ -54,7 +58,10 @@ def places(*ports: Port) -> tuple[int, ...]:
 
 
 def strengths_that_ask(quantity: str, *ports: Port) -> tuple[int, ...]:
-    """Return the strengths of effects whose terms at some ports ask for a quantity, and all that is from outside."""
+    """Return the strengths of effects whose terms ask for a quantity.
+
+    The terms are at some ports; all that is from outside is among them.
+    """
     asking = [one for one in _at(*ports) if any(quantity in arguments(f) for f in one.at(*ports))]
     return (*_strengths(asking), *range(_OUTSIDE, EXTENDED))
 
@@ -94,7 +101,10 @@ _motor_voltage, _bridge_voltage = _of[Port.MOTOR_VOLTAGE], _of[Port.BRIDGE_VOLTA
 
 @njit(cache=True, error_model="numpy")
 def slow_start(temperature: float, p: Vector) -> Vector:
-    """Return the slow states (float64, `SLOW`) of a throttle that has long been at a temperature in degC."""
+    """Return the slow states of a throttle that has long been at a temperature.
+
+    They are float64 (`SLOW`), the temperature is in degC.
+    """
     slow = np.zeros(SLOW)
     _starts(0.0, temperature, slow, p)
     return slow
@@ -129,7 +139,9 @@ def _count(p: Vector, first: int) -> int:
 
 @njit(cache=True, error_model="numpy")
 def acting(p: Vector) -> tuple[bool, bool, bool, bool, bool, bool]:
-    """Tell which kinds of effects there are: friction, springs and stops, drag, torque constant, voltage, slow states.
+    """Tell which kinds of effects there are.
+
+    Friction, springs and stops, drag, torque constant, voltage, slow states.
 
     A loop that asks once need not ask every effect at every sample; without effects of a kind its equation is the
     base model's.
@@ -159,20 +171,29 @@ def lead(load: float, p: Vector) -> float:
 
 @njit(cache=True, error_model="numpy")
 def elastic_torque(plate: float, omega: float, p: Vector) -> float:
-    """Return the torque in N·m of springs, stops and what else acts on the plate, positive where it closes it."""
+    """Return the torque in N·m of springs, stops and what else acts on the plate.
+
+    It is positive where it closes the plate.
+    """
     springs = _springs(spring_torque(plate, p), plate, p)
     return _plate_torque(_spring_torque(springs + stop_torque(plate, omega, p), plate, p), plate, omega, p)
 
 
 @njit(cache=True, error_model="numpy")
 def motor_torque(theta: float, p: Vector) -> float:
-    """Return the torque in N·m on the motor that stores energy and gives it back, at the throttle shaft."""
+    """Return the torque in N·m on the motor that stores energy.
+
+    It gives the energy back; it is at the throttle shaft.
+    """
     return _motor_torque(0.0, theta, p)
 
 
 @njit(cache=True, error_model="numpy")
 def motor_drag(theta: float, omega: float, slow: Vector, p: Vector) -> float:
-    """Return the torque in N·m that brakes the motor besides LuGre friction, at the throttle shaft."""
+    """Return the torque in N·m that brakes the motor besides LuGre friction.
+
+    It is at the throttle shaft.
+    """
     return _drag_torque(_motor_torque(0.0, theta, p), theta, omega, slow, p)
 
 
@@ -180,7 +201,10 @@ def motor_drag(theta: float, omega: float, slow: Vector, p: Vector) -> float:
 def friction_level(
     theta: float, omega: float, load: float, temperature: float, bristle_torque: float, slow: Vector, p: Vector
 ) -> float:
-    """Return g in N·m: friction of steady sliding without viscosity (seed paper, eq. 2), with what changes it."""
+    """Return g in N·m, the friction of steady sliding, with what changes it.
+
+    It is without viscosity (seed paper, eq. 2).
+    """
     x = omega / p[STRIBECK_VELOCITY]
     surplus = max(p[STICTION] - p[COULOMB], 0.0) * _stribeck_peak(math.exp(-x * x), omega, p)
     g = p[COULOMB] + surplus
@@ -231,7 +255,10 @@ def resistance_share(current: float, slow: Vector, p: Vector) -> float:
 
 @njit(cache=True, error_model="numpy")
 def voltage_loss(current: float, command: float, is_open: bool, slow: Vector, p: Vector) -> float:
-    """Return the voltage in V lost between command and winding; with the bridge off, what the motor itself loses."""
+    """Return the voltage in V lost between command and winding.
+
+    With the bridge off it is what the motor itself loses.
+    """
     lost = _motor_voltage(0.0, current, p)
     return lost if is_open else _bridge_voltage(lost, current, command, slow, p)
 

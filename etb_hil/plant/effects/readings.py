@@ -1,4 +1,7 @@
-"""What sensors make of whole records, and what was there before them: the terms of all sensors' effects in turn."""
+"""What sensors make of whole records, and what was there before them.
+
+The terms of all sensors' effects act in turn.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,10 @@ def key(p: Vector) -> bytes:
 
 
 def current_scale(temperature: Vector | float, p: Vector) -> Vector | float:
-    """Return by which factor the current's reading is too large at a temperature in degC, one or at every sample."""
+    """Return by which factor the current's reading is too large.
+
+    The temperature is in degC, one or one at every sample.
+    """
     found: Vector | float = 1.0
     for effect in acting_at(Port.CURRENT_SCALE):
         for function in effect.at(Port.CURRENT_SCALE):
@@ -29,7 +35,10 @@ def current_scale(temperature: Vector | float, p: Vector) -> Vector | float:
 
 
 def current_zero(current: Vector, temperature: Vector, p: Vector, sign: float = 1.0) -> Vector:
-    """Return a current (n) in A with the sensor's zero added, or with a `sign` of -1 taken off."""
+    """Return a current (n) in A with the sensor's zero added.
+
+    With a `sign` of -1 it is taken off.
+    """
     for effect in acting_at(Port.CURRENT_ZERO):
         for function in effect.at(Port.CURRENT_ZERO):
             current = current + sign * called(effect, function, p, temperature=temperature)
@@ -47,7 +56,7 @@ def true_current(current: Vector, temperature: Vector, p: Vector) -> Vector:
 
 
 def without_zero(p: Vector) -> Vector:
-    """Return extended parameters with sensors that read no current where there is none."""
+    """Return parameters with sensors that read no current where there is none."""
     found = p.copy()
     found[strengths_at(Port.CURRENT_ZERO)] = 0.0
     return found
@@ -63,7 +72,10 @@ def late_by(p: Vector) -> tuple[float, float]:
 
 
 def lateness(s: NDArray[np.complex128], p: Vector) -> NDArray[np.complex128] | None:
-    """Return the measured current's spectrum over the true one's at s = j omega; None where nothing is late."""
+    """Return the measured current's spectrum over the true one's.
+
+    It is taken at s = j omega; None where nothing is late.
+    """
     delay, lag = late_by(p)
     if delay == 0.0 and lag == 0.0:
         return None

@@ -10,7 +10,10 @@ COPPER = 0.00393  # 1/K
 
 
 def share(housing: float, rise: float, housing_share: float, self_heating: float) -> float:
-    """Return what of the resistance is added; the housing in degC as the winding has followed it, its rise in K."""
+    """Return what of the resistance is added, a share of it.
+
+    The housing's temperature in degC is as the winding has followed it; the rise is in K.
+    """
     return COPPER * (housing_share * (housing - REFERENCE) + self_heating * rise)
 
 
@@ -22,7 +25,7 @@ def warm(rise: float, current: float, dt: float, self_heating: float, time_const
 
 
 def start(temperature: float) -> float:
-    """Return the housing's temperature in degC as a winding has it that has long been there."""
+    """Return the temperature in degC of a winding that has long been there."""
     return temperature
 
 

@@ -1,4 +1,6 @@
-"""What the effects of sensors make of the plant, tick by tick, compiled: for simulations that run on.
+"""What sensors' effects make of the plant, tick by tick, compiled.
+
+It is for simulations that run on.
 
 Memory: the plate and the current as last seen, and behind them what each sensor remembers.
 """
@@ -37,7 +39,10 @@ def is_there(p: Vector) -> bool:
 
 
 def new_sensing(plate: float) -> Vector:
-    """Return the memory (float64, `SENSING`) of sensors on a throttle at rest at an angle in rad."""
+    """Return the memory of sensors on a throttle at rest at an angle in rad.
+
+    It is float64 (`SENSING`).
+    """
     memory = np.zeros(SENSING)
     memory[_SEEN] = plate
     return memory
@@ -45,7 +50,10 @@ def new_sensing(plate: float) -> Vector:
 
 @njit(cache=True, error_model="numpy")
 def pass_tick(memory: Vector, plate: float, current: float, p: Vector) -> None:
-    """Move the memory by 50 us to where the plate stands at an angle in rad under a current in A, in place."""
+    """Move the memory by 50 us, in place.
+
+    The plate stands at an angle in rad under a current in A.
+    """
     travel = plate - memory[_SEEN]
     memory[_SEEN], memory[_CURRENT] = plate, current
     _step_plate(memory, travel, current, p)
@@ -54,7 +62,10 @@ def pass_tick(memory: Vector, plate: float, current: float, p: Vector) -> None:
 
 @njit(cache=True, error_model="numpy")
 def current(memory: Vector, temperature: float, p: Vector) -> float:
-    """Return what the current sensor is given in A, at a housing's temperature in degC."""
+    """Return what the current sensor is given in A, at a temperature in degC.
+
+    That is the housing's.
+    """
     return _shifted(_scaled(_current_reading(memory[_CURRENT], memory, p), temperature, p), temperature, p)
 
 
@@ -87,7 +98,7 @@ def plate(memory: Vector, p: Vector) -> float:
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def plates(angle: Vector, p: Vector) -> Vector:
-    """Return what the plate sensor makes of plate angles (n) in rad, one after the other."""
+    """Return what the plate sensor makes of plate angles (n) in rad, in turn."""
     memory, out = np.zeros(SENSING), np.empty_like(angle)
     for k in range(angle.size):
         _step_plate(memory, angle[k] - angle[max(k - 1, 0)], 0.0, p)

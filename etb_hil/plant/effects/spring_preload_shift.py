@@ -7,7 +7,10 @@ from etb_hil.plant.effects.port import Port
 
 
 def torque(theta: float, preload: float, limp_home: float, dead_zone: float) -> float:
-    """Return the torque in N·m that brakes opening at an angle; smoothed over the dead zone as the springs' own."""
+    """Return the torque in N·m that brakes opening at an angle.
+
+    It is smoothed over the dead zone as the springs' own.
+    """
     if preload == 0.0:
         return 0.0
     x = theta - limp_home

@@ -21,7 +21,10 @@ def voltage(
     one_way: float,
     supply_voltage: float,
 ) -> float:
-    """Return the voltage that is lost at a current, a commanded voltage and a current drawn from the supply."""
+    """Return the voltage that is lost at a current and a commanded voltage.
+
+    A current drawn from the supply counts, too.
+    """
     if source_resistance == 0.0 and static_sag == 0.0:
         return 0.0
     duty = command / supply_voltage

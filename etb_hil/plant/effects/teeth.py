@@ -1,4 +1,7 @@
-"""Where the plate stands when teeth and shaft give way: what they carry and how far they give agree."""
+"""Where the plate stands when teeth and shaft give way.
+
+What they carry and how far they give agree.
+"""
 
 from __future__ import annotations
 
@@ -12,13 +15,19 @@ _CLOSE = 2e-9  # rad
 
 @njit(cache=True, error_model="numpy")
 def _short(x: float, theta: float, omega: float, swing: float, p: Vector) -> float:
-    """Return what the motor angle under a plate at x has too much of, rad; it grows by no less than x does."""
+    """Return by how many rad the motor angle is too large under a plate at x.
+
+    It grows by no less than x does.
+    """
     return x + ports.lead(ports.elastic_torque(x, omega, p) + swing, p) - theta
 
 
 @njit(cache=True, error_model="numpy")
 def on_plate(theta: float, guess: float, omega: float, swing: float, p: Vector) -> float:
-    """Return the plate's angle in rad under a motor angle; `swing` is the torque in N·m that its inertia takes."""
+    """Return the plate's angle in rad under a motor angle.
+
+    `swing` is the torque in N·m that its inertia takes.
+    """
     x = min(max(guess, theta - _FARTHEST), theta + _FARTHEST)
     y = _short(x, theta, omega, swing, p)
     if abs(y) < _CLOSE:

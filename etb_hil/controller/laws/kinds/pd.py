@@ -14,7 +14,10 @@ DAMPING = 1.0
 
 
 def gains(nominal: ThrottleParameters) -> Vector:
-    """Return stiffness in N·m/rad and damping in N·m·s/rad that place both poles at the bandwidth."""
+    """Return stiffness and damping that place both poles at the bandwidth.
+
+    They are in N·m/rad and N·m·s/rad.
+    """
     motor_damping = nominal.torque_per_ampere * nominal.back_emf / nominal.resistance
     stiffness = nominal.inertia * BANDWIDTH**2
     damping = 2.0 * DAMPING * nominal.inertia * BANDWIDTH - motor_damping
@@ -23,7 +26,7 @@ def gains(nominal: ThrottleParameters) -> Vector:
 
 @njit(cache=True, error_model="numpy")
 def torque(gain: Vector, memory: Vector, error: float, rate: float) -> float:  # noqa: ARG001 (every law's signature)
-    """Return the torque in N·m for an angle error in rad and a velocity error in rad/s."""
+    """Return the torque in N·m for errors of angle in rad and velocity in rad/s."""
     return gain[0] * error + gain[1] * rate
 
 

@@ -16,7 +16,9 @@ _INTEGRAL = 1  # index in memory
 
 
 def gains(nominal: ThrottleParameters) -> Vector:
-    """Return stiffness, damping, the integral's gain for one tick (N·m/rad) and its largest torque (N·m).
+    """Return stiffness, damping, the integral's gain and its largest torque.
+
+    The gain is that for one tick, in N·m/rad; the torque is in N·m.
 
     The integral has to cover what the feed-forward may have wrong, no more: pressed on a stop it must not wind up.
     """
@@ -26,7 +28,7 @@ def gains(nominal: ThrottleParameters) -> Vector:
 
 @njit(cache=True, error_model="numpy")
 def torque(gain: Vector, memory: Vector, error: float, rate: float) -> float:
-    """Return the torque in N·m for an angle error in rad and a velocity error in rad/s."""
+    """Return the torque in N·m for errors of angle in rad and velocity in rad/s."""
     if memory[CUT_OFF] * error <= 0.0:
         memory[_INTEGRAL] = min(max(memory[_INTEGRAL] + gain[2] * error, -gain[3]), gain[3])
     return gain[0] * error + gain[1] * rate + memory[_INTEGRAL]

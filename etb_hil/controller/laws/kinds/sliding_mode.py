@@ -14,7 +14,9 @@ LAYER = 1.2  # rad/s; inside it the law is linear, which keeps the 1 ms tick fro
 
 
 def gains(nominal: ThrottleParameters) -> Vector:
-    """Return the surface's slope (1/s), the inertia (kg·m²), the reaching torque (N·m) and 1 / layer (s/rad).
+    """Return the surface's slope, the inertia, the reaching torque and 1 / layer.
+
+    They are in 1/s, kg·m², N·m and s/rad.
 
     The reaching torque covers what the feed-forward may have wrong: a preload on the wrong side of limp-home.
     """
@@ -24,7 +26,7 @@ def gains(nominal: ThrottleParameters) -> Vector:
 
 @njit(cache=True, error_model="numpy")
 def torque(gain: Vector, memory: Vector, error: float, rate: float) -> float:  # noqa: ARG001 (every law's signature)
-    """Return the torque in N·m for an angle error in rad and a velocity error in rad/s."""
+    """Return the torque in N·m for errors of angle in rad and velocity in rad/s."""
     surface = rate + gain[0] * error
     reaching = min(max(surface * gain[3], -1.0), 1.0)
     return gain[1] * gain[0] * rate + gain[2] * reaching
