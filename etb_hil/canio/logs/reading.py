@@ -39,12 +39,12 @@ def read_log(path: Path) -> LogReader:
     if found is None:
         allowed = f"{', '.join(sorted({*_own(), *_of_plugins()}))}, each also with .gz"
         raise InputError(Problem("is no log format that can be read", Place(path), path.name, allowed, TABLES))
-    if suffix in _own():
-        refuse_empty(path, "record it again, or take another copy: a log holds frames")
     if is_packed and not found.reads_gzip:
         from etb_hil.canio.logs.unpacked import UnpackedLog  # noqa: PLC0415 (few logs are)
 
         return UnpackedLog(path, read_log)
+    if suffix in _own() and not found.reads_gzip:  # a text without a line is a log without a frame
+        refuse_empty(path, "record it again, or take another copy: a log holds frames")
     return found.open(path)
 
 
