@@ -1,1 +1,1 @@
-"""Everything that touches CAN frames: buses, DBC files, roles, protection, logs, health."""
+"""Everything that touches CAN frames: buses, DBC files, protection, logs."""

@@ -1,4 +1,6 @@
-"""How long a frame is on the wire: every bit of it, the stuffed bits that its content causes included.
+"""How long a frame is on the wire.
+
+Every bit of it counts, the stuffed bits that its content causes included.
 
 Lengths follow ISO 11898-1:2015. With a bit rate switch, the bits from ESI to the CRC delimiter are counted at the data
 rate. The switch itself lies at a sample point inside BRS and back inside the CRC delimiter; what is cut off one bit is
@@ -81,7 +83,9 @@ _LENGTH_OF_DLC = np.array(FD_LENGTHS, np.uint8)
 
 
 def frame_bits(block: FrameBlock) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the bits of each frame (n) at the nominal rate and (n) at the data rate, the 3 of intermission included.
+    """Return the bits of each frame at the nominal rate (n) and data rate (n).
+
+    The 3 of intermission are included.
 
     An FD payload of a length that no DLC has is counted with its padding zeros. An error frame counts
     `ERROR_FRAME_BITS`. Source: ISO 11898-1:2015, frame formats and bit stuffing.
@@ -93,7 +97,9 @@ def frame_bits(block: FrameBlock) -> tuple[NDArray[np.int64], NDArray[np.int64]]
 
 
 def worst_case_bits(length: int, *, extended: bool, fd: bool, bitrate_switch: bool) -> tuple[int, int]:
-    """Return an upper bound of the bits at the nominal and at the data rate for any payload of `length` bytes.
+    """Return an upper bound of the bits at the nominal and at the data rate.
+
+    It holds for any payload of `length` bytes.
 
     Source: Davis, Burns, Bril, Lukkien 2007 for classic frames; the same argument for FD frames.
     """

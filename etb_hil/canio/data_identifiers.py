@@ -1,4 +1,7 @@
-"""Data identifiers (DID) that stand for roles: where a controller sends no cyclic frame with a value, it is asked."""
+"""Data identifiers (DID) that stand for roles.
+
+Where a controller sends no cyclic frame with a value, it is asked.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,9 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class DataIdentifier:
-    """A value that the unit sends when it is asked: role value = raw number x `scale` + `offset`, in SI.
+    """A value that the unit sends when it is asked.
+
+    role value = raw number x `scale` + `offset`, in SI.
 
     `number` is its identifier, `length` its bytes, high byte first. Readings are `every_ns` apart. `rate` is that of
     service 0x2A (1 slow, 2 medium, 3 fast) where the unit sends it by itself, 0 where each reading is a request (0x22).
@@ -41,7 +46,7 @@ class DataIdentifier:
 
 @dataclass(frozen=True, slots=True)
 class RequestedValues:
-    """The roles that are read by data identifier, and the identifiers of the frames that carry them.
+    """The roles that are read by data identifier, and their frames' identifiers.
 
     `periodic` is the identifier of the frames that the unit sends by itself (0x2A, one value each, no ISO-TP).
     """

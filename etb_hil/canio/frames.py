@@ -1,4 +1,7 @@
-"""Frames in columns: the one form in which CAN traffic moves, from a bus or a log, to the decoder."""
+"""Frames in columns: the one form in which CAN traffic moves.
+
+It moves from a bus or a log to the decoder.
+"""
 
 from __future__ import annotations
 
@@ -124,7 +127,9 @@ def concatenate_frames(blocks: Iterable[FrameBlock]) -> FrameBlock:
 
 
 def gathered(blocks: Iterable[FrameBlock], payload_bytes: int = 1 << 18) -> Iterator[FrameBlock]:
-    """Yield the same frames in blocks of at least so many bytes of payload, which cost less a frame to work on.
+    """Yield the same frames in blocks of at least so many bytes of payload.
+
+    Such blocks cost less a frame to work on.
 
     The last has less. By default a block fits into the processor's cache.
     """

@@ -1,4 +1,6 @@
-"""ISO-TP (ISO 15765-2:2016): messages of up to 4095 bytes in classic CAN frames, with the time handed in.
+"""ISO-TP (ISO 15765-2:2016), with the time handed in.
+
+Messages of up to 4095 bytes go in classic CAN frames.
 
 One object is one end of a connection. It never reads a clock: the same code runs in lock-step and at wall clock.
 """
@@ -16,7 +18,10 @@ _LONGEST_SEPARATION_NS = 127_000_000  # what a reserved STmin means (9.6.5.5)
 
 
 class TransportError(Exception):
-    """A message that cannot be received or sent; `kind` names the rule of ISO 15765-2 that was broken."""
+    """A message that cannot be received or sent.
+
+    `kind` names the rule of ISO 15765-2 that was broken.
+    """
 
     def __init__(self, kind: str, text: str) -> None:
         super().__init__(text)
@@ -25,7 +30,10 @@ class TransportError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class TransportTiming:
-    """Time-outs of one end in ns, and the block size and separation time (ms) that it asks of the other."""
+    """Time-outs of one end in ns, and what it asks of the other.
+
+    It asks for a block size and a separation time (ms).
+    """
 
     flow_control_ns: int = 1_000_000_000  # N_Bs
     consecutive_ns: int = 1_000_000_000  # N_Cr
@@ -34,7 +42,10 @@ class TransportTiming:
 
 
 class IsoTpEnd:
-    """One end of an ISO-TP connection with normal addressing; frames are padded to 8 bytes with `padding`."""
+    """One end of an ISO-TP connection with normal addressing.
+
+    Frames are padded to 8 bytes with `padding`.
+    """
 
     def __init__(self, timing: TransportTiming = TransportTiming(), padding: int = 0xCC) -> None:
         self._timing = timing

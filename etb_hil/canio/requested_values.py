@@ -1,4 +1,7 @@
-"""Readings of data identifiers, found in the frames of a bus or a log: the decoder listens and asks nothing."""
+"""Readings of data identifiers, found in the frames of a bus or a log.
+
+The decoder listens and asks nothing.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,9 @@ MISSED = 3  # times the usual distance of two readings: some are missing then
 
 
 class RequestedValuesDecoder:
-    """Turns requests (0x22), their responses and periodic frames (0x2A) into samples, one source an identifier.
+    """Turn requests, responses and periodic frames into samples.
+
+    Requests are 0x22, periodic frames 0x2A; each identifier is a source.
 
     A value that was asked for was taken between request and response: its time is the middle, and half the distance is
     how far the time may be off (`half_ns`). A value that came by itself has the stamp of its frame. Samples do not

@@ -17,9 +17,9 @@ LONGEST = 25  # words of a sentence that a person reads
 LONGEST_FIRST_LINE = 80  # characters of a docstring's first line
 # Packages that keep to it so far.
 SHORT_FIRST_LINES = (
-    "api", "base", "bench", "cli", "controller", "discrepancy", "estimation", "histories", "hypotheses", "observer",
-    "page", "paper", "plant", "plugins", "recording", "replays", "report", "results", "scenario", "session", "station",
-    "stock", "store", "uds",
+    "api", "base", "bench", "canio", "cli", "controller", "discrepancy", "estimation", "histories", "hypotheses",
+    "observer", "page", "paper", "plant", "plugins", "recording", "replays", "report", "results", "scenario", "session",
+    "station", "stock", "store", "uds",
 )  # fmt: skip
 
 

@@ -1,1 +1,4 @@
-"""The bus: links to real and virtual ones, bit timing at work, arbitration, faults, how it fares, what fits on it."""
+"""The bus: links to real and virtual ones, arbitration, faults, health.
+
+Bit timing is at work here, and what fits on a bus.
+"""

@@ -1,4 +1,6 @@
-"""Who sends next and when: compiled kernels of the virtual bus on plain integer arrays.
+"""Who sends next and when: compiled kernels of the virtual bus.
+
+They work on plain integer arrays.
 
 Rules of ISO 11898-1 that are modelled: arbitration over identifier, RTR and IDE; error counters; error-passive nodes
 that suspend transmission for 8 bits; bus-off after 256 transmit errors and recovery after 128 sequences of 11
@@ -115,7 +117,7 @@ def enqueue(
 
 @njit(cache=True, error_model="numpy")
 def arbitration_key(ident: int, flag: int) -> int:
-    """Return the bits from the identifier to RTR as they arbitrate: the lower number wins."""
+    """Return the bits from identifier to RTR, of which the lower number wins."""
     remote = 1 if flag & _REMOTE else 0
     if flag & _EXTENDED:  # SRR and IDE are recessive
         return (ident >> 18 & 0x7FF) << 21 | 3 << 19 | (ident & 0x3FFFF) << 1 | remote
@@ -124,7 +126,10 @@ def arbitration_key(ident: int, flag: int) -> int:
 
 @njit(cache=True, error_model="numpy")
 def horizon(queue: Ints, ports: Ints, bus: Ints, now_ns: int, until_ns: int) -> int:
-    """Return up to when every node may run at once: before it no frame of somebody else can reach any of them."""
+    """Return up to when every node may run at once.
+
+    Before it no frame of somebody else can reach any of them.
+    """
     mask = queue.shape[1] - 1
     sender = bus[SENDER]
     free = bus[END] if sender >= 0 else bus[FREE]
@@ -150,7 +155,9 @@ def horizon(queue: Ints, ports: Ints, bus: Ints, now_ns: int, until_ns: int) -> 
 def foretell(
     queue: Ints, payload: Bytes, ports: Ints, bus: Ints, log: Ints, log_payload: Bytes, now_ns: int, until_ns: int
 ) -> bool:
-    """Let the one node hear now of the one frame that waits for it, where nothing can keep that from ending in time.
+    """Let the one node hear now of the one frame that waits for it.
+
+    It does where nothing can keep the frame from ending in time.
 
     The bus must be free and undisturbed, and the frame win over all that the node may send; then the node can live
     past its end in one go.
@@ -269,7 +276,10 @@ def append(log: Ints, log_payload: Bytes, ports: Ints, bus: Ints, row: Ints, dat
 
 @njit(cache=True, error_model="numpy")
 def audience(ports: Ints, sender: int) -> int:
-    """Return which ports see a frame, a bit each: all on the bus, but nodes neither their own nor error frames (-1)."""
+    """Return which ports see a frame, a bit each.
+
+    All on the bus do, but nodes see neither their own nor error frames (-1).
+    """
     seen_by = 0
     for port in range(len(ports)):
         on_bus = ports[port, OPEN] != 0 and ports[port, OFF_LEFT] == 0
@@ -317,7 +327,10 @@ def destroy(ports: Ints, bus: Ints, meter: Ints) -> None:
 
 @njit(cache=True, error_model="numpy")
 def spoil(bus: Ints) -> None:
-    """Mark the frame under way as destroyed, in the last bit of its end, where it costs the bus most."""
+    """Mark the frame under way as destroyed in the last bit of its end.
+
+    There it costs the bus most.
+    """
     bus[DESTROYED] = 1
     bus[END] += time_ns(_ERROR_FLAG_BITS, bus[NOMINAL])
 
@@ -370,7 +383,7 @@ def transmit(
 
 @njit(cache=True, error_model="numpy")
 def forget(log: Ints, ports: Ints, bus: Ints, keep: int) -> None:
-    """Let ports that lag by more than `keep` rows lose the oldest ones, and count what they lose."""
+    """Let ports that lag by more than `keep` rows lose the oldest, and count them."""
     for port in range(len(ports)):
         for index in range(ports[port, CURSOR], bus[LOGGED] - keep):
             if log[index & (len(log) - 1), SEEN_BY] >> port & 1:
@@ -392,7 +405,10 @@ def collect(
     length: Bytes,
     data: Bytes,
 ) -> None:
-    """Write what a port has not read yet, `ports[port, WAITING]` frames, into columns of a `FrameBlock`."""
+    """Write what a port has not read yet into columns of a `FrameBlock`.
+
+    These are `ports[port, WAITING]` frames.
+    """
     mask = len(log) - 1
     done = 0
     for index in range(ports[port, CURSOR], bus[LOGGED]):

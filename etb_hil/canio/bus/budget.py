@@ -1,4 +1,7 @@
-"""The room on the bus: what is going to be sent, summed in worst-case bits before anything moves."""
+"""The room on the bus, summed in worst-case bits before anything moves.
+
+The sum is over what is going to be sent.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,10 @@ _SIGNALS = {"current": ("motor_current", "motor_voltage"), "encoder": ("motor_an
 
 
 class BusRates(Protocol):
-    """What the budget needs of a bus: bit rates in bit/s, and whether FD frames may be sent."""
+    """What the budget needs of a bus.
+
+    Bit rates in bit/s, and whether FD frames may be sent.
+    """
 
     @property
     def bitrate(self) -> float:
@@ -43,7 +49,10 @@ class BusRates(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class BudgetLine:
-    """One message's part: frames a second, worst-case bits at both rates, share of the bus's time (0 to 1)."""
+    """One message's part of the bus's time (0 to 1).
+
+    It has frames a second, and worst-case bits at both rates.
+    """
 
     message: str
     rate: float
@@ -156,7 +165,10 @@ def report_time(dialect: Dialect, sources: Iterable[str], bus: BusRates) -> Repo
 
 
 def _requested(dialect: Dialect, bus: BusRates) -> Iterator[BudgetLine]:
-    """Yield what the roles that are read by data identifier put on the bus: a frame each way, or one by itself."""
+    """Yield what roles that are read by data identifier put on the bus.
+
+    It is a frame each way, or one by itself.
+    """
     if dialect.requested is None:
         return
     bits, _ = worst_case_bits(8, extended=dialect.requested.extended, fd=False, bitrate_switch=False)
@@ -194,7 +206,10 @@ def _require_measurement(dialect: Dialect, rates: Mapping[str, float], signals: 
 
 
 def _require_a_count_a_sample(dialect: Dialect, name: str, tick_ns: int, sample_rate: float) -> None:
-    """Raise InputError where samples come faster than their counter counts: two would have one number."""
+    """Raise InputError where samples come faster than their counter counts.
+
+    Two would have one number.
+    """
     if sample_rate * tick_ns > 1e9:
         raise InputError(
             Problem(

@@ -12,7 +12,10 @@ SOCKETCAN = "socketcan"
 
 
 class BusSettings(FileModel):
-    """Which bus: interface and channel as python-can names them, bit rates, and further options of that interface."""
+    """Which bus: interface and channel as python-can names them, and bit rates.
+
+    Further options are those of the interface.
+    """
 
     interface: str = VIRTUAL
     channel: str = "bench"

@@ -1,4 +1,7 @@
-"""Faults at work: the virtual bus frame by frame, each shown to the faults before it is sent and before it arrives."""
+"""Faults at work: the virtual bus frame by frame.
+
+Each frame is shown to the faults before it is sent and before it arrives.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +43,10 @@ class FaultInjection:
         return self._late[0][0] if self._late else None
 
     def due(self, faults: Sequence[Fault], until_ns: int) -> Sequence[Fault]:
-        """Return the faults that may strike a frame that is under way, or that starts before `until_ns`."""
+        """Return the faults that may strike a frame until `until_ns`.
+
+        The frame is under way, or starts before.
+        """
         bus = self._wire.bus
         first_ns = int(bus[arb.START]) if bus[arb.SENDER] >= 0 else self._seen_ns
         self._seen_ns = until_ns
@@ -77,7 +83,10 @@ class FaultInjection:
         return _block(row, wire.payload[sender, slot])
 
     def _finish(self, faults: Sequence[Fault]) -> None:
-        """Log the frame under way for its sender as it was sent, and for the others as the faults leave it."""
+        """Log the frame under way for its sender as sent, for others as it arrives.
+
+        Faults may have changed it for the others.
+        """
         wire = self._wire
         start_ns, sender = int(wire.bus[arb.START]), int(wire.bus[arb.SENDER])
         row, data = arb.finish(wire.queue, wire.payload, wire.ports, wire.bus, wire.meter.bins)

@@ -1,4 +1,7 @@
-"""What goes wrong on a bus on purpose: put a fault into `VirtualNetwork.faults` and it strikes inside its window."""
+"""What goes wrong on a bus on purpose.
+
+Put a fault into `VirtualNetwork.faults` and it strikes inside its window.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Window:
-    """When and whom a fault strikes: frames that start in [`from_ns`, `until_ns`) with one of `idents` (None: all)."""
+    """When and whom a fault strikes.
+
+    Frames that start in [`from_ns`, `until_ns`) with one of `idents` (None: all).
+    """
 
     from_ns: int
     until_ns: int
@@ -39,16 +45,22 @@ class Fault:
     window: Window
 
     def destroys(self, frame: FrameBlock, start_ns: int) -> bool:  # noqa: ARG002 (for those that override it)
-        """Return whether an error frame ends this attempt to send `frame` (a block of one row)."""
+        """Return whether an error frame ends this attempt to send `frame` (one row)."""
         return False
 
     def deliver(self, frame: FrameBlock, start_ns: int) -> FrameBlock:  # noqa: ARG002 (likewise)
-        """Return what the receivers get in place of `frame` (a block of one row): none, one or more; never earlier."""
+        """Return what the receivers get in place of `frame` (a block of one row).
+
+        They get none, one or more; never earlier.
+        """
         return frame
 
 
 class ErrorFrames(Fault):
-    """Every attempt in the window ends in an error frame; 32 in a row take the sender off the bus."""
+    """Every attempt in the window ends in an error frame.
+
+    32 in a row take the sender off the bus.
+    """
 
     __slots__ = ()
 
@@ -58,7 +70,10 @@ class ErrorFrames(Fault):
 
 
 class Lost(Fault):
-    """Frames that were acknowledged and yet reach no receiver, as behind a gateway or a full driver."""
+    """Frames that were acknowledged and yet reach no receiver.
+
+    A gateway or a full driver loses them.
+    """
 
     __slots__ = ()
 
@@ -69,7 +84,10 @@ class Lost(Fault):
 
 @dataclass(frozen=True, slots=True)
 class Duplicated(Fault):
-    """Frames that arrive twice, as when an error in the last bit makes the sender repeat what was already taken."""
+    """Frames that arrive twice.
+
+    An error in the last bit makes the sender repeat what was already taken.
+    """
 
     delay_ns: int = 0
 
@@ -95,7 +113,10 @@ class Delayed(Fault):
 
 @dataclass(frozen=True, slots=True)
 class Corrupted(Fault):
-    """Frames whose payload changed although the bus saw a right checksum: `flip` is XORed onto the first bytes."""
+    """Frames whose payload changed although the bus saw a right checksum.
+
+    `flip` is XORed onto the first bytes.
+    """
 
     flip: bytes = field(default=b"\x01")
 
@@ -111,7 +132,10 @@ class Corrupted(Fault):
 
 @dataclass(frozen=True, slots=True)
 class Reordered(Fault):
-    """Every second frame of an id arrives `delay_ns` late: behind its successor where that is more than their gap."""
+    """Every second frame of an id arrives `delay_ns` late.
+
+    It is behind its successor where that is more than their gap.
+    """
 
     delay_ns: int = 0
     _struck: dict[int, int] = field(default_factory=dict)
@@ -127,7 +151,10 @@ class Reordered(Fault):
 
 @dataclass(frozen=True, slots=True)
 class _Forged(Fault):
-    """Base of faults behind the sender's protection: the payload is not what it should be, its CRC is right."""
+    """Base of faults behind the sender's protection.
+
+    The payload is not what it should be, its CRC is right.
+    """
 
     protections: Mapping[int, tuple[int, Protection]] = field(default_factory=dict)
 
@@ -148,7 +175,10 @@ class _Forged(Fault):
 
 
 def protections_of(dialect: Dialect) -> dict[int, tuple[int, Protection]]:
-    """Return length and protection of each arbitration id, as faults behind the protection take them."""
+    """Return length and protection of each arbitration id.
+
+    Faults behind the protection take them.
+    """
     return {message.ident: (message.length, message.protection) for message in dialect.messages}
 
 
@@ -164,7 +194,7 @@ class CounterJump(_Forged):
 
 @dataclass(frozen=True, slots=True)
 class StuckCounter(_Forged):
-    """Alive counters that stay what they were at the begin of the window, while the content goes on."""
+    """Alive counters that stay as at the window's begin; the content goes on."""
 
     _held: dict[int, int] = field(default_factory=dict)
 
@@ -174,7 +204,10 @@ class StuckCounter(_Forged):
 
 @dataclass(frozen=True, slots=True)
 class Forged(_Forged):
-    """Content that changed before its CRC was made: `flip` is XORed behind the header, from byte `first` on."""
+    """Content that changed before its CRC was made.
+
+    `flip` is XORed behind the header, from byte `first` on.
+    """
 
     flip: bytes = b"\x01"
     first: int = 4

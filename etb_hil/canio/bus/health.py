@@ -54,7 +54,10 @@ class BusHealth:
 
 
 class LoadMeter:
-    """Bus load from the time for which each frame occupies the bus, at these bit rates (bit/s)."""
+    """Bus load from the time for which each frame occupies the bus.
+
+    Bit rates are in bit/s.
+    """
 
     def __init__(self, start_ns: int, bitrate: int, data_bitrate: int) -> None:
         self._bitrate, self._data_bitrate = bitrate, data_bitrate

@@ -1,4 +1,7 @@
-"""Stamps that a driver takes from the machine's clock, which somebody may set while a session runs."""
+"""Stamps that a driver takes from the machine's clock.
+
+Somebody may set the clock while a session runs.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,9 @@ _SET_NS = 1_000_000  # a difference below this is that of two readings, one afte
 
 
 def on_our_clock(stamp_ns: np.ndarray[Any, np.dtype[np.int64]], clock: Clock) -> np.ndarray[Any, np.dtype[np.int64]]:
-    """Return stamps of the machine's clock (n; ns) on a clock that goes on as if nobody had set the machine's (n; ns).
+    """Return stamps of the machine's clock (n; ns) on a clock that goes on.
+
+    The result (n; ns) is as if nobody had set the machine's.
 
     A frame that came before the machine's clock was set and is read after it is stamped wrong by as much.
     """

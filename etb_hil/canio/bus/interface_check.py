@@ -30,7 +30,10 @@ _SERIAL = {"slcan", "serial", "robotell", "seeedstudio"}  # interfaces of python
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing that was looked at; `ok` is None where nobody could tell, `remedy` says what to do where it is not."""
+    """One thing that was looked at.
+
+    `ok` is None where nobody could tell, `remedy` says what to do where it is False.
+    """
 
     ok: bool | None
     what: str

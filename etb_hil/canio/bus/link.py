@@ -1,4 +1,7 @@
-"""One side's access to a bus, the same whatever the bus is: frames in columns out and in, and the bus's health."""
+"""One side's access to a bus: frames out and in, and the bus's health.
+
+It is the same whatever the bus is; frames are in columns.
+"""
 
 from __future__ import annotations
 
@@ -14,14 +17,20 @@ if TYPE_CHECKING:
 
 
 class Link(Protocol):
-    """One side's access to a bus. Every method raises BenchFault where the bus has gone away."""
+    """One side's access to a bus.
+
+    Every method raises BenchFault where the bus has gone away.
+    """
 
     def send(self, frames: FrameBlock) -> None:
         """Hand frames to the transmitter now, in order; their stamps are not looked at."""
         ...
 
     def receive(self) -> FrameBlock:
-        """Return all frames seen since the last call, in order of time, those of this side flagged `SENT`."""
+        """Return all frames seen since the last call, in order of time.
+
+        Those of this side are flagged `SENT`.
+        """
         ...
 
     def health(self) -> BusHealth:
@@ -45,7 +54,7 @@ class VirtualLink:
         self._network.send(self._port, frames)
 
     def receive(self) -> FrameBlock:
-        """Return all frames seen since the last call, stamped with virtual time at their end."""
+        """Return all frames since the last call, in virtual time at their end."""
         return self._network.collect(self._port)
 
     def health(self) -> BusHealth:
@@ -58,7 +67,9 @@ class VirtualLink:
 
 
 def virtual_network(settings: BusSettings) -> VirtualNetwork:
-    """Return the virtual network that the settings name, so that nodes can be attached and its clock be used.
+    """Return the virtual network that the settings name.
+
+    Nodes can be attached to it, and its clock can be used.
 
     Raises InputError where it is open with other bit rates.
     """

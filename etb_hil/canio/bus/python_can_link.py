@@ -38,7 +38,9 @@ _SAME_EPOCH_NS = 10_000_000_000  # a driver's first stamp farther from our clock
 
 
 class PythonCanLink:
-    """A link over `can.Bus`; frames of this side are stamped when the driver took them.
+    """A link over `can.Bus`.
+
+    Frames of this side are stamped when the driver took them.
 
     python-can's interfaces report neither error state nor lost frames in a way that means the same for all, so that
     these stay unknown. What a serial adapter garbled counts as an error frame.
@@ -134,7 +136,10 @@ class PythonCanLink:
         return received.rows(others)
 
     def _on_our_clock(self, received: FrameBlock) -> np.ndarray[Any, np.dtype[np.int64]]:
-        """Return stamps on our clock: some drivers count from power-on, some do not stamp at all (0)."""
+        """Return stamps on our clock.
+
+        Some drivers count from power-on, some do not stamp at all (0).
+        """
         if not len(received):
             return received.stamp_ns
         now = self._clock.now_ns()

@@ -1,4 +1,7 @@
-"""Reading serial CAN adapters (slcan) in whole blocks: python-can asks the port for one byte at a time, and waits."""
+"""Read serial CAN adapters (slcan) in whole blocks.
+
+python-can asks the port for one byte at a time, and waits.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,9 @@ class SerialPort(Protocol):
 
 
 class ReadAhead:
-    """A serial port that takes all that has come in one call and hands it out byte by byte; it never waits.
+    """A serial port that takes all that has come in one call; it never waits.
+
+    It hands bytes out one by one.
 
     A call to the system for each of the 22 bytes of a frame costs 0.1 ms, and python-can waits 1 ms in each look that
     finds nothing: too much for 2000 frames a second and a controller that looks every millisecond.

@@ -55,7 +55,10 @@ _REMEDIES = {
 
 
 class SocketCanLink:
-    """A link over a SocketCAN interface; stamps are the kernel's, frames of this side come back when they were sent."""
+    """A link over a SocketCAN interface.
+
+    Stamps are the kernel's, frames of this side come back when they were sent.
+    """
 
     def __init__(self, settings: BusSettings, clock: Clock) -> None:
         self._settings = settings

@@ -1,4 +1,6 @@
-"""The deterministic bus as an interface of python-can: `can.Bus(interface="etb_virtual", channel="bench")`.
+"""The deterministic bus as an interface of python-can.
+
+`can.Bus(interface="etb_virtual", channel="bench")` opens it.
 
 Time stands still until somebody receives with a timeout or sleeps on the network's clock, so one thread can play all
 parts. Receiving returns as soon as a frame ended on the bus, with the virtual time at which it did.
@@ -27,7 +29,9 @@ _STATES = {
 
 
 class VirtualBus(can.BusABC):
-    """One access to a virtual network; `channel` is the network's name within the process.
+    """One access to a virtual network.
+
+    `channel` is the network's name within the process.
 
     `bitrate` and `data_bitrate` in bit/s; `fd` allows FD frames; with `receive_own_messages` sent frames come back with
     the time at which they ended on the bus. Errors are python-can's: CanInitializationError, CanOperationError.

@@ -1,4 +1,7 @@
-"""The deterministic CAN bus: real frame times and arbitration in virtual time, the same frames in every run."""
+"""The deterministic CAN bus: the same frames in every run.
+
+It has real frame times and arbitration in virtual time.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +39,9 @@ class Node(Protocol):
 
 
 class VirtualNetwork:
-    """A CAN bus in virtual time with its nodes and opened buses, each with a FIFO transmit queue.
+    """A CAN bus in virtual time with its nodes and opened buses.
+
+    Each has a FIFO transmit queue.
 
     `bitrate` and `data_bitrate` in bit/s; `fd` allows FD frames; time starts at `start_ns`. `faults` may be changed at
     any time; while none can strike, everything runs compiled. Frames are stamped at their end, before intermission.
@@ -64,7 +69,10 @@ class VirtualNetwork:
 
     @property
     def clock(self) -> Clock:
-        """The clock on which this network lives: sleeping on it lets the network and all its nodes live."""
+        """The clock on which this network lives.
+
+        Sleeping on it lets the network and all its nodes live.
+        """
         return self
 
     def now_ns(self) -> int:
@@ -78,7 +86,10 @@ class VirtualNetwork:
                 self.step(deadline_ns)
 
     def step(self, until_ns: int) -> None:
-        """Move on to `until_ns`, or to the next instant at which a frame may reach a node, whichever comes first."""
+        """Move on to `until_ns`, or to when a frame may reach a node.
+
+        Whichever comes first counts.
+        """
         with self.lock:
             wire, now = self._wire, self._now
             undisturbed = not self.faults and not self._injection.is_needed
@@ -96,7 +107,9 @@ class VirtualNetwork:
             self._now = until_ns
 
     def step_to_delivery(self, deadline_ns: int | None) -> None:
-        """Move on by one step that passes no delivery unnoticed, at most to `deadline_ns` (None: no bound).
+        """Move on by one step that passes no delivery unnoticed.
+
+        It goes at most to `deadline_ns` (None: no bound).
 
         Nothing happens where no frame is known, no node is attached and no deadline given.
         """
@@ -144,7 +157,10 @@ class VirtualNetwork:
             self._wire.enqueue(port, frames, self._now, self._now, at_once=True)
 
     def collect(self, port: int) -> FrameBlock:
-        """Return what the port has seen since the last call, its own frames flagged `SENT`."""
+        """Return what the port has seen since the last call.
+
+        Its own frames are flagged `SENT`.
+        """
         with self.lock:
             return self._wire.collect(port)
 
@@ -170,7 +186,7 @@ def network_names() -> list[str]:
 def named_network(
     name: str, bitrate: int = 500_000, data_bitrate: int = 2_000_000, *, fd: bool = False
 ) -> VirtualNetwork:
-    """Return the network of that name in this process, created where there is none yet.
+    """Return the network of that name in this process, or create it.
 
     Raises InputError where it exists with other bit rates.
     """

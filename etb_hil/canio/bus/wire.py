@@ -1,4 +1,7 @@
-"""The virtual bus at one instant: transmit queues, counters and what was sent, as arrays for the compiled kernels."""
+"""The virtual bus at one instant, as arrays for the compiled kernels.
+
+It has transmit queues, counters and what was sent.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,10 @@ _NOTHING = {width: FrameBlock.empty(width) for width in (8, 64)}
 
 
 class Wire:
-    """Ports on a bus of these bit rates (bit/s); it knows of bits, queues and counters, not of nodes or sleeping."""
+    """Ports on a bus of these bit rates (bit/s).
+
+    It knows of bits, queues and counters, not of nodes or sleeping.
+    """
 
     def __init__(self, bitrate: int, data_bitrate: int, *, fd: bool, start_ns: int) -> None:
         self.fd = fd
@@ -94,7 +100,10 @@ class Wire:
             )
 
     def collect(self, port: int) -> FrameBlock:
-        """Return what the port has seen since the last call, its own frames flagged `SENT`."""
+        """Return what the port has seen since the last call.
+
+        Its own frames are flagged `SENT`.
+        """
         count = int(self.ports[port, arb.WAITING])
         if not count:
             return _NOTHING[self.width]
@@ -126,7 +135,10 @@ class Wire:
         arb.append(self.log, self.log_payload, self.ports, self.bus, row, payload)
 
     def foretell(self, now_ns: int, until_ns: int) -> bool:
-        """Let the node hear of the frame that waits for it, where it is sure to end by `until_ns`: `arbitration`."""
+        """Let the node hear of the frame that waits for it; see `arbitration`.
+
+        The frame is sure to end by `until_ns`.
+        """
         return bool(
             arb.foretell(
                 self.queue, self.payload, self.ports, self.bus, self.log, self.log_payload, now_ns, until_ns

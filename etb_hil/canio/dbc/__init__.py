@@ -1,1 +1,4 @@
-"""What a DBC file and its roles make of frames: layouts, protection, commands out, columns and samples in."""
+"""What a DBC file and its roles make of frames.
+
+Layouts, protection, commands out, columns and samples in.
+"""

@@ -1,4 +1,7 @@
-"""One message of a DBC file over columns of payloads: what cantools does, for many frames at once."""
+"""One message of a DBC file over columns of payloads.
+
+It is what cantools does, for many frames at once.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,9 @@ class MessageCodec:
         self._layout = SignalLayout(message, self.signals)
 
     def decode(self, data: NDArray[np.uint8]) -> dict[str, NDArray[np.float64]]:
-        """Return each signal's physical values (n) in payloads uint8 (n, w), w at least the message's length.
+        """Return each signal's physical values (n) in payloads uint8 (n, w).
+
+        w is at least the message's length.
 
         A signal that its multiplexer leaves out of a frame is NaN there.
         """
@@ -38,7 +43,9 @@ class MessageCodec:
         return dict(zip(self.signals, values, strict=True))
 
     def encode(self, values: Mapping[str, ArrayLike], overflow: Overflow = Overflow.REFUSE) -> NDArray[np.uint8]:
-        """Return payloads uint8 (n, length) that hold the physical values (n, or one for all) of the signals given.
+        """Return payloads uint8 (n, length) with the signals' physical values.
+
+        There are n of each, or one for all.
 
         Bits of other signals are 0. Raises KeyError for a signal that the message lacks, InputError for a value that
         is no number or, unless `overflow` says otherwise, that the signal's bits cannot hold.

@@ -1,4 +1,6 @@
-"""All signals of a DBC file as columns, in numpy alone: for exports and for a look into a log, without compiling.
+"""All signals of a DBC file as columns, in numpy alone.
+
+It is for exports and for a look into a log, without compiling.
 
 The values are cantools', bit for bit. What judges a unit goes through `decoder.py`, which checks and clocks frames too.
 """
@@ -36,7 +38,10 @@ _FLOAT_OF = {16: np.float16, 32: np.float32, 64: np.float64}
 
 @dataclass(frozen=True, slots=True)
 class MessageColumns:
-    """The frames of one message: `stamp_ns` (n), and each signal's physical values (n), NaN where multiplexed out."""
+    """The frames of one message: `stamp_ns` (n), and signals' values (n).
+
+    Values are physical, and NaN where multiplexed out.
+    """
 
     message: str
     stamp_ns: NDArray[np.int64]
@@ -86,7 +91,10 @@ class ColumnDecoder:
 
 
 class _MessageReader:
-    """Reads one message: its payloads as a few words of 64 bits, each of which serves all signals that lie in it."""
+    """Read one message: its payloads as a few words of 64 bits.
+
+    Each word serves all signals that lie in it.
+    """
 
     def __init__(self, message: Message) -> None:
         self.length = message.length
@@ -152,7 +160,7 @@ def _first_bit(signal: Signal) -> int:
 
 
 def _plain_type(signal: Signal) -> np.dtype[Any] | None:
-    """Return the type of a signal that is a number of whole bytes, as numpy knows them; None of any other."""
+    """Return the numpy type of a signal of whole bytes, None of any other."""
     if _first_bit(signal) % 8 or signal.length not in {8, 16, 32, 64} or (signal.is_float and signal.length == 8):
         return None
     order = ">" if signal.byte_order == "big_endian" else "<"
@@ -160,7 +168,9 @@ def _plain_type(signal: Signal) -> np.dtype[Any] | None:
 
 
 class _SignalReader:
-    """Reads one signal: a number of whole bytes as it stands, any other out of a word of eight bytes.
+    """Read one signal.
+
+    A number of whole bytes is read as it stands, any other out of a word of eight bytes.
 
     The word starts at a byte of the payload; the few bits of a ninth byte are added. It is moved left, then right: its
     sign comes along, and what belongs to others goes.

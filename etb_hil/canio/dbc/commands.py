@@ -1,4 +1,7 @@
-"""Commands to the controller: set-points, enable and measurement requests as protected frames."""
+"""Commands to the controller, as protected frames.
+
+They are set-points, enable and measurement requests.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,10 @@ if TYPE_CHECKING:
 
 
 class CommandEncoder:
-    """Encodes values of commanded roles; each message's alive counter runs on from call to call."""
+    """Encode values of commanded roles.
+
+    Each message's alive counter runs on from call to call.
+    """
 
     def __init__(self, dialect: Dialect) -> None:
         """Raise InputError where a message that goes to the controller cannot be written."""

@@ -39,7 +39,10 @@ def load_dbc(path: Path) -> Database:
 
 
 def require_plain(message: Message, path: Path | None = None) -> None:
-    """Raise InputError where two signals of a message have one name: nobody knows which of them is meant."""
+    """Raise InputError where two signals of a message have one name.
+
+    Nobody knows which of them is meant.
+    """
     for name, count in Counter(signal.name for signal in message.signals).items():
         if count > 1:
             what = "the message has more than one signal of this name"
@@ -47,7 +50,10 @@ def require_plain(message: Message, path: Path | None = None) -> None:
 
 
 def require_distinct(messages: Iterable[Message], path: Path | None = None) -> None:
-    """Raise InputError where messages, or the signals of one, cannot be distinguished by name or by identifier."""
+    """Raise InputError where messages, or signals of one, are ambiguous.
+
+    They cannot be distinguished by name or by identifier.
+    """
     names: dict[str, Message] = {}
     identifiers: dict[tuple[int, bool], Message] = {}
     for message in messages:

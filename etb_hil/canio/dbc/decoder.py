@@ -1,4 +1,4 @@
-"""From frames to samples: protection checked, counters followed, signals turned into roles."""
+"""Turn frames into samples: check protection, follow counters, give roles."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class MessageStatistics:
 
 
 class Decoder:
-    """Turns the frames of a dialect into samples of its roles, in the order in which they come.
+    """Turn the frames of a dialect into samples of its roles, in their order.
 
     A frame that fails its check updates nothing. Frames of this side (`SENT`) are decoded only where the message goes
     to the controller. Times are the sample counter's where a message has one, else the stamps; the samples do not

@@ -1,4 +1,4 @@
-"""A dialect: how one controller's DBC file speaks of the roles that the bench knows."""
+"""A dialect: how one controller's DBC file speaks of roles."""
 
 from __future__ import annotations
 
@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Dialect:
-    """All messages of a DBC file that carry roles, in the order of the file, and the roles that are read by request."""
+    """All messages of a DBC file that carry roles, in the order of the file.
+
+    The roles that are read by request are there, too.
+    """
 
     path: Path
     messages: tuple[DialectMessage, ...]
@@ -55,7 +58,7 @@ class Dialect:
         return self.requested is not None and self.requested.of(role) is not None
 
     def source_of(self, role: str) -> str:
-        """Return the source of the role's samples: the first message, or a data identifier.
+        """Return the source of a role's samples: the first message, or an identifier.
 
         InputError names the roles that are there.
         """

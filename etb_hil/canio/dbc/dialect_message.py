@@ -1,4 +1,4 @@
-"""One message of a dialect: its frame, its protection, and the roles of its signals."""
+"""One message of a dialect: its frame, protection, and signals' roles."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class RoleColumn:
-    """One role in one message: value = signal x `scale` + `offset`, for each of `signals` (one a sample)."""
+    """One role in one message.
+
+    value = signal x `scale` + `offset`, for each of `signals` (one a sample).
+    """
 
     role: str
     signals: tuple[str, ...]
@@ -27,7 +30,10 @@ class RoleColumn:
 
 @dataclass(frozen=True, slots=True)
 class SampleCounter:
-    """The signal that counts samples: its name, its width in bits, and the time from count to count."""
+    """The signal that counts samples: its name, width in bits, and tick.
+
+    The tick is the time from count to count.
+    """
 
     signal: str
     bits: int

@@ -1,4 +1,7 @@
-"""Reads a DBC file and a bench file's roles into a dialect, and finds all that is wrong with them."""
+"""Read a DBC file and a bench file's roles into a dialect.
+
+All that is wrong with them is found.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""End-to-end protection of frames: AUTOSAR E2E profile 2 in 8-byte frames, profile 5 in FD frames.
+"""End-to-end protection of frames, by AUTOSAR E2E.
+
+It is profile 2 in 8-byte frames, profile 5 in FD frames.
 
 Profile 2: byte 0 is a CRC-8 (polynomial 0x2F), the low half of byte 1 an alive counter of 4 bits; the CRC covers the
 bytes from the counter on and one of 16 data ids that the counter picks. Profile 5 (offset 0): bytes 0 and 1 are a
@@ -36,7 +38,10 @@ _PROFILE_2 = int(Profile.PROFILE_2)
 
 @dataclass(frozen=True, slots=True)
 class Protection:
-    """How one message is protected: the profile, and its data ids (16 of one byte, or one of two bytes)."""
+    """How one message is protected: the profile, and its data ids.
+
+    There are 16 of one byte, or one of two bytes.
+    """
 
     profile: Profile
     data_ids: tuple[int, ...] = ()
@@ -55,11 +60,11 @@ class Protection:
 
     @property
     def header(self) -> int:
-        """How many bytes at the start of the payload hold CRC and counter, wholly or in part."""
+        """How many bytes at the payload's start hold CRC and counter, or a part."""
         return {Profile.NONE: 0, Profile.PROFILE_2: 2, Profile.PROFILE_5: 3}[self.profile]
 
     def id_table(self) -> NDArray[np.uint16]:
-        """Return the data id of each alive counter modulo 16, as the compiled functions take them."""
+        """Return the data id of each alive counter modulo 16, for compiled functions."""
         return np.resize(np.array(self.data_ids or (0,), np.uint16), 16)
 
 
@@ -67,19 +72,28 @@ UNPROTECTED = Protection(Profile.NONE)
 
 
 def protect(data: NDArray[np.uint8], length: int, protection: Protection, first_counter: int) -> None:
-    """Write alive counters, rising by one from row to row, and CRCs into payloads `data` uint8 (n, w) in place."""
+    """Write alive counters and CRCs into payloads uint8 (n, w) in place.
+
+    Counters of `data` rise by one from row to row.
+    """
     protect_rows(data, length, int(protection.profile), protection.id_table(), first_counter)
 
 
 def verify(data: NDArray[np.uint8], length: int, protection: Protection) -> NDArray[np.bool_]:
-    """Return which payloads (n) of `data` uint8 (n, w) carry the CRC that their content and data id ask for."""
+    """Return which payloads (n) of `data` uint8 (n, w) carry the right CRC.
+
+    Their content and data id ask for it.
+    """
     good = np.empty(len(data), np.bool_)
     _verify(np.ascontiguousarray(data), length, int(protection.profile), protection.id_table(), good)
     return good
 
 
 def _table(polynomial: int, bits: int) -> list[int]:
-    """Return the CRC of each byte for a polynomial of `bits` bits below its leading one, which is part of it."""
+    """Return the CRC of each byte for a polynomial.
+
+    It has `bits` bits below its leading one, which is part of it.
+    """
     table = []
     for byte in range(256):
         crc = byte << (bits - 8)
@@ -97,7 +111,10 @@ _CRC16 = np.array(_table(0x11021, 16), np.uint16)
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def crc_profile_2(data: NDArray[np.uint8], start: Int, length: Int, data_id: np.uint16) -> np.uint8:
-    """Return the CRC-8H2F (start 0xFF, inverted) of a payload's bytes from 1 on, then of the data id."""
+    """Return the CRC-8H2F of a payload's bytes from 1 on, then of the data id.
+
+    It starts at 0xFF and is inverted.
+    """
     crc = np.uint8(0xFF)
     for index in range(start + 1, start + length):
         crc = _CRC8[crc ^ data[index]]
@@ -106,7 +123,10 @@ def crc_profile_2(data: NDArray[np.uint8], start: Int, length: Int, data_id: np.
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def crc_profile_5(data: NDArray[np.uint8], start: Int, length: Int, data_id: np.uint16) -> np.uint16:
-    """Return the CRC-16/CCITT-FALSE (start 0xFFFF) of the bytes from 2 on, then of the data id, low byte first."""
+    """Return the CRC-16/CCITT-FALSE of the bytes from 2 on, then of the data id.
+
+    It starts at 0xFFFF; the data id has its low byte first.
+    """
     crc = np.uint16(0xFFFF)
     for index in range(start + 2, start + length):
         crc = _step_16(crc, data[index])
@@ -129,7 +149,10 @@ def counter_at(data: NDArray[np.uint8], start: Int, profile: Int) -> np.int64:
 def is_right_at(
     data: NDArray[np.uint8], start: Int, length: Int, profile: Int, data_ids: NDArray[np.uint16], first_id: Int
 ) -> bool:
-    """Return whether the payload at `start` has its CRC, with the 16 data ids from `first_id` on; True unprotected."""
+    """Return whether the payload at `start` has its CRC; True if unprotected.
+
+    The 16 data ids begin at `first_id`.
+    """
     if profile == _NONE:
         return True
     if profile == _PROFILE_2:
@@ -189,7 +212,10 @@ def write_protection(
 def protect_rows(
     data: NDArray[np.uint8], length: Int, profile: Int, data_ids: NDArray[np.uint16], first_counter: Int
 ) -> None:
-    """Write alive counters, rising by one from row to row, and CRCs into payloads: `protect` without its lookups."""
+    """Write alive counters and CRCs into payloads: `protect` without lookups.
+
+    Counters rise by one from row to row.
+    """
     count, width = data.shape
     flat = data.reshape(count * width)
     for row in range(count):

@@ -1,4 +1,6 @@
-"""Which received frames are accepted, when their samples were taken, and how many were lost before: one compiled pass.
+"""Which received frames are accepted, in one compiled pass.
+
+It tells when their samples were taken, and how many were lost before.
 
 Frames are taken one by one in the order in which they came, with the state of every message kept from call to call, so
 that nothing depends on how a stream was cut into blocks.
@@ -64,7 +66,10 @@ def receive(
     clock: Int64,
     out: Int64,
 ) -> None:
-    """Fill `out` (3, n): the message's row in `table` or -1, the time of the first sample, the frames lost before."""
+    """Fill `out` (3, n) with the acceptance of each frame.
+
+    The message's row in `table` or -1, the time of the first sample, the frames lost before.
+    """
     count, width = data.shape
     payloads, places, ids = data.reshape(count * width), counter_places.reshape(-1), data_ids.reshape(-1)
     _select(ident, flags, length, width, payloads, table, ids, counts, out)
@@ -108,7 +113,10 @@ def _select(
     counts: Int64,
     out: Int64,
 ) -> None:
-    """Write into `out[0]` the message of each frame that is long enough and has its CRC, -1 for the others."""
+    """Write into `out[0]` the message of each good frame, -1 for the others.
+
+    A good frame is long enough and has its CRC.
+    """
     for n in range(len(ident)):
         k = _message_of(ident[n], flags[n], table)
         if k >= 0 and min(length[n], width) < table[k, LENGTH]:
@@ -134,7 +142,10 @@ def _message_of(ident: np.uint32, flag: np.uint8, table: Int64) -> np.int64:
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _is_due(beside: np.int64, bits: np.int64, interval: np.int64, late: np.int64, tick: np.int64) -> bool:
-    """Return whether a counter is at the place that follows, or whole wraps beside it, and the stamp says which."""
+    """Return whether a counter is at the place that follows.
+
+    It may be whole wraps beside it, where the stamp says which.
+    """
     modulus = np.int64(1) << bits
     return bool(interval > 0 and beside & (modulus - 1) == 0 and 2 * abs(late) < modulus * tick)
 
@@ -188,7 +199,10 @@ def _count(step: np.int64, lost: np.int64, k: np.int64, counts: Int64) -> None:
 def _by_counter(
     stamp: np.int64, counter: np.int64, step: np.int64, k: np.int64, table: Int64, state: Int64, clock: Int64
 ) -> tuple[bool, np.int64, np.int64]:
-    """Return whether a frame with a sample counter brings something new, its time, and the frames lost before it."""
+    """Return whether a frame with a sample counter is new, and its time.
+
+    The frames lost before it are returned, too.
+    """
     if not clock[RUNNING]:
         clock[RUNNING], clock[EPOCH] = 1, stamp - counter * table[k, TICK]
         clock[CLOCK_PLACE], clock[CLOCK_STAMP] = counter, stamp
@@ -210,7 +224,10 @@ def _by_counter(
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _nearest(value: np.int64, to: np.int64, modulus: np.int64) -> np.int64:
-    """Return the integer that is `value` modulo `modulus`, a power of two, and nearest to `to`."""
+    """Return the integer nearest to `to` that is `value` modulo `modulus`.
+
+    The modulus is a power of two.
+    """
     half = modulus // 2
     return to + ((value - to + half) & (modulus - 1)) - half
 
@@ -244,7 +261,7 @@ def _place(
 
 @njit(cache=True, error_model="numpy")
 def _lost(moved: np.int64, step: np.int64, k: np.int64, table: Int64, state: Int64) -> np.int64:
-    """Return the frames missing before one whose sample counter moved by so many ticks."""
+    """Return the frames missing before one whose counter moved by so many ticks."""
     interval = state[k, KNOWN_INTERVAL]
     if state[k, FRESH] and step != 0:
         return step - 1 if step > 0 else _NOTHING  # without an alive counter, a new beginning
@@ -262,7 +279,10 @@ def _lost(moved: np.int64, step: np.int64, k: np.int64, table: Int64, state: Int
 
 @njit(cache=True, error_model="numpy")
 def _learn_interval(moved: np.int64, step: np.int64, k: np.int64, state: Int64) -> None:
-    """Keep the ticks from frame to frame: known once two frames in a row, or the first two, are as far apart."""
+    """Keep the ticks from frame to frame.
+
+    They are known once two frames in a row, or the first two, are as far apart.
+    """
     is_next = step == 1 or step < 0
     if is_next and (state[k, KNOWN_INTERVAL] == 0 or moved == state[k, LAST_STEP]):
         state[k, KNOWN_INTERVAL] = moved
@@ -273,7 +293,9 @@ def _learn_interval(moved: np.int64, step: np.int64, k: np.int64, state: Int64) 
 def _by_stamp(
     stamp: np.int64, is_sent: bool, step: np.int64, k: np.int64, table: Int64, state: Int64, counts: Int64
 ) -> tuple[bool, np.int64, np.int64]:
-    """Return whether a frame without a sample counter is new, its time, and the frames lost before it.
+    """Return whether a frame without a sample counter is new, and its time.
+
+    The frames lost before it are returned, too.
 
     Whole wraps are told by the stamps, but for what this side sent itself: it was the sender that paused. Where the
     stamps leave no room for what the counter says, the loss is unknown.

@@ -1,4 +1,7 @@
-"""What a bench file says of a controller's DBC: which signal has which role, and how each message is protected."""
+"""What a bench file says of a controller's DBC: roles and protection.
+
+It says which signal has which role, and how each message is protected.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,9 @@ _SINGLE = re.compile(r"(?P<message>[^.\s]+)\.(?P<signal>[^.\s]+)\Z")
 
 
 class RoleSignal(FileModel):
-    """The signal that has a role: `Message.Signal`, or `Message.Signal0..9` for the samples of a burst.
+    """The signal that has a role.
+
+    `Message.Signal`, or `Message.Signal0..9` for the samples of a burst.
 
     In a file, a signal that needs no further key is written as the name alone.
     """
@@ -63,7 +68,7 @@ class RoleSignal(FileModel):
 
 
 class MessageProtection(FileModel):
-    """How a message is protected where its DBC file does not say so, or says it wrongly."""
+    """How a message is protected where its DBC file is silent or wrong."""
 
     profile: Annotated[Literal["none", 2, 5], Field(description="AUTOSAR E2E profile")]
     data_ids: Annotated[tuple[int, ...], Field(description="16 of one byte for profile 2, one for profile 5")] = ()

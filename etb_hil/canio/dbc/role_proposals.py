@@ -1,4 +1,6 @@
-"""Propose roles for the signals of a DBC file from names, units, value tables and ranges, each with its grounds.
+"""Propose roles for the signals of a DBC file, each with its grounds.
+
+They rest on names, units, value tables and ranges.
 
 Nothing is proposed that is not about a throttle. In a throttle controller's own file every signal is; in a vehicle's
 file only those are that name the throttle, and what its driver and engine do. A proposal is certain where the file
@@ -26,7 +28,9 @@ _MODES = {int(mode): mode.name.lower() for mode in Mode}
 
 @dataclass(frozen=True, slots=True)
 class Proposal:
-    """A signal that may have a role; `grounds` say why, `scale` and `offset` bring it to the role's unit.
+    """A signal that may have a role.
+
+    `grounds` say why, `scale` and `offset` bring it to the role's unit.
 
     `tick` is a sample counter's time from count to count where the DBC file does not say it.
     """
@@ -81,7 +85,9 @@ def proposals(database: Database) -> dict[str, list[Proposal]]:
 
 
 def chosen(found: dict[str, list[Proposal]]) -> dict[str, list[Proposal]]:
-    """Return the proposals that are sure enough to be active, by role: several where each message has its own.
+    """Return the proposals that are sure enough to be active, by role.
+
+    There are several where each message has its own.
 
     What commands the controller is active only where all of it is certain, the numbers of its modes among it.
     """
@@ -99,7 +105,10 @@ def chosen(found: dict[str, list[Proposal]]) -> dict[str, list[Proposal]]:
 
 
 def is_vehicle(database: Database) -> bool:
-    """Return whether a DBC file describes a vehicle's bus, by the other units that it names."""
+    """Return whether a DBC file describes a vehicle's bus.
+
+    The other units that it names tell it.
+    """
     return any(re.fullmatch(VEHICLE, word) for message in database.messages for word in _all_words(message))
 
 
@@ -112,7 +121,10 @@ def a_message_each(guesses: list[Proposal]) -> list[Proposal]:
 
 
 def words_of(name: str) -> list[str]:
-    """Return the words of a signal's name, in lower case: cut at underscores, capitals and digits."""
+    """Return the words of a signal's name, in lower case.
+
+    It is cut at underscores, capitals and digits.
+    """
     return [word.lower() for word in re.findall(r"[A-ZÄÖÜ]+(?![a-zäöüß])|[A-ZÄÖÜ]?[a-zäöüß]+|\d+", name)]
 
 
@@ -122,7 +134,10 @@ def _all_words(message: Message) -> list[str]:
 
 
 def _series(message: Message) -> list[tuple[str, Signal]]:
-    """Return the signals by the names of bench files: samples of a burst, numbered one by one, are one entry."""
+    """Return the signals by the names of bench files.
+
+    Samples of a burst, numbered one by one, are one entry.
+    """
     stems: dict[str, dict[int, Signal]] = {}
     entries: dict[str, Signal] = {}
     for signal in message.signals:
@@ -197,7 +212,10 @@ def _first(pattern: str, words: list[str]) -> str | None:
 
 
 def _is_about_throttle(rule: Rule, words: list[str], around: list[str]) -> bool:
-    """Return whether a vehicle's signal is the throttle's: by its name, or by its message where its unit speaks too."""
+    """Return whether a vehicle's signal is the throttle's.
+
+    Its name tells it, or its message where its unit speaks too.
+    """
     if _first(VEHICLE, words):
         return False
     return _first(THROTTLE, words) is not None or (rule.needs_unit and _first(THROTTLE, around) is not None)
@@ -225,7 +243,7 @@ def _grounds(near: list[str], far: list[str], unit: str) -> str:
 
 
 def _names_our_modes(signal: Signal) -> bool:
-    """Return whether the value table of a mode has our numbers: off must be 0, position 1."""
+    """Return whether a mode's value table has our numbers (off 0, position 1)."""
     table = {int(number): str(name).lower() for number, name in (signal.choices or {}).items()}
     return table.keys() >= {0, 1} and all(_MODES.get(number) == name for number, name in table.items())
 
@@ -236,12 +254,18 @@ def _tick(signal: Signal) -> float | None:
 
 
 def _guessed_tick(message: Message) -> str:
-    """Return the cycle time of a message: one sample a frame is what most counters count."""
+    """Return the cycle time of a message.
+
+    One sample a frame is what most counters count.
+    """
     return f"{message.cycle_time or 1:g} ms"
 
 
 def _is_whole_turns(signal: Signal, scale: float) -> bool:
-    """Return whether the raw range is a whole number of turns: an encoder's angle that wraps around."""
+    """Return whether the raw range is a whole number of turns.
+
+    It is an encoder's angle that wraps around.
+    """
     turns = abs(float(signal.scale)) * scale * 2**signal.length / (2.0 * math.pi)
     return round(turns) >= 1 and abs(turns - round(turns)) < 1e-6 * turns
 
@@ -253,7 +277,10 @@ def _turns(message: Message) -> str:
 
 
 def _second_track(found: dict[str, list[Proposal]]) -> None:
-    """Take a second signal of the plate's angle, of the same message, name and a 2 or B, for its second track."""
+    """Take a second signal of the plate's angle for its second track.
+
+    It has the same message and name, and a 2 or B.
+    """
     for first, second in (("throttle_angle", "throttle_angle_2"), ("throttle_position", "throttle_position_2")):
         entries = found.get(first, [])
         tracks = [p for p in entries if re.search(r"(2|_?[bB])$", p.signal)]

@@ -48,7 +48,9 @@ _HIGH_VOLTAGE = r"hv|high|cell|zelle|pack|bms|becm|traction|hvem|nominal"
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """Words of a role: every pattern of `words` must match; one of `better` makes the proposal stronger.
+    """Words of a role: every pattern of `words` must match.
+
+    One of `better` makes the proposal stronger.
 
     `elsewhere` says whether a vehicle's signal may have the role without a word for the throttle in its own name.
     """

@@ -1,4 +1,6 @@
-"""Accepted frames become samples: one compiled pass writes the roles of all messages into columns that grow.
+"""Accepted frames become samples.
+
+One compiled pass writes the roles of all messages into columns that grow.
 
 A live bench pushes a handful of frames a hundred times a second and wants their samples at once; a diagnosis wants
 them in long segments. Both get views of the same columns, so that nothing is read or copied twice.
@@ -40,7 +42,10 @@ _SPAN, _SCALE, _OFFSET, _LAST, _TURN, _NUMBERS = range(6)
 
 
 class SampleStore:
-    """The samples of a dialect's messages, a row a sample; with `gather`, kept until `gathered` hands them out."""
+    """The samples of a dialect's messages, a row a sample.
+
+    With `gather` they are kept until `gathered` hands them out.
+    """
 
     def __init__(self, messages: Sequence[DialectMessage], *, gather: bool) -> None:
         self._names = [message.name for message in messages]
@@ -211,7 +216,10 @@ def _fill(
 
 @njit(cache=True, error_model="numpy")
 def _by_message(accepted: Int64, count: int) -> tuple[Int64, Int64]:
-    """Return the rows of each message one after another, in their order, and where each message's rows end."""
+    """Return the rows of each message one after another, and where each ends.
+
+    Rows stay in their order.
+    """
     ends = np.zeros(count, np.int64)
     for k in accepted[0]:
         if k >= 0:
@@ -241,7 +249,10 @@ def _write_times(
     at: int,
     room: int,
 ) -> None:
-    """Write when one message's samples were taken, when they came, and how many are missing before each."""
+    """Write when one message's samples were taken and came.
+
+    It also writes how many are missing before each.
+    """
     for index in range(first, end):
         n = rows[index]
         lost = accepted[2, n]

@@ -134,7 +134,10 @@ def read_signal(
     into: int,
     step: int,
 ) -> None:
-    """Write one signal's values in the payloads `rows[first:end]` to `out[into::step]`; NaN where multiplexed out."""
+    """Write one signal's values in `rows[first:end]` to `out[into::step]`.
+
+    Rows are payloads; values are NaN where multiplexed out.
+    """
     at = signal * PLACE
     scale, offset = factors[signal, 0], factors[signal, 1]
     multiplexed = places[at + PARENT] >= 0

@@ -26,7 +26,9 @@ _EXACT_BITS = 53  # of an integer in float64
 
 
 class SignalLayout:
-    """The places and scalings of some signals of a message, and of the multiplexers that they hang on.
+    """The places and scalings of some signals of a message.
+
+    Those of the multiplexers that they hang on are there, too.
 
     Raises InputError where a signal does not lie inside its message, or two signals have one name.
     """
@@ -52,7 +54,10 @@ class SignalLayout:
             _require_inside(message, message.signals[index], self._places[index])
 
     def decode(self, data: Bytes, rows: Int64) -> Float64:
-        """Return the signals' values (s, n) in some rows of payloads uint8 (m, w), NaN where multiplexed out."""
+        """Return the signals' values (s, n) in some rows of payloads uint8 (m, w).
+
+        They are NaN where multiplexed out.
+        """
         out = np.empty((len(self.wanted), len(rows)))
         if not data.flags.c_contiguous:
             data = np.ascontiguousarray(data)
@@ -60,7 +65,9 @@ class SignalLayout:
         return out
 
     def encode(self, values: Float64, overflow: Int64, out: Bytes) -> None:
-        """Write values (s, n) into payloads uint8 (n, w) that are zero, each signal with its `Overflow` (s).
+        """Write values (s, n) into payloads uint8 (n, w) that are zero.
+
+        Each signal has its `Overflow` (s).
 
         Raises InputError for the first value that is refused.
         """
@@ -74,7 +81,9 @@ class SignalLayout:
         return bool(place[sb.LENGTH] > _EXACT_BITS and place[sb.KIND] not in (sb.FLOAT16, sb.FLOAT32, sb.FLOAT64))
 
     def encode_whole(self, k: int, values: Sequence[int], overflow: sb.Overflow, out: Bytes) -> None:
-        """Write whole values (n) of one of the signals, to the last bit, where its bits in payloads (n, w) are zero.
+        """Write whole values (n) of one signal, to the last bit.
+
+        Its bits in payloads (n, w) are zero before.
 
         Payloads that the signal is multiplexed out of keep theirs. Raises InputError for the first value refused.
         """
@@ -103,7 +112,10 @@ class SignalLayout:
         return self._places[self.wanted[k]]
 
     def tables(self, signals: int, ids: int) -> tuple[Int64, Float64, Int64]:
-        """Return places, factors and multiplexer ids, made to stand behind so many of other messages."""
+        """Return places, factors and multiplexer ids, behind those of other messages.
+
+        There are so many of the latter.
+        """
         places = self._places.copy()
         places[:, sb.PARENT] += np.where(places[:, sb.PARENT] >= 0, signals, 0)
         places[:, sb.IDS] += ids
@@ -138,7 +150,10 @@ def _scaling(signal: Signal) -> tuple[int, int, int]:
 
 
 def _depth(parents: Int64) -> Int64:
-    """Return how many multiplexers stand above each signal: those above are written first."""
+    """Return how many multiplexers stand above each signal.
+
+    Those above are written first.
+    """
     depth = np.zeros(len(parents), np.int64)
     for index, above in enumerate(parents):
         parent = int(above)

@@ -1,4 +1,7 @@
-"""Writes one message of a dialect: roles in, frames with running alive counters and CRCs out."""
+"""Write one message of a dialect.
+
+Roles go in, frames with running alive counters and CRCs come out.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +41,7 @@ class MessageWriter:
     """
 
     def __init__(self, dialect: Dialect, message: str, overflow: Overflow = Overflow.SATURATE) -> None:
-        """Raise InputError where the dialect has no such message, or where its signals overlap."""
+        """Raise InputError where there is no such message or its signals overlap."""
         self._message = dialect.message(message)
         self._overflow = overflow
         self._counter = 0
@@ -60,7 +63,9 @@ class MessageWriter:
         return (*self._message.roles, *((SAMPLE_COUNTER,) if self._message.counter else ()))
 
     def write(self, values: Mapping[str, ArrayLike], stamp_ns: ArrayLike) -> FrameBlock:
-        """Return frames (n) stamped `stamp_ns` (n) that carry the values of roles, or of signals by their names.
+        """Return frames (n) with the values of roles, or of signals by name.
+
+        They are stamped `stamp_ns` (n).
 
         A value is one array (n) a role, (n, samples) for the samples of a burst, or one number for all frames; bits of
         roles that are not given are 0. Raises KeyError for what the message does not carry, InputError for a value that
@@ -84,7 +89,10 @@ class MessageWriter:
         return FrameBlock(stamps, ident.copy(), flags.copy(), length.copy(), data, channel.copy())
 
     def _repeated(self, count: int) -> _Constants:
-        """Return the columns that are the same in every frame, made once for each size of a block."""
+        """Return the columns that are equal in all frames, made once for each size.
+
+        The size is that of a block.
+        """
         made = (
             np.full(count, self._message.ident, np.uint32),
             np.full(count, self._flags, np.uint8),
@@ -97,7 +105,10 @@ class MessageWriter:
 
 
 class _Plan:
-    """Where the values of one set of keys go: rows of the matrix of signals that the codec takes."""
+    """Where the values of one set of keys go.
+
+    These are rows of the matrix of signals that the codec takes.
+    """
 
     def __init__(self, message: DialectMessage, keys: tuple[str, ...], overflow: Overflow) -> None:
         columns = {column.role: column for column in message.columns}
@@ -137,7 +148,10 @@ class _Plan:
 
 
 class _Part:
-    """One key's rows of the matrix: a role's signals, its turns behind them, or a signal by its name."""
+    """One key's rows of the matrix.
+
+    They are a role's signals, its turns behind them, or a signal by its name.
+    """
 
     def __init__(self, key: str, column: RoleColumn | None, first: int, message: DialectMessage) -> None:
         self.key = key

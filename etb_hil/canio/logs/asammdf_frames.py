@@ -1,4 +1,6 @@
-"""MF4 files that asammdf reads for us: in a process of its own, bounded in memory and in time without frames.
+"""MF4 files that asammdf reads for us, in a process of its own.
+
+The process is bounded in memory and in time without frames.
 
 A small file can make asammdf build tables of any size, or look for blocks for hours.
 """

@@ -1,4 +1,7 @@
-"""What an ASC log says beside its frames: how its numbers are written, when its stamps were zero, other events."""
+"""What an ASC log says beside its frames.
+
+How its numbers are written, when its stamps were zero, other events.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +38,9 @@ _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 @dataclass(frozen=True, slots=True)
 class AscHeader:
-    """The base of numbers, bytes and lines of the header, and the time of stamp zero in ns, None without a date.
+    """The base of numbers, and the size of the header.
+
+    The size is in bytes and lines; the time of stamp zero in ns is None without a date.
 
     The time is that of the recording computer's zone: two logs of one computer can be compared. `is_running`: stamps
     count from the event before.
@@ -73,7 +78,10 @@ def is_other_event(line: bytes) -> bool:
 
 
 def _time_ns(date: bytes) -> int | None:
-    """Return the ns since 1970 of a date as `Sep 30 15:06:13.191 2017`, in English or German; None of no date."""
+    """Return the ns since 1970 of a date as `Sep 30 15:06:13.191 2017`.
+
+    It is in English or German; None of no date.
+    """
     match = _DATE.fullmatch(date.decode("latin-1").strip())
     if not match:
         return None

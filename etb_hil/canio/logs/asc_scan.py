@@ -153,7 +153,10 @@ def scan_asc(
 
 @njit(cache=True, error_model="numpy")
 def _asc_event(text: Bytes, at: np.int64, end: np.int64, base: np.int64, columns: Columns, row: np.int64) -> np.int64:
-    """Return 1 for a frame, written into its row, 0 for another event, else why it was not read, negative."""
+    """Return 1 for a frame, written into its row, 0 for another event.
+
+    A negative number says why it was not read.
+    """
     nothing, odd = np.int64(0), np.int64(-ODD)
     stamp, at, there = seconds(text, at, end)
     if not there or at >= end or not blank(text[at]):

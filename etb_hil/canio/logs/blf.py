@@ -1,4 +1,6 @@
-"""The raw log: Vector's Binary Logging Format, written so that a killed process leaves a file that can be read.
+"""The raw log, in Vector's Binary Logging Format.
+
+It is written so that a killed process leaves a file that can be read.
 
 The file starts with its start time, and every flush hands whole containers to the operating system. python-can's
 writer writes the start time at the end and one frame at a time.
@@ -136,7 +138,10 @@ class BlfLog:
 
 
 class BlfReader:
-    """A BLF file, read anew by each iteration in blocks of bounded size; `notes` says afterwards what was broken."""
+    """A BLF file, read anew by each iteration in blocks of bounded size.
+
+    `notes` says afterwards what was broken.
+    """
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -173,7 +178,7 @@ class BlfReader:
             self._note(None, f"the last object is cut off ({len(tail)} bytes of it are left)")
 
     def _containers(self) -> Iterator[bytes | bytearray | None]:
-        """Yield the inflated bytes of one container after the other, None where one is missing."""
+        """Yield the inflated bytes of each container, None where one is missing."""
         with open_file(self._path) as file:
             self._read_header(file.read(_FILE_HEADER.size))
             position = self._header_bytes

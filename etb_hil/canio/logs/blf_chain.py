@@ -28,7 +28,10 @@ _WORD, _SIZE_WORD = int.from_bytes(SIGNATURE, "little"), 2
 
 @dataclass(frozen=True, slots=True)
 class Objects:
-    """Whole objects: where they start, how far apart if evenly (else 0), and where the first that is cut off starts."""
+    """Whole objects: where they start, and how far apart if evenly (else 0).
+
+    It also has where the first that is cut off starts.
+    """
 
     starts: Offsets
     step: int

@@ -1,4 +1,6 @@
-"""CAN objects of Vector's Binary Logging Format to and from columns of frames, whole blocks at a time.
+"""CAN objects of BLF to and from columns of frames, whole blocks at a time.
+
+BLF is Vector's Binary Logging Format.
 
 There is no public specification; layouts follow what python-can reads and writes, and what is known of those that it
 passes over (error frames of old tools and of FD channels). An object is a header of 32 bytes
@@ -129,7 +131,9 @@ def _objects(frames: FrameBlock, kind: int, start_ns: int) -> NDArray[np.void]:
 
 
 def unpack(data: Bytes, objects: Objects, start_ns: int) -> tuple[FrameBlock, int]:
-    """Return the frames among objects in `data`, which ends `MARGIN` bytes behind the last; others are left out.
+    """Return the frames among objects in `data`; others are left out.
+
+    `data` ends `MARGIN` bytes behind the last object.
 
     So are frames on channels that no column holds; the second result is how many.
     """
@@ -284,7 +288,10 @@ def _fill_channels(frames: FrameBlock, rows: Rows, channel: NDArray[np.integer[A
 def _payload_behind(
     data: Bytes, body: NDArray[np.void], starts: Offsets, body_at: Offsets, size: NDArray[np.uint32]
 ) -> Bytes:
-    """Return the payload (n, 64) that follows a CAN_FD_MESSAGE_64, zero where the object ends before."""
+    """Return the payload (n, 64) that follows a CAN_FD_MESSAGE_64.
+
+    It is zero where the object ends before.
+    """
     first = body_at + _FD_64.itemsize
     end = starts + np.where(body["extension"] == 0, size, body["extension"])
     payload = _gather(data, first, _PAYLOAD, 0)["data"]

@@ -76,7 +76,10 @@ FORMATS = {
 
 
 class ForeignLog:
-    """A log file, read anew by each iteration; afterwards `notes` says what could not be read, and where."""
+    """A log file, read anew by each iteration.
+
+    Afterwards `notes` says what could not be read, and where.
+    """
 
     def __init__(self, path: Path) -> None:
         suffix = Path(path.stem).suffix if path.suffix.lower() == ".gz" else path.suffix
@@ -141,7 +144,10 @@ class ForeignLog:
 
 
 def frames_of_text(text: str, suffix: str, note: Note) -> tuple[FrameBlock, str]:
-    """Return the frames in lines of a format of text, and why python-can stopped, if it did; `note` takes warnings."""
+    """Return the frames in lines of text, and why python-can stopped, if it did.
+
+    `note` takes warnings.
+    """
     known = FORMATS[suffix]
     with reader_warnings(note), known.reader(StringIO(text, newline=None)) as reader:
         messages, fault = _take(message for message in reader if _is_held(message, known, note))

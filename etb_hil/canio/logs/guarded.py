@@ -1,4 +1,7 @@
-"""A log that a plug-in reads: what its reader raises or yields wrong is said, and costs nothing that came before."""
+"""A log that a plug-in reads, whose faults are said.
+
+What its reader raises or yields wrong costs nothing that came before.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Files in gzip, from front to end: of one that is damaged, all that came before the damage is read first."""
+"""Files in gzip, from front to end.
+
+Of one that is damaged, all that came before the damage is read first.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,10 @@ _MOST_RATIO, _RATIO_FROM = 250, 64 << 20
 
 
 class Gunzip(RawIOBase):
-    """The unpacked bytes of a file; Python's own reader drops a part of those in front of the damage."""
+    """The unpacked bytes of a file, all in front of a damage among them.
+
+    Python's own reader drops a part of those.
+    """
 
     def __init__(self, path: Path) -> None:
         super().__init__()

@@ -1,4 +1,7 @@
-"""Deflated blocks that say how long they were: by libdeflate where it is installed, twice as fast as zlib."""
+"""Inflate blocks that say how long they were.
+
+libdeflate does it where it is installed, twice as fast as zlib.
+"""
 
 from __future__ import annotations
 

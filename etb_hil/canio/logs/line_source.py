@@ -1,4 +1,7 @@
-"""What surrounds python-can's readers of logs: lines are counted, a cut end is seen, warnings are kept."""
+"""What surrounds python-can's readers of logs.
+
+Lines are counted, a cut end is seen, warnings are kept.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,9 @@ def left_out(line: str) -> str:
 
 
 class LineSource:
-    """The lines of a text file, plain or gzip, counted in `line`; a last line that was cut off is left out.
+    """The lines of a text file, plain or gzip, counted in `line`.
+
+    A last line that was cut off is left out.
 
     A line without an end is cut off where the format always ends its lines, else where it stops within a byte. Lines
     that gave no frame are noted, except those that `others` matches from their start.
@@ -63,7 +68,10 @@ class LineSource:
             self._notes.add(Place(self._path, self.line), left_out(self._text), LEFT_OUT)
 
     def is_cut(self) -> bool:
-        """Return whether the last line was cut off: it was left out, or it looks like a frame and was none."""
+        """Return whether the last line was cut off.
+
+        It was left out, or it looks like a frame and was none.
+        """
         return self._cut or (self._is_open and self.frame_line != self.line)
 
     def close(self) -> None:
@@ -73,7 +81,10 @@ class LineSource:
 
 @contextmanager
 def reader_warnings(note: Callable[[str, str], None]) -> Iterator[None]:
-    """Pass on what python-can's readers log, and its kind: they skip a line that they cannot read and go on."""
+    """Pass on what python-can's readers log, and its kind.
+
+    They skip a line that they cannot read and go on.
+    """
 
     class Collector(logging.Handler):
         def emit(self, record: logging.LogRecord) -> None:

@@ -13,7 +13,9 @@ TABLES = "a table of signals is no log of frames: `etb-hil explain` and `etb-hil
 
 
 class LogReader(Protocol):
-    """A log file, read anew by each iteration; afterwards `notes` says what could not be read, and where.
+    """A log file, read anew by each iteration.
+
+    Afterwards `notes` says what could not be read, and where.
 
     `begin_ns`, known with the first block: what is added to the stamps to make times of them. 0 where they are times
     already; None where they count from the log's begin and its header does not say when that was.
@@ -29,7 +31,7 @@ class LogReader(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Reader:
-    """A log format: what it is in a line, the suffixes of its files (`.xyz`), and what opens one.
+    """A log format: what it is, its files' suffixes (`.xyz`), and what opens one.
 
     `reads_gzip`: `open` takes `.xyz.gz` as well; otherwise such a file is unpacked first.
     """

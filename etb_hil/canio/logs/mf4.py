@@ -1,4 +1,7 @@
-"""Bus logs in MF4 as columns of frames: only the bytes of a record that are wanted are looked at."""
+"""Bus logs in MF4 as columns of frames.
+
+Only the bytes of a record that are wanted are looked at.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +40,9 @@ _ROWS = 1 << 13  # of a block of frames: their records stay in the processor's c
 
 
 class Mf4Reader:
-    """An MF4 bus log, read anew by each iteration; afterwards `notes` says what could not be read.
+    """An MF4 bus log, read anew by each iteration.
+
+    Afterwards `notes` says what could not be read.
 
     Files built in ways that we do not know (records of variable length, unsorted ones) are read by asammdf through
     python-can, slowly.
@@ -94,7 +99,10 @@ class Mf4Reader:
 
 
 def _block(records: NDArray[np.uint8], group: FrameGroup, start_ns: int) -> tuple[FrameBlock, int]:
-    """Return the frames in records, and how many others are on channels that no column holds."""
+    """Return the frames in records, and how many are on too high channels.
+
+    No column holds the latter.
+    """
     fields = {name.removeprefix(f"{group.kind}."): field for name, field in group.fields.items()}
     count = len(records)
     seconds = np.ascontiguousarray(records[:, fields[TIME].byte : fields[TIME].byte + 8]).view("<f8").ravel()
@@ -138,7 +146,7 @@ def _block(records: NDArray[np.uint8], group: FrameGroup, start_ns: int) -> tupl
 
 
 def _numbers(records: NDArray[np.uint8], field: Field | None) -> NDArray[np.uint32] | NDArray[np.uint8]:
-    """Return a whole number of at most 32 bits of each record, 0 where the records have none."""
+    """Return a whole number (32 bits at most) of each record, 0 where there is none."""
     if field is None:
         return np.zeros(len(records), np.uint8)
     if field.bits > _WIDEST:
@@ -181,7 +189,10 @@ def _in_order(sources: list[Iterator[FrameBlock]]) -> Iterator[FrameBlock]:
 
 
 def _keyed(source: Iterator[FrameBlock]) -> Iterator[tuple[FrameBlock, NDArray[np.int64]]]:
-    """Yield blocks, each with the latest stamp up to every frame (n), which never falls."""
+    """Yield blocks, each with the latest stamp up to every frame (n).
+
+    That stamp never falls.
+    """
     latest = np.int64(np.iinfo(np.int64).min)
     for block in source:
         keys = np.maximum(np.maximum.accumulate(block.stamp_ns), latest)

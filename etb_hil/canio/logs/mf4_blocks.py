@@ -1,4 +1,7 @@
-"""The blocks of an MDF 4 file (ASAM MDF 4.1): where the frames of a bus log lie, and their records in chunks."""
+"""The blocks of an MDF 4 file (ASAM MDF 4.1).
+
+They say where the frames of a bus log lie, and give their records in chunks.
+"""
 
 from __future__ import annotations
 
@@ -53,7 +56,10 @@ class Field:
 
 @dataclass(frozen=True, slots=True)
 class FrameGroup:
-    """One kind of frames: `CAN_DataFrame` and its like, with the fields of a record by name."""
+    """One kind of frames, with the fields of a record by name.
+
+    It is `CAN_DataFrame` and its like.
+    """
 
     kind: str
     record_bytes: int

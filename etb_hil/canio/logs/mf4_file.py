@@ -1,4 +1,7 @@
-"""MDF 4 files (ASAM MDF 4.1) written in one go: groups of records that grow, described when the file is closed."""
+"""MDF 4 files (ASAM MDF 4.1) written in one go.
+
+Groups of records grow, and are described when the file is closed.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,7 @@ UNSIGNED, FLOAT, BYTES = 0, 4, 10  # kinds of data, in Intel order
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """One channel: where it stands in a record, what for, and the channels that it is made of."""
+    """One channel: its place in a record, its use, and the channels inside it."""
 
     name: str
     kind: int
@@ -49,7 +52,10 @@ class Group:
 
 
 class Mf4File:
-    """Writes to an opened file; complete once `close` has been called. OSError where the disk refuses."""
+    """Write to an opened file; it is complete once `close` has been called.
+
+    OSError where the disk refuses.
+    """
 
     def __init__(self, file: IO[bytes], start_ns: int) -> None:
         self._file = file

@@ -1,4 +1,7 @@
-"""MF4 logs: frames as ASAM's bus logging defines them, and decoded signals with units and comments beside them."""
+"""MF4 logs: frames as ASAM's bus logging has them, and decoded signals.
+
+Signals have units and comments beside them.
+"""
 
 from __future__ import annotations
 
@@ -43,7 +46,7 @@ _DATA, _ERROR, _REMOTE = "CAN_DataFrame", "CAN_ErrorFrame", "CAN_RemoteFrame"
 
 
 class Mf4Log:
-    """An MF4 file that grows by frames and decoded signals; complete once it is closed.
+    """An MF4 file of frames and decoded signals, complete once it is closed.
 
     Stamps are seconds after `start_ns`, rounded down to a second, in float64: exact to a nanosecond for a hundred days.
     Raises InputError where the file cannot be written.
@@ -76,7 +79,7 @@ class Mf4Log:
                 self._extend(kind, frames.rows(rows))
 
     def write_signals(self, found: Iterable[MessageColumns], messages: dict[str, Message], channel: int = 0) -> None:
-        """Take decoded signals of a channel, with the units and comments that the DBC file gives them.
+        """Take decoded signals of a channel, with units and comments of the DBC file.
 
         Each message has a group of its name; on another channel than 0, of its name and the channel.
         """

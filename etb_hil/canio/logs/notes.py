@@ -1,4 +1,7 @@
-"""What could not be read of a log: each kind of it is said once, with its first place and how often it came."""
+"""What could not be read of a log.
+
+Each kind of it is said once, with its first place and how often it came.
+"""
 
 from __future__ import annotations
 

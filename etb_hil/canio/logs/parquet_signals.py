@@ -1,4 +1,7 @@
-"""Decoded signals as one Parquet file: a row a frame, a column a signal, null where the frame does not carry it."""
+"""Decoded signals as one Parquet file.
+
+It has a row a frame, a column a signal, null where the frame does not carry it.
+"""
 
 from __future__ import annotations
 

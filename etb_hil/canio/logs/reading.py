@@ -1,4 +1,7 @@
-"""Log files of any format become columns of frames: each file of `formats` declares a `READER`; plug-ins add theirs."""
+"""Log files of any format become columns of frames.
+
+Each file of `formats` declares a `READER`; plug-ins add theirs.
+"""
 
 from __future__ import annotations
 

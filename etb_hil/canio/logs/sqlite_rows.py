@@ -1,4 +1,4 @@
-"""The frames in python-can's table of an SQLite file, and nothing else that such a file may ask for."""
+"""The frames in python-can's table of an SQLite file, and nothing else."""
 
 from __future__ import annotations
 
@@ -19,7 +19,9 @@ _ALLOWED = (sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ)
 
 
 class SqliteRows:
-    """Messages of the table `messages`, in its order; a file that is damaged raises sqlite3.Error or ValueError.
+    """Messages of the table `messages`, in its order.
+
+    A file that is damaged raises sqlite3.Error or ValueError.
 
     A file may define views and functions that never end, and values of any length: no such thing is asked for.
     """
@@ -68,7 +70,10 @@ def _message(row: tuple[object, ...]) -> can.Message:
 
 
 def _whole(path: Path) -> int:
-    """Return the size of a file that is whole: of one that is cut off, SQLite reads what is missing as zeros."""
+    """Return the size of a file that is whole.
+
+    Of one that is cut off, SQLite reads what is missing as zeros.
+    """
     with open_file(path) as file:
         head = file.read(_HEADER)
         size = file.seek(0, 2)

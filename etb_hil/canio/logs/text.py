@@ -43,7 +43,9 @@ _EVENT = re.compile(rb"\s*\d")  # of an ASC log: it starts with its time
 
 
 class TextLog:
-    """A log in text, read anew by each iteration; afterwards `notes` says what could not be read, and where.
+    """A log in text, read anew by each iteration.
+
+    Afterwards `notes` says what could not be read, and where.
 
     The path ends in `.asc` or `.log`, or in `.gz` behind that: then it is unpacked on the way.
     """
@@ -200,7 +202,10 @@ def _line(text: bytes, newlines: NDArray[np.int64], line: int) -> bytes:
 
 
 def _is_plain(raw: NDArray[np.uint8], newlines: NDArray[np.int64]) -> bool:
-    """Return whether the text is printable letters, spaces, tabs and ends of lines alone."""
+    """Return whether the text is printable letters and white space alone.
+
+    White space is spaces, tabs and ends of lines.
+    """
     low, high = int(raw.min(initial=_DELETE)), int(raw.max(initial=0))
     if high >= _DELETE:
         return False

@@ -1,4 +1,7 @@
-"""Logs in gzip whose formats cannot be read from front to end: BLF, MF4 and SQLite."""
+"""Logs in gzip whose formats cannot be read from front to end.
+
+They are BLF, MF4 and SQLite.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,10 @@ _CHUNK_BYTES = 1 << 20
 
 
 class UnpackedLog:
-    """A log in gzip, unpacked into a temporary file while it is read; `open_log` reads what was unpacked."""
+    """A log in gzip, unpacked into a temporary file while it is read.
+
+    `open_log` reads what was unpacked.
+    """
 
     def __init__(self, path: Path, open_log: Callable[[Path], LogReader]) -> None:
         self._path = path

@@ -112,7 +112,10 @@ class _PythonCanWriter:
 
 
 class _SqliteWriter:
-    """python-can's table of frames. Its own writer loses what it still holds when it is stopped."""
+    """python-can's table of frames.
+
+    Its own writer loses what it still holds when it is stopped.
+    """
 
     def __init__(self, path: Path) -> None:
         self.left_out = 0
