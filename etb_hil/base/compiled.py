@@ -48,7 +48,9 @@ _CHECKSUM = hashlib.sha256().digest_size
 
 
 def njit(*, cache: bool, **options: object) -> Callable[[Function], Function]:
-    """Return the decorator `numba.njit(**options)`, without a wrapper for calls by address.
+    """Return the decorator `numba.njit`, without a wrapper for calls by address.
+
+    It takes numba's options.
 
     With `cache` the machine code is kept for later processes.
     """

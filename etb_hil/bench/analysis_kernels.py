@@ -1,4 +1,6 @@
-"""Compile what judges a unit, for the cache, by a run without a plant: a second process does it in a first start.
+"""Compile what judges a unit, for the cache, by a run without a plant.
+
+A second process does it in a first start.
 
 The stock scenario goes through the analysis of the stock bench. The plate stands where the set-points are, and the
 current is what inertia, springs and sliding friction take.
@@ -50,7 +52,10 @@ def compile_analysis() -> None:
 
 
 def _angles(trajectory: Trajectory, throttle: ThrottleParameters) -> Float64:
-    """Return the plate's angle (n) in rad at the samples of a phase; without the bridge it stands at limp-home."""
+    """Return the plate's angle (n) in rad at the samples of a phase.
+
+    Without the bridge it stands at limp-home.
+    """
     points = [trajectory.at(k * PERIOD_NS * 1e-9) for k in range(round(trajectory.duration * 1e9 / PERIOD_NS))]
     angles = [point.position if point.enable else throttle.limp_home for point in points]
     return np.clip(angles, throttle.stop_low, throttle.stop_high)
@@ -79,7 +84,10 @@ def _columns(angle: Float64, throttle: ThrottleParameters) -> dict[str, Float64]
 
 
 def _frames(dialect: Dialect, columns: dict[str, Float64]) -> FrameBlock:
-    """Return the frames that carry some roles, one a message and sample, in the order of their stamps."""
+    """Return the frames that carry some roles, in the order of their stamps.
+
+    There is one a message and sample.
+    """
     stamp_ns = np.arange(1, len(columns[SAMPLE_COUNTER]) + 1) * PERIOD_NS
     blocks = []
     for message in dialect.messages:

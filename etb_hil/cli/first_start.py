@@ -1,4 +1,7 @@
-"""A first start in two processes: one compiles what judges a unit while the other compiles all else."""
+"""A first start in two processes.
+
+One compiles what judges a unit while the other compiles all else.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,9 @@ from etb_hil.cli.progress_line import ProgressLine, progress_line
 
 @contextmanager
 def compiling_shared() -> Iterator[None]:
-    """Share what has to be compiled with a second process, which compiles what judges a unit, and show progress.
+    """Share what has to be compiled with a second process, and show progress.
+
+    The second process compiles what judges a unit.
 
     The second process begins with the first function that is compiled here, and has ended when the block is left: no
     unit moves beside it. It needs a second core. Each process finds in the cache what the other has compiled.
@@ -32,7 +37,7 @@ def compiling_shared() -> Iterator[None]:
 
 
 class _Sharing(logging.Handler):
-    """Counts the functions that are compiled; starts the second process at the first one."""
+    """Count the functions that are compiled; start the second process at the first."""
 
     def __init__(self, line: ProgressLine) -> None:
         super().__init__()

@@ -77,7 +77,9 @@ class _Held:
                 self._since = np.concatenate([self._since, since])
 
     def at(self, stamp_ns: Int64) -> tuple[Float64, Float64, Float64]:
-        """Return what is held at stamps (n), for how many ns it has been the same, and how many ns ago it was seen.
+        """Return what is held at stamps (n), and for how long it has been so.
+
+        The second result is for how many ns it has been the same, the third how many ns ago it was seen.
 
         NaN before the first value.
         """
