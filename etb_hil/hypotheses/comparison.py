@@ -48,7 +48,10 @@ class Hypothesis:
 
     @property
     def faults(self) -> int:
-        """The number of independent faults: an effect is one, as are parameters of the same contacts."""
+        """The number of independent faults.
+
+        An effect is one, as are parameters of the same contacts.
+        """
         ids = set(self.ids)
         return len(ids) - sum({PARAMETER + one for one in pair} <= ids for pair in TOGETHER)
 
