@@ -168,6 +168,15 @@ def test_without_an_alive_counter_the_sample_counter_tells_the_loss(gaps, lost):
     assert of_steps("EtbCurrent", [(gap, 1) for gap in gaps], BARE) == lost
 
 
+@pytest.mark.parametrize(("repeats", "stuck"), [(2, 0), (3, 1), (5, 1)])
+@pytest.mark.parametrize("before", [(20, 1), (40, 2)])
+def test_a_counter_is_stuck_at_its_third_repeat_whatever_came_before(repeats, stuck, before):
+    gaps, alive = np.cumsum([(0, 0), (20, 1), before, *[(0, 0)] * repeats, (20, 1)], axis=0).T
+    _, statistics = received(frames_of("EtbCurrent", alive, gaps * TICK, gaps))
+    counted = statistics["EtbCurrent"]
+    assert (counted.frames, counted.repeated, counted.stuck) == (4, repeats, stuck)
+
+
 @pytest.fixture(scope="module")
 def without_cycle(tmp_path_factory):
     """The dialect of a DBC file that does not say how often the current is sent."""
@@ -277,6 +286,7 @@ def test_after_a_request_samples_go_on_at_any_rate_after_any_pause(pause, rate):
     ("ticks", "alive", "lost", "dialect"),
     [
         ([0, 20, 40, 1000, 1020, 1390], [0, 1, 2, 5, 6, 9], [0, 0, 0, 2, 0, UNKNOWN], CLASSIC),
+        ([0, 20, 40, 1000, 1370], [0, 1, 2, 5, 8], [0, 0, 0, 2, UNKNOWN], CLASSIC),
         ([0, 20, 40, 360, 380], [0, 1, 2, 18, 19], [0, 0, 0, 15, 0], CLASSIC),  # the alive counter is where it was
         ([0, 20, 40, 1000, 1020, 1060], [0] * 6, [0, 0, 0, 0, 0, 1], BARE),
         ([0, 20, 40, 1010, 1030, 1070], [0] * 6, [0, 0, 0, 0, 0, 1], BARE),
