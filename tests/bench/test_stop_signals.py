@@ -143,6 +143,7 @@ def paused(*sent_ms, tick_ms=10):
         ((0, 40, 100), "60 ms"),
         ((0, 40, *range(50, 541, 10)), "40 ms"),  # half a second later it is still told
         ((0, 40, *range(50, 561, 10)), None),  # then no more
+        ((0, 40, *range(50, 301, 10), 340, *range(350, 781, 10)), "40 ms"),  # of equal ones the last is told
         ((0, 40, *range(50, 541, 10), 565), "25 ms"),  # forgotten for a shorter one
     ],
 )
