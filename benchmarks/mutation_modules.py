@@ -39,7 +39,7 @@ MODULES = {
     "cli/replay_options": Tests("replay/test_replay_options"),
     "replays/outcome": Tests("replay/test_log_outcome"),
     "station/admission": Tests("station/test_admission"),
-    "session/attempts": Tests("session/test_trying_again bench/test_attempts"),
+    "session/attempts": Tests("session/test_trying_again"),
     "session/answer_time": Tests("bench/test_answer_time bench/test_supervision"),
     "session/verdict_policy": Tests("canio/test_corruption_doubts bench/test_attempts"),
     "session/baseline": Tests("session/test_baseline"),

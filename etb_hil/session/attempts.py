@@ -43,7 +43,6 @@ def set_aside(session: Session, attempt: int) -> Path:
     """
     folder = session.folder / FOLDER / str(attempt)
     part = folder.with_suffix(".part")
-    part.mkdir(parents=True)
     shutil.copytree(session.folder / "inputs", part / "inputs")
     shutil.copyfile(session.folder / MANIFEST, part / MANIFEST)
     photos = session.folder / of_prompts.FOLDER
