@@ -1,4 +1,7 @@
-"""From the ticks of a whole run to fitted friction: which windows count, the fits, and the numbers with intervals."""
+"""The fit of friction to the ticks of a whole run.
+
+It decides which windows count, makes the fits, and gives the numbers with their intervals.
+"""
 
 from __future__ import annotations
 
@@ -42,10 +45,10 @@ _REACH = 4  # ticks, over which an acceleration stands out of the encoder's step
 
 @dataclass(frozen=True, slots=True)
 class Assessment:
-    """Everything that the whole run says of friction; there are no `laws` where the run does not carry them.
+    """Everything that the whole run says of friction.
 
-    Of the `evidence`, what bumps hold is left out of the fit and does not count; `drift` is how friction changed along
-    the run, None where it is not known to have.
+    There are no `laws` where the run does not carry a fit. Windows in bumps are in the `evidence`, but they do not
+    count in the fit. `drift` is how friction changed along the run, None where no change was found.
     """
 
     ticks: Ticks
@@ -73,7 +76,10 @@ class Assessment:
 
     @property
     def hardest(self) -> float:
-        """Largest change of speed from tick to tick in the middle of a window, in rad/s; 0 where there are none."""
+        """Largest change of speed from tick to tick in a window's middle, in rad/s.
+
+        It is 0 where there are no windows.
+        """
         angle, centre = self.ticks.angle, self.windows.centre
         bend = angle[centre + _REACH] - 2.0 * angle[centre] + angle[centre - _REACH]
         return float(np.abs(bend).max()) / (_REACH * _REACH * TICK) if len(centre) else 0.0
@@ -105,11 +111,11 @@ def assess(ticks: Ticks, model: Model, throttle: ThrottleParameters, zero: Zero)
 def fitted_numbers(
     laws: Sequence[Law], throttle: ThrottleParameters, fastest: float, hardest: float
 ) -> dict[str, Interval]:
-    """Return T_st, T_c, omega_s, viscosity and the return margin with their intervals, at the throttle shaft in SI.
+    """Return T_st, T_c, omega_s, viscosity and return margin with their intervals.
 
-    They are those of all laws by which friction may go, in the proportion of their probabilities. `fastest` rad/s is
-    the highest speed among the windows, `hardest` rad/s its largest change in a tick; what the likeliest law does not
-    have is left out.
+    They are in SI units at the throttle shaft. They are those of all laws by which friction may go, in the proportion
+    of their probabilities. `fastest` rad/s is the highest speed among the windows, `hardest` rad/s its largest change
+    in a tick. A number that the likeliest law does not have is left out.
     """
     numbers = [(law.probability, _numbers(law.fit, throttle, fastest, hardest)) for law in laws]
     found = {}
@@ -121,7 +127,10 @@ def fitted_numbers(
 
 
 def _numbers(fit: StribeckFit, throttle: ThrottleParameters, fastest: float, hardest: float) -> dict[str, Interval]:
-    """Return the numbers under one law; without a drop from T_st to T_c there is no omega_s."""
+    """Return the numbers under one law.
+
+    Without a drop from T_st to T_c there is no omega_s.
+    """
     q = fit.parameters
     numbers = {
         "T_st": _around(fit.stiction[0], fit.reach(STICTION)),
@@ -143,24 +152,31 @@ def _stribeck_velocity(fit: StribeckFit, hardest: float) -> Interval:
 
 
 def _shows_drop(fit: StribeckFit, fastest: float) -> bool:
-    """Return whether friction was seen to fall from T_st towards T_c: then Stribeck effect and viscosity are two."""
+    """Return whether friction was seen to fall from T_st towards T_c.
+
+    Only then can the Stribeck effect be distinguished from viscosity.
+    """
     stands_out = float(fit.parameters[DROP]) > _DROP_STANDS_OUT * fit.error({DROP: 1.0})
     return stands_out and fastest * float(exp(-fit.parameters[LOG_SPEED])) >= 1.0
 
 
 def fitted_curve(fit: StribeckFit, speeds: Float64) -> tuple[Float64, Float64]:
-    """Return the friction of steady sliding at speeds (n) in rad/s, and its standard error (n), in N·m."""
+    """Return the friction of steady sliding at speeds (n), and its error (n).
+
+    Speeds are in rad/s; friction and its standard error are in N·m.
+    """
     q = fit.parameters
     error = np.array([fit.error_along(steady_by(omega, q)) for omega in speeds.tolist()])
     return np.where(speeds >= 0.0, 1.0, -1.0) * steady_level(speeds, q) + q[VISCOUS] * speeds, error
 
 
 def _coulomb(fit: StribeckFit, fastest: float, throttle: ThrottleParameters) -> Interval:
-    """Return T_c with what is not known of it where the plate never slid far above omega_s.
+    """Return T_c with its interval, wider where the plate never slid fast enough.
 
-    What the fitted curve has left at the fastest speed was never seen to fall away. Where no drop from T_st stands
-    out, or the plate was slower than omega_s, Stribeck effect and viscosity cannot be distinguished: T_c lies below
-    T_st and below the friction at that speed, and no more is known; not even that where the plate only crept.
+    Fast enough means far above omega_s. What the fitted curve has left at the fastest speed was never seen to fall
+    away. Where no drop from T_st stands out, or the plate was slower than omega_s, Stribeck effect and viscosity cannot
+    be distinguished: T_c lies below T_st and below the friction at that speed, and no more is known; not even that
+    where the plate only crept.
     """
     q = fit.parameters
     coulomb, drop = float(q[COULOMB]), float(q[DROP])
@@ -178,7 +194,10 @@ def _coulomb(fit: StribeckFit, fastest: float, throttle: ThrottleParameters) -> 
 
 
 def _return_margin(fit: StribeckFit, throttle: ThrottleParameters) -> Interval:
-    """Return the weaker spring's preload less T_st; both hang on the motor's constant, so their errors go together."""
+    """Return the weaker spring's preload less T_st.
+
+    Both depend on the motor's constant, so their errors are correlated.
+    """
     margins = []
     for index, preload in ((PRELOAD_OPEN, throttle.preload_open), (PRELOAD_CLOSE, throttle.preload_close)):
         value = preload + float(fit.parameters[index]) - fit.stiction[0]
@@ -191,7 +210,10 @@ def _around(value: float, reach: float) -> Interval:
 
 
 def _usable(ticks: Ticks, model: Model, throttle: ThrottleParameters) -> Int64:
-    """Mark ticks (n) of judged phases that are clear of limp-home's jump and of the stops, tolerances included."""
+    """Mark ticks (n) of judged phases clear of limp-home's jump and of the stops.
+
+    The tolerances of these angles are included.
+    """
     jump = throttle.dead_zone + model.tolerance("dead_zone") + model.tolerance("limp_home") + _ANGLE_ERROR
     low = throttle.stop_low + model.tolerance("stop_low") + _ANGLE_ERROR
     high = throttle.stop_high - model.tolerance("stop_high") - _ANGLE_ERROR

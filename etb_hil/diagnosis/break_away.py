@@ -1,4 +1,7 @@
-"""Break-away: what it takes to set a resting plate going slowly, and what the time of rest and the rate do to it."""
+"""Break-away: the torque that sets a resting plate going slowly.
+
+It depends on the time of rest before, and on the rate at which the torque rises.
+"""
 
 from __future__ import annotations
 
@@ -40,9 +43,10 @@ _DECADE = 2.302585092994046
 
 @dataclass(frozen=True, slots=True)
 class BreakAway:
-    """One break-away: `torque` N·m in the `direction` (1 opening, -1 closing), after `rest` s, at `angle` rad.
+    """One break-away: `torque` N·m in a `direction` (1 opening, -1 closing).
 
-    `rate` N·m/s is how fast friction rose to it from where it stood at rest, NaN where it stood that high already.
+    It came after `rest` s, at `angle` rad. `rate` N·m/s is how fast friction rose to it from where it stood at rest,
+    NaN where it stood that high already.
     """
 
     torque: float
@@ -54,10 +58,11 @@ class BreakAway:
 
 @dataclass(frozen=True, slots=True)
 class BreakAwayTorque:
-    """The mean of both directions, with its 95 % interval, from `count` break-aways, those ways at `rates` N·m/s.
+    """The mean break-away torque of both directions, with its 95 % interval.
 
-    `per_decade` is by what share a ten times longer rest raises it, `per_rate` a ten times quicker ramp, with their
-    intervals; None where the rests, or the rates, are too close together.
+    It is in N·m, from `count` break-aways, whose `rates` N·m/s lay between the two given. `per_decade` is by what share
+    a ten times longer rest raises it, `per_rate` a ten times quicker ramp, with their intervals; None where the rests,
+    or the rates, are too close together.
     """
 
     value: float
@@ -70,9 +75,10 @@ class BreakAwayTorque:
 
 
 def break_aways(ticks: Ticks, throttle: ThrottleParameters) -> list[BreakAway]:
-    """Return every break-away of a run by the live estimates, the plate having rested for 0.1 s and moved off slowly.
+    """Return every break-away of a run, by the live estimates.
 
-    Springs are the bench's model's; what they have wrong is even in the direction and leaves a mean over both.
+    The plate had rested for 0.1 s and moved off slowly. The springs are those of the bench's model. What they have
+    wrong is even in the direction and cancels in a mean over both.
     """
     found, gone = [], 0
     for since, left in _rests(ticks.time, ticks.angle, ticks.velocity):
@@ -87,7 +93,10 @@ def break_aways(ticks: Ticks, throttle: ThrottleParameters) -> list[BreakAway]:
 
 @njit(cache=True, error_model="numpy")
 def _rests(time: Float64, angle: Float64, velocity: Float64) -> list[tuple[int, int]]:
-    """Return from which tick to which one the plate rested, each time that it moved off again."""
+    """Return the rests of the plate: the tick where each began, and where it ended.
+
+    Only those rests count after which the plate moved off again.
+    """
     found = [(0, 0)]
     since, flicker, known = -1, 0, 0
     for k in range(1, len(time)):
@@ -114,9 +123,10 @@ def _rests(time: Float64, angle: Float64, velocity: Float64) -> list[tuple[int, 
 def break_away_torque(
     found: Sequence[BreakAway], grown: Callable[[float], float] | None = None
 ) -> BreakAwayTorque | None:
-    """Return what several break-aways say together; None where a direction has fewer than two.
+    """Return what several break-aways say together.
 
-    `grown` is a known law of rest: the factor on T_st after so many s. Then the mean is that at its factor 1.
+    None where a direction has fewer than two. `grown` is a known law of rest: the factor on T_st after so many s. Then
+    the mean is that at its factor 1.
     """
     by_way = [
         [one.torque / (1.0 if grown is None else grown(one.rest)) for one in found if one.direction == way]
@@ -138,9 +148,10 @@ def break_away_torque(
 def at_rates(
     found: Sequence[BreakAway], grown: Callable[[float], float] | None = None
 ) -> list[tuple[float, BreakAwayTorque]]:
-    """Return what the break-aways at each of several rates say together, and that rate in N·m/s, slow ones first.
+    """Return what the break-aways say together, at each of several rates.
 
-    None where all ramps were equal; `grown` as of `break_away_torque`.
+    Each entry has its rate in N·m/s; slow ones come first. The list is empty where all ramps were equal. `grown` is as
+    for `break_away_torque`.
     """
     groups: list[list[BreakAway]] = []
     for one in sorted((one for one in found if one.rate > 0.0), key=lambda one: one.rate):
@@ -154,7 +165,11 @@ def at_rates(
 
 
 def _per_decade(found: Sequence[BreakAway], of: Sequence[float], level: float) -> tuple[float, float, float] | None:
-    """Return the slope of torque over the logarithm of rests or rates, each direction about its own mean."""
+    """Return the slope of torque over the logarithm of rests or rates.
+
+    It is taken for each direction about its own mean, as a share of `level` for a decade, with its 95 % interval. None
+    where the data do not tell it.
+    """
     if not of or max(of) < _SPREAD * min(of):
         return None
     xs, ys = [], []
@@ -182,7 +197,10 @@ def _is_clear(angle: float, p: ThrottleParameters) -> bool:
 
 
 def _moved(ticks: Ticks, left: int) -> int | None:
-    """Return the tick at which a plate that left its rest at another is clear of it; None where it never is."""
+    """Return the tick at which a plate that left its rest is clear of it.
+
+    It left its rest at the tick `left`. None where it never is clear of it.
+    """
     start = float(ticks.angle[left])
     for k in range(left, min(left + _LONGEST, len(ticks))):
         if abs(ticks.angle[k] - start) >= _MOVED:
@@ -191,7 +209,10 @@ def _moved(ticks: Ticks, left: int) -> int | None:
 
 
 def _slid(ticks: Ticks, left: int, end: int) -> int:
-    """Return the tick up to which a plate that is clear of its rest slides on, slowly and the same way."""
+    """Return the tick up to which a plate slides on, slowly and the same way.
+
+    It left its rest at the tick `left` and is clear of it at the tick `end`.
+    """
     start, last = float(ticks.angle[left]), end
     way = 1.0 if ticks.angle[end] > start else -1.0
     for k in range(end + 1, min(left + _LONGEST, len(ticks))):
@@ -203,7 +224,11 @@ def _slid(ticks: Ticks, left: int, end: int) -> int:
 
 
 def _followed(ticks: Ticks, rested: int, left: int, end: int) -> BreakAway | None:
-    """Return the break-away of a plate that rested from one tick to the next; None where it was no slow one."""
+    """Return the break-away of a plate, from the ticks of its rest and its motion.
+
+    It rested from the tick `rested` to `left`, and is clear of its rest at `end`. None where it did not move off
+    slowly.
+    """
     start = float(ticks.angle[left])
     if abs(ticks.velocity[end]) > _SLOW:
         return None

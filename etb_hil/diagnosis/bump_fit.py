@@ -1,4 +1,6 @@
-"""The fit of a unit with a local bump: without it, the bump draws the curve towards itself.
+"""The fit of a unit with a local bump.
+
+A bump that stayed in the fit would draw the curve towards itself.
 
 Windows that pass a bump are left out, fast ones too: they smear over more than it. Friction that differs from place to
 place and is no bump makes the fit less sure: fast windows pass other places than slow ones, and their difference passes
@@ -27,15 +29,19 @@ _MOST = 0.3  # share of the way that bumps may take: beyond it they are how the 
 
 
 def excess_of(evidence: Evidence, fit: StribeckFit) -> Float64:
-    """Return by what share friction lies above the fit at each window (m), in the direction of motion."""
+    """Return by what share friction lies above the fit at each window (m).
+
+    Friction counts in the direction of motion.
+    """
     along = np.where(evidence.velocity > 0.0, fit.residual, -fit.residual) * (1.0 + fit.parameters[CONSTANT])
     return along / steady_level(evidence.velocity, fit.parameters)
 
 
 def by_place(evidence: Evidence, fit: StribeckFit, shown: NDArray[np.bool_]) -> tuple[Float64, Float64, Float64]:
-    """Return middles of cells (b) rad, and by what share the windows `shown` (m) have friction above the fit there.
+    """Return the excess of friction over the fit, cell by cell.
 
-    The last is the standard error (b) of that share.
+    The results are the middles of the cells (b) in rad, the excess as a share (b), and its standard error (b). The
+    windows `shown` (m) are used.
     """
     share = np.where(evidence.velocity > 0.0, 1.0, -1.0) * excess_of(evidence, fit)
     middle, odd, _, error = local_means(evidence.position[shown], evidence.velocity[shown], share[shown])
@@ -86,7 +92,10 @@ def _bumps(evidence: Evidence, fit: StribeckFit) -> list[Bump]:
 
 
 def _inside(angle: Float64, bumps: Sequence[Bump]) -> NDArray[np.bool_]:
-    """Return which angles (n) lie in a bump, or in the cell beside it that it may reach into."""
+    """Return which angles (n) lie in a bump or in the cell beside it.
+
+    A bump may reach into that cell.
+    """
     inside = np.zeros(len(angle), np.bool_)
     for bump in bumps:
         inside |= (angle > bump.start - CELL) & (angle < bump.end + CELL)

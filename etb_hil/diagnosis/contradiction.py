@@ -1,4 +1,6 @@
-"""Where the data contradict the bench's model: then the model, the sensors or the unit are not what they are taken for.
+"""Contradictions between the data and the bench's model.
+
+Where there is one, the model, the sensors or the unit are not what they are taken for.
 
 What the fit rests on withholds the verdict: the motor's constants and where springs and stops stand. What it measures
 along (springs' torques, inertia, viscosity) is said and no more.
@@ -56,9 +58,10 @@ class Widening:
         return Interval(interval.value, low, interval.high * (1.0 + self.way[1]))
 
     def of_coulomb(self, interval: Interval, stiction: Interval) -> Interval:
-        """Return the interval of T_c, below that of T_st, with what an uneven way makes of it.
+        """Return the interval of T_c, widened for an uneven way.
 
-        T_c is seen where the plate is fast, which may be at the highest places; the unit's may be that of the lowest.
+        `stiction` is the interval of T_st, which bounds that of T_c where friction changed with time. T_c is seen where
+        the plate is fast, which may be at the highest places; the unit's may be that of the lowest.
         """
         low = max(interval.low, 0.0) * max(1.0 - self.way[0] - self.way[1], 0.0)
         low = 0.0 if self.is_confounded else low
@@ -67,14 +70,20 @@ class Widening:
         return Interval(value, low, max(high * (1.0 + self.way[1]), value))
 
     def of_curve(self, interval: Interval, settled: float) -> Interval:
-        """Return the interval of sliding friction, which has fallen from T_st by the share `settled` of the drop."""
+        """Return the interval of sliding friction, widened for gain and an uneven way.
+
+        Friction has fallen from T_st by the share `settled` of the drop.
+        """
         below, above = self.way[0] + settled * self.way[1], self.way[1]
         low = min(interval.low, interval.low * max(1.0 - below, 0.0))
         least, most = widened(interval.value, low, interval.high * (1.0 + above), self.gain)
         return Interval(interval.value, least, most)
 
     def of_margin(self, interval: Interval, stiction: float) -> Interval:
-        """Return the interval of what a spring has over T_st (`stiction` N·m), with what an uneven way makes of it."""
+        """Return the interval of a spring's margin over T_st, widened for an uneven way.
+
+        `stiction` is T_st in N·m.
+        """
         below, above = self.way
         return Interval(interval.value, interval.low - above * stiction, interval.high + below * stiction)
 
@@ -86,9 +95,9 @@ def withholding(
     throttle: ThrottleParameters,
     hot: HotMotor | None,
 ) -> list[Reason]:
-    """Return why nothing can be said of friction with this model and these motions, the gravest first.
+    """Return why this model and these motions tell nothing of friction.
 
-    A motor that is `hot`, and the model's for all that, contradicts nothing.
+    The gravest reason comes first. A motor that is `hot`, and the model's for all that, contradicts nothing.
     """
     found = []
     if assessment.balance is not None and hot is None:
@@ -106,7 +115,10 @@ def withholding(
 
 
 def _one_way(assessment: Assessment) -> list[Reason]:
-    """Return a reason where the plate slid one way only: nothing but its sign tells friction from springs."""
+    """Return a reason where the plate slid one way only.
+
+    Nothing but its sign distinguishes friction from springs.
+    """
     opening, closing = assessment.ways
     if assessment.fit is None or min(opening, closing) >= _FEWEST_A_WAY:
         return []
@@ -119,7 +131,10 @@ def _one_way(assessment: Assessment) -> list[Reason]:
 def heated(
     balance: VoltageBalance | None, model: Model, throttle: ThrottleParameters, temperature: float
 ) -> HotMotor | None:
-    """Return by how much the motor is warmer than its housing where it is not the model's, and that says why."""
+    """Return a hot motor where that explains why the motor is not the model's.
+
+    A hot motor is warmer than its housing. None where the motor fits the model, or heat does not explain it.
+    """
     if balance is None or not _motor(balance, model, throttle):
         return None
     allowed = (_allowed(model, throttle, "resistance"), _allowed(model, throttle, "back_emf"))
@@ -129,7 +144,10 @@ def heated(
 
 
 def _allowed(model: Model, throttle: ThrottleParameters, name: str) -> float:
-    """Return by how much R_a in ohm or K_e G_r in V·s/rad may differ from the model's."""
+    """Return by how much a parameter of the motor may differ from the model's.
+
+    `name` is that of R_a, in ohm, or of K_e G_r, in V·s/rad.
+    """
     warmer = _WINDING if name == "resistance" else _MAGNET
     return model.tolerance(name) + warmer * float(getattr(throttle, name))
 
@@ -159,7 +177,10 @@ def resistance_fits(value: float, error: float, model: Model, throttle: Throttle
 
 
 def resistance_at_rest(ticks: Ticks) -> float | None:
-    """Return R_a in ohm of a plate that does not move, from all ticks with voltage; None where too little flowed."""
+    """Return R_a in ohm of a plate at rest, from all ticks with a voltage.
+
+    None where too little current flowed.
+    """
     known = np.isfinite(ticks.voltage)
     current, voltage = ticks.current[known], ticks.voltage[known]
     square = product = 0.0
@@ -174,7 +195,10 @@ def resistance_at_rest(ticks: Ticks) -> float | None:
 def remarks(
     fit: StribeckFit, balance: VoltageBalance | None, model: Model, throttle: ThrottleParameters
 ) -> list[Reason]:
-    """Return which parameters of the model the fit has found beyond their tolerance; friction is fitted with them."""
+    """Return which of the model's parameters were found beyond their tolerance.
+
+    Friction is fitted jointly with them.
+    """
     listed = (
         (PRELOAD_OPEN, "preload_open", throttle.preload_open, "N·m", 0.0, 1.0),
         (PRELOAD_CLOSE, "preload_close", throttle.preload_close, "N·m", 0.0, 1.0),
@@ -241,10 +265,10 @@ def gain_range(
 
 
 def _motor_and_springs(fit: StribeckFit, model: Model, throttle: ThrottleParameters) -> float:
-    """Return by what share both springs are stronger than the motor's torque says, beyond the tolerances of all three.
+    """Return by what share both springs are stronger than the motor's torque says.
 
-    The fit parts such a difference between them by their tolerances: alone none of them need stand out. Zero where
-    they may all be the model's.
+    It is zero where the tolerances of the motor and both springs may explain the difference. The fit parts such a
+    difference between them by their tolerances: alone none of them need stand out.
     """
     apart = []
     for index, name in ((PRELOAD_OPEN, "preload_open"), (PRELOAD_CLOSE, "preload_close")):
@@ -257,10 +281,10 @@ def _motor_and_springs(fit: StribeckFit, model: Model, throttle: ThrottleParamet
 
 
 def against_each_other(fit: StribeckFit, model: Model) -> float:
-    """Return by how many N·m friction may differ from its mean by direction; above zero it is higher opening.
+    """Return by how many N·m friction may differ from its mean by direction.
 
-    Springs that are off against each other and friction that differs by direction are one torque. Nothing where both
-    springs are inside their tolerances.
+    Above zero it is higher in opening. Springs that are off against each other and friction that differs by direction
+    are one torque. It is zero where both springs are inside their tolerances.
     """
     opening, closing = float(fit.parameters[PRELOAD_OPEN]), -float(fit.parameters[PRELOAD_CLOSE])
     own_open, own_close = model.tolerance("preload_open"), model.tolerance("preload_close")
@@ -273,12 +297,18 @@ def against_each_other(fit: StribeckFit, model: Model) -> float:
 
 
 def _is_beyond(off: float, error: float, name: str, model: Model) -> bool:
-    """Tell whether a parameter that is off by so much, with this standard error, is certain to leave its tolerance."""
+    """Tell whether a parameter is certain to leave its tolerance.
+
+    It is off by `off`, with the standard error `error`.
+    """
     return abs(off) > model.tolerance(name) + _SURE * error
 
 
 def widened(value: float, low: float, high: float, gain: tuple[float, float]) -> tuple[float, float]:
-    """Return a 95 % interval of a torque with what the current's gain, even within `GAIN`, may make of it."""
+    """Return the 95 % interval of a torque, widened for the current's gain.
+
+    The gain lies between two factors. Even a gain within `GAIN` widens the interval.
+    """
     even = GAIN * abs(value)
     low = value - half_width((value - low) / TWO_SIDED_95, even)
     high = value + half_width((high - value) / TWO_SIDED_95, even)

@@ -1,4 +1,7 @@
-"""What is measured with the bridge off: the current sensor's zero, and where the encoder stands."""
+"""What is measured with the bridge off.
+
+These are the current sensor's zero, and where the encoder stands.
+"""
 
 from __future__ import annotations
 
@@ -45,7 +48,11 @@ class ZeroMeter:
         self._sums = np.array([0.0, 0.0, 0.0, np.nan])
 
     def push(self, time_ns: Int64, current: Float64, plate_less_encoder: Float64, temperature: Float64) -> None:
-        """Take samples (n): current in A, throttle less encoder angle in rad, temperature in degC; NaN where none."""
+        """Take samples (n) of the current, the difference of angles and the temperature.
+
+        They are the current in A, throttle less encoder angle in rad, and the temperature in degC. A missing one is
+        NaN.
+        """
         _average(time_ns, current, plate_less_encoder, temperature, self._counts, self._sums)
 
     def zero(self) -> Zero:

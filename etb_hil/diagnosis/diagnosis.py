@@ -57,9 +57,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """What the panel shows: the live reading, limits in N·m at the throttle shaft, how many exceedances so far.
+    """What the panel shows while a run goes on.
 
-    A limit that is not stated is None.
+    It has the live reading, the limits in N·m at the throttle shaft, and how many exceedances there are so far. A limit
+    that is not stated is None.
     """
 
     reading: LiveReading | None
@@ -69,9 +70,10 @@ class Snapshot:
 
 
 class Diagnosis:
-    """Turns joined rows into a verdict; sees the bench's model and limits and nothing of the unit's.
+    """The diagnosis of a run, from joined samples to a verdict.
 
-    `report_time` is how long the frames of a sample take.
+    It sees the bench's model and limits and nothing of the unit's. `report_time` is how long in s the frames of one
+    sample take on the bus, at least and at most.
     """
 
     def __init__(
@@ -166,7 +168,10 @@ class Diagnosis:
 
     @property
     def current_zero(self) -> float:
-        """What the current sensor showed in A while the bridge was off; 0 where nobody looked."""
+        """What the current sensor showed in A while the bridge was off.
+
+        It is 0 where that was not measured.
+        """
         return self._zero.current if self._zero.is_measured else 0.0
 
     def snapshot(self) -> Snapshot:
@@ -177,7 +182,10 @@ class Diagnosis:
         return Snapshot(reading, *self._upper_limits(), episodes)
 
     def finish(self, *, complete: bool = True) -> DiagnosisResult:
-        """Fit the whole run and return the verdict with everything behind it; a run cut short never passes."""
+        """Fit the whole run and return the verdict with everything behind it.
+
+        A run that was cut short never passes.
+        """
         throttle = self._throttle()
         detectors = self._detectors()
         for detector in detectors:
@@ -262,7 +270,10 @@ class Diagnosis:
         return self._model.values if math.isnan(temperature) else self._model.values_at(temperature)
 
     def _upper_limits(self) -> tuple[float | None, float | None]:
-        """Return the limits of T_st and T_c in N·m at the throttle shaft, at the temperature of the current zero."""
+        """Return the limits of T_st and T_c in N·m at the throttle shaft.
+
+        They are those at the temperature of the current zero.
+        """
         of, temperature = self._limits.most, self._zero.temperature
         return of("T_st", self._gear_ratio, temperature), of("T_c", self._gear_ratio, temperature)
 
@@ -272,7 +283,10 @@ class Diagnosis:
         return math.inf if stiction is None else stiction, math.inf if coulomb is None else coulomb
 
     def _start_or_go_on(self, plate_less_encoder: Float64) -> _Running:
-        """Return what runs; a current zero that has just ended starts it afresh with what it measured."""
+        """Return the running estimation, started where there is none.
+
+        A current zero that has just ended starts it afresh with what it measured.
+        """
         if self._meter is not None:
             self._zero, self._meter = self._meter.zero(), None
             if self._running is not None:
@@ -302,7 +316,7 @@ class Diagnosis:
         return self._finished if self._running is None else [*self._finished, self._running.detector]
 
     def _cover(self, rows: SampleBlock, phase: RunPhase) -> None:
-        """Count what is lost, and follow the gaps, in phases of motion and at their edges."""
+        """Count lost samples and follow gaps, in phases of motion and at their edges."""
         before_ns, before = self._last if self._last is not None else (int(rows.time_ns[0]), phase)
         lost, gap = rows.lost_before, np.diff(rows.time_ns, prepend=before_ns)
         if before.is_watched and not phase.is_watched:

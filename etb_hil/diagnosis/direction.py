@@ -1,4 +1,6 @@
-"""Whether angle and current have the same direction: springs give back no more than they took, and friction nothing.
+"""A check that angle and current have the same direction.
+
+Springs give back no more than they took, and friction gives back nothing.
 
 A plate takes in what the motor's torque does to it along its way. Where current and angle say that it gave out more
 than its springs can have held, one of them has the wrong sign.
@@ -21,9 +23,10 @@ _LEAST = 0.2  # share of what the springs hold: less work than that is sensors' 
 
 
 def against_motor(ticks: Ticks, model: Model, throttle: ThrottleParameters) -> list[Reason]:
-    """Return why nothing can be said of friction where the angle moves against the motor's torque.
+    """Return a reason where the angle moves against the motor's torque.
 
-    Not where voltage and current contradict each other as well: then it is the current that is wrong.
+    Then nothing can be said of friction. Where voltage and current contradict each other as well, it is the current
+    that is wrong, and there is no such reason.
     """
     if len(ticks) < 2:
         return []
@@ -48,7 +51,10 @@ def against_motor(ticks: Ticks, model: Model, throttle: ThrottleParameters) -> l
 
 
 def _springs(model: Model, throttle: ThrottleParameters) -> tuple[float, float]:
-    """Return the most that the springs hold between the stops, in J, and the most that they pull with, in N·m."""
+    """Return the most that the springs hold, in J, and pull with, in N·m.
+
+    They hold it between the stops.
+    """
     held = steepest = 0.0
     for side, way in (
         ("open", throttle.stop_high - throttle.limp_home),
@@ -64,11 +70,12 @@ def _springs(model: Model, throttle: ThrottleParameters) -> tuple[float, float]:
 def _energies(
     time: Float64, angle: Float64, current: Float64, voltage: Float64, held: float, steepest: float, inertia: float
 ) -> tuple[float, float, float, float]:
-    """Return the work in A rad, how unsure it is in A rad, what may be given out in J, and the electrical energy in J.
+    """Return the motor's work with its error, and the energies to compare it with.
 
-    Springs give out no more than they hold, nor than they pull with along what an angle differs over a gap, or from
-    the first one to the last; a plate that is in motion after a gap brings what it has in motion. Along ways that
-    were seen, what springs give out they took. The electrical energy is 0 where no voltage was measured.
+    The work and its error are in A rad. The energies in J are what may be given out, and the electrical energy. Springs
+    give out no more than they hold, nor than they pull with along what an angle differs over a gap, or from the first
+    one to the last; a plate that is in motion after a gap brings what it has in motion. Along ways that were seen, what
+    springs give out they took. The electrical energy is 0 where no voltage was measured.
     """
     last = len(time) - 1
     work = lag = unsure = electrical = 0.0

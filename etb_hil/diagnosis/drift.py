@@ -1,4 +1,6 @@
-"""Friction that changes while the run goes on: it passes for friction that changes with speed, which does as well.
+"""Friction that changes while the run goes on.
+
+It passes for friction that changes with speed, and the other way round.
 
 A friction check slides slowly first and fast last. What tells time from speed is what slow windows of one speed say at
 different times. The springs, which time does not change, are left free, for what falls between opening and closing
@@ -39,10 +41,10 @@ _OF_THE_MOTOR = 0.01  # share: less may be a motor that warms by 5 K, whose cons
 
 @dataclass(frozen=True, slots=True)
 class Drift:
-    """By which share friction changes in a second, `rate` 1/s with its standard error, about the instant `middle` s.
+    """The drift of friction: the share by which it changes in a second.
 
-    It was seen from `first` to `last` s; all instants since the first tick. `is_bent` where a line does not do: then
-    time and speed stay confounded.
+    `rate` 1/s, with its standard error, is that about the instant `middle` s. It was seen from `first` to `last` s; all
+    instants count from the first tick. `is_bent` where a line does not do: then time and speed stay confounded.
     """
 
     rate: float
@@ -71,9 +73,10 @@ class Drift:
 def without_drift(
     ticks: Ticks, windows: Windows, known: Evidence, prior: Prior, fit: StribeckFit
 ) -> tuple[Evidence, StribeckFit, Drift | None]:
-    """Return evidence and fit without bumps and, where friction drifts beyond doubt, for the middle of the run.
+    """Return the evidence and the fit without bumps and without drift, and the drift.
 
-    What drifts by so little that it may be the motor's torque leaves the fit as it is: `unsure_by_time` has it.
+    Where friction drifts beyond doubt, they are those for the middle of the run. What drifts by so little that it may
+    be the motor's torque leaves the fit as it is: `unsure_by_time` has it.
     """
     evidence, fit = without_bumps(ticks, windows, known, prior, fit)
     more = _drift(ticks, windows, evidence, fit)
@@ -104,7 +107,10 @@ def without_drift(
 def unsure_by_time(
     ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit, drift: Drift | None
 ) -> StribeckFit:
-    """Return a fit as unsure as a drift that was taken off, or one that may be the motor's torque, makes it."""
+    """Return a fit as unsure as a drift makes it.
+
+    That is a drift that was taken off, or one so small that it may be the motor's torque.
+    """
     if drift is not None:
         along = 1.0 + drift.error * (_elapsed(ticks) - drift.middle) / evidence.over_time
     else:
@@ -116,13 +122,19 @@ def unsure_by_time(
 
 
 def _elapsed(ticks: Ticks) -> Float64:
-    """Return the time since the first tick (n) in s, in whole ticks: the same bits wherever a log begins."""
+    """Return the time since the first tick (n) in s, in whole ticks.
+
+    It has the same bits wherever a log begins.
+    """
     elapsed: Float64 = np.round((ticks.time - ticks.time[0]) / TICK) * TICK
     return elapsed
 
 
 def _drift(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> Drift | None:
-    """Return how the friction that a fit leaves over goes with time; None where the run does not tell."""
+    """Return how the friction residual of a fit changes with time.
+
+    None where the run does not tell.
+    """
     _, clear = in_passes(evidence.position, evidence.velocity)
     shown = (np.abs(evidence.velocity) < FASTEST) & evidence.counts & clear
     if np.count_nonzero(shown) < _FEWEST:
@@ -145,7 +157,10 @@ def _drift(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit)
 
 
 def _fitted(columns: Float64, values: Float64, stretch: Int64) -> tuple[float, float] | None:
-    """Return what the values (m) have of the first column (m, p), with its standard error; None where that is open."""
+    """Return the coefficient of the first column, with its standard error.
+
+    The values (m) are fitted by the columns (m, p). None where the data leave the coefficient open.
+    """
     weight = np.ones(len(values))
     held = _LEAST * np.eye(columns.shape[1])
     matrix, vector = accumulate(columns, values, weight)
@@ -163,7 +178,10 @@ def by_place_and_time(way: UnevenWay | None, drift: Drift | None) -> tuple[float
 
 
 def drift_remarks(drift: Drift | None) -> list[Reason]:
-    """Return what is said of friction that changed during the run, whatever the verdict; nothing of a little."""
+    """Return the remark on friction that changed during the run.
+
+    It is made whatever the verdict; a small change has none.
+    """
     if drift is None or abs(drift.whole) < _SAID:
         return []
     text = (

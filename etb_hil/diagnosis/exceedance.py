@@ -1,4 +1,7 @@
-"""Seed paper, section III.C: friction against its thresholds while samples arrive, as episodes with hysteresis."""
+"""Live detection of friction above its thresholds.
+
+Samples are compared as they arrive (seed paper, section III.C). Exceedances are episodes with hysteresis.
+"""
 
 from __future__ import annotations
 
@@ -63,7 +66,11 @@ class Exceedance:
 
 
 class ExceedanceDetector:
-    """Compares each estimate with T_st's limit below omega_s, and with T_c's far above it less the viscous torque."""
+    """A detector that compares each estimate of friction with its limit.
+
+    Below omega_s that is the limit of T_st. Far above it, that is the limit of T_c; the viscous torque is taken off
+    before.
+    """
 
     def __init__(self, model: Model, throttle: ThrottleParameters, stiction: float, coulomb: float) -> None:
         spring = max(model.tolerance("preload_open"), model.tolerance("preload_close"))
@@ -104,10 +111,10 @@ class ExceedanceDetector:
         deviation: Float64 | None,
         phase: str,
     ) -> None:
-        """Take samples (n) of one phase with the observer's estimates at them, NaN where it has none.
+        """Take samples (n) of one phase with the observer's estimates at them.
 
-        An observer that states the standard deviation of its friction is believed in that; the friction of another is
-        off by what the model's tolerances allow.
+        An estimate is NaN where the observer has none. An observer that states the standard deviation of its friction
+        is believed in that; the friction of another is off by what the model's tolerances allow.
         """
         if phase != self._phase:
             self.close()
@@ -174,7 +181,10 @@ def _end(kind: int, times: Int64, peaks: Float64, closed: Float64, instants: Int
 
 @njit(cache=True, error_model="numpy")
 def _go_on(kind: int, time_ns: int, place: tuple[float, ...], times: Int64, peaks: Float64) -> None:
-    """Start an episode, or carry it on to one more sample; `place` holds what `_PEAK` and its neighbours keep."""
+    """Start an episode, or carry it on to one more sample.
+
+    `place` holds what `_PEAK` and its neighbours keep.
+    """
     if not times[_OPEN, kind]:
         times[_OPEN, kind], times[_START, kind] = 1, time_ns
         peaks[_PEAK, kind] = 0.0
@@ -195,7 +205,10 @@ def _allowance(
     p: Float64,
     settings: Float64,
 ) -> float:
-    """Return by how much the friction may be off, in N·m: by its own deviation, else by the model's tolerances."""
+    """Return by how much the friction may be off, in N·m.
+
+    It is that by the observer's own deviation, else by the model's tolerances.
+    """
     blur = settings[_TOL_ANGLE] + abs(omega) * _DELAYS * delay
     if theta < p[STOP_LOW] + blur or theta > p[STOP_HIGH] - blur:
         return np.inf

@@ -63,7 +63,10 @@ class Findings:
     _shared: dict[Callable[[Findings], object], object] = field(default_factory=dict, repr=False, compare=False)
 
     def once(self, make: Callable[[Findings], T]) -> T:
-        """Return what a function makes of this run; it is called once, however many measurements share its result."""
+        """Return what a function makes of this run, calling it only once.
+
+        All measurements share its result.
+        """
         if make not in self._shared:
             self._shared[make] = make(self)
         return self._shared[make]  # type: ignore[return-value]
@@ -74,17 +77,23 @@ class Findings:
 
     @property
     def scale(self) -> float:
-        """The torque of the motor over that of the model, from the fit; 1 where there is none."""
+        """The torque of the motor over that of the model, from the fit.
+
+        It is 1 where there is no fit.
+        """
         fit = self.assessment.fit
         return 1.0 if fit is None else 1.0 + float(fit.parameters[CONSTANT])
 
     def broken_away_at(self, found: BreakAwayTorque) -> Estimate:
-        """Return the torque of break-aways, at the motor torque that the fit found, with what its reading adds."""
+        """Return the torque of break-aways, at the motor torque that the fit found.
+
+        Its interval includes the error of reading a peak.
+        """
         value, reading = self.scale * found.value, READING * self.scale * found.value
         low, high = self.scale * found.low - reading, self.scale * found.high + reading
         return Estimate(value, *widened(value, low, high, self.widening.gain))
 
     def with_gain(self, found: Interval, **more: object) -> Estimate:
-        """Return an estimate whose interval holds what the gain of the current sensor leaves open."""
+        """Return an estimate whose interval includes the error of the current's gain."""
         low, high = widened(found.value, found.low, found.high, self.widening.gain)
         return Estimate(found.value, found.low if found.low == 0.0 else low, high, **more)  # type: ignore[arg-type]

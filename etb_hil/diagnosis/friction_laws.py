@@ -1,4 +1,6 @@
-"""Which law friction follows: the paper's, one with another exponent, one whose contacts age, or both.
+"""The laws that friction may follow, and their probabilities.
+
+They are the paper's law, one with another exponent, one whose contacts age, and one with both.
 
 A law is fitted where its score asks for it, to the same windows as the paper's law. Numbers are averaged over the laws
 (Bayesian model averaging; Hoeting, Madigan, Raftery and Volinsky 1999). Among fitted laws the likelihood counts for as
@@ -42,9 +44,10 @@ class Law:
 
 @dataclass(frozen=True, slots=True)
 class _Fitted:
-    """A law as it was fitted, with the parameters `free` that the paper's has not, and its -2 log posterior density.
+    """A law as it was fitted.
 
-    `evidence` is the logarithm of its Bayes factor over the paper's law, by scores.
+    `free` are the parameters that the paper's law has not; `misfit` is the -2 log posterior density. `evidence` is the
+    logarithm of its Bayes factor over the paper's law, by scores.
     """
 
     fit: StribeckFit
@@ -55,9 +58,10 @@ class _Fitted:
 
 
 def laws_of(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, usual: StribeckFit) -> list[Law]:
-    """Return the laws that a run leaves probable, the likeliest first; `usual` is its fit by the paper's law.
+    """Return the laws that a run leaves probable, the likeliest first.
 
-    Another law is fitted where the score of its parameter, at the fit before, makes it likelier than that one.
+    `usual` is the run's fit by the paper's law. Another law is fitted where the score of its parameter, at the fit
+    before, makes it likelier than that one.
     """
     # the residuals of the paper's law bound the noise and the model error of every law
     weight = weights_of_sliding(ticks, windows, evidence, usual)
@@ -109,15 +113,19 @@ def _weighed(paper: _Fitted, others: Sequence[_Fitted]) -> list[Law]:
 
 
 def _misfit(fit: StribeckFit, law: Prior, weight: Float64) -> float:
-    """Return -2 log posterior density of a fit, up to a constant, windows weighted by inverse variances (m)."""
+    """Return the -2 log posterior density of a fit, up to a constant.
+
+    `weight` (m) are the inverse variances of the windows.
+    """
     off = fit.parameters - law.mean
     return float(np.sum(weight * fit.residual * fit.residual)) + float(np.sum(law.precision * off * off))
 
 
 def _log_closed(fit: StribeckFit, prior: Prior, free: tuple[int, ...]) -> float:
-    """Return the logarithm of the share of what was open beforehand of the parameters `free` that a fit leaves open.
+    """Return the logarithm of the share of a prior that a fit leaves open.
 
-    That is by how much the evidence for a law is less than its likelihood (Laplace's method).
+    It is that of the parameters `free`: what the fit leaves open over what was open before. The evidence for a law is
+    less than its likelihood by that (Laplace's method).
     """
     covariance = fit.spread.covariance[np.ix_(free, free)]
     scale = np.sqrt(prior.precision[list(free)])

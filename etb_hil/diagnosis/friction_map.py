@@ -1,4 +1,7 @@
-"""Friction over position and temperature, relative to the fitted curve: where it is locally higher, and by how much."""
+"""Friction over position and temperature, relative to the fitted curve.
+
+It shows where friction is locally higher, and by how much.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +42,10 @@ class FrictionMap:
 
 @dataclass(frozen=True, slots=True)
 class Bump:
-    """Where friction is locally higher: from `start` to `end` rad, most at `angle` rad, by `excess` (a share)."""
+    """A bump: a part of the way where friction is locally higher.
+
+    It reaches from `start` to `end` rad. Friction is highest at `angle` rad, by `excess` (a share).
+    """
 
     start: float
     end: float
@@ -49,7 +55,9 @@ class Bump:
 
 
 def friction_map(runs: Sequence[Mapping[str, Float64]]) -> FrictionMap:
-    """Return the map over the `series` of results of one unit, at whichever temperatures they were taken.
+    """Return the friction map of one unit, from the `series` of its results.
+
+    They may have been taken at any temperatures.
 
     Raises ValueError where no run has slow points behind a fit. Friction is odd in the direction of motion: the mean
     over both directions takes out what the springs' model has wrong at a place. Without a temperature, it counts as
@@ -75,9 +83,10 @@ def friction_map(runs: Sequence[Mapping[str, Float64]]) -> FrictionMap:
 
 
 def find_bumps(over: FrictionMap) -> list[Bump]:
-    """Return where friction stands out by more than a tenth and by four standard errors, at any temperature.
+    """Return the bumps of a friction map, at any temperature.
 
-    A bump falls by half and more on both sides: friction that only rises along the way is none.
+    Friction stands out there by more than a tenth and by four standard errors. A bump falls by half and more on both
+    sides: friction that only rises along the way is none.
     """
     bumps: list[Bump] = []
     for factor, error in zip(over.factor, over.error, strict=True):
@@ -97,7 +106,7 @@ def find_bumps(over: FrictionMap) -> list[Bump]:
 
 
 def _falls(side: Float64, top: float) -> bool:
-    """Return whether friction comes down to half of a bump and less on one of its sides."""
+    """Return whether friction falls to half of a bump or less on one side of it."""
     return int(np.count_nonzero(side - 1.0 < 0.5 * (top - 1.0))) >= _LOW
 
 

@@ -1,4 +1,7 @@
-"""The LuGre friction along a measured motion, compiled: what a fit holds against the windows."""
+"""The LuGre friction along a measured motion, compiled.
+
+A fit holds it against the windows.
+"""
 
 from __future__ import annotations
 
@@ -32,9 +35,10 @@ _LEAST = 1e-3  # share of T_c below which g may not fall while the fit looks aro
 
 @njit(cache=True, error_model="numpy")
 def friction_along(angle: Float64, samples: Float64, local: Float64, q: Float64, out: Float64) -> None:
-    """Fill out (1 + 6 or 1 + 10, n) with the friction torque in N·m about ticks, and its derivatives.
+    """Fill out with the friction torque in N·m about ticks, and its derivatives.
 
-    They are those by the friction's parameters and, in the last four of ten rows, by the law's.
+    `out` is (1 + 6, n) or (1 + 10, n). The derivatives are those by the friction's parameters and, in the last four of
+    ten rows, by the law's.
 
     `angle` (n) rad was measured at the ticks; `samples` (n) is how many samples each tick is the mean of: a box of that
     many widens a curve by its variance. `local` (n) is the factor on g where the plate was, 1 without a bump.
@@ -99,7 +103,10 @@ def friction_along(angle: Float64, samples: Float64, local: Float64, q: Float64,
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _carried(bristle: float, bristle_by: Float64, g: float, g_by: Float64, moved: float, stiffness: float) -> float:
-    """Return the bristles' deflection after a way in rad at a steady speed, and carry its derivatives along."""
+    """Return the bristles' deflection after a way in rad at a steady speed.
+
+    Its derivatives are carried along in place.
+    """
     settled = g / stiffness if moved > 0.0 else -g / stiffness
     ratio = stiffness * abs(moved) / g
     kept = exp_neg(ratio)
@@ -113,7 +120,10 @@ def _carried(bristle: float, bristle_by: Float64, g: float, g_by: Float64, moved
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _between(b: float, way: float, omega: float, omega_next: float) -> tuple[float, float]:
-    """Return way and velocity at a share of a tick: a cubic through both angles with both speeds (Hermite)."""
+    """Return way and velocity at a share of a tick.
+
+    They are those of a cubic through both angles with both speeds (Hermite).
+    """
     c = b * b * (3.0 - 2.0 * b)
     after = c * way + TICK * b * (1.0 - b) * ((1.0 - b) * omega - b * omega_next)
     omega_after = (
@@ -124,9 +134,10 @@ def _between(b: float, way: float, omega: float, omega_next: float) -> tuple[flo
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _share_out(torque: Float64, torque_after: Float64, a: float, b: float, out: Float64, k: int) -> None:
-    """Add to ticks k and k + 1 the integral of a triangle's falling and rising side times a torque.
+    """Add a torque, weighted by the sides of a triangle, to ticks k and k + 1.
 
-    It is linear over the step that spans (a, b) of the tick; what it was becomes what it is after the step.
+    Tick k gets the integral of the torque times the falling side, tick k + 1 that times the rising one. The torque is
+    linear over the step that spans (a, b) of the tick; what it was becomes what it is after the step.
     """
     share = b - a
     early, late, lean = 0.5 - (a + b) * 0.5 + 0.5, (a + b) * 0.5, share / 6.0
@@ -139,9 +150,10 @@ def _share_out(torque: Float64, torque_after: Float64, a: float, b: float, out: 
 
 @njit(cache=True, error_model="numpy")
 def unsettled(angle: Float64, q: Float64) -> Float64:
-    """Return at every tick (n) how far the bristles are from steady sliding: 0 there, 1 relaxed, 2 bent the other way.
+    """Return at every tick (n) how far the bristles are from steady sliding.
 
-    That is the share of sigma_0 by which friction answers an error of the angle (n).
+    It is 0 in steady sliding, 1 where they are relaxed, and 2 where they are bent the other way. That is the share of
+    sigma_0 by which friction answers an error of the angle (n).
     """
     out = np.empty(len(angle))
     stiffness, inverse_speed, exponent = exp(q[LOG_STIFFNESS]), exp(-q[LOG_SPEED]), _exponent(q)
@@ -173,7 +185,10 @@ def steady_level(omega: Float64, q: Float64) -> Float64:
 
 @njit(cache=True, error_model="numpy")
 def steady_by(omega: float, q: Float64) -> Float64:
-    """Return the derivatives (18) of the friction of steady sliding at a velocity in rad/s."""
+    """Return the derivatives (18) of the friction of steady sliding.
+
+    They are those at a velocity in rad/s.
+    """
     by, out = np.zeros(FRICTION_PARAMETERS + LAW_PARAMETERS), np.zeros(len(q))
     way = 1.0 if omega >= 0.0 else -1.0
     _level(omega, 1.0, q, exp(-q[LOG_SPEED]), _exponent(q), -np.inf, by)
@@ -199,7 +214,10 @@ def _exponent(q: Float64) -> float:
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _peak(ratio: float, exponent: float) -> float:
-    """Return exp(-|ratio|^exponent), the share of T_st - T_c that is left at so many times omega_s."""
+    """Return the share of T_st - T_c that is left at a speed.
+
+    That is exp(-|ratio|^exponent), where `ratio` is the speed over omega_s.
+    """
     u = abs(ratio)
     if exponent == 2.0:
         return gauss(u)
@@ -231,7 +249,9 @@ def _level(
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _aged(age: float, age_by: float, moved: float, time: float, inverse_way: float) -> tuple[float, float]:
-    """Return the age in s of contacts after a way at a steady speed, and its derivative by LOG_RENEWAL.
+    """Return the age in s of contacts after a way at a steady speed.
+
+    The second result is its derivative by LOG_RENEWAL.
 
     d age / dt = 1 - age |omega| / way: Dieterich's law of ageing (Ruina 1983).
     """
@@ -246,7 +266,10 @@ def _aged(age: float, age_by: float, moved: float, time: float, inverse_way: flo
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _of_age(age: float, age_by: float, local: float, q: Float64, inverse_onset: float, by: Float64) -> float:
-    """Return what contacts of an age in s add to g in N·m (Dieterich 1979), and fill in its derivatives."""
+    """Return what contacts of an age in s add to g in N·m (Dieterich 1979).
+
+    Its derivatives are filled into `by`.
+    """
     ratio = age * inverse_onset
     logarithm, slope = log(1.0 + ratio), local * q[AGEING] * inverse_onset / (1.0 + ratio)
     if len(by) > FRICTION_PARAMETERS:

@@ -31,7 +31,10 @@ _OF_A_DRAG = 0.5  # of what is even so much is odd at least, halfway between a d
 
 @dataclass(frozen=True, slots=True)
 class Coverage:
-    """What the phases of motion brought: samples, samples lost, the longest gap in s and the phase it is in."""
+    """What the phases of motion brought: samples, losses and gaps.
+
+    `longest_gap` is in s, `gap_in` the phase that it is in.
+    """
 
     samples: int
     lost: int
@@ -41,10 +44,11 @@ class Coverage:
 
 @dataclass(frozen=True, slots=True)
 class Excess:
-    """Friction at one place, `angle` rad, that may be above a limit: `torque` N·m, with its 95 % `low` and `high`.
+    """Friction at one place that may be above a limit.
 
-    It is so in both directions of motion or, where `is_one_way`, in one of them at least. Beyond all doubt it is above
-    `limit` N·m where `is_certain`.
+    The place is at `angle` rad; `torque` N·m has the 95 % interval from `low` to `high`. It may be above the limit in
+    both directions of motion or, where `is_one_way`, in at least one. Where `is_certain`, it is above `limit` N·m
+    beyond all doubt.
     """
 
     torque: float
@@ -97,7 +101,10 @@ class Grounds:
 
 
 def far_above(assessment: Assessment, reading: LiveReading, stribeck_velocity: float) -> tuple[float, float]:
-    """Return the fastest speed seen and the speed that T_c needs, in rad/s, with what is known of omega_s."""
+    """Return the fastest speed seen and the speed that T_c needs, in rad/s.
+
+    The latter follows from what is known of omega_s.
+    """
     fastest = reading.fastest if assessment.fit is None else assessment.fastest
     return fastest, FAR_ABOVE * stribeck_velocity
 
@@ -105,11 +112,11 @@ def far_above(assessment: Assessment, reading: LiveReading, stribeck_velocity: f
 def local_excess(
     assessment: Assessment, local: LocalFriction | None, limit: float, band: float, gain: tuple[float, float]
 ) -> Excess | None:
-    """Return where friction stands out most, if it is above a limit there or not certain to be below; else None.
+    """Return where friction stands out most, if it may be above a limit there.
 
-    The marginal band counts as neither. Certain is only what is odd in the direction of motion: nothing but friction
-    is. A drag in one direction is as much even as odd, so that what is even counts where so much of it is odd; what is
-    even alone are springs, magnets or the sensor.
+    None where it is certain to be below. The marginal band counts as neither. Certain is only what is odd in the
+    direction of motion: nothing but friction is. A drag in one direction is as much even as odd, so that what is even
+    counts where so much of it is odd; what is even alone are springs, magnets or the sensor.
     """
     if assessment.fit is None or local is None or not len(local.angle):
         return None
@@ -137,9 +144,10 @@ def local_excess(
 def unexplained(
     episodes: Sequence[Exceedance], assessment: Assessment, origin_ns: int | None, band: float
 ) -> list[Exceedance]:
-    """Return episodes that stand out still once the errors of the bench's model are fitted, or that no window sees.
+    """Return the episodes that the fit does not explain.
 
-    A plate that comes to a stop and is held is seen by the windows in which it still slid, and by none after that.
+    They stand out still once the errors of the bench's model are fitted, or no window sees them. A plate that comes to
+    a stop and is held is seen by the windows in which it still slid, and by none after that.
     """
     fit, evidence = assessment.fit, assessment.evidence
     if fit is None or origin_ns is None:
@@ -157,14 +165,20 @@ def unexplained(
 
 
 def _longest_unseen(time_ns: Int64, episode: Exceedance) -> int:
-    """Return the longest segment of an episode, in ns, beside windows whose middles (m) are at `time_ns`."""
+    """Return the longest segment of an episode that no window sees, in ns.
+
+    The middles (m) of the windows are at `time_ns`.
+    """
     ends = np.concatenate([[episode.start_ns], time_ns + _REACH_NS])
     starts = np.concatenate([time_ns - _REACH_NS, [episode.end_ns]])
     return int((starts - ends).max())
 
 
 def longest_by_kind(episodes: Sequence[Exceedance]) -> dict[str, tuple[float, Exceedance]]:
-    """Return for each kind how long its episodes lasted in all, in s, and the one that stands out most."""
+    """Return for each kind how long its episodes lasted in all, and the worst one.
+
+    The times are in s. The worst one stands out most.
+    """
     found = {}
     for kind in KINDS:
         same = [e for e in episodes if e.kind == kind]

@@ -1,4 +1,7 @@
-"""How far a value may be off by several errors together, some normal, some uniform within bounds."""
+"""How far a value may be off by several errors together.
+
+Some of them are normal, some uniform within bounds.
+"""
 
 from __future__ import annotations
 
@@ -55,7 +58,10 @@ def _integral(x: float) -> float:
 
 
 def share_below(x: float) -> float:
-    """Return the normal distribution's function within 1e-7 (Abramowitz and Stegun 1964, 26.2.17)."""
+    """Return the standard normal distribution's function, within 1e-7.
+
+    The approximation is that of Abramowitz and Stegun 1964, 26.2.17.
+    """
     t = 1.0 / (1.0 + 0.2316419 * abs(x))
     series = t * (0.319381530 + t * (-0.356563782 + t * (1.781477937 + t * (-1.821255978 + t * 1.330274429))))
     above = _PER_SQRT_TWO_PI * float(exp(-0.5 * x * x)) * series

@@ -1,4 +1,6 @@
-"""A motor that is much warmer than its housing: its winding's resistance rises, its magnets weaken, in one proportion.
+"""A motor that is much warmer than its housing.
+
+Its winding's resistance rises and its magnets weaken, in one proportion.
 
 Resistance and back-EMF of the run together say by how many kelvin; the back-EMF has the torque constant that friction
 is measured with, so that friction is judged all the same.
@@ -21,7 +23,10 @@ _LEAST = 0.5  # share of what copper and magnets do at a temperature: where one 
 
 @dataclass(frozen=True, slots=True)
 class HotMotor:
-    """By how many `kelvin` a motor is warmer than its housing; by which shares `resistance` and `constant` differ."""
+    """By how many `kelvin` a motor is warmer than its housing.
+
+    `resistance` and `constant` are the shares by which these differ from the model's.
+    """
 
     kelvin: float
     resistance: float
@@ -39,7 +44,9 @@ def hot_motor(
     temperature: float,
     allowed: tuple[float, float],
 ) -> HotMotor | None:
-    """Return the motor's excess temperature where it explains resistance and back-EMF; None where it does not.
+    """Return the motor's excess temperature, by its resistance and back-EMF.
+
+    None where no excess temperature explains both.
 
     `temperature` degC is the housing's, NaN where unknown; `allowed` are the shares by which resistance and back-EMF of
     a motor at that temperature may differ from the model's.

@@ -1,4 +1,7 @@
-"""A value with its 95 % interval, and what intervals under several hypotheses say together."""
+"""A value with its 95 % interval.
+
+The intervals of several hypotheses can be combined.
+"""
 
 from __future__ import annotations
 
