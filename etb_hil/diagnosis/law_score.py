@@ -1,4 +1,6 @@
-"""Whether a run asks for another law of friction: a score test, before any such law is fitted.
+"""A score test of whether a run asks for another law of friction.
+
+It is made before any such law is fitted.
 
 The score of a parameter that a fitted law has not is summed over segments of the run, net of what the fitted parameters
 take of it (Rao 1948; Neyman 1959). Its own scatter from segment to segment is its error, so that neither a wrong noise
@@ -35,9 +37,10 @@ def log_evidence(
     index: int,
     weight: Float64,
 ) -> float:
-    """Return the logarithm of the Bayes factor of a law with parameter `index`, over that of `fit`, which has `free`.
+    """Return the logarithm of the Bayes factor of a law over the fitted one.
 
-    It is Laplace's, to first order, by the robust score; `weight` (m) are those of windows that slide, 0 of others.
+    The law has the parameter `index` jointly with those in `free`; the law of `fit` has the latter alone. The factor is
+    Laplace's, to first order, by the robust score. `weight` (m) are the weights of windows that slide, 0 for others.
     Contacts do not become weaker with age: a score that says so is evidence of nothing.
     """
     q = fit.parameters

@@ -45,10 +45,10 @@ def start_of_law(
     before: StribeckFit,
     weight: Float64,
 ) -> Float64:
-    """Return parameters (18) of a law that has `free`, near its optimum; `weight` (m) are those of sliding windows.
+    """Return parameters (18) of a law, near its optimum.
 
-    What the windows do not tell by their speed is as it is in the fit `before`, and so is all where no grid point has a
-    curve that falls.
+    The law has the parameters `free`; `weight` (m) are the weights of sliding windows. What the windows do not tell by
+    their speed is as it is in the fit `before`. So are all parameters where no grid point has a curve that falls.
     """
     used, was = np.flatnonzero(weight), before.parameters
     _, jacobian = linearise(ticks, windows, evidence, was, USUAL)
@@ -91,7 +91,10 @@ def start_of_law(
 
 
 def _level(speed: Float64, q: Float64, index: int) -> Float64:
-    """Return the steady friction (m) in N·m at speeds (m) of one parameter's unit alone."""
+    """Return the steady friction (m) in N·m that a unit of one parameter makes alone.
+
+    It is that at the given speeds (m).
+    """
     alone = q.copy()
     alone[[COULOMB, DROP, AGEING]] = 0.0
     alone[index] = 1.0

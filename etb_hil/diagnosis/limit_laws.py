@@ -1,4 +1,7 @@
-"""Laws that limits follow: with the housing's temperature, and with the time of rest before a break-away."""
+"""Laws that limits follow.
+
+A limit may follow the housing's temperature, and the time of rest before a break-away.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,10 @@ _DECADE = 2.302585092994046
 
 
 class TemperatureLaw(FileModel):
-    """How a limit follows the housing's temperature: linearly about a reference, within the range it was found in."""
+    """How a limit follows the housing's temperature.
+
+    It does so linearly about a reference, within the range that the law was found in.
+    """
 
     coefficient: Annotated[TemperatureCoefficient, Field(description="share of the limit per K, as a rule negative")]
     reference: Temperature
@@ -36,7 +42,10 @@ class TemperatureLaw(FileModel):
 
 
 class DwellLaw(FileModel):
-    """How a limit of break-away follows the time of rest before it: with its logarithm (Dieterich 1979)."""
+    """How a limit of break-away follows the time of rest before it.
+
+    It does so with the logarithm of that time (Dieterich 1979).
+    """
 
     per_decade: Annotated[Ratio, Field(description="share of the limit that a ten times longer rest adds")]
     reference: Annotated[Duration, Field(gt=0.0, description="the rest that the limit is stated for")]

@@ -17,9 +17,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Limit:
-    """What a measurement may be: at least `low`, at most `high`, in SI at the shaft it is stated for; None: no limit.
+    """What a measurement may be: at least `low`, at most `high`.
 
-    `temperature` and `dwell` are the laws that it follows; `source` says where it comes from.
+    They are in SI at the shaft that they are stated for, None where there is no limit. `temperature` and `dwell` are
+    the laws that it follows; `source` says where it comes from.
     """
 
     low: float | None = None
@@ -30,7 +31,10 @@ class Limit:
     source: str = ""
 
     def at_throttle(self, gear_ratio: float, temperature: float = math.nan) -> tuple[float | None, float | None]:
-        """Return both limits at the throttle shaft; `temperature` in degC, NaN where unknown: then as stated."""
+        """Return the lower and the upper limit at the throttle shaft.
+
+        `temperature` is in degC. Where it is NaN, unknown, the limits are as stated.
+        """
         factor = gear_ratio if self.shaft is Shaft.MOTOR else 1.0
         if self.temperature is not None and not math.isnan(temperature):
             factor *= self.temperature.factor(temperature)
@@ -42,10 +46,10 @@ class Limit:
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What is allowed of a part: a limit for each measurement that is judged, by its id or that of one of its values.
+    """What is allowed of a part: a limit for each measurement that is judged.
 
-    Inside `marginal_band`, a share of each limit on either side of it, nothing is decided. `hint` says what to change
-    in a file of an older schema.
+    `by_id` has the limits by the id of a measurement or of one of its values. Inside `marginal_band`, a share of each
+    limit on either side of it, nothing is decided. `hint` says what to change in a file of an older schema.
     """
 
     part_number: str
@@ -56,7 +60,10 @@ class Limits:
     hint: str = ""
 
     def of(self, kind: MeasurementKind, suffix: str = "") -> Limit | None:
-        """Return the limit that applies to a measurement, or None; that of a single value comes before that of all."""
+        """Return the limit that applies to a measurement, or None.
+
+        The limit of a single value comes before that of all its values.
+        """
         own = self.by_id.get(f"{kind.id}{suffix}") or self.by_id.get(kind.id)
         if own is None and kind.judged_at_rest_by:
             stated = self.by_id.get(kind.judged_at_rest_by)
@@ -75,7 +82,10 @@ class Limits:
 
 
 def without_temperature(limits: Limits, temperature: float) -> list[Reason]:
-    """Return why nothing can be held against limits that follow a temperature, in degC, which is NaN: not known."""
+    """Return why limits that follow a temperature cannot be applied without it.
+
+    `temperature` is in degC, NaN where it is not known.
+    """
     if not math.isnan(temperature) or all(one.temperature is None for one in limits.by_id.values()):
         return []
     text = "the limits follow the housing's temperature, and none was measured with the current's zero"

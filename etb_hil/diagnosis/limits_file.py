@@ -1,4 +1,7 @@
-"""Limits files: `limits` judges any measurement by its id; files of the first schema are read, too."""
+"""Limits files: `limits` judges any measurement by its id.
+
+Files of the first schema are read, too.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,10 @@ _SIDES = ("min", "max")
 
 
 class LimitEntry(FileModel):
-    """What a measurement may be: at least `min`, at most `max`, or both; torques at the shaft they are stated for."""
+    """What a measurement may be: at least `min`, at most `max`, or both.
+
+    Torques are those at the shaft they are stated for.
+    """
 
     min: Stated = None
     max: Stated = None
@@ -76,9 +82,10 @@ _OF_FIRST_SCHEMA = {"stiction": "T_st", "coulomb": "T_c", "return_margin": "retu
 
 
 def load_limits(path: Path, gear_ratio: float | None = None) -> Limits:
-    """Read a limits file; InputError lists every problem with file, line, key and value.
+    """Read a limits file.
 
-    Limits that are stated for different shafts can be compared only where `gear_ratio` is known.
+    Raises InputError, which lists every problem with file, line, key and value. Limits that are stated for different
+    shafts can be compared only where `gear_ratio` is known.
     """
     data, _ = parse(path)
     if isinstance(data, dict) and data.get("schema") == "etb_hil/limits/1":
@@ -175,7 +182,10 @@ def _exchanged(
     found: dict[str, Limit],
     gear_ratio: float | None,
 ) -> Iterator[Problem]:
-    """Yield a problem where the limit of T_c lies above that of T_st: then the two were exchanged."""
+    """Yield a problem where the limit of T_c lies above that of T_st.
+
+    Then the two were exchanged.
+    """
     stiction, coulomb = found.get("T_st"), found.get("T_c")
     if stiction is None or coulomb is None or (gear_ratio is None and stiction.shaft is not coulomb.shaft):
         return

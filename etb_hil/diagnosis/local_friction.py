@@ -1,4 +1,7 @@
-"""What the fitted curve leaves over, place by place: friction is odd in the direction of motion, springs are even."""
+"""The residual of the fitted curve, place by place.
+
+Friction is odd in the direction of motion, springs are even.
+"""
 
 from __future__ import annotations
 
@@ -40,9 +43,10 @@ def local_friction(evidence: Evidence, fit: StribeckFit) -> LocalFriction:
 
 
 def local_means(position: Float64, velocity: Float64, values: Float64) -> tuple[Float64, Float64, Float64, Float64]:
-    """Return the middles of cells (b) rad, and of values (m) there what is odd and even in the velocity (m), and error.
+    """Return the odd and the even part of values (m), cell by cell.
 
-    Cells that were not passed often enough in both directions are left out.
+    The results (b) are the middles of the cells in rad, both parts, and their standard error. The parts are odd and
+    even in the velocity (m). Cells that were not passed often enough in both directions are left out.
     """
     if not len(position):
         none = np.empty(0)

@@ -1,4 +1,7 @@
-"""What a measurement declares: one file of `measurements/` holds one declaration and how the value is computed."""
+"""What a measurement declares.
+
+One file of `measurements/` holds one declaration and how the value is computed.
+"""
 
 from __future__ import annotations
 
@@ -78,7 +81,10 @@ class MeasurementKind:
 
 
 def misstatements(kind: MeasurementKind, others: Collection[str]) -> list[str]:
-    """Return what is wrong with a declaration beside the measurements of other ids, in sentences."""
+    """Return what is wrong with the declaration of a measurement, in sentences.
+
+    `others` are the ids of the other measurements.
+    """
     return list(_misstatements(kind, others))
 
 

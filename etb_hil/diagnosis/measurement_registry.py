@@ -1,4 +1,7 @@
-"""The measurements that there are: each file of `measurements/` holds one as `MEASUREMENT`; plug-ins add theirs."""
+"""The registry of measurements.
+
+Each file of `measurements/` holds one as `MEASUREMENT`; plug-ins add theirs.
+"""
 
 from __future__ import annotations
 
@@ -25,9 +28,10 @@ if TYPE_CHECKING:
 
 @cache
 def measurement_kinds() -> Mapping[str, MeasurementKind]:
-    """Return the declarations of all measurements by id, in the order in which people read them.
+    """Return the declarations of all measurements by id.
 
-    Raises InputError where a plug-in's declaration breaks the contract.
+    They are in the order in which people read them. Raises InputError where a plug-in's declaration breaks the
+    contract.
     """
     names = [module.name for module in pkgutil.iter_modules(measurements.__path__)]
     kinds: list[MeasurementKind] = [import_module(f"{measurements.__name__}.{name}").MEASUREMENT for name in names]
@@ -42,7 +46,10 @@ def measurement_kinds() -> Mapping[str, MeasurementKind]:
 
 
 def kind_of(measurement_id: str) -> MeasurementKind | None:
-    """Return the declaration behind the id of a measurement, or of one of its several values; None of any other id."""
+    """Return the declaration of a measurement by its id, None for any other id.
+
+    The id may also be that of one of its several values.
+    """
     kinds = measurement_kinds()
     return kinds.get(measurement_id) or next(
         (
@@ -61,9 +68,10 @@ def phases_needed() -> frozenset[str]:
 
 
 def _guarded(part: Part) -> Callable[[Findings], Found]:
-    """Return the function of a plug-in's measurement, which gives no value and says why where it fails.
+    """Return the function of a plug-in's measurement, guarded against its faults.
 
-    What was recorded and all other measurements outlive a fault of a plug-in.
+    Where it fails, it gives no value and says why. What was recorded and all other measurements outlive a fault of a
+    plug-in.
     """
     compute = part.value.compute
 

@@ -15,7 +15,7 @@ from etb_hil.results.measurement import Measurement
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """A measurement of a run, with its declaration and the estimate that it was made from."""
+    """A measurement of a run, with its declaration and the estimate behind it."""
 
     kind: MeasurementKind
     estimate: Estimate
@@ -62,7 +62,10 @@ def _verdict(one: Measurement, estimate: Estimate, band: float) -> UnitVerdict |
 def stand(
     value: float, low: float, high: float, limit_low: float | None, limit_high: float | None, band: float
 ) -> UnitVerdict:
-    """Hold a value's interval against its limits; `band` is a share of the limit, inside which nothing is decided."""
+    """Return the verdict on a value's interval by its limits.
+
+    `band` is a share of each limit, inside which nothing is decided.
+    """
     verdicts = []
     if limit_high is not None:
         margin = band * abs(limit_high)

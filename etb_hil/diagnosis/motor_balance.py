@@ -1,4 +1,6 @@
-"""The motor's voltage balance window by window: a current, voltage or angle that is wrong for a while stands out.
+"""The motor's voltage balance window by window.
+
+A current, voltage or angle that is wrong for a while stands out.
 
 The first line of eq. (1) of the seed paper, in windows of 20 ms: mean voltage = R mean current + K_e G_r mean velocity
 + L d(current)/dt, with an offset and a delay of the voltage fitted along, since both differ from bench to bench.
@@ -24,7 +26,10 @@ _ROUGH = 3.0  # times what one step of the voltage between samples may do
 
 
 def worst_residual(windows: Float64) -> str | None:
-    """Return in words what does not fit in windows (m, 6) with the bridge on, or None."""
+    """Return in words what contradicts the motor's voltage balance, or None.
+
+    The windows (m, 6) are those with the bridge on.
+    """
     if len(windows) < _FEWEST:
         return None
     voltage = windows[:, 0]

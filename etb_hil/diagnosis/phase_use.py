@@ -1,4 +1,7 @@
-"""What the diagnosis does with the samples of a phase; each kind of phase declares it."""
+"""What the diagnosis does with the samples of a phase.
+
+Each kind of phase declares it.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,10 @@ class Use(Enum):
 
 @dataclass(frozen=True, slots=True)
 class RunPhase:
-    """A phase of a run: its place in the run, its id, its kind, and what its samples are used for."""
+    """A phase of a run, and what its samples are used for.
+
+    It has its place in the run, its id and its kind.
+    """
 
     number: int
     id: str

@@ -14,9 +14,9 @@ MOST_UNSEEN = 0.1  # share of the way at a segment, 8 degrees: in more, a bump o
 
 @dataclass(frozen=True, slots=True)
 class Unseen:
-    """A segment of the way, from `start` to `end` rad, that the plate did not slide over slowly in both directions.
+    """A segment of the way that the plate did not slide over slowly both ways.
 
-    `share` is its part of the way from stop to stop.
+    It reaches from `start` to `end` rad. `share` is its part of the way from stop to stop.
     """
 
     start: float
@@ -25,16 +25,20 @@ class Unseen:
 
 
 def seen_slowly(local: LocalFriction | None) -> tuple[float, float]:
-    """Return the lowest and the highest angle in rad that was slid over slowly both ways; NaN where none was."""
+    """Return the lowest and the highest angle in rad slid over slowly both ways.
+
+    Both are NaN where there is no such angle.
+    """
     if local is None or not len(local.angle):
         return np.nan, np.nan
     return float(local.angle[0]) - 0.5 * CELL, float(local.angle[-1]) + 0.5 * CELL
 
 
 def too_wide_unseen(local: LocalFriction | None, model: Model, throttle: ThrottleParameters) -> Unseen | None:
-    """Return the widest segment not seen, where that is too much of the way; None too where nothing was fitted.
+    """Return the widest segment not seen, where that is too much of the way.
 
-    The way is that between the bench's stops, which may each stand further in by their tolerance.
+    None too where nothing was fitted. The way is that between the bench's stops, which may each stand further in by
+    their tolerance.
     """
     if local is None:
         return None

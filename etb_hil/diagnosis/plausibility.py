@@ -1,4 +1,6 @@
-"""Whether the samples of a run can be true: sensors against each other, against physics, and against the clock.
+"""A check of whether the samples of a run can be true.
+
+Sensors are compared with each other, with physics, and with the clock.
 
 A verdict says something of a unit only where nothing here speaks against the measurement. What each check sees, and
 from which size on, is listed in `docs/reference/faults.md`. The results do not depend on how the stream was cut.
@@ -66,7 +68,10 @@ class _Bounds:
 
 
 class Plausibility:
-    """Takes the joined rows of a run, phase by phase, and says what speaks against them."""
+    """The check of a run's joined samples, which says what speaks against them.
+
+    It takes them phase by phase.
+    """
 
     def __init__(self, model: Model) -> None:
         throttle, sensors = model.values, model.sensors
@@ -91,7 +96,10 @@ class Plausibility:
         self._other_rate: tuple[float, float] | None = None
 
     def ask(self, rate: float, stamp_ns: int) -> None:
-        """Note that samples at `rate` (Hz) were asked for at a stamp (ns), before rows of later stamps are pushed."""
+        """Note that samples at `rate` (Hz) were asked for at a stamp (ns).
+
+        This comes before samples of later stamps are pushed.
+        """
         self._asks.append((stamp_ns, round(1e9 / rate) if rate > 0.0 else 0))
 
     def push(self, rows: SampleBlock, phase: int, *, moving: bool) -> None:
@@ -165,7 +173,10 @@ class Plausibility:
 
 
 def _equal_readings(noise: float, step: float) -> int:
-    """Return how many equal readings in a row no noise of this size gives; 0 where readings may well be equal."""
+    """Return how many equal readings in a row no noise of this size gives.
+
+    It is 0 where readings may well be equal.
+    """
     if noise < 0.5 * step or noise <= 0.0:
         return 0
     chance = step / (noise * 2.0 * math.sqrt(math.pi))  # at most 0.56, here
@@ -194,7 +205,10 @@ def _watch(
     n: Int64,
     out: Float64,
 ) -> int:
-    """Look at every row; return how many windows of the motor's balance were closed into `out`."""
+    """Look at every sample, and return how many windows were closed into `out`.
+
+    They are windows of the motor's voltage balance.
+    """
     closed = 0
     for k in range(len(time_ns)):
         if math.isnan(current[k]) or math.isnan(encoder[k]):
@@ -221,7 +235,10 @@ def _watch(
 
 @njit(cache=True, error_model="numpy")
 def _clock(time_ns: np.int64, stamp_ns: np.int64, gap: np.int64, moving: bool, asked_from: int, n: Int64) -> None:
-    """Follow the interval, the time without samples, and the least delay of the stamps."""
+    """Follow the interval of samples, the time without them, and their least delay.
+
+    The delay is that of the stamps.
+    """
     if gap > 0:
         if stamp_ns > asked_from:
             n[_SHORTEST] = min(n[_SHORTEST], gap)
@@ -249,7 +266,10 @@ def _angles(
     encoder: float, plate: float, plate_2: float, gap: np.int64, acceleration: float, step: float, low: float,
     high: float, s: Float64, n: Int64,
 ) -> None:  # fmt: skip
-    """Hold the tracks against each other and the encoder, and the encoder against what a motor can do."""
+    """Compare the tracks of the plate sensor with each other and the encoder.
+
+    The encoder is also compared with what a motor can do.
+    """
     if abs(plate - plate_2) > TRACKS:
         n[_TRACKS_OFF] += 1
     if not math.isnan(plate):
@@ -302,7 +322,11 @@ def _bridge_off(time_ns: np.int64, current: float, s: Float64, n: Int64) -> None
 def _window(
     time_ns: np.int64, gap: np.int64, current: float, encoder: float, voltage: float, s: Float64, n: Int64, out: Float64
 ) -> int:
-    """Gather one row of the motor's balance: means of voltage and current, and how far angle and both moved."""
+    """Add a sample to a window of the motor's voltage balance.
+
+    A window has the means of voltage, current and velocity, and the slopes of voltage and current. Returns 1 where the
+    window was closed into `out`, else 0.
+    """
     if n[_WINDOW_N] and 2 * gap > 3 * n[_SHORTEST]:
         n[_WINDOW_N] = 0
     if n[_WINDOW_N] == 0:

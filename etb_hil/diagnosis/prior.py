@@ -1,4 +1,7 @@
-"""What is known before a fit: the bench's model and how far its tolerances let it be off."""
+"""What is known before a fit.
+
+That is the bench's model, and how far its tolerances let it be off.
+"""
 
 from __future__ import annotations
 
@@ -52,9 +55,10 @@ _ANY_LAG = 5e-4  # s
 
 @dataclass(frozen=True, slots=True)
 class Prior:
-    """Means (18) and inverse variances (18) of the fit's parameters; the model's `stribeck_velocity` in rad/s.
+    """Means (18) and inverse variances (18) of the fit's parameters.
 
-    The first `count` of them are fitted; those behind have the values of their means.
+    `stribeck_velocity` in rad/s is the model's. The first `count` parameters are fitted; those behind have the values
+    of their means.
     """
 
     mean: Float64
@@ -64,7 +68,10 @@ class Prior:
 
 
 def prior_of(model: Model, throttle: ThrottleParameters, offset_error: float, balance: VoltageBalance | None) -> Prior:
-    """Return what is known before a fit; `offset_error` in A is the standard error of the current's zero."""
+    """Return what is known of the fit's parameters before the fit.
+
+    `offset_error` in A is the standard error of the current's zero.
+    """
     mean, spread = np.zeros(PARAMETERS), np.empty(PARAMETERS)
     mean[COULOMB], spread[COULOMB] = throttle.coulomb, _ANY_TORQUE
     mean[DROP], spread[DROP] = throttle.stiction - throttle.coulomb, _ANY_TORQUE

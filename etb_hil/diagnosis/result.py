@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """Why a verdict is what it is: an id for programs, and words with values for people.
+    """A reason for a verdict: an id for programs, words with values for people.
 
     What to do next follows from the id: `etb_hil.bench.wording`.
     """
@@ -27,7 +27,9 @@ class Reason:
 
 @dataclass(frozen=True, slots=True)
 class DiagnosisResult:
-    """The verdict on a unit, its reasons (the first one decided), the measurements behind it and columns for plots.
+    """The verdict on a unit, with everything behind it.
+
+    Of the `reasons`, the first one decided. `measurements` and `exceedances` are behind it, and `series` is for plots.
 
     `series` holds groups of columns of one length each. Every millisecond: `time` s since `start_ns`, `angle`,
     `velocity`, `current`, `friction`, `temperature`. Points behind the fit: `point_velocity`, `point_friction`,

@@ -1,4 +1,6 @@
-"""Friction that repeats within a degree: passes over the same places share it, and no noise.
+"""Friction that repeats within a degree.
+
+Passes over the same places share it; they share no noise.
 
 Windows in a cell scatter by it as they do by noise, so no scatter tells the two apart. What two passes the same way
 have in common at the same place does: noise has nothing in common with itself.
@@ -19,9 +21,9 @@ _TURN = 0.035  # rad behind a turn: bristles still bend there, at the same place
 
 
 def in_passes(position: Float64, velocity: Float64) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Return which pass each window (m) belongs to, in order of time, and whether it is clear of the turn before it.
+    """Return which pass each window (m) belongs to, in order of time.
 
-    `position` (m) rad, `velocity` (m) rad/s.
+    The second result is whether the window is clear of the turn before it. `position` (m) rad, `velocity` (m) rad/s.
     """
     turned = np.concatenate(([False], (velocity[1:] > 0.0) != (velocity[:-1] > 0.0)))
     number = np.cumsum(turned)
@@ -32,9 +34,10 @@ def in_passes(position: Float64, velocity: Float64) -> tuple[NDArray[np.int64], 
 def shared_by_passes(
     position: Float64, velocity: Float64, number: NDArray[np.int64], values: Float64
 ) -> tuple[float, float]:
-    """Return the variance that passes the same way share at the same places, and the whole one; zeros without pairs.
+    """Return the variance that passes share at the same places, and the whole one.
 
-    `position` rad, `velocity` rad/s, the pass's `number` and the `values` are those of windows (m), in order of time.
+    The passes are those that go the same way. Both results are 0 where no two of them share a place. `position` rad,
+    `velocity` rad/s, the pass's `number` and the `values` are those of windows (m), in order of time.
     """
     if not len(position):
         return 0.0, 0.0
@@ -57,9 +60,10 @@ def shared_by_passes(
 
 
 def _levelled(position: Float64, values: Float64) -> tuple[int, Float64]:
-    """Return the first step that a pass crosses, and its values from step to step less their mean around; NaN in gaps.
+    """Return the first step that a pass crosses, and its values less their mean.
 
-    `position` (m) rad is in ascending order.
+    The values are taken from step to step; the mean is that around each. They are NaN in gaps. `position` (m) rad is in
+    ascending order.
     """
     begin = int(np.ceil(position[0] / _STEP))
     grid = np.arange(begin, int(np.floor(position[-1] / _STEP)) + 1) * _STEP

@@ -1,4 +1,6 @@
-"""What it costs that a signal is read a few times a second: the same run judged with every second reading left out.
+"""What it costs that a signal is read only a few times a second.
+
+The same run is judged with every second reading left out.
 
 Between two readings the signal is taken as a straight line, whose error shrinks at least in proportion to their
 distance. What a result changes by when the distance is doubled bounds its own error (step doubling; Richardson, 1911).
@@ -20,11 +22,11 @@ HARDLY = 1.05  # times as wide: less is not worth a word
 def with_sampling_error(
     all_read: DiagnosisResult, half_read: DiagnosisResult, band: float, words: str
 ) -> DiagnosisResult:
-    """Return the result of all readings, its intervals wider by what half of the readings change of them.
+    """Return the result of all readings, its intervals wider by the sampling error.
 
-    A verdict that the wider intervals do not give, or that half of the readings contradict, is inconclusive. Half of
-    the readings that decide nothing contradict nothing: what they cost is in the intervals. `words` says how the signal
-    was read, `band` is the limits' marginal band.
+    That error is what half of the readings change of an interval. A verdict that the wider intervals do not give, or
+    that half of the readings contradict, is inconclusive. Half of the readings that decide nothing contradict nothing:
+    what they cost is in the intervals. `words` says how the signal was read, `band` is the limits' marginal band.
     """
     wider = {id_: _wider(one, half_read.measurements.get(id_), band) for id_, one in all_read.measurements.items()}
     undecided = [one for id_, one in wider.items() if one.verdict is not all_read.measurements[id_].verdict]
@@ -48,7 +50,10 @@ def with_sampling_error(
 
 
 def _with_shared_remarks(all_read: DiagnosisResult, half_read: DiagnosisResult) -> DiagnosisResult:
-    """Leave out what is remarked beside the verdict and half of the readings do not show: it may be their distance."""
+    """Leave out the remarks that half of the readings do not show.
+
+    They may come from the distance between readings. The first reason stays.
+    """
     first, *others = all_read.reasons
     shared = {reason.id for reason in half_read.reasons}
     return replace(all_read, reasons=(first, *(reason for reason in others if reason.id in shared)))
@@ -70,7 +75,10 @@ def _wider(one: Measurement, other: Measurement | None, band: float) -> Measurem
 
 
 def _times(was: Measurement, low: float, high: float) -> float:
-    """Return how many times as wide an interval became; 0 where it is hardly wider, or had no width."""
+    """Return how many times as wide an interval became.
+
+    It is 0 where the interval is hardly wider, or had no width.
+    """
     if was.low is None or was.high is None or was.high <= was.low:
         return 0.0
     times = (high - low) / (was.high - was.low)

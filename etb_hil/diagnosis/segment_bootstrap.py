@@ -1,4 +1,6 @@
-"""How far a fit is off by noise that lasts: fits of segments of the run, drawn anew with replacement.
+"""How far a fit is off by noise that lasts.
+
+Segments of the run are drawn anew with replacement, and fitted.
 
 Neighbouring windows share their noise, segments of a run do not (Carlstein 1986): a segment is drawn as a whole, with
 what its windows say of every parameter (Efron and Tibshirani 1993, 9.5, pairs). Each draw is fitted to first order.
@@ -39,10 +41,10 @@ class Spread:
     known: Float64
 
     def reach(self, gradient: Float64) -> float:
-        """Return how far the truth may lie from a combination of parameters, `gradient` (p), in 95 %.
+        """Return how far the truth may lie from a combination of parameters, in 95 %.
 
-        On both sides, as far as 95 % of the draws (Hall 1988): where one segment decides, draws lean to one side,
-        and of the truth that says nothing.
+        `gradient` (p) are the weights of the parameters. On both sides, it is as far as 95 % of the draws (Hall 1988).
+        Where one segment decides, draws lean to one side, and of the truth that says nothing.
         """
         moved = np.partition(np.abs(times(self.steps, gradient)), _INSIDE - 1)[_INSIDE - 1]
         variance = max(float(times(gradient[None, :], times(self.known, gradient))[0]), 0.0)
@@ -62,12 +64,12 @@ class Spread:
 
 
 def segment_bootstrap(jacobian: Float64, residual: Float64, weight: Float64, cluster: Int64, prior: Float64) -> Float64:
-    """Return by how much (b, p) fits of drawn segments differ from the fit of all, NaN where these are too few.
+    """Return by how much (b, p) fits of drawn segments differ from the fit of all.
 
-    The fit has a Jacobian (m, p), left residuals (m) by weights (m), and a `prior` (p, p) of inverse variances;
-    `cluster` (m) numbers the segments in order. The draws depend on nothing but how many segments there are. Few of
-    them scatter less than the truth does: steps are stretched by what Student's interval of a mean has over the
-    bootstrap's (Hesterberg 2015, expanded percentiles).
+    The result is NaN where there are too few segments. The fit has a Jacobian (m, p), left residuals (m) by weights
+    (m), and a `prior` (p, p) of inverse variances; `cluster` (m) numbers the segments in order. The draws depend on
+    nothing but how many segments there are. Few of them scatter less than the truth does: steps are stretched by what
+    Student's interval of a mean has over the bootstrap's (Hesterberg 2015, expanded percentiles).
     """
     stretches = _sums(jacobian, residual, weight, cluster)
     count = len(stretches)
@@ -80,7 +82,10 @@ def segment_bootstrap(jacobian: Float64, residual: Float64, weight: Float64, clu
 
 @njit(cache=True, error_model="numpy")
 def _sums(jacobian: Float64, residual: Float64, weight: Float64, cluster: Int64) -> Float64:
-    """Return J' W J, its lower triangle row by row, and J' W r of every segment that weighs anything."""
+    """Return J' W J and J' W r of every segment that weighs anything.
+
+    Of J' W J it is the lower triangle, row by row.
+    """
     rows, columns = jacobian.shape
     sums = np.empty((rows, columns * (columns + 3) // 2))
     count = first = 0
@@ -123,7 +128,10 @@ def _drawn(stretches: Float64, prior: Float64) -> Float64:
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _any_of(count: int, number: int) -> int:
-    """Return the draw of that number, from 0 to below `count`: SplitMix64 (Steele, Lea and Flood 2014)."""
+    """Return the draw of that number, from 0 to below `count`.
+
+    The generator is SplitMix64 (Steele, Lea and Flood 2014).
+    """
     word = _GOLDEN * np.uint64(number + 1)
     word = (word ^ (word >> _S30)) * _MIX_1
     word = (word ^ (word >> _S27)) * _MIX_2

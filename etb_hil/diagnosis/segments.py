@@ -1,4 +1,7 @@
-"""The samples of single phases, for measurements that look at a step, a rest or a return and not at the whole run."""
+"""The samples of single phases.
+
+Measurements use them that look at a step, a rest or a return and not at the whole run.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +35,10 @@ class Segment:
     columns: Mapping[str, Float64]
 
     def column(self, role: str) -> Float64:
-        """Return a column (n), NaN throughout where the controller does not send the role; ValueError for no role."""
+        """Return a column (n) by its role.
+
+        It is NaN throughout where the controller does not send the role. Raises ValueError for no role.
+        """
         if (found := self.columns.get(role)) is not None:
             return found
         if role not in _KNOWN:

@@ -22,9 +22,10 @@ _SLOW = 0.3  # of the highest speed: beyond it, friction over angle would show t
 
 
 def break_away_columns(rests: Sequence[BreakAway], fit: StribeckFit | None) -> dict[str, Float64]:
-    """Return the columns of break-aways, and of their means where the torque rose at several rates.
+    """Return the columns of break-aways.
 
-    The means' intervals hold their scatter alone: what is wrong with the motor's constant moves all rates equally.
+    With them come those of their means, where the torque rose at several rates. The means' intervals hold their scatter
+    alone: what is wrong with the motor's constant moves all rates equally.
     """
     rated = [one for one in rests if one.rate > 0.0]
     if not rated:
@@ -48,10 +49,11 @@ def break_away_columns(rests: Sequence[BreakAway], fit: StribeckFit | None) -> d
 
 
 def plot_columns(assessment: Assessment, widening: Widening) -> dict[str, Float64]:
-    """Return the columns that `DiagnosisResult.series` names; groups that the run does not carry are left out.
+    """Return the columns that `DiagnosisResult.series` names.
 
-    The curve's band holds what the numbers' intervals hold of friction at a speed: its gain and an uneven way. How it
-    parts into T_c and viscosity, which other laws of friction leave open, is the numbers' alone.
+    Groups that the run does not carry are left out. The curve's band holds what the numbers' intervals hold of friction
+    at a speed: its gain and an uneven way. How it parts into T_c and viscosity, which other laws of friction leave
+    open, is the numbers' alone.
     """
     ticks, evidence, fit = assessment.ticks, assessment.evidence, assessment.fit
     columns = {
@@ -90,7 +92,10 @@ def plot_columns(assessment: Assessment, widening: Widening) -> dict[str, Float6
 def _band(
     speeds: Float64, value: Float64, error: Float64, widening: Widening, fit: StribeckFit
 ) -> tuple[Float64, Float64]:
-    """Return the lower and the upper edge of a curve's 95 % band at speeds (n), equal in both directions."""
+    """Return the lower and the upper edge of a curve's 95 % band at speeds (n).
+
+    The band is equal in both directions.
+    """
     low, high = np.empty(len(speeds)), np.empty(len(speeds))
     for k, (speed, level, reach) in enumerate(
         zip(speeds.tolist(), value.tolist(), (TWO_SIDED_95 * error).tolist(), strict=True)

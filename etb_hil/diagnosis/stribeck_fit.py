@@ -1,4 +1,6 @@
-"""T_st, T_c, omega_s and viscosity from a whole run: LuGre's friction fitted to Newton's law over windows.
+"""T_st, T_c, omega_s and viscosity from a whole run.
+
+LuGre's friction is fitted to Newton's law over windows.
 
 Friction is odd in the direction of motion. What the bench's model has wrong (springs, inertia, motor constant, zero
 of the current) is not, or goes with current and acceleration; it is fitted along, held by the model's tolerances, so
@@ -80,11 +82,11 @@ class Evidence:
 
 @dataclass(frozen=True, slots=True)
 class StribeckFit:
-    """The fitted parameters (18) in the order of `prior`, what they may be off by, and the residual.
+    """The fitted parameters (18), what they may be off by, and the residual.
 
-    `friction` (m) is what the windows say of friction once the model's errors are taken off; `residual` (m) N·m is how
-    far that lies above the curve of that time. `counted` is the share of the log-likelihood that the scatter of the run
-    bears out: 1 where residuals are noise.
+    The parameters are in the order of `prior`. `friction` (m) is what the windows say of friction once the model's
+    errors are taken off; `residual` (m) N·m is how far that lies above the curve of that time. `counted` is the share
+    of the log-likelihood that the scatter of the run bears out: 1 where residuals are noise.
     """
 
     parameters: Float64
@@ -94,15 +96,24 @@ class StribeckFit:
     counted: float
 
     def reach(self, weights: Mapping[int, float]) -> float:
-        """Return how far the truth may lie from a sum of parameters with these weights, in 95 %."""
+        """Return how far the truth may lie from a sum of parameters, in 95 %.
+
+        `weights` are those of the sum, by the parameter's index.
+        """
         return self.spread.reach(_gradient(weights))
 
     def error(self, weights: Mapping[int, float]) -> float:
-        """Return the standard error of a sum of parameters with these weights, as its 95 % interval has it."""
+        """Return the standard error of a weighted sum of parameters.
+
+        It is the error that the 95 % interval of the sum has.
+        """
         return self.reach(weights) / TWO_SIDED_95
 
     def error_along(self, gradient: Float64) -> float:
-        """Return the standard error of what has this `gradient` (18), as its 95 % interval has it."""
+        """Return the standard error of what has this `gradient` (18).
+
+        It is the error that its 95 % interval has.
+        """
         return self.spread.reach(gradient) / TWO_SIDED_95
 
     @property
@@ -146,7 +157,10 @@ def gather_evidence(
 
 
 def fit_stribeck(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior) -> StribeckFit | None:
-    """Fit by Levenberg's and Marquardt's method from several starts; None where none of them comes to an end."""
+    """Fit by Levenberg's and Marquardt's method from several starts.
+
+    None where none of them comes to an end.
+    """
     best: tuple[float, Float64] | None = None
     alike = np.zeros(len(windows), np.int64)
     for factor in _STARTS:
@@ -166,10 +180,10 @@ def refit(
     alike: Float64 | None = None,
     little: float = 0.0,
 ) -> StribeckFit | None:
-    """Fit from parameters (18) that are near already, windows weighed by kind; None where that comes to no end.
+    """Fit from parameters (18) that are near already, windows weighed by kind.
 
-    Kinds are those by the parameters `alike`, by default those of the start. A descent that lowers -2 log posterior
-    density by no more than `little` has come to its end.
+    None where that comes to no end. Kinds are those by the parameters `alike`, by default those of the start. A descent
+    that lowers -2 log posterior density by no more than `little` has come to its end.
     """
     # Bristles that are bent by an angle known in steps, after a rest above all, are off by more than any noise.
     kind = _kinds(ticks, windows, start if alike is None else alike)
@@ -178,19 +192,25 @@ def refit(
 
 
 def weights_of_sliding(ticks: Ticks, windows: Windows, evidence: Evidence, fit: StribeckFit) -> Float64:
-    """Return the weights (m) of windows, inverse variances, by what a fit leaves over; 0 where bristles are bent."""
+    """Return the weights (m) of windows that slide, 0 where bristles are bent.
+
+    The weights are inverse variances, by the residual of a fit.
+    """
     q = fit.parameters
     weight = _weights(fit.residual, _kinds(ticks, windows, q), evidence.counts)
     return np.where(_bent(ticks, windows, q) <= _KINDS[0], weight, 0.0)
 
 
 def _bent(ticks: Ticks, windows: Windows, q: Float64) -> Float64:
-    """Return the share (m) of sigma_0 by which friction answers an error of the angle."""
+    """Return the share (m) of sigma_0 by which bristles answer an error of the angle."""
     return window_means(unsettled(ticks.angle, q), WINDOW, windows)
 
 
 def _kinds(ticks: Ticks, windows: Windows, q: Float64) -> Int64:
-    """Return the kind (m) of every window, from 1 on, more bent ones later; 0 where too few are equal."""
+    """Return the kind (m) of every window, by how far its bristles are bent.
+
+    Kinds count from 1 on, more bent ones later. The kind is 0 where too few windows are of one kind.
+    """
     share = _bent(ticks, windows, q)
     kind, named = np.zeros(len(windows), np.int64), 1
     for least, most in zip((-np.inf, *_KINDS), (*_KINDS, np.inf), strict=True):
@@ -202,10 +222,11 @@ def _kinds(ticks: Ticks, windows: Windows, q: Float64) -> Int64:
 
 
 def start_of(evidence: Evidence, prior: Prior, factor: float) -> Float64:
-    """Return where a descent begins: T_st and T_c as slow and fast windows have them, at so many times omega_s.
+    """Return where a descent begins.
 
-    The model's viscosity comes off first: taken for T_c, it leads into a valley where friction rises with speed. From
-    a small drop a descent finds a rise just as well.
+    T_st and T_c are as slow and fast windows have them, and omega_s is the model's times `factor`. The model's
+    viscosity comes off first: taken for T_c, it leads into a valley where friction rises with speed. From a small drop
+    a descent finds a rise just as well.
     """
     q = prior.mean.copy()
     omega_s = factor * prior.stribeck_velocity
@@ -223,10 +244,11 @@ def start_of(evidence: Evidence, prior: Prior, factor: float) -> Float64:
 
 
 def linearise(ticks: Ticks, windows: Windows, evidence: Evidence, q: Float64, count: int) -> tuple[Float64, Float64]:
-    """Return residuals (m) of the motor torque that the parameters call for, and the Jacobian (m, `count`).
+    """Return residuals (m) of the motor torque, and the Jacobian (m, `count`).
 
-    The measured current is what carries the noise, so it stands alone: were it multiplied by a fitted constant, a
-    smaller constant would shrink the noise and pass for a better fit.
+    The residuals are the measured torque less that which the parameters call for. The measured current is what carries
+    the noise, so it stands alone: were it multiplied by a fitted constant, a smaller constant would shrink the noise
+    and pass for a better fit.
     """
     law = LAW_PARAMETERS if count > USUAL else 0
     along = np.empty((1 + FRICTION_PARAMETERS + law, len(ticks)))
@@ -267,10 +289,10 @@ def _mean_square(residual: Float64) -> float:
 
 
 def _weights(residual: Float64, kind: Int64, counts: NDArray[np.bool_]) -> Float64:
-    """Return weights of windows (m): by what their kind leaves over, those that overlap counted for what they say.
+    """Return weights of windows (m), by the residuals of their kind.
 
-    Those that do not count weigh nothing.
-    Bent bristles only add to an error: their kinds never weigh more than what slides, which a local bump may spoil.
+    Windows that overlap are counted for what they say; those that do not count weigh nothing. Bent bristles only add to
+    an error: their kinds never weigh more than what slides, which a local bump may spoil.
     """
     least = _LEAST_NOISE * _LEAST_NOISE
     weight = np.full(len(residual), 1.0 / (_OVERLAP * max(_mean_square(residual[counts]), least)))
@@ -294,7 +316,10 @@ def _descend(
     kind: Int64,
     little: float = 0.0,
 ) -> tuple[float, Float64] | None:
-    """Return the residual mean square and the parameters; None where there is no end, or only a `known` one."""
+    """Return the residual mean square and the parameters where a descent ends.
+
+    None where it does not end, or where it comes to the end that is `known`.
+    """
     q, damping, growth, count = start, 1e-3, 2.0, prior.count
     residual, jacobian = linearise(ticks, windows, evidence, q, count)
     for _ in range(_ITERATIONS):
@@ -334,7 +359,10 @@ def _descend(
 
 
 def _padded(values: Float64) -> Float64:
-    """Return what is said of the parameters that are fitted, on the last axis, with nothing for those behind."""
+    """Return values of the fitted parameters, with zeros for those behind.
+
+    The parameters are on the last axis.
+    """
     out = np.zeros((*values.shape[:-1], PARAMETERS))
     out[..., : values.shape[-1]] = values
     return out
@@ -364,10 +392,10 @@ def _conclude(
 def widened_by(
     ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, fit: StribeckFit, local: Float64
 ) -> StribeckFit:
-    """Return the fit, as unsure as it is off, to first order, if friction is `local` (n) times the curve.
+    """Return the fit with the uncertainty that friction off the curve adds.
 
-    What is not known of the friction of a place is wrong in every window that passes it: it is no noise, and no
-    scatter shows it.
+    It is taken to first order, for friction that is `local` (n) times the curve. What is not known of the friction of a
+    place is wrong in every window that passes it: it is no noise, and no scatter shows it.
     """
     q = fit.parameters
     residual, jacobian = linearise(ticks, windows, evidence, q, prior.count)

@@ -1,4 +1,7 @@
-"""T_st and T_c so far, from the live estimates alone: what the panel shows, and the paper's own reading of them."""
+"""T_st and T_c so far, from the live estimates alone.
+
+The panel shows them; with them comes the paper's own reading of the estimates.
+"""
 
 from __future__ import annotations
 
@@ -37,11 +40,12 @@ _SUMS = 11
 
 @dataclass(frozen=True, slots=True)
 class LiveReading:
-    """What the estimates say so far, N·m at the throttle shaft, None where there is nothing to say it from.
+    """What the estimates say so far, in N·m at the throttle shaft.
 
-    `stiction` from slow sliding in both directions; `coulomb` from sliding far above omega_s, less the viscous torque,
-    `coulomb_literal` with it (seed paper, section III.C, strategy 2); `peak`, the highest estimate below omega_s
-    (strategy 1); `fastest` rad/s; `friction`, the latest estimate.
+    A value is None where there is nothing to say it from. `stiction` from slow sliding in both directions; `coulomb`
+    from sliding far above omega_s, less the viscous torque, `coulomb_literal` with it (seed paper, section III.C,
+    strategy 2); `peak`, the highest estimate below omega_s (strategy 1); `fastest` rad/s; `friction`, the latest
+    estimate.
     """
 
     friction: float | None
@@ -78,7 +82,10 @@ class Tally:
         )
 
     def _mean(self, first: int, counter: int) -> float | None:
-        """Return the mean over both directions: what the springs have wrong cancels; None without either."""
+        """Return the mean over both directions, None without either of them.
+
+        What the springs have wrong cancels in it.
+        """
         if not (self._counts[counter] and self._counts[counter + 1]):
             return None
         opening = self._sums[first] / self._counts[counter]

@@ -1,4 +1,7 @@
-"""Means of the samples over whole milliseconds: what the fits keep of a stream, whatever its rate."""
+"""Means of the samples over whole milliseconds.
+
+They are what the fits keep of a stream, whatever its rate.
+"""
 
 from __future__ import annotations
 
@@ -66,7 +69,10 @@ class TickMaker:
         friction: Float64,
         kind: int,
     ) -> None:
-        """Take samples (n) of one phase, at the throttle shaft; NaN where voltage, temperature, estimates miss."""
+        """Take samples (n) of one phase, at the throttle shaft.
+
+        Voltage, temperature and estimates are NaN where they are missing.
+        """
         if not len(time_ns):
             return
         if self._origin_ns is None:
@@ -92,7 +98,10 @@ class TickMaker:
 
     @property
     def origin_ns(self) -> int | None:
-        """Instant of the sample clock that the ticks' times count from; None before the first sample."""
+        """Instant of the sample clock that the ticks' times count from.
+
+        It is None before the first sample.
+        """
         return self._origin_ns
 
     def ticks(self) -> Ticks:

@@ -1,4 +1,6 @@
-"""Friction that differs along the way by more than chance: then T_st and T_c of the curve are those of no place.
+"""Friction that differs along the way by more than chance.
+
+Then T_st and T_c of the curve are those of no place.
 
 Slow windows tell it, both directions' mean, where the bumps that are left out of the curve are left out here too. What
 friction would be without whatever raises or lowers it along the way lies somewhere between its lower and higher places,
@@ -31,7 +33,10 @@ _SMOOTHED = 2.0  # times what is seen of a ripple: bristles and windows smooth o
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """A place at `angle` rad, where slow friction is `torque` N·m: `excess` (a share) above the fitted curve."""
+    """A place at `angle` rad, where slow friction is `torque` N·m.
+
+    `excess` is the share by which that is above the fitted curve.
+    """
 
     angle: float
     torque: float
@@ -40,10 +45,10 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class UnevenWay:
-    """The places of least and most friction, and by which shares T_st and T_c may lie `below` and `above` the curve.
+    """The places of least and most friction along an uneven way.
 
-    `is_fine` where friction goes up and down within a cell: the plate slows down where it is high, and so it passes for
-    friction that falls with speed.
+    T_st and T_c may lie above and below the curve by the shares `above` and `below`. `is_fine` where friction goes up
+    and down within a cell: the plate slows down where it is high, and so it passes for friction that falls with speed.
     """
 
     least: Place
@@ -54,7 +59,10 @@ class UnevenWay:
 
 
 def uneven_way(evidence: Evidence, fit: StribeckFit) -> UnevenWay | None:
-    """Return how friction differs along the way of the fitted windows; None where chance or too little to matter."""
+    """Return how friction differs along the way of the fitted windows.
+
+    None where that is chance or too little to matter.
+    """
     shown = (np.abs(evidence.velocity) < FASTEST) & evidence.counts
     fine, coarse = _fine(evidence, fit, shown), _coarse(evidence, fit, shown)
     if fine is None or coarse is None:
@@ -78,7 +86,10 @@ def _fine(evidence: Evidence, fit: StribeckFit, shown: NDArray[np.bool_]) -> Une
 
 
 def _coarse(evidence: Evidence, fit: StribeckFit, shown: NDArray[np.bool_]) -> UnevenWay | None:
-    """Return a way that is uneven from cell to cell; None where that is chance or too little to matter."""
+    """Return a way that is uneven from cell to cell.
+
+    None where that is chance or too little to matter.
+    """
     angle, excess, error = by_place(evidence, fit, shown)
     if not len(angle):
         return None
@@ -100,10 +111,11 @@ def _way(
     *,
     is_fine: bool,
 ) -> UnevenWay:
-    """Return the way between places of least and most friction, angles rad and shares off the curve.
+    """Return the way between places of least and most friction.
 
-    `reach` are the shares below and above the curve, there where slow windows are. Where the curve falls before their
-    speeds, T_st is nowhere seen, and may as well be what they show.
+    `ends` are their angles in rad, and their shares off the curve. `reach` are the shares below and above the curve,
+    there where slow windows are. Where the curve falls before their speeds, T_st is nowhere seen, and may as well be
+    what they show.
     """
     stiction, _ = fit.stiction
     seen = float(np.median(steady_level(evidence.velocity[shown], fit.parameters))) / stiction
@@ -113,7 +125,10 @@ def _way(
 
 
 def uneven_remarks(way: UnevenWay | None) -> list[Reason]:
-    """Return what is said of an uneven way, whatever the verdict; nothing of an even one."""
+    """Return the remark on an uneven way, none on an even one.
+
+    It is made whatever the verdict.
+    """
     if way is None:
         return []
     least, most = way.least, way.most

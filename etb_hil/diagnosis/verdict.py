@@ -129,7 +129,10 @@ def _limits_broken(judged: Sequence[Measured]) -> list[Reason]:
 
 
 def _locally(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
-    """Return a reason where friction is above the limit at one place, and the fitted curve is not."""
+    """Return a reason where friction is above the limit at one place.
+
+    There is none where the fitted curve itself is above it.
+    """
     excess = grounds.excess
     if excess is None or not excess.is_certain or _stands(judged, "T_st") is UnitVerdict.FAIL:
         return []
@@ -142,7 +145,10 @@ def _locally(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
 
 
 def _locally_undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
-    """Return a doubt where friction may be above the limit at one place, and the fitted curve is not."""
+    """Return a doubt where friction may be above the limit at one place.
+
+    There is none unless the fitted curve itself keeps the limit.
+    """
     excess = grounds.excess
     if excess is None or excess.is_certain or _stands(judged, "T_st") is not UnitVerdict.PASS:
         return []
@@ -155,7 +161,10 @@ def _locally_undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Rea
 
 
 def _by_direction_undecided(judged: Sequence[Measured], grounds: Grounds) -> list[Reason]:
-    """Return a doubt where friction that differs by direction may be above a limit in one, and its mean is not."""
+    """Return a doubt where friction may be above a limit in one direction.
+
+    Friction then differs by direction, and its mean keeps the limit.
+    """
     more = abs(grounds.by_direction)
     names = []
     for one in judged:
@@ -179,7 +188,10 @@ def _stands(judged: Sequence[Measured], name: str) -> UnitVerdict | None:
 
 
 def _stuck(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
-    """Return a reason where the plate did not move under a torque far above the limit, in a current that is certain."""
+    """Return a reason where the plate did not move under a high torque.
+
+    The torque was far above the limit, in a current that is certain.
+    """
     if not missing or grounds.moved > _STUCK or not (grounds.current_verified and grounds.current_plausible):
         return []
     lasted, worst = longest_by_kind(grounds.unexplained).get("T_st", (0.0, None))
@@ -195,7 +207,10 @@ def _stuck(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
 
 
 def _unexplained(grounds: Grounds) -> list[Reason]:
-    """Return a doubt where live friction was above a limit for long, and nothing that was fitted says why."""
+    """Return a doubt where live friction was above a limit for long.
+
+    Nothing that was fitted explains it.
+    """
     reasons = []
     for kind, (lasted, worst) in longest_by_kind(grounds.unexplained).items():
         if lasted < _LONGEST:
@@ -247,7 +262,10 @@ def _poor_evidence(grounds: Grounds, missing: Sequence[str]) -> list[Reason]:
 
 
 def _not_seen(grounds: Grounds) -> list[Reason]:
-    """Return a doubt where a wide segment of the way was not slid over slowly: T_st may be another there."""
+    """Return a doubt where a wide segment of the way was not slid over slowly.
+
+    T_st may be different there.
+    """
     unseen = grounds.unseen
     if unseen is None:
         return []

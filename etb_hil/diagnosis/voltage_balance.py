@@ -1,4 +1,7 @@
-"""The motor's constant from its voltage: K_e = K_t in SI, and the encoder and a voltmeter know K_e well."""
+"""The motor's constant from its voltage.
+
+K_e = K_t in SI, and the encoder and a voltmeter tell K_e well.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,10 @@ _RESISTANCE, _BACK_EMF = 0, 1
 
 @dataclass(frozen=True, slots=True)
 class VoltageBalance:
-    """What the voltage says of the motor: `back_emf` (K_e G_r) in V s/rad, `resistance` in ohm, standard errors."""
+    """What the voltage says of the motor, with standard errors.
+
+    `back_emf` (K_e G_r) is in V s/rad, `resistance` in ohm.
+    """
 
     back_emf: float
     back_emf_error: float
@@ -31,16 +37,20 @@ class VoltageBalance:
     resistance_error: float
 
     def torque_constant_shift(self, throttle: ThrottleParameters) -> tuple[float, float]:
-        """Return by what share the motor's constant differs from the model's, and the standard error of that."""
+        """Return by what share the motor's constant differs from the model's.
+
+        The second result is the standard error of that share.
+        """
         share = self.back_emf_error / throttle.back_emf
         return self.back_emf / throttle.back_emf - 1.0, math.sqrt(share * share + _ONE_MOTOR * _ONE_MOTOR)
 
 
 def voltage_balance(ticks: Ticks, windows: Windows, cluster: Int64) -> VoltageBalance | None:
-    """Fit the first line of eq. (1) of the seed paper, in windows (m) whose `cluster` (m) is given.
+    """Fit the motor's voltage balance, line 1 of eq. (1) of the seed paper.
 
-    An offset of the voltage and a delay between voltage and current are fitted along. Returns None where no voltage was
-    measured, or the run does not tell resistance from back-EMF.
+    It is fitted in windows (m) whose `cluster` (m) is given. An offset of the voltage and a delay between voltage and
+    current are fitted along. Returns None where no voltage was measured, or the run does not tell resistance from
+    back-EMF.
     """
     voltage = window_means(ticks.voltage, TORQUE_KERNEL, windows)
     known = np.isfinite(voltage)

@@ -22,7 +22,10 @@ _JITTER = 0.05  # share of a tick by which the distance of two ticks may be off:
 
 
 def _kernels() -> tuple[Float64, Float64, Float64, Float64]:
-    """Return the window, and the weights of torques, first and second derivatives under it, each (17)."""
+    """Return the window, and the weights of torques and derivatives under it.
+
+    The derivatives are the first and the second; each array has 17 values.
+    """
     window = np.zeros(_LENGTH)
     for j in range(-HALF_WIDTH + 1, HALF_WIDTH):
         s = j / HALF_WIDTH
@@ -53,14 +56,20 @@ class Windows:
 
 
 def place_windows(ticks: Ticks, usable: Int64) -> Windows:
-    """Lay windows over the runs of ticks (n) that are usable (1) and follow each other without a gap."""
+    """Lay windows over the runs of ticks (n) that are usable (1).
+
+    The ticks of a run follow each other without a gap.
+    """
     centre = np.empty(len(ticks), np.int64)
     count = _place(ticks.time, usable, centre)
     return Windows(centre[:count].copy())
 
 
 def share_that_follows(ticks: Ticks) -> float:
-    """Return the share of the ticks that come right after another: what is missing stands behind a gap."""
+    """Return the share of the ticks that come right after another.
+
+    The others stand behind a gap.
+    """
     if len(ticks) < 2:
         return 0.0
     follows = np.abs(np.diff(ticks.time) - TICK) < _JITTER * TICK
@@ -100,7 +109,7 @@ def bend(values: Float64, mean: float, single: float, samples: Float64) -> None:
 
 @njit(cache=True, error_model="numpy")
 def windowed(values: Float64, kernel: Float64, centre: Int64, out: Float64) -> None:
-    """Fill out (m) with the weighted sums of values (n) about the windows' centres (m)."""
+    """Fill out (m) with the weighted sums of values (n) about windows' centres (m)."""
     for k in range(len(centre)):
         first = centre[k] - HALF_WIDTH
         total = 0.0

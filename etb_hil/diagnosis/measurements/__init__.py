@@ -1,1 +1,4 @@
-"""The measurements: one file each, with the declaration `KIND` and the function that computes the value."""
+"""The measurements, one file each.
+
+A file has the declaration `MEASUREMENT` and the function that computes the value.
+"""

@@ -1,4 +1,7 @@
-"""The default position: where springs leave the plate, approached from both sides."""
+"""The default position, where springs leave the plate.
+
+It is approached from both sides.
+"""
 
 from __future__ import annotations
 

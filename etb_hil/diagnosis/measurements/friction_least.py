@@ -11,7 +11,10 @@ if TYPE_CHECKING:
 
 
 def _friction_least(run: Findings) -> Estimate | None:
-    """Return the least slow friction along the way, where friction differs along the way."""
+    """Return the lowest slow friction along the way.
+
+    None where friction does not differ along the way.
+    """
     if run.way is None:
         return None
     place = run.way.least

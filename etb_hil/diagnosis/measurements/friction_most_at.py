@@ -11,7 +11,10 @@ if TYPE_CHECKING:
 
 
 def _friction_most_at(run: Findings) -> Estimate | None:
-    """Return the angle of the most slow friction along the way, where friction differs along the way."""
+    """Return the angle of the highest slow friction along the way.
+
+    None where friction does not differ along the way.
+    """
     if run.way is None:
         return None
     place = run.way.most

@@ -11,7 +11,10 @@ if TYPE_CHECKING:
 
 
 def _stribeck_velocity(run: Findings) -> Estimate | None:
-    """Return the fitted speed at which friction has fallen; none where time or place passes for speed."""
+    """Return the fitted speed at which friction has fallen.
+
+    None where time or place passes for speed.
+    """
     found = run.fitted.get("omega_s")
     if found is None or run.widening.is_confounded:
         return None

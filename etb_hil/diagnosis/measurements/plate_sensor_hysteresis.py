@@ -1,4 +1,7 @@
-"""The largest difference of the plate sensor between opening and closing at one angle of the encoder."""
+"""The largest difference of the plate sensor between opening and closing.
+
+Both are taken at one angle of the encoder.
+"""
 
 from __future__ import annotations
 

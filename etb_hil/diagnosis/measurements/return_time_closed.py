@@ -1,4 +1,7 @@
-"""How long springs take to bring the plate back from the closed stop, with the bridge off."""
+"""How long springs take to bring the plate back from the closed stop.
+
+The bridge is off meanwhile.
+"""
 
 from __future__ import annotations
 

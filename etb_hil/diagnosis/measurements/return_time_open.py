@@ -1,4 +1,7 @@
-"""How long springs take to bring the plate back from wide open, with the bridge off."""
+"""How long springs take to bring the plate back from wide open.
+
+The bridge is off meanwhile.
+"""
 
 from __future__ import annotations
 

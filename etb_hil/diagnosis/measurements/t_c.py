@@ -13,7 +13,10 @@ if TYPE_CHECKING:
 
 
 def _coulomb(run: Findings) -> Estimate | None:
-    """Return the fitted friction far above the Stribeck velocity, less the viscous torque."""
+    """Return the fitted friction far above the Stribeck velocity.
+
+    The viscous torque is taken off.
+    """
     found, stiction = run.fitted.get("T_c"), run.fitted.get("T_st")
     if found is None or stiction is None:
         return None

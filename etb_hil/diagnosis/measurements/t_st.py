@@ -12,7 +12,10 @@ if TYPE_CHECKING:
 
 
 def _stiction(run: Findings) -> Estimate | None:
-    """Return the fitted friction of sliding at no speed, as wide as an uneven way makes it."""
+    """Return the fitted friction of sliding at no speed.
+
+    Its interval is as wide as an uneven way makes it.
+    """
     found = run.fitted.get("T_st")
     if found is None:
         return None

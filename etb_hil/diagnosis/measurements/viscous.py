@@ -12,7 +12,10 @@ if TYPE_CHECKING:
 
 
 def _viscous(run: Findings) -> Estimate | None:
-    """Return the fitted slope of friction over speed; none where time or place passes for speed."""
+    """Return the fitted slope of friction over speed.
+
+    None where time or place passes for speed.
+    """
     found = run.fitted.get("viscous")
     if found is None or run.widening.is_confounded:
         return None

@@ -1,1 +1,4 @@
-"""What single phases show: steps, returns, slow passes and rests, read from the samples of their segments."""
+"""What single phases show: steps, returns, slow passes and rests.
+
+They are read from the samples of their segments.
+"""

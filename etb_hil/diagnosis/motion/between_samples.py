@@ -86,7 +86,10 @@ def _between(time: Float64, value: Float64, index: int) -> Float64:
 
 
 def _second_derivatives(time: list[float], value: list[float]) -> list[float]:
-    """Return the second derivatives of the natural cubic spline through samples (de Boor 1978, chapter IV)."""
+    """Return the second derivatives of the natural cubic spline through samples.
+
+    They are those at the samples (de Boor 1978, chapter IV).
+    """
     steps = [b - a for a, b in pairwise(time)]
     slopes = [(b - a) / step for (a, b), step in zip(pairwise(value), steps, strict=True)]
     upper, found = [0.0], [0.0]

@@ -1,4 +1,6 @@
-"""When a command reached the controller, on the clock of the samples, and how well that is known.
+"""When a command reached the controller, on the clock of the samples.
+
+It also says how well that is known.
 
 A command has the stamp of its own frame, and a sample that of its own. The clock of the samples is that of their
 frames, less what a frame takes: the time over which its samples were gathered, and its time on the bus. Where commands
@@ -23,10 +25,11 @@ _SLOW_ROLES = ("motor_voltage", "throttle_angle", "throttle_angle_2")
 
 @dataclass(frozen=True, slots=True)
 class Reports:
-    """How samples arrive: `first` (m) are the samples that brought values of their own in every role.
+    """How samples arrive.
 
-    In a burst only the first sample has its own voltage and plate angle. `period` s lies between two frames; `span` s
-    between the first and the last sample of one.
+    `first` (m) are the samples that brought values of their own in every role. In a burst only the first sample has its
+    own voltage and plate angle. `period` s lies between two frames; `span` s between the first and the last sample of
+    one.
     """
 
     first: Int64
@@ -36,7 +39,10 @@ class Reports:
 
 @dataclass(frozen=True, slots=True)
 class Instant:
-    """When a command came: the first sample after it, its time in s, and how far that may be off either way."""
+    """When a command came: the first sample after it, and its time in s.
+
+    `bounds` s are how far the time may be off either way.
+    """
 
     index: int
     time: float
@@ -69,7 +75,10 @@ def instant(segment: Segment, index: int, report_time: ReportTime) -> Instant:
 
 
 def holds(segment: Segment) -> list[tuple[int, int, float]]:
-    """Return the segments in which one position is commanded: first sample, end, position in rad."""
+    """Return the segments in which one position is commanded.
+
+    Each has its first sample, its end, and the position in rad.
+    """
     mode, position = segment.column("command_mode"), segment.column("command_position")
     changed = np.flatnonzero((np.diff(position) != 0.0) | (np.diff(mode) != 0.0)) + 1
     edges = [0, *changed.tolist(), len(position)]

@@ -1,4 +1,7 @@
-"""What the motor's encoder says of the plate: a disc off centre is corrected, its steps stay."""
+"""What the motor's encoder says of the plate.
+
+A disc off centre is corrected, its steps stay.
+"""
 
 from __future__ import annotations
 
@@ -38,11 +41,17 @@ class Encoder:
     wave_error: float = 0.0
 
     def corrected(self, angle: Float64) -> Float64:
-        """Return angles (n) of the plate in rad, with the wave of the disc taken off (JCGM 100:2008, 3.2.4)."""
+        """Return angles (n) of the plate in rad, with the wave of the disc taken off.
+
+        It is a correction by JCGM 100:2008, 3.2.4.
+        """
         return self._less(angle, self.sine, self.cosine)
 
     def otherwise(self, angle: Float64) -> Iterator[tuple[Float64, Float64]]:
-        """Yield the corrected angles (n) with each part of the wave 1.96 standard errors smaller, and larger."""
+        """Yield the corrected angles (n) for other waves of the disc.
+
+        Each part of the wave in turn is made 1.96 standard errors smaller, and larger.
+        """
         if self.wave_error == 0.0:
             return
         off = TWO_SIDED_95 * self.wave_error

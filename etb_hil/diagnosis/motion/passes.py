@@ -1,4 +1,7 @@
-"""Slow passes up and down at one speed: what differs by direction cancels in their mean."""
+"""Slow passes up and down at one speed.
+
+What differs by direction cancels in their mean.
+"""
 
 from __future__ import annotations
 
@@ -29,9 +32,10 @@ _FEWEST = 10  # commands of a pass without its ends: its speed is known to a per
 
 @dataclass(frozen=True, slots=True)
 class Bins:
-    """Means over equal bins of angle, opening and closing (2, m), of bins that both passes met.
+    """Means over equal bins of angle, opening and closing (2, m).
 
-    `angle` rad; `value` in its own unit; `error`, the standard error of each mean.
+    The bins are those that both passes met. `angle` is in rad, `value` in its own unit; `error` is the standard error
+    of each mean.
     """
 
     angle: Float64
@@ -43,9 +47,10 @@ class Bins:
 
 
 def slow_passes(segments: Sequence[Segment], value: str, width: float, presliding: float = 0.0) -> Bins:
-    """Return the means of a column over bins of `width` rad, each from the slowest steady passes that met it.
+    """Return the means of a column over bins of angle, from slow passes.
 
-    Of each pass, the first `presliding` rad are left out: friction, or the lag of a sensor, turns round there.
+    The bins have a `width` in rad. Each mean is from the slowest steady passes that met its bin. Of each pass, the
+    first `presliding` rad are left out: friction, or the lag of a sensor, turns round there.
     """
     parts = (part for segment in segments for part in _passes(segment, value, presliding))
     found = sorted(parts, key=lambda part: abs(part[0]))
@@ -75,7 +80,10 @@ def presliding(run: Findings) -> float:
 
 
 def _passes(segment: Segment, value: str, presliding: float) -> list[tuple[float, Float64, Float64]]:
-    """Return speed in rad/s, angles and values of each segment in which the set-point moved at one slow speed."""
+    """Return the slow passes of a segment: speed in rad/s, angles and values.
+
+    In each, the set-point moved at one slow speed.
+    """
     position = segment.column("command_position")
     fresh = np.zeros(len(position), bool)
     how = reports(segment)
@@ -91,10 +99,11 @@ def _passes(segment: Segment, value: str, presliding: float) -> list[tuple[float
 
 
 def _steady(time: Float64, position: Float64, period: float) -> Iterator[tuple[float, float, float]]:
-    """Yield speed in rad/s, begin and end in s of each segment in which the set-point follows a straight line.
+    """Yield the segments in which the set-point follows a straight line.
 
-    The set-point is a staircase of commands that come late, are rounded, and are seen up to a `period` s after they
-    came. A single step tells a speed badly; the line through a whole segment tells it well.
+    Each has its speed in rad/s, its begin and its end in s. The set-point is a staircase of commands that come late,
+    are rounded, and are seen up to a `period` s after they came. A single step tells a speed badly; the line through a
+    whole segment tells it well.
     """
     at: Int64 = np.flatnonzero(np.abs(np.diff(position)) > 0.0) + 1
     if len(at) < _FEWEST:
@@ -124,7 +133,10 @@ def _steady(time: Float64, position: Float64, period: float) -> Iterator[tuple[f
 
 
 def _line(when: Float64, where: Float64, inside: NDArray[np.bool_]) -> tuple[float, Float64]:
-    """Return the slope of the line through the commands inside, and how far every command is away from that line."""
+    """Return the slope of the line through the commands inside.
+
+    The second result is how far every command is away from that line.
+    """
     middle = float(np.mean(when[inside])), float(np.mean(where[inside]))
     since = when - middle[0]
     speed = float(np.sum(since[inside] * (where[inside] - middle[1])) / np.sum(since[inside] * since[inside]))
@@ -132,10 +144,11 @@ def _line(when: Float64, where: Float64, inside: NDArray[np.bool_]) -> tuple[flo
 
 
 def _straight(when: list[float], where: list[float], wide: float, high: float) -> Iterator[tuple[int, int]]:
-    """Yield the segments (first command, end) that stay within a stair of a straight line through their first one.
+    """Yield the segments of commands that lie within a stair of a straight line.
 
-    A stair is `wide` s, the usual time between two commands and that between two samples, and `high` rad. A set-point
-    that stands still for longer than two stairs ends a segment, and so does one that turns round.
+    Each has its first command, which the line goes through, and its end. A stair is `wide` s, the usual time between
+    two commands and that between two samples, and `high` rad. A set-point that stands still for longer than two stairs
+    ends a segment, and so does one that turns round.
     """
     begin = 0
     slowest, quickest = 0.0, math.inf

@@ -1,4 +1,6 @@
-"""The plate sensor against the motor's encoder, on slow passes in both directions.
+"""The plate sensor against the motor's encoder, on slow passes.
+
+The passes go in both directions.
 
 The largest of many noisy values is too large. Each half of the samples therefore says where the extreme lies, and the
 other half how large the value is there: what is read is independent of what was chosen (cross-validation, Stone 1974).
@@ -30,7 +32,10 @@ _DIFFERENCE = "plate_less_encoder"
 
 
 def deviation(run: Findings) -> Estimate | None:
-    """Return half the range of the difference between the sensors, over both directions."""
+    """Return half the range of the difference between the sensors.
+
+    It is that over both directions.
+    """
 
     def ends(profile: Float64) -> Float64:
         weights = np.zeros(profile.shape)
@@ -55,17 +60,21 @@ def hysteresis(run: Findings) -> Estimate | None:
 
 
 def difference(run: Findings) -> Bins | None:
-    """Return the plate sensor's angle less the encoder's, on slow passes; None where they cover too little."""
+    """Return the plate sensor's angle less the encoder's, on slow passes.
+
+    None where they cover too little.
+    """
     segments = [_with_difference(segment, None) for segment in run.of("ramp")]
     found = slow_passes(segments, _DIFFERENCE, BIN, presliding(run))
     return found if len(found) >= _FEWEST else None
 
 
 def _largest(run: Findings, choose: Callable[[Float64], Float64]) -> Estimate | None:
-    """Return a sum of few values of the difference, with the weights (2, m) that `choose` gives to a profile (2, m).
+    """Return an extreme of the difference: a weighted sum of few of its values.
 
-    Chosen by noise, the place is not always that of the extreme, so that this is too small in the mean; the extreme of
-    all samples is too large. The interval reaches from what lies below the one to what lies above the larger of them.
+    `choose` gives the weights (2, m) to a profile (2, m). Chosen by noise, the place is not always that of the extreme,
+    so that this is too small in the mean; the extreme of all samples is too large. The interval reaches from what lies
+    below the one to what lies above the larger of them.
     """
     halves = run.once(_halves)
     if halves is None:
@@ -85,7 +94,10 @@ def _largest(run: Findings, choose: Callable[[Float64], Float64]) -> Estimate | 
 
 
 def _halves(run: Findings) -> tuple[Bins, Bins] | None:
-    """Return the difference from every other sample and from those between, over the same bins."""
+    """Return the difference by each half of the samples, over the same bins.
+
+    One half is every other sample, the other half those between.
+    """
     found = []
     for half in (0, 1):
         segments = [_with_difference(segment, half) for segment in run.of("ramp")]
@@ -99,7 +111,10 @@ def _halves(run: Findings) -> tuple[Bins, Bins] | None:
 
 
 def _with_difference(segment: Segment, half: int | None) -> Segment:
-    """Return a segment with a column of the difference, of one half of the samples that are new or of all."""
+    """Return a segment with a column of the difference of the sensors.
+
+    It is from one `half` of the samples that are new, or from all.
+    """
     column: Float64 = segment.column("throttle_angle") - segment.column("angle")
     if half is not None:
         kept = np.full(len(column), np.nan)

@@ -57,9 +57,10 @@ def _farthest(reading: Reading, ends: Sequence[float], sign: float) -> float:
 
 
 def error_of_means(groups: Sequence[Sequence[float]]) -> float:
-    """Return the standard deviation of a sum of means, one of each group; 1.96 of it are Student's 95 %.
+    """Return the standard deviation of a sum of means, one of each group.
 
-    What repeats scatter by is equal in all groups; 0 where none has two values.
+    1.96 times it is the half width of a 95 % interval by Student's t. The scatter of repeats is taken as equal in all
+    groups. It is 0 where no group has two values.
     """
     degrees = sum(len(values) - 1 for values in groups)
     if degrees < 1:

@@ -1,4 +1,7 @@
-"""Segments in which the bridge is on and the plate does not move: resistance and holding current are read there."""
+"""Segments in which the bridge is on and the plate does not move.
+
+Resistance and holding current are read there.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,11 @@ _STEADY = 0.1  # A over a window, between the means of its halves: what the indu
 
 @dataclass(frozen=True, slots=True)
 class Rest:
-    """Means over a window of rest: angle rad, current A, voltage V (NaN where none), housing temperature degC."""
+    """Means over a window of rest.
+
+    `position` and `angle` are in rad, `current` in A, `voltage` in V (NaN where there is none). The housing's
+    `temperature` is in degC.
+    """
 
     position: float
     angle: float
@@ -30,7 +37,10 @@ class Rest:
 
 
 def rests(segments: Sequence[Segment]) -> Iterator[Rest]:
-    """Yield the windows of rest of the segments, each of 50 ms, in order of time; `position` is the set-point."""
+    """Yield the windows of rest of the segments, in order of time.
+
+    Each lasts 50 ms; `position` is the set-point.
+    """
     for segment in segments:
         for begin, end, position in holds(segment):
             edges = np.searchsorted(

@@ -29,8 +29,9 @@ _STILL = math.radians(0.1)  # over that time
 
 @dataclass(frozen=True, slots=True)
 class Return:
-    """One release: from which side, how long in s until the plate stays back, and where it rests.
+    """One release: its side, its time, and where the plate rests.
 
+    `is_opening`: the plate came from the closed side. `time` in s is how long it took until the plate stays back.
     `is_back`: whether it came back at all; where not, `time` is how long it was given. `rest` is the encoder's angle in
     rad, `plate` the plate sensor's (NaN where there is none) with its standard error.
     """
@@ -85,7 +86,10 @@ def _return(segment: Segment, off: int, run: Findings, encoder: Encoder) -> Retu
 
 
 def _plate(segment: Segment, since: float) -> tuple[float, float]:
-    """Return the mean of the plate sensor from a time on and its standard error, NaN where there is none."""
+    """Return the mean of the plate sensor from a time on, and its standard error.
+
+    Both are NaN where there is no plate sensor.
+    """
     seen = reports(segment).first
     plate = segment.column("throttle_angle")[seen[segment.time[seen] >= since]]
     plate = plate[np.isfinite(plate)]
@@ -100,7 +104,10 @@ def _stays_within(time: Float64, away: Float64, band: float) -> float:
 
 
 def return_time(run: Findings, *, is_opening: bool) -> Estimate | None:
-    """Return the mean time of the returns from one side; where one did not come back, the time that it was given."""
+    """Return the mean time of the returns from one side.
+
+    Where one did not come back, it is the time that it was given.
+    """
     found = [one for one in returns(run) if one.is_opening is is_opening]
     if not found:
         return None

@@ -9,7 +9,7 @@ from etb_hil.plant.parameters import Model
 
 
 def plate_rounding(model: Model) -> float:
-    """Return by how many rad a mean of the plate sensor may be off, since it is in steps.
+    """Return by how many rad a mean of the plate sensor may be off by its steps.
 
     Noise of a share r of the step takes the error of rounding down to exp(-2 pi^2 r^2) / pi of a step (Widrow and
     Kollar 2008, quantization noise); without noise it is half a step.

@@ -1,4 +1,7 @@
-"""The springs' torque over the angle: the mean of what opening and closing take at one slow speed."""
+"""The springs' torque over the angle.
+
+It is the mean of what opening and closing take at one slow speed.
+"""
 
 from __future__ import annotations
 
@@ -28,14 +31,20 @@ _JUMPED = 2.0 / 3.0
 
 @dataclass(frozen=True, slots=True)
 class SpringLine:
-    """The spring on one side of limp-home: its torque there in N·m and its slope in N·m/rad."""
+    """The spring on one side of limp-home.
+
+    It has its torque there in N·m and its slope in N·m/rad.
+    """
 
     torque: Estimate
     slope: Estimate
 
 
 def spring_line(run: Findings, *, is_above: bool) -> SpringLine | None:
-    """Return the line through the springs' torque on one side of limp-home; None where too little was passed."""
+    """Return the line through the springs' torque on one side of limp-home.
+
+    None where too little of that side was passed.
+    """
     throttle, model = run.throttle, run.model
     bins = run.once(_current)
     clear = throttle.dead_zone + model.tolerance("dead_zone") + model.tolerance("limp_home") + _CLEAR

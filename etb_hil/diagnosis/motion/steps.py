@@ -1,4 +1,7 @@
-"""Responses to steps of the set-point (IEC 60050-351, step response): delay, rise, settling, overshoot."""
+"""Responses to steps of the set-point: delay, rise, settling, overshoot.
+
+The terms are those of IEC 60050-351, step response.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +37,10 @@ _ARRIVED = 0.5  # share of the commanded step: a plate that goes less far has no
 
 @dataclass(frozen=True, slots=True)
 class StepResponse:
-    """One step from `start` to `end` rad as commanded; times in s, overshoot as a share of the step."""
+    """One step from `start` to `end` rad as commanded, and its response.
+
+    Times are in s, the overshoot is a share of the step.
+    """
 
     start: float
     end: float
@@ -63,7 +69,10 @@ def step_responses(segments: Sequence[Segment], encoder: Encoder, report_time: R
 
 
 def estimates(run: Findings, words: str, reading: Callable[[StepResponse], Reading]) -> Iterator[Estimate]:
-    """Yield a value of the steps, which `words` name: the mean of each size and direction."""
+    """Yield a value of the steps: the mean of each size and direction.
+
+    `words` name the value.
+    """
     groups: dict[tuple[str, str], list[StepResponse]] = {}
     for response in run.once(_responses):
         groups.setdefault(response.group, []).append(response)
@@ -135,7 +144,10 @@ def _response(
 
 @dataclass(frozen=True, slots=True)
 class _Read:
-    """What is read of a response: its size in rad, times in s, the overshoot as a share."""
+    """What is read of a response.
+
+    The size is in rad, times are in s, the overshoot is a share.
+    """
 
     size: float
     tenth: float
@@ -145,7 +157,10 @@ class _Read:
 
 
 def _read(time: Float64, angle: Float64, first: int, errors: Sequence[float] = (0.0, 0.0, 0.0)) -> _Read | None:
-    """Read a response; `errors`, of angles as shares of the step, move the readings at each of `_LEVELS`."""
+    """Read a response to a step.
+
+    `errors`, of angles as shares of the step, move the readings at each of `_LEVELS`.
+    """
     old, new = _mean(time, angle, first), _mean(time, angle, len(angle))
     size = new - old
     if size == 0.0:
