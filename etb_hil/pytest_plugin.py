@@ -1,4 +1,6 @@
-"""pytest on a throttle bench: the `etb_bench` and `etb_run` fixtures, and the markers that say what they run.
+"""pytest on a throttle bench: fixtures and markers.
+
+The fixtures are `etb_bench` and `etb_run`; the markers say what they run.
 
     @pytest.mark.etb_scenario("friction_check", unit="faulty")
     @pytest.mark.etb_limits("limits.yaml")
@@ -64,7 +66,10 @@ class BenchRun:
         return verdict_of(self.results).reason
 
     def number(self, name: str) -> Measurement:
-        """Return a measured number by its id in `results.json`, as `T_st`; LookupError names those that there are."""
+        """Return a measured number by its id in `results.json`, as `T_st`.
+
+        LookupError names those that there are.
+        """
         found = self.results.measurements.get(name)
         if found is None:
             there = ", ".join(self.results.measurements)
@@ -72,7 +77,10 @@ class BenchRun:
         return found
 
     def value(self, name: str) -> float:
-        """Return the value of a number, in the SI unit that it is listed with; LookupError where it has none."""
+        """Return the value of a number, in the SI unit that it is listed with.
+
+        LookupError where it has none.
+        """
         value = self.number(name).value
         if value is None:
             raise LookupError(f"'{name}' was not measured in this run")
@@ -80,7 +88,10 @@ class BenchRun:
 
 
 class EtbBench:
-    """Runs scenarios for one test; files are paths, also beside the test's module, or names of stock files."""
+    """Runs scenarios for one test.
+
+    Files are paths, also beside the test's module, or names of stock files.
+    """
 
     def __init__(self, request: pytest.FixtureRequest, sessions: Path) -> None:
         self._node: Any = request.node
@@ -115,7 +126,10 @@ class EtbBench:
         return run
 
     def _settings(self, scenario: str | None, changes: dict[str, Any]) -> dict[str, Any]:
-        """Return what is to be run: what the call says before what the markers say, and those before the settings."""
+        """Return what is to be run.
+
+        What the call says comes before the markers, and these before the settings.
+        """
         settings: dict[str, Any] = {name: self._config.getini(f"etb_{name}") for name in DEFAULTS}
         settings |= {"unit": None, "serial": "", "seed": 1}
         for marker, key in ((SCENARIO, "scenario"), (LIMITS, "limits")):
@@ -140,13 +154,19 @@ class EtbBench:
         return JobFiles(paths["scenario"], paths["bench"], paths["model"], paths["limits"], virtual)
 
     def assert_bus_health(self) -> None:
-        """Raise AssertionError where the bus was sick in a run, or its drive was not seen to be off."""
+        """Raise AssertionError where a run's bus or end was not sound.
+
+        That is a sick bus, or a drive that was not seen to be off.
+        """
         found = [f"{run.session.name}: {', '.join(sick)}" for run in self.runs if (sick := complaints(run.results))]
         assert not found, "the bus was not healthy: " + "; ".join(found)  # noqa: S101 (what a test is for)
 
 
 def complaints(results: RunResult) -> list[str]:
-    """Return what was wrong with the bus in a run; what nobody could measure is not wrong."""
+    """Return what was wrong with the bus in a run.
+
+    What nobody could measure is not wrong.
+    """
     bus = results.bus
     counts: list[tuple[str, int | None]] = [("error frames", bus.error_frames), ("frames dropped", bus.dropped)]
     for message in bus.messages:
@@ -179,7 +199,10 @@ def _properties(run: BenchRun) -> list[tuple[str, object]]:
 
 @pytest.fixture
 def etb_bench(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[EtbBench]:
-    """Give the test a bench; after it, the health of the bus in all its runs is asserted."""
+    """Give the test a bench.
+
+    After the test, the health of the bus in all its runs is asserted.
+    """
     kept = request.config.getoption("etb_sessions")
     bench = EtbBench(request, tmp_path / "sessions" if kept is None else Path(kept))
     yield bench
@@ -188,5 +211,8 @@ def etb_bench(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[EtbBen
 
 @pytest.fixture
 def etb_run(etb_bench: EtbBench) -> BenchRun:
-    """Run the marked scenario before the test: a bench that fails is then an error, and the test has not failed."""
+    """Run the marked scenario before the test.
+
+    A bench that fails is then an error, and the test has not failed.
+    """
     return etb_bench.run()

@@ -1,4 +1,6 @@
-"""Contract tests for the parts of plug-ins; the project's own parts are held to the same ones.
+"""Contract tests for the parts of plug-ins.
+
+The project's own parts are held to the same ones.
 
 Each function takes a declaration, and raises AssertionError that says what of its contract the part does not keep. A
 part need not be installed. Runs are on the virtual bench, in a folder that is removed afterwards.
@@ -52,7 +54,10 @@ _NAME = "part_under_test"
 
 
 def check_effect(effect: Effect) -> None:
-    """Assert that an effect keeps its contract, is nothing at zero strength, and changes a driven plant."""
+    """Assert that an effect keeps its contract.
+
+    It is nothing at zero strength, and changes a driven plant.
+    """
     with _refused_as_failure(), _having("effects", effect.id, effect, is_known=effect.id in CATALOGUE):
         model = load_model(find("model", "default"))
         time_ns = np.arange(4000) * 500_000
@@ -70,7 +75,9 @@ def check_effect(effect: Effect) -> None:
 
 
 def check_measurement(kind: MeasurementKind, scenario: str | Path = "friction_check") -> None:
-    """Assert that a measurement keeps its contract, that a scenario gives it, and that a replay gives it again.
+    """Assert that a measurement keeps its contract.
+
+    A scenario gives it, and a replay gives it again.
 
     The scenario must have one of the measurement's phases.
     """
@@ -91,7 +98,9 @@ def check_measurement(kind: MeasurementKind, scenario: str | Path = "friction_ch
 
 
 def check_observer(kind: ObserverKind) -> None:
-    """Assert that an observer gives the same bits however its stream is cut, and that friction has velocity's sign.
+    """Assert that an observer keeps its contract.
+
+    It gives the same bits however its stream is cut, and friction has velocity's sign.
 
     A sample that is not a number must have no estimate and no effect on later ones beyond a tenth of a second.
     """
@@ -124,7 +133,10 @@ def check_observer(kind: ObserverKind) -> None:
 
 
 def check_key(key: SecurityKey) -> None:
-    """Assert that a key function makes the same bytes of a seed each time, and unlocks the virtual controller."""
+    """Assert that a key function keeps its contract.
+
+    It makes the same bytes of a seed each time, and unlocks the virtual controller.
+    """
     for length in range(1, 17):
         seed = bytes((37 * k + length) % 256 for k in range(length))
         first, second = key.compute(seed, 1), key.compute(seed, 1)
@@ -141,7 +153,10 @@ def check_key(key: SecurityKey) -> None:
 
 
 def check_law(law: ControlLaw) -> None:
-    """Assert that a position law compiles, stays finite, and carries a friction check on the virtual bench."""
+    """Assert that a position law keeps its contract.
+
+    It compiles, stays finite, and carries a friction check on the virtual bench.
+    """
     own = next((name for name, one in LAWS.all_own().items() if one is law), None)
     with _refused_as_failure(), _having("laws", own or _NAME, law, is_known=own is not None) as name:
         gains = law_gains(name, load_model(find("model", "default")).values)
@@ -155,7 +170,9 @@ def check_law(law: ControlLaw) -> None:
 
 
 def check_phase(phase: type[PhaseModel], settings: Mapping[str, object]) -> None:
-    """Assert that a kind of phase gives finite set-points, the same each time, and runs on the virtual bench.
+    """Assert that a kind of phase keeps its contract.
+
+    It gives finite set-points, the same each time, and runs on the virtual bench.
 
     `settings` are its keys in a scenario, without `kind` and `id`.
     """
@@ -186,7 +203,10 @@ def check_phase(phase: type[PhaseModel], settings: Mapping[str, object]) -> None
 
 
 def check_reader(reader: Reader, path: str | Path) -> None:
-    """Assert that a reader gives a file's frames, the same each time, and of a file cut short those before the cut."""
+    """Assert that a reader keeps its contract.
+
+    It gives a file's frames, the same each time, and of a file cut short those before the cut.
+    """
     path = Path(path)
     with _refused_as_failure(), _having("readers", _NAME, reader), tempfile.TemporaryDirectory() as folder:
         log = read_log(path)
@@ -223,7 +243,10 @@ def _refused_as_failure() -> Iterator[None]:
 
 @contextmanager
 def _having(kind: str, name: str, part: object, *, is_known: bool = False) -> Iterator[str]:
-    """Have a part for as long as the block runs, and yield its name; one that is installed keeps its own."""
+    """Have a part for as long as the block runs, and yield its name.
+
+    One that is installed keeps its own.
+    """
     installed = next((one.name for one in parts(kind) if one.value is part), name if is_known else None)
     with nullcontext() if installed else temporary_part(kind, name, part):
         yield (installed or name).replace("_", "-")

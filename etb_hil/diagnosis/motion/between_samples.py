@@ -1,4 +1,6 @@
-"""When a signal is above a level first and last, and how high it comes, between samples.
+"""Levels and peaks of a signal between its samples.
+
+When it is above a level first and last, and how high it comes.
 
 Between samples the signal is a cubic spline: a controller steps its voltage at the samples, an inductance keeps the
 current, and with it the acceleration of an angle, continuous. A parabola through the same samples misses the jumps of
@@ -18,7 +20,10 @@ _FINE = np.linspace(0.0, 1.0, 65)  # of a sample: a peak lies at most an eighth 
 
 
 def first_above(time: Float64, value: Float64, level: float, first: int) -> float | None:
-    """Return when a signal reaches a level from sample `first` on; None where it never does."""
+    """Return when a signal reaches a level from sample `first` on.
+
+    None where it never does.
+    """
     for index in _near(value, level, first):
         when, course = _around(time, value, int(index))
         above = np.flatnonzero(course >= level)
@@ -29,7 +34,10 @@ def first_above(time: Float64, value: Float64, level: float, first: int) -> floa
 
 
 def last_above(time: Float64, value: Float64, level: float, first: int) -> float | None:
-    """Return until when a signal is above a level, from sample `first` on; None where it never is."""
+    """Return until when a signal is above a level, from sample `first` on.
+
+    None where it never is.
+    """
     for index in _near(value, level, first)[::-1]:
         when, course = _around(time, value, int(index))
         above = np.flatnonzero(course > level)
@@ -47,7 +55,9 @@ def highest(time: Float64, value: Float64, first: int) -> float:
 
 
 def _near(value: Float64, level: float, first: int) -> Int64:
-    """Return the samples from `first` on that are above a level, or next to a peak that may be.
+    """Return the samples from `first` on that are above a level.
+
+    Those next to a peak that may be above it are among them.
 
     The parabola through a largest sample and its neighbours rises above it by a sixteenth of the second difference at
     most; twice that is allowed to the spline.
@@ -60,7 +70,10 @@ def _near(value: Float64, level: float, first: int) -> Int64:
 
 
 def _around(time: Float64, value: Float64, index: int) -> tuple[Float64, Float64]:
-    """Return times and the spline from the sample before `index` to the one behind it, finely."""
+    """Return the spline between both neighbours of sample `index`, finely.
+
+    Times come first.
+    """
     sides = [side for side in (index, index + 1) if 0 < side < len(value)]
     when = [time[side - 1] + _FINE * (time[side] - time[side - 1]) for side in sides]
     return np.concatenate(when), np.concatenate([_between(time, value, side) for side in sides])

@@ -46,7 +46,10 @@ def mean_with_interval(readings: Sequence[Reading]) -> tuple[float, float, float
 
 
 def _moved(readings: Sequence[Reading], sign: float) -> float:
-    """Return by how much all normal errors together move the mean of readings to one side."""
+    """Return how far all normal errors together move a mean to one side.
+
+    The mean is that of the readings.
+    """
     shared = zip(*([_farthest(one, ends, sign) for ends in one.shared] for one in readings), strict=True)
     own = (_farthest(one, ends, sign) / len(readings) for one in readings for ends in one.own)
     return math.hypot(*(_mean(alike) for alike in shared), *own)
