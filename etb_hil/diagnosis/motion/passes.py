@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 SLOW = 1.0  # rad/s, the highest speed of a slow pass
 _SAME = 0.1  # share by which the speeds of passes may differ: friction and springs do not tell them apart
 _SETTLE_S = 0.1  # after the set-point's speed became steady: the loop has settled
-_TURNED = 7.0  # factors e: a thousandth is left
+_TURNED = 8.0  # factors e: 0.03 % is left, which of the stock unit is 0.06 mN·m and a fifth of the noise of a bin
 _FEWEST = 10  # commands of a pass without its ends: its speed is known to a percent
 
 
@@ -66,7 +66,7 @@ def slow_passes(segments: Sequence[Segment], value: str, width: float, preslidin
 
 
 def presliding(run: Findings) -> float:
-    """Return the way in rad over which friction turns round to a thousandth.
+    """Return the way in rad over which friction turns round to a three-thousandth.
 
     Friction approaches its steady value by a factor e over the way T_st / sigma_0 (seed paper, eq. (1)). Both are those
     of the fit, within their intervals; without a fit, the bristles are the softest of the model.

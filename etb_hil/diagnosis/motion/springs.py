@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from etb_hil.diagnosis.findings import Findings
 
 _BIN = math.radians(0.25)
-_FEWEST = 5  # bins on a side
+_FEWEST = 4  # bins on a side
 _CLEAR = math.radians(0.4)  # of limp-home's jump, half a bin and the encoder's zero included
-# Share of the way over which friction turns round to a thousandth. The plate jumps at limp-home, where friction falls
-# from T_st towards T_c: up to a tenth of turning round. After ln(100) / ln(1000) of the way as much is left of it.
-_JUMPED = 2.0 / 3.0
+# Share of the way over which friction turns round to a three-thousandth. The plate jumps at limp-home, where friction
+# falls from T_st towards T_c: up to a tenth of turning round. After this share of the way a hundredth is left of it.
+_JUMPED = math.log(100.0) / math.log(3000.0)
 
 
 @dataclass(frozen=True, slots=True)
