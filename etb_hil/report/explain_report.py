@@ -160,15 +160,18 @@ def _named(found: ExplanationResult) -> str:
     """
     if found.verdict not in ("explained", "ambiguous"):
         return ""
-    names = "; ".join(" or ".join(map(_words, [one.id, *one.indistinguishable])) for one in found.causes)
-    return f"{names[:1].upper()}{names[1:]}. {one_component(found)}".rstrip()
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for one in found.causes:
+        groups.setdefault(one.indistinguishable, []).append(_words(one.id))
+    names = "; ".join(" or ".join((" and ".join(ids), *map(_words, others))) for others, ids in groups.items())
+    return f"{one_component(found)} {names[:1].upper()}{names[1:]}.".lstrip()
 
 
 def one_component(found: ExplanationResult) -> str:
     """Return in a sentence the component that all indistinguishable causes sit in."""
     if found.verdict != "ambiguous" or not found.component:
         return ""
-    return f"All of these are faults of one component: {found.component}."
+    return f"All possible causes sit in one component: {found.component}."
 
 
 def _reason(found: ExplanationResult) -> str:

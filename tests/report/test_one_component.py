@@ -15,7 +15,7 @@ def _cause(id_, component):
 @pytest.mark.parametrize(
     ("verdict", "components", "says"),
     [
-        ("ambiguous", [FRICTION, FRICTION], f"All of these are faults of one component: {FRICTION}."),
+        ("ambiguous", [FRICTION, FRICTION], f"All possible causes sit in one component: {FRICTION}."),
         ("ambiguous", [FRICTION, "motor"], ""),
         ("ambiguous", [FRICTION, ""], ""),
         ("ambiguous", [""], ""),
