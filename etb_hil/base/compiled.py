@@ -22,6 +22,7 @@ from types import FunctionType
 from typing import Any, TypeAlias, TypeVar
 
 import llvmlite
+import llvmlite.binding as llvm
 import numba
 import numpy as np
 from numba.core.base import BaseContext
@@ -43,6 +44,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 Types: TypeAlias = Signature | tuple[Type, ...]
 LOG = logging.getLogger(__name__)  # one record at level INFO for each function that has to be compiled
 
+_FORMAT = 2  # of a file's content
 _HASH = 16  # hexadecimal digits of a hash in a name: 64 bits
 _CHECKSUM = hashlib.sha256().digest_size
 
@@ -113,7 +115,7 @@ class _MachineCode(_Cache):  # type: ignore[misc] # numba has no types
         for folder in folders() if self._is_enabled else ():
             content = _read(folder / name)
             if content is not None:
-                return CompileResult._rebuild(target_context, *pickle.loads(content))  # noqa: S301, SLF001 (our own file)
+                return _unpacked(target_context, content)
         LOG.info("compiling %s", self._name)
         return None
 
@@ -121,7 +123,7 @@ class _MachineCode(_Cache):  # type: ignore[misc] # numba has no types
         """Keep what was compiled for a signature, in the first folder that takes it."""
         if not self._is_enabled or result.lifted or result.library.has_dynamic_globals:
             return
-        content = dumps(result._reduce())  # noqa: SLF001 (as numba's cache does)
+        content = _packed(result)
         environment, name = _environment(result.codegen), self._file(signature)
         for folder in folders():
             with contextlib.suppress(OSError):  # read-only, or full
@@ -139,6 +141,26 @@ class _MachineCode(_Cache):  # type: ignore[misc] # numba has no types
         return f"{self._name}-{fingerprint(self._function)[:_HASH]}-{_hash(repr(types))}"
 
 
+def _packed(result: CompileResult) -> bytes:
+    """Return what was compiled as the content of a file.
+
+    Machine code holds what it calls. Only callers that are compiled anew need LLVM's code. It stands apart, since
+    parsing it takes half of the time of loading. In its place numba gets a function of the name that it looks for.
+    """
+    (name, kind, (machine_code, llvm_code)), *others = result._reduce()  # noqa: SLF001 (as numba's cache does)
+    stub = llvm.parse_assembly(f'define void @"{result.fndesc.llvm_cpython_wrapper_name}"() {{ ret void }}')
+    return bytes(dumps(((name, kind, (machine_code, stub.as_bitcode())), *others, llvm_code)))
+
+
+def _unpacked(target_context: BaseContext, content: bytes) -> CompileResult:
+    """Return what `_packed` made a file's content of."""
+    *parts, llvm_code = pickle.loads(content)  # noqa: S301 (our own file)
+    result = CompileResult._rebuild(target_context, *parts)  # noqa: SLF001 (as numba's cache does)
+    parse = functools.cache(functools.partial(llvm.parse_bitcode, llvm_code))
+    result.library._get_module_for_linking = parse  # noqa: SLF001 (numba's own returns what is parsed already)
+    return result
+
+
 @functools.cache
 def _environment(codegen: CPUCodegen) -> str:
     """Return the name of the folder for what compiles.
@@ -146,7 +168,7 @@ def _environment(codegen: CPUCodegen) -> str:
     It has Python, processor, and a hash of versions and settings.
     """
     triple, processor, features = codegen.magic_tuple()
-    versions = (sys.version, numba.__version__, llvmlite.__version__, np.__version__)
+    versions = (_FORMAT, sys.version, numba.__version__, llvmlite.__version__, np.__version__)
     settings = (str(_CONFIG.OPT), _CONFIG.BOUNDSCHECK, _CONFIG.LOOP_VECTORIZE, _CONFIG.SLP_VECTORIZE)
     machine = _hash(repr((triple, processor, features)))
     return f"{sys.implementation.cache_tag}-{machine}-{_hash(repr((versions, settings)))}"
