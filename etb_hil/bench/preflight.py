@@ -8,6 +8,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import islice
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError, Place, Problem
@@ -33,6 +35,7 @@ if TYPE_CHECKING:
 
 KELVIN = 273.15  # of 0 degC
 SAMPLE_S = 0.001  # set-points are looked at this often
+_PART = 1000  # set-points held at a time: a phase may last for hours
 
 
 def check_scenario(scenario: Document[Scenario], setup: BenchSetup, throttle: ThrottleParameters) -> list[BusBudget]:
@@ -209,16 +212,18 @@ def _points(trajectory: Trajectory) -> list[SetPoint]:
 
     A phase of hours has too many to keep them all.
     """
-    least: dict[tuple[Mode, str], SetPoint] = {}
-    most: dict[tuple[Mode, str], SetPoint] = {}
-    for point in _all_points(trajectory):
-        for name in ("position", "velocity", "voltage"):
-            key, value = (point.mode, name), getattr(point, name)
-            if key not in least or value < getattr(least[key], name):
-                least[key] = point
-            if key not in most or value > getattr(most[key], name):
-                most[key] = point
-    return [*least.values(), *most.values()]
+    farthest: list[SetPoint] = []
+    coming = _all_points(trajectory)
+    while part := list(islice(coming, _PART)):
+        by_mode = {mode: [point for point in (*farthest, *part) if point.mode is mode] for mode in Mode}
+        farthest = [
+            end(points, key=attrgetter(name))
+            for points in by_mode.values()
+            if points
+            for end in (min, max)
+            for name in ("position", "velocity", "voltage")
+        ]
+    return farthest
 
 
 def _all_points(trajectory: Trajectory) -> Iterator[SetPoint]:
