@@ -82,7 +82,7 @@ def check_measurement(kind: MeasurementKind, scenario: str | Path = "friction_ch
     The scenario must have one of the measurement's phases.
     """
     is_known = kind.id in measurement_kinds()
-    missing = [str(problem) for problem in missing_phases(kind, Place(""))]
+    missing = [str(problem) for problem in missing_phases(kind)]
     assert not missing, "\n".join(missing)
     with _refused_as_failure(), _having("measurements", kind.id, kind, is_known=is_known), _run(scenario) as live:
         measured = [one for one in live.measurements.values() if _is_of(one.id, kind)]

@@ -8,7 +8,6 @@ Files are listed in the environment, so that every process of a run has the same
 
 from __future__ import annotations
 
-import difflib
 import hashlib
 import importlib
 import importlib.util
@@ -25,6 +24,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.nearest import did_you_mean
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -239,8 +239,8 @@ def first_line(error: BaseException) -> str:
     if source := next(filter(None, map(_SOURCE_LINE.fullmatch, lines)), None):
         said = f"{said} (line {source[1]})"
     if isinstance(error, AttributeError) and error.name:
-        near = difflib.get_close_matches(error.name, dir(error.obj), 1)
-        said += f"; did you mean '{near[0]}'?" if near else ""
+        meant = did_you_mean(error.name, dir(error.obj))
+        said += f"; {meant}" if meant else ""
     return f"{type(error).__name__}: {said}".strip(": ")
 
 

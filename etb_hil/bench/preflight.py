@@ -1,6 +1,6 @@
 """Everything that is refused before anything moves.
 
-Limits of the bench, roles, and the room on the bus.
+These are set-points beyond the bench's limits, missing roles, and a bus without room.
 """
 
 from __future__ import annotations

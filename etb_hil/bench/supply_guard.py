@@ -1,6 +1,6 @@
 """The supply's window, outside which the bridge may not be on.
 
-However short each time that it is on.
+That holds however short each time is.
 """
 
 from __future__ import annotations

@@ -5,7 +5,6 @@ Files of the first schema are read, too.
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from etb_hil.base.errors import InputError, Problem
+from etb_hil.base.nearest import did_you_mean
 from etb_hil.base.quantity import Ratio, dimension_of_unit, format_quantity, parse_quantity
 from etb_hil.base.yamlfile import Document, FileModel, load, parse
 from etb_hil.diagnosis.limit_laws import DwellLaw, TemperatureLaw
@@ -110,8 +110,7 @@ def _limits(
     for name, entry in entries.items():
         kind = kind_of(name)
         if kind is None:
-            near = difflib.get_close_matches(name, measurement_kinds())
-            remedy = f"did you mean '{near[0]}'?" if near else "see docs/reference/measurements.md for their ids"
+            remedy = did_you_mean(name, measurement_kinds(), "see docs/reference/measurements.md for their ids")
             problems.append(Problem("no measurement has this id", document.place(*keys[name]), name, remedy=remedy))
             continue
         wrong = list(_wrong(document, keys[name], kind, entry))

@@ -174,7 +174,7 @@ class Calibrated:
 
 @dataclass(frozen=True, slots=True)
 class Nuisance:
-    """A fitted number that is no part of the unit.
+    """A fitted number of the measurement, not of the unit.
 
     It is a time offset of a signal, or the zero of the plate's sensor.
     """

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterator
 from pathlib import Path
 
 from etb_hil.base.errors import InputError, Place, Problem
+from etb_hil.base.nearest import did_you_mean
 from etb_hil.base.plugins import parts
 from etb_hil.diagnosis.limits import Limits
 from etb_hil.diagnosis.limits_file import load_limits
@@ -28,13 +28,12 @@ def load_judged_limits(path: Path, gear_ratio: float | None = None) -> Limits:
     return limits
 
 
-def missing_phases(kind: MeasurementKind, place: Place) -> Iterator[Problem]:
+def missing_phases(kind: MeasurementKind, place: Place | None = None) -> Iterator[Problem]:
     """Yield a problem for each kind of phase of a measurement that does not exist.
 
     It names the plug-in that declares the measurement, or `place` where none does.
     """
     declared = next((part.place for part in parts("measurements") if part.value.id == kind.id), place)
     for phase in sorted(kind.phases - phase_kinds().keys()):
-        near = difflib.get_close_matches(phase, phase_kinds(), 1)
-        remedy = f"did you mean '{near[0]}'?" if near else "correct it, or load the plug-in that brings this kind"
+        remedy = did_you_mean(phase, phase_kinds(), "correct it, or load the plug-in that brings this kind")
         yield Problem(f"`phases` of the measurement {kind.id} names no kind of phase", declared, phase, remedy=remedy)
