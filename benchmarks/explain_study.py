@@ -94,7 +94,7 @@ def declared(effects):
 
 
 def searched(hidden, without=(), progress=lambda _: None):
-    """Return what balances find in a hidden case; `without`: ids that are no suspects."""
+    """Return what balances find in a hidden case; `without`: ids that are no candidates."""
     balances = [Balances(measured, hidden.model) for measured in measurements_of(hidden.recording, hidden.model)]
     return search(hidden.model, balances, without, progress)
 
