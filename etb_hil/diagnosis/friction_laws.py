@@ -19,7 +19,7 @@ from etb_hil.diagnosis.friction_model import AGEING, LOG_EXPONENT, LOG_ONSET, LO
 from etb_hil.diagnosis.law_score import log_evidence
 from etb_hil.diagnosis.law_start import start_of_law
 from etb_hil.diagnosis.prior import Prior
-from etb_hil.diagnosis.stribeck_fit import Evidence, StribeckFit, refit, weights_of_sliding
+from etb_hil.diagnosis.stribeck_fit import LITTLE, Evidence, StribeckFit, refit, weights_of_sliding
 from etb_hil.diagnosis.ticks import Ticks
 from etb_hil.diagnosis.windows import Windows
 from etb_hil.plant.exactmath import exp, log
@@ -28,7 +28,6 @@ from etb_hil.recording.samples import Float64
 _CERTAIN = 1e18  # inverse variance
 _USUAL = 0.5  # probability of the paper's law beforehand; the others share the rest
 _LEAST = 1e-3  # probability of a law that is kept
-_LITTLE = 0.1  # of -2 log posterior density: a twentieth of what any likelihood ratio is judged by
 _EXPONENT, _AGES = (LOG_EXPONENT,), (AGEING, LOG_RENEWAL, LOG_ONSET)
 _OTHERS = (_EXPONENT, _AGES, (*_EXPONENT, *_AGES))  # what laws have that the paper's has not
 
@@ -73,7 +72,7 @@ def laws_of(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prior, us
         free = (*by.free, *more)
         law = _prior_of(prior, free)
         start = start_of_law(ticks, windows, evidence, law, free, by.fit, weight)
-        fit = refit(ticks, windows, evidence, law, start, usual.parameters, _LITTLE)
+        fit = refit(ticks, windows, evidence, law, start, usual.parameters, LITTLE)
         if fit is None or fit.parameters[AGEING] < 0.0:
             return None
         return _Fitted(fit, law, free, _misfit(fit, law, weight), by.evidence + score)

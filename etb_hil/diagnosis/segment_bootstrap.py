@@ -16,7 +16,7 @@ import numpy as np
 from etb_hil.base.compiled import njit
 from etb_hil.base.student import student
 from etb_hil.diagnosis.half_width import TWO_SIDED_95
-from etb_hil.observer.normal_equations import accumulate, inverse, times
+from etb_hil.observer.normal_equations import accumulate, solution, times
 from etb_hil.recording.samples import Float64, Int64
 
 _DRAWS = 999  # 95 % of one more are a whole number
@@ -110,19 +110,23 @@ def _drawn(stretches: Float64, prior: Float64) -> Float64:
     count, columns = len(stretches), len(prior)
     steps = np.empty((_DRAWS, columns))
     total, matrix = np.empty(stretches.shape[1]), np.empty((columns, columns))
+    times_drawn = np.empty(count)
     for draw in range(_DRAWS):
+        times_drawn[:] = 0.0
+        for k in range(count):
+            times_drawn[_any_of(count, draw * count + k)] += 1.0
         total[:] = 0.0
         for k in range(count):
-            one = stretches[_any_of(count, draw * count + k)]
-            for place in range(len(total)):
-                total[place] += one[place]
+            if times_drawn[k] > 0.0:
+                for place in range(len(total)):
+                    total[place] += times_drawn[k] * stretches[k, place]
         place = 0
         for a in range(columns):
             for b in range(a + 1):
                 matrix[a, b] = total[place] + prior[a, b]
                 matrix[b, a] = matrix[a, b]
                 place += 1
-        steps[draw] = times(inverse(matrix), total[place:])
+        steps[draw] = solution(matrix, total[place:])
     return steps
 
 

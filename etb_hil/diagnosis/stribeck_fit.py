@@ -47,6 +47,7 @@ from etb_hil.recording.samples import Float64, Int64
 _STARTS = (1.0, 0.5, 2.0)  # times the model's omega_s: the cost has more than one valley
 _ITERATIONS = 40
 _CONVERGED = 1e-3  # in standard errors
+LITTLE = 0.1  # of -2 log posterior density: a twentieth of what any likelihood ratio is judged by
 _SAME_VALLEY = 0.5  # in standard errors: as near as that to an end that was found, a descent comes to the same one
 _LEAST_NOISE = 2e-4  # N·m: twice the rounding error of a current read in steps of 1 mA, at 0.36 N·m/A
 _OVERLAP = 3.0  # windows a stride apart share this many times their noise: 2.5 of white noise of the torque
@@ -165,7 +166,8 @@ def fit_stribeck(ticks: Ticks, windows: Windows, evidence: Evidence, prior: Prio
     alike = np.zeros(len(windows), np.int64)
     for factor in _STARTS:
         known = None if best is None else best[1]
-        found = _descend(ticks, windows, evidence, prior, start_of(evidence, prior, factor), known, alike)
+        start = start_of(evidence, prior, factor)
+        found = _descend(ticks, windows, evidence, prior, start, known, alike, LITTLE)
         if found is not None and (best is None or found[0] < best[0]):
             best = found
     return None if best is None else refit(ticks, windows, evidence, prior, best[1])

@@ -72,12 +72,10 @@ def _inverse_of_lower(lower: Float64) -> Float64:
 
 
 @njit(cache=True, error_model="numpy")
-def inverse(matrix: Float64) -> Float64:
-    """Return the inverse (p, p) of a symmetric positive matrix, by Cholesky.
+def _scaled(matrix: Float64) -> tuple[Float64, Float64]:
+    """Return a matrix (p, p) with a unit diagonal, and the factors (p) of its rows and columns.
 
-    It is NaN where the matrix is none.
-
-    Rows and columns are scaled to a unit diagonal first: parameters differ by orders of magnitude.
+    Parameters differ by orders of magnitude.
     """
     n = matrix.shape[0]
     scale = np.empty(n)
@@ -87,6 +85,42 @@ def inverse(matrix: Float64) -> Float64:
     for a in range(n):
         for b in range(n):
             scaled[a, b] = matrix[a, b] * scale[a] * scale[b]
+    return scaled, scale
+
+
+@njit(cache=True, error_model="numpy")
+def solution(matrix: Float64, vector: Float64) -> Float64:
+    """Return what a symmetric positive matrix (p, p) turns into a vector (p), by Cholesky.
+
+    Every element is NaN where the matrix is none.
+    """
+    scaled, scale = _scaled(matrix)
+    lower = _cholesky(scaled)
+    n = len(vector)
+    out = np.empty(n)
+    for a in range(n):
+        total = vector[a] * scale[a]
+        for b in range(a):
+            total -= lower[a, b] * out[b]
+        out[a] = total / lower[a, a]
+    for a in range(n - 1, -1, -1):
+        total = out[a]
+        for b in range(a + 1, n):
+            total -= lower[b, a] * out[b]
+        out[a] = total / lower[a, a]
+    for a in range(n):
+        out[a] *= scale[a]
+    return out
+
+
+@njit(cache=True, error_model="numpy")
+def inverse(matrix: Float64) -> Float64:
+    """Return the inverse (p, p) of a symmetric positive matrix, by Cholesky.
+
+    It is NaN where the matrix is none.
+    """
+    n = matrix.shape[0]
+    scaled, scale = _scaled(matrix)
     factor = _inverse_of_lower(_cholesky(scaled))
     result = product(np.ascontiguousarray(factor.T), factor)
     for a in range(n):

@@ -125,16 +125,19 @@ class Analysis:
         """
         blocks: list[SampleBlock] = []
         while len(frames):
-            ends = int(np.argmax(frames.stamp_ns >= self._judged_ns + JUDGE_NS))
-            is_whole = frames.stamp_ns[ends] >= self._judged_ns + JUDGE_NS
-            part = frames.rows(slice(0, ends + 1)) if is_whole else frames
-            self._newest_ns = max(self._newest_ns, int(part.stamp_ns.max()))
+            part, rest, newest_ns = frames, None, int(frames.stamp_ns.max())
+            if newest_ns >= self._judged_ns + JUDGE_NS:
+                ends = int(np.argmax(frames.stamp_ns >= self._judged_ns + JUDGE_NS)) + 1
+                part, rest = frames.rows(slice(0, ends)), frames.rows(slice(ends, None))
+                newest_ns = int(part.stamp_ns.max())
+            self._newest_ns = max(self._newest_ns, newest_ns)
             found = self.decoder.push(part)
             self._watches.push(found, self._newest_ns)
             blocks += found
-            if is_whole:
-                self._catch_up()
-            frames = frames.rows(slice(len(part), None))
+            if rest is None:
+                break
+            self._catch_up()
+            frames = rest
         return blocks
 
     def snapshot(self) -> Snapshot:

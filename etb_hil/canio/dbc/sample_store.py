@@ -108,7 +108,7 @@ class SampleStore:
 
     def _block(self, k: int, first: int, end: int) -> SampleBlock:
         times, values = self._times[k], self._values[k]
-        columns = {role: values[index, first:end] for index, role in enumerate(self._roles[k])}
+        columns = dict(zip(self._roles[k], values[:, first:end], strict=True))
         return SampleBlock(self._names[k], times[0, first:end], times[1, first:end], columns, times[2, first:end])
 
     def _renew(self) -> None:
