@@ -51,7 +51,7 @@ def searched(axis):
 
 def outcome(findings, truth):
     """What an answer is worth, in a word or two."""
-    named = [{cause.id, *cause.indistinguishable} for cause in causes(findings)]
+    named = [{cause.id, *cause.not_isolable_from} for cause in causes(findings)]
     if findings.verdict not in ("explained", "ambiguous"):
         return findings.verdict
     if any(truth not in ids and len(ids) == 1 for ids in named):

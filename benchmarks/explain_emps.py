@@ -188,7 +188,7 @@ def main(folder):
     tables = [read_table(Path(folder) / name, EXAMPLES / "emps.map.yaml") for name in names]
     estimation, test = ([Balances(m, model) for m in measurements_of(table, model)] for table in tables)
     plain = calibrate(model, estimation, unknowns=base_unknowns(model)).fit.whole
-    skewed = calibrate(model, estimation).fit.whole
+    offset = calibrate(model, estimation).fit.whole
     places = {u.name: u.place for u in base_unknowns(model)}
     data = loadmat(Path(folder) / names[0])
     theirs, reach = as_published(data)
@@ -197,11 +197,11 @@ def main(folder):
         "parameter      published | their procedure: as it is, 95 %; force 0.5 ms later; moving rows | ours: same",
         end=" ",
     )
-    print("instant, with skew")
+    print("instant, with time offset")
     for k, (name, value) in enumerate(PUBLISHED.items()):
-        ours = f"{plain[places[name]]:8.4g} {skewed[places[name]]:8.4g}"
+        ours = f"{plain[places[name]]:8.4g} {offset[places[name]]:8.4g}"
         print(f"{name:14} {value:9.4g} | {theirs[k]:8.4g} +-{reach[k]:5.2g} {late[k]:8.4g} {moving[k]:8.4g} | {ours}")
-    print(f"force's skew {1e3 * skewed[EXTENDED]:.2f} ms: read and held, it acts half a millisecond later")
+    print(f"time offset of the force: {1e3 * offset[EXTENDED]:.2f} ms: read and held, it acts half a millisecond later")
     at = ", ".join(f"{1e3 * least:g}" for least in MOVING)
     print(f"residual force on the last 40 % of the estimation file, N rms, of rows from {at} mm/s on")
     for effects in ((), ("friction_asymmetry",), ("friction_asymmetry", "cogging_torque")):

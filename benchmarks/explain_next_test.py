@@ -77,7 +77,7 @@ def by_hand(case, test):
     """What the instruments that an answer asks for read of the rig's unit."""
     rng, model = np.random.default_rng([case.truth["seed"], 10]), model_of(case)
     found = []
-    for wanted in (number for instrument in test.by_hand for number in instrument.gives):
+    for wanted in (number for instrument in test.bench_steps for number in instrument.parameters):
         name, uncertainty = wanted.name, wanted.uncertainty
         read = true_number(case, name) + uncertainty * rng.uniform(-1.0, 1.0)
         if name in model.parameters:
@@ -167,10 +167,10 @@ def judged(name, test, again, truth):
         return "settled"
     if after is None:
         return f"lost: {again['verdict']}"
-    parts = set(test.expected_separation.parts)
+    parts = set(test.expected_separation.isolated)
     # A promise is between the cause as found and each other member: where the truth is another, of that pair alone.
     gone = {test.pair[0]} if canonical(name) in map(canonical, parts) else parts
-    return "parted" if not gone & {after["effect"], *after["class"]} else "still open"
+    return "parted" if not gone & {after["id"], *after["not_isolable_from"]} else "still open"
 
 
 def main(first, count):
@@ -185,14 +185,14 @@ def main(first, count):
         if test is None:
             continue
         tests.append(test)
-        print("   ", test.scenario, test.expected_separation or test.says, flush=True)
-        print("    by hand:", [number.name for one in test.by_hand for number in one.gives], flush=True)
+        print("   ", test.scenario, test.expected_separation or test.text, flush=True)
+        print("    by hand:", [number.name for one in test.bench_steps for number in one.parameters], flush=True)
         for way, (again, said) in either.items():
-            outcomes.setdefault(way, []).append((said, not test.expected_separation.leaves))
+            outcomes.setdefault(way, []).append((said, not test.expected_separation.not_isolated))
             print(f"    {way}: {said},", again["verdict"], named(again), flush=True)
-    nothing = sum(test.scenario is None and not test.by_hand for test in tests)
-    alone = sum(test.scenario is not None and not test.by_hand for test in tests)
-    hand = sum(test.scenario is None and bool(test.by_hand) for test in tests)
+    nothing = sum(test.scenario is None and not test.bench_steps for test in tests)
+    alone = sum(test.scenario is not None and not test.bench_steps for test in tests)
+    hand = sum(test.scenario is None and bool(test.bench_steps) for test in tests)
     print(
         f"{records} records, {len(tests)} of them open; a scenario for {alone} of them, a hand for {hand}, both for",
         end="",
@@ -217,12 +217,12 @@ def printed(what, happened):
 
 def among(name, cause):
     """Whether a hidden effect is a cause or in its class, whatever its parameter is called."""
-    return canonical(name) in map(canonical, (cause["effect"], *cause["class"]))
+    return canonical(name) in map(canonical, (cause["id"], *cause["not_isolable_from"]))
 
 
 def named(found):
     """The causes with their classes."""
-    return [(cause["effect"], cause["class"]) for cause in found["causes"]]
+    return [(cause["id"], cause["not_isolable_from"]) for cause in found["causes"]]
 
 
 if __name__ == "__main__":

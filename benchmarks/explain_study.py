@@ -117,7 +117,7 @@ def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
     found = explanation_as_dict(ExplanationResult(verdict, causes(findings)))
     if not found["causes"]:  # the best suspect all the same, for the rate of right first guesses
         first = findings.selection_steps[0]
-        found["causes"] = [{"effect": first.winner.id, "class": first.ambiguity_group}]
+        found["causes"] = [{"id": first.winner.id, "not_isolable_from": first.ambiguity_group}]
     truth = hidden.truth()
     scored = score(found, truth, removed=kind == "removed", declared=declared(effects))
     row = {
@@ -128,7 +128,7 @@ def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
         "level": truth["effects"][0]["level"] if truth["effects"] else "none",
         "truth": [entry["effect"] for entry in truth["effects"]],
         "verdict": verdict,
-        "causes": [(cause["effect"], list(cause["class"])) for cause in found["causes"]],
+        "causes": [(cause["id"], list(cause["not_isolable_from"])) for cause in found["causes"]],
         "outcome": scored.outcome,
         "best_in_class": scored.best_in_class,
         "visible": scored.visible,
@@ -137,25 +137,27 @@ def one_case(kind, seed, view="full", rate=2000, with_holdout=False):
         "seconds": seconds,
         "covered": covered(findings, truth),
         "alike": [[*entry["look_alikes"], *entry["parameters"]] for entry in truth["separability"]],
-        "refused": findings.selection_steps[-1].rejection if findings.selection_steps else "",
+        "rejection": findings.selection_steps[-1].rejection if findings.selection_steps else "",
     }
     if with_holdout:
         errors = hold_out(findings)
         table = errors.table["free_run"]["throttle_angle"]
-        row["free_run_over_floor"] = table.get("extended", table["calibrated"]) / table["noise_floor"]
-        row["followed_over_floor"] = table["followed"] / table["noise_floor"]
-        row["model_over_floor"] = min(row["free_run_over_floor"], row["followed_over_floor"])  # as model.yaml has it
-        row["most_over_floor"] = float(errors.noise_floors.max()) / table["noise_floor"]
+        row["free_run_over_noise_floor"] = table.get("extended", table["calibrated"]) / table["noise_floor"]
+        row["fitted_over_noise_floor"] = table["fitted_in_free_run"] / table["noise_floor"]
+        row["model_over_noise_floor"] = min(row["free_run_over_noise_floor"], row["fitted_over_noise_floor"])
+        row["most_over_noise_floor"] = float(errors.noise_floors.max()) / table["noise_floor"]
         row["true_within"] = true_within(errors.noise_floors)
         driven = max(findings.balances, key=lambda b: b.samples)
         truth = truth_errors(hidden.case, driven.free_voltage, driven.measured.rate)
-        row["truth_over_floor"] = float(np.sqrt(np.mean(truth**2))) / table["noise_floor"]
-        row["nrmse"] = min(errors.nrmse["followed"], errors.nrmse.get("extended", errors.nrmse["calibrated"]))
+        row["truth_over_noise_floor"] = float(np.sqrt(np.mean(truth**2))) / table["noise_floor"]
+        row["nrmse"] = min(errors.nrmse["fitted_in_free_run"], errors.nrmse.get("extended", errors.nrmse["calibrated"]))
         healthy = hidden_case(seed, view=view, rate=rate)
         if healthy.case.rig.unit == hidden.case.rig.unit:
             bare = hold_out(searched(healthy)).table["free_run"]["throttle_angle"]
             row["model_over_healthy"] = (
-                row["model_over_floor"] * table["noise_floor"] / min(bare["calibrated"], bare["followed"])
+                row["model_over_noise_floor"]
+                * table["noise_floor"]
+                / min(bare["calibrated"], bare["fitted_in_free_run"])
             )
     return scored, row
 

@@ -48,9 +48,9 @@ def print_rates(rows):
 
 def _beside_truth(row):
     """A row with what its model leaves over what the generator's own plant leaves, in free run over the same record."""
-    if "truth_over_floor" not in row:
+    if "truth_over_noise_floor" not in row:
         return row
-    return {**row, "model_over_truth": row["model_over_floor"] / row["truth_over_floor"]}
+    return {**row, "model_over_truth": row["model_over_noise_floor"] / row["truth_over_noise_floor"]}
 
 
 def _print_group(key, members):
@@ -92,10 +92,10 @@ def _print_sizes(rows):
 
 def _print_spread(indent, rows):
     for key in (
-        "free_run_over_floor",
-        "followed_over_floor",
-        "model_over_floor",
-        "truth_over_floor",
+        "free_run_over_noise_floor",
+        "fitted_over_noise_floor",
+        "model_over_noise_floor",
+        "truth_over_noise_floor",
         "model_over_truth",
         "model_over_healthy",
         "nrmse",
@@ -107,8 +107,8 @@ def _print_spread(indent, rows):
             print(f"{indent}{key}: median {values[len(values) // 2]:.3g}, 90 % up to {at_90:.3g}")
 
     for key, words in (
-        ("model_over_floor", "the floor"),
-        ("truth_over_floor", "the floor, by the generator's own plant and numbers"),
+        ("model_over_noise_floor", "the floor"),
+        ("truth_over_noise_floor", "the floor, by the generator's own plant and numbers"),
         ("model_over_truth", "what the generator's own plant and numbers leave of the same record"),
         ("model_over_healthy", "what the same unit leaves with nothing hidden"),
     ):

@@ -22,16 +22,16 @@ def main(folder, fit_on="10000,15000"):
     recording = read_table(Path(folder) / "tbcp_open_loop_duty_staircase.csv", EXAMPLES / "etb_tbcp.map.yaml")
     model = load_model(EXAMPLES / "etb_tbcp.model.yaml")
     found = explain([recording], model, fit_on=[float(value) for value in fit_on.split(",")]).explanation
-    print(f"verdict {found.verdict}; {found.unexplained.says}")
-    print(f"next test: {found.next_test.says}")
-    print(f"{found.starts.says}; {'; '.join(found.data_quality[0].flags)}")
+    print(f"verdict {found.verdict}; {found.unexplained.text}")
+    print(f"next test: {found.next_test.text}")
+    print(f"{found.starts.text}; {'; '.join(found.data_quality[0].flags)}")
     for name, one in found.calibrated.items():
         low, high = one.interval
         print(f"  {name:18} {one.value:.4g} ({low:.4g} to {high:.4g}) {'; '.join(one.flags)}")
     for run in found.runs:
-        at = (("measured", run.breaks_away.measured), ("model", run.breaks_away.model))
+        at = (("measured", run.break_away_voltage.measured_v), ("model", run.break_away_voltage.model_v))
         volts = ", ".join(f"{who} {value:.2f} V" for who, value in at if value is not None)
-        seen = "  (fitted)" if run.seen_by_the_fit else ""
+        seen = "  (fitted)" if run.used_in_fit else ""
         print(f"{run.value:6.0f} Hz  R^2 {run.r_squared:.3f}  breaks away at: {volts}{seen}")
     print(f"{time.process_time() - begin:.0f} s of processor time")
 

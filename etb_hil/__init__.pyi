@@ -18,7 +18,7 @@ from .base.errors import EtbHilError as EtbHilError
 from .base.errors import InputError as InputError
 from .base.outcome import UnitVerdict as UnitVerdict
 from .plant.parameters import Model as Model
-from .results.explanation import Cause as Cause
+from .results.explained.causes import Cause as Cause
 from .results.explanation import ExplanationResult as ExplanationResult
 from .results.measurement import Measurement as Measurement
 from .results.run_result import RunResult as RunResult

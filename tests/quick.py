@@ -55,6 +55,7 @@ QUICK = (
     "report/test_one_component",
     "report/test_plots",
     "report/test_wording",
+    "results/test_earlier_explanations",
     "results/test_one_reader",
     "scenario/test_condition_watch",
     "scenario/test_phases",

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from etb_hil.discrepancy.explain import Answer
     from etb_hil.plant.parameters import Model
     from etb_hil.report.chart import Chart
-    from etb_hil.results.explanation import Cause, ExplanationResult, Gain
+    from etb_hil.results.explained.causes import Cause
+    from etb_hil.results.explained.errors import Gain
+    from etb_hil.results.explanation import ExplanationResult
 
 
 class Explanation:
@@ -45,24 +47,22 @@ class Explanation:
 
     @property
     def causes(self) -> tuple[Cause, ...]:
-        """The causes that were taken in, the most probable first."""
+        """The accepted causes, the most probable first."""
         return self.result.causes
 
     @property
     def ambiguity_groups(self) -> tuple[tuple[str, ...], ...]:
         """Groups of causes that the data cannot distinguish, by id.
 
-        There is a group for each cause that was taken in.
+        There is a group for each accepted cause that has one.
         """
-        return tuple((one.id, *one.indistinguishable) for one in self.causes if one.indistinguishable)
+        return tuple((one.id, *one.not_isolable_from) for one in self.causes if one.not_isolable_from)
 
     @property
     def gain(self) -> Gain | None:
         """By what share the extended model errs less than the calibrated one.
 
-        It is told on data that no fit saw; None where it is unknown.
-
-        The error is that of the throttle angle in free run.
+        The error is that of the throttle angle in free run, on data that no fit used. None where it is unknown.
         """
         return self.result.gain
 
@@ -127,17 +127,17 @@ class Explanation:
 
     def _repr_html_(self) -> str:
         from etb_hil.api.html import page, table
-        from etb_hil.report.what_is_left import what_is_left
+        from etb_hil.report.residual_text import residual_text
 
         rows = []
         for one in self.causes:
             sizes = "; ".join(
                 f"{name} {size.value:.4g} {size.unit} ({size.low:.4g} to {size.high:.4g})".replace(" 1 (", " (")
-                for name, size in one.sizes.items()
+                for name, size in one.parameters.items()
             )
-            rows.append((one.id, ", ".join(one.indistinguishable), f"{one.share:.0%}", sizes))
+            rows.append((one.id, ", ".join(one.not_isolable_from), f"{one.share_of_error:.0%}", sizes))
         causes = table(("cause", "or", "share of the error", "sizes (95 %)"), rows) if rows else ""
-        notes = [left] if (left := what_is_left(self.result)) else []
+        notes = [left] if (left := residual_text(self.result)) else []
         return page(self.verdict.replace("_", " "), causes, notes, self._chart())
 
 

@@ -54,8 +54,9 @@ def run(options: argparse.Namespace) -> int:
         from etb_hil.base.errors import InputError
         from etb_hil.base.outcome import ExitCode
         from etb_hil.discrepancy.slow.sweeps import slow_remark
-        from etb_hil.report.explain_report import next_steps, one_component
-        from etb_hil.report.what_is_left import what_is_left
+        from etb_hil.report.explain_next_test import next_steps
+        from etb_hil.report.explain_verdict import one_component
+        from etb_hil.report.residual_text import residual_text
         from etb_hil.store.address import sessions_among
 
         options.data = sessions_among(options.data)
@@ -79,14 +80,14 @@ def run(options: argparse.Namespace) -> int:
     _progress("")
     found = answer.result
     print(f"verdict: {found.verdict}")
-    if left := what_is_left(found):
+    if left := residual_text(found):
         print(f"  {left}")
     for reason in found.data_quality:
         if isinstance(reason, str):
             print(f"  {reason}")
     for cause in found.causes:
-        alike = f" (or {', '.join(cause.indistinguishable)})" if cause.indistinguishable else ""
-        print(f"  {cause.id}{alike}: {100.0 * cause.share:.0f} % of the error")
+        alike = f" (or {', '.join(cause.not_isolable_from)})" if cause.not_isolable_from else ""
+        print(f"  {cause.id}{alike}: {100.0 * cause.share_of_error:.0f} % of the error")
     if shared := one_component(found):
         print(f"  {shared}")
     for step in next_steps(found):

@@ -44,7 +44,10 @@ from etb_hil.plant.model_check import impossible
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
 from etb_hil.recording.recording import Recording
-from etb_hil.results.explanation import Confounded, DataQuality, ExplanationResult, NextTest, ToldApart
+from etb_hil.results.explained.causes import Isolation
+from etb_hil.results.explained.next_test import NextTest
+from etb_hil.results.explained.residual import Confounded, DataQuality
+from etb_hil.results.explanation import ExplanationResult
 from etb_hil.results.explanation_file import explanation_as_dict
 
 P = ParamSpec("P")
@@ -123,7 +126,9 @@ def explain(
         answer = replace(answer, diagnosis=judged)
     if others and not said.is_interrupted:
         answer = _transferred(answer, findings, others, said)
-    answer = replace(answer, told_apart_by_others=distinguished, confounded=tuple(confounding), left_out=tuple(missing))
+    answer = replace(
+        answer, isolations=distinguished, confounded=tuple(confounding), rejected_recordings=tuple(missing)
+    )
     if said.is_interrupted:
         done = stages(answer, is_read=True, is_searched=not findings.is_interrupted)
         answer = replace(answer, interrupted=said.last, stages=done)
@@ -175,12 +180,12 @@ def _nothing(quality: Sequence[str | DataQuality], confounding: Sequence[Confoun
 
 def _distinguished_by_others(
     findings: Findings, others: Sequence[Sequence[Measurement]], without: Sequence[str], said: _Said
-) -> tuple[ToldApart, ...]:
+) -> tuple[Isolation, ...]:
     """Remove from the ambiguity groups what other recordings of the unit exclude.
 
     Returns what each of them excluded.
     """
-    found: list[ToldApart] = []
+    found: list[Isolation] = []
     for other in others:
         if said.is_interrupted or not any(each.ambiguity_group for each in findings.accepted):
             break

@@ -124,12 +124,12 @@ def test_an_explanation_that_is_stopped_keeps_what_it_knows(why):
 def test_a_faulty_units_session_is_explained_by_its_friction(why):
     assert why.verdict == "explained"
     (cause,) = why.causes
-    assert (cause.id, cause.indistinguishable) == ("parameter:stiction", ())
-    assert cause.share > 0.5
-    for size in cause.sizes.values():
-        assert size.low <= size.value <= size.high
-        assert size.unit
-    assert why.ambiguity_groups == tuple((c.id, *c.indistinguishable) for c in why.causes if c.indistinguishable)
+    assert (cause.id, cause.not_isolable_from) == ("parameter:stiction", ())
+    assert cause.share_of_error > 0.5
+    for estimate in cause.parameters.values():
+        assert estimate.low <= estimate.value <= estimate.high
+        assert estimate.unit
+    assert why.ambiguity_groups == tuple((c.id, *c.not_isolable_from) for c in why.causes if c.not_isolable_from)
     assert why.result.verdict == why.verdict
 
 
@@ -139,7 +139,7 @@ def test_a_deprecated_name_warns_and_still_works(why):
     ):
         found = why.data
     assert found["verdict"] == why.verdict
-    assert found["causes"][0]["effect"] == why.causes[0].id
+    assert found["causes"][0]["id"] == why.causes[0].id
 
 
 def test_the_signals_in_a_table_are_those_of_the_session(faulty, tmp_path):
@@ -163,9 +163,9 @@ def test_the_signals_in_a_table_are_explained_as_the_session_is(why, faulty, tmp
     assert again.verdict == why.verdict
     assert [one.id for one in again.causes] == [one.id for one in why.causes]
     for one, other in zip(again.causes, why.causes, strict=True):
-        assert one.indistinguishable == other.indistinguishable
-        for name, size in one.sizes.items():
-            assert size.value == pytest.approx(other.sizes[name].value, rel=1e-3)
+        assert one.not_isolable_from == other.not_isolable_from
+        for name, size in one.parameters.items():
+            assert size.value == pytest.approx(other.parameters[name].value, rel=1e-3)
 
 
 def test_the_extended_model_is_simulated_and_written(why, faulty, tmp_path):

@@ -13,10 +13,10 @@ from etb_hil.cli.main import main
 from etb_hil.discrepancy.explain import Answer, write
 from etb_hil.results.explanation_file import explanation_from_dict
 
-FOUND = {"schema": "etb_hil/explanation/2", "verdict": "explained", "data_quality": ["a reason"], "confounded": []}
+FOUND = {"schema": "etb_hil/explanation/3", "verdict": "explained", "data_quality": ["a reason"], "confounded": []}
 CAUSE = {
-    "effect": "iron_loss",
-    "class": ["viscous"],
+    "id": "iron_loss",
+    "not_isolable_from": ["viscous"],
     "share_of_error": 0.5,
     "probability": 1.0,
     "parameters": {},

@@ -14,7 +14,7 @@ from explain_study import searched
             ("measurement_delay",),
             {"view": "plate_only"},
             {"parameter:inductance"},
-            id="base parameters where no sample is skew",
+            id="base parameters where no signal has a time offset",
             marks=pytest.mark.study,
         ),
         pytest.param(

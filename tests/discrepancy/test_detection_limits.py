@@ -103,10 +103,10 @@ def test_of_a_place_nothing_is_promised_where_the_record_did_not_go(tmp_path):
     assert {"friction_position_local", "friction_position_periodic", "limp_home_dead_zone"} < of_place
     seen = {id_ for id_ in of_place if limits[id_]["limit"] is not None}
     assert {"friction_position_periodic", "spring_nonlinear"} <= seen
-    assert {id_ for id_, one in limits.items() if one["where"]} == seen
+    assert {id_ for id_, one in limits.items() if one["valid_range"]} == seen
     for id_ in seen:
-        assert limits[id_]["where"] == went
-        assert limits[id_]["says"].endswith(f"only where the record went: {went}")
+        assert limits[id_]["valid_range"] == went
+        assert limits[id_]["text"].endswith(f"only where the record went: {went}")
     found = {"verdict": "adequate", "causes": [], "confounded": [], "data_quality": [], "detection_limits": limits}
     page = write_explanation(found, None, tmp_path).read_text("utf-8")
     assert f"These hold where the record went ({went}) alone: " in page

@@ -113,7 +113,7 @@ def test_the_model_file_has_the_finer_curve_where_the_plain_one_was_enough_for_a
     findings = searched(hidden_case(83004, effects, level, form=form))
     held_out = hold_out(findings)
     errors = held_out.table["free_run"]["throttle_angle"]
-    assert errors["followed"] < 0.5 * errors["extended"]
+    assert errors["fitted_in_free_run"] < 0.5 * errors["extended"]
     (cause,) = values_of(causes(findings, held_out.best))
     assert "lag" not in cause["parameters"]
     assert cause["finer_in_model"]["lag"] > 0.2

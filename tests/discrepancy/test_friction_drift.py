@@ -38,7 +38,7 @@ def test_running_in_is_no_temperatures_even_where_all_is_within_its_band(seed):
 
     answer = plain(explanation(findings, None))
     assert answer["causes"] == []
-    assert DRIFTS in {suspect["refused"] for suspect in answer["suspects"]}
+    assert DRIFTS in {one["rejection"] for one in answer["candidates"]}
 
 
 @pytest.mark.study

@@ -44,7 +44,7 @@ def test_in_the_search_the_calibration_is_kept_and_no_cause_is_named(cogging_rec
 def test_after_the_search_the_causes_are_kept(cogging_recording):
     answer = _interrupted_at(cogging_recording, "running the models freely")
     assert plain(answer)["verdict"] in ("explained", "ambiguous")
-    assert [cause["effect"] for cause in plain(answer)["causes"]] == ["cogging_torque"]
+    assert [cause["id"] for cause in plain(answer)["causes"]] == ["cogging_torque"]
     assert plain(answer)["errors"] is None
     assert plain(answer)["interrupted"] == "running the models freely"
 
@@ -60,12 +60,12 @@ def test_in_the_last_fit_the_held_out_errors_are_kept(cogging_recording, tmp_pat
     answer = _interrupted_at(cogging_recording, moment)
     found = plain(answer)
     errors = found["errors"]["holdout"]["free_run"]["throttle_angle"]
-    assert {name for name, one in errors.items() if one is None} == {"followed"}
+    assert {name for name, one in errors.items() if one is None} == {"fitted_in_free_run"}
     assert found["gain"]["value"] == pytest.approx(1.0 - errors["extended"] / errors["calibrated"])
-    assert found["gain"]["over_stated"]["value"] == pytest.approx(1.0 - errors["extended"] / errors["nominal"])
+    assert found["gain"]["over_reference"]["value"] == pytest.approx(1.0 - errors["extended"] / errors["reference"])
     assert found["gain"]["value"] > 0.3
     assert found["interrupted"].startswith(moment)
-    assert found["model_file"]["numbers_of"] == "balances"
+    assert found["model_file"]["values_from"] == "balances"
     for number in found["causes"][0]["parameters"].values():
         assert number["in_model"] == number["value"]
     assert {path.name for path in write(answer, tmp_path)} == {"explanation.json", "model.yaml"}
@@ -79,7 +79,7 @@ def test_while_candidates_are_compared_with_what_is_left_the_causes_and_the_cali
 ):
     monkeypatch.setattr("etb_hil.discrepancy.search.stepwise.nonparametric_terms", _interrupts)
     found = plain(explain([cogging_recording], MODEL))
-    assert [cause["effect"] for cause in found["causes"]] == ["cogging_torque"]
+    assert [cause["id"] for cause in found["causes"]] == ["cogging_torque"]
     assert found["calibrated"]["resistance"]["value"] == pytest.approx(MODEL.values_at(25.0).resistance, rel=0.02)
     assert "done: reading the data, calibrating; not done: looking for causes" in found["stages"]
 
@@ -101,7 +101,7 @@ def test_right_after_the_calibration_its_numbers_are_kept_without_intervals(cogg
 
 def test_an_interrupt_while_the_answer_is_put_together_does_not_lose_it(cogging_recording):
     answer = _interrupted_at(cogging_recording, "putting the answer together")
-    assert [cause["effect"] for cause in plain(answer)["causes"]] == ["cogging_torque"]
+    assert [cause["id"] for cause in plain(answer)["causes"]] == ["cogging_torque"]
     assert plain(answer)["errors"] is not None
     assert plain(answer)["interrupted"] == "putting the answer together"
 

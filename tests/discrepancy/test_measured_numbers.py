@@ -48,7 +48,7 @@ def test_a_number_that_was_measured_off_is_the_cause_and_nothing_is_like_it(know
     assert known.verdict == "explained"
     answer = plain(explanation(known, None))
     (cause,) = answer["causes"]
-    assert (cause["effect"], cause["class"]) == ("parameter:resistance", [])
+    assert (cause["id"], cause["not_isolable_from"]) == ("parameter:resistance", [])
     assert cause["share_of_error"] > 0.8
     low, high = cause["parameters"]["resistance"]["interval"]
     assert low < hot[1] < high
@@ -161,12 +161,12 @@ def test_the_next_test_says_what_to_measure_and_how_well(open_class, monkeypatch
     monkeypatch.setattr("etb_hil.discrepancy.plan.bench_measurements.search", lambda *_, **__: settled)
     test = plain(next_test(open_class, [rest]))
     assert test["scenario"] is None
-    assert test["expected_separation"]["leaves"] == []
-    (friction,) = test["by_hand"]
-    assert [one["name"] for one in friction["gives"]] == ["coulomb", "stiction"]
+    assert test["expected_separation"]["not_isolated"] == []
+    (friction,) = test["bench_steps"]
+    assert [one["name"] for one in friction["parameters"]] == ["coulomb", "stiction"]
     at_plate = MODEL.values.gear_ratio * MODEL.parameters["coulomb"].value
-    assert friction["gives"][0]["uncertainty"] == pytest.approx(0.03 * at_plate, rel=0.2)
-    assert friction["gives"][0]["shaft"] == "throttle"
+    assert friction["parameters"][0]["uncertainty"] == pytest.approx(0.03 * at_plate, rel=0.2)
+    assert friction["parameters"][0]["shaft"] == "throttle"
     answer = plain(explanation(open_class, None)) | {"confounded": [], "next_test": test}
     page = write_explanation(answer, None, tmp_path).read_text("utf-8")
     assert "coulomb within 0.0045 N·m at the plate (shaft: throttle)" in page

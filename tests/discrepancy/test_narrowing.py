@@ -43,7 +43,7 @@ def test_what_either_record_tells_apart_is_told_apart(found):
     told = plain(narrow(answer, with_class(found, OTHERS[:1])))
     assert answer.accepted[0].ambiguity_group == OTHERS[:1]
     assert answer.verdict == "ambiguous"
-    assert [(one["effect"], one["tells_from"]) for one in told] == [("cogging_torque", OTHERS[1:])]
+    assert [(one["cause"], one["isolated_from"]) for one in told] == [("cogging_torque", OTHERS[1:])]
 
 
 def test_where_nothing_is_left_the_cause_stands_alone(found):
@@ -96,8 +96,8 @@ def answers_in_turn(monkeypatch, module, answers):
 def test_recordings_of_one_unit_are_asked_and_what_they_told_is_said(monkeypatch, found, cogging_recording, tmp_path):
     answers_in_turn(monkeypatch, "explain", [with_class(found, OTHERS), with_class(found, OTHERS[:1])])
     answer = plain(explain([cogging_recording, cogging_recording], MODEL, is_same_unit=True))
-    assert answer["causes"][0]["class"] == OTHERS[:1]
-    assert answer["told_apart_by_others"][0]["tells_from"] == OTHERS[1:]
+    assert answer["causes"][0]["not_isolable_from"] == OTHERS[:1]
+    assert answer["isolations"][0]["isolated_from"] == OTHERS[1:]
     page = write_explanation(answer, None, tmp_path).read_text("utf-8")
     assert "synthetic distinguishes cogging torque from friction position periodic." in page
 
@@ -105,15 +105,15 @@ def test_recordings_of_one_unit_are_asked_and_what_they_told_is_said(monkeypatch
 def test_recordings_of_other_units_exclude_nothing(monkeypatch, found, cogging_recording):
     answers_in_turn(monkeypatch, "explain", [with_class(found, OTHERS)])
     answer = plain(explain([cogging_recording, cogging_recording], MODEL))
-    assert answer["causes"][0]["class"] == OTHERS
-    assert answer["told_apart_by_others"] == []
+    assert answer["causes"][0]["not_isolable_from"] == OTHERS
+    assert answer["isolations"] == []
 
 
 def test_an_interrupted_look_at_another_recording_tells_nothing(monkeypatch, found, cogging_recording):
     in_part = replace(with_class(found, []), is_interrupted=True)
     answers_in_turn(monkeypatch, "explain", [with_class(found, OTHERS), in_part])
     answer = plain(explain([cogging_recording, cogging_recording], MODEL, is_same_unit=True))
-    assert answer["causes"][0]["class"] == OTHERS
+    assert answer["causes"][0]["not_isolable_from"] == OTHERS
     assert answer["interrupted"] == "asking synthetic"
 
 
@@ -136,13 +136,13 @@ def test_a_likely_competing_hypothesis_is_promised_to_be_parted_only_if_it_would
     assert plain(next_test(answer, [plan]))["scenario"] is None
     as_rival = with_class(found, [], refined=answer.selection_steps[0].refined[1:])
     answers_in_turn(monkeypatch, "plan.next_test", [as_found, as_rival])
-    assert plain(next_test(answer, [plan]))["expected_separation"]["leaves"] == []
+    assert plain(next_test(answer, [plan]))["expected_separation"]["not_isolated"] == []
 
 
 def test_what_these_data_tell_apart_is_not_open_after_a_test_that_does_not(monkeypatch, found, plan):
     answers_in_turn(monkeypatch, "plan.next_test", [with_class(found, OTHERS[1:])])
     expected = plain(next_test(with_class(found, OTHERS[:1]), [plan]))["expected_separation"]
-    assert (expected["parts"], expected["leaves"]) == (OTHERS[:1], [])
+    assert (expected["isolated"], expected["not_isolated"]) == (OTHERS[:1], [])
 
 
 def test_a_test_whose_record_would_not_be_explained_promises_nothing(monkeypatch, found, plan):

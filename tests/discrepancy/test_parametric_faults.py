@@ -24,7 +24,7 @@ def test_a_viscosity_is_too_small_a_part_of_the_torque_for_a_wrong_current_to_st
 
 
 @pytest.mark.study
-def test_a_delay_is_no_wrong_inductance_although_skew_samples_take_nearly_all_of_it():
+def test_a_delay_is_no_wrong_inductance_although_time_offsets_explain_nearly_all_of_it():
     assert _class("measurement_delay", 80345) == []
 
 

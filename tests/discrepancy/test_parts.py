@@ -81,7 +81,7 @@ def test_calibration_finds_numbers_inside_their_tolerance():
 def test_conditions_that_change_together_are_said():
     steps = np.repeat(np.arange(1.0, 11.0), 200)
     found = plain(confounded(_recording({"pwm_frequency": 1e3 * steps, "temperature": 20.0 + np.zeros(2000)})))
-    assert [one["these"] for one in found] == ["PWM frequency and elapsed time"]
+    assert [one["conditions"] for one in found] == ["PWM frequency and elapsed time"]
     shuffled = np.repeat(np.random.default_rng(1).permutation(10) + 1.0, 200)
     assert confounded(_recording({"pwm_frequency": 1e3 * shuffled})) == []
 
@@ -93,7 +93,7 @@ def test_a_temperature_that_heat_cannot_be_judged_by_is_confounded_with_nothing(
     recording = _recording(moved | {"temperature": m.temperature})
     (measured,) = measurements_of(recording, MODEL)
     assert measured.has_temperature == is_said
-    assert [one["these"] for one in plain(confounded(recording))] == ["temperature and elapsed time"] * is_said
+    assert [one["conditions"] for one in plain(confounded(recording))] == ["temperature and elapsed time"] * is_said
 
 
 def test_data_without_an_angle_are_refused_with_what_is_missing():

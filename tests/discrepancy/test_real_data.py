@@ -39,7 +39,7 @@ def answer():
 
 
 @pytest.mark.study
-def test_published_parameters_are_found_again_without_skew(answer):
+def test_published_parameters_are_found_again_without_time_offsets(answer):
     """Published fits take the force to act when it is read; read and held, it acts half a sample later."""
     findings = answer.findings
     published = calibrate(findings.model, findings.balances, unknowns=base_unknowns(findings.model))
@@ -48,9 +48,9 @@ def test_published_parameters_are_found_again_without_skew(answer):
     assert found["viscous"] == pytest.approx(203.5, rel=0.01)
     assert found["coulomb"] == pytest.approx(20.394, rel=0.01)
     assert found["preload_open"] == pytest.approx(-3.165, abs=0.05)
-    with_skew = calibrate(findings.model, findings.balances)
-    assert with_skew.fit.cost < published.fit.cost
-    assert -0.6e-3 < plain(answer)["nuisances"]["current_skew"]["value"] < -0.3e-3
+    with_offset = calibrate(findings.model, findings.balances)
+    assert with_offset.fit.cost < published.fit.cost
+    assert -0.6e-3 < plain(answer)["nuisances"]["current_time_offset"]["value"] < -0.3e-3
 
 
 @pytest.mark.study
@@ -59,7 +59,7 @@ def test_parameters_are_called_as_in_the_drives_own_file(answer):
     assert {"inertia", "viscous", "coulomb", "constant_load"} <= set(found)
     assert found["constant_load"]["unit"] == "N"
     assert found["constant_load"]["nominal"] == 0.1
-    candidates_for = {one["effect"] for one in plain(answer)["suspects"]}
+    candidates_for = {one["id"] for one in plain(answer)["candidates"]}
     assert not re.search("preload|motor_inertia", json.dumps([found, sorted(candidates_for)]))
 
 
@@ -73,7 +73,7 @@ def test_errors_are_those_of_a_position_in_metres(answer):
 
 @pytest.mark.study
 def test_asymmetry_and_ripple_are_named(answer):
-    causes = {cause["effect"]: cause for cause in plain(answer)["causes"]}
+    causes = {cause["id"]: cause for cause in plain(answer)["causes"]}
     assert set(causes) == {"friction_asymmetry", "cogging_torque"}
     # 166.71 and 240.42 N s/m by direction are 18 % about their mean.
     assert causes["friction_asymmetry"]["parameters"]["viscosity"]["value"] == pytest.approx(-0.18, abs=0.03)
@@ -82,7 +82,7 @@ def test_asymmetry_and_ripple_are_named(answer):
 
 @pytest.mark.study
 def test_the_ripple_is_not_carried_over(answer):
-    carried = {one["effect"]: one["carried_over"] for one in plain(answer)["transfer"]}
+    carried = {one["cause"]: one["carried_over"] for one in plain(answer)["transfer"]}
     assert carried == {"friction_asymmetry": True, "cogging_torque": False}
 
 
@@ -90,14 +90,16 @@ def test_the_ripple_is_not_carried_over(answer):
 def test_of_the_asymmetry_no_more_is_said_than_the_test_file_carries(answer):
     """Its balance has it as strongly; a free run of 24 s, to which every number's error adds, is worse with it."""
     asymmetry, ripple = plain(answer)["transfer"]
-    assert 0.3 < asymmetry["gain"] < 0.5
+    assert 0.3 < asymmetry["explained_share"] < 0.5
     errors = asymmetry["free_run"]
     assert errors["unit"] == "m"
-    assert 0.005 < errors["without"] < errors["with"] < 0.015
-    without, with_it = (f"{1e3 * errors[kind]:.3g} mm" for kind in ("without", "with"))
-    assert asymmetry["says"].startswith(f"takes {100 * asymmetry['gain']:.0f} % of what the balances leave there")
-    assert asymmetry["says"].endswith(f"errs by {with_it} with it and by {without} without it")
-    assert ripple["says"].endswith("less than 2 % of what the balances leave there: it is not carried over")
+    assert 0.005 < errors["without_cause"] < errors["with_cause"] < 0.015
+    without, with_it = (f"{1e3 * errors[kind]:.3g} mm" for kind in ("without_cause", "with_cause"))
+    assert asymmetry["text"].startswith(
+        f"takes {100 * asymmetry['explained_share']:.0f} % of what the balances leave there"
+    )
+    assert asymmetry["text"].endswith(f"errs by {with_it} with it and by {without} without it")
+    assert ripple["text"].endswith("less than 2 % of what the balances leave there: it is not carried over")
 
 
 @pytest.mark.study
@@ -125,10 +127,10 @@ def test_pwm_frequency_and_elapsed_time_cannot_be_told_apart():
     found = plain(explain([table], replace(model, parameters=known), fit_on=(10_000.0, 15_000.0)))
     assert found["verdict"] == "unexplained"
     assert found["causes"] == []
-    assert found["nuisances"]["voltage_late"]["value"] > 0.0
+    assert found["nuisances"]["voltage_time_offset"]["value"] > 0.0
     (pair,) = found["confounded"]
-    assert pair["these"] == "PWM frequency and elapsed time"
-    assert "shuffle its order" in pair["says"]
+    assert pair["conditions"] == "PWM frequency and elapsed time"
+    assert "shuffle its order" in pair["text"]
 
 
 @pytest.mark.study

@@ -143,5 +143,5 @@ def test_clocks_are_not_moved_by_what_samples_miss():
     """With samples taken for the current itself the voltage's moves by 0.07 of a sample."""
     found = [calibrate(MODEL, [Balances(measurement(MODEL.vector(), seed), MODEL)]) for seed in (11, 12, 13, 14)]
     numbers = [{u.name: u.x_of(one.fit.whole) for u in one.unknowns} for one in found]
-    assert abs(np.mean([x["voltage_skew"] for x in numbers])) < 0.02  # of a sample; noise moves each by 0.03
+    assert abs(np.mean([x["voltage_time_offset"] for x in numbers])) < 0.02  # of a sample; noise moves each by 0.03
     assert all(abs(x[name]) < 1.0 for x in numbers for name in ("viscous", "stribeck_velocity"))

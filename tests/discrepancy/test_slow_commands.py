@@ -50,7 +50,7 @@ def test_a_healthy_unit_whose_commands_are_missed_is_not_rejected(answer):
     reason = found["data_quality"][0]
     assert "at 80 Hz the voltage may change between samples" in reason
     assert "drive it in steps that stand for several samples" in reason
-    assert found["unexplained"] == {"where": [], "placeholders": [], "runs": [], "says": ""}
+    assert found["unexplained"] == {"where": [], "nonparametric_terms": [], "runs": [], "text": ""}
 
 
 def test_no_number_is_fitted_in_place_of_missed_commands(answer, tmp_path):

@@ -119,7 +119,7 @@ def test_what_was_changed_is_fitted_again(answer, slow):
 
 def test_frequency_and_time_are_owned_up_to_with_the_test_that_would_part_them(answer):
     assert set(plain(answer)["next_test"]["pair"]) == {"PWM frequency", "elapsed time"}
-    assert "shuffle its order" in plain(answer)["next_test"]["says"]
+    assert "shuffle its order" in plain(answer)["next_test"]["text"]
 
 
 def test_files_and_page_hold_it(answer, tmp_path):

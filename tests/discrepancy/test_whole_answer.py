@@ -46,15 +46,15 @@ def answer(cogging_recording):
 
 def test_what_is_written_is_read_again_and_fits_its_schema(answer):
     written = json.loads(json.dumps(explanation_as_dict(answer.explanation)))
-    assert written["causes"][0]["effect"] == "cogging_torque"
+    assert written["causes"][0]["id"] == "cogging_torque"
     assert explanation_from_dict(written) == answer.explanation
     jsonschema.validate(written, explanation_schema())
 
 
 def test_candidates_that_were_refused_say_why(answer):
-    best = {one["search"]: one for one in reversed(plain(answer)["suspects"])}
+    best = {one["selection_step"]: one for one in reversed(plain(answer)["candidates"])}
     for one in best.values():
-        assert one["taken_in"] == (not one["refused"])
+        assert one["accepted"] == (not one["rejection"])
 
 
 def test_a_judgement_that_fails_is_said_and_takes_nothing_with_it(answer, monkeypatch, tmp_path):
@@ -64,8 +64,8 @@ def test_a_judgement_that_fails_is_said_and_takes_nothing_with_it(answer, monkey
     monkeypatch.setattr("etb_hil.discrepancy.answer.consequence.Diagnosis", fails)
     limits = load_limits(find("limits", "default"))
     found = plain(consequence(answer.findings, limits, answer.findings.final.fit.whole))
-    assert found["says"] == "the unit could not be judged: ZeroDivisionError: of odd data"
-    assert found["stated"] is None
+    assert found["text"] == "the unit could not be judged: ZeroDivisionError: of odd data"
+    assert found["reference"] is None
     page = write_explanation(plain(answer) | {"diagnosis": found}, None, tmp_path).read_text("utf-8")
     assert "The unit could not be judged" in page
 
@@ -103,7 +103,7 @@ def test_errors_say_their_unit(answer):
 
 def test_errors_of_less_than_ten_milliradian_are_said_in_milliradian(answer, tmp_path):
     def table(extended):
-        rms = {"nominal": 0.0089, "calibrated": 0.004, "extended": extended}
+        rms = {"reference": 0.0089, "calibrated": 0.004, "extended": extended}
         signals = {"throttle_angle": {"unit": "rad", **rms}, "motor_current": {"unit": "A", **rms}}
         errors = {"holdout": {"free_run": signals}}
         return write_explanation(plain(answer) | {"errors": errors}, None, tmp_path).read_text("utf-8")
@@ -116,7 +116,7 @@ def test_errors_of_less_than_ten_milliradian_are_said_in_milliradian(answer, tmp
 
 def test_the_diagnosis_is_said_under_both_models(answer):
     diagnosis = plain(answer)["diagnosis"]
-    for name in ("stated", "extended"):
+    for name in ("reference", "extended"):
         assert diagnosis[name]["verdict"] in ("pass", "fail", "inconclusive")
     assert diagnosis["extended"]["measurements"]["T_st"]["value"] == pytest.approx(MODEL.values.stiction, rel=0.1)
 
@@ -131,8 +131,8 @@ def test_the_report_shows_it_over_the_motors_turn(answer, tmp_path):
 
 
 def test_the_report_says_what_the_next_test_tells_and_what_it_does_not(answer, tmp_path):
-    expected = {"value": 30.0, "unit": "1", "parts": ["torque_ripple"], "leaves": ["parameter:coulomb"]}
-    test = {"pair": ["cogging_torque", "torque_ripple"], "says": "weigh it", "scenario": "multisine"}
+    expected = {"value": 30.0, "unit": "1", "isolated": ["torque_ripple"], "not_isolated": ["parameter:coulomb"]}
+    test = {"pair": ["cogging_torque", "torque_ripple"], "text": "weigh it", "scenario": "multisine"}
     found = plain(answer) | {"next_test": test | {"expected_separation": expected, "separation_here": None}}
     page = write_explanation(found, None, tmp_path).read_text("utf-8")
     assert "run multisine" in page
@@ -155,10 +155,10 @@ def test_the_numbers_of_the_model_file_stand_beside_those_with_intervals(answer,
     effects = {entry.id: entry.strengths for entry in load_model(tmp_path / "model.yaml").effects}
     for cause in plain(answer)["causes"]:
         for name, number in cause["parameters"].items():
-            assert float(str(effects[cause["effect"]][name]).split()[0]) == pytest.approx(number["in_model"], rel=1e-4)
+            assert float(str(effects[cause["id"]][name]).split()[0]) == pytest.approx(number["in_model"], rel=1e-4)
     base = plain(answer)["calibrated"]["slope_open"]["in_model"]
     assert load_model(tmp_path / "model.yaml").values.slope_open == pytest.approx(base, rel=1e-4)
-    is_followed = plain(answer)["model_file"]["numbers_of"] == "last fit in free run"
+    is_followed = plain(answer)["model_file"]["values_from"] == "last fit in free run"
     assert is_followed == answer.holdout.is_followed
 
 
@@ -170,7 +170,7 @@ def again(answer, cogging_recording):
 
 def test_with_what_was_found_nothing_more_is_missing(again):
     assert plain(again)["verdict"] == "adequate"
-    assert "cogging_torque" not in {one["effect"] for one in plain(again)["suspects"]}
+    assert "cogging_torque" not in {one["id"] for one in plain(again)["candidates"]}
     assert [entry.id for entry in extended_model(again.findings).effects] == ["cogging_torque"]
 
 
@@ -192,12 +192,12 @@ def test_an_adequate_model_that_errs_in_free_run_beyond_what_noise_leaves_says_s
         holdout = replace(of.holdout, drawn=np.outer([0.3 * most, most], np.ones(of.holdout.drawn.shape[1])))
         return plain(explanation(of.findings, holdout))["errors"]
 
-    assert errors(again, 1.01 * calibrated)["says"] == ""
-    assert errors(answer, 1e-9)["says"] == ""  # it is not adequate, and says what is missing
+    assert errors(again, 1.01 * calibrated)["text"] == ""
+    assert errors(answer, 1e-9)["text"] == ""  # it is not adequate, and says what is missing
     found = errors(again, 0.5 * calibrated)
     error = f"{np.degrees(calibrated):.3g} deg"
-    assert f"in free run the calibrated model errs by {error}, more than noise" in found["says"]
-    assert f"({np.degrees(0.15 * calibrated):.3g} to {np.degrees(0.5 * calibrated):.3g} deg)" in found["says"]
+    assert f"in free run the calibrated model errs by {error}, more than noise" in found["text"]
+    assert f"({np.degrees(0.15 * calibrated):.3g} to {np.degrees(0.5 * calibrated):.3g} deg)" in found["text"]
     page = write_explanation(plain(again) | {"errors": found}, None, tmp_path).read_text("utf-8")
     assert "The balances lack nothing, but in free run" in page
 
@@ -226,8 +226,8 @@ def test_the_next_test_is_the_plan_whose_record_leaves_least_open(answer):
     test = plain(next_test(open_answer, [still("rest"), moves]))
     assert test["scenario"] == "multisine"
     assert test["pair"][0] == "cogging_torque"
-    assert set(test["expected_separation"]["parts"]) == set(others)
-    assert test["expected_separation"]["leaves"] == []
+    assert set(test["expected_separation"]["isolated"]) == set(others)
+    assert test["expected_separation"]["not_isolated"] == []
     assert test["expected_separation"]["value"] > 10.0
 
 
@@ -238,8 +238,8 @@ def test_what_a_test_cannot_part_is_said_to_stay_open(answer):
     open_answer = replace(answer.findings, selection_steps=[replace(first, ambiguity_group=others)])
     scenario = load_scenario(find("scenario", "multisine")).content
     expected = plain(next_test(open_answer, [plan_of("multisine", scenario, MODEL.values)]))["expected_separation"]
-    assert expected["parts"] == ["torque_ripple"]
-    assert expected["leaves"] == ["friction_temperature"]
+    assert expected["isolated"] == ["torque_ripple"]
+    assert expected["not_isolated"] == ["friction_temperature"]
 
 
 def test_where_no_plan_tells_the_class_apart_a_hand_has_to(answer):
@@ -247,7 +247,7 @@ def test_where_no_plan_tells_the_class_apart_a_hand_has_to(answer):
     open_answer = replace(answer.findings, selection_steps=[replace(first, ambiguity_group=["torque_ripple"])])
     test = plain(next_test(open_answer, [still("rest")]))
     assert test["scenario"] is None
-    assert test["says"]
+    assert test["text"]
 
 
 def test_what_an_earlier_answer_left_is_not_taken_for_this_ones(answer, tmp_path):
@@ -282,9 +282,9 @@ def test_every_number_has_a_unit_and_no_more_digits_than_are_known(answer, tmp_p
 
 
 def test_what_data_cannot_show_is_no_detection_limit(answer, tmp_path):
-    limit = {"parameter": "preload", "limit": None, "unit": "N·m", "within_bounds": False, "judged": True, "says": "no"}
-    limits = {"spring_preload_shift": limit, "magnet_temperature": limit | {"judged": False, "says": "no heat"}}
-    limits["friction_load"] = limit | {"within_bounds": True, "says": "found: it is a cause"}
+    limit = {"parameter": "preload", "limit": None, "unit": "N·m", "within_bounds": False, "judged": True, "text": "no"}
+    limits = {"spring_preload_shift": limit, "magnet_temperature": limit | {"judged": False, "text": "no heat"}}
+    limits["friction_load"] = limit | {"within_bounds": True, "text": "found: it is a cause"}
     page = write_explanation(plain(answer) | {"detection_limits": limits}, None, tmp_path).read_text("utf-8")
     assert "These data cannot detect: spring preload shift." in page
     assert "Not judged: magnet temperature (no heat)." in page
@@ -296,15 +296,15 @@ def test_a_limit_beyond_what_an_effect_may_be_is_none_and_says_why(answer):
         found = plain(detection_limits(answer.findings, least_gain)["friction_load"])
         assert found["within_bounds"] == is_seen
         assert (found["limit"] is not None) == is_seen
-        assert ("these data cannot show it, however large" in found["says"]) != is_seen
+        assert ("these data cannot show it, however large" in found["text"]) != is_seen
 
 
 def test_each_effect_has_a_limit_or_why_there_is_none(answer):
     found = plain(answer)["detection_limits"]
     assert set(found) == set(CATALOGUE)
     for one in found.values():
-        assert one["limit"] is not None or one["says"]
-    assert found["cogging_torque"]["says"] == "found: it is a cause"
+        assert one["limit"] is not None or one["text"]
+    assert found["cogging_torque"]["text"] == "found: it is a cause"
     assert found["cogging_torque"]["limit"] < 0.03
 
 
@@ -313,7 +313,7 @@ def test_what_a_cause_cannot_be_told_from_is_said_and_not_called_hidden(answer, 
     monkeypatch.setattr(cause, "ambiguity_group", ["torque_ripple"])
     for least_gain in (LEAST_GAIN, 1e12):
         found = plain(detection_limits(answer.findings, least_gain))
-        assert found["torque_ripple"]["says"] == "cannot be told from cogging_torque, which was found"
+        assert found["torque_ripple"]["text"] == "cannot be told from cogging_torque, which was found"
         assert found["torque_ripple"]["within_bounds"]
         assert found["cogging_torque"]["within_bounds"]
 

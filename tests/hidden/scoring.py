@@ -75,8 +75,8 @@ def score(explanation, truth, *, removed=False, declared=()):
 
 
 def _names(cause):
-    others = {canonical(name) for name in cause.get("class", ())}
-    name = canonical(cause["effect"])
+    others = {canonical(name) for name in cause.get("not_isolable_from", ())}
+    name = canonical(cause["id"])
     return name, frozenset(others - {name})
 
 

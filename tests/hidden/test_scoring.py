@@ -19,7 +19,7 @@ def _truth(kind, *effects, look_alikes=(), parameters=(), visible=9.0):
 def _says(verdict, *causes):
     return {
         "verdict": verdict,
-        "causes": [{"effect": name, "probability": 0.9, "class": list(others)} for name, *others in causes],
+        "causes": [{"id": name, "probability": 0.9, "not_isolable_from": list(others)} for name, *others in causes],
     }
 
 

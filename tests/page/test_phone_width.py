@@ -16,14 +16,14 @@ from etb_hil.results.explanation_file import explanation_from_dict
 EVIL = "<script>document.title = 'ran'</script>\x1b[2J"
 PHONE, PAPER = 390, 718  # px: a phone held upright, and A4 between margins of 11 mm
 SIZE = {"value": 0.0312, "interval": [0.0288, 0.0336], "unit": "N·m", "in_model": 0.0309, "flags": ["at its bound"]}
-ERRORS = {"unit": "rad", "nominal": 0.0312, "calibrated": 0.0123, "extended": 0.0034, "noise_floor": 0.0031}
+ERRORS = {"unit": "rad", "reference": 0.0312, "calibrated": 0.0123, "extended": 0.0034, "noise_floor": 0.0031}
 FOUND = {
-    "schema": "etb_hil/explanation/1",
+    "schema": "etb_hil/explanation/3",
     "verdict": "ambiguous",
     "causes": [
         {
-            "effect": "friction_position_periodic",
-            "class": ["friction_position_bump", "plate_sensor_nonlinearity"],
+            "id": "friction_position_periodic",
+            "not_isolable_from": ["friction_position_bump", "plate_sensor_nonlinearity"],
             "share_of_error": 0.87,
             "probability": 0.9,
             "parameters": {"sine": SIZE, "a_parameter_with_a_very_long_name": SIZE},
@@ -38,23 +38,23 @@ FOUND = {
             "noise_floor_range": [0.001, 0.002],
         },
     },
-    "gain": {"value": 0.72, "interval": [0.69, 0.75], "over_stated": {"value": 0.89, "interval": [0.85, 0.91]}},
-    "suspects": [
-        {"search": 1, "effect": effect, "taken_in": taken, "refused": refused, "probability": 0.5, "leaves": 0.31,
-         "looks_like": "a wave", "check": "bearings"}
+    "gain": {"value": 0.72, "interval": [0.69, 0.75], "over_reference": {"value": 0.89, "interval": [0.85, 0.91]}},
+    "candidates": [
+        {"selection_step": 1, "id": effect, "accepted": taken, "rejection": refused, "probability": 0.5,
+         "residual_share": 0.31, "looks_like": "a wave", "check": "bearings"}
         for effect, taken, refused in (
             ("friction_position_periodic", True, ""),
             ("parameter:spring_stiffness_opening", False, "explains less than noise does"),
         )
     ],
-    "friction": {"stiction": {"nominal": 0.171, "calibrated": 0.182, "extended": 0.175, "unit": "N·m"}},
+    "friction": {"stiction": {"reference": 0.171, "calibrated": 0.182, "extended": 0.175, "unit": "N·m"}},
     "calibrated": {
         "spring_slope": {"nominal": 0.03, "value": 0.034, "unit": "N·m/rad", "flags": ["outside its tolerance"],
                          "interval": [0.033, 0.035], "tolerance": 0.003}
     },
     "confounded": [],
     "data_quality": [
-        {"origin": "20261124-093000_friction-check", "seconds": 18.2, "rate_hz": 1000.0, "flags": ["late"]}
+        {"origin": "20261124-093000_friction-check", "duration_s": 18.2, "rate_hz": 1000.0, "flags": ["late"]}
     ],
     "detection_limits": {
         "gear_backlash": {"limit": 0.002, "unit": "rad", "parameter": "gap", "judged": True, "within_bounds": True}

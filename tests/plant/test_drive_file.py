@@ -24,7 +24,9 @@ from etb_hil.plant.model_file import EffectEntry
 from etb_hil.plant.parameters import load_model
 from etb_hil.recording.recording import ClockGrade, Recording
 from etb_hil.recording.samples import SampleBlock
-from etb_hil.results.explanation import Calibrated, Cause, ExplanationResult
+from etb_hil.results.explained.causes import Cause
+from etb_hil.results.explained.models import CalibratedParameter
+from etb_hil.results.explanation import ExplanationResult
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "emps.drive.yaml"
 SESSION = Path(__file__).parents[1] / "releases" / "0.1.0" / "session"
@@ -51,12 +53,12 @@ def changed(folder, key, text):
 def test_an_answer_calls_parameters_as_the_drives_file_does():
     """What a throttle's model file calls a preload is a drive's constant load; a throttle keeps its names."""
     cause = Cause("parameter:motor_inertia", 0.5, ("parameter:preload_open", "iron_loss"), {}, 1.0)
-    load = Calibrated("N·m", nominal=0.9, value=1.0, interval=None, tolerance=0.3)
+    load = CalibratedParameter("N·m", nominal=0.9, value=1.0, interval=None, tolerance=0.3)
     answer = ExplanationResult(
         "ambiguous", causes=(cause,), calibrated={"preload_open": load}, interrupted="trying parameter:preload_open"
     )
     drives = as_in_its_file(answer, load_plant(EXAMPLE)[0])
-    assert [(one.id, one.indistinguishable) for one in drives.causes] == [
+    assert [(one.id, one.not_isolable_from) for one in drives.causes] == [
         ("parameter:inertia", ("parameter:constant_load", "iron_loss"))
     ]
     assert drives.calibrated == {"constant_load": load}

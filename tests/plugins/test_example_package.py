@@ -127,7 +127,7 @@ def test_its_effect_is_simulated_and_named_in_data_of_another_simulation(install
     installed("-m", "etb_hil", *words, cwd=tmp_path)
     answer = json.loads((tmp_path / "answer" / "explanation.json").read_text("utf-8"))
     (cause,) = answer["causes"]
-    assert cause["effect"] == "gravity_torque"
+    assert cause["id"] == "gravity_torque"
     assert cause["parameters"]["moment"]["value"] == pytest.approx(0.06, rel=0.2)
     words = ["simulate", "friction_check", "--unit", "answer/model.yaml", "--out", "simulated.csv"]
     installed("-m", "etb_hil", *words, cwd=tmp_path)

@@ -8,15 +8,15 @@ from etb_hil.report.explain_report import write_explanation
 from etb_hil.results.explanation_file import explanation_from_dict
 
 CAUSE = {
-    "effect": "hbridge_dead_time",
-    "class": ["brush_drop", "supply_sag"],
+    "id": "hbridge_dead_time",
+    "not_isolable_from": ["brush_drop", "supply_sag"],
     "share_of_error": 0.97,
     "probability": 0.96,
     "parameters": {"error": {"value": 0.6, "interval": [0.59, 0.61], "unit": "V"}},
 }
-SUSPECTS = [
-    {"search": 1, "effect": effect, "taken_in": taken, "refused": "", "probability": probability, "leaves": 0.03,
-     "looks_like": "a loss", "check": "the bridge"}
+CANDIDATES = [
+    {"selection_step": 1, "id": effect, "accepted": taken, "rejection": "", "probability": probability,
+     "residual_share": 0.03, "looks_like": "a loss", "check": "the bridge"}
     for effect, taken, probability in (
         ("hbridge_dead_time", True, 0.9), ("brush_drop", False, 0.04), ("current_sensor_gain", False, 0.06),
     )
@@ -26,7 +26,7 @@ RESISTANCE = {
     "flags": ["changes when the causes come in"],
 }  # fmt: skip
 AMBIGUOUS = {
-    "verdict": "ambiguous", "causes": [CAUSE], "suspects": SUSPECTS, "calibrated": {"resistance": RESISTANCE},
+    "verdict": "ambiguous", "causes": [CAUSE], "candidates": CANDIDATES, "calibrated": {"resistance": RESISTANCE},
     "confounded": [], "data_quality": [],
 }  # fmt: skip
 

@@ -2,8 +2,9 @@
 
 import pytest
 
-from etb_hil.report.explain_report import one_component
-from etb_hil.results.explanation import Cause, ExplanationResult
+from etb_hil.report.explain_verdict import one_component
+from etb_hil.results.explained.causes import Cause
+from etb_hil.results.explanation import ExplanationResult
 
 FRICTION = "friction of bearings, seals and gear"
 

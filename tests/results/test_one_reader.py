@@ -15,9 +15,9 @@ OF_RESULTS = (
 OWN = {"reason_id", "measurements", "numbers", "exceedances", "exit_code", "timestamp_grade", "limit_low", "limit_high"}
 # As file names or roles some fields of an explanation have other uses; those that have none:
 OWN |= {
-    "in_model", "share_of_error", "rms_over_floor", "nrmse_free_run", "noise_floor_range", "free_run_worst",
-    "detection_limits", "expected_separation", "next_test", "data_quality", "breaks_away_at_V", "seen_by_the_fit",
-    "held_out_t", "carried_over", "tells_from",
+    "in_model", "share_of_error", "rms_over_noise_floor", "nrmse_free_run", "noise_floor_range", "free_run_worst",
+    "detection_limits", "expected_separation", "next_test", "data_quality", "break_away_voltage", "used_in_fit",
+    "held_out_t", "carried_over", "isolated_from", "not_isolable_from", "residual_share", "explained_share",
 }  # fmt: skip
 
 

@@ -16,7 +16,7 @@ from etb_hil.discrepancy.search.findings import Findings
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
 from etb_hil.recording.samples import SampleBlock
-from etb_hil.results.explanation import Consequence, JudgedNumber, JudgedUnder
+from etb_hil.results.explained.models import Consequence, JudgedMeasurement, Judgement
 
 _MOTION = RunPhase(0, "log", "log", Use.FITTED)  # of a record that says nothing of its phases
 
@@ -59,10 +59,10 @@ def _judged(balances: list[Balances], model: Model, limits: Limits) -> Diagnosis
     return diagnosis.finish()
 
 
-def _said(result: DiagnosisResult) -> JudgedUnder:
+def _said(result: DiagnosisResult) -> Judgement:
     friction = {
-        id_: JudgedNumber(one.value, one.unit, (one.low, one.high))
+        id_: JudgedMeasurement(one.value, one.unit, (one.low, one.high))
         for id_ in ("T_st", "T_c")
         if (one := result.measurements.get(id_)) is not None and one.value is not None
     }
-    return JudgedUnder(str(result.verdict), tuple(reason.text for reason in result.reasons), friction)
+    return Judgement(str(result.verdict), tuple(reason.text for reason in result.reasons), friction)

@@ -24,7 +24,7 @@ from etb_hil.discrepancy.search.rejection import GROUP_GAIN
 from etb_hil.plant.drive_effects import unit_for
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.effect import Effect
-from etb_hil.results.explanation import DetectionLimit
+from etb_hil.results.explained.residual import DetectionLimit
 
 Float64 = NDArray[np.float64]
 
@@ -78,7 +78,7 @@ def _judged(findings: Findings, candidate: Candidate, hidden: Masking) -> Detect
     limit = max(sizes, default=None)
     where = where_it_went(findings) if effect.is_of_place and limit is not None else ""
     says = "; ".join(filter(None, [says, f"only where the record went: {where}" if where else ""]))
-    return replace(_entry(findings, effect, limit, says, is_within=bool(sizes or known_as)), where=where)
+    return replace(_entry(findings, effect, limit, says, is_within=bool(sizes or known_as)), valid_range=where)
 
 
 def where_it_went(findings: Findings) -> str:
@@ -106,7 +106,7 @@ def _entry(
 ) -> DetectionLimit:
     parameter = effect.parameters[effect.searched[0]]
     unit = unit_for(parameter, is_linear=_is_linear(findings))
-    return DetectionLimit(parameter.name, limit, unit, judged=is_judged, within_bounds=is_within, says=says)
+    return DetectionLimit(parameter.name, limit, unit, judged=is_judged, within_bounds=is_within, text=says)
 
 
 def _is_linear(findings: Findings) -> bool:

@@ -29,22 +29,26 @@ from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import Vector
 from etb_hil.plant.value_units import value_unit
-from etb_hil.results import explanation as results
+from etb_hil.results.explained.causes import Candidate, Cause, ParameterEstimate
+from etb_hil.results.explained.errors import Errors, ModelErrors, WorstSegment
+from etb_hil.results.explained.models import LAST_FIT, CalibratedParameter, ModelFile, ModelledFriction, Nuisance
+from etb_hil.results.explained.residual import BalanceResidual, Excess, NonparametricTerm, Unexplained
+from etb_hil.results.explanation import ExplanationResult
 
 MOVED = 0.03  # share by which a base parameter that a term moves is flagged: it may have been stolen
 _BALANCES = ("torque", "voltage", "angle")
 _SHARPNESS = 3.0  # a competing hypothesis at the ambiguity group margin is e^-3 as probable
 
 
-def explanation(findings: Findings, holdout: Holdout | None) -> results.ExplanationResult:
+def explanation(findings: Findings, holdout: Holdout | None) -> ExplanationResult:
     """Return the whole answer; `holdout` is None if no simulation could be run."""
     in_model = findings.final.fit.whole if holdout is None else holdout.best
     numbers = estimates(findings.final, findings.balances, findings.final_noise_floor)
-    found = results.ExplanationResult(
+    found = ExplanationResult(
         verdict=findings.verdict,
         causes=causes(findings, in_model),
         measured=bench_numbers(findings.model),
-        suspects=_candidates(findings),
+        candidates=_candidates(findings),
         unexplained=_unexplained(findings),
         calibrated=_calibrated(findings, numbers, in_model),
         model_file=_model_file(holdout),
@@ -60,12 +64,12 @@ def explanation(findings: Findings, holdout: Holdout | None) -> results.Explanat
     gain = replace(
         holdout.gains["calibrated"],
         of="free-run error of the throttle angle on held-out segments, calibrated without causes to model file",
-        over_stated=holdout.gains["nominal"],
+        over_reference=holdout.gains["reference"],
     )
     return replace(found, errors=_errors(findings, holdout), gain=gain)
 
 
-def _errors(findings: Findings, holdout: Holdout) -> results.Errors:
+def _errors(findings: Findings, holdout: Holdout) -> Errors:
     """Return errors with units, and remarks on a free run that errs unexpectedly."""
     units = {POSITION: "m" if findings.balances[0].measured.is_linear else "rad", CURRENT_ROLE: "A"}
     least, most = float(holdout.noise_floors.min()), float(holdout.noise_floors.max())
@@ -83,25 +87,25 @@ def _errors(findings: Findings, holdout: Holdout) -> results.Errors:
             "plate less the further it is open: a "
             "voltage alone lets it run away there, and what noise leaves of a free run grows by itself"
         )
-    return results.Errors(
+    return Errors(
         holdout={
-            kind: {signal: results.ModelErrors(units[signal], **models) for signal, models in signals.items()}
+            kind: {signal: ModelErrors(units[signal], **models) for signal, models in signals.items()}
             for kind, signals in holdout.table.items()
         },
         nrmse_free_run=holdout.nrmse,
         noise_floor_range=(least, most),
         free_run_worst=_worst(findings, holdout),
-        says="; ".join(says),
+        text="; ".join(says),
     )
 
 
-def _worst(findings: Findings, holdout: Holdout) -> results.WorstSegment:
+def _worst(findings: Findings, holdout: Holdout) -> WorstSegment:
     """Return the segment with the largest error of the model file's model."""
     errors = holdout.segments[holdout.in_file][POSITION]
     k = int(np.argmax(errors))
     longest = max(findings.balances, key=lambda b: b.samples).measured
     there = holdout.drawn[:, k]
-    return results.WorstSegment(
+    return WorstSegment(
         from_s=longest.start_s + k * SEGMENT_S,
         to_s=longest.start_s + (k + 1) * SEGMENT_S,
         error=float(errors[k]),
@@ -111,18 +115,18 @@ def _worst(findings: Findings, holdout: Holdout) -> results.WorstSegment:
     )
 
 
-def _model_file(holdout: Holdout | None) -> results.ModelFile:
+def _model_file(holdout: Holdout | None) -> ModelFile:
     """Return which of the two fits the model file holds."""
-    if holdout is not None and holdout.is_followed:
+    if holdout is not None and holdout.is_refitted:
         says = (
             "the model file holds the values of the last fit in free run (in_model): its error is smaller on parts "
             "that it did not use, if not 10 ms ahead; values with intervals are the balances'"
         )
-        return results.ModelFile(results.LAST_FIT, says)
-    return results.ModelFile("balances", "the model file holds the values that are given with intervals")
+        return ModelFile(LAST_FIT, says)
+    return ModelFile("balances", "the model file holds the values that are given with intervals")
 
 
-def causes(findings: Findings, in_model: Vector | None = None) -> tuple[results.Cause, ...]:
+def causes(findings: Findings, in_model: Vector | None = None) -> tuple[Cause, ...]:
     """Return the accepted causes, most probable first.
 
     `in_model`: the whole vector that the model file holds, if it is not the balances' one.
@@ -133,13 +137,13 @@ def causes(findings: Findings, in_model: Vector | None = None) -> tuple[results.
     for each, share in zip(findings.accepted, shares([each.gain for each in findings.accepted]), strict=True):
         winner = each.winner
         found.append(
-            results.Cause(
+            Cause(
                 id=winner.id,
                 probability=_probabilities(each)[winner.id],
-                indistinguishable=tuple(each.ambiguity_group),
-                sizes=_parameters(each, numbers, whole, is_linear=findings.balances[0].measured.is_linear),
+                not_isolable_from=tuple(each.ambiguity_group),
+                parameters=_parameters(each, numbers, whole, is_linear=findings.balances[0].measured.is_linear),
                 finer_in_model=_finer(each, numbers, whole),
-                share=share,
+                share_of_error=share,
                 held_out_t=each.t,
                 component=_component([winner.id, *each.ambiguity_group]),
             )
@@ -169,7 +173,7 @@ def shares(gains: Sequence[float]) -> list[float]:
 
 def _parameters(
     each: SelectionStep, numbers: dict[int, Estimate], whole: Vector, *, is_linear: bool
-) -> Mapping[str, results.Size]:
+) -> Mapping[str, ParameterEstimate]:
     effect = each.winner.candidate.effect
     if effect is None:
         name = each.winner.candidate.frees
@@ -183,8 +187,8 @@ def _parameters(
     }
 
 
-def _size(estimate: Estimate, unit: str, whole: Vector) -> results.Size:
-    return results.Size(
+def _size(estimate: Estimate, unit: str, whole: Vector) -> ParameterEstimate:
+    return ParameterEstimate(
         estimate.value,
         unit,
         (estimate.low, estimate.high),
@@ -211,7 +215,7 @@ def _probabilities(each: SelectionStep) -> dict[str, float]:
     return {r.id: float(w / weights.sum()) for r, w in zip(each.refined, weights, strict=True)}
 
 
-def _candidates(findings: Findings) -> tuple[results.Suspect, ...]:
+def _candidates(findings: Findings) -> tuple[Candidate, ...]:
     """Return every step's best candidates with the evidence for and against them."""
     found = []
     for number, each in enumerate(findings.selection_steps, 1):
@@ -219,13 +223,13 @@ def _candidates(findings: Findings) -> tuple[results.Suspect, ...]:
         for one in each.refined:
             effect = one.candidate.effect
             found.append(
-                results.Suspect(
-                    search=number,
-                    effect=one.id,
-                    taken_in=bool(each.accepted) and one is each.winner,
-                    refused=each.rejection if one is each.winner else "",
+                Candidate(
+                    selection_step=number,
+                    id=one.id,
+                    accepted=bool(each.accepted) and one is each.winner,
+                    rejection=each.rejection if one is each.winner else "",
                     probability=probable[one.id] if each.accepted else 0.0,
-                    leaves=one.fit.cost / each.before.fit.cost,
+                    residual_share=one.fit.cost / each.before.fit.cost,
                     looks_like=effect.looks_like if effect else "a base parameter outside its tolerance",
                     check=effect.check if effect else "the number in the model file, and its tolerance",
                 )
@@ -233,10 +237,10 @@ def _candidates(findings: Findings) -> tuple[results.Suspect, ...]:
     return tuple(found)
 
 
-def _unexplained(findings: Findings) -> results.Unexplained:
+def _unexplained(findings: Findings) -> Unexplained:
     over = decision.excess(findings.final_groups, findings.samples)
     where = [
-        results.Excess(_BALANCES[k // 3], REGIMES[k % 3], float(np.sqrt(findings.final_groups[k])))
+        Excess(_BALANCES[k // 3], REGIMES[k % 3], float(np.sqrt(findings.final_groups[k])))
         for k in np.argsort(-over)
         if over[k] > 0.0
     ]
@@ -244,13 +248,13 @@ def _unexplained(findings: Findings) -> results.Unexplained:
     own = in_their_own_balances(findings.balances, final.jacobian, final.fit, final.unknowns)
     wrong = [one for one in findings.rest if one.balance == "all"]
     splines = [
-        results.Placeholder(p.balance, p.over, p.parity, p.share)
+        NonparametricTerm(p.balance, p.over, p.parity, p.share)
         for p in sorted([*own, *wrong], key=lambda one: -one.share)[:3]
     ]
-    return results.Unexplained(tuple(where), tuple(splines))
+    return Unexplained(tuple(where), tuple(splines))
 
 
-def _calibrated(findings: Findings, numbers: Sequence[Estimate], in_model: Vector) -> Mapping[str, results.Calibrated]:
+def _calibrated(findings: Findings, numbers: Sequence[Estimate], in_model: Vector) -> Mapping[str, CalibratedParameter]:
     found = {}
     for estimate in numbers:
         name = estimate.name
@@ -264,7 +268,7 @@ def _calibrated(findings: Findings, numbers: Sequence[Estimate], in_model: Vecto
         flags += estimate.flags
         if findings.accepted and moved > MOVED:
             flags.append("changes when the causes come in")
-        found[name] = results.Calibrated(
+        found[name] = CalibratedParameter(
             unit=value_unit(name, is_linear=findings.balances[0].measured.is_linear),
             nominal=nominal,
             value=estimate.value,
@@ -277,10 +281,10 @@ def _calibrated(findings: Findings, numbers: Sequence[Estimate], in_model: Vecto
     return found
 
 
-def _nuisances(numbers: Sequence[Estimate]) -> Mapping[str, results.Nuisance]:
+def _nuisances(numbers: Sequence[Estimate]) -> Mapping[str, Nuisance]:
     """Return fitted nuisances: time offsets, and the plate sensor's zero."""
     return {
-        e.name: results.Nuisance(
+        e.name: Nuisance(
             e.value,
             "rad" if e.name.endswith("_zero") else "s",
             (e.low, e.high),
@@ -292,13 +296,13 @@ def _nuisances(numbers: Sequence[Estimate]) -> Mapping[str, results.Nuisance]:
     }
 
 
-def _friction(findings: Findings, in_model: Vector) -> Mapping[str, results.ModelledFriction]:
+def _friction(findings: Findings, in_model: Vector) -> Mapping[str, ModelledFriction]:
     """Return break-away and sliding friction of each model at the throttle shaft."""
     first, last = simulable(findings.calibration.fit.whole), simulable(in_model)
     return {
-        name: results.ModelledFriction(
+        name: ModelledFriction(
             unit="N" if findings.balances[0].measured.is_linear else "N·m",
-            nominal=float(getattr(findings.model.values, name)),
+            reference=float(getattr(findings.model.values, name)),
             calibrated=float(first[FIELDS.index(name)]),
             extended=float(last[FIELDS.index(name)]),
         )
@@ -306,16 +310,16 @@ def _friction(findings: Findings, in_model: Vector) -> Mapping[str, results.Mode
     }
 
 
-def _balances(findings: Findings) -> Mapping[str, Mapping[str, results.BalanceResidual]]:
+def _balances(findings: Findings) -> Mapping[str, Mapping[str, BalanceResidual]]:
     """Return each balance's residual over the noise floor by regime, before and after."""
     first = findings.first_groups
-    found: dict[str, dict[str, results.BalanceResidual]] = {}
+    found: dict[str, dict[str, BalanceResidual]] = {}
     for k in range(9):
         if findings.samples[k] < LEAST_SAMPLES:
             continue
-        found.setdefault(_BALANCES[k // 3], {})[REGIMES[k % 3]] = results.BalanceResidual(
-            calibrated_over_floor=float(np.sqrt(first[k])),
-            extended_over_floor=float(np.sqrt(findings.final_groups[k])),
-            rows=int(findings.samples[k]),
+        found.setdefault(_BALANCES[k // 3], {})[REGIMES[k % 3]] = BalanceResidual(
+            calibrated_over_noise_floor=float(np.sqrt(first[k])),
+            extended_over_noise_floor=float(np.sqrt(findings.final_groups[k])),
+            samples=int(findings.samples[k]),
         )
     return found

@@ -21,10 +21,11 @@ from etb_hil.discrepancy.search.findings import Findings
 from etb_hil.discrepancy.search.finer_shapes import with_finer_shapes
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import Vector
-from etb_hil.results.explanation import Gain
+from etb_hil.results.explained.errors import Gain
 
 Float64 = NDArray[np.float64]
 
+_IN_FREE_RUN = "fitted_in_free_run"  # of `ModelErrors`
 _BETTER = 0.97  # of the free-run error without it: the last fit in free run may err more over 10 ms
 _SIMULATED = range(7, 17)  # seeds beside the noise floor of the balances: whether a plate just breaks away varies
 
@@ -33,10 +34,10 @@ _SIMULATED = range(7, 17)  # seeds beside the noise floor of the balances: wheth
 class Holdout:
     """Rms errors (SI) on held-out segments: `table[kind][signal][model]`, and gains.
 
-    `gains`: the free run of the angle against the `nominal` model and the `calibrated` one without causes. `drawn`
+    `gains`: the free run of the angle against the `reference` model and the `calibrated` one without causes. `drawn`
     (draws, segments): what true models left of the angle in free run. `best`: the whole vector of the fit with the
-    smallest held-out error in free run; `is_followed`: it is the last fit's. `is_interrupted`: an interrupt ended that
-    fit, and what was known before holds.
+    smallest held-out error in free run; `is_refitted`: the fit in free run has it. `is_interrupted`: an interrupt ended
+    that fit, and what was known before holds.
     """
 
     table: dict[str, dict[str, dict[str, float]]]
@@ -45,7 +46,7 @@ class Holdout:
     drawn: Float64
     gains: dict[str, Gain]
     best: Vector
-    is_followed: bool
+    is_refitted: bool
     is_interrupted: bool
 
     @property
@@ -56,7 +57,7 @@ class Holdout:
     @property
     def in_file(self) -> str:
         """The name of the model in the model file."""
-        return "followed" if self.is_followed else "extended" if "extended" in self.segments else "calibrated"
+        return _IN_FREE_RUN if self.is_refitted else "extended" if "extended" in self.segments else "calibrated"
 
 
 def hold_out(findings: Findings, progress: Callable[[str], None] = lambda _: None) -> Holdout:
@@ -64,35 +65,35 @@ def hold_out(findings: Findings, progress: Callable[[str], None] = lambda _: Non
     number = int(np.argmax([each.samples for each in findings.balances]))
     b = findings.balances[number]
     final = findings.final
-    nominal = start(findings.model)[:EXTENDED]
+    reference = start(findings.model)[:EXTENDED]
     errors = _Errors()
-    errors.add("nominal", b, lambda _: nominal)
+    errors.add("reference", b, lambda _: reference)
     errors.add("calibrated", b, _by_fold(findings, number, _folds(findings, findings.calibration)))
     if findings.accepted:
         errors.add("extended", b, _by_fold(findings, number, _folds(findings, final)))
     middle, drawn_noise_floors = _noise_floor(findings, number)
     errors.take(middle)
     free = errors.table["free_run"][free_run.POSITION]
-    followed: FreeRunFit | None = None
+    in_free_run: FreeRunFit | None = None
     try:
         fine = with_finer_shapes(findings, findings.accepted)
-        followed = fit_free_run(findings.balances, number, fine, free["noise_floor"], progress)
-        errors.add("followed", b, _by_fold(findings, number, followed.held_out))
+        in_free_run = fit_free_run(findings.balances, number, fine, free["noise_floor"], progress)
+        errors.add(_IN_FREE_RUN, b, _by_fold(findings, number, in_free_run.held_out))
     except KeyboardInterrupt:
-        followed = None  # what is known without it is worth having
+        in_free_run = None  # what is known without it is worth having
     best = "extended" if findings.accepted else "calibrated"
-    is_followed = followed is not None and free["followed"] < _BETTER * free[best]
-    after = errors.segments["followed" if is_followed else best][free_run.POSITION]
+    is_refitted = in_free_run is not None and free[_IN_FREE_RUN] < _BETTER * free[best]
+    after = errors.segments[_IN_FREE_RUN if is_refitted else best][free_run.POSITION]
     span = float(np.ptp(b.measured.angle))
     return Holdout(
         errors.table,
         errors.segments,
         {name: value / span for name, value in free.items()},
         drawn_noise_floors,
-        {name: gain_of(errors.segments[name][free_run.POSITION], after) for name in ("calibrated", "nominal")},
-        followed.whole if followed is not None and is_followed else final.fit.whole,
-        is_followed,
-        followed is None,
+        {name: gain_of(errors.segments[name][free_run.POSITION], after) for name in ("calibrated", "reference")},
+        in_free_run.whole if in_free_run is not None and is_refitted else final.fit.whole,
+        is_refitted,
+        in_free_run is None,
     )
 
 

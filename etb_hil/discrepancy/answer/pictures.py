@@ -15,7 +15,7 @@ from etb_hil.discrepancy.fitting import free_run
 from etb_hil.discrepancy.search.findings import Findings
 from etb_hil.discrepancy.slow.coarse import Coarse
 from etb_hil.plant.effects.layout import EXTENDED
-from etb_hil.results.explanation import FreeRun
+from etb_hil.results.explained.residual import FreeRun
 
 Float64 = NDArray[np.float64]
 
@@ -73,7 +73,7 @@ def pictures(findings: Findings, holdout: Holdout) -> Pictures:
 def coarse_pictures(coarse: Coarse) -> Pictures:
     """Return the columns of slow data: the worst held-out run, and numbers of all."""
     runs = coarse.explanation.runs
-    judged = [k for k, run in enumerate(runs) if not run.seen_by_the_fit]
+    judged = [k for k, run in enumerate(runs) if not run.used_in_fit]
     worst = max(judged, key=lambda k: runs[k].rms_rad)
     sweep, part = coarse.sweeps[worst], slice(coarse.sweeps[worst].first, None)
     unit = ROLES[sweep.role].unit if sweep.role else ""
@@ -99,7 +99,7 @@ def coarse_pictures(coarse: Coarse) -> Pictures:
             column(lambda run: run.value) if sweep.role else np.arange(1.0, len(runs) + 1.0),
             np.array(coarse.is_seen),
             column(lambda run: run.r_squared),
-            column(lambda run: run.breaks_away.measured),
-            column(lambda run: run.breaks_away.model),
+            column(lambda run: run.break_away_voltage.measured_v),
+            column(lambda run: run.break_away_voltage.model_v),
         ),
     )

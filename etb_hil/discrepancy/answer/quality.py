@@ -14,7 +14,7 @@ from etb_hil.discrepancy.measured.regimes import GUARD_TIME
 from etb_hil.plant.effects.effect import REFERENCE
 from etb_hil.plant.effects.laws import laws, terms
 from etb_hil.plant.parameters import Model
-from etb_hil.results.explanation import DataQuality
+from etb_hil.results.explained.residual import DataQuality
 
 Float64 = NDArray[np.float64]
 
@@ -65,7 +65,7 @@ def _of(b: Balances, model: Model) -> DataQuality:
     return DataQuality(
         origin=m.origin,
         rate_hz=m.rate,
-        seconds=len(m) / m.rate,
+        duration_s=len(m) / m.rate,
         flags=tuple(flags),
         travel=travel,
         angle_noise=float(m.angle_noise),

@@ -13,7 +13,7 @@ from etb_hil.discrepancy.fitting.noise_floor import noise_floor_of, weigh
 from etb_hil.discrepancy.search.findings import Findings
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.physics import Vector
-from etb_hil.results.explanation import ErrorWithAndWithout, Transfer
+from etb_hil.results.explained.causes import ErrorWithAndWithout, Transfer
 
 CARRIES = 0.02  # of the squared residual: what a cause must take of another recording to be carried over
 
@@ -46,12 +46,12 @@ def transfer(findings: Findings, others: Sequence[Balances]) -> tuple[Transfer, 
             unit = "m" if other.measured.is_linear else "rad"
             found.append(
                 Transfer(
-                    effect=effect.id,
+                    cause=effect.id,
                     recording=other.measured.origin,
-                    gain=gain,
+                    explained_share=gain,
                     carried_over=carried,
                     free_run=ErrorWithAndWithout(without, with_its, unit),
-                    says=_said(gain, without, with_its, unit),
+                    text=_said(gain, without, with_its, unit),
                 )
             )
             before = with_it if carried else before

@@ -42,8 +42,8 @@ Complex128 = NDArray[np.complex128]
 CHANNELS = ("torque", "voltage", "angle")
 # Low frequencies would else weigh more than bristles, seen through an encoder, can be trusted.
 _TORQUE_NOISE_FLOOR = 3.0  # times the current's noise
-# Unknown but small: clock skew of current, voltage and plate sensor, and the plate sensor's zero.
-NUISANCES = ("current_skew", "voltage_skew", "plate_skew", "plate_zero")
+# Unknown but small: time offsets of current, voltage and plate sensor, and the plate sensor's zero.
+NUISANCES = ("current_time_offset", "voltage_time_offset", "plate_time_offset", "plate_zero")
 _AT_SAMPLES = 0.03  # of a sample, that steps of the voltage may be off it
 _TREMBLES = 0.01  # of T_c / sigma_0 from sample to sample
 

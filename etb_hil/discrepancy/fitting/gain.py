@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from etb_hil.results.explanation import Gain
+from etb_hil.results.explained.errors import Gain
 
 Float64 = NDArray[np.float64]
 

@@ -108,7 +108,7 @@ def nuisance_unknowns(dt: float, *, has_current: bool) -> list[Unknown]:
     return [
         Unknown(name, EXTENDED + k, 0.0, scale, -1.0, 1.0)
         for k, (name, scale) in enumerate(zip(NUISANCES, scales, strict=True))
-        if not (has_current and name == "current_skew")
+        if not (has_current and name == "current_time_offset")
     ]
 
 

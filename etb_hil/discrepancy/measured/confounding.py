@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from etb_hil.discrepancy.measured.measurement import CHANGES
 from etb_hil.recording.recording import Recording
-from etb_hil.results.explanation import Confounded
+from etb_hil.results.explained.residual import Confounded
 
 Float64 = NDArray[np.float64]
 
@@ -53,11 +53,11 @@ def _least_change(role: str, values: Float64) -> float:
 
 def _said(first: str, second: str, correlation: float, test: str) -> Confounded:
     return Confounded(
-        these=f"{first} and {second}",
+        conditions=f"{first} and {second}",
         pair=(first, second),
         test=test[0].upper() + test[1:] + ".",
         rank_correlation=correlation,
-        says=f"they changed together throughout, so that what one does cannot be told from the other; {test}.",
+        text=f"they changed together throughout, so that what one does cannot be told from the other; {test}.",
     )
 
 

@@ -29,7 +29,7 @@ from etb_hil.hypotheses.comparison import Hypothesis, compared, misfit_of_model,
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
-from etb_hil.results.explanation import ToldApart
+from etb_hil.results.explained.causes import Isolation
 
 _OWN_NAME = {f"parameter:{stated}": f"parameter:{own}" for own, stated in MODEL_FILE_NAME.items()}
 _WHOLE = 0.9  # of all samples: a record that has as many is judged for all
@@ -39,7 +39,7 @@ _NEAR = 2.0  # times what the balances' own winner leaves: a cause that they con
 _IDLE = "nothing is left beside the first cause"
 
 
-def weigh(findings: Findings) -> tuple[ToldApart, ...]:
+def weigh(findings: Findings) -> tuple[Isolation, ...]:
     """Judge findings by the likelihood of their longest record.
 
     Returns what that tells apart. Removed from an ambiguity group is what the whole record makes unlikely. A likelier
@@ -65,7 +65,7 @@ def weigh(findings: Findings) -> tuple[ToldApart, ...]:
             misfit = winner.misfit if winner is not None else np.inf
             if winner is not None and winner.explains_all_but_little:
                 findings.curve = 0.0  # a spline over what numbers leave says nothing of the little that they leave
-            found += [ToldApart(step.winner.id, gone, measured.origin)] if gone else []
+            found += [Isolation(step.winner.id, gone, measured.origin)] if gone else []
     findings.verdict = decision.verdict(findings)
     if is_whole and misfit < _NOTHING and findings.verdict == "unexplained":
         findings.verdict = "ambiguous" if any(each.ambiguity_group for each in findings.accepted) else "explained"

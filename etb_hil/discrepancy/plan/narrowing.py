@@ -9,7 +9,7 @@ from collections.abc import Iterable
 
 from etb_hil.discrepancy.search import decision
 from etb_hil.discrepancy.search.findings import Findings, SelectionStep
-from etb_hil.results.explanation import ToldApart
+from etb_hil.results.explained.causes import Isolation
 
 INFORMATIVE = ("explained", "ambiguous")  # verdicts of records whose ambiguity groups hold the cause
 
@@ -25,7 +25,7 @@ def left_open(ids: Iterable[str], judged: SelectionStep) -> list[str]:
     return [id_ for id_ in ids if id_ not in known - {judged.winner.id, *judged.ambiguity_group}]
 
 
-def narrow(findings: Findings, other: Findings) -> tuple[ToldApart, ...]:
+def narrow(findings: Findings, other: Findings) -> tuple[Isolation, ...]:
     """Remove from the ambiguity groups what another record of the unit excludes.
 
     Returns what that was. A record with a residual beyond its own causes, or in whose ambiguity groups the cause is
@@ -41,7 +41,7 @@ def narrow(findings: Findings, other: Findings) -> tuple[ToldApart, ...]:
         left = left_open(each.ambiguity_group, judged)
         gone = [id_ for id_ in each.ambiguity_group if id_ not in left]
         if gone:
-            found.append(ToldApart(each.winner.id, tuple(gone), other.balances[0].measured.origin))
+            found.append(Isolation(each.winner.id, tuple(gone), other.balances[0].measured.origin))
         each.ambiguity_group = left
     findings.verdict = decision.verdict(findings)
     return tuple(found)

@@ -30,7 +30,7 @@ from etb_hil.plant.effects.layout import EXTENDED
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import Vector
 from etb_hil.plant.table_one import Shaft
-from etb_hil.results.explanation import BenchStep, NextTest, Separation, Wanted
+from etb_hil.results.explained.next_test import BenchStep, NextTest, RequiredParameter, Separation
 
 UNIT = "standard deviations of the sensors' noise"
 _TRIED = 2  # plans that are explained before one is asked for
@@ -115,11 +115,11 @@ def _said(found: SelectionStep, best: Outlook | None, bench: BenchPlan | None, m
         expected = Separation(distances.get(competitor), UNIT, tuple(parted), tuple(left))
     return NextTest(
         pair=(first, competitor),
-        says=_by_hand(first, (left or [competitor]) if parted else competitors, of_drive=is_drive(model)),
+        text=_by_hand(first, (left or [competitor]) if parted else competitors, of_drive=is_drive(model)),
         separation_here=away,
         expected_separation=expected,
         scenario=None if plan is None else plan.name,
-        by_hand=() if bench is None else _instruments(bench, model),
+        bench_steps=() if bench is None else _instruments(bench, model),
     )
 
 
@@ -127,12 +127,12 @@ def _instruments(bench: BenchPlan, model: Model) -> tuple[BenchStep, ...]:
     """Return the bench steps, with their entries for a model file's `measured`."""
     numbers = {one.name: one for one in bench.numbers}
 
-    def wanted(name: str, shaft: Shaft | None) -> Wanted:
+    def wanted(name: str, shaft: Shaft | None) -> RequiredParameter:
         width, its = numbers[name].uncertainty, model.parameters.get(name)
         if its is not None:
             width = replace(its, value=width).at_shaft(shaft, model.values.gear_ratio)
         shaft = shaft if its is not None and its.shaft is not None else None
-        return Wanted(name, width, numbers[name].unit, shaft)
+        return RequiredParameter(name, width, numbers[name].unit, shaft)
 
     return tuple(BenchStep(one.how, tuple(wanted(name, one.shaft) for name in one.gives)) for one in bench.instruments)
 

@@ -234,8 +234,8 @@ class _Record:
 
 def _collinear_parameters(projector: Projector, whole: Float64, not_projected: frozenset[str]) -> list[str] | None:
     """Return the base parameters collinear with a winner, time offsets or not."""
-    offsets = frozenset(name for name in projector.names if name.endswith("_skew"))
-    # Of a delay skew samples take nearly all, and are no parameter.
+    offsets = frozenset(name for name in projector.names if name.endswith("_time_offset"))
+    # Time offsets explain nearly all of a delay, and are no parameter.
     clear = projector.rest(whole, frozenset(projector.names) - offsets)
     for column, without in ((clear, not_projected), (whole, not_projected | offsets)):
         left = projector.rest(column, without)

@@ -12,20 +12,20 @@ from etb_hil.discrepancy.search.current_model import accept
 from etb_hil.discrepancy.search.findings import Findings, SelectionStep
 from etb_hil.plant.effects.catalogue import CATALOGUE
 from etb_hil.plant.parameters import Model
-from etb_hil.results.explanation import BenchNumber
+from etb_hil.results.explained.causes import MeasuredParameter
 
 
-def bench_numbers(model: Model) -> tuple[BenchNumber, ...]:
+def bench_numbers(model: Model) -> tuple[MeasuredParameter, ...]:
     """Return the parameters measured at the bench, at the model file's shafts."""
     return tuple(
-        BenchNumber(
+        MeasuredParameter(
             name=one.name,
-            judges=one.id,
+            candidate=one.id,
             value=one.value,
             uncertainty=one.uncertainty,
             unit=one.unit,
             shaft=None if one.is_of_effect else model.parameters[one.name].shaft,
-            stated=one.stated,
+            nominal=one.stated,
             tolerance=one.tolerance,
             is_cause=one.is_off,
         )

@@ -36,7 +36,7 @@ TRIFLE = 0.005  # of the whole excess: a spline that takes less rejects nothing
 
 def parameter_id(name: str) -> str:
     """Return a base parameter's id as a cause; empty for nuisances and effects."""
-    if name.endswith(("_skew", "_zero")) or "." in name:
+    if name.endswith(("_time_offset", "_zero")) or "." in name:
         return ""
     return candidate.parameter_id(name)
 

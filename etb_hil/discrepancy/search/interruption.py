@@ -7,7 +7,8 @@ from etb_hil.discrepancy.fitting.unknowns import FIELDS
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.physics import PARAMETERS
 from etb_hil.plant.value_units import value_unit
-from etb_hil.results.explanation import Calibrated, ExplanationResult
+from etb_hil.results.explained.models import CalibratedParameter
+from etb_hil.results.explanation import ExplanationResult
 
 
 class Interrupted(KeyboardInterrupt):
@@ -18,10 +19,10 @@ class Interrupted(KeyboardInterrupt):
         self.calibration = calibration
 
 
-def calibrated_so_far(calibration: Calibration, model: Model) -> dict[str, Calibrated]:
+def calibrated_so_far(calibration: Calibration, model: Model) -> dict[str, CalibratedParameter]:
     """Return the calibrated base parameters without intervals."""
     return {
-        unknown.name: Calibrated(
+        unknown.name: CalibratedParameter(
             unit=value_unit(unknown.name, is_linear=model.is_linear),
             nominal=float(getattr(model.values, unknown.name)),
             value=float(calibration.fit.whole[unknown.place]),

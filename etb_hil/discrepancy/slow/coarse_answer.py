@@ -20,7 +20,10 @@ from etb_hil.plant.integrator import TICK
 from etb_hil.plant.parameters import Model
 from etb_hil.plant.value_units import value_unit
 from etb_hil.recording.recording import Recording
-from etb_hil.results import explanation as results
+from etb_hil.results.explained.errors import Errors, ModelErrors, Starts
+from etb_hil.results.explained.models import CalibratedParameter, Nuisance
+from etb_hil.results.explained.residual import BreakAwayVoltages, DataQuality, FreeRun, Unexplained
+from etb_hil.results.explanation import ExplanationResult
 
 Float64 = NDArray[np.float64]
 
@@ -42,7 +45,7 @@ def answer_of(
     nominal: Sequence[Float64],
     after: Sequence[Float64],
     why: Sequence[str],
-) -> results.ExplanationResult:
+) -> ExplanationResult:
     """Return the answer of a fit to some runs; `why`: why no balances were judged.
 
     `nominal` and `after` are the runs' angles (rad) of the reference and the fitted model, `is_seen` marks the fitted
@@ -53,31 +56,31 @@ def answer_of(
     angles = [s.angle for s in sweeps]
     before_rms = np.array([_rms(nominal[k] - angles[k]) for k in judged])
     after_rms = np.array([_rms(after[k] - angles[k]) for k in judged])
-    rms = {"nominal": _all(before_rms), "calibrated": _all(after_rms), "noise_floor": noise}
+    rms = {"reference": _all(before_rms), "calibrated": _all(after_rms), "noise_floor": noise}
     span = float(np.ptp(np.concatenate(angles)))
     gain = gain_of(before_rms, after_rms)
     runs = tuple(_run_of(*one) for one in zip(sweeps, after, is_seen, strict=True))
     is_adequate = rms["calibrated"] < _AT_NOISE_FLOOR * noise
     missed = [] if is_adequate else _may_miss_commands(recording.origin, samples, model)
     verdict = "adequate" if is_adequate else "insufficient_data" if missed else "unexplained"
-    return results.ExplanationResult(
+    return ExplanationResult(
         verdict=verdict,
         judged_by="free runs only: " + "; ".join(why),
-        unexplained=results.Unexplained(
-            runs=_worst(runs) if verdict == "unexplained" else (), says="" if missed else _trend(runs)
+        unexplained=Unexplained(
+            runs=_worst(runs) if verdict == "unexplained" else (), text="" if missed else _trend(runs)
         ),
         calibrated={} if missed else _calibrated(model, found),  # else it stands for what was commanded
-        nuisances={"voltage_late": results.Nuisance(found.late * TICK, "s")},
+        nuisances={"voltage_time_offset": Nuisance(found.late * TICK, "s")},
         runs=runs,
-        errors=results.Errors(
-            holdout={"free_run": {"throttle_angle": results.ModelErrors("rad", **rms)}},
+        errors=Errors(
+            holdout={"free_run": {"throttle_angle": ModelErrors("rad", **rms)}},
             nrmse_free_run={name: value / span for name, value in rms.items()},
         ),
         gain=replace(
             gain,
-            of="free-run error of the throttle angle on runs that the fit did not see, nominal to calibrated",
+            of="free-run error of the throttle angle on runs that the fit did not use, reference to calibrated model",
         ),
-        starts=results.Starts(tuple(found.ends), _starts(found.ends)),
+        starts=Starts(tuple(found.ends), _starts(found.ends)),
         data_quality=(*missed, _quality(recording, samples, sweeps, found)),
     )
 
@@ -93,27 +96,27 @@ def _may_miss_commands(origin: str, samples: DriveSamples, model: Model) -> list
     return [f"{origin}: {what} ({why}): {remedy}"]
 
 
-def _run_of(sweep: Sweep, simulated: Float64, seen: bool) -> results.FreeRun:
+def _run_of(sweep: Sweep, simulated: Float64, seen: bool) -> FreeRun:
     off = simulated - sweep.angle
     there = float(np.sum((sweep.angle - sweep.angle.mean()) ** 2))
     measured, modelled = breaks_away(sweep, sweep.angle), breaks_away(sweep, simulated)
-    return results.FreeRun(
+    return FreeRun(
         condition=sweep.role,
         value=sweep.condition if sweep.role else None,
         unit=ROLES[sweep.role].unit if sweep.role else "",
-        begins_s=sweep.start_s,
-        seen_by_the_fit=seen,
+        start_s=sweep.start_s,
+        used_in_fit=seen,
         r_squared=1.0 - float(off @ off) / max(there, 1e-30),
         rms_rad=_rms(off),
-        breaks_away=results.BreakAwayVoltages(measured, modelled),
+        break_away_voltage=BreakAwayVoltages(measured, modelled),
     )
 
 
-def _worst(runs: Sequence[results.FreeRun]) -> tuple[results.FreeRun, ...]:
-    return tuple(sorted((run for run in runs if not run.seen_by_the_fit), key=lambda run: run.r_squared)[:3])
+def _worst(runs: Sequence[FreeRun]) -> tuple[FreeRun, ...]:
+    return tuple(sorted((run for run in runs if not run.used_in_fit), key=lambda run: run.r_squared)[:3])
 
 
-def _trend(runs: Sequence[results.FreeRun]) -> str:
+def _trend(runs: Sequence[FreeRun]) -> str:
     """Say towards which end of a condition the error grows, if it does."""
     if not runs[0].condition or len(runs) < _FEWEST_RUNS:
         return ""
@@ -129,13 +132,13 @@ def _trend(runs: Sequence[results.FreeRun]) -> str:
         f"the error grows towards a {name} of {end.value:g} {end.unit}: R² {end.r_squared:.2f} there, "
         f"{min(half):.2f} to {max(half):.2f} in the other half"
     )
-    at = end.breaks_away
-    if at.measured is not None and at.model is not None:
-        text += f"; there the plate breaks away at {at.measured:.2f} V, the model at {at.model:.2f} V"
+    at = end.break_away_voltage
+    if at.measured_v is not None and at.model_v is not None:
+        text += f"; there the plate breaks away at {at.measured_v:.2f} V, the model at {at.model_v:.2f} V"
     return text
 
 
-def _calibrated(model: Model, found: SweepFit) -> Mapping[str, results.Calibrated]:
+def _calibrated(model: Model, found: SweepFit) -> Mapping[str, CalibratedParameter]:
     spread = _spread(found)
     shown = np.sum(found.jacobian**2, axis=0) > _SEEN * np.sum(found.residual**2)
     result = {}
@@ -149,7 +152,7 @@ def _calibrated(model: Model, found: SweepFit) -> Mapping[str, results.Calibrate
             flags.append("these data say nothing of it")
         elif on_bound:
             flags.append("on a bound: these data do not tell it, or the model lacks something there")
-        result[unknown.name] = results.Calibrated(
+        result[unknown.name] = CalibratedParameter(
             unit=value_unit(unknown.name, is_linear=model.is_linear),
             nominal=float(getattr(model.values, unknown.name)),
             value=value,
@@ -178,9 +181,7 @@ def _starts(ends: Sequence[float]) -> str:
     return f"{len(ends)} starts ended at {low:.3g} to {high:.3g} deg: the best was taken, there may be better ones"
 
 
-def _quality(
-    recording: Recording, samples: DriveSamples, sweeps: Sequence[Sweep], found: SweepFit
-) -> results.DataQuality:
+def _quality(recording: Recording, samples: DriveSamples, sweeps: Sequence[Sweep], found: SweepFit) -> DataQuality:
     rate = 1.0 / float(np.median(np.diff(sweeps[0].seconds)))
     flags = [slow_remark(recording), *samples.angles.flags]
     flags += ["no balances: no cause can be named, and what is fitted takes the place of what is missing"]
@@ -199,7 +200,7 @@ def _quality(
             f"the voltage acts {1e3 * found.late * TICK:.1f} ms after its sample, or the angle was taken earlier"
         )
     seconds = sweeps[-1].start_s + float(sweeps[-1].seconds[-1])
-    return results.DataQuality(recording.origin, rate, seconds, (*flags, *recording.notes))
+    return DataQuality(recording.origin, rate, seconds, (*flags, *recording.notes))
 
 
 def _rms(values: Float64) -> float:

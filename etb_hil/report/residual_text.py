@@ -27,15 +27,15 @@ _LOOKS_LIKE = {
 }
 
 
-def what_is_left(found: ExplanationResult) -> str:
+def residual_text(found: ExplanationResult) -> str:
     """Return what most of the residual looks like.
 
     It does so where an answer is `unexplained` and one curve takes that much.
     """
-    greediest = max(found.unexplained.placeholders, key=lambda one: one.share_of_rest, default=None)
-    if found.verdict != "unexplained" or greediest is None or greediest.share_of_rest < _MOST:
+    greediest = max(found.unexplained.nonparametric_terms, key=lambda one: one.explained_share, default=None)
+    if found.verdict != "unexplained" or greediest is None or greediest.explained_share < _MOST:
         return ""
-    share = f"{100.0 * greediest.share_of_rest:.0f} %"
+    share = f"{100.0 * greediest.explained_share:.0f} %"
     if greediest.balance == "all":
         wrong = "numbers of the model file that are wrong by more than their tolerances allow"
         return f"{share} of the residual looks like {wrong}: is it the right model file?"

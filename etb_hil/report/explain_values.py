@@ -1,0 +1,45 @@
+"""Ids, values and units as the page of an explanation shows them."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+
+_SMALL = 0.01  # m: where all numbers of a line are smaller, they are in millimetres
+
+
+def digits(half: float, value: float) -> int:
+    """Return the significant digits of a value that is known to `half`.
+
+    Two of the unsure ones are among them.
+    """
+    if not half > 0.0 or value == 0.0:
+        return 3
+    return min(max(2 + math.floor(math.log10(abs(value))) - math.floor(math.log10(half)), 2), 6)
+
+
+def words(id_: str) -> str:
+    """Return the id of an effect, a parameter or a role as words."""
+    return re.sub(r"^parameter:(.*)", r"parametric fault of \1", id_).replace("_", " ")
+
+
+def scale(values: Iterable[float], unit: str) -> tuple[float, str]:
+    """Return the factor of numbers that stand together, and their unit with it."""
+    if unit in {"rad", "rad/s"}:
+        return math.degrees(1.0), unit.replace("rad", "deg")
+    return (1e3, "mm") if unit == "m" and max(values, default=1.0) < _SMALL else (1.0, unit)
+
+
+def with_unit(value: float, unit: str) -> str:
+    """Return a value with its unit, angles in degrees."""
+    times, unit = scale((), unit)
+    return f"{times * value:.4g}" if unit == "1" else f"{times * value:.4g} {unit}"
+
+
+def at_shaft(shaft: str | None) -> str:
+    """Return the shaft at which a rotary number holds.
+
+    A gauge reads at the plate what a motor's data sheet has at the motor.
+    """
+    return f" at the {'plate' if shaft == 'throttle' else 'motor'} (shaft: {shaft})" if shaft else ""

@@ -1,0 +1,1 @@
+"""Parts of the result of `explain`, a file for each subject."""
