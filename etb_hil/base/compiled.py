@@ -60,11 +60,31 @@ def njit(*, cache: bool, **options: object) -> Callable[[Function], Function]:
     def compiled(function: Function) -> Function:
         # Ours are called from Python and from each other; an address, which needs one more wrapper, nobody takes.
         dispatcher = numba.njit(no_cfunc_wrapper=True, **options)(function)
-        if cache and isinstance(dispatcher, Dispatcher):  # with NUMBA_DISABLE_JIT it is the function itself
-            dispatcher._cache = _MachineCode(dispatcher.py_func)  # noqa: SLF001 (as its `enable_caching` does)
+        if isinstance(dispatcher, Dispatcher):  # with NUMBA_DISABLE_JIT it is the function itself
+            _remember_failures(dispatcher._compiler)  # noqa: SLF001 (numba has no other way in)
+            if cache:
+                dispatcher._cache = _MachineCode(dispatcher.py_func)  # noqa: SLF001 (as its `enable_caching` does)
         return dispatcher
 
     return compiled
+
+
+def _remember_failures(compiler: Any) -> None:  # noqa: ANN401 (numba has no types)
+    """Let a function that cannot be compiled fail at once when it is called again.
+
+    Numba remembers errors of types only. A loop that goes on after an error, as the one that switches a drive off does,
+    would otherwise spend each of its ticks on compiling in vain.
+    """
+    compile_anew = compiler._compile_core  # noqa: SLF001 (numba has no other way in)
+
+    def compile_once(arguments: Any, return_type: Any) -> Any:  # noqa: ANN401
+        try:
+            return compile_anew(arguments, return_type)
+        except Exception as error:
+            compiler._failed_cache[tuple(arguments), return_type] = error  # noqa: SLF001
+            raise
+
+    compiler._compile_core = compile_once  # noqa: SLF001
 
 
 def folders() -> list[Path]:

@@ -13,8 +13,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from numba import literally
+from numba.extending import overload
 
 import etb_hil
+from etb_hil.base.compiled import njit
 
 CALL = """
 import numpy as np
@@ -160,3 +163,48 @@ def test_no_function_of_the_package_is_compiled_past_this_cache():
     no_source = {"plant/effects/compose.py", "plant/effects/outside.py", "controller/laws/outside.py"}
     assert {name for name, text in sources.items() if "from numba import" in text} == no_source
     assert not any("cache=True" in sources[name] for name in no_source)
+
+
+def test_a_function_that_cannot_be_compiled_fails_at_once_when_it_is_called_again():
+    attempts = []
+
+    def to_be_compiled(_value):
+        raise AssertionError("called, not compiled")
+
+    @overload(to_be_compiled)
+    def _of_numba(value):
+        attempts.append(value)
+        raise MemoryError("no room for machine code")
+
+    @njit(cache=False)
+    def kernel(value):
+        return to_be_compiled(value)
+
+    @njit(cache=False)
+    def caller(value):
+        return kernel(value)
+
+    for called in (kernel, caller):
+        with pytest.raises(MemoryError):
+            called(1.0)
+    before = len(attempts)
+    for called in (kernel, caller, kernel, caller):
+        with pytest.raises(MemoryError, match="no room for machine code"):
+            called(1.0)
+    assert len(attempts) == before > 0
+    with pytest.raises(MemoryError):
+        kernel(1)  # other types are another function
+    assert len(attempts) > before
+
+
+def test_a_function_that_asks_for_the_value_of_an_argument_is_compiled_for_each():
+    @njit(cache=False)
+    def kernel(place):
+        return (1.5, 2)[literally(place)]
+
+    @njit(cache=False)
+    def caller(place):
+        return kernel(place)
+
+    assert [kernel(0), kernel(1), kernel(0)] == [1.5, 2, 1.5]
+    assert [caller(0), caller(1), caller(0)] == [1.5, 2, 1.5]
