@@ -5,7 +5,7 @@ from explain_cases import hidden_case
 from explain_study import searched
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.parametrize(
     ("seed", "effects", "options", "others"),
     [
@@ -15,7 +15,6 @@ from explain_study import searched
             {"view": "plate_only"},
             {"parameter:inductance"},
             id="base parameters where no signal has a time offset",
-            marks=pytest.mark.study,
         ),
         pytest.param(
             90397,
@@ -23,7 +22,6 @@ from explain_study import searched
             {},
             {"parameter:preload_close", "parameter:slope_close"},
             id="base parameters beside a zone that reaches to the stop",
-            marks=pytest.mark.study,
         ),
         pytest.param(
             90386,
@@ -31,7 +29,6 @@ from explain_study import searched
             {"pair": True},
             {"brush_drop"},
             id="a rival whose best shape is the end of its range",
-            marks=pytest.mark.study,
         ),
         pytest.param(
             100016,
@@ -39,7 +36,6 @@ from explain_study import searched
             {},
             {"stribeck_shape"},
             id="a rival that takes nearly all as it was fitted",
-            marks=pytest.mark.study,
         ),
         pytest.param(
             100035,
@@ -47,7 +43,6 @@ from explain_study import searched
             {},
             {"parameter:coulomb", "parameter:stiction"},
             id="base parameters beside another shape that fits as well",
-            marks=pytest.mark.study,
         ),
         pytest.param(
             111018,
@@ -55,7 +50,6 @@ from explain_study import searched
             {"level": "medium"},
             {"parameter:stiction", "parameter:viscous"},
             id="base parameters beside another curve that fits better",
-            marks=pytest.mark.study,
         ),
         pytest.param(
             100012,
@@ -70,7 +64,6 @@ from explain_study import searched
             {"view": "no_current"},
             {"resistance_temperature"},
             id="a winding that warms up, where no current tells",
-            marks=pytest.mark.study,
         ),
     ],
 )

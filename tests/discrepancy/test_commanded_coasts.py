@@ -101,11 +101,8 @@ def test_a_healthy_unit_is_not_rejected(seed, as_duty):
     assert _verdict(hidden_case(seed), as_duty=as_duty).verdict == "adequate"
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("effect", "as_duty"),
-    [pytest.param("friction_asymmetry", False, marks=pytest.mark.study), ("magnet_temperature", True)],
-)
+@pytest.mark.study
+@pytest.mark.parametrize(("effect", "as_duty"), [("friction_asymmetry", False), ("magnet_temperature", True)])
 def test_a_strong_effect_is_named(effect, as_duty):
     findings = _verdict(hidden_case(SEED + 5, (effect,)), as_duty=as_duty)
     assert findings.verdict == "explained"

@@ -17,7 +17,8 @@ def test_a_healthy_drive_is_adequate_though_nobody_knows_its_bristles(motion):
     assert plain(data_quality(findings.balances, findings.model))[0]["travel_unit"] == unit
 
 
-@pytest.mark.parametrize("motion", ["linear", pytest.param("rotary", marks=pytest.mark.study)])
+@pytest.mark.study
+@pytest.mark.parametrize("motion", ["linear", "rotary"])
 def test_a_force_that_reads_too_large_is_no_wrong_number_alone(motion):
     """Every number is off by the same factor then, and nothing but their tolerances tells."""
     found = [searched(draw_axis(222101 + k, motion, force_scale=1.25)) for k in range(3)]
@@ -29,9 +30,21 @@ def test_a_force_that_reads_too_large_is_no_wrong_number_alone(motion):
 
 
 @pytest.mark.parametrize(
-    "case", ["mass 50 % larger", "friction 20 % apart by direction", "a wave of 20 % of the friction once a turn"]
+    ("motion", "case"),
+    [
+        ("linear", "mass 50 % larger"),
+        ("rotary", "friction 20 % apart by direction"),
+        *(
+            pytest.param(motion, case, marks=pytest.mark.study)
+            for motion, case in (
+                ("linear", "friction 20 % apart by direction"),
+                ("linear", "a wave of 20 % of the friction once a turn"),
+                ("rotary", "mass 50 % larger"),
+                ("rotary", "a wave of 20 % of the friction once a turn"),
+            )
+        ),
+    ],
 )
-@pytest.mark.parametrize("motion", ["linear", "rotary"])
 def test_what_is_off_is_named_or_in_its_class(motion, case):
     options, truth = CASES[case]
     assert outcome(searched(draw_axis(222102, motion, **options)), truth) in ("named", "in its class")

@@ -23,10 +23,8 @@ def _searched(seed, effect, level):
     )
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "seed", [5, pytest.param(85085, marks=pytest.mark.study)]
-)  # the second one rests for most of its last third
+@pytest.mark.study
+@pytest.mark.parametrize("seed", [5, 85085])  # the second one rests for most of its last third
 def test_running_in_is_no_temperatures_even_where_all_is_within_its_band(seed):
     findings = _searched(seed, "running_in", "medium")
     (first, *_) = findings.selection_steps

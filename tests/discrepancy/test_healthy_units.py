@@ -70,8 +70,8 @@ def test_sliding_and_voltage_are_what_its_own_simulation_leaves(calibrated):
         assert (groups / noise_floor.level)[[2, 4, 5, 7, 8]] == pytest.approx(1.0, abs=0.34)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", [*(pytest.param(seed, marks=pytest.mark.study) for seed in (80541, 84003)), 108204])
+@pytest.mark.study
+@pytest.mark.parametrize("seed", [80541, 84003, 108204])
 def test_stops_that_a_calibration_missed_are_no_soft_layer(seed):
     """From where the first fit ends no slope leads to where the plate meets its stop: it begins again elsewhere."""
     hidden = hidden_case(seed)
@@ -81,7 +81,7 @@ def test_stops_that_a_calibration_missed_are_no_soft_layer(seed):
     assert findings.final.fit.whole[STOP_HIGH] == pytest.approx(hidden.case.rig.unit["stop_high"], abs=1e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_limp_home_that_a_calibration_missed_is_no_dead_zone():
     """The springs' jump is felt only next to it, and through a coarse encoder hardly: the open bridge shows it."""
     hidden = hidden_case(80052, ("parameter:coulomb",), "strong", view="coarse_encoder")
@@ -95,14 +95,9 @@ def test_a_limp_home_that_a_calibration_missed_is_no_dead_zone():
     assert not decision.rejects(current_model.groups, group_means(balances, first.fit.whole)[1] >= LEAST_SAMPLES)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.parametrize(
-    ("seed", "view"),
-    [
-        pytest.param(210002, "coarse_encoder", marks=pytest.mark.study),
-        pytest.param(210004, "fair_encoder", marks=pytest.mark.study),
-        (210005, "encoder_only"),
-    ],
+    ("seed", "view"), [(210002, "coarse_encoder"), (210004, "fair_encoder"), (210005, "encoder_only")]
 )
 def test_the_steps_of_a_coarse_encoder_are_no_fault_of_the_units(seed, view):
     """64 and 1024 counts beside the plate's sensor, 256 alone: a dozen rests between steps are a dozen readings."""

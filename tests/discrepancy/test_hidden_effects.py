@@ -27,7 +27,7 @@ def test_without_its_own_term_an_effect_gets_no_other_name(seed):
     assert scored.outcome != "wrong_confident", sample
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_without_a_current_a_wrong_resistance_is_not_told_from_other_losses():
     _, sample = one_case("strong", 5134, view="no_current")
     (effect, others), *_ = sample["causes"]

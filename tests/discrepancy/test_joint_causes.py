@@ -171,7 +171,7 @@ def test_what_holds_on_other_segments_neither_alone_nor_beside_another_is_no_cau
     assert findings.verdict == "unexplained"
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_what_harms_alone_is_refused_and_all_is_as_before():
     asked = []
     findings = searched(hidden_case(96103, ("friction_bursts",)), progress=asked.append)

@@ -19,10 +19,8 @@ def test_a_healthy_unit_stays_adequate_and_its_samples_are_found_beside_the_tick
     assert abs(offset) > 0.05
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "effect", [pytest.param("friction_position_local", marks=pytest.mark.study), "measurement_delay"]
-)
+@pytest.mark.study
+@pytest.mark.parametrize("effect", ["friction_position_local", "measurement_delay"])
 def test_what_is_hidden_is_named_all_the_same(effect):
     findings = searched(hidden_case(225302, (effect,), view=VIEW))
     assert findings.verdict == "explained"

@@ -189,7 +189,7 @@ def test_a_healthy_unit_on_a_bench_with_all_of_it_is_not_rejected(seed):
     assert not too_little_to_reject(findings, segments)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_strong_effect_on_such_a_bench_is_named():
     hidden = hidden_case(SEED + 7, ("cogging_torque",), view="rough_bench")
     findings = search(

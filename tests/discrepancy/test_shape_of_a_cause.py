@@ -174,7 +174,7 @@ def test_no_soft_stop_leads_the_calibration_over_a_hill():
     assert findings.verdict == "unexplained"
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_what_brings_the_stops_to_a_third_of_what_rejects_nobody_is_no_cause():
     assert searched(hidden_case(95165)).verdict == "adequate"
 

@@ -43,7 +43,13 @@ def test_a_stop_that_the_motion_reaches_begins_at_its_tolerance(stop, degrees):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [pytest.param(8001, marks=pytest.mark.study), 8004])
-@pytest.mark.parametrize(("stop", "degrees"), [("stop_high", 2.0), ("stop_high", 0.7), ("stop_low", -2.0)])
+@pytest.mark.parametrize(
+    ("stop", "degrees"),
+    [
+        ("stop_high", 2.0),
+        *(pytest.param(*one, marks=pytest.mark.study) for one in (("stop_high", 0.7), ("stop_low", -2.0))),
+    ],
+)
 def test_a_stop_met_before_the_stated_one_is_no_layer_alone(stop, degrees, seed):
     model, balances, there = _stated_elsewhere(seed, stop, degrees)
     findings = search(model, balances)

@@ -178,19 +178,15 @@ def test_friction_that_falls_as_it_cools_may_be_wear(course, per_30_kelvin, is_w
     assert wears(whole, stated, [one]) is is_wear
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.parametrize(
     ("seed", "hidden", "level", "without"),
     [
-        pytest.param(
-            147012, "stribeck_shape", "strong", ("stribeck_shape",), id="three strangers", marks=pytest.mark.study
-        ),
-        pytest.param(131110, "air_drag", "medium", (), id="a number beside a curve", marks=pytest.mark.study),
-        pytest.param(
-            132050, "current_sensor_curvature", "medium", (), id="one who touched only half", marks=pytest.mark.study
-        ),
+        pytest.param(147012, "stribeck_shape", "strong", ("stribeck_shape",), id="three strangers"),
+        pytest.param(131110, "air_drag", "medium", (), id="a number beside a curve"),
+        pytest.param(132050, "current_sensor_curvature", "medium", (), id="one who touched only half"),
         pytest.param(131086, "spring_thermal_drift", "medium", (), id="a spring and no magnets"),
-        pytest.param(132014, "running_in", "medium", (), id="wear and no grease", marks=pytest.mark.study),
+        pytest.param(132014, "running_in", "medium", (), id="wear and no grease"),
     ],
 )
 def test_what_is_no_candidate_is_unexplained(seed, hidden, level, without):
