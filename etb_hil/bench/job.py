@@ -22,7 +22,7 @@ from etb_hil.bench.controller_lock import bench_lock
 from etb_hil.bench.expected_unit import ExpectedUnit
 from etb_hil.bench.operator import Operator, check_unattended
 from etb_hil.bench.preflight import check_scenario
-from etb_hil.bench.rehearsal import rehearse
+from etb_hil.bench.rehearsal import rehearse_once
 from etb_hil.bench.results import results_of
 from etb_hil.bench.runner import Runner
 from etb_hil.bench.snapshot import Watcher, nobody
@@ -152,7 +152,7 @@ def prepare(files: JobFiles, *, attended: bool = False) -> Job:
         check_unattended(scenario)
     budgets = check_scenario(scenario, setup, model.values)
     if files.scenario is not None:
-        rehearse(scenario, setup.bench, model, limits)
+        rehearse_once(scenario, setup.bench, model, limits)
     return Job(files, scenario, setup, model, limits, unit, budgets)
 
 

@@ -7,6 +7,7 @@ everything by the time that frames must be answered within milliseconds.
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING
 
 from etb_hil.base.errors import InputError, Problem
 from etb_hil.base.outcome import BenchOutcome
+from etb_hil.base.plugins import when_changed
 from etb_hil.base.stock import find
 from etb_hil.bench.bench_file import load_bench
 from etb_hil.bench.runner import Runner
@@ -57,6 +59,9 @@ FALL_END = 0.25  # rad before limp-home, where it falls fastest
 RESTS = {OffPhase: "duration", CurrentZeroPhase: "duration", HomePhase: "release"}  # how long the bridge is off
 EVERY_WAY = 3  # so many phases of which nobody knows the end are rehearsed with all their ends
 
+_passed: deque[tuple[object, ...]] = deque(maxlen=64)  # scenario, bench, model and limits of the latest that passed
+when_changed(_passed.clear)
+
 
 @dataclass(frozen=True, slots=True)
 class _Nowhere:
@@ -86,6 +91,17 @@ def with_margins(limits: SafetyLimits) -> SafetyLimits:
             "temperature": limits.temperature - TEMPERATURE_MARGIN,
         }
     )
+
+
+def rehearse_once(scenario: Document[Scenario], bench: Bench, model: Model, limits: Limits) -> None:
+    """Rehearse a scenario unless this process did so with the same files.
+
+    A dry run has no chance in it: the same scenario, bench, model, limits and plug-ins end as they did before.
+    """
+    asked = (scenario.content, bench, model, limits)
+    if asked not in _passed:
+        rehearse(scenario, bench, model, limits)
+        _passed.append(asked)
 
 
 def rehearse(scenario: Document[Scenario], bench: Bench, model: Model, limits: Limits) -> None:

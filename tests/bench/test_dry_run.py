@@ -8,11 +8,13 @@ import pytest
 from faults_study import job_of
 
 from etb_hil.base.errors import InputError
+from etb_hil.base.plugins import temporary_part
 from etb_hil.base.stock import find
 from etb_hil.bench.job import JobFiles, prepare
 from etb_hil.bench.rehearsal import TEMPERATURE_MARGIN, rehearse
 from etb_hil.bench.runner import Runner
 from etb_hil.controller import machine
+from etb_hil.controller.laws.registry import LAWS
 from etb_hil.plant.model_file import EffectEntry
 from etb_hil.scenario.scenario_file import load_scenario
 
@@ -104,6 +106,43 @@ def test_a_long_rest_is_lived_by_a_model_whose_friction_grows_in_it(tmp_path, mo
         with lived(monkeypatch) as seconds:
             rehearse(load_scenario(path), job.setup.bench, model, job.limits)
         assert longest - 1.5 < max(seconds) < longest
+
+
+MOVES = "  - {id: moves, kind: step, positions: [40 deg, 42 deg, 40 deg], hold: 300 ms}\n"
+
+
+def test_a_scenario_is_rehearsed_again_only_where_its_files_or_plug_ins_changed(tmp_path, monkeypatch):
+    scenario, bench = tmp_path / "moves.yaml", tmp_path / "bench.yaml"
+    scenario.write_text(f"schema: etb_hil/scenario/1\nname: Rehearsed once\nphases:\n{MOVES}")
+    bench.write_text(find("bench", "virtual_classic").read_text("utf-8"), "utf-8")
+    files = JobFiles(scenario, bench, find("model", "default"), find("limits", "default"))
+
+    def rehearsals(files):
+        with lived(monkeypatch) as seconds:
+            prepare(files)
+        return len(seconds)
+
+    assert [rehearsals(files) for _ in range(2)] == [1, 0]
+    assert rehearsals(replace(files, unit=find("model", "faulty"))) == 0  # which no dry run knows
+    assert rehearsals(replace(files, model=find("model", "faulty"))) == 1
+    scenario.write_text(scenario.read_text("utf-8").replace("300 ms", "310 ms"), "utf-8")
+    assert [rehearsals(files) for _ in range(2)] == [1, 0]
+    bench.write_text(bench.read_text("utf-8") + "law: pid\n", "utf-8")
+    assert [rehearsals(files) for _ in range(2)] == [1, 0]
+    with temporary_part("laws", "own", LAWS.own("pd")):
+        assert rehearsals(files) == 1
+    assert rehearsals(files) == 1
+
+
+def test_a_scenario_that_was_refused_is_refused_again(tmp_path):
+    scenario, bench = tmp_path / "moves.yaml", tmp_path / "bench.yaml"
+    scenario.write_text(f"schema: etb_hil/scenario/1\nname: Refused twice\nphases:\n{MOVES}")
+    text = find("bench", "virtual_classic").read_text("utf-8")
+    bench.write_text(text.replace("velocity: 35 rad/s", "velocity: 5.5 rad/s"), "utf-8")
+    files = JobFiles(scenario, bench, find("model", "default"), find("limits", "default"))
+    for _ in range(2):
+        with pytest.raises(InputError, match="dry run"):
+            prepare(files)
 
 
 @contextmanager
