@@ -9,6 +9,7 @@ from pathlib import Path
 
 import can
 import pytest
+from whole_run import BRISK
 
 from etb_hil.base.outcome import ExitCode
 from etb_hil.base.stock import find
@@ -20,24 +21,6 @@ from etb_hil.session.differences import first_difference
 pytestmark = pytest.mark.slow
 
 ATTEMPTS = 3
-# What a verdict needs and no more: at wall clock every second is one.
-BRISK = """schema: etb_hil/scenario/1
-name: Brisk friction check
-phases:
-  - {id: zero, kind: current_zero, duration: 0.5 s}
-  - {id: home, kind: home, speed: 2 rad/s, press: 1 deg, release: 0.5 s}
-  - {id: ramps, kind: ramp, between: [2 deg, 80 deg], speed: 0.6 rad/s}
-  - id: dashes
-    kind: dash
-    between: [12 deg, 74 deg]
-    against: 1.5 rad/s
-    peak: 17.5 rad/s
-    rise: 75 ms
-    fall: 45 ms
-    settle: 150 ms
-    approach: 3 rad/s
-    repeat: 2
-"""
 WIRE = Path(__file__).with_name("slcan_wire.py")
 
 

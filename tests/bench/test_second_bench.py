@@ -1,6 +1,6 @@
 """More than one bench: after another one on a controller, and beside another one on a bus."""
 
-from whole_run import files
+from whole_run import BRISK, files
 
 from etb_hil.base.stock import find
 from etb_hil.bench import job as job_room
@@ -26,9 +26,11 @@ def test_the_next_bench_on_a_running_controller_starts_well(tmp_path, monkeypatc
 
 
 def test_two_units_on_one_bus_are_told_apart_by_their_id_offset(tmp_path, monkeypatch):
-    offset = tmp_path / "offset.yaml"
+    brisk, offset = tmp_path / "brisk.yaml", tmp_path / "offset.yaml"
+    brisk.write_text(BRISK)
     offset.write_text(find("bench", "virtual_classic").read_text() + "id_offset: 0x100\n")
-    jobs = {"pass": prepare(files(unit="default")), "fail": prepare(files(bench=offset, unit="faulty"))}
+    healthy, faulty = files(scenario=brisk, unit="default"), files(scenario=brisk, bench=offset, unit="faulty")
+    jobs = {"pass": prepare(healthy), "fail": prepare(faulty)}
     for verdict, job in jobs.items():
         bus = job.setup.bench.bus
         network = VirtualNetwork(int(bus.bitrate), int(bus.data_bitrate), fd=bus.fd)

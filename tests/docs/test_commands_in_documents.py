@@ -18,6 +18,7 @@ RUN = [page for page in documents.PAGES if documents.DOCS / "decisions" not in p
 RUN = [page for page in RUN if page.stem not in NO_SESSION and {*documents.typed(page)} & {*documents.blocks(page)}]
 FOREIGN = ["can_passat/passat-idling.trc", "can_passat/vw_pq.dbc", "etb_tbcp/tbcp_open_loop_duty_staircase.csv"]
 DATA = Path(os.environ.get("ETB_HIL_REAL_DATA", documents.CHECKOUT.parent / "shared" / "data"))
+LONG = {"first_explanation"}  # two explanations take a minute: .ci/study runs the page
 EXIT_CODES = {
     "etb-hil run --serial A-002 --unit faulty": 10,
     "etb-hil replay sessions/*a-002": 10,
@@ -65,7 +66,10 @@ def test_every_command_in_a_block_is_run_here_or_elsewhere(page):
         assert where is None or (documents.CHECKOUT / where).exists(), where
 
 
-@pytest.mark.parametrize("page", RUN, ids=lambda page: page.stem)
+@pytest.mark.parametrize(
+    "page",
+    [pytest.param(page, id=page.stem, marks=[pytest.mark.study] if page.stem in LONG else []) for page in RUN],
+)
 def test_a_page_as_its_reader_types_it(page, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for name, text in documents.files(page).items():

@@ -1,4 +1,4 @@
-"""The friction check over real SocketCAN: bench and controller in two processes, at wall clock."""
+"""A friction check over real SocketCAN: bench and controller in two processes, at wall clock."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 import vcan_machine
+from whole_run import BRISK
 
 from etb_hil.base.outcome import ExitCode
 from etb_hil.base.stock import find
@@ -42,7 +43,7 @@ def run_until_answered(bench, unit, folder, slower):
     told = ""
     while slower:
         place = folder / str(slower[0])
-        command = [sys.executable, str(PAIR), bench, unit, str(place)]
+        command = [sys.executable, str(PAIR), bench, unit, str(place), str(folder / "brisk.yaml")]
         done = vcan_machine.run(command, place, timeout_s=120 + 90 * slower[0], slower=slower[0])
         told += f"{slower[0]} times slower: exit code {done.returncode}\n{done.stdout}{done.stderr}\n"
         if done.returncode not in STALLED:
@@ -60,6 +61,7 @@ def run_until_answered(bench, unit, folder, slower):
     [("vcan_classic", "faulty", ExitCode.UNIT_FAILED), ("vcan_fd", "default", ExitCode.DONE)],
 )
 def test_the_verdict_over_socketcan_is_right(tmp_path, slower, bench, unit, expected):
+    (tmp_path / "brisk.yaml").write_text(BRISK)
     code, session, told = run_until_answered(bench, unit, tmp_path, slower)
     assert code == expected, told
     results = result_from_dict(json.loads((session / "results.json").read_text()))
